@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter import Device, load_machine, simulate
-from planter.gearing.teeth.making import toothed
-from planter.gearing.teeth.order import Order
-from planter.gearing.teeth.pair import circles
-from planter.gearing.teeth.polygons import points
+from planter.gearing.teeth.making import cut_teeth
+from planter.gearing.teeth.order import ToothOrder
+from planter.gearing.teeth.pair import build_circle_pair
+from planter.gearing.teeth.polygons import build_polygon
 from planter.planting.report.gearing import gearing
 from planter.report import style
 from planter.view.labelling import figure
@@ -44,8 +44,10 @@ def rolling() -> Figure:
 def envelope() -> Figure:
     """A rack's flank at steps of its roll on a pitch circle, and the tooth that planter cuts there."""
     module = 2 * RADIUS / TEETH
-    found = toothed(circles(1e-3 * RADIUS, 1e-3 * RADIUS), Order(teeth=TEETH), "circle", ("gear", "mate"))
-    outline = 1e3 * points(found.mesh.gears[0])
+    found = cut_teeth(
+        build_circle_pair(1e-3 * RADIUS, 1e-3 * RADIUS), ToothOrder(teeth=TEETH), "circle", ("gear", "mate")
+    )
+    outline = 1e3 * build_polygon(found.mesh.gears[0])
     drawing = style.new_figure(4.6, 4.0)
     axes = drawing.subplots()
     turn = np.linspace(-0.35, 0.35, 121)
@@ -73,8 +75,8 @@ def flank(s: float, side: int, module: float) -> np.ndarray:
     angle = s / RADIUS
     normal, tangent = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     at = RADIUS * normal + (side * np.pi * module / 4 - s) * tangent
-    along = np.cos(Order().pressure_angle) * normal - side * np.sin(Order().pressure_angle) * tangent
-    reach = module / np.cos(Order().pressure_angle)
+    along = np.cos(ToothOrder().pressure_angle) * normal - side * np.sin(ToothOrder().pressure_angle) * tangent
+    reach = module / np.cos(ToothOrder().pressure_angle)
     return np.array([at - reach * along, at + reach * along])
 
 

@@ -22,7 +22,7 @@ from ezdxf.filemanagement import read
 from planter.bench.case import Absent, Case
 from planter.bench.results import Drawn, Skipped
 from planter.gearing.teeth import making, pair
-from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.order import ToothOrder
 from planter.planting.model import Device
 from planter.workshop import biarcs, drawing
 from planter.workshop.drawing import DrawingLine
@@ -55,9 +55,9 @@ def ours(case: Case) -> Maker:
     fits: list[biarcs.ArcFit] = []
 
     def make(_: Any) -> None:
-        curves = pair.of_stage(device.stages[1], device.of_stage(1, device.design))
-        order = Order(module=MODULE, keep="module")
-        found = making.toothed(curves, order, "ellipses", ("inner gear", "outer gear"))
+        curves = pair.build_stage_pair(device.stages[1], device.of_stage(1, device.design))
+        order = ToothOrder(module=MODULE, keep="module")
+        found = making.cut_teeth(curves, order, "ellipses", ("inner gear", "outer gear"))
         fits[:] = [biarcs.fit_arcs(gear.outline().pieces, TOLERANCE) for gear in found.gears]
         drawing.format_dxf(DrawingLine("TEETH", fit.arcs) for fit in fits)
         if found.gears[0].z != TEETH or np.abs(found.contacts.errors).max() > TOLERANCE:

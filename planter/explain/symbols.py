@@ -70,9 +70,9 @@ def _parameters() -> Iterator[Meaning]:
 
 
 def _of_stage(machine: str, vector: Mapping[str, Any]) -> Iterator[Meaning]:
-    for family in families.names():
-        sidecar = families.sidecar(family)
-        for key, entry in zip(stage.names(family, dict(vector)), sidecar["parameters"], strict=True):
+    for family in families.list_families():
+        sidecar = families.load_sidecar(family)
+        for key, entry in zip(stage.list_design_names(family, dict(vector)), sidecar["parameters"], strict=True):
             yield Meaning(
                 name=key, kind="file key", machine=machine, unit=units.unit(key), source=entry["source"],
                 meaning=f"{entry['meaning']} ({sidecar['title']}; {vector['meaning'].partition(',')[0]})",

@@ -9,8 +9,8 @@ import numpy as np
 from planter.errors import InputError
 from planter.files import csv_rows, text
 from planter.gearing.teeth.curve import POLAR
-from planter.gearing.teeth.pair import Pair
-from planter.gearing.teeth.sampled import of_samples
+from planter.gearing.teeth.pair import CurvePair
+from planter.gearing.teeth.sampled import build_sampled_pair
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 from planter.numerics.spacing import WIDEST, find_gap
@@ -32,7 +32,7 @@ MATE_TOLERANCE = 5e-5
 """Largest deviation of a given mate from the conjugate [m]."""
 
 
-def load_pair(source: str, mate: str | None, turns: int) -> Pair:
+def load_pair(source: str, mate: str | None, turns: int) -> CurvePair:
     """Return the pair of a pitch curve in a file and its conjugate: `turns` of the gear for one of the mate.
 
     A mate in a separate file, whose first point meets the first of the gear, is compared with the conjugate.
@@ -40,7 +40,7 @@ def load_pair(source: str, mate: str | None, turns: int) -> Pair:
     """
     polar, radius = _read_curve(source)
     sense = 1 if polar[1] > polar[0] else -1
-    pair = of_samples(sense * polar, radius, source, turns, sense)
+    pair = build_sampled_pair(sense * polar, radius, source, turns, sense)
     if mate is not None:
         _check_mate(pair, mate)
     return pair
@@ -129,7 +129,7 @@ def _split_prefix(source: str) -> tuple[Path, str]:
     return (Path(path), prefix) if colon and Path(path).exists() else (Path(source), "")
 
 
-def _check_mate(pair: Pair, source: str) -> None:
+def _check_mate(pair: CurvePair, source: str) -> None:
     """Raise InputError if a mate is not the conjugate of its gear."""
     polar, radius = _read_curve(source)
     share = np.linspace(0, 1, 4001)

@@ -11,10 +11,10 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.files.text import hash_file
-from planter.gearing.teeth import limits, remedies
+from planter.gearing.teeth import limits, making
 from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.making import Toothed, toothed
+from planter.gearing.teeth.making import ToothedPair, cut_teeth
 from planter.gears.curves import find_curve_path, load_pair
 from planter.gears.friction import FrictionCurves
 from planter.gears.options import Keep
@@ -31,7 +31,7 @@ class GearSet:
     """A set of toothed pairs, its gears in their mounting positions, and the provenance of both."""
 
     machine: str
-    pairs: Sequence[Toothed]
+    pairs: Sequence[ToothedPair]
     placed: Sequence[PlacedGear]
     scaled: Scaled | None
     provenance: Mapping[str, Any]
@@ -75,11 +75,11 @@ def build_curve_set(
             f"if the gear has {numbers[0]}"
         )
     order = teeth.order(numbers[0] if numbers else None, module_mm, keep)
-    pair = toothed(load_pair(curve, mate, turns), order, curve, ("gear", "mate"))
+    pair = cut_teeth(load_pair(curve, mate, turns), order, curve, ("gear", "mate"))
     return GearSet(Path(curve).stem, [pair], _place_in_mesh(pair), None, _provenance(curve, mate))
 
 
-def _place_in_mesh(pair: Toothed) -> list[PlacedGear]:
+def _place_in_mesh(pair: ToothedPair) -> list[PlacedGear]:
     """Return both gears in the position in which the start of the gear's curve is in contact."""
     return [
         PlacedGear(gear, float(angle), (float(x), float(y)))
@@ -98,14 +98,14 @@ def _provenance(*sources: str | None) -> dict[str, Any]:
 _MM = 1e3
 
 
-def summarise_stage(number: int, pair: Toothed, parts: Sequence[GearPart], farther: float = 0.0) -> StageCut:
+def summarise_stage(number: int, pair: ToothedPair, parts: Sequence[GearPart], farther: float = 0.0) -> StageCut:
     """Return the result of a pair with its solved mesh and its two gears as manufactured.
 
     `farther` is an error of the centre distance [m].
 
     Raises GeometryError if the polygons of its teeth overlap.
     """
-    remedies.check_penetration(pair)
+    making.check_pair_penetration(pair)
     farther_pair = pair.farther(farther) if farther else None
     return StageCut(
         stage=number,
@@ -135,7 +135,7 @@ def summarise_stage(number: int, pair: Toothed, parts: Sequence[GearPart], farth
 def _summarise_gear(gear: Gear, part: GearPart) -> GearCut:
     margins, lands = gear.flanks.margins, gear.top_lands
     weakest, thin = int(np.argmin(margins)), int(np.argmin(lands))
-    kappa = limits.bends(gear.curve)[1]
+    kappa = limits.sample_curvature(gear.curve)[1]
     tooth, side = gear.flanks.tooth, gear.flanks.side
     return GearCut(
         name=gear.name,
@@ -148,7 +148,7 @@ def _summarise_gear(gear: Gear, part: GearPart) -> GearCut:
         top_land_tooth=thin,
         root_radius_min_mm=gear.root_radius * _MM,
         curvature_radius_min_mm=_MM / float(kappa.max()),
-        hollow_radius_mm=-_MM / float(kappa.min()) if limits.hollow(kappa) else None,
+        hollow_radius_mm=-_MM / float(kappa.min()) if limits.is_concave(kappa) else None,
         profile_shift=gear.rack.shift,
         keyway_phase_deg=None if part.placed.key is None else float(np.degrees(part.placed.key)),
         rim=part.rim,

@@ -10,9 +10,8 @@ import numpy as np
 import shapely
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.incomplete.gear import IncompleteGear
-from planter.gearing.teeth.incomplete.locking import Intermittent
-from planter.gearing.teeth.incomplete.proof import FREE, POSITIONS, Loose, Turn
+from planter.gearing.teeth.incomplete.locking import IncompleteGear, IntermittentPair
+from planter.gearing.teeth.incomplete.proof import FREE_ANGLE, POSITIONS, IncompleteGearCycle, LooseAngles
 from planter.gears import results
 from planter.gears.parts import GearPart, PartSettings, PlacedGear, check_parts
 from planter.gears.request import Teeth
@@ -26,7 +25,7 @@ _MM = 1e3
 
 
 def make_intermittent_pair(
-    pair: Intermittent,
+    pair: IntermittentPair,
     machine: str,
     teeth: Teeth,
     settings: PartSettings,
@@ -40,7 +39,7 @@ def make_intermittent_pair(
     folder that cannot be written.
     """
     parts = check_parts(_place_in_dwell(pair), settings)
-    turn = Turn(pair)
+    turn = IncompleteGearCycle(pair)
     result = GearsFound(
         machine,
         teeth.pressure_angle,
@@ -63,7 +62,7 @@ def make_intermittent_pair(
 
 
 def summarise_intermittent_pair(
-    turn: Turn, machine: str, parts: Sequence[GearPart], farther: float = 0.0
+    turn: IncompleteGearCycle, machine: str, parts: Sequence[GearPart], farther: float = 0.0
 ) -> results.Intermittent:
     """Return the result of a pair and its manufactured gears, whose outlines are intersected over a turn.
 
@@ -73,7 +72,7 @@ def summarise_intermittent_pair(
     """
     gears, rolling, ratios = turn.gears, turn.gears.rolling, turn.mesh.contact_ratios
     pressure_angles = np.degrees(turn.mesh.pressure_angles(turn.rolled))
-    overlap, dwell_overlap = float(turn.rolling.max()), float(turn.held.max())
+    overlap, dwell_overlap = float(turn.rolling.max()), float(turn.dwell_overlaps.max())
     if max(overlap, dwell_overlap) > OVERLAP_TOLERANCE * gears.gear.rack.module**2:
         where = "over the teeth" if overlap > dwell_overlap else "in the dwell"
         raise GeometryError(
@@ -90,11 +89,11 @@ def summarise_intermittent_pair(
         locking_radius_mm=gears.radius * _MM,
         end_radii_mm=(rolling.ends[0] * _MM, rolling.ends[1] * _MM),
         horns_deg=_to_degrees(tuple(horn.reach for horn in gears.phase.horns)),
-        apart_mm=gears.apart * _MM,
+        apart_mm=gears.arc_clearance * _MM,
         dwell_deg=float(np.degrees(rolling.dwell)),
         gears=[_summarise_gear(gear, part) for gear, part in zip(gears.gears, parts, strict=True)],
         undriven_deg=_to_degrees(turn.undriven),
-        undriven_least_deg=_to_degrees(gears.phase.least),
+        undriven_least_deg=_to_degrees(gears.phase.best_undriven),
         unheld_deg=_to_degrees(turn.unheld),
         slack_deg=_to_degrees((turn.loose.behind[middle], turn.loose.ahead[middle])),
         loose=_summarise_loose(turn.loose),
@@ -114,7 +113,7 @@ def _to_degrees(angles: Sequence[float]) -> tuple[float, float]:
     return first, last
 
 
-def _summarise_loose(motion: Loose) -> LooseTurn:
+def _summarise_loose(motion: LooseAngles) -> LooseTurn:
     after, driven, before, dwell = (
         LooseMotion(*(_find_largest(angles[motion.part == part]) for angles in (motion.behind, motion.ahead)))
         for part in range(4)
@@ -125,7 +124,7 @@ def _summarise_loose(motion: Loose) -> LooseTurn:
 def _find_largest(angles: Array) -> float | None:
     """Return the largest of the angles (n,) [rad] in deg, or None if nothing limits the motion."""
     largest = float(angles.max())
-    return None if largest >= FREE else float(np.degrees(largest))
+    return None if largest >= FREE_ANGLE else float(np.degrees(largest))
 
 
 def _summarise_gear(gear: IncompleteGear, part: GearPart) -> IncompleteCut:
@@ -137,9 +136,9 @@ def _summarise_gear(gear: IncompleteGear, part: GearPart) -> IncompleteCut:
     )  # fmt: skip
 
 
-def _place_in_dwell(pair: Intermittent) -> list[PlacedGear]:
+def _place_in_dwell(pair: IntermittentPair) -> list[PlacedGear]:
     """Return both gears in the middle of the dwell."""
-    positions = pair.rolling.held(np.array([0.5]))
+    positions = pair.rolling.dwell_positions(np.array([0.5]))
     return [
         PlacedGear(gear, float(angle), (float(x), float(y)))
         for gear, ((angle,), (x,), (y,)) in zip(pair.gears, positions, strict=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from planter.files import csv_rows
 from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.incomplete.gear import IncompleteGear
+from planter.gearing.teeth.incomplete.locking import IncompleteGear
 from planter.gears.results import Rim
 from planter.kernels import Array
 from planter.workshop import biarcs, bores, drawing, outline, solids

@@ -15,7 +15,7 @@ import numpy as np
 from planter import rooms
 from planter.errors import InputError
 from planter.files import csv_rows, examples, text
-from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.order import ToothOrder
 from planter.gears.options import Keep, Process
 from planter.gears.parts import PartSettings
 from planter.gears.results import GearsFound
@@ -37,7 +37,7 @@ class Teeth:
     process: Process = Process.hob
     allow_undercut: bool = False
 
-    def order(self, teeth: int | None, module_mm: float | None, keep: Keep | None) -> Order:
+    def order(self, teeth: int | None, module_mm: float | None, keep: Keep | None) -> ToothOrder:
         """Return the order for a pair in SI units."""
         options: dict[str, Any] = {f.name: getattr(self, f.name) for f in fields(self)}
         play = options.pop("backlash_mm") * 1e-3
@@ -45,7 +45,7 @@ class Teeth:
         options["pressure_angle"] = float(np.radians(self.pressure_angle))
         options["process"] = self.process.value
         module = None if module_mm is None else module_mm * 1e-3
-        return Order(teeth=teeth, module=module, keep=keep.value if keep else None, play=play, **options)
+        return ToothOrder(teeth=teeth, module=module, keep=keep.value if keep else None, play=play, **options)
 
 
 def parse_tooth_counts(argument: str | None, limit: int = 2) -> tuple[int, ...]:

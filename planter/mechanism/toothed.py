@@ -9,9 +9,9 @@ import numpy as np
 
 from planter.engine.machine import load_machine
 from planter.errors import InputError
-from planter.gearing.teeth.making import Toothed, toothed
-from planter.gearing.teeth.pair import Pair
-from planter.gearing.teeth.sampled import of_samples
+from planter.gearing.teeth.making import ToothedPair, cut_teeth
+from planter.gearing.teeth.pair import CurvePair
+from planter.gearing.teeth.sampled import build_sampled_pair
 from planter.gears.parts import PlacedGear
 from planter.gears.request import GearOptions
 from planter.gears.results import GearsFound
@@ -56,7 +56,7 @@ class Mesh:
         self.gear = 1 - self.slow
         self.names = names[self.gear], names[self.slow]
 
-    def pair(self) -> Pair:
+    def pair(self) -> CurvePair:
         """Return the pair of the faster gear, whose pitch curve is sampled, and its mate."""
         phi = self._turn()
         values = self._values(phi[:-1])
@@ -70,7 +70,7 @@ class Mesh:
                 f"{self.place}: radii that roll on each other add up to {sums.min() * 1e3:.6g} to "
                 f"{sums.max() * 1e3:.6g} mm, which is no distance of axes; correct the motion or the pitch radius"
             )
-        pair = of_samples(sense * polar, radius, self.place, self.turns, sense)
+        pair = build_sampled_pair(sense * polar, radius, self.place, self.turns, sense)
         if not abs(pair.distance - sums.mean()) <= MISSED * pair.distance:
             raise InputError(
                 f"{self.place}: the mate closes at {pair.distance * 1e3:.6g} mm between the axes, but they are "
@@ -78,7 +78,7 @@ class Mesh:
             )
         return pair
 
-    def placed(self, cut: Toothed) -> Iterator[PlacedGear]:
+    def placed(self, cut: ToothedPair) -> Iterator[PlacedGear]:
         """Yield both gears where they are at the start of the turn, their keyways along x of their frames.
 
         Where teeth ask for another size, the mechanism is as much larger about its origin.
@@ -141,7 +141,7 @@ def make(source: str, wanted: GearOptions, out: Path | None = None, progress: Li
     for number, (tag, names) in enumerate(meshes.items()):
         mesh = Mesh(model, tag, _tell_apart(names, tag, meshes))
         count, module = wanted.counts[number] if wanted.counts else None, wanted.modules_mm[min(number, 1)]
-        pairs.append(toothed(mesh.pair(), wanted.teeth.order(count, module, wanted.keep), mesh.place, mesh.names))
+        pairs.append(cut_teeth(mesh.pair(), wanted.teeth.order(count, module, wanted.keep), mesh.place, mesh.names))
         placed += mesh.placed(pairs[-1])
     gears = gear_set.GearSet(mechanism.name, pairs, placed, None, files.provenance(mechanism))
     return gear_set.make_gear_set(gears, wanted.teeth, wanted.part_settings, out, progress)

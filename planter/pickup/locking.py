@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.incomplete.arcs import ARCS, radius_of, reaches_of
+from planter.gearing.teeth.incomplete.arcs import ARCS, compute_arc_radius, compute_horn_reaches
 from planter.gearing.teeth.incomplete.rolling import Rolling
 from planter.kernels import Array
 from planter.pickup.model import Train
@@ -45,8 +45,8 @@ def locking(train: Train) -> Locking | None:
     if train.toothed == train.driven:
         curves = _Curves(train)
         try:
-            radius = radius_of(curves, addendum)
-            after, before = reaches_of(curves, radius, addendum)
+            radius = compute_arc_radius(curves, addendum)
+            after, before = compute_horn_reaches(curves, radius, addendum)
         except GeometryError:
             return None
         return Locking(radius, curves.ends[::-1], dwell.width, (before, after))
@@ -104,4 +104,4 @@ def rolling(train: Train) -> Rolling:
     def radius(t: Array) -> Array:
         return train.pitch(t)["R1"]
 
-    return Rolling.of(radius, train.toothed, train.law.joints(), train.geometry.a1)
+    return Rolling.from_radius(radius, train.toothed, train.law.joints(), train.geometry.a1)

@@ -10,7 +10,7 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.files import examples
-from planter.gearing.teeth.incomplete.locking import Intermittent, intermittent
+from planter.gearing.teeth.incomplete.locking import IntermittentPair, build_intermittent_pair
 from planter.gears import intermittent as made_known
 from planter.gears.options import Keep
 from planter.gears.request import GearOptions, Teeth
@@ -68,7 +68,7 @@ def _own(machine: Pickup) -> dict[str, float]:
     return {"pressure_angle": stage.alpha0_deg, "addendum": mean, "shift": shift}
 
 
-def cut(machine: Pickup, train: Train, teeth: Teeth, wanted: GearOptions) -> Intermittent:
+def cut(machine: Pickup, train: Train, teeth: Teeth, wanted: GearOptions) -> IntermittentPair:
     """The non-circular pair with the module given or in the file, or with so many teeth on its arc as are given."""
     if train.law.dwell is None:
         raise InputError(f"{machine.source}: the arm does not dwell, but incomplete gears need a dwell")
@@ -77,7 +77,7 @@ def cut(machine: Pickup, train: Train, teeth: Teeth, wanted: GearOptions) -> Int
             f"{machine.source}: the arm is driven by other means than teeth beside the dwell, where no pitch curve "
             f"leads to the locking arcs: the law's slope must jump there"
         )
-    return intermittent(rolling(train), _module(machine, train, wanted), teeth.order(None, None, None),
+    return build_intermittent_pair(rolling(train), _module(machine, train, wanted), teeth.order(None, None, None),
                         machine.source, NAMES)  # fmt: skip
 
 

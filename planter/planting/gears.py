@@ -13,9 +13,9 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.gearing import families
-from planter.gearing.teeth.making import Toothed, toothed
-from planter.gearing.teeth.order import Order
-from planter.gearing.teeth.pair import of_stage
+from planter.gearing.teeth.making import ToothedPair, cut_teeth
+from planter.gearing.teeth.order import ToothOrder
+from planter.gearing.teeth.pair import build_stage_pair
 from planter.gears.gear_set import GearSet
 from planter.gears.options import Keep
 from planter.gears.parts import PlacedGear
@@ -42,7 +42,7 @@ class Train:
 
     device: Device
     x: Array
-    stages: tuple[Toothed, ...]
+    stages: tuple[ToothedPair, ...]
 
     @property
     def scaled(self) -> bool:
@@ -108,7 +108,7 @@ def gears(
     return GearSet(device.machine.name, made.stages, made.placed(), made.change(), told, friction)
 
 
-def train(device: Device, orders: Sequence[Order], design: Array | None = None) -> Train:
+def train(device: Device, orders: Sequence[ToothOrder], design: Array | None = None) -> Train:
     """Both stages of a design (p,) [SI], the device's own unless given, with the teeth that are ordered for each.
 
     Raises as `toothed` does.
@@ -116,8 +116,8 @@ def train(device: Device, orders: Sequence[Order], design: Array | None = None) 
     x = (device.design if design is None else design).copy()
     stages = []
     for k, order in enumerate(orders):
-        pair = of_stage(device.stages[k], device.of_stage(k, x), SENSES[k])
-        found = toothed(pair, order, f"{device.machine.source}: stage {k + 1}", NAMES[k])
+        pair = build_stage_pair(device.stages[k], device.of_stage(k, x), SENSES[k])
+        found = cut_teeth(pair, order, f"{device.machine.source}: stage {k + 1}", NAMES[k])
         stages.append(found)
         x[_lengths(device, k)] *= found.sized.scale
     return Train(device, x, tuple(stages))
@@ -126,7 +126,7 @@ def train(device: Device, orders: Sequence[Order], design: Array | None = None) 
 def _lengths(device: Device, stage: int) -> list[int]:
     """Places of a stage's lengths in the design vector."""
     own = device.stages[stage]
-    entries = families.sidecar(own.family)["parameters"]
+    entries = families.load_sidecar(own.family)["parameters"]
     return [device.names.index(name) for name, entry in zip(own.names, entries, strict=True) if entry["unit"] == "m"]
 
 

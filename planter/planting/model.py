@@ -16,7 +16,7 @@ from planter.engine.response import DesignPoint
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.gearing import families, stage
-from planter.gearing.stage import Candidate
+from planter.gearing.stage import StageCandidate
 from planter.kernels import Array, Kernel, formulas
 from planter.planting import flanks
 from planter.planting.composition import FORCE, build_machine
@@ -40,7 +40,7 @@ class Device:
         self.formulas = formulas.load(f"planting_{model}")
         self.sidecar = self.formulas.sidecar
         pair = [
-            families.checked(stage.family, f"{machine.source}: stage{i}.family")
+            families.check_family(stage.family, f"{machine.source}: stage{i}.family")
             for i, stage in enumerate((machine.stage1, machine.stage2), 1)
         ]
         parts = self._parts(pair)
@@ -50,7 +50,7 @@ class Device:
         self._take(machine)
         ends = np.cumsum([len(part) for part in parts])
         first, second = (
-            stage.build(family, self._vectors[f"parameters{i}"], self._candidates(slice(ends[i - 1], ends[i])))
+            stage.build_stage(family, self._vectors[f"parameters{i}"], self._candidates(slice(ends[i - 1], ends[i])))
             for i, family in enumerate(pair, 1)
         )
         self.stages = first, second
@@ -82,15 +82,18 @@ class Device:
     def _parts(self, families: list[str]) -> list[tuple[str, ...]]:
         """Names of the design parameters: those of the mounting, then those of each stage."""
         mounting = tuple(entry["shown"] for entry in self._vectors["mounting"])
-        return [mounting, *(stage.names(f, self._vectors[f"parameters{i}"]) for i, f in enumerate(families, 1))]
+        return [
+            mounting,
+            *(stage.list_design_names(f, self._vectors[f"parameters{i}"]) for i, f in enumerate(families, 1)),
+        ]
 
-    def _candidates(self, part: slice) -> list[Candidate]:
+    def _candidates(self, part: slice) -> list[StageCandidate]:
         """The machine's design, then the corners of its box: what a stage must be able to build."""
         source = self.machine.source
         sides = list(zip(self.lower[part], self.upper[part], strict=True))
         corners = [np.array(corner) for corner in itertools.product(*sides)]
-        return [Candidate(self.design[part], lambda name: f"{source}: design.{name}"),
-                *(Candidate(corner, lambda name: f"{source}: bounds.{name}") for corner in corners)]  # fmt: skip
+        return [StageCandidate(self.design[part], lambda name: f"{source}: design.{name}"),
+                *(StageCandidate(corner, lambda name: f"{source}: bounds.{name}") for corner in corners)]  # fmt: skip
 
     def like(self, machine: Machine) -> Device:
         """The device of another machine with the same families, cam law and names: what was built for this one serves.
@@ -105,7 +108,7 @@ class Device:
                     samples=machine.objective.samples, sampling=machine.objective.samples)
         )  # fmt: skip
         for index, pair in enumerate(self.stages):
-            own = Candidate(found.of_stage(index, found.design), lambda name: f"{machine.source}: design.{name}")
+            own = StageCandidate(found.of_stage(index, found.design), lambda name: f"{machine.source}: design.{name}")
             pair.check_parameters(own)
             pair.check_radius(own)
         return found

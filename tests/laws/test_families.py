@@ -18,7 +18,7 @@ from scipy.optimize import brentq
 
 from planter.errors import GeometryError
 from planter.gearing import families
-from planter.gearing.stage import TAIL, Candidate
+from planter.gearing.stage import SERIES_TOLERANCE, StageCandidate
 from planter.kernels import Kernel
 from planter.numerics import extremes
 from planter.planting.model import Device
@@ -110,7 +110,7 @@ def test_rotation_is_the_integral_of_the_ratio(family: str, seed: int) -> None:
 def test_tail_of_the_series_is_the_error_of_a_shorter_one(family: str) -> None:
     own, terms = pairs.parameters(family, 1), pairs.stage(family, 1).terms
     series = np.abs(pairs.stage(family, 1).prologue(parameters=own)["hoisted"][1:, 0])
-    assert series[-1] < TAIL
+    assert series[-1] < SERIES_TOLERANCE
     short = int(np.argmax(series < 1e-5))
     assert 1e-8 < rotation_gap(family, 1, terms=short) < 1e-3
     assert terms > short
@@ -122,7 +122,7 @@ def test_a_series_of_three_lobes_is_not_cut_between_its_terms() -> None:
     stage = pairs.stage_of("fourier", own)
     series = np.abs(stage.prologue(parameters=own)["hoisted"][1:, 0])
     assert series[[0, 1, 3, 4]].max() < 1e-5 < series[[2, 5]].min()
-    assert series[-3:].max() < TAIL
+    assert series[-3:].max() < SERIES_TOLERANCE
 
 
 # --- rolling -------------------------------------------------------------------------------------------
@@ -259,7 +259,7 @@ def test_curvatures_are_those_of_the_drawn_curves(family: str) -> None:
 
 def convexity(family: str, own: Array) -> float:
     """The closed form that is positive if and only if the deformed curve is convex."""
-    return float(Kernel(families.module(family).convexity())(parameters=own)["convex"][0, 0])
+    return float(Kernel(families.load_functions(family).convexity())(parameters=own)["convex"][0, 0])
 
 
 def hollowness(family: str, own: Array) -> float:
@@ -274,7 +274,7 @@ def hollowness(family: str, own: Array) -> float:
     return extremes.least(bend, np.linspace(0, np.pi, 181)).value * own[0]
 
 
-CLOSED = [f for f in sorted({f for f, _ in pairs.EVERY_CURVE}) if hasattr(families.module(f), "convexity")]
+CLOSED = [f for f in sorted({f for f, _ in pairs.EVERY_CURVE}) if hasattr(families.load_functions(f), "convexity")]
 
 
 ALWAYS_CONVEX = {("ellipse", 1.0), ("ellipse", 1.3), ("eccentric_circle", 1.0)}
@@ -357,15 +357,15 @@ BAD_CURVES = {
 def test_parameters_outside_the_domain_are_named(family: str) -> None:
     own, sentence = BAD_CURVES[family]
     with pytest.raises(GeometryError, match=sentence):
-        pairs.stage(family, 1).check_parameters(Candidate(np.array(own), lambda name: name))
+        pairs.stage(family, 1).check_parameters(StageCandidate(np.array(own), lambda name: name))
 
 
 def test_a_radius_below_zero_between_the_joints_is_named() -> None:
     own = np.array([0.03, 0.005, 0.04, 0.0, 1.2])
     stage = pairs.stage_of("fourier", own)
-    stage.check_parameters(Candidate(own, lambda name: name))
+    stage.check_parameters(StageCandidate(own, lambda name: name))
     with pytest.raises(GeometryError, match=r"r = -10.* mm at t = .* deg is not allowed: it must be between 0"):
-        stage.check_radius(Candidate(own, lambda name: name))
+        stage.check_radius(StageCandidate(own, lambda name: name))
 
 
 # --- devices -------------------------------------------------------------------------------------------

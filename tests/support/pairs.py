@@ -9,7 +9,7 @@ import numpy as np
 from derive.gearing.meshing import FAMILIES
 from planter.files import units
 from planter.gearing import families
-from planter.gearing.stage import Candidate, Stage, converged
+from planter.gearing.stage import Stage, StageCandidate, converge_series
 from planter.planting.file import Machine, load
 from tests.support.sizing import Size, Sizing
 
@@ -43,8 +43,8 @@ def stage(family: str, seed: int) -> Stage:
 
 
 def stage_of(family: str, own: np.ndarray) -> Stage:
-    names = tuple(entry["shown"] for entry in families.sidecar(family)["parameters"])
-    return converged(Stage(family, names), [Candidate(own, lambda name: name)])
+    names = tuple(entry["shown"] for entry in families.load_sidecar(family)["parameters"])
+    return converge_series(Stage(family, names), [StageCandidate(own, lambda name: name)])
 
 
 @cache

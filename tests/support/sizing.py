@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 
 from planter.gearing import families
-from planter.gearing.stage import FIRST_TERMS, MOST_TERMS, TAIL, Candidate, Stage, converged
+from planter.gearing.stage import FIRST_TERMS, MAX_TERMS, SERIES_TOLERANCE, Stage, StageCandidate, converge_series
 from planter.kernels import Array, Kernel
 
 NODES = 256
@@ -43,7 +43,7 @@ class Sizing:
     """
 
     def __init__(self, family: str) -> None:
-        self.family, self.sidecar = family, families.sidecar(family)
+        self.family, self.sidecar = family, families.load_sidecar(family)
         self._names = tuple(entry["shown"] for entry in self.sidecar["parameters"])
         self._lengths = np.array([entry["unit"] == "m" for entry in self.sidecar["parameters"]])
 
@@ -53,18 +53,20 @@ class Sizing:
         Raises GeometryError where the series of its rotation does not converge.
         """
         own = np.asarray(parameters, dtype=float)
-        stage = converged(Stage(self.family, self._names), [Candidate(own, lambda name: f"{self.family}.{name}")])
+        stage = converge_series(
+            Stage(self.family, self._names), [StageCandidate(own, lambda name: f"{self.family}.{name}")]
+        )
         mean, swing = _Described(stage)(own)
         return Size(mean, swing, float(own[-1]))
 
     def parameters(self, size: Size) -> Array:
         """The curve of a size: in closed form where the family has one, else solved; ValueError where none is found."""
         terms = FIRST_TERMS if self.sidecar["series"] else 0
-        while terms <= MOST_TERMS:
+        while terms <= MAX_TERMS:
             stage = Stage(self.family, self._names, terms)
             described = _Described(stage)
             found = self._solved(described, size)
-            if stage.tail(found) < TAIL:
+            if stage.tail(found) < SERIES_TOLERANCE:
                 mean, _ = described(found)
                 return np.where(self._lengths, found * size.mean_radius / mean, found)
             terms += terms // 2
@@ -94,7 +96,7 @@ class Sizing:
 
     @cached_property
     def _relative(self) -> Kernel:
-        return Kernel(families.module(self.family).relative())
+        return Kernel(families.load_functions(self.family).relative())
 
     def _not_found(self, size: Size) -> ValueError:
         return ValueError(f"no {self.sidecar['title']} of the relative swing {size.swing:g} was found")

@@ -12,13 +12,13 @@ import shapely
 from planter.gearing.teeth import pair
 from planter.gearing.teeth.flanks import Flanks
 from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.making import Toothed, toothed
-from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.making import ToothedPair, cut_teeth
+from planter.gearing.teeth.order import ToothOrder
 from planter.gearing.teeth.rack import Rack
 from planter.kernels import Array
 from tests.support import pairs
 
-FREE = Order(process="wire", allow_undercut=True)
+FREE = ToothOrder(process="wire", allow_undercut=True)
 """Nothing is refused for how it would be cut."""
 REFUSED = {
     ("sine", 5): "does not reach its tip, where the pitch curve is hollow",
@@ -29,20 +29,20 @@ REFUSED = {
 
 def circle(z: int, rack: Rack) -> Gear:
     """A gear on a circle."""
-    curves = pair.circles(z * rack.module / 2, z * rack.module / 2)
+    curves = pair.build_circle_pair(z * rack.module / 2, z * rack.module / 2)
     return Gear("gear", Flanks(curves.gear, rack, z, 0.0))
 
 
-def circles(z: int, mate: int, order: Order) -> Toothed:
+def circles(z: int, mate: int, order: ToothOrder) -> ToothedPair:
     """Two circular gears of module 2 mm."""
-    return toothed(pair.circles(1e-3 * z, 1e-3 * mate), replace(order, teeth=z), "pair", ("gear", "mate"))
+    return cut_teeth(pair.build_circle_pair(1e-3 * z, 1e-3 * mate), replace(order, teeth=z), "pair", ("gear", "mate"))
 
 
 @cache
-def stage(family: str, seed: int, z: int, order: Order = FREE, sense: int = 1) -> Toothed:
+def stage(family: str, seed: int, z: int, order: ToothOrder = FREE, sense: int = 1) -> ToothedPair:
     """A pair of a family at a size that is drawn at random."""
-    curves = pair.of_stage(pairs.stage(family, seed), pairs.parameters(family, seed), sense)
-    return toothed(curves, replace(order, teeth=z), family, ("gear", "mate"))
+    curves = pair.build_stage_pair(pairs.stage(family, seed), pairs.parameters(family, seed), sense)
+    return cut_teeth(curves, replace(order, teeth=z), family, ("gear", "mate"))
 
 
 def involute(angle: float) -> float:

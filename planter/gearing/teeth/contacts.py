@@ -1,6 +1,6 @@
-"""Where flanks of two gears touch: same point, same normal, solved from a start that is astray.
+"""Contacts of the flanks of two gears: common point and normal, solved from a displaced start.
 
-The contact of two flanks takes nothing from how they were made but their points: that they are conjugate shows in it.
+The solution uses only the points of the flanks, so that it verifies that they are conjugate.
 """
 
 from __future__ import annotations
@@ -12,26 +12,26 @@ from typing import Protocol
 import numpy as np
 
 from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.meshing import Facing
-from planter.gearing.teeth.pair import Pair
+from planter.gearing.teeth.meshing import FacingFlanks
+from planter.gearing.teeth.pair import CurvePair
 from planter.gearing.teeth.rack import RACK, Cut
 from planter.kernels import Array
 from planter.numerics import simultaneous
 from planter.numerics.arrays import Integers
 
-_ASTRAY = 0.02
-"""How far from the pitch point, in pitches, the search for a contact starts, so that it has to find it."""
-_TURNED = 1e-4
-"""And how far the mate is turned from where it belongs [rad]."""
-_STEPS = 0.25, 0.05
+_START_OFFSET = 0.02
+"""Displacement of the start of the search from the pitch point, in pitches."""
+_START_TURN = 1e-4
+"""Rotation of the mate from its position at the start of the search [rad]."""
+_MAX_STEPS = 0.25, 0.05
 """Longest steps of a search: along the pitch curves in pitches, and of the mate's turn [rad]."""
 
 
-class Meshing(Protocol):
-    """Two gears in mesh, as `Mesh`."""
+class FlankMeshing(Protocol):
+    """Protocol of two gears in mesh (`Mesh`, `RowMesh`)."""
 
     @property
-    def pair(self) -> Pair: ...
+    def pair(self) -> CurvePair: ...
 
     @property
     def gears(self) -> tuple[Gear, Gear]: ...
@@ -40,32 +40,32 @@ class Meshing(Protocol):
     def pitch(self) -> float: ...
 
     def places(self, at: Array) -> tuple[Array, Array]:
-        """Angle and axis (3, n) of both gears at rolling lengths (n,)."""
+        """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m]."""
 
     def arc_lengths(self, at: Array) -> tuple[Array, Array]:
-        """Arc lengths (n,) of both pitch curves where they touch at rolling lengths (n,)."""
+        """Return arc lengths (n,) [m] of the contact on both pitch curves at rolling lengths (n,) [m]."""
 
 
 @dataclass(frozen=True)
 class Contacts:
     """The contacts of flanks of a mesh that face each other (n,)."""
 
-    mesh: Meshing
-    faced: Facing
+    mesh: FlankMeshing
+    faced: FacingFlanks
 
     @property
     def errors(self) -> Array:
-        """How far the mate (n,) turns from where it belongs [rad] until flanks without play touch."""
+        """Rotation (n,) [rad] of the mate from its position until flanks without backlash touch."""
         return self._touching[2]
 
     @property
     def points(self) -> Array:
-        """Where flanks without play touch (2, n) [m], from the gear's axis, the line of centres along x."""
-        return self.both(self.faced.xi, self._touching[:2], self._touching[2])[0].points
+        """Contact points (2, n) [m] of flanks without backlash, from the gear's axis, the line of centres along x."""
+        return self.cut_flanks(self.faced.xi, self._touching[:2], self._touching[2])[0].points
 
     @property
     def sliding(self) -> Array:
-        """Speed (n,) with which flanks slide in their contacts per rotation rate of the gear [m].
+        """Sliding speed (n,) of the flanks in their contacts per rotation rate of the gear [m].
 
         Seen from the gear its mate turns about the pitch point, with the rates of both together.
         """
@@ -76,13 +76,13 @@ class Contacts:
 
     @property
     def lost_motion(self) -> Array:
-        """Turn (p, 2) of the mate from the central position [rad] until a side of the teeth stops it, by SIDES.
+        """Rotation (p, 2) of the mate from the central position [rad] until a side of the teeth stops it, by SIDES.
 
         The p positions are the distinct `faced.at` in rising order; NaN where no flank of a side is in contact.
         """
-        turns = self.turned(self.thinned, self._start)[2]
+        turns = self.solve(self.thinned, self._start)[2]
         position = np.unique(self.faced.at, return_inverse=True)[1]
-        return least_turns(turns, position, self.faced.side)
+        return find_smallest_turns(turns, position, self.faced.side)
 
     @property
     def gaps(self) -> Array:
@@ -90,82 +90,84 @@ class Contacts:
         still = np.zeros_like(self.faced.at)
 
         def system(at: Array) -> tuple[Array, Array]:
-            one, two = self.both(self.thinned, at, still)
-            apart = two.points - one.points
-            along, turned = _dot(one.tangents, two.tangents), _cross(one.tangents, two.tangents)
+            gear_cut, mate_cut = self.cut_flanks(self.thinned, at, still)
+            gap = mate_cut.points - gear_cut.points
+            cosine, sine = _dot(gear_cut.tangents, mate_cut.tangents), _cross(gear_cut.tangents, mate_cut.tangents)
             slopes = np.array([
-                [one.turning * _cross(one.tangents, apart) - one.rate, two.rate * along],
-                [-one.turning * along, two.turning * along],
+                [gear_cut.turning * _cross(gear_cut.tangents, gap) - gear_cut.rate, mate_cut.rate * cosine],
+                [-gear_cut.turning * cosine, mate_cut.turning * cosine],
             ])  # fmt: skip
-            return np.array([_dot(apart, one.tangents), turned]), slopes
+            return np.array([_dot(gap, gear_cut.tangents), sine]), slopes
 
-        start = self._start[:2] + _ASTRAY * self.mesh.pitch
-        at = simultaneous.newton(system, start, np.full(2, _STEPS[0] * self.mesh.pitch))
-        one, two = self.both(self.thinned, at, still)
-        return -_cross(one.tangents, two.points - one.points)
+        start = self._start[:2] + _START_OFFSET * self.mesh.pitch
+        at = simultaneous.newton(system, start, np.full(2, _MAX_STEPS[0] * self.mesh.pitch))
+        gear_cut, mate_cut = self.cut_flanks(self.thinned, at, still)
+        return -_cross(gear_cut.tangents, mate_cut.points - gear_cut.points)
 
     @property
     def _start(self) -> Array:
-        """Arc lengths of both curves in the pitch point, and no turn (3, n)."""
+        """Arc lengths of both curves in the pitch point [m], and zero rotation (3, n)."""
         return np.array([*self.mesh.arc_lengths(self.faced.at), np.zeros_like(self.faced.at)])
 
     @property
     def thinned(self) -> Array:
-        """Places of flanks (2, n) with the play that each gear has its share of."""
+        """Flanks (2, n) by their arc lengths [m], thinned by each gear's share of the backlash."""
         return np.asarray(self.faced.xi - self.faced.side * self.mesh.gears[0].rack.play / 4)
 
     @cached_property
     def _touching(self) -> Array:
-        """Arc lengths at both contacts and the turn of the mate (3, n) with which flanks without play touch."""
-        aside = _ASTRAY * self.mesh.pitch
-        return self.turned(self.faced.xi, self._start + np.array([[aside], [-2 * aside], [_TURNED]]))
+        """Arc lengths at both contacts and rotation of the mate (3, n) for flanks without backlash."""
+        offset = _START_OFFSET * self.mesh.pitch
+        return self.solve(self.faced.xi, self._start + np.array([[offset], [-2 * offset], [_START_TURN]]))
 
-    def turned(self, xi: Array, start: Array) -> Array:
-        """Arc lengths at both contacts and the turn of the mate (3, n) with which flanks at places (2, n) touch."""
+    def solve(self, xi: Array, start: Array) -> Array:
+        """Return arc lengths at both contacts and rotation of the mate (3, n) for flanks at arc lengths (2, n) [m]."""
 
         def system(at: Array) -> tuple[Array, Array]:
-            return self.residuals(*self.both(xi, at[:2], at[2]))
+            return self.residuals(*self.cut_flanks(xi, at[:2], at[2]))
 
-        along, turn = _STEPS[0] * self.mesh.pitch, _STEPS[1]
-        return simultaneous.newton(system, start, np.array([along, along, turn]))
+        step, turn = _MAX_STEPS[0] * self.mesh.pitch, _MAX_STEPS[1]
+        return simultaneous.newton(system, start, np.array([step, step, turn]))
 
-    def residuals(self, one: Cut, two: Cut) -> tuple[Array, Array]:
-        """Return what vanishes where flanks touch (3, n): distance in x and y [m], sine of the angle of the tangents.
+    def residuals(self, gear_cut: Cut, mate_cut: Cut) -> tuple[Array, Array]:
+        """Return the residuals (3, n) of a contact, distance in x and y [m] and sine between the tangents, and the
+        Jacobian.
 
-        And its slopes (3, 3, n) by the arc lengths of both contacts and the turn of the mate.
+        The Jacobian (3, 3, n) is by the arc lengths of both contacts and the rotation of the mate.
         """
-        along = _dot(one.tangents, two.tangents)
-        arm = two.points - np.array([[self.mesh.pair.distance], [0.0]])
-        moved = np.array([one.rate * one.tangents, -two.rate * two.tangents, [arm[1], -arm[0]]])
-        bent = np.array([-one.turning * along, two.turning * along, along])
+        cosine = _dot(gear_cut.tangents, mate_cut.tangents)
+        arm = mate_cut.points - np.array([[self.mesh.pair.distance], [0.0]])
+        moved = np.array([gear_cut.rate * gear_cut.tangents, -mate_cut.rate * mate_cut.tangents, [arm[1], -arm[0]]])
+        bent = np.array([-gear_cut.turning * cosine, mate_cut.turning * cosine, cosine])
         slopes = np.concatenate([moved.swapaxes(0, 1), bent[None]])
-        return np.vstack([one.points - two.points, _cross(one.tangents, two.tangents)]), slopes
+        return np.vstack([gear_cut.points - mate_cut.points, _cross(gear_cut.tangents, mate_cut.tangents)]), slopes
 
-    def both(self, xi: Array, at: Array, turned: Array) -> tuple[Cut, Cut]:
-        """Points of flanks at arc lengths (2, n) of both curves, in the frame of the axes, the mate turned further."""
-        where = self.mesh.places(self.faced.at)
-        where[1][0] += turned
-        one, two = (
-            _placed(gear.flanks.line(at[k], xi[k], self.faced.side), where[k]) for k, gear in enumerate(self.mesh.gears)
+    def cut_flanks(self, xi: Array, at: Array, turned: Array) -> tuple[Cut, Cut]:
+        """Return both flanks at arc lengths (2, n) [m] in the frame of the axes, the mate rotated by `turned` [rad]."""
+        positions = self.mesh.places(self.faced.at)
+        positions[1][0] += turned
+        gear_cut, mate_cut = (
+            _move_cut(gear.flanks.line(at[k], xi[k], self.faced.side), positions[k])
+            for k, gear in enumerate(self.mesh.gears)
         )
-        return one, two
+        return gear_cut, mate_cut
 
 
-def least_turns(turns: Array, position: Integers, side: Array) -> Array:
-    """Return the least size (p, 2) of turns (n,) by their position (n,) and by SIDES, NaN where there is none."""
-    found = np.full((int(position.max()) + 1, 2), np.inf)
-    np.minimum.at(found, (position, (side > 0).astype(int)), np.abs(turns))
-    return np.where(np.isfinite(found), found, np.nan)
+def find_smallest_turns(turns: Array, position: Integers, side: Array) -> Array:
+    """Return the least size (p, 2) of turns (n,) by their position (n,) and by SIDES, NaN without a contact."""
+    smallest = np.full((int(position.max()) + 1, 2), np.inf)
+    np.minimum.at(smallest, (position, (side > 0).astype(int)), np.abs(turns))
+    return np.where(np.isfinite(smallest), smallest, np.nan)
 
 
-def _placed(cut: Cut, where: Array) -> Cut:
-    px, py, ex, ey = RACK("placed", own=np.vstack([cut.points, cut.tangents]), where=where).values()
+def _move_cut(cut: Cut, position: Array) -> Cut:
+    px, py, ex, ey = RACK("placed", own=np.vstack([cut.points, cut.tangents]), where=position).values()
     return Cut(np.array([px, py]), np.array([ex, ey]), cut.rate, cut.turning)
 
 
-def _dot(one: Array, other: Array) -> Array:
-    return np.asarray((one * other).sum(axis=0))
+def _dot(first: Array, second: Array) -> Array:
+    return np.asarray((first * second).sum(axis=0))
 
 
-def _cross(one: Array, other: Array) -> Array:
-    return np.asarray(one[0] * other[1] - one[1] * other[0])
+def _cross(first: Array, second: Array) -> Array:
+    return np.asarray(first[0] * second[1] - first[1] * second[0])

@@ -1,4 +1,4 @@
-"""A closed pitch curve in its arc length: place, tangent, curvature and polar angle, to rounding on every branch."""
+"""Closed pitch curves by arc length: point, tangent, curvature and polar angle, accurate to rounding."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from planter.numerics.angles import TURN
 from planter.numerics.chebyshev import Panels
 
 X, Y, TX, TY, KAPPA, POLAR = range(6)
-"""Rows of a curve: place [m], unit tangent, curvature [1/m], polar angle [rad]."""
-_JUMP = 1e-9
-"""A jump of the curvature below this share of the largest is rounding."""
-_BESIDE = 1e-9
-"""How far beside a place the side of a joint is told that is meant."""
+"""Rows of a curve: point [m], unit tangent, curvature [1/m], polar angle [rad]."""
+_JUMP_TOLERANCE = 1e-9
+"""Share of the largest curvature below which a jump is rounding."""
+_SIDE_SHIFT = 1e-9
+"""Shift towards the requested side of a breakpoint, as a share."""
 
 Trace = Callable[[Array], tuple[Array, Array]]
 """Polar places (4, n) of a curve at parameters (n,), as `rack_teeth` takes them, and polar angle per parameter (n,)."""
@@ -33,8 +33,8 @@ class PitchCurve:
     joints: Array
 
     @classmethod
-    def traced(cls, trace: Trace, breaks: Array, sense: int) -> PitchCurve:
-        """Of a curve whose polar angle runs anticlockwise (sense +1) or clockwise (-1) with its parameter.
+    def from_trace(cls, trace: Trace, breaks: Array, sense: int) -> PitchCurve:
+        """Return a curve whose polar angle runs anticlockwise (sense +1) or clockwise (-1) with its parameter.
 
         `breaks` are the parameters (m,) from its start to its end between which it is smooth.
         """
@@ -58,21 +58,21 @@ class PitchCurve:
 
             return roots.newton(rates, low, high, ends)
 
-        def rows(own: Array) -> Array:
-            polar, _ = trace(parameter(own if sense > 0 else total - own))
-            found = list(RACK("pitch", polar_place=polar, sense=sense).values())[:5]
+        def rows(arcs: Array) -> Array:
+            polar, _ = trace(parameter(arcs if sense > 0 else total - arcs))
+            columns = list(RACK("pitch", polar_place=polar, sense=sense).values())[:5]
             angle = polar[0] if sense > 0 else TURN - polar[0]
-            return np.array([*found, angle])
+            return np.array([*columns, angle])
 
         ends = at_ends if sense > 0 else total - at_ends[::-1]
-        return cls.joined(Panels.of(rows, ends))
+        return cls.from_panels(Panels.of(rows, ends))
 
     @classmethod
-    def joined(cls, rows: Panels) -> PitchCurve:
-        """With the joints where the curvature of neighbouring panels differs."""
+    def from_panels(cls, rows: Panels) -> PitchCurve:
+        """Return a curve with breakpoints at the ends of panels with different curvature."""
         count = np.arange(len(rows.series))
         start, end = rows(rows.ends[:-1], count)[KAPPA], rows(rows.ends[1:], count)[KAPPA]
-        jump = np.abs(start - np.roll(end, 1)) > _JUMP * np.abs(start).max()
+        jump = np.abs(start - np.roll(end, 1)) > _JUMP_TOLERANCE * np.abs(start).max()
         return cls(rows, rows.ends[:-1][jump])
 
     @property
@@ -80,21 +80,22 @@ class PitchCurve:
         return float(self.rows.ends[-1])
 
     def at(self, s: Array, towards: Array | None = None) -> Array:
-        """Rows (6, n) at arc lengths (n,) of any turn; at a joint those of the side that lies `towards` places (n,)."""
-        seen = s if towards is None else s + _BESIDE * (towards - s)
+        """Return rows (6, n) at arc lengths (n,) [m] of any turn, on the side of breakpoints that lies `towards` (n,) "
+        "[m]."""
+        seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
         turns = np.floor(seen / self.length)
         past = turns * self.length
-        found = self.rows(s - past, self.rows.panel(seen - past))
-        found[POLAR] += TURN * turns
-        return found
+        rows = self.rows(s - past, self.rows.panel(seen - past))
+        rows[POLAR] += TURN * turns
+        return rows
 
     def arc(self, polar: Array) -> Array:
-        """Arc lengths (n,) at polar angles (n,) [rad] of any turn."""
+        """Return arc lengths (n,) [m] at polar angles (n,) [rad] of any turn."""
         turns = np.floor(polar / TURN)
         return np.asarray(self.arc_within(polar - TURN * turns) + turns * self.length)
 
     def arc_within(self, polar: Array) -> Array:
-        """Arc lengths (n,) at polar angles (n,) [rad] between those of its start and of its end."""
+        """Return arc lengths (n,) [m] at polar angles (n,) [rad] between those of its ends."""
         starts = self._starts
         index = np.clip(np.searchsorted(starts, polar, "right") - 1, 0, len(starts) - 2)
         slope = self.rows.slope
@@ -112,18 +113,19 @@ class PitchCurve:
         return np.append(self.rows(self.rows.ends[:-1], count)[POLAR], self.rows(self.rows.ends[-1:])[POLAR])
 
     def bends(self, s: Array, towards: Array | None = None) -> Array:
-        """Curvature and its first two derivatives along the curve (3, n), on the side `towards` places."""
-        seen = s if towards is None else s + _BESIDE * (towards - s)
+        """Return curvature [1/m] and its first two derivatives by arc length (3, n), on the side that lies "
+        "`towards`."""
+        seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
         past = np.floor(seen / self.length) * self.length
-        panel, own = self.rows.panel(seen - past), s - past
+        panel, arcs = self.rows.panel(seen - past), s - past
         first = self.rows.slope
-        return np.array([part(own, panel)[KAPPA] for part in (self.rows, first, first.slope)])
+        return np.array([part(arcs, panel)[KAPPA] for part in (self.rows, first, first.slope)])
 
     def scaled(self, factor: float) -> PitchCurve:
-        """The same curve with all lengths multiplied."""
-        by = np.array([factor, factor, 1.0, 1.0, 1 / factor, 1.0])
-        return PitchCurve(Panels(self.rows.ends * factor, self.rows.series * by[:, None]), self.joints * factor)
+        """Return the curve with all lengths multiplied by a factor."""
+        factors = np.array([factor, factor, 1.0, 1.0, 1 / factor, 1.0])
+        return PitchCurve(Panels(self.rows.ends * factor, self.rows.series * factors[:, None]), self.joints * factor)
 
     def places(self, share: Array) -> Array:
-        """Points (n, 2) [m] by shares (n,) of the length."""
+        """Return points (n, 2) [m] at shares (n,) of the length."""
         return self.at(share * self.length)[[X, Y]].T

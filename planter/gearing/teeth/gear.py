@@ -1,4 +1,4 @@
-"""A gear: the exact outline that a rack cuts on its pitch curve, piece by piece, and what is measured of it."""
+"""Gears: the exact outline that a rack cuts on a pitch curve, piece by piece, with its measures."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ import numpy as np
 from planter.gearing.teeth import joins
 from planter.gearing.teeth.curve import PitchCurve
 from planter.gearing.teeth.flanks import Flanks
-from planter.gearing.teeth.joins import Line
-from planter.gearing.teeth.outline import Kind, Outline
-from planter.gearing.teeth.pieces import KINDS, Pieces, at_joints, without_nothing
+from planter.gearing.teeth.joins import FlankLine
+from planter.gearing.teeth.outline import KINDS, Kind, OutlinePieces, ToothOutline, drop_empty, split_at_joints
 from planter.gearing.teeth.rack import Cut, Rack
 from planter.kernels import Array
 from planter.numerics import extremes, quadrature
@@ -23,37 +22,37 @@ from planter.numerics.latest import Latest
 _TIP, _ROOT = KINDS.index("tip"), KINDS.index("root")
 _NODES = 24
 """Nodes of a quadrature along a piece."""
-_TRIED = 17
-"""Places on a piece where the nearest point to the axis is looked for."""
+_SAMPLES = 17
+"""Points of a piece from which the point nearest to the axis is searched."""
 
 
 @dataclass(frozen=True)
-class Piece:
+class GearPiece:
     """An exact piece of an outline, s from 0 to 1 (`outline.Piece`)."""
 
     gear: Gear
     number: int
 
     @cached_property
-    def _own(self) -> Pieces:
-        return self.gear.pieces.of(np.array([self.number]))
+    def _pieces(self) -> OutlinePieces:
+        return self.gear.pieces.select(np.array([self.number]))
 
     @cached_property
     def _cut(self) -> Latest[Cut]:
-        """What it is at shares (n,) of it; points and tangents are often asked for one after the other."""
-        return Latest(lambda s: self.gear.cut(self._own.of(np.zeros(len(s), dtype=int)), s))
+        """Evaluation at shares (n,), cached because points and tangents are often requested in turn."""
+        return Latest(lambda s: self.gear.cut(self._pieces.select(np.zeros(len(s), dtype=int)), s))
 
     @property
     def kind(self) -> Kind:
-        return KINDS[self._own.kind[0]]
+        return KINDS[self._pieces.kind[0]]
 
     @property
     def tooth(self) -> int:
-        return int(self._own.tooth[0])
+        return int(self._pieces.tooth[0])
 
     @property
     def side(self) -> int:
-        return int(self._own.side[0])
+        return int(self._pieces.side[0])
 
     def at(self, s: Array) -> Array:
         return self._cut(s).points.T
@@ -86,20 +85,20 @@ class Gear:
         return self.flanks.z
 
     @cached_property
-    def paths(self) -> list[list[Line]]:
-        """The lines of the outline down each of the flanks, from the tip to the root."""
-        return joins.paths(self.flanks)
+    def paths(self) -> list[list[FlankLine]]:
+        """The lines of the outline along each flank, from the tip to the root."""
+        return joins.build_flank_lines(self.flanks)
 
     @cached_property
-    def pieces(self) -> Pieces:
-        """Tooth by tooth: fillet, flank, tip, flank, fillet, root; all cut where the pitch curve has a joint."""
+    def pieces(self) -> OutlinePieces:
+        """Pieces tooth by tooth: fillet, flank, tip, flank, fillet, root; split at breakpoints of the pitch curve."""
         rows = np.array(list(self._ordered()))
         kind, flank, tooth, side = rows[:, :4].astype(int).T
-        whole = Pieces(kind, flank, tooth, side, rows[:, 4], rows[:, 5])
-        return without_nothing(at_joints(self.curve, whole), self.curve.length)
+        pieces = OutlinePieces(kind, flank, tooth, side, rows[:, 4], rows[:, 5])
+        return drop_empty(split_at_joints(self.curve, pieces), self.curve.length)
 
     def _ordered(self) -> Iterator[tuple[float, ...]]:
-        """The rows of `Pieces`, one piece after the other."""
+        """Yield the rows of `OutlinePieces` in order."""
         f, z = self.flanks, self.z
         for tooth in range(z):
             begin, end = tooth, z + tooth
@@ -112,34 +111,34 @@ class Gear:
             past = 0.0 if tooth + 1 < z else self.curve.length
             yield _ROOT, -1, tooth, 0, root.upper, self.paths[(tooth + 1) % z][-1].upper + past
 
-    def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> Outline:
-        """The outline, for a gear whose axis an assembly puts at a centre [m]."""
-        pieces = tuple(Piece(self, number) for number in range(len(self.pieces.kind)))
-        return Outline(self.name, pieces, centre, self.curve.places)
+    def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> ToothOutline:
+        """Return the outline of a gear whose axis is at a centre [m] in the assembly."""
+        pieces = tuple(GearPiece(self, number) for number in range(len(self.pieces.kind)))
+        return ToothOutline(self.name, pieces, centre, self.curve.places)
 
-    def cut(self, pieces: Pieces, share: Array) -> Cut:
-        """What pieces (n,) are at shares (n,) of them."""
+    def cut(self, pieces: OutlinePieces, share: Array) -> Cut:
+        """Return pieces (n,) evaluated at shares (n,)."""
         s = pieces.start + share * (pieces.end - pieces.start)
-        found = Cut(np.empty((2, len(s))), np.empty((2, len(s))), np.empty(len(s)), np.empty(len(s)))
-        for kind, cut in enumerate(self._cutting):
-            which = np.flatnonzero(pieces.kind == kind)
-            if len(which):
-                part = cut(s[which], pieces.flank[which], pieces.middle[which])
-                for rows, values in zip(vars(found).values(), vars(part).values(), strict=True):
-                    rows[..., which] = values
-        return found
+        cut = Cut(np.empty((2, len(s))), np.empty((2, len(s))), np.empty(len(s)), np.empty(len(s)))
+        for kind, evaluate in enumerate(self._cutting):
+            index = np.flatnonzero(pieces.kind == kind)
+            if len(index):
+                values = evaluate(s[index], pieces.flank[index], pieces.middle[index])
+                for rows, source in zip(vars(cut).values(), vars(values).values(), strict=True):
+                    rows[..., index] = source
+        return cut
 
-    def sampled(self, shares: Array, which: Integers | None = None) -> Cut:
-        """Points (2, m, n) and the like of all pieces, or some of them (m,), at shares (n,) of each."""
-        pieces = self.pieces if which is None else self.pieces.of(which)
+    def sampled(self, shares: Array, index: Integers | None = None) -> Cut:
+        """Return points (2, m, n) and derivatives of all pieces, or those of an index (m,), at shares (n,)."""
+        pieces = self.pieces if index is None else self.pieces.select(index)
         count = len(pieces.kind)
-        every = pieces.of(np.repeat(np.arange(count), len(shares)))
-        cut = self.cut(every, np.tile(shares, count))
+        repeated = pieces.select(np.repeat(np.arange(count), len(shares)))
+        cut = self.cut(repeated, np.tile(shares, count))
         return Cut(*(rows.reshape(*rows.shape[:-1], count, len(shares)) for rows in vars(cut).values()))
 
     @property
     def _cutting(self) -> tuple[Callable[[Array, Integers, Array], Cut], ...]:
-        """What cuts each of KINDS."""
+        """Functions that evaluate each of KINDS."""
         f, height = self.flanks, self.rack.sizes["tip"]
         return (
             f.fillet,
@@ -168,13 +167,13 @@ class Gear:
         """Arc length (z,) of each tooth's tip [m]."""
         lengths = self._quadrature[1].sum(axis=1)
         tips = self.pieces.kind == _TIP
-        found: Array = np.bincount(self.pieces.tooth[tips], lengths[tips], self.z).astype(float)
-        return found
+        lands: Array = np.bincount(self.pieces.tooth[tips], lengths[tips], self.z).astype(float)
+        return lands
 
     @property
     def root_radius(self) -> float:
-        """Least distance of the outline from the axis [m]."""
-        shares = np.linspace(0, 1, _TRIED)
+        """Smallest distance of the outline from the axis [m]."""
+        shares = np.linspace(0, 1, _SAMPLES)
         distances = np.hypot(*self.sampled(shares).points)
-        nearest = Piece(self, int(np.argmin(distances.min(axis=1))))
+        nearest = GearPiece(self, int(np.argmin(distances.min(axis=1))))
         return extremes.least(lambda s: np.hypot(*nearest.at(s).T), shares).value

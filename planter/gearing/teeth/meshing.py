@@ -1,4 +1,4 @@
-"""Two gears in mesh: where they are, which flanks face each other, and for how long each pair is in contact.
+"""Meshes of two gears: positions, facing flanks, and the length of contact of each pair.
 
 At rolling length S both gears are turned so that their pitch curves touch on the line of centres, which is x from the
 gear's axis to its mate's: the central position. Places `d` on a flank are lengths of the pitch curve towards its root.
@@ -13,22 +13,22 @@ import numpy as np
 
 from planter.gearing.teeth.curve import POLAR
 from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.pair import Pair
+from planter.gearing.teeth.pair import CurvePair
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
 
 POSITIONS = 720
-"""Positions over a period that a mesh is examined at."""
-_AROUND = 4
-"""Teeth on either side of the pitch point that are asked whether they touch."""
+"""Positions of a period at which a mesh is checked."""
+_NEIGHBOURS = 4
+"""Teeth on either side of the pitch point that may touch."""
 
 
 @dataclass(frozen=True)
-class Facing:
+class FacingFlanks:
     """Flanks of both gears (n,) that face each other at rolling lengths `at` (n,): their side and their numbers.
 
-    `xi` (2, n) are their places on both pitch curves without play, in arc lengths over any number of turns; `d` is how
-    far down the gear's flank the central position is.
+    `xi` (2, n) are their crossings of both pitch curves without backlash, in arc lengths [m] over any number of turns;
+    `d` is the position of the central position down the gear's flank [m].
     """
 
     at: Array
@@ -42,7 +42,7 @@ class Facing:
 class Mesh:
     """A gear and its mate, cut by the same rack, on a pair of pitch curves."""
 
-    pair: Pair
+    pair: CurvePair
     gear: Gear
     mate: Gear
 
@@ -65,17 +65,17 @@ class Mesh:
         return np.arange(POSITIONS) * self.period * self.pitch / POSITIONS
 
     def rolled(self, polar: Array) -> Array:
-        """Rolling lengths (n,) at which the gear touches at polar angles (n,) [rad], counted in the pair's sense."""
+        """Return rolling lengths (n,) [m] at which the gear touches at polar angles (n,) [rad], in the pair's sense."""
         sense = self.pair.sense
         return np.asarray(sense * self.gear.curve.arc(sense * polar))
 
     def arc_lengths(self, at: Array) -> tuple[Array, Array]:
-        """Arc lengths (n,) of both pitch curves where they touch at rolling lengths (n,)."""
-        one, two = self.pair.senses
-        return one * at, two * at
+        """Return arc lengths (n,) [m] of the contact on both pitch curves at rolling lengths (n,) [m]."""
+        sense, mate_sense = self.pair.senses
+        return sense * at, mate_sense * at
 
     def places(self, at: Array) -> tuple[Array, Array]:
-        """Angle and axis (3, n) of both gears at rolling lengths (n,)."""
+        """Return angle [rad] and axis [m] (3, n) of both gears at rolling lengths (n,) [m]."""
         turned = [c.at(s)[POLAR] for c, s in zip(self.pair.curves, self.arc_lengths(at), strict=True)]
         zero = np.zeros_like(at)
         return (
@@ -85,49 +85,50 @@ class Mesh:
 
     @cached_property
     def reaches(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Of each gear: lengths (2 z,) from its flanks' places to where they are cut at the tip, and where they end."""
-        one, two = (
+        """Lengths (2 z,) [m] of each gear from its flanks' crossings to their tips and to their ends."""
+        gear_reach, mate_reach = (
             (np.abs(g.flanks.tips[0] - g.flanks.xi), np.abs([path[0].lower for path in g.paths] - g.flanks.xi))
             for g in self.gears
         )
-        return one, two
+        return gear_reach, mate_reach
 
     @cached_property
-    def pairs(self) -> Facing:
+    def pairs(self) -> FacingFlanks:
         """Every pair of flanks over a period, each where it meets in the pitch point."""
         tooth = np.repeat(np.arange(self.period), 2)
         return self._facing(None, tooth.astype(float), np.tile([-1.0, 1.0], self.period))
 
-    def _facing(self, at: Array | None, tooth: Array, side: Array) -> Facing:
-        """The gear's flanks (n,), by their tooth over any number of turns and their side, with those of the mate."""
+    def _facing(self, at: Array | None, tooth: Array, side: Array) -> FacingFlanks:
+        """Return the gear's flanks (n,), by tooth over any number of turns and side, with those of the mate."""
         flanks, p = [g.flanks for g in self.gears], self.pitch
         full = [f.rack.sizes["full"] for f in flanks]
-        own = flanks[0].phase + p * tooth + side * full[0]
-        other = np.rint((-own - flanks[1].phase - side * full[1]) / p)
+        arc = flanks[0].phase + p * tooth + side * full[0]
+        mate_tooth = np.rint((-arc - flanks[1].phase - side * full[1]) / p)
         numbers = [
-            np.mod(count, f.z).astype(int) + f.z * (side > 0) for count, f in zip((tooth, other), flanks, strict=True)
+            np.mod(count, f.z).astype(int) + f.z * (side > 0)
+            for count, f in zip((tooth, mate_tooth), flanks, strict=True)
         ]
-        meets = self.pair.sense * own if at is None else at
-        mate = flanks[1].phase + p * other + side * full[1]
-        d = side * (self.pair.sense * meets - own)
-        return Facing(meets, side, (numbers[0], numbers[1]), np.array([own, mate]), d)
+        meets = self.pair.sense * arc if at is None else at
+        mate = flanks[1].phase + p * mate_tooth + side * full[1]
+        d = side * (self.pair.sense * meets - arc)
+        return FacingFlanks(meets, side, (numbers[0], numbers[1]), np.array([arc, mate]), d)
 
-    def facing(self, at: Array) -> Facing:
-        """Flanks that face each other at rolling lengths (n,), both sides of all teeth that reach there."""
+    def facing(self, at: Array) -> FacingFlanks:
+        """Return the facing flanks at rolling lengths (n,) [m], on both sides of all teeth in reach."""
         base: Array = np.rint((self.pair.sense * at - self.gear.flanks.phase) / self.pitch)
-        grid = np.array([(k, side) for k in range(-_AROUND, _AROUND + 1) for side in (-1.0, 1.0)])
+        grid = np.array([(k, side) for k in range(-_NEIGHBOURS, _NEIGHBOURS + 1) for side in (-1.0, 1.0)])
         tooth: Array = (base[:, None] + grid[:, 0]).ravel()
-        found = self._facing(np.repeat(at, len(grid)), tooth, np.tile(grid[:, 1], len(at)))
+        flanks = self._facing(np.repeat(at, len(grid)), tooth, np.tile(grid[:, 1], len(at)))
         (tip, end), (mate_tip, mate_end) = (
-            (r[0][n], r[1][n]) for r, n in zip(self.reaches, found.numbers, strict=True)
+            (r[0][n], r[1][n]) for r, n in zip(self.reaches, flanks.numbers, strict=True)
         )
         thinned = self.gear.rack.play / 4
         low, high = np.maximum(-tip - thinned, thinned - mate_end), np.minimum(mate_tip + thinned, end - thinned)
-        return _some(found, (found.d >= low) & (found.d <= high))
+        return _select_flanks(flanks, (flanks.d >= low) & (flanks.d <= high))
 
     @cached_property
     def arcs(self) -> tuple[Array, Array]:
-        """Of each of `pairs`: lengths of rolling in contact on the gear's addendum and on its mate's.
+        """Rolling lengths in contact of each of `pairs` on the gear's addendum and on its mate's [m].
 
         Each tip is counted from its own flank, and a flank that ends before the other's tip ends them.
         """
@@ -138,10 +139,10 @@ class Mesh:
 
     @property
     def spans(self) -> tuple[Array, Array]:
-        """Of each of `pairs`: lengths of rolling in contact before the pitch point and behind it."""
+        """Rolling lengths in contact of each of `pairs` before the pitch point and behind it [m]."""
         above, below = self.arcs
-        along = self.pair.sense * self.pairs.side > 0
-        return np.where(along, above, below), np.where(along, below, above)
+        forward = self.pair.sense * self.pairs.side > 0
+        return np.where(forward, above, below), np.where(forward, below, above)
 
     @property
     def contact_ratios(self) -> Array:
@@ -162,26 +163,28 @@ class Mesh:
 
         They touch from rolling lengths `start` (n,) to `end` (n,) [m].
         """
-        pairs, found = self.pairs, np.empty_like(start)
+        pairs, lengths = self.pairs, np.empty_like(start)
         for side in (-1.0, 1.0):
-            which = np.flatnonzero(pairs.side == side)
-            which = which[np.argsort(pairs.at[which])]
-            following = np.append(start[which][1:], start[which][0] + self.period * self.pitch)
-            found[which] = end[which] - following
-        return found
+            index = np.flatnonzero(pairs.side == side)
+            index = index[np.argsort(pairs.at[index])]
+            following = np.append(start[index][1:], start[index][0] + self.period * self.pitch)
+            lengths[index] = end[index] - following
+        return lengths
 
     @property
-    def ends(self) -> Facing:
+    def ends(self) -> FacingFlanks:
         """Every pair of flanks where it begins to touch and where it ends, without play."""
         pairs, (above, below) = self.pairs, self.arcs
-        one, two = pairs.numbers
-        along = self.pair.sense * pairs.side
-        return Facing(
-            np.concatenate([pairs.at - along * above, pairs.at + along * below]), np.tile(pairs.side, 2),
-            (np.tile(one, 2), np.tile(two, 2)), np.tile(pairs.xi, 2), np.concatenate([-above, below]),
+        gear_numbers, mate_numbers = pairs.numbers
+        sense = self.pair.sense * pairs.side
+        return FacingFlanks(
+            np.concatenate([pairs.at - sense * above, pairs.at + sense * below]), np.tile(pairs.side, 2),
+            (np.tile(gear_numbers, 2), np.tile(mate_numbers, 2)), np.tile(pairs.xi, 2), np.concatenate([-above, below]),
         )  # fmt: skip
 
 
-def _some(faced: Facing, which: Flags) -> Facing:
-    one, two = faced.numbers
-    return Facing(faced.at[which], faced.side[which], (one[which], two[which]), faced.xi[:, which], faced.d[which])
+def _select_flanks(faced: FacingFlanks, mask: Flags) -> FacingFlanks:
+    gear_numbers, mate_numbers = faced.numbers
+    return FacingFlanks(
+        faced.at[mask], faced.side[mask], (gear_numbers[mask], mate_numbers[mask]), faced.xi[:, mask], faced.d[mask]
+    )

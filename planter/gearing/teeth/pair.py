@@ -1,4 +1,4 @@
-"""Two pitch curves that roll on each other: of a stage, of circles, of any contact that a polar angle tells."""
+"""Pairs of pitch curves that roll on each other: of a stage, of circles, of any contact by the polar angle."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ Contact = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
-class Pair:
+class CurvePair:
     """A gear's pitch curve and its mate's, the distance of their axes [m], and the sense of the gear's polar angle.
 
-    At rolling length s the gear touches at sense * s of its own arc length, the mate at -sense * s.
+    At rolling length s the gear touches at its arc length sense * s, the mate at -sense * s.
     """
 
     gear: PitchCurve
@@ -35,48 +35,51 @@ class Pair:
 
     @property
     def senses(self) -> tuple[int, int]:
-        """Of both curves' own arc length against the rolling length."""
+        """Signs of both curves' arc length relative to the rolling length."""
         return self.sense, -self.sense
 
-    def scaled(self, factor: float) -> Pair:
-        """The same pair with all lengths multiplied."""
-        return Pair(self.gear.scaled(factor), self.mate.scaled(factor), self.distance * factor, self.sense)
+    def scaled(self, factor: float) -> CurvePair:
+        """Return the pair with all lengths multiplied by a factor."""
+        return CurvePair(self.gear.scaled(factor), self.mate.scaled(factor), self.distance * factor, self.sense)
 
 
-def of_contact(contact: Contact, distance: float, breaks: Array, sense: int = 1, turns: int = 1) -> Pair:
-    """The pair of a contact that is smooth between breaks (m,) over a turn, whose mate turns once in some `turns`."""
+def build_contact_pair(contact: Contact, distance: float, breaks: Array, sense: int = 1, turns: int = 1) -> CurvePair:
+    """Build the pair of a contact that is smooth between breaks (m,) [rad]; the mate turns once in `turns`."""
 
     def gear(t: Array) -> tuple[Array, Array]:
         return np.vstack([t, contact(t)[:3]]), np.ones_like(t)
 
     def mate(t: Array) -> tuple[Array, Array]:
-        found = contact(t)
-        return np.array(list(RACK("mate", contact=found, a=distance).values())), found[3]
+        columns = contact(t)
+        return np.array(list(RACK("mate", contact=columns, a=distance).values())), columns[3]
 
     all_turns = np.concatenate([breaks[:-1] + TURN * k for k in range(turns)] + [[breaks[0] + TURN * turns]])
-    return Pair(
-        PitchCurve.traced(gear, breaks, sense), PitchCurve.traced(mate, all_turns, -sense), float(distance), sense
+    return CurvePair(
+        PitchCurve.from_trace(gear, breaks, sense),
+        PitchCurve.from_trace(mate, all_turns, -sense),
+        float(distance),
+        sense,
     )
 
 
-def of_stage(stage: Stage, parameters: Array, sense: int = 1) -> Pair:
-    """The pair of a gear stage with its parameters [SI]: both segments of the deformed curve by themselves."""
+def build_stage_pair(stage: Stage, parameters: Array, sense: int = 1) -> CurvePair:
+    """Build the pair of a gear stage with its parameters (q,) in SI, with separate segments of the deformed curve."""
     hoisted = stage.prologue(parameters=parameters)["hoisted"]
 
     def contact(t: Array) -> Array:
         return np.vstack(list(stage.contact(t=t, parameters=parameters, hoisted=hoisted).values()))
 
     joint = stage.polar(u=np.array([np.pi]), parameters=parameters)["t_first"][0, 0]
-    return of_contact(contact, hoisted[0, 0], np.array([0.0, joint, TURN]), sense)
+    return build_contact_pair(contact, hoisted[0, 0], np.array([0.0, joint, TURN]), sense)
 
 
-def circles(radius: float, mate: float) -> Pair:
-    """Two circles."""
+def build_circle_pair(radius: float, mate: float) -> CurvePair:
+    """Build the pair of two circles by their radii [m]."""
 
-    def of(r: float, sense: int) -> PitchCurve:
+    def trace_circle(r: float, sense: int) -> PitchCurve:
         def trace(t: Array) -> tuple[Array, Array]:
             return np.array([t, np.full_like(t, r), np.zeros_like(t), np.zeros_like(t)]), np.ones_like(t)
 
-        return PitchCurve.traced(trace, np.linspace(0, TURN, 3), sense)
+        return PitchCurve.from_trace(trace, np.linspace(0, TURN, 3), sense)
 
-    return Pair(of(radius, 1), of(mate, -1), radius + mate)
+    return CurvePair(trace_circle(radius, 1), trace_circle(mate, -1), radius + mate)

@@ -1,4 +1,4 @@
-"""The basic rack of a gear's teeth (ISO 53), and the curves that it cuts on a pitch curve."""
+"""Basic racks of gear teeth (ISO 53), and the curves that they cut on a pitch curve."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RACK = formulas.load("rack_teeth")
 
 @dataclass(frozen=True)
 class Cut:
-    """What a rack cuts: points (2, n) [m], unit tangents (2, n), and what `rack_teeth` calls rate and turning (n,)."""
+    """Curve cut by a rack: points (2, n) [m], unit tangents (2, n), rate and turning (n,) of `rack_teeth`."""
 
     points: Array
     tangents: Array
@@ -23,17 +23,17 @@ class Cut:
     turning: Array
 
     @classmethod
-    def of(cls, found: Mapping[str, Array]) -> Cut:
-        px, py, ex, ey, rate, turning = found.values()
+    def from_columns(cls, columns: Mapping[str, Array]) -> Cut:
+        px, py, ex, ey, rate, turning = columns.values()
         return cls(np.array([px, py]), np.array([ex, ey]), rate, turning)
 
 
 @dataclass(frozen=True)
 class Rack:
-    """Module [m], pressure angle [rad], heights and profile shift in modules, play of a pair [m].
+    """Module [m], pressure angle [rad], heights and profile shift in modules, backlash of a pair [m].
 
-    The round at the rack's tips is as large as lets its straight flanks end at the addendum, but not above `tip_radius`
-    modules: a smaller one lets them reach deeper.
+    The tip radius is the largest with which the straight flanks end at the addendum, but at most `tip_radius` modules;
+    a smaller one lets them reach deeper.
     """
 
     module: float
@@ -46,22 +46,26 @@ class Rack:
 
     @cached_property
     def sizes(self) -> dict[str, float]:
-        """What of it a gear feels [m], by the names of the derivation."""
+        """Sizes of the rack [m] by the names of the derivation."""
         heights = self.addendum, self.clearance, self.shift
-        given = [self.module, *heights, self.pressure_angle, self.play, self.tip_radius]
-        return RACK.at("sizes", rack=given)
+        parameters = [self.module, *heights, self.pressure_angle, self.play, self.tip_radius]
+        return RACK.at("sizes", rack=parameters)
 
     @property
     def pitch(self) -> float:
         return self.sizes["pitch_"]
 
     def mate(self) -> Rack:
-        """The rack of the conjugate gear: shifted the other way."""
+        """Return the rack of the conjugate gear, with the opposite profile shift."""
         return replace(self, shift=0.0 - self.shift)
 
     def without_play(self) -> Rack:
         return replace(self, play=0.0)
 
     def run(self, depth: float) -> float:
-        """Length of the pitch curve over which a straight flank is cut from there down to a depth [m]."""
+        """Return the length of the pitch curve [m] on which a straight flank is cut down to a depth [m]."""
         return RACK.at("reach", kappa=0.0, height=depth, alpha=self.pressure_angle)["reach"]
+
+
+TEETH = formulas.load("gear_teeth")
+"""Functions of teeth at the curvatures of two pitch curves; `teeth`: module, addenda in modules, pressure angle."""

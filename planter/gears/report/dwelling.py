@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.gearing.teeth.incomplete.proof import FREE, Turn
-from planter.gearing.teeth.incomplete.rows import SIDES
+from planter.gearing.teeth.incomplete.proof import FREE_ANGLE, SIDES, IncompleteGearCycle
 from planter.gears.parts import PlacedGear
 from planter.gears.report.figures import MOMENTS, SECONDS, build_outline, plot_assembly
 from planter.kernels import Array
@@ -25,7 +24,7 @@ _HIGH = 5.0
 """Largest loose motion in the figure [deg]; larger values are clipped."""
 
 
-def build_figures(turn: Turn, gears: Sequence[PlacedGear]) -> dict[str, Figure]:
+def build_figures(turn: IncompleteGearCycle, gears: Sequence[PlacedGear]) -> dict[str, Figure]:
     """Return all figures by the names of their files."""
     return {
         "assembly": plot_assembly(gears),
@@ -36,13 +35,13 @@ def build_figures(turn: Turn, gears: Sequence[PlacedGear]) -> dict[str, Figure]:
 
 
 @style.drawn
-def plot_dwell(turn: Turn) -> Figure:
+def plot_dwell(turn: IncompleteGearCycle) -> Figure:
     """Plot both gears about the line of centres at the beginning, middle and end of the dwell."""
     figure = style.new_figure(4.2)
     gears, rolling = turn.gears, turn.gears.rolling
     positions = {
         "the dwell begins": rolling.places(np.array([rolling.length])),
-        "the middle of the dwell": rolling.held(np.array([0.5])),
+        "the middle of the dwell": rolling.dwell_positions(np.array([0.5])),
         "the dwell ends": rolling.places(np.zeros(1)),
     }
     for axes, (title, places) in zip(figure.subplots(1, 3, sharey=True), positions.items(), strict=True):
@@ -61,7 +60,7 @@ def plot_dwell(turn: Turn) -> Figure:
 
 
 @style.drawn
-def plot_loose(turn: Turn) -> Figure:
+def plot_loose(turn: IncompleteGearCycle) -> Figure:
     """Plot the number of flanks in contact and the loose motion of the driven gear over a turn."""
     figure = style.new_figure(4.6)
     above, below = figure.subplots(2, 1, sharex=True)
@@ -75,7 +74,7 @@ def plot_loose(turn: Turn) -> Figure:
     above.set_ylim(-0.2, 3.6)
     above.legend(loc="upper left", frameon=False, ncols=2)
     for values, label, shade in ((-motion.behind, "behind its law", style.BLUE), (motion.ahead, "ahead", style.ORANGE)):
-        stopped = np.abs(values) < FREE
+        stopped = np.abs(values) < FREE_ANGLE
         below.plot(np.degrees(motion.at), np.degrees(np.where(stopped, values, np.nan)), ".-", label=label, color=shade,
                    linewidth=0.8, markersize=3)  # fmt: skip
         below.plot(np.degrees(motion.at[~stopped]), np.full((~stopped).sum(), 0.88 * _HIGH), "^", color=shade,
@@ -95,7 +94,7 @@ def plot_loose(turn: Turn) -> Figure:
 
 
 @style.drawn
-def plot_lands(turn: Turn) -> Figure:
+def plot_lands(turn: IncompleteGearCycle) -> Figure:
     """Plot the undercut margin of both flanks and the top land of each tooth as the rack cuts it."""
     figure = style.new_figure(4.2)
     above, below = figure.subplots(2, 1)
@@ -115,7 +114,7 @@ def plot_lands(turn: Turn) -> Figure:
     return figure
 
 
-def build_scene(turn: Turn) -> Scene:
+def build_scene(turn: IncompleteGearCycle) -> Scene:
     """Return the scene of a turn of the driving gear that starts at the end of the dwell."""
     rolling = turn.gears.rolling
     first, last = rolling.over
@@ -124,7 +123,7 @@ def build_scene(turn: Turn) -> Scene:
     mate: Array = np.hstack(
         [
             rolling.places(rolling.rolled(moments[on_teeth]))[1],
-            rolling.held((moments[~on_teeth] - last) / rolling.dwell)[1],
+            rolling.dwell_positions((moments[~on_teeth] - last) / rolling.dwell)[1],
         ]
     )
     angles = -np.degrees(moments), np.degrees(np.unwrap(mate[0]))

@@ -10,9 +10,9 @@ import numpy as np
 from planter.files import units
 from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.incomplete.gear import IncompleteGear
-from planter.gearing.teeth.making import Toothed
-from planter.gearing.teeth.polygons import points
+from planter.gearing.teeth.incomplete.locking import IncompleteGear
+from planter.gearing.teeth.making import ToothedPair
+from planter.gearing.teeth.polygons import build_polygon
 from planter.gears.friction import FrictionCurves
 from planter.gears.parts import AnyGear, PlacedGear
 from planter.kernels import Array
@@ -46,7 +46,7 @@ def plot_assembly(gears: Sequence[PlacedGear]) -> Figure:
 
 
 @style.drawn
-def plot_mesh(pair: Toothed) -> Figure:
+def plot_mesh(pair: ToothedPair) -> Figure:
     """Plot the teeth about the pitch point at four positions over a period, with the contacts of the flanks."""
     figure = style.new_figure(6.4)
     mesh, period = pair.mesh, pair.mesh.period
@@ -68,7 +68,7 @@ def plot_mesh(pair: Toothed) -> Figure:
 
 
 @style.drawn
-def plot_teeth(pair: Toothed) -> Figure:
+def plot_teeth(pair: ToothedPair) -> Figure:
     """Plot the contact ratio of each tooth pair, and the undercut margin and top land of each tooth."""
     figure = style.new_figure(5.6)
     above, middle, below = figure.subplots(3, 1)
@@ -99,7 +99,7 @@ def plot_teeth(pair: Toothed) -> Figure:
 
 
 @style.drawn
-def plot_play(pair: Toothed) -> Figure:
+def plot_play(pair: ToothedPair) -> Figure:
     """Plot lost motion to either side and of both, polygon gap and transmission error over a period."""
     figure = style.new_figure(4.6)
     above, middle, below = figure.subplots(3, 1, sharex=True)
@@ -120,7 +120,7 @@ def plot_play(pair: Toothed) -> Figure:
 
 
 def build_figures(
-    pairs: Sequence[Toothed], gears: Sequence[PlacedGear], rubbing: FrictionCurves | None = None
+    pairs: Sequence[ToothedPair], gears: Sequence[PlacedGear], rubbing: FrictionCurves | None = None
 ) -> dict[str, Figure]:
     """Return all figures by the names of their files."""
     plots = {"assembly": plot_assembly(gears)}
@@ -144,7 +144,7 @@ def _draw_gear(axes: Axes, gear: AnyGear, angle: float, centre: tuple[float, flo
 
 
 def _find_vertices(gear: AnyGear) -> Array:
-    return gear.points if isinstance(gear, IncompleteGear) else points(gear)
+    return gear.points if isinstance(gear, IncompleteGear) else build_polygon(gear)
 
 
 def _rotate(line: Array, angle: float) -> Array:
@@ -190,7 +190,7 @@ OUTLINE_TOLERANCE = 0.01
 _MM = 1e3
 
 
-def build_scene(pair: Toothed) -> Scene:
+def build_scene(pair: ToothedPair) -> Scene:
     """Return the scene of a period of the mesh over the rotation of the gear."""
     mesh = pair.mesh
 
@@ -203,7 +203,7 @@ def build_scene(pair: Toothed) -> Scene:
     angles = turned_at(at)
     axes = [(0.0, 0.0), (_MM * mesh.pair.distance, 0.0)]
     bodies = [
-        Body(gear.name, (build_outline(points(gear), gear.rack.module, shade),), axis, angle)
+        Body(gear.name, (build_outline(build_polygon(gear), gear.rack.module, shade),), axis, angle)
         for shade, (gear, axis, angle) in enumerate(zip(mesh.gears, axes, angles, strict=True))
     ]
     turned = np.abs(angles[0] - angles[0][0])

@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planter.gearing.teeth.incomplete.proof import Turn
-from planter.gearing.teeth.making import Toothed
+from planter.gearing.teeth.incomplete.proof import IncompleteGearCycle
+from planter.gearing.teeth.making import ToothedPair
 from planter.gearing.teeth.rack import RACK
 from planter.gears import tables
 from planter.gears.friction import HEAD, FrictionCurves, tabulate_friction
@@ -169,9 +169,14 @@ def _describe_scaling(result: GearsFound) -> Iterator[Block]:
 
 @renews
 def write_gear_set(
-    out: Path, result: GearsFound, pairs: Sequence[Toothed], parts: Sequence[GearPart], friction: FrictionCurves | None,
-    provenance: Mapping[str, Any], progress: Listener | None = None,
-) -> GearsFound:  # fmt: skip
+    out: Path,
+    result: GearsFound,
+    pairs: Sequence[ToothedPair],
+    parts: Sequence[GearPart],
+    friction: FrictionCurves | None,
+    provenance: Mapping[str, Any],
+    progress: Listener | None = None,
+) -> GearsFound:
     """Write drawings, solids, tables, figures, report.html and summary.json; return the result with their paths.
 
     Raises InputError if the folder cannot be written, or if solids need a package that is not installed.
@@ -186,7 +191,7 @@ def write_gear_set(
 
 @renews
 def write_intermittent_pair(
-    out: Path, result: GearsFound, turn: Turn, parts: Sequence[GearPart], provenance: Mapping[str, Any],
+    out: Path, result: GearsFound, turn: IncompleteGearCycle, parts: Sequence[GearPart], provenance: Mapping[str, Any],
     progress: Listener | None = None,
 ) -> GearsFound:  # fmt: skip
     """Write the files of an intermittent pair. Raises as `write_gear_set` does."""

@@ -26,7 +26,7 @@ app = typer.Typer()
 def _families() -> Iterable[str]:
     from planter.gearing import families
 
-    return families.names()
+    return families.list_families()
 
 
 @app.command(cls=listing(pair=_families))

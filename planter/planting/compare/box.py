@@ -8,7 +8,7 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.gearing import families
-from planter.gearing.relative import SUFFIX
+from planter.gearing.families import SUFFIX
 from planter.planting import file
 from planter.planting.file import Machine
 from planter.planting.model import Device
@@ -24,7 +24,7 @@ Pair = tuple[str, str]
 
 def pairs() -> list[Pair]:
     """Every family of the registry on the sun with every one on gear 6."""
-    return [(one, two) for one in families.names() for two in families.names()]
+    return [(one, two) for one in families.list_families() for two in families.list_families()]
 
 
 def required(own: Machine) -> Machine:
@@ -75,7 +75,7 @@ def _stage(device: Device, number: int, family: str) -> tuple[dict[str, tuple[fl
     vector = device.sidecar["vectors"][f"parameters{number}"]
     suffix, last = vector["suffix"], vector["known"]["-1"]["shown"]
     size, swing, m = curve(device, number - 1)
-    shapes = families.sidecar(family)["shapes"]
+    shapes = families.load_sidecar(family)["shapes"]
     box = {f"size{suffix}_mm": SIZE_MM, f"swing{suffix}": SWING,
            **{f"{s['name']}{suffix}": (s["lower"], s["upper"]) for s in shapes}, last: DEFORMATION}  # fmt: skip
     start = dict(zip(box, (1e3 * size, swing, *(0.0 for _ in shapes), m), strict=True))
@@ -99,7 +99,7 @@ def chosen(texts: list[str] | None) -> list[Pair] | None:
         return None
     found = [tuple(text.split("+")) for text in texts]
     for text, pair in zip(texts, found, strict=True):
-        if len(pair) != 2 or not set(pair) <= set(families.names()):
-            allowed = f"it must be two of {', '.join(families.names())} with + between them"
+        if len(pair) != 2 or not set(pair) <= set(families.list_families()):
+            allowed = f"it must be two of {', '.join(families.list_families())} with + between them"
             raise InputError(f"--pair {text} is not allowed: {allowed}")
     return [(pair[0], pair[1]) for pair in found]

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from planter.errors import ComputationError
-from planter.gearing.families import own_parameters
-from planter.gearing.stage import names
+from planter.gearing.families import compute_family_parameters
+from planter.gearing.stage import list_design_names
 from planter.kernels import Array
 from planter.optimise import flat
 from planter.optimise.constraints import KEPT
@@ -144,14 +144,14 @@ def _found(problem: Problem, required: Required, u: Array) -> dict[str, Any]:
 def own_design(device: Device, x: Array) -> dict[str, float]:
     """The families' own parameters of a described design, under their own names."""
     from planter.files import units
-    from planter.gearing import relative
+    from planter.gearing import families
 
     start = len(device.sidecar["vectors"]["mounting"])
     found: dict[str, float] = {}
     for number, stage in enumerate(device.stages, 1):
-        family = relative.family_of(stage.family) or stage.family
-        values = own_parameters(family, x[start : start + len(stage.names)])
-        shown = names(family, device.sidecar["vectors"][f"parameters{number}"])
+        family = families.find_family(stage.family) or stage.family
+        values = compute_family_parameters(family, x[start : start + len(stage.names)])
+        shown = list_design_names(family, device.sidecar["vectors"][f"parameters{number}"])
         found |= {name: float(value / units.factor(name)) for name, value in zip(shown, values, strict=True)}
         start += len(stage.names)
     return found

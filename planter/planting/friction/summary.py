@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from planter.files import units
-from planter.gearing.teeth.making import Toothed
+from planter.gearing.teeth.making import ToothedPair
 from planter.gears.friction import KINDS, FrictionCurves
 from planter.gears.results import Extent, Friction, FrictionTurn
 from planter.kernels import Array
@@ -24,7 +24,7 @@ NORMAL = ("F_E", *(f"F_N{tag}" for tag in MESHES))
 LOST = {"stage 1": "F_P_loss", "stage 2": "F_Q_loss", "cams": "F_E_loss"}
 
 
-def rubbing(device: Device, x: Array, stages: Sequence[Toothed]) -> FrictionCurves:
+def rubbing(device: Device, x: Array, stages: Sequence[ToothedPair]) -> FrictionCurves:
     """What friction of the teeth of both stages does to a device at a design (p,) [SI]."""
     teeth = ToothedTurn(device, x, stages)
     bearings = teeth.bearings

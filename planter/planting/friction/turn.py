@@ -12,9 +12,9 @@ from functools import cached_property
 import numpy as np
 
 from planter.gearing.teeth import bearing
-from planter.gearing.teeth.bearing import Bearing, Load
+from planter.gearing.teeth.bearing import BearingPairs, SharedLoad
 from planter.gearing.teeth.curve import POLAR
-from planter.gearing.teeth.making import Toothed
+from planter.gearing.teeth.making import ToothedPair
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 from planter.optimise import joints
@@ -34,7 +34,7 @@ _CORRECTIONS = 2
 class ToothedTurn:
     """A device with teeth on both stages at a design (p,) [SI], over a turn."""
 
-    def __init__(self, device: Device, x: Array, stages: Sequence[Toothed]) -> None:
+    def __init__(self, device: Device, x: Array, stages: Sequence[ToothedPair]) -> None:
         self.device, self.x, self.stages = device, x, stages
         self._model = LiftedModel(device, x)
         self._pressure = {PRESSURE: stages[0].order.pressure_angle}
@@ -51,7 +51,7 @@ class ToothedTurn:
         dense = self._model.turn(_DENSE).one
         for k, (tag, stage) in enumerate(zip(MESHES, self.stages, strict=True), 1):
             mesh, t = stage.mesh, f"t{k}"
-            at, side = bearing.changes(mesh)
+            at, side = bearing.find_changes(mesh)
             sense = mesh.pair.sense
             polar = sense * mesh.gear.curve.at(sense * at)[POLAR]
             start = dense[t][0]
@@ -74,18 +74,18 @@ class ToothedTurn:
         return self.turn(friction=0.0)
 
     @cached_property
-    def bearings(self) -> tuple[Bearing, ...]:
+    def bearings(self) -> tuple[BearingPairs, ...]:
         """The pairs of teeth in contact at P and at Q."""
         return tuple(
-            Bearing.of(stage.mesh, stage.mesh.rolled(self.without.one[f"t{k}"]))
+            BearingPairs.from_mesh(stage.mesh, stage.mesh.rolled(self.without.one[f"t{k}"]))
             for k, stage in enumerate(self.stages, 1)
         )
 
-    def sliding(self, loads: Sequence[Load], friction: float | None = None) -> Turn:
+    def sliding(self, loads: Sequence[SharedLoad], friction: float | None = None) -> Turn:
         """Friction against the sliding, with loads that are shared out at P and at Q."""
         return self.turn(self.lifting(loads), friction)
 
-    def lifting(self, loads: Sequence[Load]) -> Lifting:
+    def lifting(self, loads: Sequence[SharedLoad]) -> Lifting:
         """What the model takes of loads that are shared out at P and at Q."""
         told: dict[str, Array | float] = {"against": 1.0}
         for tag, load in zip(MESHES, loads, strict=True):
@@ -99,6 +99,6 @@ class ToothedTurn:
         return self.sliding(self.equal)
 
     @cached_property
-    def equal(self) -> list[Load]:
+    def equal(self) -> list[SharedLoad]:
         """All pairs in contact bear the same."""
         return [one.equal for one in self.bearings]

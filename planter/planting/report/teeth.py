@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from planter.errors import GeometryError, InputError
-from planter.gearing.teeth.order import MODULE, Order
-from planter.gearing.teeth.polygons import points
+from planter.gearing.teeth.order import DEFAULT_MODULE, ToothOrder
+from planter.gearing.teeth.polygons import build_polygon
 from planter.kernels import Array
 from planter.planting.gears import train
 from planter.planting.model import Device
 from planter.view.outlines import thinned
 from planter.view.scene import Body, Outline
 
-ORDER = Order(keep="size", process="wire")
+ORDER = ToothOrder(keep="size", process="wire")
 """What is drawn leaves open what cuts it."""
-WITHIN = 0.025 * MODULE
+WITHIN = 0.025 * DEFAULT_MODULE
 """How far a drawn outline may be from the teeth [m]: less than a screen shows."""
 
 
@@ -32,7 +32,7 @@ def teeth(device: Device, x: Array) -> tuple[Body, ...]:
     return tuple(
         Body(
             f"teeth of the {gear.name}",
-            (Outline(1e3 * thinned(points(gear), WITHIN), "teeth", shade=shade),),
+            (Outline(1e3 * thinned(build_polygon(gear), WITHIN), "teeth", shade=shade),),
             turn=float(np.degrees(place.angle)),
         )
         for shade, (gear, place) in enumerate(zip(gears, made.placed(), strict=True))

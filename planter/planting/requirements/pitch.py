@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from planter.gearing.stage import Stage
-from planter.gearing.teeth.osculating import TEETH
+from planter.gearing.teeth.rack import TEETH
 from planter.kernels import Kernel
 
 TOOTH = ("pitch_curvature", "curvature_radius", "contact_ratio")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planter.errors import InputError
-from planter.gearing.teeth.order import LEAST_TEETH
+from planter.gearing.teeth.order import MIN_TEETH
 from planter.gears import request
 from planter.planting.whole.wanted import Wanted
 
@@ -27,7 +27,7 @@ def wanted(module: float | None, module1: float | None, module2: float | None, t
     if len(counts) != len(found.stages):
         allowed = "Z1,Z2" if len(found.stages) == 2 else f"Z, the teeth of stage {found.stages[0] + 1}, which has one"
         raise InputError(f"--teeth {teeth} is not allowed: it must be {allowed}, one for each stage with a module")
-    few = [z for z in counts if z < LEAST_TEETH]
+    few = [z for z in counts if z < MIN_TEETH]
     if few:
-        raise InputError(f"--teeth {teeth} is not allowed: there must be at least {LEAST_TEETH} on a gear")
+        raise InputError(f"--teeth {teeth} is not allowed: there must be at least {MIN_TEETH} on a gear")
     return found.of(counts)

@@ -7,8 +7,7 @@ import itertools
 
 import numpy as np
 
-from planter.gearing.length import PitchLength
-from planter.gearing.stage import Candidate
+from planter.gearing.stage import PitchLength, StageCandidate
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
 from planter.optimise.constraints import Constraints, Named
@@ -85,8 +84,8 @@ def pitch_length(device: Device, stage: int) -> PitchLength:
     """The length of a stage's pitch curve, right to rounding at the device's design and at the corners of its box."""
     at, source = places(device, stage), device.machine.source
     corners = itertools.product(*zip(device.lower[at], device.upper[at], strict=True))
-    own = Candidate(device.design[at], lambda key: f"{source}: design.{key}")
-    every = [own, *(Candidate(np.array(corner), lambda key: f"{source}: bounds.{key}") for corner in corners)]
+    own = StageCandidate(device.design[at], lambda key: f"{source}: design.{key}")
+    every = [own, *(StageCandidate(np.array(corner), lambda key: f"{source}: bounds.{key}") for corner in corners)]
     found = PitchLength(device.stages[stage], every)
     if device.compiled:
         found.compile()

@@ -9,9 +9,9 @@ import numpy as np
 from planter.errors import GeometryError
 from planter.gearing.teeth import limits
 from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.making import Toothed, toothed
-from planter.gearing.teeth.order import Order
-from planter.gearing.teeth.pair import of_stage
+from planter.gearing.teeth.making import ToothedPair, cut_teeth
+from planter.gearing.teeth.order import ToothOrder
+from planter.gearing.teeth.pair import build_stage_pair
 from planter.kernels import Array
 from planter.optimise.certificate import ActiveConstraint
 from planter.planting.gears import NAMES, SENSES
@@ -25,7 +25,7 @@ def stages(lengths: Lengths, x: Array, free: Array, held: list[ActiveConstraint]
     slopes = {one.name: one.multiplier * (-1 if one.side == "max" else 1) for one in held}
     misses = lengths.values(x) / lengths.upper - 1
     for k, own, of_free, miss in zip(wanted.stages, lengths.measured(x), lengths.measured(free), misses, strict=True):
-        order = Order(teeth=wanted.teeth[k], module=wanted.modules[k], keep="module")
+        order = ToothOrder(teeth=wanted.teeth[k], module=wanted.modules[k], keep="module")
         made, refused = _made(lengths, k, x, order)
         per_length = slopes.get(name(k), 0.0)
         found.append(
@@ -46,15 +46,15 @@ def stages(lengths: Lengths, x: Array, free: Array, held: list[ActiveConstraint]
     return found
 
 
-def _made(lengths: Lengths, stage: int, x: Array, order: Order) -> tuple[Toothed | None, str | None]:
+def _made(lengths: Lengths, stage: int, x: Array, order: ToothOrder) -> tuple[ToothedPair | None, str | None]:
     """The teeth of a stage, None where they cannot be made at all, and why not as ordered."""
     device = lengths.device
-    pair = of_stage(device.stages[stage], device.of_stage(stage, x), SENSES[stage])
+    pair = build_stage_pair(device.stages[stage], device.of_stage(stage, x), SENSES[stage])
     ways = order, replace(order, process="wire", allow_undercut=True)
     refused = None
     for way in ways:
         try:
-            found = toothed(pair, way, f"stage {stage + 1}", NAMES[stage])
+            found = cut_teeth(pair, way, f"stage {stage + 1}", NAMES[stage])
             limits.check_penetration(found.mesh, found.deepest, found.name)
             return found, refused
         except GeometryError as error:

@@ -248,7 +248,7 @@ def test_units_stay_at_the_end_of_the_columns_of_side_2(simulated: Path) -> None
         (("optimise", "--help"), ("hybrid", "ipopt", "ga")),
         (("bench", "--help"), (*WORKS, *WAYS)),
         (("audit", "--help"), tuple(numbers.papers())),
-        (("compare", "--help"), tuple(families.names())),
+        (("compare", "--help"), tuple(families.list_families())),
     ],
 )
 def test_help_says_where_names_stand_and_lists_every_choice(arguments: tuple[str, ...], told: tuple[str, ...]) -> None:

@@ -7,15 +7,15 @@ import pytest
 from scipy.special import ellipe
 
 from planter.errors import GeometryError
-from planter.gearing import families, length
-from planter.gearing.length import PitchLength
-from planter.gearing.stage import Candidate, Stage
-from planter.gearing.teeth.pair import of_stage
+from planter.gearing import families
+from planter.gearing import stage as stage_functions
+from planter.gearing.stage import PitchLength, Stage, StageCandidate
+from planter.gearing.teeth.pair import build_stage_pair
 from tests.support import pairs
 
 
 def measure(stage: Stage, parameters: np.ndarray) -> PitchLength:
-    return PitchLength(stage, [Candidate(parameters, lambda name: name)])
+    return PitchLength(stage, [StageCandidate(parameters, lambda name: name)])
 
 
 def drawn(family: str, seed: int) -> tuple[Stage, np.ndarray, PitchLength]:
@@ -43,7 +43,7 @@ def test_a_circle_is_as_long_wherever_its_axis_is() -> None:
 def test_it_is_the_length_of_the_curve_that_teeth_stand_on(case: pairs.Drawn) -> None:
     """Which is found along the polar angle, by Chebyshev series."""
     stage, own, found = drawn(*case)
-    assert of_stage(stage, own).gear.length == pytest.approx(found.at(own).value, rel=1e-13)
+    assert build_stage_pair(stage, own).gear.length == pytest.approx(found.at(own).value, rel=1e-13)
 
 
 @pytest.mark.parametrize("case", pairs.EVERY_CURVE, ids=str)
@@ -61,7 +61,7 @@ def test_its_derivatives_are_those_of_differences(case: pairs.Drawn) -> None:
 def test_it_grows_with_the_curve(case: pairs.Drawn) -> None:
     """All lengths times s: the length too; so it is what its slopes along the lengths make (Euler)."""
     _, own, found = drawn(*case)
-    lengths = np.array([entry["unit"] == "m" for entry in families.sidecar(case[0])["parameters"]])
+    lengths = np.array([entry["unit"] == "m" for entry in families.load_sidecar(case[0])["parameters"]])
     at = found.at(own)
     assert found.at(np.where(lengths, 1.7 * own, own)).value == pytest.approx(1.7 * at.value, rel=1e-14)
     assert (at.gradient * own)[lengths].sum() == pytest.approx(at.value, rel=1e-13)
@@ -73,6 +73,6 @@ def test_too_few_nodes_miss_it_and_a_curve_that_takes_too_many_is_refused(monkey
     found = measure(stage, own)
     found.nodes = 8
     assert abs(found.at(own).value / (4 * 0.031 * ellipe(0.64)) - 1) > 1e-9
-    monkeypatch.setattr(length, "MOST_NODES", 16)
+    monkeypatch.setattr(stage_functions, "MAX_NODES", 16)
     with pytest.raises(GeometryError, match=r"A_mm: the length of the .* has not converged .* must be rounder"):
         measure(stage, own)

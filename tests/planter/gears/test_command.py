@@ -12,8 +12,8 @@ import pytest
 import shapely
 
 from planter.files import examples
-from planter.gearing.teeth.order import Order
-from planter.gearing.teeth.polygons import points
+from planter.gearing.teeth.order import ToothOrder
+from planter.gearing.teeth.polygons import build_polygon
 from planter.gears.parts import PlacedGear
 from planter.mapping.curve import AngleCurve
 from planter.mapping.train import Train
@@ -132,12 +132,12 @@ def test_a_flank_that_is_cut_where_it_turns_back_is_found(device: Device) -> Non
 
 def shape(placed: PlacedGear) -> shapely.Polygon:
     c, s = np.cos(placed.angle), np.sin(placed.angle)
-    return shapely.Polygon(points(placed.gear) @ np.array([[c, s], [-s, c]]) + placed.centre)
+    return shapely.Polygon(build_polygon(placed.gear) @ np.array([[c, s], [-s, c]]) + placed.centre)
 
 
 def test_gears_of_one_shaft_have_their_marks_in_one_direction(device: Device) -> None:
     """The angle between the teeth of gears 5 and 6 follows from gamma, beta6 and the sun's phase."""
-    _, five, six, _ = gears.train(device, [Order(module=2e-3)] * 2).placed()
+    _, five, six, _ = gears.train(device, [ToothOrder(module=2e-3)] * 2).placed()
     assert five.key is not None
     assert six.key is not None
     assert np.exp(1j * (five.angle + five.key)) == pytest.approx(np.exp(1j * (six.angle + six.key)), abs=1e-12)
@@ -211,14 +211,14 @@ BAD = {
     "--module 2 --teeth 40,40": "stage 1: teeth = 40 and module = 2 mm disagree: the pitch curve is 194.467 mm long",
     "--teeth 5,31": "5 teeth are not allowed: there must be 6 to 1000",
     "--teeth 12,31": "sun: the flanks of tooth 0, 1, 2, 3, 4, 5 and 6 more are undercut",
-    "--module 2 --backlash-mm 0.5": "play = 0.5 mm is not allowed: it must be at most 0.2 modules, 0.4 mm",
+    "--module 2 --backlash-mm 0.5": "play = 0.5 mm: the backlash must be at most 0.2 modules, 0.4 mm",
     "--module 2 --bore-mm 45.75 --keyway-mm none": "mm leaves a wall of 0.00",
     "--module 2 --bore-mm 46 --keyway-mm none": "at least 2.25 mm",
     "--module 2 --addendum 0.5": "the contact ratio of tooth",
     "--teeth 31": "it must be Z1,Z2",
     "--teeth a,b": "--teeth a,b: give Z",
     "--module 2 --module1 2": "--module sets both stages",
-    "--set e3_mm=15 --set R3_mm=31 --set m31=1.9": "sun: the pitch curve is hollow with a radius of 21.16 mm at",
+    "--set e3_mm=15 --set R3_mm=31 --set m31=1.9": "sun: the pitch curve is concave with a radius of 21.16 mm at",
     "--keyway-mm 4,2": "needs --bore-mm",
     "--curve own.csv": "either MACHINE or --curve",
     "--turns 2": "--turns goes with --curve, not with MACHINE",

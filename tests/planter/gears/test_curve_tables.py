@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planter.errors import PlanterError
-from planter.gearing.teeth.sampled import of_samples
+from planter.gearing.teeth.sampled import build_sampled_pair
 from planter.gears.curves import load_pair
 from planter.kernels import Array
 from planter.numerics import chebyshev
@@ -151,10 +151,10 @@ def test_any_perturbed_table_is_a_pair_or_one_sentence(tmp_path: Path, seed: int
 
 def test_pair_of_a_clockwise_table_names_its_own_angle() -> None:
     with pytest.raises(PlanterError, match=r"at the polar angle 1[78]\d\.?\d* deg"):
-        of_samples(np.radians(POLAR), replaced(30, 120.0) * 1e-3, "own", sense=-1)
+        build_sampled_pair(np.radians(POLAR), replaced(30, 120.0) * 1e-3, "own", sense=-1)
 
 
 @pytest.mark.parametrize("turns", [1, 3])
 def test_mate_of_a_circle_is_a_circle(turns: int) -> None:
-    found = of_samples(np.radians(POLAR), np.full(60, 0.0317), "own", turns)
+    found = build_sampled_pair(np.radians(POLAR), np.full(60, 0.0317), "own", turns)
     assert found.distance == pytest.approx(0.0317 * (1 + turns), rel=1e-12)

@@ -13,7 +13,7 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from planter.gearing.teeth import making, pair
-from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.order import ToothOrder
 from planter.gears.parts import GearPart, PartSettings, PlacedGear
 from planter.kernels import Array
 from planter.planting import file
@@ -33,8 +33,10 @@ def parts() -> list[GearPart]:
     device = Device(file.load("wang2017"))
     found = []
     for number, stage in enumerate(device.stages):
-        curves = pair.of_stage(stage, device.of_stage(number, device.design))
-        gears = making.toothed(curves, Order(teeth=31), f"stage {number}", (f"inner {number}", f"outer {number}")).gears
+        curves = pair.build_stage_pair(stage, device.of_stage(number, device.design))
+        gears = making.cut_teeth(
+            curves, ToothOrder(teeth=31), f"stage {number}", (f"inner {number}", f"outer {number}")
+        ).gears
         found += [GearPart(PlacedGear(gear, key=0.3), MADE) for gear in gears]
     return found
 

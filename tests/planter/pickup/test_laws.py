@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.incomplete.arcs import radius_of, reaches_of
+from planter.gearing.teeth.incomplete.arcs import compute_arc_radius, compute_horn_reaches
 from planter.pickup import locking as locks
 from planter.pickup.file import load
 from planter.pickup.findings import found
@@ -157,14 +157,14 @@ def test_locking_arcs_hold_both_ways_where_those_of_the_smaller_end_radius_do_no
     assert min(arcs.ends) < max(arcs.ends) - addendum
     assert min(arcs.reaches) > np.radians(3)
     with pytest.raises(GeometryError, match="no horn"):
-        reaches_of(rolling(train), min(arcs.ends), addendum)
+        compute_horn_reaches(rolling(train), min(arcs.ends), addendum)
 
 
 def test_the_arcs_that_are_drawn_are_those_of_the_gears(train: Train) -> None:
     """By carrier angles here, by arc lengths of the rolling curves there."""
     arcs, addendum = locking(train), train.teeth[2] * train.teeth[0]
-    assert arcs.radius == pytest.approx(radius_of(rolling(train), addendum), rel=1e-8)
-    assert arcs.reaches[::-1] == pytest.approx(reaches_of(rolling(train), arcs.radius, addendum), rel=1e-6)
+    assert arcs.radius == pytest.approx(compute_arc_radius(rolling(train), addendum), rel=1e-8)
+    assert arcs.reaches[::-1] == pytest.approx(compute_horn_reaches(rolling(train), arcs.radius, addendum), rel=1e-6)
 
 
 def test_a_dwell_that_no_arcs_would_hold_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

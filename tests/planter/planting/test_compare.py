@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from planter.errors import InputError
-from planter.gearing import families, relative
+from planter.gearing import families
 from planter.optimise.conditions import Look
 from planter.optimise.descent import Minimum
 from planter.optimise.objective import Evaluation
@@ -131,7 +131,7 @@ def test_the_own_design_is_the_described_one(resumed: tuple[dict, dict[str, int]
     assert look.high - look.low == pytest.approx(entry["range_N"], rel=1e-7)
 
 
-@pytest.mark.parametrize("family", families.names())
+@pytest.mark.parametrize("family", families.list_families())
 def test_described_curves_have_the_size_and_the_swing_they_are_given(family: str) -> None:
     own = file.load(box.REFERENCE)
     device = Device(box.described(own, (family, family)))
@@ -144,7 +144,7 @@ def test_described_curves_have_the_size_and_the_swing_they_are_given(family: str
         assert swing == pytest.approx(device.design[[n.startswith("swing") for n in device.names]][stage], rel=0.02)
         assert m == device.design[[n.startswith("m") for n in device.names]][stage]
     assert all(name in device.names for name in ("size3_mm", "swing3", "size6_mm", "swing6"))
-    assert relative.family_of(f"{family}-relative") == family
+    assert families.find_family(f"{family}-relative") == family
 
 
 def test_a_conflict_is_told_and_the_proposal_is_kept() -> None:
@@ -229,6 +229,6 @@ def test_resume_without_a_folder_is_an_input_error() -> None:
 
 
 def test_the_registry_squared_is_compared() -> None:
-    assert len(box.pairs()) == len(families.names()) ** 2
+    assert len(box.pairs()) == len(families.list_families()) ** 2
     assert ("eccentric_circle", "ellipse") in box.pairs()
-    assert np.unique(box.pairs(), axis=0).shape == (len(families.names()) ** 2, 2)
+    assert np.unique(box.pairs(), axis=0).shape == (len(families.list_families()) ** 2, 2)

@@ -126,7 +126,7 @@ def with_new_family(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator
     _generated_beside(tmp_path / "with_new_family", FAMILIES["exponential"])
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(generated, "_package", lambda: "with_new_family")
-    cached = generated._places, generated.module, generated.sidecar, curves.module, curves.sidecar
+    cached = generated._places, generated.module, generated.sidecar, curves.load_functions, curves.load_sidecar
     for function in cached:
         function.cache_clear()
     yield
@@ -189,7 +189,7 @@ def test_without_its_file_there_is_no_such_family(tmp_path: Path) -> None:
 def test_a_radius_beyond_the_centre_distance_is_named_with_its_angle() -> None:
     """A stage whose prologue is told a centre distance that is too short."""
     stage = Device(file.load("wang2017")).stages[1]
-    from planter.gearing.stage import Candidate
+    from planter.gearing.stage import StageCandidate
 
     class Short(type(stage)):  # type: ignore[misc]
         @property
@@ -198,4 +198,4 @@ def test_a_radius_beyond_the_centre_distance_is_named_with_its_angle() -> None:
 
     short = Short(stage.family, stage.names)
     with pytest.raises(GeometryError, match=r"deformed ellipse r = .* mm at t = 0 deg is not allowed"):
-        short.check_radius(Candidate(np.array([0.030694, 0.031, 1.26]), lambda name: f"my.toml: design.{name}"))
+        short.check_radius(StageCandidate(np.array([0.030694, 0.031, 1.26]), lambda name: f"my.toml: design.{name}"))

@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from planter.gearing.teeth.bearing import SIDES, Bearing, Load
+from planter.gearing.teeth.bearing import SIDES, BearingPairs, SharedLoad
 from planter.gearing.teeth.contacts import Contacts
-from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.order import ToothOrder
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 from planter.planting import columns as known
@@ -22,8 +22,8 @@ from planter.planting.model import Device
 from tests.support import machines
 
 ORDERS = {
-    "wang2017": [Order(module=2e-3)] * 2,
-    "random 1": [Order(teeth=41, pressure_angle=np.radians(25), allow_undercut=True, process="wire")] * 2,
+    "wang2017": [ToothOrder(module=2e-3)] * 2,
+    "random 1": [ToothOrder(teeth=41, pressure_angle=np.radians(25), allow_undercut=True, process="wire")] * 2,
 }
 
 
@@ -140,11 +140,11 @@ def test_without_friction_it_is_the_exact_model() -> None:
     assert teeth.shared.joint("F_A1") != pytest.approx(found.joint("F_A1"), rel=1e-3)
 
 
-def shared_at_random(bearing: Bearing, rng: np.random.Generator) -> Load:
+def shared_at_random(bearing: BearingPairs, rng: np.random.Generator) -> SharedLoad:
     weights = np.where(np.isfinite(bearing.beyond), rng.exponential(size=bearing.beyond.shape) ** 2, 0.0)
     weights /= weights.sum(axis=1, keepdims=True)
     beyond = np.nan_to_num(bearing.beyond)
-    return Load((weights * np.sign(beyond)).sum(axis=1), (weights * np.abs(beyond)).sum(axis=1))
+    return SharedLoad((weights * np.sign(beyond)).sum(axis=1), (weights * np.abs(beyond)).sum(axis=1))
 
 
 @pytest.mark.parametrize("name", ORDERS)

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from planter.cli.app import application
-from planter.gearing.teeth.pair import of_stage
+from planter.gearing.teeth.pair import build_stage_pair
 from planter.optimise.certificate import kkt_residual
 from planter.optimise.descent import STATIONARY
 from planter.optimise.hybrid import METHODS
@@ -76,7 +76,7 @@ def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_pitch_curves_have_their_lengths_by_a_quadrature_of_its_own() -> None:
     for k, module in enumerate((2e-3, 1.97e-3)):
-        curve = of_stage(device().stages[k], device().of_stage(k, found().found.design)).gear
+        curve = build_stage_pair(device().stages[k], device().of_stage(k, found().found.design)).gear
         assert curve.length == pytest.approx(np.pi * module * 31, rel=1e-13)
     assert all(abs(one.length_error) < 1e-14 for one in found().result.teeth.stages)
 
@@ -255,7 +255,7 @@ def test_teeth_that_cannot_be_made_are_told_with_why() -> None:
         ("--teeth 31,31", "--teeth 31,31 is not allowed without a module: --module, or --module1 and --module2"),
         ("--teeth 31 --module 2", "--teeth 31 is not allowed: it must be Z1,Z2, one for each stage with a module"),
         ("--teeth 31,31 --module1 2", "it must be Z, the teeth of stage 1, which has one"),
-        ("--teeth 31,x --module 2", "--teeth 31,x is not allowed: it must be Z or Z1,Z2"),
+        ("--teeth 31,x --module 2", "--teeth 31,x: give Z or Z1,Z2"),
         ("--teeth 31,5 --module 2", "there must be at least 6 on a gear"),
         ("--module 2 --module1 2", "does not go with --module1 or --module2"),
         ("--module 2 --front", "--front is not allowed with --module"),

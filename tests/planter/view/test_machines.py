@@ -12,9 +12,9 @@ from derive.__main__ import main as derive
 from planter.clutch.report import scene as clutch
 from planter.clutch.rotor import Rotor
 from planter.engine.machine import load_machine
-from planter.gearing.teeth.making import toothed
-from planter.gearing.teeth.order import Order
-from planter.gearing.teeth.pair import circles
+from planter.gearing.teeth.making import cut_teeth
+from planter.gearing.teeth.order import ToothOrder
+from planter.gearing.teeth.pair import build_circle_pair
 from planter.gears.report import figures as gears
 from planter.mapping import curve_file, synthesis, training
 from planter.mapping import file as poses
@@ -118,8 +118,8 @@ def test_a_point_that_leaves_its_body_is_noticed(arm: Scene) -> None:
 
 def test_teeth_mesh_without_overlap_as_they_turn() -> None:
     """Gears of other numbers of teeth than drawn by default: their outlines touch and do not share an area."""
-    order = Order(teeth=23)
-    pair = toothed(circles(0.023, 0.023), order, "own", ("gear", "mate"))
+    order = ToothOrder(teeth=23)
+    pair = cut_teeth(build_circle_pair(0.023, 0.023), order, "own", ("gear", "mate"))
     shown = gears.build_scene(pair)
     for moment in (0, 17, 101):
         one, two = (Polygon(lines[0]) for lines in placed(shown, moment).values())

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from shapely import Polygon
 
-from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.order import ToothOrder
 from planter.kernels import Array
 from planter.planting import cycle
 from planter.planting.file import load
@@ -98,7 +98,7 @@ def test_a_gear_turned_by_half_a_tooth_does_not_mesh(shown: Scene) -> None:
 
 def test_where_no_teeth_can_be_made_the_pitch_curves_are_drawn(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     assert scene(device, device.design).toothed
-    monkeypatch.setattr(teeth, "ORDER", Order(teeth=8, keep="size"))
+    monkeypatch.setattr(teeth, "ORDER", ToothOrder(teeth=8, keep="size"))
     plain = scene(device, device.design)
     assert not plain.toothed
     assert picture(plain) == picture(scene(device, device.design, toothed=False))

@@ -1,1 +1,1 @@
-"""Gears that have teeth on part of their turn, and locking arcs that hold them over the rest."""
+"""Incomplete gears: teeth on part of the turn, and locking arcs on the rest."""

@@ -1,126 +1,275 @@
-"""Incomplete gears whose locking arcs hold them in the dwell: teeth, arcs, and end teeth topped for the entry.
+"""Incomplete gears with locking arcs for the dwell: teeth, arcs, and end teeth truncated for the entry.
 
-While the driven gear is to stand still a convex arc on the driving gear runs in a concave one on the driven gear, both
-about the driving gear's axis. The concave arc is cut into the driven gear's teeth. What of the driving gear's end teeth
-would run into the horns beside it is topped: to the convex arc, and to the circle of the horns' tips.
+During the dwell a convex arc on the driving gear runs in a concave one on the driven gear, both about the driving
+gear's axis. The concave arc is cut into the driven gear's teeth. The driving gear's end teeth are truncated to the
+convex arc, and to the circle of the tips of the horns, with which they would collide.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from planter.errors import GeometryError, InputError
 from planter.gearing.teeth import limits
+from planter.gearing.teeth.curve import PitchCurve
 from planter.gearing.teeth.flanks import Flanks
+from planter.gearing.teeth.gear import Gear
+from planter.gearing.teeth.gear import GearPiece as Cut
 from planter.gearing.teeth.incomplete import phases
-from planter.gearing.teeth.incomplete.arcs import radius_of
-from planter.gearing.teeth.incomplete.gear import IncompleteGear, Row
-from planter.gearing.teeth.incomplete.phases import Phase
+from planter.gearing.teeth.incomplete.arcs import compute_arc_radius
+from planter.gearing.teeth.incomplete.phases import ToothPhase
 from planter.gearing.teeth.incomplete.rolling import Rolling
-from planter.gearing.teeth.incomplete.segments import Arc, PitchLine, Wall
-from planter.gearing.teeth.incomplete.trimming import Circle, Region, opened, without
-from planter.gearing.teeth.order import LEAST_TEETH, MOST_TEETH, Order
+from planter.gearing.teeth.incomplete.trimming import (
+    CircularArc,
+    PitchLine,
+    Region,
+    StraightWall,
+    TrimmingCircle,
+    start_outside,
+    trim_line,
+)
+from planter.gearing.teeth.order import MAX_TEETH, MIN_TEETH, ToothOrder
+from planter.gearing.teeth.outline import KINDS, OutlinePiece, OutlinePieces, ToothOutline, drop_empty, split_at_joints
 from planter.gearing.teeth.rack import Rack
+from planter.kernels import Array
 from planter.numerics.angles import TURN
 
 AXIS = np.zeros(2)
-_CLOSED = 1e-9
-"""How far the driven gear may be from its first place after a turn [rad]."""
+_CLOSURE_TOLERANCE = 1e-9
+"""Largest deviation of the driven gear from its initial position after a turn [rad]."""
 
 
 @dataclass(frozen=True)
-class Intermittent:
-    """The driving gear and the driven one, with the radius of the convex arc [m] and how far the arcs are apart [m].
+class IntermittentPair:
+    """The driving and the driven gear, with the radius of the convex arc [m] and the clearance of the arcs [m].
 
-    `cut` takes the concave arc out of the driven gear's teeth; `topped` takes from the driving gear's end teeth what
-    the horns meet, where its teeth begin and where they end.
+    `cut` removes the concave arc from the driven gear's teeth; `truncations` removes from the driving gear's first and
+    last teeth the parts that would meet the horns.
     """
 
     rolling: Rolling
-    phase: Phase
+    phase: ToothPhase
     gear: IncompleteGear
     mate: IncompleteGear
     radius: float
-    apart: float
+    arc_clearance: float
     cut: Region
-    topped: tuple[Region, Region]
+    truncations: tuple[Region, Region]
 
     @property
     def gears(self) -> tuple[IncompleteGear, IncompleteGear]:
         return self.gear, self.mate
 
 
-def intermittent(rolling: Rolling, module: float, order: Order, name: str, gears: tuple[str, str]) -> Intermittent:
-    """Gears with teeth of a module [m] on the toothed arc, which need not be a whole number of pitches long.
+def build_intermittent_pair(
+    rolling: Rolling, module: float, order: ToothOrder, name: str, gears: tuple[str, str]
+) -> IntermittentPair:
+    """Build gears with teeth of a module [m] on the toothed arc, which need not be an integer number of pitches long.
 
-    The arcs are of `arcs.radius_of` and stand apart by half the play; the teeth have the phase of `phases.best`. Raises
-    InputError for too few teeth, GeometryError for a driven gear that does not turn once, for arcs that do not hold,
-    and, with its place, for the first limit that the teeth break.
+    The arcs have the radius of `compute_arc_radius` and a clearance of half the backlash; the phase of the teeth is
+    that of `find_best_phase`. Raises InputError for too few teeth, GeometryError for a driven gear that does not turn
+    once, for arcs that do not lock, and, with its position, for the first limit that the teeth violate.
     """
-    if abs(rolling.turned - TURN) > _CLOSED:
+    if abs(rolling.turned - TURN) > _CLOSURE_TOLERANCE:
         raise GeometryError(
-            f"{name}: {gears[1]} turns by {np.degrees(rolling.turned):.6g} deg over the teeth, which is not allowed: "
-            f"it must be 360 deg, for over the rest of the turn it stands still"
+            f"{name}: {gears[1]} turns by {np.degrees(rolling.turned):.6g} deg over the teeth; it must turn by "
+            f"360 deg because it rests over the remaining turn"
         )
     pitches = rolling.length / (np.pi * module)
-    if not LEAST_TEETH <= pitches <= MOST_TEETH:
+    if not MIN_TEETH <= pitches <= MAX_TEETH:
         raise InputError(
-            f"{name}: {pitches:.4g} teeth are not allowed: there must be {LEAST_TEETH} to {MOST_TEETH} on a gear"
+            f"{name}: {pitches:.4g} teeth are not allowed: there must be {MIN_TEETH} to {MAX_TEETH} on a gear"
         )
     limits.check_rack(order, module, name)
     rack = order.rack(module)
-    radius, apart = radius_of(rolling, rack.mate().sizes["tip"]), order.play / 2
-    phase = phases.best(rolling, rack, radius, apart)
-    rows = _rows(rolling, rack, phase, gears)
+    radius, clearance = compute_arc_radius(rolling, rack.mate().sizes["tip"]), order.play / 2
+    phase = phases.find_best_phase(rolling, rack, radius, clearance)
+    rows = _build_rows(rolling, rack, phase, gears)
     for row in rows:
         sizes = row.rack.sizes
         limits.check_curve(row.curve, order, sizes["tip"], sizes["root"], row.name)
         limits.check_gear(row, order)
-    cut = Region((Circle(rolling.driving_axis, radius + apart, "concave arc"),))
-    mate = _driven(rows[1], rolling, cut)
-    first, last = (_topping(rolling, mate, end, radius, rack.sizes["tip"], apart) for end in (0, 1))
-    return Intermittent(rolling, phase, _driving(rows[0], rolling, radius, (first, last)), mate, radius, apart, cut,
-                        (first, last))  # fmt: skip
-
-
-def _rows(rolling: Rolling, rack: Rack, phase: Phase, names: tuple[str, str]) -> tuple[Row, Row]:
-    """Teeth of both gears: those of the driven gear stand in the spaces between the driving gear's and beside them."""
-    own, other = ((start, start + rolling.length) for start in (rolling.lead, rolling.behind))
-    last = rolling.length - phase.first - (phase.teeth - 0.5) * rack.pitch
-    gear, mate = rolling.pair.curves
-    return (
-        Row(names[0], Flanks(gear, rack, phase.teeth, own[0] + phase.first), *own),
-        Row(names[1], Flanks(mate, rack.mate(), phase.teeth + 1, other[0] + last), *other, tipped=True),
+    cut = Region((TrimmingCircle(rolling.driving_axis, radius + clearance, "concave arc"),))
+    mate = _build_driven_gear(rows[1], rolling, cut)
+    first, last = (_find_truncation(rolling, mate, end, radius, rack.sizes["tip"], clearance) for end in (0, 1))
+    return IntermittentPair(
+        rolling,
+        phase,
+        _build_driving_gear(rows[0], rolling, radius, (first, last)),
+        mate,
+        radius,
+        clearance,
+        cut,
+        (first, last),
     )
 
 
-def _driven(row: Row, rolling: Rolling, cut: Region) -> IncompleteGear:
+def _build_rows(rolling: Rolling, rack: Rack, phase: ToothPhase, names: tuple[str, str]) -> tuple[ToothRow, ToothRow]:
+    """Build the teeth of both gears; those of the driven gear lie in the spaces of the driving gear and at its ends."""
+    gear_range, mate_range = ((start, start + rolling.length) for start in (rolling.lead, rolling.behind))
+    last = rolling.length - phase.first - (phase.teeth - 0.5) * rack.pitch
+    gear, mate = rolling.pair.curves
+    return (
+        ToothRow(names[0], Flanks(gear, rack, phase.teeth, gear_range[0] + phase.first), *gear_range),
+        ToothRow(names[1], Flanks(mate, rack.mate(), phase.teeth + 1, mate_range[0] + last), *mate_range, tipped=True),
+    )
+
+
+def _build_driven_gear(row: ToothRow, rolling: Rolling, cut: Region) -> IncompleteGear:
     line = row.line()
-    closing = Wall(row.z - 1, line[-1].at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
-    pieces = without(opened([*line, closing], cut), cut)
+    closing = StraightWall(row.z - 1, line[-1].at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
+    pieces = trim_line(start_outside([*line, closing], cut), cut)
     return IncompleteGear(row, tuple(pieces), PitchLine(row.curve, rolling.behind, rolling.behind + rolling.length))
 
 
-def _driving(row: Row, rolling: Rolling, radius: float, topped: tuple[Region, Region]) -> IncompleteGear:
+def _build_driving_gear(
+    row: ToothRow, rolling: Rolling, radius: float, truncated: tuple[Region, Region]
+) -> IncompleteGear:
     line = row.line()
-    for region in topped:
-        line = without(line, region)
-    arc = Arc("convex arc", row.z - 1, AXIS, radius, rolling.over[1], rolling.dwell)
-    down = Wall(row.z - 1, line[-1].at(np.ones(1))[0], arc.at(np.zeros(1))[0])
-    up = Wall(0, arc.at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
+    for region in truncated:
+        line = trim_line(line, region)
+    arc = CircularArc("convex arc", row.z - 1, AXIS, radius, rolling.over[1], rolling.dwell)
+    down = StraightWall(row.z - 1, line[-1].at(np.ones(1))[0], arc.at(np.zeros(1))[0])
+    up = StraightWall(0, arc.at(np.ones(1))[0], line[0].at(np.zeros(1))[0])
     return IncompleteGear(row, (*line, down, arc, up),
                           PitchLine(row.curve, rolling.lead, rolling.lead + rolling.length))  # fmt: skip
 
 
-def _topping(rolling: Rolling, mate: IncompleteGear, end: int, radius: float, tip: float, apart: float) -> Region:
-    """What the driven gear's horn, beside the line of centres in the dwell, takes from the driving gear's end teeth."""
-    axis, seen = rolling.driving_axis, mate.points
-    out = seen - axis
+def _find_truncation(
+    rolling: Rolling, mate: IncompleteGear, end: int, radius: float, tip: float, clearance: float
+) -> Region:
+    """Return the region that the driven gear's horn removes from the driving gear's end teeth."""
+    axis, points = rolling.driving_axis, mate.points
+    out = points - axis
     ahead = (axis[0] * out[:, 1] - axis[1] * out[:, 0]) * (1 if end else -1) > 0
-    horn = seen[ahead & (np.hypot(*out.T) < radius + 2 * tip)]
+    horn = points[ahead & (np.hypot(*out.T) < radius + 2 * tip)]
     if not len(horn):
-        raise GeometryError(f"{mate.name}: the locking arc has no horn beside it: the dwell cannot be held")
-    reach = float(np.hypot(*horn.T).max()) + apart
-    return Region((Circle(rolling.driven_axis(end), reach, "topping"), Circle(AXIS, radius, "topping", inside=False)))
+        raise GeometryError(f"{mate.name}: the locking arc has no adjacent horn: it cannot lock the dwell")
+    reach = float(np.hypot(*horn.T).max()) + clearance
+    return Region(
+        (
+            TrimmingCircle(rolling.driven_axis(end), reach, "topping"),
+            TrimmingCircle(AXIS, radius, "topping", inside=False),
+        )
+    )
+
+
+_TIP, _ROOT = KINDS.index("tip"), KINDS.index("root")
+SAGITTA = 5e-4
+"""Largest deviation of the chords of an outline, in modules."""
+_SAMPLES = 17
+"""Points of a piece at which its curvature is checked."""
+
+
+@dataclass(frozen=True)
+class ToothRow(Gear):
+    """Teeth in a row along part of a pitch curve that does not close, between two of its arc lengths [m].
+
+    Beyond them the outline is root or, if `tipped`, tip, which extends the first and the last tooth.
+    """
+
+    low: float = 0.0
+    high: float = 0.0
+    tipped: bool = False
+
+    @cached_property
+    def pieces(self) -> OutlinePieces:
+        inner = np.array(list(self._ordered()))[:-1]
+        rows = self._between_tips(inner) if self.tipped else self._between_roots(inner)
+        kind, flank, tooth, side = rows[:, :4].astype(int).T
+        pieces = OutlinePieces(kind, flank, tooth, side, rows[:, 4], rows[:, 5])
+        return drop_empty(split_at_joints(self.curve, pieces), self.curve.length)
+
+    def _between_roots(self, inner: Array) -> Array:
+        last = 2 * self.z - 1
+        before = [_ROOT, -1, 0, 0, self.low, self.paths[0][-1].upper]
+        after = [_ROOT, -1, self.z - 1, 0, self.paths[last][-1].upper, self.high]
+        return np.vstack([before, inner, after])
+
+    def _between_tips(self, inner: Array) -> Array:
+        tips = np.flatnonzero(inner[:, 0] == _TIP)
+        rows = inner[tips[0] : tips[-1] + 1].copy()
+        rows[0, 4], rows[-1, 5] = self.low, self.high
+        return rows
+
+    def line(self) -> list[OutlinePiece]:
+        """Return the pieces in order."""
+        return [Cut(self, number) for number in range(len(self.pieces.kind))]
+
+
+@dataclass(frozen=True)
+class IncompleteGear:
+    """An incomplete gear: its teeth as the rack cuts them, all pieces of its outline, and the rolling pitch line.
+
+    Its frame is that of its axis, anticlockwise.
+    """
+
+    row: ToothRow
+    pieces: tuple[OutlinePiece, ...]
+    pitch_line: PitchLine
+
+    @property
+    def name(self) -> str:
+        return self.row.name
+
+    @property
+    def z(self) -> int:
+        return self.row.z
+
+    @property
+    def rack(self) -> Rack:
+        return self.row.rack
+
+    @property
+    def curve(self) -> PitchCurve:
+        return self.row.curve
+
+    def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> ToothOutline:
+        return ToothOutline(self.name, self.pieces, centre, self.pitch_line.at)
+
+    @cached_property
+    def points(self) -> Array:
+        """Vertices (n, 2) [m] of the outline, in its order."""
+        return np.vstack([piece.at(_chord_shares(piece, self._sagitta)[:-1]) for piece in self.pieces])
+
+    @cached_property
+    def inside(self) -> Array:
+        """Vertices (n, 2) [m] of an inscribed polygon: chords, and tangents on concave pieces."""
+        return np.vstack([_inner_polygon(piece, self._sagitta) for piece in self.pieces])
+
+    @property
+    def _sagitta(self) -> float:
+        """Distance of chords from the outline [m]."""
+        return SAGITTA * self.rack.module
+
+    @property
+    def joins(self) -> float:
+        """Largest gap between the end of a piece and the start of the next [m]."""
+        ends = np.vstack([piece.at(np.ones(1)) for piece in self.pieces])
+        starts = np.vstack([piece.at(np.zeros(1)) for piece in self.pieces])
+        return float(np.hypot(*(ends - np.roll(starts, -1, axis=0)).T).max())
+
+
+def _chord_shares(piece: OutlinePiece, sagitta: float) -> Array:
+    """Return the parameters (n + 1,) of chords of a piece within a deviation [m]."""
+    shares = np.linspace(0, 1, _SAMPLES)
+    length = float(np.hypot(*np.diff(piece.at(shares), axis=0).T).sum())
+    chords = length * np.sqrt(float(np.abs(piece.curvature(shares)).max()) / (8 * sagitta))
+    return np.linspace(0, 1, 1 + max(1, int(np.ceil(chords))))
+
+
+def _inner_polygon(piece: OutlinePiece, sagitta: float) -> Array:
+    """Return a piece without its end point as chords or, if concave, as tangents at the ends of the chords."""
+    shares = _chord_shares(piece, sagitta)
+    points, tangents, bends = piece.at(shares), piece.tangent(shares), piece.curvature(shares)
+    concave = np.flatnonzero((bends[:-1] < 0) & (bends[1:] < 0))
+    chord, start, end = (points[1:] - points[:-1])[concave], tangents[concave], tangents[concave + 1]
+    reach = _cross(chord, end) / _cross(start, end)
+    return np.asarray(np.insert(points[:-1], concave + 1, points[concave] + reach[:, None] * start, axis=0))
+
+
+def _cross(first: Array, second: Array) -> Array:
+    return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])

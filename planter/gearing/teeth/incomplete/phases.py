@@ -1,9 +1,9 @@
-"""Where teeth stand beside a dwell: the phase that leaves the least angle over which none of them drives.
+"""Phases of teeth relative to a dwell: the phase with the smallest angle over which no tooth drives.
 
-Arcs take away what the teeth would drive with beside the dwell. A flank whose place on the pitch curve is x from the
-dwell can drive while the pitch point is sigma from it if the point of contact is left on both gears: below both tips;
-on the driving gear inside the convex arc's circle, or where the horns have gone by; on the driven gear, as it stands in
-the dwell, outside of the concave arc's. Flanks stand a pitch apart: what of sigma none covers is undriven.
+The arcs remove driving flanks next to the dwell. A flank that crosses the pitch curve at x from the dwell can drive
+while the pitch point is sigma from it if the point of contact remains on both gears: below both tips; on the driving
+gear inside the convex arc's circle, or after the horns have passed; on the driven gear, in its position in the dwell,
+outside of the concave arc's. Flanks are a pitch apart; the part of sigma that none covers is undriven.
 """
 
 from __future__ import annotations
@@ -15,136 +15,137 @@ import numpy as np
 from planter.errors import GeometryError
 from planter.gearing.teeth.curve import KAPPA, PitchCurve
 from planter.gearing.teeth.flanks import Flanks
-from planter.gearing.teeth.incomplete.arcs import Horn, horn_of
+from planter.gearing.teeth.incomplete.arcs import Horn, compute_horn
 from planter.gearing.teeth.incomplete.rolling import Rolling
-from planter.gearing.teeth.incomplete.trimming import Circle
+from planter.gearing.teeth.incomplete.trimming import TrimmingCircle
 from planter.gearing.teeth.rack import RACK, Rack
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
 
 _PHASES = 96
-"""Phases that are tried over a pitch."""
-_PLACES = 160
-"""Places of the pitch point that are tried beside each end of the dwell."""
+"""Number of trial phases over a pitch."""
+_PITCH_POINTS = 160
+"""Positions of the pitch point that are tried at each end of the dwell."""
 _FAR = 3
-"""How far from the dwell these go, in pitches."""
+"""Range of these positions from the dwell, in pitches."""
 _DRIVES = -1.0
 """Side of the driving gear's flanks that drive."""
 _ROUNDING = 1e-9
-"""Part of a pitch by which rounding may take a tooth from where it is whole."""
+"""Share of a pitch by which rounding may change a tooth count."""
 
 
 @dataclass(frozen=True)
-class Phase:
-    """Teeth of the driving gear, and the place of the first one's centre from where the rolling begins [m].
+class ToothPhase:
+    """Teeth of the driving gear, and the distance of the first tooth's centre from the start of the rolling [m].
 
-    `undriven` are the angles of the driving gear [rad] after the dwell and before it over which they leave no tooth
-    that drives; `least` are those that the best phase of either end by itself would leave. `horns` are those beside.
+    `undriven` are the angles of the driving gear [rad] after the dwell and before it over which no tooth drives;
+    `best_undriven` are those of the best phase of either end only. `horns` are those of both ends.
     """
 
     teeth: int
     first: float
     undriven: tuple[float, float]
-    least: tuple[float, float]
+    best_undriven: tuple[float, float]
     horns: tuple[Horn, Horn]
 
 
-def best(rolling: Rolling, rack: Rack, radius: float, apart: float) -> Phase:
-    """The phase that leaves the least angle undriven in all, with arcs of a radius, so far apart [m].
+def find_best_phase(rolling: Rolling, rack: Rack, radius: float, clearance: float) -> ToothPhase:
+    """Return the phase with the smallest undriven angle in total, for arcs of a radius and a clearance [m].
 
-    Driven gears have their first and last space beside their horns. Raises GeometryError where no tooth has room.
+    Driven gears have their first and last space next to their horns. Raises GeometryError if no tooth fits.
     """
-    ends = [_Beside.of(rolling, rack, radius, apart, end) for end in (0, 1)]
+    ends = [_DwellEnd.build(rolling, rack, radius, clearance, end) for end in (0, 1)]
     after, before = (end.undriven for end in ends)
     number = np.arange(_PHASES)
     opposite = (round(rolling.length / rack.pitch * _PHASES) - number) % _PHASES
     chosen = int(np.argmin(after + before[opposite]))
     centre = chosen / _PHASES * rack.pitch - _DRIVES * rack.sizes["full"]
-    first = ends[0].room + (centre - ends[0].room) % rack.pitch
-    teeth = int(np.floor((rolling.length - ends[1].room - first) / rack.pitch + 1 + _ROUNDING))
+    first = ends[0].margin + (centre - ends[0].margin) % rack.pitch
+    teeth = int(np.floor((rolling.length - ends[1].margin - first) / rack.pitch + 1 + _ROUNDING))
     if teeth < 1:
-        raise GeometryError("the locking arcs leave no room for a tooth: the dwell or the module must be less")
-    return Phase(
+        raise GeometryError("no tooth fits between the locking arcs: reduce the dwell or the module")
+    return ToothPhase(
         teeth, float(first), (float(after[chosen]), float(before[opposite[chosen]])),
         (float(after.min()), float(before.min())), (ends[0].horn, ends[1].horn),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
-class _Beside:
-    """An end of the rolling, 0 where it begins, beside its horn; circles of the arcs and of the horn's tips."""
+class _DwellEnd:
+    """An end of the rolling, 0 at its start, with its horn, and the circles of the arcs and of the horn's tips."""
 
     rolling: Rolling
     rack: Rack
     end: int
     horn: Horn
-    inside: Circle
-    gone_by: Circle
-    cut: Circle
+    inside: TrimmingCircle
+    gone_by: TrimmingCircle
+    cut: TrimmingCircle
 
     @classmethod
-    def of(cls, rolling: Rolling, rack: Rack, radius: float, apart: float, end: int) -> _Beside:
+    def build(cls, rolling: Rolling, rack: Rack, radius: float, clearance: float, end: int) -> _DwellEnd:
         sizes = rack.mate().sizes
-        horn = horn_of(rolling, end, radius + apart, sizes["tip"], sizes["root"])
+        horn = compute_horn(rolling, end, radius + clearance, sizes["tip"], sizes["root"])
         return cls(
             rolling, rack, end, horn,
-            Circle(np.zeros(2), radius, "topping", inside=False),
-            Circle(rolling.driven_axis(end), horn.tips + apart, "topping"),
-            Circle(rolling.driving_axis, radius + apart, "concave arc"),
+            TrimmingCircle(np.zeros(2), radius, "topping", inside=False),
+            TrimmingCircle(rolling.driven_axis(end), horn.tips + clearance, "topping"),
+            TrimmingCircle(rolling.driving_axis, radius + clearance, "concave arc"),
         )  # fmt: skip
 
     @property
-    def room(self) -> float:
-        """How far from the end the centre of the driving gear's first tooth must be [m], so that the horn is solid."""
+    def margin(self) -> float:
+        """Smallest distance of the driving gear's first tooth centre from the end [m] for a solid horn."""
         return self.horn.solid + self.rack.pitch / 2
 
     @property
     def undriven(self) -> Array:
         """Angles (_PHASES,) [rad] over which no flank drives, by the places of flanks in parts of a pitch.
 
-        Raises GeometryError where the horn leaves no place for such flanks.
+        Raises GeometryError if the horn leaves no such flanks.
         """
-        pitch, run = self.rack.pitch, self.rack.run(max(one.sizes["tip"] for one in (self.rack, self.rack.mate())))
-        sigma, ahead = np.linspace(0, _FAR * pitch, _PLACES), int(np.ceil(run / pitch))
+        pitch, run = self.rack.pitch, self.rack.run(max(rack.sizes["tip"] for rack in (self.rack, self.rack.mate())))
+        sigma, ahead = np.linspace(0, _FAR * pitch, _PITCH_POINTS), int(np.ceil(run / pitch))
         x = pitch * (np.arange(_PHASES * (2 * ahead + _FAR + 1)) / _PHASES - ahead)
-        first = self.room + self.rack.sizes["full"] * (_DRIVES if self.end == 0 else -_DRIVES)
-        near: Flags = np.logical_and(np.abs(x - sigma[:, None]) <= run, x >= first)
-        if not near.any():
+        first = self.margin + self.rack.sizes["full"] * (_DRIVES if self.end == 0 else -_DRIVES)
+        in_reach: Flags = np.logical_and(np.abs(x - sigma[:, None]) <= run, x >= first)
+        if not in_reach.any():
             spare = (_FAR * pitch + run - first + self.horn.solid) / self.rack.module
             raise GeometryError(
-                f"a horn of the locking arcs takes {self.horn.solid * 1e3:.4g} mm beside the dwell, where a module of "
+                f"a horn of the locking arcs takes {self.horn.solid * 1e3:.4g} mm next to the dwell, where a module of "
                 f"{self.rack.module * 1e3:g} mm has no teeth that drive: it must be about "
                 f"{self.horn.solid / spare * 1e3:.2g} mm or more"
             )
-        row, column = np.nonzero(near)
-        can = np.zeros_like(near)
-        can[row, column] = self._left(sigma[row], x[column])
-        lost: Flags = np.logical_not(can.reshape(len(sigma), -1, _PHASES).any(axis=1))
-        last = len(sigma) - 1 - np.argmax(lost[::-1], axis=0)
-        turned = self.rolling.places(self._from(sigma))[0][0]
-        return np.asarray(np.where(lost.any(axis=0), np.abs(turned - turned[0])[last], 0.0))
+        row, column = np.nonzero(in_reach)
+        drives = np.zeros_like(in_reach)
+        drives[row, column] = self._remain_on_gears(sigma[row], x[column])
+        undriven: Flags = np.logical_not(drives.reshape(len(sigma), -1, _PHASES).any(axis=1))
+        last = len(sigma) - 1 - np.argmax(undriven[::-1], axis=0)
+        turned = self.rolling.places(self._measure_from_end(sigma))[0][0]
+        return np.asarray(np.where(undriven.any(axis=0), np.abs(turned - turned[0])[last], 0.0))
 
-    def _left(self, sigma: Array, x: Array) -> Flags:
-        """Whether points of contact (n,) are left on both gears."""
+    def _remain_on_gears(self, sigma: Array, x: Array) -> Flags:
+        """Return whether points of contact (n,) remain on both gears."""
         rolling, side = self.rolling, np.full(len(x), _DRIVES)
         gear, mate = (Flanks(curve, self.rack, 1, 0.0) for curve in rolling.pair.curves)
-        at, place = self._from(sigma), self._from(x)
+        at, place = self._measure_from_end(sigma), self._measure_from_end(x)
         seen = rolling.behind + rolling.length - at
-        own = gear.line(rolling.lead + at, rolling.lead + place, side).points.T
-        other = mate.line(seen, rolling.behind + rolling.length - place, side).points.T
-        below_tips = (at - place <= _reach(gear.curve, rolling.lead + at, self.rack)) & (
-            place - at <= _reach(mate.curve, seen, self.rack.mate())
+        gear_points = gear.line(rolling.lead + at, rolling.lead + place, side).points.T
+        mate_points = mate.line(seen, rolling.behind + rolling.length - place, side).points.T
+        below_tips = (at - place <= _compute_reach(gear.curve, rolling.lead + at, self.rack)) & (
+            place - at <= _compute_reach(mate.curve, seen, self.rack.mate())
         )
-        untopped = np.maximum(self.inside.beyond(own), self.gone_by.beyond(own)) >= 0
-        found: Flags = below_tips & untopped & (self.cut.beyond(other) >= 0)
-        return found
+        untopped = np.maximum(self.inside.beyond(gear_points), self.gone_by.beyond(gear_points)) >= 0
+        remains: Flags = below_tips & untopped & (self.cut.beyond(mate_points) >= 0)
+        return remains
 
-    def _from(self, distance: Array) -> Array:
-        """Rolling lengths (n,) at distances from the end."""
+    def _measure_from_end(self, distance: Array) -> Array:
+        """Return rolling lengths (n,) [m] at distances (n,) [m] from the end."""
         return distance if self.end == 0 else self.rolling.length - distance
 
 
-def _reach(curve: PitchCurve, s: Array, rack: Rack) -> Array:
-    """Lengths (n,) of a pitch curve over which teeth that touch at arc lengths (n,) are cut up to their tips."""
+def _compute_reach(curve: PitchCurve, s: Array, rack: Rack) -> Array:
+    """Return lengths (n,) [m] of a pitch curve on which teeth that touch at arc lengths (n,) are cut up to their "
+    "tips."""
     kappa = np.maximum(curve.at(s)[KAPPA], 0.0)
     return RACK("reach", kappa=kappa, height=rack.sizes["tip"], alpha=rack.pressure_angle)["reach"]

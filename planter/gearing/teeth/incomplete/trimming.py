@@ -1,4 +1,7 @@
-"""Outlines less what lies inside circles, or between them: every crossing solved, the pieces joined by arcs."""
+"""Outlines trimmed by circles, and the pieces of outlines that no rack cuts: arcs, walls, parts, the pitch line.
+
+Every intersection is solved, and the remaining pieces are joined by arcs.
+"""
 
 from __future__ import annotations
 
@@ -9,19 +12,19 @@ from itertools import pairwise
 import numpy as np
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.incomplete.segments import Arc, Part
-from planter.gearing.teeth.outline import Kind, Piece
+from planter.gearing.teeth.curve import KAPPA, TX, TY, PitchCurve, X, Y
+from planter.gearing.teeth.outline import Kind, OutlinePiece
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 
-_TRIED = 65
-"""Places on each piece where it is asked on which side it is."""
+_SAMPLES = 65
+"""Points of each piece at which its side is checked."""
 _XTOL = 1e-16
 
 
 @dataclass(frozen=True)
-class Circle:
-    """A circle that takes away what lies inside it, or what lies outside; `kind` is that of the arcs it leaves."""
+class TrimmingCircle:
+    """A circle that removes its inside, or its outside; `kind` is that of the resulting arcs."""
 
     centre: Array
     radius: float
@@ -29,78 +32,80 @@ class Circle:
     inside: bool = True
 
     def beyond(self, points: Array) -> Array:
-        """How far points (n, 2) are from being taken away [m], negative where they are."""
+        """Return the distance (n,) [m] of points (n, 2) from the removed region, negative inside it."""
         distance = np.hypot(*(points - self.centre).T) - self.radius
         return distance if self.inside else -distance
 
     def angle(self, point: Array) -> float:
         return float(np.arctan2(*(point - self.centre)[::-1]))
 
-    def arc(self, start: Array, end: Array, tooth: int) -> Arc:
-        """From one point of it to another, so that what is taken away lies to the right."""
+    def arc(self, start: Array, end: Array, tooth: int) -> CircularArc:
+        """Return the arc between two of its points with the removed region on the right."""
         sense = -1.0 if self.inside else 1.0
         low = self.angle(start)
-        return Arc(self.kind, tooth, self.centre, self.radius, low, sense * (sense * (self.angle(end) - low) % TURN))
+        return CircularArc(
+            self.kind, tooth, self.centre, self.radius, low, sense * (sense * (self.angle(end) - low) % TURN)
+        )
 
 
 @dataclass(frozen=True)
 class Region:
-    """What all of its circles take away: the inside of one, or of one less that of another."""
+    """The region that all of its circles remove: the inside of one, or of one minus another."""
 
-    circles: tuple[Circle, ...]
+    circles: tuple[TrimmingCircle, ...]
 
     def beyond(self, points: Array) -> Array:
-        """Positive (n,) where points are left, the largest of the circles'."""
+        """Return the largest distance (n,) [m] of the circles, positive for points (n, 2) that remain."""
         return np.max([circle.beyond(points) for circle in self.circles], axis=0)
 
-    def at(self, point: Array) -> Circle:
-        """The circle whose line a point is on."""
+    def at(self, point: Array) -> TrimmingCircle:
+        """Return the circle on which a point lies."""
         return max(self.circles, key=lambda circle: float(circle.beyond(point[None])[0]))
 
-    def edge(self, start: Array, end: Array, tooth: int) -> Iterator[Arc]:
-        """Along its edge from a point to another, with what it takes away to the right."""
-        one, other = self.at(start), self.at(end)
-        if one is other:
-            yield one.arc(start, end, tooth)
+    def edge(self, start: Array, end: Array, tooth: int) -> Iterator[CircularArc]:
+        """Yield the arcs of its edge between two points with the removed region on the right."""
+        first, second = self.at(start), self.at(end)
+        if first is second:
+            yield first.arc(start, end, tooth)
             return
-        corner = min(_crossings(one, other), key=lambda point: abs(one.arc(start, point, tooth).sweep))
-        yield one.arc(start, corner, tooth)
-        yield other.arc(corner, end, tooth)
+        corner = min(_intersect_circles(first, second), key=lambda point: abs(first.arc(start, point, tooth).sweep))
+        yield first.arc(start, corner, tooth)
+        yield second.arc(corner, end, tooth)
 
 
-def without(pieces: Sequence[Piece], region: Region) -> list[Piece]:
-    """The pieces of a line, whose start and end are left, less what a region takes away, joined along its edge."""
-    found: list[Piece] = []
-    left: tuple[Array, int] | None = None
+def trim_line(pieces: Sequence[OutlinePiece], region: Region) -> list[OutlinePiece]:
+    """Return the pieces of a line, whose ends remain, without a region, joined along its edge."""
+    trimmed: list[OutlinePiece] = []
+    gap: tuple[Array, int] | None = None
     for piece in pieces:
-        for low, high, kept in _parts(piece, region):
-            if not kept:
-                left = left or (piece.at(np.array([low]))[0], piece.tooth)
+        for low, high, remains in _split_piece(piece, region):
+            if not remains:
+                gap = gap or (piece.at(np.array([low]))[0], piece.tooth)
                 continue
-            if left is not None:
-                found += region.edge(left[0], piece.at(np.array([low]))[0], left[1])
-                left = None
-            found.append(piece if (low, high) == (0.0, 1.0) else Part(piece, low, high))
-    return found
+            if gap is not None:
+                trimmed += region.edge(gap[0], piece.at(np.array([low]))[0], gap[1])
+                gap = None
+            trimmed.append(piece if (low, high) == (0.0, 1.0) else PartialPiece(piece, low, high))
+    return trimmed
 
 
-def opened(pieces: Sequence[Piece], region: Region) -> list[Piece]:
-    """The pieces of a closed line, begun with the first whose start a region leaves.
+def start_outside(pieces: Sequence[OutlinePiece], region: Region) -> list[OutlinePiece]:
+    """Return the pieces of a closed line, beginning with the first whose start lies outside a region.
 
-    Raises GeometryError where it leaves none.
+    Raises GeometryError if none does.
     """
-    left = region.beyond(np.vstack([piece.at(np.zeros(1)) for piece in pieces])) > 0
-    if not left.any():
-        raise GeometryError("the locking arcs leave nothing of a gear: the dwell must be less")
-    first = int(np.argmax(left))
+    outside = region.beyond(np.vstack([piece.at(np.zeros(1)) for piece in pieces])) > 0
+    if not outside.any():
+        raise GeometryError("the locking arcs remove a gear completely: reduce the dwell")
+    first = int(np.argmax(outside))
     return [*pieces[first:], *pieces[:first]]
 
 
-def _parts(piece: Piece, region: Region) -> Iterator[tuple[float, float, bool]]:
-    """Parameters between which a piece is on one side of a region's edge, and whether it is left there."""
+def _split_piece(piece: OutlinePiece, region: Region) -> Iterator[tuple[float, float, bool]]:
+    """Yield parameter intervals of a piece on one side of a region's edge, and whether they remain."""
     from scipy.optimize import brentq
 
-    grid = np.linspace(0, 1, _TRIED)
+    grid = np.linspace(0, 1, _SAMPLES)
     beyond = region.beyond(piece.at(grid))
     cuts = [
         float(brentq(lambda s: float(region.beyond(piece.at(np.array([s])))[0]), grid[k], grid[k + 1], xtol=_XTOL))
@@ -110,12 +115,114 @@ def _parts(piece: Piece, region: Region) -> Iterator[tuple[float, float, bool]]:
         yield low, high, bool(region.beyond(piece.at(np.array([(low + high) / 2])))[0] > 0)
 
 
-def _crossings(one: Circle, other: Circle) -> tuple[Array, Array]:
-    """Both points that two circles share."""
-    apart = other.centre - one.centre
-    distance = float(np.hypot(*apart))
-    along = (distance**2 + one.radius**2 - other.radius**2) / (2 * distance)
-    across = np.sqrt(one.radius**2 - along**2)
-    unit = apart / distance
+def _intersect_circles(first: TrimmingCircle, second: TrimmingCircle) -> tuple[Array, Array]:
+    """Return both intersections of two circles (2,) [m]."""
+    vector = second.centre - first.centre
+    distance = float(np.hypot(*vector))
+    offset = (distance**2 + first.radius**2 - second.radius**2) / (2 * distance)
+    across = np.sqrt(first.radius**2 - offset**2)
+    unit = vector / distance
     normal = np.array([-unit[1], unit[0]])
-    return one.centre + along * unit + across * normal, one.centre + along * unit - across * normal
+    return first.centre + offset * unit + across * normal, first.centre + offset * unit - across * normal
+
+
+@dataclass(frozen=True)
+class CircularArc:
+    """An arc about a centre [m], from an angle on by a sweep [rad], which is negative clockwise."""
+
+    kind: Kind
+    tooth: int
+    centre: Array
+    radius: float
+    start: float
+    sweep: float
+    side: int = 0
+
+    def _spoke(self, s: Array) -> Array:
+        angle = self.start + self.sweep * s
+        return np.column_stack([np.cos(angle), np.sin(angle)])
+
+    def at(self, s: Array) -> Array:
+        return np.asarray(self.centre + self.radius * self._spoke(s))
+
+    def tangent(self, s: Array) -> Array:
+        return np.sign(self.sweep) * self._spoke(s)[:, ::-1] * [-1.0, 1.0]
+
+    def curvature(self, s: Array) -> Array:
+        return np.full(len(s), np.sign(self.sweep) / self.radius)
+
+
+@dataclass(frozen=True)
+class StraightWall:
+    """A straight line from a point to another [m]."""
+
+    tooth: int
+    start: Array
+    end: Array
+    kind: Kind = "wall"
+    side: int = 0
+
+    def at(self, s: Array) -> Array:
+        return np.asarray(self.start + np.outer(s, self.end - self.start))
+
+    def tangent(self, s: Array) -> Array:
+        direction = (self.end - self.start) / np.hypot(*(self.end - self.start))
+        return np.tile(direction, (len(s), 1))
+
+    def curvature(self, s: Array) -> Array:
+        return np.zeros(len(s))
+
+
+@dataclass(frozen=True)
+class PartialPiece:
+    """The part of a piece between two of its parameters."""
+
+    piece: OutlinePiece
+    low: float
+    high: float
+
+    @property
+    def kind(self) -> Kind:
+        return self.piece.kind
+
+    @property
+    def tooth(self) -> int:
+        return self.piece.tooth
+
+    @property
+    def side(self) -> int:
+        return self.piece.side
+
+    def _to_piece(self, s: Array) -> Array:
+        return self.low + (self.high - self.low) * s
+
+    def at(self, s: Array) -> Array:
+        return self.piece.at(self._to_piece(s))
+
+    def tangent(self, s: Array) -> Array:
+        return self.piece.tangent(self._to_piece(s))
+
+    def curvature(self, s: Array) -> Array:
+        return self.piece.curvature(self._to_piece(s))
+
+
+@dataclass(frozen=True)
+class PitchLine:
+    """The pitch curve between two of its arc lengths [m], as a piece."""
+
+    curve: PitchCurve
+    low: float
+    high: float
+    kind: str = "pitch curve"
+
+    def _rows(self, s: Array) -> Array:
+        return self.curve.at(self.low + (self.high - self.low) * s)
+
+    def at(self, s: Array) -> Array:
+        return self._rows(s)[[X, Y]].T
+
+    def tangent(self, s: Array) -> Array:
+        return self._rows(s)[[TX, TY]].T
+
+    def curvature(self, s: Array) -> Array:
+        return np.asarray(self._rows(s)[KAPPA])

@@ -7,11 +7,11 @@ import math
 import numpy as np
 import pytest
 
-from planter.gearing.teeth.bearing import SIDES, Bearing, changes
+from planter.gearing.teeth.bearing import SIDES, BearingPairs, find_changes
 from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.curve import POLAR
-from planter.gearing.teeth.making import Toothed
-from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.making import ToothedPair
+from planter.gearing.teeth.order import ToothOrder
 from planter.kernels import Array
 from planter.numerics import quadrature
 from tests.support.toothed import FREE, circles, stage
@@ -19,15 +19,15 @@ from tests.support.toothed import FREE, circles, stage
 PAIRS = [("ellipse", 8, 25, 1), ("eccentric_circle", 1, 32, -1)]
 
 
-def mean(found: Toothed, side: int, of: Array) -> Array:
+def mean(found: ToothedPair, side: int, of: Array) -> Array:
     """Means over a period of rows that are taken at `nodes`."""
     return np.asarray(of @ nodes(found, side)[1])
 
 
-def nodes(found: Toothed, side: int) -> tuple[Array, Array]:
+def nodes(found: ToothedPair, side: int) -> tuple[Array, Array]:
     """Rolling lengths between which no pair of a side comes, goes or passes the pitch point, with weights of means."""
     mesh = found.mesh
-    at, sides = changes(mesh)
+    at, sides = find_changes(mesh)
     period = mesh.period * mesh.pitch
     ends = np.unique(np.mod(at[sides == SIDES[side]], period))
     places, weights = quadrature.panels(np.append(ends, ends[0] + period), 2)
@@ -40,7 +40,7 @@ def test_pairs_bear_where_their_flanks_touch(family: str, seed: int, z: int, sen
     found = stage(family, seed, z, FREE, sense)
     mesh = found.mesh
     at = mesh.positions[::9] + 1e-7
-    faced, beyond = mesh.facing(at), Bearing.of(mesh, at).beyond
+    faced, beyond = mesh.facing(at), BearingPairs.from_mesh(mesh, at).beyond
     points = Contacts(mesh, faced).points
     for k, place in enumerate(at):
         radius = float(np.hypot(*mesh.gear.curve.at(mesh.pair.sense * at[k : k + 1])[:2])[0])
@@ -49,14 +49,14 @@ def test_pairs_bear_where_their_flanks_touch(family: str, seed: int, z: int, sen
             solved = np.sort(-side * np.sign(arms[1]) * np.hypot(*arms))
             assert told[: len(solved), k] == pytest.approx(solved, abs=1e-13)
             assert np.isnan(told[len(solved) :, k]).all()
-    assert np.nanmin(np.abs(Bearing.of(mesh, at + 1e-5).beyond - beyond)) > 5e-6
+    assert np.nanmin(np.abs(BearingPairs.from_mesh(mesh, at + 1e-5).beyond - beyond)) > 5e-6
 
 
 @pytest.mark.parametrize(("family", "seed", "z", "sense"), PAIRS)
 @pytest.mark.parametrize("side", [0, 1])
 def test_as_many_pairs_bear_as_the_contact_ratio_says(family: str, seed: int, z: int, sense: int, side: int) -> None:
     found = stage(family, seed, z, FREE, sense)
-    bearing = Bearing.of(found.mesh, nodes(found, side)[0])
+    bearing = BearingPairs.from_mesh(found.mesh, nodes(found, side)[0])
     count = mean(found, side, np.isfinite(bearing.beyond[side]).sum(axis=0))
     assert count == pytest.approx(found.mesh.contact_ratios[found.mesh.pairs.side == SIDES[side]].mean(), abs=1e-9)
 
@@ -67,12 +67,12 @@ def test_round_gears_lose_what_textbooks_say(z: int, mate: int, shift: float) ->
 
     It is the power lost per power and coefficient of friction, the normal force being the same at all times.
     """
-    found = circles(z, mate, Order(shift=shift, allow_undercut=True))
+    found = circles(z, mate, ToothOrder(shift=shift, allow_undercut=True))
     first, second = (arcs[0] / found.mesh.pitch for arcs in found.mesh.arcs)
     u, radii = mate / z, (1e-3 * z, 1e-3 * mate)
     textbook = math.pi * (u + 1) / (z * u) * (1 - first - second + first**2 + second**2)
     for side in (0, 1):
-        bearing = Bearing.of(found.mesh, nodes(found, side)[0])
+        bearing = BearingPairs.from_mesh(found.mesh, nodes(found, side)[0])
         per_distance = sum(1 / r for r in radii) / math.cos(found.order.pressure_angle)
         assert mean(found, side, bearing.equal.away[side]) * per_distance == pytest.approx(textbook, rel=1e-11)
         assert mean(found, side, bearing.nearest.away[side]) * per_distance < 0.9 * textbook

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.order import ToothOrder
 from planter.gearing.teeth.rack import Rack
 from tests.support.toothed import FREE, circle, circles, involute
 
@@ -57,8 +57,8 @@ def test_the_margin_is_that_of_the_least_number_of_teeth(seed: int) -> None:
 
 def test_undercut_is_refused_without_leave_and_tells_the_teeth() -> None:
     with pytest.raises(GeometryError, match=r"gear: the flanks of tooth 0, 1, 2, 3, 4, 5 and 8 more are undercut"):
-        circles(14, 40, Order())
-    assert circles(14, 40, FREE).mesh.contact_ratios.min() < circles(18, 40, Order()).mesh.contact_ratios.min()
+        circles(14, 40, ToothOrder())
+    assert circles(14, 40, FREE).mesh.contact_ratios.min() < circles(18, 40, ToothOrder()).mesh.contact_ratios.min()
 
 
 @pytest.mark.parametrize(("z", "mate", "shift"), [(19, 19, 0.0), (24, 61, 0.0), (22, 35, 0.2), (30, 30, -0.3)])
@@ -73,7 +73,7 @@ def test_the_contact_ratio_is_that_of_spur_gears_whatever_the_play(z: int, mate:
 
 
 def test_pressure_angle_and_lost_motion_are_those_of_circles() -> None:
-    found = circles(25, 50, Order(play=1e-4))
+    found = circles(25, 50, ToothOrder(play=1e-4))
     assert np.degrees(found.pressure_angles) == pytest.approx([20, 20], abs=1e-9)
     np.testing.assert_allclose(found.lost_motion, 0.5e-4 / (1e-3 * 50), rtol=1e-9)
 

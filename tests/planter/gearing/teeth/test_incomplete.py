@@ -12,11 +12,10 @@ from scipy.optimize import brentq
 
 from planter.errors import GeometryError
 from planter.gearing.teeth.contacts import Contacts
-from planter.gearing.teeth.incomplete.locking import Intermittent, intermittent
-from planter.gearing.teeth.incomplete.proof import Turn
+from planter.gearing.teeth.incomplete.locking import IntermittentPair, build_intermittent_pair
+from planter.gearing.teeth.incomplete.proof import SIDES, IncompleteGearCycle, RowMesh
 from planter.gearing.teeth.incomplete.rolling import Rolling
-from planter.gearing.teeth.incomplete.rows import SIDES, RowMesh
-from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.order import ToothOrder
 
 R, WAVE, SHIFT, FIRST, LAST = 0.03, 0.1, 0.2, -2.4, 2.5
 _T = np.linspace(FIRST, LAST, 20001)
@@ -41,20 +40,20 @@ A = brentq(lambda a: turned(a) - 2 * np.pi, 1.5 * R, 3 * R, xtol=1e-16)
 
 
 def rolling(distance: float = A) -> Rolling:
-    return Rolling.of(radius, (FIRST, LAST), np.array([FIRST, LAST]), distance)
+    return Rolling.from_radius(radius, (FIRST, LAST), np.array([FIRST, LAST]), distance)
 
 
 @pytest.fixture(scope="module")
-def made() -> Intermittent:
-    return intermittent(rolling(), MODULE, Order(play=PLAY, process="wire"), "wavy", ("one", "two"))
+def made() -> IntermittentPair:
+    return build_intermittent_pair(rolling(), MODULE, ToothOrder(play=PLAY, process="wire"), "wavy", ("one", "two"))
 
 
 @pytest.fixture(scope="module")
-def turn(made: Intermittent) -> Turn:
-    return Turn(made)
+def turn(made: IntermittentPair) -> IncompleteGearCycle:
+    return IncompleteGearCycle(made)
 
 
-def test_the_curves_roll(made: Intermittent) -> None:
+def test_the_curves_roll(made: IntermittentPair) -> None:
     """Both pitch points lie in one place of the line of centres, and the mate turns by the integral of the ratio."""
     own = made.rolling
     at = np.linspace(0, own.length, 50)
@@ -70,11 +69,11 @@ def test_the_curves_roll(made: Intermittent) -> None:
 
 
 def test_a_mate_that_does_not_turn_once_is_refused() -> None:
-    with pytest.raises(GeometryError, match="must be 360 deg"):
-        intermittent(rolling(1.05 * A), MODULE, Order(process="wire"), "wavy", ("one", "two"))
+    with pytest.raises(GeometryError, match="must turn by 360 deg"):
+        build_intermittent_pair(rolling(1.05 * A), MODULE, ToothOrder(process="wire"), "wavy", ("one", "two"))
 
 
-def test_pieces_join_exactly_and_outlines_are_simple(made: Intermittent) -> None:
+def test_pieces_join_exactly_and_outlines_are_simple(made: IntermittentPair) -> None:
     for gear in made.gears:
         assert gear.joins < 1e-14
         assert shapely.Polygon(gear.points).is_valid
@@ -83,25 +82,25 @@ def test_pieces_join_exactly_and_outlines_are_simple(made: Intermittent) -> None
             assert np.hypot(*piece.tangent(shares).T) == pytest.approx(1, abs=1e-9)
 
 
-def test_arcs_lie_about_the_driving_axis_while_they_hold(made: Intermittent) -> None:
-    mate = made.rolling.held(np.array([0.5]))[1][:, 0]
+def test_arcs_lie_about_the_driving_axis_while_they_hold(made: IntermittentPair) -> None:
+    mate = made.rolling.dwell_positions(np.array([0.5]))[1][:, 0]
     arcs = [piece for piece in made.mate.pieces if piece.kind == "concave arc"]
     assert arcs
     for piece in arcs:
         z = piece.at(np.linspace(0, 1, 11)) @ np.array([1, 1j]) * np.exp(1j * mate[0]) + mate[1]
-        assert np.abs(z) == pytest.approx(made.radius + made.apart, abs=1e-15)
+        assert np.abs(z) == pytest.approx(made.radius + made.arc_clearance, abs=1e-15)
         assert (piece.curvature(np.zeros(1)) < 0).all()
     (convex,) = [piece for piece in made.gear.pieces if piece.kind == "convex arc"]
     assert np.hypot(*convex.at(np.linspace(0, 1, 11)).T) == pytest.approx(made.radius, abs=1e-15)
 
 
-def test_nothing_interferes_all_round_the_turn(turn: Turn) -> None:
+def test_nothing_interferes_all_round_the_turn(turn: IncompleteGearCycle) -> None:
     assert len(turn.rolled) >= 720
     assert turn.rolling.max() < SEEN
-    assert turn.held.max() < SEEN
+    assert turn.dwell_overlaps.max() < SEEN
 
 
-def test_teeth_drive_where_the_mate_cannot_be_turned_back(made: Intermittent, turn: Turn) -> None:
+def test_teeth_drive_where_the_mate_cannot_be_turned_back(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
     """Contacts by formulas against outlines that know none: turned back by more than the play, teeth run into teeth."""
     which = np.arange(5, 720, 25)
     gear, mate = made.rolling.places(turn.rolled[which])
@@ -114,7 +113,9 @@ def test_teeth_drive_where_the_mate_cannot_be_turned_back(made: Intermittent, tu
     assert turn.undriven == pytest.approx(predicted, abs=np.radians(1.5))
 
 
-def test_teeth_transmit_the_law_and_teeth_that_are_moved_do_not(made: Intermittent, turn: Turn) -> None:
+def test_teeth_transmit_the_law_and_teeth_that_are_moved_do_not(
+    made: IntermittentPair, turn: IncompleteGearCycle
+) -> None:
     assert np.abs(turn.contacts.errors).max() < 1e-11
     flanks = made.mate.row.flanks
     moved = replace(made.mate, row=replace(made.mate.row, flanks=replace(flanks, phase=flanks.phase + 5e-6)))
@@ -123,7 +124,7 @@ def test_teeth_transmit_the_law_and_teeth_that_are_moved_do_not(made: Intermitte
     assert np.abs(Contacts(mesh, mesh.facing(few)).errors).min() > 1e-5
 
 
-def test_contact_ratios_are_those_that_positions_count(made: Intermittent, turn: Turn) -> None:
+def test_contact_ratios_are_those_that_positions_count(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
     """Of a tooth in the middle, which no arc has cut."""
     fine = np.linspace(0, made.rolling.length, 8001)
     middle = made.gear.z // 2
@@ -135,16 +136,16 @@ def test_contact_ratios_are_those_that_positions_count(made: Intermittent, turn:
         assert ratios.min() - 2e-3 < counted < ratios.max() + 2e-3
 
 
-def test_the_arcs_hold_in_the_dwell_and_not_without(made: Intermittent, turn: Turn) -> None:
+def test_the_arcs_hold_in_the_dwell_and_not_without(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
     loose = turn.loose
     inside = (loose.part == 3) & (np.abs(loose.at - made.rolling.over[1] - made.rolling.dwell / 2) < 0.2)
     assert max(loose.behind[inside].max(), loose.ahead[inside].max()) < np.radians(2)
-    gear, mate = made.rolling.held(np.array([0.5]))
+    gear, mate = made.rolling.dwell_positions(np.array([0.5]))
     for sense in (-1, 1):
         assert turn.overlaps(gear, mate + np.array([[sense * np.radians(3)], [0.0], [0.0]]))[0] > 1e-8
 
 
-def untrimmed(made: Intermittent, k: int) -> Intermittent:
+def untrimmed(made: IntermittentPair, k: int) -> IntermittentPair:
     """With the whole teeth of one gear, the first at the dwell, in place of what arcs and topping leave."""
     gear = made.gears[k]
     row = gear.row
@@ -154,11 +155,11 @@ def untrimmed(made: Intermittent, k: int) -> Intermittent:
     return replace(made, **{("gear", "mate")[k]: replace(gear, row=row, pieces=tuple(row.line()))})
 
 
-def test_tampered_gears_interfere(made: Intermittent, turn: Turn) -> None:
+def test_tampered_gears_interfere(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
     few = np.linspace(0, 1, 30)
-    held = made.rolling.held(few)
+    held = made.rolling.dwell_positions(few)
     for k in (0, 1):
-        assert Turn(untrimmed(made, k)).overlaps(*held).max() > 1e-7
+        assert IncompleteGearCycle(untrimmed(made, k)).overlaps(*held).max() > 1e-7
     gear, mate = made.rolling.places(few * made.rolling.length)
     assert turn.overlaps(gear, mate - np.array([[0.0], [2 * PLAY], [0.0]])).max() > 1e-10
     assert turn.overlaps(gear, mate + np.array([[3 * PLAY / A], [0.0], [0.0]])).max() > 1e-10

@@ -14,9 +14,9 @@ from planter.errors import GeometryError
 from planter.gearing.teeth import limits, pair
 from planter.gearing.teeth.contacts import Contacts
 from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.making import Toothed, toothed
+from planter.gearing.teeth.making import ToothedPair, cut_teeth
 from planter.gearing.teeth.meshing import Mesh
-from planter.gearing.teeth.order import Order
+from planter.gearing.teeth.order import ToothOrder
 from planter.gearing.teeth.polygons import FINE_CHORDS, Overlay
 from planter.kernels import Array
 from tests.support import pairs
@@ -70,7 +70,7 @@ def test_lost_motion_is_the_gap_over_the_arm_of_the_normal() -> None:
 @pytest.mark.parametrize("more", [1e-7, 2e-5, 6e-4])
 def test_circles_farther_apart_agree_with_involutes(more: float) -> None:
     """Base circles stay, and the angle of contact grows to that of the new distance."""
-    found = circles(25, 50, Order(play=PLAY))
+    found = circles(25, 50, ToothOrder(play=PLAY))
     base, apart = 25e-3 * COS, found.farther(more)
     assert apart is not None
     a = found.mesh.pair.distance + more
@@ -84,7 +84,7 @@ def test_circles_farther_apart_agree_with_involutes(more: float) -> None:
 
 
 def test_circles_lose_contact_where_the_involute_contact_ratio_is_one() -> None:
-    found, base = circles(25, 50, Order(play=PLAY)), 25e-3 * COS
+    found, base = circles(25, 50, ToothOrder(play=PLAY)), 25e-3 * COS
 
     def ratio(more: float) -> float:
         a = found.mesh.pair.distance + more
@@ -101,7 +101,7 @@ def test_sides_of_lost_motion_stop_the_mate_as_polygons() -> None:
     found = stage("ellipse", 0, 31, replace(FREE, play=PLAY))
     apart = found.farther(2e-4)
     assert apart is not None
-    overlay, where, some = Overlay.of(apart.mesh), found.mesh.positions, np.arange(0, 720, 90)
+    overlay, where, some = Overlay.from_mesh(apart.mesh), found.mesh.positions, np.arange(0, 720, 90)
     one, two = overlay.placed(where[some])
     axis = [(apart.mesh.pair.distance, 0.0)] * len(some)
     for column, sense in ((0, -1), (1, 1)):
@@ -121,7 +121,7 @@ def test_farther_apart_by_nothing_changes_nothing() -> None:
 
 
 def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
-    for found in (stage("eccentric_circle", 1, 32, replace(FREE, play=PLAY)), circles(23, 41, Order(play=PLAY))):
+    for found in (stage("eccentric_circle", 1, 32, replace(FREE, play=PLAY)), circles(23, 41, ToothOrder(play=PLAY))):
         gap = found.polygon_gaps
         assert gap.min() >= PLAY / 2 * COS - 1e-13
         assert gap.max() < PLAY / 2 * COS + 2e-6
@@ -133,14 +133,14 @@ def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
 
 def test_a_pair_of_teeth_that_leaves_before_the_next_comes_is_told() -> None:
     """On circles the rolling length that two pairs share is the contact ratio's excess over one, in pitches."""
-    mesh = circles(20, 30, Order()).mesh
+    mesh = circles(20, 30, ToothOrder()).mesh
     np.testing.assert_allclose(mesh.laps, (mesh.contact_ratios[0] - 1) * mesh.pitch, rtol=1e-9)
     with pytest.raises(GeometryError, match=r"the contact ratio of tooth \d+ of gear with tooth \d+ of mate is 0.74"):
-        circles(40, 40, Order(addendum=0.4))
+        circles(40, 40, ToothOrder(addendum=0.4))
 
 
 def test_sliding_is_that_of_the_contact_about_the_pitch_point() -> None:
-    found = circles(20, 30, Order())
+    found = circles(20, 30, ToothOrder())
     path = math.pi * 2e-3 * COS * found.mesh.contact_ratios[0]
     tip = math.sqrt(22e-3**2 - (20e-3 * COS) ** 2) - 20e-3 * math.sin(math.radians(20))
     assert Contacts(found.mesh, found.mesh.ends).sliding.max() == pytest.approx(
@@ -149,9 +149,9 @@ def test_sliding_is_that_of_the_contact_about_the_pitch_point() -> None:
 
 
 def test_a_mate_turns_once_in_several_turns_of_its_gear() -> None:
-    curves = pair.of_contact(lobe(2), 0.09, np.linspace(0, 2 * np.pi, 3), turns=2)
+    curves = pair.build_contact_pair(lobe(2), 0.09, np.linspace(0, 2 * np.pi, 3), turns=2)
     assert curves.mate.length == pytest.approx(2 * curves.gear.length, rel=1e-13)
-    found = toothed(curves, replace(FREE, teeth=30), "pair", ("gear", "mate"))
+    found = cut_teeth(curves, replace(FREE, teeth=30), "pair", ("gear", "mate"))
     assert found.sized.teeth == (30, 60)
     assert np.abs(found.contacts.errors).max() < 1e-11
     assert found.overlaps.max() < 1e-14
@@ -173,14 +173,14 @@ def lobe(turns: int):
 
 
 @pytest.fixture(scope="module")
-def sound() -> Toothed:
+def sound() -> ToothedPair:
     return stage("eccentric_circle", 1, 32, replace(FREE, play=1e-6))
 
 
-def tampered(found: Toothed, **of_mate: object) -> Overlay:
+def tampered(found: ToothedPair, **of_mate: object) -> Overlay:
     """The overlay with a mate that was made otherwise."""
     flanks = replace(found.mesh.mate.flanks, **of_mate)
-    return Overlay.of(Mesh(found.mesh.pair, found.mesh.gear, Gear("mate", flanks)))
+    return Overlay.from_mesh(Mesh(found.mesh.pair, found.mesh.gear, Gear("mate", flanks)))
 
 
 def refused(overlay: Overlay) -> bool:
@@ -188,10 +188,10 @@ def refused(overlay: Overlay) -> bool:
     return overlay.overlaps(at).max() > 0
 
 
-def test_half_a_tooth_of_slip_is_found(sound: Toothed) -> None:
+def test_half_a_tooth_of_slip_is_found(sound: ToothedPair) -> None:
     assert not refused(tampered(sound))
     slipped = tampered(sound, phase=0.0)
-    with pytest.raises(GeometryError, match=r"the teeth run into each other by 0\.\d+ modules"):
+    with pytest.raises(GeometryError, match=r"the teeth overlap by 0\.\d+ modules"):
         limits.check_penetration(slipped.mesh, slipped.deepest, "pair")
 
 
@@ -199,37 +199,37 @@ def test_depth_is_that_of_the_axes_brought_nearer() -> None:
     """Flanks of circles, brought nearer by little, reach into each other by that times the sine of the angle."""
     mesh, nearer = circles(25, 50, FREE).mesh, 1e-5
     close = replace(mesh, pair=replace(mesh.pair, distance=mesh.pair.distance - nearer))
-    depths = Overlay.of(close, FINE_CHORDS).depths(mesh.positions[:20])
+    depths = Overlay.from_mesh(close, FINE_CHORDS).depths(mesh.positions[:20])
     np.testing.assert_allclose(depths, nearer * math.sin(math.radians(20)), rtol=0.1)
-    limits.check_penetration(mesh, Overlay.of(mesh, FINE_CHORDS).deepest, "pair")
-    with pytest.raises(GeometryError, match=r"the teeth run into each other by 0\.001\d+ modules"):
-        limits.check_penetration(close, Overlay.of(close, FINE_CHORDS).deepest, "pair")
+    limits.check_penetration(mesh, Overlay.from_mesh(mesh, FINE_CHORDS).deepest, "pair")
+    with pytest.raises(GeometryError, match=r"the teeth overlap by 0\.001\d+ modules"):
+        limits.check_penetration(close, Overlay.from_mesh(close, FINE_CHORDS).deepest, "pair")
 
 
-def test_a_gear_that_is_turned_by_little_is_found(sound: Toothed) -> None:
+def test_a_gear_that_is_turned_by_little_is_found(sound: ToothedPair) -> None:
     turned = [shapely.affinity.rotate(outline, k * 1e-4, (0, 0), use_radians=True)
-              for k, outline in enumerate(Overlay.of(sound.mesh).outlines)]  # fmt: skip
+              for k, outline in enumerate(Overlay.from_mesh(sound.mesh).outlines)]  # fmt: skip
     assert refused(Overlay(sound.mesh, (turned[0], turned[1])))
 
 
-def test_axes_that_are_too_near_are_found(sound: Toothed) -> None:
+def test_axes_that_are_too_near_are_found(sound: ToothedPair) -> None:
     near = replace(sound.mesh.pair, distance=sound.mesh.pair.distance - 1e-5)
     mesh = Mesh(near, *sound.gears)
-    assert refused(Overlay.of(mesh))
+    assert refused(Overlay.from_mesh(mesh))
     assert Contacts(mesh, mesh.facing(mesh.positions)).gaps.min() < -2e-6
     assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-6
 
 
 @pytest.mark.parametrize(("first", "last"), [(300, 308), (302, 303)], ids=["a tooth", "a point of a flank"])
-def test_what_is_moved_of_an_outline_is_found(sound: Toothed, first: int, last: int) -> None:
-    one, two = Overlay.of(sound.mesh).outlines
+def test_what_is_moved_of_an_outline_is_found(sound: ToothedPair, first: int, last: int) -> None:
+    one, two = Overlay.from_mesh(sound.mesh).outlines
     points = shapely.get_coordinates(one)
     points[first:last] += 5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None] @ [[0, 1], [-1, 0]]
     points[first:last] += 5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None]
     assert refused(Overlay(sound.mesh, (shapely.Polygon(points), two)))
 
 
-def test_a_flank_of_another_rack_is_not_conjugate(sound: Toothed) -> None:
+def test_a_flank_of_another_rack_is_not_conjugate(sound: ToothedPair) -> None:
     other = replace(sound.mesh.gear.rack, pressure_angle=math.radians(20.01))
     mesh = Mesh(sound.mesh.pair, sound.mesh.gear, Gear("mate", replace(sound.mesh.mate.flanks, rack=other)))
     assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-7

@@ -11,8 +11,8 @@ import shapely
 from planter.errors import GeometryError
 from planter.gearing.teeth import pair
 from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.order import sized
-from planter.gearing.teeth.pieces import KINDS
+from planter.gearing.teeth.order import size_pair
+from planter.gearing.teeth.outline import KINDS
 from tests.support import pairs
 from tests.support.toothed import FREE, REFUSED, Rack, circle, stage, swept
 
@@ -105,17 +105,17 @@ def test_a_swept_rack_leaves_every_space(family: str, seed: int, z: int) -> None
 
 def test_scaled_gears_are_similar() -> None:
     one = stage("limacon", 8, 25)
-    curves = pair.of_stage(pairs.stage("limacon", 8), pairs.parameters("limacon", 8))
+    curves = pair.build_stage_pair(pairs.stage("limacon", 8), pairs.parameters("limacon", 8))
     other = stage_scaled(curves.scaled(1.7))
     for a, b in zip(one.gears, other, strict=True):
         assert b.area == pytest.approx(1.7**2 * a.area, rel=1e-12)
         np.testing.assert_allclose(b.flanks.margins, a.flanks.margins, atol=1e-12)
 
 
-def stage_scaled(curves: pair.Pair) -> tuple[Gear, Gear]:
-    from planter.gearing.teeth.making import toothed
+def stage_scaled(curves: pair.CurvePair) -> tuple[Gear, Gear]:
+    from planter.gearing.teeth.making import cut_teeth
 
-    return toothed(curves, replace(FREE, teeth=25), "pair", ("gear", "mate")).gears
+    return cut_teeth(curves, replace(FREE, teeth=25), "pair", ("gear", "mate")).gears
 
 
 def test_a_reversed_curve_has_its_flanks_exchanged() -> None:
@@ -130,7 +130,7 @@ def test_ellipses_with_odd_teeth_make_congruent_gears() -> None:
     family = "ellipse"
     own = pairs.parameters(family, 0).copy()
     own[-1] = 1.0
-    curves = pair.of_stage(pairs.stage_of(family, own), own)
+    curves = pair.build_stage_pair(pairs.stage_of(family, own), own)
     congruent = {}
     for z in (31, 32):
         one, two = stage_of(curves, z)
@@ -140,17 +140,17 @@ def test_ellipses_with_odd_teeth_make_congruent_gears() -> None:
     assert congruent == {31: True, 32: False}
 
 
-def stage_of(curves: pair.Pair, z: int) -> tuple[Gear, Gear]:
-    from planter.gearing.teeth.making import toothed
+def stage_of(curves: pair.CurvePair, z: int) -> tuple[Gear, Gear]:
+    from planter.gearing.teeth.making import cut_teeth
 
-    return toothed(curves, replace(FREE, teeth=z), "pair", ("gear", "mate")).gears
+    return cut_teeth(curves, replace(FREE, teeth=z), "pair", ("gear", "mate")).gears
 
 
 @pytest.mark.parametrize("family", sorted(pairs.FAMILIES))
 def test_whole_teeth_go_round(family: str) -> None:
-    curves = pair.of_stage(pairs.stage(family, 1), pairs.parameters(family, 1))
-    kept = sized(curves, replace(FREE, module=1.5e-3, keep="size"), family)
-    scaled = sized(curves, replace(FREE, module=1.5e-3), family)
+    curves = pair.build_stage_pair(pairs.stage(family, 1), pairs.parameters(family, 1))
+    kept = size_pair(curves, replace(FREE, module=1.5e-3, keep="size"), family)
+    scaled = size_pair(curves, replace(FREE, module=1.5e-3), family)
     for found in (kept, scaled):
         assert found.pair.gear.length == pytest.approx(np.pi * found.module * found.teeth[0], rel=1e-12)
         assert found.pair.mate.length == pytest.approx(found.pair.gear.length, rel=1e-12)

@@ -10,9 +10,9 @@ import pytest
 
 from planter.errors import GeometryError
 from planter.gearing.stage import Stage
-from planter.gearing.teeth import limits, polygons, remedies
-from planter.gearing.teeth.making import Toothed, toothed
-from planter.gearing.teeth.pair import of_stage
+from planter.gearing.teeth import limits, making, polygons
+from planter.gearing.teeth.making import ToothedPair, cut_teeth
+from planter.gearing.teeth.pair import build_stage_pair
 from tests.support import pairs
 from tests.support.toothed import FREE, circles
 
@@ -20,25 +20,23 @@ DEPTH = 0.0083885404
 """Depth in modules to which teeth on a hollow curve run into each other."""
 
 
-def hollow(eccentricity: float, teeth: int, tip_radius: float = 1.0) -> Toothed:
+def hollow(eccentricity: float, teeth: int, tip_radius: float = 1.0) -> ToothedPair:
     """A deformed eccentric circle that is hollow on either side."""
     own = np.array([0.031, eccentricity, 1.9])
     stage: Stage = pairs.stage_of("eccentric_circle", own)
-    return toothed(of_stage(stage, own), replace(FREE, teeth=teeth, tip_radius=tip_radius), "pair",
+    return cut_teeth(build_stage_pair(stage, own), replace(FREE, teeth=teeth, tip_radius=tip_radius), "pair",
                    ("gear", "mate"))  # fmt: skip
 
 
 def test_the_racks_that_are_offered_pass_and_a_hundredth_less_does_not() -> None:
     found = hollow(0.012, 31)
-    with pytest.raises(
-        GeometryError, match=r"run into each other by .* modules, .* mm, at the polar angle .* would do$"
-    ) as told:
-        remedies.check_penetration(found)
+    with pytest.raises(GeometryError, match=r"overlap by .* modules, .* mm, at the polar angle .* would do$") as told:
+        making.check_pair_penetration(found)
     first, clearance, second = map(float, re.findall(r"(?:radius|clearance) of ([\d.]+)", str(told.value)))
     offered = [replace(FREE, tip_radius=first), replace(FREE, clearance=clearance, tip_radius=second)]
     short = [replace(FREE, tip_radius=first + 0.01), replace(offered[1], clearance=clearance - 0.01)]
     assert second == 0.37
-    assert [remedies.passes(found, order) for order in (*offered, *short)] == [True, True, False, False]
+    assert [making.passes_limits(found, order) for order in (*offered, *short)] == [True, True, False, False]
 
 
 def test_advised_rack_does_not_interfere_when_cut_again() -> None:
@@ -46,27 +44,27 @@ def test_advised_rack_does_not_interfere_when_cut_again() -> None:
     found = hollow(0.012, 31, tip_radius=0.17)
     fine = {kind: 4 * count for kind, count in polygons.FINE_CHORDS.items()}
     at = np.linspace(-2, 2, 801) * found.mesh.pitch + found.deepest.place
-    depth = polygons.Overlay.of(found.mesh, fine).depths(at).max()
-    assert 0 < depth < limits.PENETRATION * found.sized.module
+    depth = polygons.Overlay.from_mesh(found.mesh, fine).depths(at).max()
+    assert 0 < depth < limits.MAX_PENETRATION * found.sized.module
     assert depth == pytest.approx(found.deepest.value, abs=2e-4 * found.sized.module)
 
 
 @pytest.mark.parametrize("module_mm", [0.1, 2.0, 100.0])
 def test_penetration_is_the_same_at_any_size(module_mm: float) -> None:
     own = np.array([0.031, 0.0115, 1.9])
-    curves = of_stage(pairs.stage_of("eccentric_circle", own), own)
+    curves = build_stage_pair(pairs.stage_of("eccentric_circle", own), own)
     size = np.pi * 31 * module_mm * 1e-3 / curves.gear.length
-    made = toothed(curves.scaled(size), replace(FREE, teeth=31), "pair", ("gear", "mate"))
+    made = cut_teeth(curves.scaled(size), replace(FREE, teeth=31), "pair", ("gear", "mate"))
     assert made.sized.module == pytest.approx(module_mm * 1e-3, rel=1e-12)
     assert made.deepest.value / made.sized.module == pytest.approx(DEPTH, rel=1e-8)
-    with pytest.raises(GeometryError, match=r"run into each other by 0\.008\d+ modules"):
+    with pytest.raises(GeometryError, match=r"overlap by 0\.008\d+ modules"):
         limits.check_penetration(made.mesh, made.deepest, "pair")
 
 
 def test_what_no_rack_clears_is_said_to_be_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remedies, "DEEPEST", 0.3)
-    assert remedies.advice(hollow(0.015, 41)).startswith("no smaller round on the tips of the rack and no clearance")
+    monkeypatch.setattr(making, "MAX_CLEARANCE", 0.3)
+    assert making.suggest_racks(hollow(0.015, 41)).startswith("no smaller tip radius of the rack and no clearance")
 
 
 def test_teeth_that_pass_need_none() -> None:
-    remedies.check_penetration(circles(31, 31, FREE))
+    making.check_pair_penetration(circles(31, 31, FREE))
