@@ -83,7 +83,7 @@ class _Curves:
         x, y = self._at(np.array(self.train.toothed[1:]))[:, 0]
         return np.asarray(self.distance * np.array([x, y]) / np.hypot(x, y))
 
-    def beside(self, end: int, at: float) -> Array:
+    def place_near_end(self, end: int, at: float) -> Array:
         """At the angle at which the sun's pitch circle there would have rolled so far."""
         first, last = self.train.toothed
         t = (last - at / self.ends[1]) if end else (first + at / self.ends[0])

@@ -77,7 +77,7 @@ def check_gear(gear: Gear, order: ToothOrder) -> None:
     _refuse_flanks(
         gear,
         gear.flanks.upper_margins <= 0,
-        "turn back below their tips, where the pitch curve is too hollow: the addendum must be less",
+        "turn back below their tips, on a concave pitch curve: reduce the addendum",
     )
     if not order.allow_undercut:
         _refuse_flanks(
