@@ -89,7 +89,9 @@ def test_every_command_has_its_place(helps: dict[str, str]) -> None:
 
 def test_every_column_is_on_its_page() -> None:
     page = formats.page()
-    assert not [one.name for one in dictionary.every() if one.kind == "column" and f"| `{one.name}` |" not in page]
+    assert not [
+        one.name for one in dictionary.collect_meanings() if one.kind == "column" and f"| `{one.name}` |" not in page
+    ]
 
 
 def test_every_command_has_an_example_that_there_is(helps: dict[str, str]) -> None:
@@ -125,7 +127,7 @@ def test_every_key_of_a_file_is_on_its_page() -> None:
     assert "| `mass.sun_kg` | kg | mass of the sun | greater than 0 | 0.4 | assumed |" in page
     assert "| `cam.rise_delta_deg` | deg |" in page
     assert "| 130, 180 | assumed |" in page
-    wanted = {one.key for one in dictionary.every() if one.kind == "file key"}
+    wanted = {one.key for one in dictionary.collect_meanings() if one.kind == "file key"}
     assert not [key for key in wanted if f"| `{key}` |" not in page]
 
 

@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 
 from book.keys import cell
-from planter.explain.machine import Drawn, drawn
+from planter.explain.machine import LabelledMachine, draw_machine
 from planter.explain.results import DrawnSymbol
 from planter.report import style
 from planter.view.labelling import figure
@@ -28,9 +28,9 @@ drawings. Arrows turn the way in which an angle is counted.
 
 
 @cache
-def machines() -> dict[str, Drawn]:
+def machines() -> dict[str, LabelledMachine]:
     """The machines by the title of their section."""
-    return {title: drawn(source, {}) for title, source in MACHINES.items()}
+    return {title: draw_machine(source, {}) for title, source in MACHINES.items()}
 
 
 def rows(symbols: list[DrawnSymbol]) -> Iterator[str]:
@@ -42,7 +42,7 @@ def rows(symbols: list[DrawnSymbol]) -> Iterator[str]:
         yield f"| `{one.name}` | {cell(one.meaning)} | {one.unit} | {' | '.join(places)} |"
 
 
-def section(title: str, found: Drawn) -> Iterator[str]:
+def section(title: str, found: LabelledMachine) -> Iterator[str]:
     """A machine: every drawing with its table, then what is on none, and why."""
     symbols = found.symbols()
     yield f"\n## {title}\n"
@@ -57,7 +57,7 @@ def section(title: str, found: Drawn) -> Iterator[str]:
             yield f"| `{one.name}` | {cell(one.meaning)} | {cell(one.left_out)} |"
 
 
-def name(found: Drawn, sheet: str) -> str:
+def name(found: LabelledMachine, sheet: str) -> str:
     """The file of a drawing."""
     return f"{found.room}-{sheet}.svg"
 

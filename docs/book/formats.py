@@ -46,7 +46,8 @@ Symbols of a model stand under the column that their [entry](drawings.md) names;
 def page() -> str:
     """The page."""
     found = sorted(
-        (one for one in dictionary.every() if one.kind == "column"), key=lambda one: (one.machine, one.source)
+        (one for one in dictionary.collect_meanings() if one.kind == "column"),
+        key=lambda one: (one.machine, one.source),
     )
     parts = [HEAD]
     for machine, own in groupby(found, key=lambda one: one.machine):

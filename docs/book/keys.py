@@ -57,7 +57,7 @@ def row(one: Meaning, document: Document | None) -> str:
 def page() -> str:
     """The page."""
     found = sorted(
-        (one for one in dictionary.every() if one.kind == "file key"), key=lambda one: (one.machine, one.key)
+        (one for one in dictionary.collect_meanings() if one.kind == "file key"), key=lambda one: (one.machine, one.key)
     )
     parts = [HEAD]
     for machine, own in groupby(found, key=lambda one: one.machine):

@@ -1,5 +1,5 @@
-"""What every symbol, file key, result key and column means: one dictionary, made of what says so already.
+"""Meanings of all symbols, file keys, result keys and columns in one dictionary.
 
-`symbols` reads what was generated, `inputs` the classes of files, `outputs` the schemas of results; `dictionary` puts
-them together with what rooms say of their CSV files, the verdicts on equations and the figures that draw them.
+`dictionary` combines the generated models, the classes of files, the columns of CSV files, the verdicts on equations
+and the figures that draw a column with the result keys of `outputs`, which reads the schemas of commands.
 """

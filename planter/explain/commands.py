@@ -34,7 +34,7 @@ def explain(
 ) -> None:
     """Explain a symbol, a key or a column: meaning, unit, source.
 
-    Of a machine, every symbol of its geometry; `--out` writes the drawings that they stand on, beside their tables:
+    Of a machine, every symbol of its geometry; `--out` writes its drawings with tables:
     `planter explain wang2017 --out drawn`. Of your mechanism, every value with its bounds, every quantity, and the
     functions: `planter explain own/slider_crank.toml`.
     """
@@ -48,25 +48,25 @@ def explain(
             explained = mechanism.explain_mechanism(name, changes(set_))
             if out is not None:
                 explained = page.write_mechanism(explained, mechanism.draw_sheet(name, changes(set_)), out)
-            console.result(explained, lambda: tables.mechanism(explained))
+            console.result(explained, lambda: tables.show_mechanism(explained))
             return
         if name is not None and key is not None:
             if machine.takes(name):
-                meanings = dictionary.explain_in(machine.find_room(name), key)
+                meanings = dictionary.explain_in_room(machine.find_room(name), key)
             else:
                 meanings = mechanism.find_meanings(mechanism.explain_mechanism(name, changes(set_)), key)
-            console.result(meanings, lambda: tables.explained(meanings))
+            console.result(meanings, lambda: tables.show_meanings(meanings))
             return
         if name is not None and (out is not None or set_ or machine.takes(name)):
             from planter.explain import page
 
-            drawn = machine.drawn(name, changes(set_))
-            whole = drawn.explained([]) if out is None else page.write(drawn, out)
-            console.result(whole, lambda: tables.machine(whole))
+            drawing = machine.draw_machine(name, changes(set_))
+            result = drawing.explained([]) if out is None else page.write_machine(drawing, out)
+            console.result(result, lambda: tables.show_machine(result))
             return
         if name is None:
-            known = dictionary.names()
-            console.result(known, lambda: tables.names(known))
+            names_list = dictionary.list_names()
+            console.result(names_list, lambda: tables.show_names(names_list))
             return
-        found = dictionary.explained(name)
-        console.result(found, lambda: tables.explained(found))
+        explanation = dictionary.explain_name(name)
+        console.result(explanation, lambda: tables.show_meanings(explanation))

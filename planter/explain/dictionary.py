@@ -1,109 +1,278 @@
-"""All meanings together: by name, with the figures that draw them, and what is meant where a name is not known."""
+"""The dictionary of all meanings by name, with the figures that draw them, and suggestions for unknown names."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
+from typing import Any, get_args, get_origin
+
+from annotated_types import Ge, Gt, Le, Lt
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 from planter import rooms
+from planter.audit import verdicts
 from planter.errors import InputError
-from planter.explain import inputs, outputs, symbols
-from planter.explain.results import Explained, KnownNames, Meaning
-from planter.files import paths, units
+from planter.explain import outputs
+from planter.explain.results import DefiningEquation, Explained, KnownNames, Meaning
+from planter.files import paths, schema, units
+from planter.files.document import Document
+from planter.files.fields import LARGEST
+from planter.gearing import families, stage
+from planter.kernels import generated
 
 
 @cache
-def every() -> tuple[Meaning, ...]:
-    """All meanings: symbols, keys of files, columns, keys of results."""
-    named, columns = list(symbols.found()), list(_columns())
-    told = {(one.machine, one.key): one.meaning for one in named if one.key}
-    figures = dict(_figures())
-    found = [
-        *named,
-        *inputs.found(told),
-        *(one for one in columns if (one.machine, one.name) not in told),
-        *outputs.found({(one.machine, one.name): one.meaning for one in columns}),
+def collect_meanings() -> tuple[Meaning, ...]:
+    """Return all meanings: symbols, keys of files, columns, keys of results."""
+    symbol_meanings, columns = list(list_symbols()), list(_list_columns())
+    symbols = {(meaning.machine, meaning.key): meaning.meaning for meaning in symbol_meanings if meaning.key}
+    figures = dict(_list_figures())
+    meanings = [
+        *symbol_meanings,
+        *list_input_keys(symbols),
+        *(meaning for meaning in columns if (meaning.machine, meaning.name) not in symbols),
+        *outputs.list_result_keys({(meaning.machine, meaning.name): meaning.meaning for meaning in columns}),
     ]
-    listed = [replace(one, figures=figures.get((one.machine, one.key or one.name))) for one in found]
+    listed = [
+        replace(meaning, figures=figures.get((meaning.machine, meaning.key or meaning.name))) for meaning in meanings
+    ]
     unique: dict[tuple[str, ...], Meaning] = {}
-    for one in listed:
-        unique.setdefault((one.kind, one.machine, one.name, one.unit, one.meaning), one)
+    for meaning in listed:
+        unique.setdefault((meaning.kind, meaning.machine, meaning.name, meaning.unit, meaning.meaning), meaning)
     return tuple(unique.values())
 
 
-def explained(name: str) -> Explained:
-    """Every meaning of a symbol, key or column; of a file's key its last part is enough.
+def explain_name(name: str) -> Explained:
+    """Return every meaning of a symbol, key or column; the last part of a file's key is enough.
 
-    Raises InputError for a name that has none, with those that look like it.
+    Raises InputError, suggesting similar names, for an unknown name.
     """
-    found = [one for one in every() if name in (one.name, one.key)]
-    if not found:
-        near = paths.close(name, sorted({key for one in every() for key in (one.name, one.key) if key}))
-        hint = f"did you mean {' or '.join(near)}?" if near else "`planter explain` lists all names"
-        raise InputError(f"NAME = {name} is not a symbol, key or column: {hint}")
-    return Explained(name, found)
-
-
-def explain_in(room: str, key: str) -> Explained:
-    """Return every meaning of a symbol, key or column in the machines of a room.
-
-    Raises InputError for a name that has none there, with those that look like it.
-    """
-    every_meaning = [one for one in every() if one.machine == room]
-    meanings = [one for one in every_meaning if key in (one.name, one.key)]
+    meanings = [meaning for meaning in collect_meanings() if name in (meaning.name, meaning.key)]
     if not meanings:
-        near = paths.close(key, sorted({name for one in every_meaning for name in (one.name, one.key) if name}))
-        hint = f"did you mean {' or '.join(near)}?" if near else "`planter explain` lists all names"
+        close = paths.close(
+            name, sorted({key for meaning in collect_meanings() for key in (meaning.name, meaning.key) if key})
+        )
+        hint = f"did you mean {' or '.join(close)}?" if close else "`planter explain` lists all names"
+        raise InputError(f"NAME = {name} is not a symbol, key or column: {hint}")
+    return Explained(name, meanings)
+
+
+def explain_in_room(room: str, key: str) -> Explained:
+    """Return every meaning of a symbol, key or column in a kind of machine.
+
+    Raises InputError, suggesting similar names, for an unknown name.
+    """
+    all_meanings = [meaning for meaning in collect_meanings() if meaning.machine == room]
+    meanings = [meaning for meaning in all_meanings if key in (meaning.name, meaning.key)]
+    if not meanings:
+        close = paths.close(
+            key, sorted({name for meaning in all_meanings for name in (meaning.name, meaning.key) if name})
+        )
+        hint = f"did you mean {' or '.join(close)}?" if close else "`planter explain` lists all names"
         raise InputError(f"KEY = {key} is not a symbol, key or column of {room}: {hint}")
     return Explained(key, meanings)
 
 
-def names() -> KnownNames:
-    """The names that are known, by machine or command."""
-    found: dict[str, set[str]] = {}
-    for one in every():
-        found.setdefault(one.machine, set()).add(one.name)
-    return KnownNames({machine: sorted(own) for machine, own in sorted(found.items())})
+def list_names() -> KnownNames:
+    """Return all names by machine or command."""
+    by_machine: dict[str, set[str]] = {}
+    for meaning in collect_meanings():
+        by_machine.setdefault(meaning.machine, set()).add(meaning.name)
+    return KnownNames({machine: sorted(machine_names) for machine, machine_names in sorted(by_machine.items())})
 
 
-def of_names(machine: str, wanted: Sequence[str], command: str) -> list[tuple[str, Meaning]]:
-    """Names with what each means in a machine, first of all in a command's result; what has no meaning is left out."""
-    known: dict[str, Meaning] = {}
-    own = [one for one in every() if one.machine == machine]
-    for one in sorted(own, key=lambda one: command not in one.source.replace(",", "").split()):
-        known.setdefault(one.key or one.name, one)
-        known.setdefault(one.name, one)
-    return [(name, known[name]) for name in wanted if name in known]
+def find_meanings(machine: str, requested: Sequence[str], command: str) -> list[tuple[str, Meaning]]:
+    """Return names with their meanings in a machine, a command's result first; names without a meaning are omitted."""
+    by_name: dict[str, Meaning] = {}
+    meanings = [meaning for meaning in collect_meanings() if meaning.machine == machine]
+    for meaning in sorted(meanings, key=lambda meaning: command not in meaning.source.replace(",", "").split()):
+        by_name.setdefault(meaning.key or meaning.name, meaning)
+        by_name.setdefault(meaning.name, meaning)
+    return [(name, by_name[name]) for name in requested if name in by_name]
 
 
-def _columns() -> Iterator[Meaning]:
-    """What rooms say of the columns of their CSV files."""
+def _list_columns() -> Iterator[Meaning]:
+    """Yield the meanings of the columns of CSV files that packages declare."""
     for module in rooms.brought("columns"):
         room = module.__name__.split(".")[-2]
         for name, (meaning, source) in module.columns().items():
             yield Meaning(name, "column", room, units.unit(name), meaning, source)
 
 
-def _figures() -> Iterator[tuple[tuple[str, str], list[str]]]:
-    """Figures by room and column, as the figures of a room say which columns they draw."""
-    found: dict[tuple[str, str], list[str]] = {}
-    for room, drawn in _drawn().items():
-        for figure, columns in drawn.items():
+def _list_figures() -> Iterator[tuple[tuple[str, str], list[str]]]:
+    """Yield the figures of each machine and column by the declarations of `DRAWN`."""
+    figures: dict[tuple[str, str], list[str]] = {}
+    for room, plots in _load_drawn_columns().items():
+        for figure, columns in plots.items():
             for column in columns:
-                found.setdefault((room, column), []).append(figure)
-    yield from found.items()
+                figures.setdefault((room, column), []).append(figure)
+    yield from figures.items()
 
 
-def _drawn() -> dict[str, Mapping[str, Sequence[str]]]:
-    """`DRAWN` of the modules `report.figures` in the rooms that have one."""
-    found = {}
+def _load_drawn_columns() -> dict[str, Mapping[str, Sequence[str]]]:
+    """Return `DRAWN` of the modules `report.figures` by machine."""
+    by_room = {}
     for report in rooms.brought("report"):
         name = f"{report.__name__}.figures"
         if hasattr(report, "__path__") and find_spec(name) is not None:
-            drawn = getattr(import_module(name), "DRAWN", None)
-            if drawn is not None:
-                found[report.__name__.split(".")[-2]] = drawn
-    return found
+            plots = getattr(import_module(name), "DRAWN", None)
+            if plots is not None:
+                by_room[report.__name__.split(".")[-2]] = plots
+    return by_room
+
+
+SHARED_ROOM = "gearing"
+"""Machine name of the symbols that several machines share."""
+
+
+def list_symbols() -> Iterator[Meaning]:
+    """Yield every symbol of every model, then those that only papers define."""
+    papers = dict(_load_definitions())
+    for name in generated.names():
+        machine = find_model_room(name)
+        for entry in _list_entries(generated.sidecar(name)):
+            yield _describe_symbol(machine, entry, papers.pop((machine, entry["name"]), None))
+    yield from _list_parameters()
+    for (machine, symbol), equations in papers.items():
+        yield Meaning(symbol, "symbol", machine, "", equations[0].claims, equations[0].paper, equations=equations)
+
+
+def find_model_room(model: str) -> str:
+    """Return the machine of a generated model by the first part of its name."""
+    first = model.partition("_")[0]
+    return first if first in rooms.rooms() else SHARED_ROOM
+
+
+def find_display_key(entry: Mapping[str, str]) -> str | None:
+    """Return the key of a quantity in a file or as a column, or None."""
+    if entry.get("shown"):
+        return entry["shown"]
+    return units.key(entry["name"], entry["unit"]) if units.has_key(entry["unit"]) else None
+
+
+def _list_entries(sidecar: Mapping[str, Any]) -> Iterator[Mapping[str, str]]:
+    """Yield the quantities of all vectors and parameters; of vectors with open length the declared ones."""
+    vectors = sidecar.get("vectors", {})
+    for vector in (*vectors.values(), sidecar.get("parameters", ())):
+        yield from vector if isinstance(vector, Sequence) else vector["known"].values()
+
+
+def _describe_symbol(machine: str, entry: Mapping[str, str], equations: list[DefiningEquation] | None) -> Meaning:
+    return Meaning(
+        name=entry["name"],
+        kind="symbol",
+        machine=machine,
+        unit=entry["unit"],
+        meaning=entry["meaning"],
+        source=entry["source"],
+        key=find_display_key(entry),
+        equations=equations,
+    )
+
+
+def _list_parameters() -> Iterator[Meaning]:
+    """Yield the names of pitch-curve parameters in the design of a machine, by family and stage."""
+    for name in generated.names():
+        for vector in generated.sidecar(name).get("vectors", {}).values():
+            if isinstance(vector, Mapping) and vector.get("suffix"):
+                yield from _describe_stage(find_model_room(name), vector)
+
+
+def _describe_stage(machine: str, vector: Mapping[str, Any]) -> Iterator[Meaning]:
+    for family in families.list_families():
+        sidecar = families.load_sidecar(family)
+        for key, entry in zip(stage.list_design_names(family, dict(vector)), sidecar["parameters"], strict=True):
+            yield Meaning(
+                name=key, kind="file key", machine=machine, unit=units.unit(key), source=entry["source"],
+                meaning=f"{entry['meaning']} ({sidecar['title']}; {vector['meaning'].partition(',')[0]})",
+                key=f"design.{key}",
+            )  # fmt: skip
+
+
+def _load_definitions() -> dict[tuple[str, str], list[DefiningEquation]]:
+    """Return the equations of the papers with their verdicts, by machine and defined symbol."""
+    papers = {
+        file.name.removesuffix(".toml"): room for room, folder in rooms.folders("printed").items()
+        for file in folder.iterdir() if file.name.endswith(".toml")
+    }  # fmt: skip
+    equations: dict[tuple[str, str], list[DefiningEquation]] = {}
+    for entry in verdicts.committed()["equations"]:
+        if entry["defines"]:
+            key = papers[entry["paper"]], entry["defines"]
+            definition = DefiningEquation(entry["paper"], entry["equation"], entry["verdict"], entry["claims"])
+            equations.setdefault(key, []).append(definition)
+    return equations
+
+
+BOUNDS = {Gt: ("greater than", "gt"), Ge: ("at least", "ge"), Lt: ("less than", "lt"), Le: ("at most", "le")}
+TIGHTEST: dict[str, Callable[..., float]] = {"greater than": max, "at least": max, "less than": min, "at most": min}
+
+
+def list_input_keys(symbols: Mapping[tuple[str, str], str]) -> Iterator[Meaning]:
+    """Yield every key with a value; `symbols` has meanings by machine and path of the value in the file."""
+    for module in rooms.brought("file"):
+        room = module.__name__.split(".")[-2]
+        for kind in vars(module).values():
+            if isinstance(kind, type) and issubclass(kind, Document) and kind is not Document:
+                yield from _list_section(room, kind, "", symbols)
+
+
+def _list_section(
+    room: str, kind: type[BaseModel], before: str, symbols: Mapping[tuple[str, str], str]
+) -> Iterator[Meaning]:
+    for key, field in schema.fields(kind).items():
+        path = f"{before}.{key}" if before else key
+        inner = schema.section(field.annotation)
+        if inner is not None:
+            yield from _list_section(room, inner, path, symbols)
+        else:
+            yield _describe_key(room, kind, path, field, symbols)
+
+
+def _describe_key(
+    room: str, kind: type[BaseModel], path: str, field: FieldInfo, symbols: Mapping[tuple[str, str], str]
+) -> Meaning:
+    meaning = symbols.get((room, path)) or "; ".join(
+        text for (owner, place), text in symbols.items() if owner == room and place.startswith(f"{path}[")
+    )
+    section = " ".join((kind.__doc__ or "").split()).partition(". ")[0].rstrip(".")
+    return Meaning(
+        name=paths.last_part(path),
+        kind="file key",
+        machine=room,
+        unit=units.unit(path),
+        meaning=meaning or section,
+        source=f"[{path.rpartition('.')[0]}]" if "." in path else "top of the file",
+        key=path,
+        allowed=_describe_bounds(field),
+    )
+
+
+def _describe_bounds(field: FieldInfo) -> str | None:
+    """Return the tightest bounds of the field's type, and whether it may be left out."""
+    bounds = list(_list_bounds(field.metadata, field.annotation))
+    limits = [
+        f"{words} {tightest(value for word, value in bounds if word == words):g}"
+        for words, tightest in TIGHTEST.items()
+        if any(word == words and abs(value) < LARGEST for word, value in bounds)
+    ]
+    if not field.is_required():
+        limits.append("may be left out")
+    return ", ".join(limits) or None
+
+
+def _list_bounds(metadata: Sequence[Any], annotation: Any) -> Iterator[tuple[str, float]]:
+    """Yield kind and value of each bound in a type, including those of a list's items."""
+    for item in metadata:
+        if type(item) in BOUNDS:
+            words, name = BOUNDS[type(item)]
+            yield words, float(getattr(item, name))
+        elif isinstance(item, FieldInfo):
+            yield from _list_bounds(item.metadata, None)
+    if get_origin(annotation) is not None:
+        for inner in get_args(annotation):
+            yield from _list_bounds(getattr(inner, "__metadata__", ()), getattr(inner, "__origin__", inner))

@@ -1,4 +1,4 @@
-"""What is said of a mechanism of one's own: its values with bounds, its quantities, its functions."""
+"""Description of a user-defined mechanism: its values with bounds, its quantities, its functions."""
 
 from __future__ import annotations
 
@@ -14,29 +14,30 @@ from planter.view.sheet import Sheet
 
 
 def takes(source: str) -> bool:
-    """Return whether a room has the machine of a source."""
+    """Return whether a package loads the machine of a source."""
     return find_machine_room(source) is not None
 
 
 def explain_mechanism(source: str, changes: Mapping[str, float]) -> ExplainedMechanism:
-    """Return what is said of the mechanism of a file. Raises InputError as its room does."""
+    """Return the description of the mechanism of a file. Raises InputError as its package does."""
     description = describe(source, changes)
     return ExplainedMechanism(
         machine=description.name,
         title=description.title,
         source=description.source,
         assumptions=list(description.assumptions),
-        values=list(_values(description)),
-        quantities=[_quantity(description, quantity) for quantity in description.quantities],
+        values=list(_list_values(description)),
+        quantities=[_describe_quantity(description, quantity) for quantity in description.quantities],
         functions=[
-            ExplainedFunction(one.name, list(one.inputs), one.outputs, one.operations) for one in description.functions
+            ExplainedFunction(function.name, list(function.inputs), function.outputs, function.operations)
+            for function in description.functions
         ],
         files=[],
     )
 
 
 def draw_sheet(source: str, changes: Mapping[str, float]) -> Sheet | None:
-    """Return the drawing with the symbols that can be seen on it; None where a room has none of the source."""
+    """Return the drawing with its visible symbols, or None if the source has no drawing."""
     for module in rooms.brought("sheets"):
         if module.takes(source):
             sheet: Sheet | None = module.draw(source, changes)
@@ -45,21 +46,27 @@ def draw_sheet(source: str, changes: Mapping[str, float]) -> Sheet | None:
 
 
 def find_meanings(mechanism: ExplainedMechanism, key: str) -> Explained:
-    """Return every meaning of a symbol, key or function in a mechanism; of a file's key its last part is enough.
+    """Return every meaning of a symbol, key or function in a mechanism; the last part of a file's key is enough.
 
-    Raises InputError, with names that are close, for a name without one.
+    Raises InputError, suggesting similar names, for an unknown name.
     """
-    every = [*mechanism.values, *mechanism.quantities, *(_function(mechanism, one) for one in mechanism.functions)]
-    meanings = [one for one in every if key in (one.name, one.key, paths.last_part(one.key or ""))]
+    all_meanings = [
+        *mechanism.values,
+        *mechanism.quantities,
+        *(_describe_function(mechanism, meaning) for meaning in mechanism.functions),
+    ]
+    meanings = [
+        meaning for meaning in all_meanings if key in (meaning.name, meaning.key, paths.last_part(meaning.key or ""))
+    ]
     if not meanings:
-        known = sorted({name for one in every for name in (one.name, one.key) if name})
-        near = paths.close(key, known)
-        hint = f"did you mean {' or '.join(near)}?" if near else "without KEY all are listed"
+        names = sorted({name for meaning in all_meanings for name in (meaning.name, meaning.key) if name})
+        close = paths.close(key, names)
+        hint = f"did you mean {' or '.join(close)}?" if close else "without KEY all are listed"
         raise InputError(f"KEY = {key} is not allowed: {mechanism.machine} has no such value or quantity, {hint}")
     return Explained(key, meanings)
 
 
-def _values(description: Description) -> Iterator[Meaning]:
+def _list_values(description: Description) -> Iterator[Meaning]:
     for value, number in zip(description.values, description.data, strict=True):
         bounds = description.bounds.get(value.path)
         yield Meaning(
@@ -78,7 +85,7 @@ def _values(description: Description) -> Iterator[Meaning]:
         )
 
 
-def _quantity(description: Description, quantity: Quantity) -> Meaning:
+def _describe_quantity(description: Description, quantity: Quantity) -> Meaning:
     frame = f", along the axes of {quantity.axes}" if quantity.axes else ""
     push = "; it can only push" if quantity.is_push else ""
     is_result = quantity.role == "result"
@@ -93,7 +100,7 @@ def _quantity(description: Description, quantity: Quantity) -> Meaning:
     )
 
 
-def _function(mechanism: ExplainedMechanism, one: ExplainedFunction) -> Meaning:
-    count = "" if one.operations is None else f", {one.operations} operations"
-    meaning = f"function of {', '.join(one.inputs)}: {one.outputs} results{count}"
-    return Meaning(one.name, "function", mechanism.machine, "", meaning, mechanism.source)
+def _describe_function(mechanism: ExplainedMechanism, function: ExplainedFunction) -> Meaning:
+    count = "" if function.operations is None else f", {function.operations} operations"
+    meaning = f"function of {', '.join(function.inputs)}: {function.outputs} results{count}"
+    return Meaning(function.name, "function", mechanism.machine, "", meaning, mechanism.source)

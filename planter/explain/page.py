@@ -1,11 +1,11 @@
-"""The files of a machine that is explained: its drawings beside the tables of their symbols."""
+"""Files of an explained machine: its drawings with the tables of their symbols."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
 
-from planter.explain.machine import Drawn
+from planter.explain.machine import LabelledMachine
 from planter.explain.results import DrawnSymbol, ExplainedMachine, ExplainedMechanism
 from planter.files import csv_rows
 from planter.report import bundle, files
@@ -18,66 +18,85 @@ MECHANISM_FIELDS = ("name", "kind", "unit", "meaning", "source", "key", "value",
 FIELDS = ("name", "unit", "meaning", "key", "column", "sheet", "left_out")
 
 
-def write(drawn: Drawn, out: Path) -> ExplainedMachine:
-    """Writes `report.html`, `symbols.csv`, `summary.json` and every drawing; says what was written.
+def write_machine(machine: LabelledMachine, out: Path) -> ExplainedMachine:
+    """Write `report.html`, `symbols.csv`, `summary.json` and every drawing; return the result with their names.
 
-    Raises InputError, naming the path, for a folder that cannot be written.
+    Raises InputError, naming the path, if the folder cannot be written.
     """
-    labelled = drawn.labelled
+    labelled = machine.labelled
     figures = bundle.drawn({sheet.name: figure(sheet) for sheet in labelled.sheets})
     names = ["report.html", "symbols.csv", "summary.json"]
-    found = drawn.explained([*names, *(f"figures/{name}.{kind}" for name in figures for kind in ("svg", "png"))])
-    sections = [Section(sheet.title, [FigureSvg(figures[sheet.name].svg, sheet.title),
-                                      table([one for one in found.symbols if one.name in sheet.names])])
-                for sheet in labelled.sheets]  # fmt: skip
-    sections.append(Section("On no drawing", [_rest(found.symbols)]))
+    explained = machine.explained([*names, *(f"figures/{name}.{kind}" for name in figures for kind in ("svg", "png"))])
+    sections = [
+        Section(
+            sheet.title,
+            [
+                FigureSvg(figures[sheet.name].svg, sheet.title),
+                tabulate_symbols([symbol for symbol in explained.symbols if symbol.name in sheet.names]),
+            ],
+        )
+        for sheet in labelled.sheets
+    ]
+    sections.append(Section("On no drawing", [_tabulate_undrawn(explained.symbols)]))
     title = f"{labelled.name}: symbols, keys and columns"
-    rows = ([getattr(one, field) or "" for field in FIELDS] for one in found.symbols)
-    texts = (page(title, sections), csv_rows.written((), FIELDS, rows), files.summary_text(found.table()))
+    rows = ([getattr(symbol, field) or "" for field in FIELDS] for symbol in explained.symbols)
+    texts = (page(title, sections), csv_rows.written((), FIELDS, rows), files.summary_text(explained.table()))
     bundle.write(out, dict(zip(names, texts, strict=True)), figures)
-    return found
+    return explained
 
 
-def write_mechanism(found: ExplainedMechanism, sheet: Sheet | None, out: Path) -> ExplainedMechanism:
+def write_mechanism(mechanism: ExplainedMechanism, sheet: Sheet | None, out: Path) -> ExplainedMechanism:
     """Write `report.html`, `symbols.csv`, `summary.json` and the drawing of a mechanism; return it with their names.
 
-    Raises InputError, naming the path, for a folder that cannot be written.
+    Raises InputError, naming the path, if the folder cannot be written.
     """
     files.output_folder(out)
     names = ["report.html", "symbols.csv", "summary.json"]
     figures = {} if sheet is None else bundle.drawn({sheet.name: figure(sheet)})
-    found = replace(found, files=[*names, *(f"figures/{name}.{kind}" for name in figures for kind in ("svg", "png"))])
-    values = [[one.name, one.unit, one.meaning, one.key, one.value, one.allowed, one.origin] for one in found.values]
-    quantities = [[one.name, one.unit, one.meaning, one.key, one.kind, one.source] for one in found.quantities]
-    functions = [[one.name, ", ".join(one.inputs), one.outputs, one.operations] for one in found.functions]
+    mechanism = replace(
+        mechanism, files=[*names, *(f"figures/{name}.{kind}" for name in figures for kind in ("svg", "png"))]
+    )
+    values = [
+        [item.name, item.unit, item.meaning, item.key, item.value, item.allowed, item.origin]
+        for item in mechanism.values
+    ]
+    quantities = [
+        [item.name, item.unit, item.meaning, item.key, item.kind, item.source] for item in mechanism.quantities
+    ]
+    functions = [[item.name, ", ".join(item.inputs), item.outputs, item.operations] for item in mechanism.functions]
     drawing = [Section("Drawing", [FigureSvg(figures[sheet.name].svg, sheet.title)])] if sheet is not None else []
     sections = [
         *drawing,
-        Section("Statement", [Text(f"{found.title}, from {found.source}. It assumes:"), Items(found.assumptions)]),
+        Section(
+            "Statement",
+            [Text(f"{mechanism.title}, from {mechanism.source}. Assumptions:"), Items(mechanism.assumptions)],
+        ),
         Section("Values", [Table(("symbol", "unit", "meaning", "key", "value there", "bounds", "origin"), values)]),
         Section("Quantities", [Table(("symbol", "unit", "meaning", "key", "kind", "source"), quantities)]),
         Section("Functions", [Table(("function", "inputs", "results", "operations"), functions)]),
     ]
-    every = [*found.values, *found.quantities]
-    rows = [[_cell(getattr(one, field)) for field in MECHANISM_FIELDS] for one in every]
+    items = [*mechanism.values, *mechanism.quantities]
+    rows = [[_format_cell(getattr(item, field)) for field in MECHANISM_FIELDS] for item in items]
     texts = (
-        page(f"{found.machine}: values, quantities and functions", sections),
+        page(f"{mechanism.machine}: values, quantities and functions", sections),
         csv_rows.written((), MECHANISM_FIELDS, rows),
-        files.summary_text(found.table()),
+        files.summary_text(mechanism.table()),
     )
     bundle.write(out, dict(zip(names, texts, strict=True)), figures)
-    return found
+    return mechanism
 
 
-def _cell(value: object) -> str | float:
+def _format_cell(value: object) -> str | float:
     return "" if value is None else value if isinstance(value, float) else str(value)
 
 
-def table(symbols: list[DrawnSymbol]) -> Table:
-    """What symbols mean, and under which key and column they are shown."""
-    return Table(HEADER, [[one.name, one.unit, one.meaning, one.key, one.column] for one in symbols])
+def tabulate_symbols(symbols: list[DrawnSymbol]) -> Table:
+    """Return a table of symbols with their meanings, keys and columns."""
+    return Table(HEADER, [[symbol.name, symbol.unit, symbol.meaning, symbol.key, symbol.column] for symbol in symbols])
 
 
-def _rest(symbols: list[DrawnSymbol]) -> Table:
-    return Table(("symbol", "unit", "meaning", "why"),
-                 [[one.name, one.unit, one.meaning, one.left_out] for one in symbols if one.sheet is None])  # fmt: skip
+def _tabulate_undrawn(symbols: list[DrawnSymbol]) -> Table:
+    return Table(
+        ("symbol", "unit", "meaning", "why"),
+        [[symbol.name, symbol.unit, symbol.meaning, symbol.left_out] for symbol in symbols if symbol.sheet is None],
+    )

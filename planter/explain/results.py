@@ -1,4 +1,4 @@
-"""What `planter explain` returns, key by key."""
+"""Result records of `planter explain`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from planter.records import Record
 
 @dataclass(frozen=True)
 class DefiningEquation(Record):
-    """A printed equation that defines a symbol, its verdict in the audit, and what it claims to say."""
+    """A printed equation that defines a symbol, its verdict in the audit, and its claim."""
 
     paper: str
     equation: str
@@ -19,11 +19,11 @@ class DefiningEquation(Record):
 
 @dataclass(frozen=True)
 class Meaning(Record):
-    """What a name means in a machine: its kind, unit, words, source, and where it stands, is drawn or is judged.
+    """The meaning of a name in a machine: kind, unit, description, source, key, figures and verdicts.
 
     `kind` is symbol, file key, result key or column; `allowed` are the bounds of a file's number; `key` is the name
-    under which files and results show a symbol. Of a mechanism `kind` is value, quantity or check; `value` is a value
-    in the unit of its key, and `origin` where that is from.
+    under which files and results show a symbol. In a mechanism `kind` is value, quantity or check; `value` is in
+    the unit of its key, and `origin` is its source.
     """
 
     name: str
@@ -50,14 +50,14 @@ class Explained(Record):
 
 @dataclass(frozen=True)
 class KnownNames(Record):
-    """`planter explain`: the names that are known, by machine."""
+    """`planter explain`: all names by machine."""
 
     names: dict[str, list[str]]
 
 
 @dataclass(frozen=True)
 class DrawnSheet(Record):
-    """A drawing of a machine: its name, what it shows, and the symbols that stand on it."""
+    """A drawing of a machine: its name, its title, and the symbols on it."""
 
     name: str
     title: str
@@ -66,10 +66,10 @@ class DrawnSheet(Record):
 
 @dataclass(frozen=True)
 class DrawnSymbol(Record):
-    """A length, angle or coordinate of a machine, and where it is drawn.
+    """A length, angle or coordinate of a machine, and its drawing.
 
-    `key` is where its value stands in the machine's file, `column` its name in CSV files, `sheet` the first drawing
-    that it stands on; `left_out` says why it is on none.
+    `key` is the key of its value in the machine's file, `column` its name in CSV files, `sheet` the first drawing with
+    it; `left_out` is the reason for its absence from all drawings.
     """
 
     name: str
@@ -94,7 +94,7 @@ class ExplainedMachine(Record):
 
 @dataclass(frozen=True)
 class ExplainedFunction(Record):
-    """A function of a mechanism: its inputs, how many results it has, and of how many operations it is made."""
+    """A function of a mechanism: its inputs, and the numbers of its results and operations."""
 
     name: str
     inputs: list[str]

@@ -58,18 +58,18 @@ def check_curve(curve: PitchCurve, order: ToothOrder, tip: float, root: float, n
     if not is_concave(kappa):
         return
     bow = -1 / kappa[flattest]
-    place_text = f"{name}: the pitch curve is concave with a radius of {bow * 1e3:.4g} mm "
-    f"{_describe_place(curve, places[flattest])}"
+    place = _describe_place(curve, places[flattest])
+    finding = f"{name}: the pitch curve is concave with a radius of {bow * 1e3:.4g} mm {place}"
     if order.process == "hob":
-        raise GeometryError(f"{place_text}, which no hob can cut: the process must be shaper or wire")
+        raise GeometryError(f"{finding}, which no hob can cut: the process must be shaper or wire")
     cutter = order.cutter_teeth * (tip + root) / (2 * (2 * order.addendum + order.clearance))
     if order.process == "shaper" and bow <= cutter:
         raise GeometryError(
-            f"{place_text}, which a shaper's cutter of {order.cutter_teeth} teeth, {cutter * 1e3:.4g} mm in pitch "
+            f"{finding}, which a shaper's cutter of {order.cutter_teeth} teeth, {cutter * 1e3:.4g} mm in pitch "
             f"radius, cannot cut: the process must be wire"
         )
     if bow <= tip:
-        raise GeometryError(f"{place_text}, which is not allowed: it must be above the addendum, {tip * 1e3:.4g} mm")
+        raise GeometryError(f"{finding}, which is not allowed: it must be above the addendum, {tip * 1e3:.4g} mm")
 
 
 def check_gear(gear: Gear, order: ToothOrder) -> None:

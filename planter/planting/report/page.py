@@ -135,7 +135,7 @@ def names(model: Sidecar, summary: Summary) -> Block:
     """Columns of a turn and numbers of the summary: unit, meaning, source, and the figures that draw them."""
     columns = [one.shown for one in quantities.quantities(model) if one.side != 2]
     keys = [key for key, value in summary.items() if isinstance(value, int | float)]
-    known = dictionary.of_names("planting", [*columns, *keys], _kind(summary)[1])
+    known = dictionary.find_meanings("planting", [*columns, *keys], _kind(summary)[1])
     rows = [(name, units.unit(name), one.meaning, one.source, ", ".join(one.figures or ())) for name, one in known]
     return Folded("columns of a turn and numbers of the summary; planter explain tells all", [Table(NAMED, rows)])
 

@@ -12,7 +12,7 @@ import pytest
 from matplotlib.text import Text
 
 from planter.explain import machine
-from planter.explain.machine import Drawn, drawn
+from planter.explain.machine import LabelledMachine, draw_machine
 from planter.files import units
 from planter.view.labelling import figure
 from planter.view.sheet import Angle, Length, Sheet, Spot
@@ -23,25 +23,25 @@ SHEETS = [(source, index) for source, count in MACHINES.items() for index in ran
 
 
 @cache
-def of(source: str) -> Drawn:
-    return drawn(source, {})
+def of(source: str) -> LabelledMachine:
+    return draw_machine(source, {})
 
 
-def without_reason(found: Drawn) -> list[str]:
+def without_reason(found: LabelledMachine) -> list[str]:
     """Names of the geometry that are on no sheet and for which nothing says why."""
-    return [one.name for one in found.symbols() if one.left_out == machine.NOT_THERE]
+    return [one.name for one in found.symbols() if one.left_out == machine.NO_SUCH_PART]
 
 
 @pytest.mark.parametrize("source", MACHINES)
 def test_every_length_angle_and_point_is_drawn_or_it_is_said_why_not(source: str) -> None:
     found = of(source)
     assert not without_reason(found)
-    known = {one.name for one in machine.geometric(found.room)}
+    known = {one.name for one in machine.list_geometry(found.room)}
     named = set().union(*(sheet.names for sheet in found.labelled.sheets))
     assert named <= known
     reasons = [pattern for patterns in found.labels.undrawn.values() for pattern in patterns]
-    missing = [one for one in machine.geometric(found.room) if one.name not in named]
-    assert not [pattern for pattern in reasons if not any(machine.meant(one, pattern) for one in missing)]
+    missing = [one for one in machine.list_geometry(found.room) if one.name not in named]
+    assert not [pattern for pattern in reasons if not any(machine.matches_pattern(one, pattern) for one in missing)]
 
 
 def test_a_symbol_that_is_forgotten_is_noticed() -> None:
@@ -77,7 +77,7 @@ def measured(sheets: list[Sheet]) -> dict[str, float]:
     return found
 
 
-def given(found: Drawn) -> dict[str, float]:
+def given(found: LabelledMachine) -> dict[str, float]:
     """What the machine's file gives for symbols [mm, deg], by name."""
     numbers = found.labelled.numbers
     return {one.name: abs(float(numbers[one.key])) for one in found.symbols() if one.key in numbers}
@@ -163,5 +163,5 @@ def test_poses_without_a_linkage_say_that_there_is_none(tmp_path: Path) -> None:
     file.write_text(f'name = "three"\ndescription = "own"\n{text}[origin]\ndefault = "measured"\n', encoding="utf-8")
     found = answer("explain", str(file))
     lost = {one["name"]: one.get("left_out") for one in found["symbols"] if "sheet" not in one}
-    assert lost["L_f"] == machine.NOT_THERE
+    assert lost["L_f"] == machine.NO_SUCH_PART
     assert lost["Z1"] == "a coordinate of the mapping, not of the plane"

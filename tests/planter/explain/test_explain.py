@@ -22,7 +22,7 @@ from tests.support.cli import answer, refusal, run
 
 @cache
 def named() -> set[str]:
-    return {name for one in dictionary.every() for name in (one.name, one.key) if name}
+    return {name for one in dictionary.collect_meanings() for name in (one.name, one.key) if name}
 
 
 def numeric_keys(node: Any) -> Iterator[str]:
@@ -44,7 +44,7 @@ def test_every_key_of_every_schema_that_carries_a_number_is_explained() -> None:
 
 
 def test_every_symbol_of_every_model_is_explained_with_its_own_words() -> None:
-    known = {(one.name, one.meaning) for one in dictionary.every()}
+    known = {(one.name, one.meaning) for one in dictionary.collect_meanings()}
     for name in generated.names():
         for vector in generated.sidecar(name).get("vectors", {}).values():
             for entry in vector if isinstance(vector, list) else ():
@@ -126,19 +126,19 @@ def test_figures_read_the_columns_that_their_table_says(monkeypatch: pytest.Monk
 
 
 def test_a_name_has_unit_source_place_figures_and_verdict() -> None:
-    (force,) = (one for one in dictionary.explained("F_B1x").meanings if one.machine == "planting")
+    (force,) = (one for one in dictionary.explain_name("F_B1x").meanings if one.machine == "planting")
     assert (force.unit, force.key, force.figures) == ("N", "F_B1x_N", ["joint_forces"])
-    (angle,) = (one for one in dictionary.explained("mu").meanings if one.machine == "planting")
+    (angle,) = (one for one in dictionary.explain_name("mu").meanings if one.machine == "planting")
     assert angle.equations is not None
     assert (angle.equations[0].equation, angle.equations[0].verdict) == ("1", "confirmed")
-    (ratio,) = (one for one in dictionary.explained("gears.poisson_ratio").meanings)
+    (ratio,) = (one for one in dictionary.explain_name("gears.poisson_ratio").meanings)
     assert ratio.allowed == "at least 0, less than 0.5, may be left out"
-    (curve,) = (one for one in dictionary.explained("R3_mm").meanings)
+    (curve,) = (one for one in dictionary.explain_name("R3_mm").meanings)
     assert curve.meaning.startswith("radius of the eccentric circle")
 
 
 def test_several_meanings_are_all_told_with_their_machines() -> None:
-    machines_ = {one.machine for one in dictionary.explained("mu").meanings}
+    machines_ = {one.machine for one in dictionary.explain_name("mu").meanings}
     assert {"planting", "clutch"} <= machines_
     assert all("machine" in one for one in answer("explain", "mu")["meanings"])
 
@@ -152,6 +152,6 @@ def test_an_unknown_name_is_asked_back_and_all_names_are_listed() -> None:
 
 def test_tables_fit_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("range_N", "mu", "F_B1x"):
-        tables.explained(dictionary.explained(name))
-    tables.names(dictionary.names())
+        tables.show_meanings(dictionary.explain_name(name))
+    tables.show_names(dictionary.list_names())
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 80

@@ -114,7 +114,7 @@ def test_a_standard_module_scales_the_pair_and_tells_what_that_does() -> None:
 
 
 def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
-    train = gears.train(device, [Order()] * 2)
+    train = gears.train(device, [ToothOrder()] * 2)
     shapes = [shape(placed) for placed in train.placed()]
     for one, two in ((0, 1), (2, 3)):
         assert shapely.intersection(shapes[one], shapes[two]).area < 1e-13
@@ -125,7 +125,7 @@ def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
 
 def test_a_flank_that_is_cut_where_it_turns_back_is_found(device: Device) -> None:
     """There the flank stands still, and its arc length is known to half the digits."""
-    slender = Order(pressure_angle=np.radians(14.5), addendum=1.3, process="wire", allow_undercut=True)
+    slender = ToothOrder(pressure_angle=np.radians(14.5), addendum=1.3, process="wire", allow_undercut=True)
     train = gears.train(device, [replace(slender, teeth=45), replace(slender, teeth=60)])
     assert all(shape(placed).is_valid for placed in train.placed())
 

@@ -197,7 +197,7 @@ def test_integrals_stop_at_jumps_and_extremes_look_at_both_sides_of_them() -> No
 def test_the_result_tells_all_of_it() -> None:
     teeth = toothed("wang2017")
     rubbing = summary.rubbing(teeth.device, teeth.x, teeth.stages)
-    found = rubbing.found
+    found = rubbing.result
     assert found.pairs == [2, 2]
     assert found.support_changed_N < 1e-11
     for turn in (found.without, found.convention, found.sliding):
