@@ -49,12 +49,37 @@ Failures = NDArray[np.uint8]
 
 
 class Term(NamedTuple):
-    """A measure in the output at an index, of the quantity at a place; `scale` is its part of a unit in SI."""
+    """A measure in the output at an index, of the quantity at a place; `scale` is its part of a unit in SI.
+
+    It is a statistic of the samples, or of their sizes, or else the sample at an index.
+    """
 
     output: int
     place: int
     kind: str
     scale: float
+    size: bool = False
+    sample: int = 0
+
+    @property
+    def is_statistic(self) -> bool:
+        """Whether it is a statistic of the samples themselves, which is all that C has."""
+        return self.kind in KINDS and not self.size
+
+    def reduce(self, samples: Array) -> Array:
+        """Return the measure (rows,) of samples (n, rows)."""
+        values = np.abs(samples) if self.size else samples
+        reduced = values[self.sample % len(values)] if self.kind == "at" else statistics.reduce(self.kind, values)
+        return np.asarray(self.scale * reduced)
+
+    def differentiate(self, samples: Array) -> Array:
+        """Return the derivative (n, rows) of the measure in each sample."""
+        if self.kind == "at":
+            slope = np.zeros_like(samples)
+            slope[self.sample % len(samples)] = 1
+        else:
+            slope = statistics.differentiate(self.kind, np.abs(samples) if self.size else samples)
+        return np.asarray(self.scale * (np.sign(samples) * slope if self.size else slope))
 
 
 class _Term(ctypes.Structure):
@@ -102,7 +127,9 @@ class Cycles:
         self._constants: dict[str, NDArray[Any]] = {
             "shared": np.array(rows.shared, dtype=ctypes.c_long),
             "states": np.array([guard.role == "states" for guard in rows.guards], dtype=ctypes.c_long),
-            "term": np.array([(k, place, KINDS.index(kind), scale) for k, place, kind, scale in terms], dtype=_Term),
+            "term": np.array(
+                [(term.output, term.place, KINDS.index(term.kind), term.scale) for term in terms], dtype=_Term
+            ),
             "phi": align_numbers(rows.steps),
         }
         self._sizes = {

@@ -21,7 +21,6 @@ from planter.engine.rows import Block, Rows
 from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.kernels import Array
-from planter.numerics import statistics
 
 MEASURED: dict[Kind, str] = {
     "max": "largest value",
@@ -38,6 +37,8 @@ VARIANCE: Kind = "variance"
 OBJECTIVE = "objective"
 SQUARES = {"": "", "_N": "_N2"}
 """Endings of keys for the square of a unit."""
+SAME_SAMPLE = 1e-9
+"""Share of a step by which the angle of a measure may miss a sample and is still its."""
 COMPILED = 64
 """Rows from which on it pays to compile their slopes."""
 
@@ -49,11 +50,6 @@ class Output:
     name: str
     meaning: str
     terms: tuple[Measure, ...]
-
-    @property
-    def is_sampled(self) -> bool:
-        """Whether samples of the quantities are all that it takes; what else there is, the machine's goal has."""
-        return all(term.kind in statistics.REDUCED and not (term.size or term.is_moving) for term in self.terms)
 
 
 def list_outputs(machine: Machine) -> dict[str, Output]:
@@ -122,16 +118,34 @@ class SampledOutputs:
         self.outputs = [find_output(machine, name) for name in names]
         terms = [(k, term) for k, output in enumerate(self.outputs) for term in output.terms]
         self.quantities = list(dict.fromkeys(term.name for _, term in terms))
-        self._terms = [
-            Term(k, self.quantities.index(term.name), term.kind, self._find_scale(term)) for k, term in terms
-        ]
-        compared = any(term.kind in AVERAGES for term in self._terms)
+        compared = any(term.kind in AVERAGES for _, term in terms)
         self.rows = Rows(self.machine, self.quantities, samples, compared)
         self._cycles: dict[int, Cycles | None] = {}
+        self._terms = [self._build_term(k, term) for k, term in terms]
 
-    def _find_scale(self, term: Measure) -> float:
-        factor = self.machine.find_quantity(term.name).factor
-        return term.weight / (factor**2 if term.kind == VARIANCE else factor)
+    def _build_term(self, output: int, measure: Measure) -> Term:
+        """Return a measure as a term; work is a mean times the length of a turn."""
+        quantity, machine = self.machine.find_quantity(measure.name), self.machine
+        scale = measure.weight / (quantity.factor**2 if measure.kind == VARIANCE else quantity.factor)
+        if measure.kind == "work":
+            speed = 1.0 if quantity.unit == "N m" else abs(float(machine.data[machine.speed]))
+            scale = measure.weight * machine.turn / speed
+        kind: Kind = "mean" if measure.kind == "work" else measure.kind
+        sample = 0 if measure.angle is None else round(self._find_sample(measure))
+        return Term(output, self.quantities.index(measure.name), kind, scale, measure.size, sample)
+
+    def _find_sample(self, measure: Measure) -> float:
+        """Return which sample the angle of a measure is; NaN if it has none."""
+        return np.nan if measure.angle is None else np.radians(measure.angle % 360) / self.rows.angles[1]
+
+    def _is_sampled(self, measure: Measure) -> bool:
+        """Return whether samples of a quantity are all that a measure takes; what else there is, a goal has."""
+        if measure.kind == "at":
+            sample = self._find_sample(measure)
+            return bool(abs(sample - np.round(sample)) < SAME_SAMPLE)
+        if measure.kind == "work" and self.machine.find_quantity(measure.name).unit == "W":
+            return not measure.is_moving and self.machine.speed not in self.machine.moved
+        return not measure.is_moving
 
     def data(self, points: Array) -> Array:
         """Return all values (m, v) in SI at points (m, n)."""
@@ -193,6 +207,9 @@ class SampledOutputs:
         """Return the outputs compiled, with slopes of the first `sloped`; None if they are not evaluated in lanes."""
         if sloped not in self._cycles:
             terms = [term for term in self._terms if term.output not in self._goals]
+            if not all(term.is_statistic for term in terms):
+                self._cycles[sloped] = None
+                return None
             averages = [(term.output, term.place) for term in self._terms if term.kind in AVERAGES]
             self._cycles[sloped] = build_cycles(self.rows, terms, averages, len(self.outputs), sloped)
         return self._cycles[sloped]
@@ -207,18 +224,17 @@ class SampledOutputs:
         weights = np.zeros((len(pairs), *block.samples.shape[1:]))
         for term in self._terms:
             if (term.output, term.place) in pairs:
-                slope = statistics.differentiate(term.kind, block.samples[term.place])
-                weights[pairs.index((term.output, term.place))] += term.scale * slope
+                weights[pairs.index((term.output, term.place))] += term.differentiate(block.samples[term.place])
         return weights
 
     def _reduce(self, block: Block) -> Array:
         """Return outputs (k, rows), zero where a goal is to be added."""
         reduced = np.zeros((len(self.outputs), len(block.rows)))
-        for k, place, kind, scale in self._terms:
-            if k not in self._goals:
-                reduced[k] += scale * statistics.reduce(kind, block.samples[place])
-            if kind in AVERAGES:
-                reduced[k, ~block.repeats[place]] = np.nan
+        for term in self._terms:
+            if term.output not in self._goals:
+                reduced[term.output] += term.reduce(block.samples[term.place])
+            if term.kind in AVERAGES:
+                reduced[term.output, ~block.repeats[term.place]] = np.nan
         return reduced
 
     @cached_property
@@ -228,7 +244,7 @@ class SampledOutputs:
         return {
             k: Goal(self.machine, output.terms, (), count, with_events=False)
             for k, output in enumerate(self.outputs)
-            if not output.is_sampled
+            if not all(map(self._is_sampled, output.terms))
         }
 
     def _designs(self, points: Array, values: Array) -> list[Array | None]:

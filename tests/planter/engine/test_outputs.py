@@ -124,7 +124,14 @@ def test_what_is_no_output_is_refused(name: str, part: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "least", ["range F_Ox + 2 std M_in", "2 rms M_in + beta at 90", "max abs F_Ax while s >= 200 mm"]
+    "least",
+    [
+        "range F_Ox + 2 std M_in",
+        "2 rms M_in + beta at 90 + 0.1 abs beta at -80",
+        "beta at 33.3",
+        "max abs F_Ax while s >= 200 mm",
+        "max abs F_Ax + 2 work M_in - work P_guide",
+    ],
 )
 def test_objective_is_the_sum_that_the_file_minimises(least: str) -> None:
     """Sums of plain measures come from the samples, those with clauses from the machine's goal: both are a goal's."""
@@ -135,6 +142,7 @@ def test_objective_is_the_sum_that_the_file_minimises(least: str) -> None:
     x = goal.machine.design
     points = x / goal.machine.scale * np.array([[1.0], [1.02]])
     values, slopes = outputs.gradients(points, 1)
+    assert bool(outputs._goals) == (least in ("beta at 33.3", "max abs F_Ax while s >= 200 mm") or "P_guide" in least)
     expected = [goal.evaluate(point * goal.machine.scale) for point in points]
     np.testing.assert_allclose(values[:, 0], expected, rtol=1e-12)
     np.testing.assert_allclose(outputs.evaluated(points, 1), values, rtol=1e-15)
