@@ -274,6 +274,19 @@ class Machine:
         ends = np.array(list(bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
         return replace(self, moved=moved, lower=ends[:, 0], upper=ends[:, 1])
 
+    def with_ranges(self, ranges: Mapping[str, tuple[float, float]], label: str = "--vary") -> Machine:
+        """Return the machine with other values to move, as `with_moved`, or itself without ranges.
+
+        Raises InputError, which names the range, for an end that its file refuses, and for what is no value.
+        """
+        for path, (low, high) in ranges.items():
+            if not low < high:
+                raise InputError(f"{label} {path}={low:g}:{high:g} is not allowed: LOW must be below HIGH")
+            full = self.values[self.index_of(path)].path
+            for end in (low, high):
+                self.document.with_numbers({full: end})
+        return self.with_moved(ranges) if ranges else self
+
     @property
     def searched(self) -> dict[str, Any]:
         """The fields that a search may set otherwise than the file does: values, which of them move, between what."""

@@ -89,20 +89,6 @@ class StatedGoal:
         require_repeating(self.machine, [measure.name for measure in measures if measure.kind in AVERAGES])
 
 
-def vary(machine: Machine, ranges: Mapping[str, tuple[float, float]]) -> Machine:
-    """Return a machine that is searched in other values than its file says, by path between ends in their units.
-
-    Without ranges it is the machine itself. Raises InputError for what is no value, or an end that its file refuses.
-    """
-    for path, (low, high) in ranges.items():
-        if not low < high:
-            raise InputError(f"--vary {path}={low:g}:{high:g} is not allowed: LOW must be below HIGH")
-        full = machine.values[machine.index_of(path)].path
-        for end in (low, high):
-            machine.document.with_numbers({full: end})
-    return machine.with_moved(ranges) if ranges else machine
-
-
 def optimise(
     machine: Machine,
     least: str | None = None,

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from planter.errors import InputError
 
@@ -17,34 +15,6 @@ if TYPE_CHECKING:
     from planter.optimise.range_and_spread import Sampling
     from planter.parallel.task import Means
     from planter.terminal.console import Console
-
-LeastOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="SUM",
-        help="instead of the objective in the file: a sum to minimise, such as "
-        '"range F_Ox + 0.5 rms M_in" (max, min, range, mean, variance, std, rms, work, jump, or NAME at DEG, or NAME '
-        "where NAME is least; most also while NAME <= NUMBER); -min NAME makes a least value greater",
-        show_default=False,
-    ),
-]
-HoldOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="LIMIT",
-        help='limit in addition to those of the file, such as "abs F_Ax <= 300 N" or "distance x_tip y_tip to path.csv '
-        '<= 2 mm" (repeatable)',
-        show_default=False,
-    ),
-]
-VaryOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        metavar="PATH=LOW:HIGH",
-        help="vary this value of the file within these bounds, instead of the values with bounds (repeatable)",
-        show_default=False,
-    ),
-]
 
 
 @dataclass(frozen=True)
@@ -79,7 +49,7 @@ def search(
         seed=options.seed,
         genetic=machine.genetic or DEFAULT_GENETIC,
     )
-    machine = optimisation.vary(machine, options.vary)
+    machine = machine.with_ranges(options.vary)
     file = machine.document
     if options.prove_seconds is not None and not isinstance(file, MechanismFile):
         raise InputError(

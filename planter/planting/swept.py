@@ -77,8 +77,13 @@ class Room(MachineRoom):
 
     def build_robust(
         self, machine: MachineFile, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings
-    ) -> RobustGoal:
-        """Return the objective over machines as the tolerances make them, under the file's requirements."""
+    ) -> RobustGoal | None:
+        """Return the objective over machines as the tolerances make them, under the file's requirements.
+
+        Another sum, and other values that are varied, are searched as of any machine, without the requirements.
+        """
+        if settings.is_stated:
+            return super().build_robust(machine, choices, spreads, settings)
         from planter.planting.requirements.constraints import Required
         from planter.tolerance.robust import RobustGoal
 

@@ -60,6 +60,33 @@ ClusterOption = Annotated[
     ),
 ]
 SeedOption = Annotated[int, typer.Option(min=0, help="random seed")]
+LeastOption = Annotated[
+    str | None,
+    typer.Option(
+        metavar="SUM",
+        help="instead of the objective in the file: a sum to minimise, such as "
+        '"range F_Ox + 0.5 rms M_in" (max, min, range, mean, variance, std, rms, work, jump, or NAME at DEG, or NAME '
+        "where NAME is least; most also while NAME <= NUMBER); -min NAME makes a least value greater",
+        show_default=False,
+    ),
+]
+HoldOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="LIMIT",
+        help='limit in addition to those of the file, such as "abs F_Ax <= 300 N" or "distance x_tip y_tip to path.csv '
+        '<= 2 mm" (repeatable)',
+        show_default=False,
+    ),
+]
+VaryOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="PATH=LOW:HIGH",
+        help="vary this value of the file within these bounds, instead of the values with bounds (repeatable)",
+        show_default=False,
+    ),
+]
 
 
 def changes(texts: Sequence[str] | None, own: Mapping[str, float | None] | None = None) -> dict[str, float]:

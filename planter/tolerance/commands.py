@@ -13,12 +13,16 @@ from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import (
     ClusterOption,
+    HoldOption,
     JsonOption,
+    LeastOption,
     OutOption,
     SeedOption,
     SetOption,
+    VaryOption,
     WorkersOption,
     changes,
+    read_ranges,
 )
 
 app = typer.Typer()
@@ -43,6 +47,7 @@ inputs and outputs. With --out finished work is saved: run the same command agai
 \b
     planter tolerance wang2017 --out run
     planter tolerance wang2017 --tolerances docs/examples/tolerances.toml --sigmas 2
+    planter tolerance slider_crank.toml --tolerances t.toml --least "rms M_in" --vary values.r_mm=40:60
     planter tolerance wang2017 --output support_range_N --samples 1000000 --indices 0 --no-robust
 """
 
@@ -73,6 +78,9 @@ def tolerance(
         int, typer.Option(min=0, max=2**20, help="points of the Sobol' indices, a power of 2; 0: none")
     ] = 2048,
     robust: Annotated[bool, typer.Option("--robust/--no-robust", help="also find the robust design")] = True,
+    least: LeastOption = None,
+    hold: HoldOption = None,
+    vary: VaryOption = None,
     sigmas: Annotated[float, typer.Option(min=0, max=10, help="standard deviations that are added to the mean")] = 3,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
@@ -91,7 +99,11 @@ def tolerance(
         from planter.tolerance.room import Settings
 
         held = Held(machine, changes(set_))
-        asked = command.Asked(output or (), samples, indices, seed, Settings(sigmas, seed=seed) if robust else None)
+        ranges = read_ranges("--vary", vary or ())
+        settings = Settings(sigmas, seed=seed, least=least, holds=tuple(hold or ()), ranges=ranges)
+        if settings.is_stated and not robust:
+            raise InputError("--least, --hold and --vary are of the robust design, which --no-robust leaves out")
+        asked = command.Asked(output or (), samples, indices, seed, settings if robust else None)
         given = command.usual(held) if tolerances is None else Tolerances.load(tolerances)
         source = str(tolerances) if tolerances is not None else f"{machine}: usual tolerances"
         with renewing(out):

@@ -114,9 +114,10 @@ class MachineRoom(ABC):
         self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings,
         progress: Listener | None,
     ) -> RobustFound | None:  # fmt: skip
-        """Return the design with the least mean plus some standard deviations of the file's sum of measures.
+        """Return the design with the least mean plus some standard deviations of a sum of measures.
 
-        None if the file has no sum, or nothing to move. Raises ComputationError if the file's design has no cycle.
+        None if neither file nor call has a sum, or nothing is to move. Raises ComputationError if the file's design has
+        no cycle.
         """
         from planter.tolerance.robust import find_robust
 
@@ -126,14 +127,25 @@ class MachineRoom(ABC):
     def build_robust(
         self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings
     ) -> RobustGoal | None:
-        """Return the file's sum of measures over machines as the tolerances make them, None as `robust` does."""
-        from planter.engine.goal import Goal
+        """Return a sum of measures over machines as the tolerances make them, None as `robust` does.
+
+        The sum, its limits and what is searched are those of the file, or of the settings. Raises InputError for a
+        call that leaves one of them out.
+        """
+        from planter.engine.goal import Goal, resolve_limit, resolve_measure
+        from planter.engine.measures import parse_limit, parse_sum
         from planter.tolerance.robust import DesignLimits, RobustGoal
 
-        goal, built = self.read_goal(machine), self.build(machine)
-        if goal is None or not built.moved:
+        goal, built = self.read_goal(machine), self.build(machine).with_ranges(settings.ranges)
+        least, limits, samples = goal or ((), (), built.samples)
+        if settings.least is not None:
+            least = [resolve_measure(built, measure) for measure in parse_sum(settings.least)]
+        limits = [*limits, *(resolve_limit(built, parse_limit(text)) for text in settings.holds)]
+        if settings.is_stated and not (least and built.moved):
+            missing = "values to search in: give --vary PATH=LOW:HIGH" if least else "sum to minimise: give --least SUM"
+            raise InputError(f"{built.source}: the robust design has no {missing}")
+        if not least or not built.moved:
             return None
-        least, limits, samples = goal
         bounds = DesignLimits(Goal(built, (), limits, samples, with_events=False)) if limits else None
         return RobustGoal(replace(built, least=tuple(least)), spreads, settings, samples, bounds)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from planter.kernels import Array
@@ -15,12 +15,24 @@ from planter.tolerance.spread import Spread
 
 @dataclass(frozen=True)
 class Settings:
-    """Of a robust design: standard deviations beside the mean, machines that are drawn, starts, a seed."""
+    """Settings of a robust design: standard deviations added to the mean, random machines, starts, a seed.
+
+    `least` replaces the sum of the machine's file, `holds` are further limits, `ranges` are other values to search in,
+    by path between ends in their units.
+    """
 
     sigmas: float = 3.0
     machines: int = 128
     starts: int = 2
     seed: int = 0
+    least: str | None = None
+    holds: tuple[str, ...] = ()
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def is_stated(self) -> bool:
+        """Whether a call says what is searched, not the file alone."""
+        return self.least is not None or bool(self.holds or self.ranges)
 
 
 class Subject(room.Subject, Protocol):

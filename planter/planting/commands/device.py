@@ -10,7 +10,7 @@ import typer
 from planter.errors import Interrupted
 from planter.gears.options import Module1Option, Module2Option, ModuleOption
 from planter.mechanism.options import refuse_options
-from planter.mechanism.search import HoldOption, LeastOption, SearchOptions, VaryOption, search
+from planter.mechanism.search import SearchOptions, search
 from planter.planting.commands.options import (
     SamplesOption,
     WholeTeethOption,
@@ -24,7 +24,9 @@ from planter.report.writing import figure_files, writes
 from planter.terminal.console import Console
 from planter.terminal.options import (
     ClusterOption,
+    HoldOption,
     JsonOption,
+    LeastOption,
     MachineArgument,
     Model,
     ModelOption,
@@ -32,6 +34,7 @@ from planter.terminal.options import (
     SeedOption,
     SetOption,
     SpeedOption,
+    VaryOption,
     WorkersOption,
     changes,
     read_ranges,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,8 @@ from planter.errors import InputError
 from planter.files import examples
 from planter.kernels import backends
 from planter.sweeps.room import Held
+from planter.tolerance.room import Settings
+from planter.tolerance.spread import Spread
 
 CASES = {
     "shi2021": (("linkage.crank_mm", "linkage.rod_mm"), "M_link_max_Nm"),
@@ -56,3 +59,45 @@ def test_a_file_that_changes_meanwhile_is_refused(tmp_path: Path) -> None:
     path.write_text(path.read_text().replace("rod_mm = ", "rod_mm = 1"), encoding="utf-8")
     with pytest.raises(InputError):
         held.room.thaw(frozen)
+
+
+VARIED = {"bars.L1_mm": (90.0, 97.0)}
+
+
+def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
+    """Alone, the range is least at an end of the bar's length; as a limit it binds where the needle shall reach far."""
+    held, machine = Held("yu2023"), load_machine("yu2023")
+    spreads = {"bars.L1_mm": Spread("normal", 93.2, 93.5)}
+
+    def find_range(length: float) -> float:
+        moved = machine.with_moved(VARIED)
+        response = Response(moved, ["x_S"])
+        at = response.at(np.array([length * 1e-3]))
+        return float(np.ptp(1e3 * response.values(at, machine.turn * np.arange(machine.samples) / machine.samples)))
+
+    stated = Settings(1.0, 8, 1, least="range x_S", ranges=VARIED)
+    free = held.room.robust(held.machine, {}, spreads, stated, None)
+    ends = [find_range(length) for length in VARIED["bars.L1_mm"]]
+    best = 90.0 if ends[0] < ends[1] else 97.0
+    assert free.design == pytest.approx({"L1_mm": best})
+    assert free.best_robust.nominal == pytest.approx(min(ends), rel=1e-9)
+    limit = (min(ends) + max(ends)) / 2
+    upward = replace(stated, least="-mean x_S", holds=(f"range x_S <= {limit!r}",))
+    bound = held.room.robust(held.machine, {}, spreads, upward, None)
+    assert find_range(bound.design["L1_mm"]) <= limit * (1 + 1e-7)
+
+
+@pytest.mark.parametrize(
+    ("stated", "part"),
+    [
+        (Settings(least="range x_S"), "no values to search in: give --vary"),
+        (Settings(ranges=VARIED), "no sum to minimise: give --least"),
+        (Settings(least="range x_S", ranges={"bars.L1_mm": (97.0, 90.0)}), "LOW must be below HIGH"),
+        (Settings(least="range x_Q", ranges=VARIED), "no quantity x_Q"),
+    ],
+)
+def test_half_a_robust_search_is_refused(stated: Settings, part: str) -> None:
+    held = Held("yu2023")
+    with pytest.raises(InputError, match=part):
+        held.room.robust(held.machine, {}, {}, stated, None)
+    assert held.room.robust(held.machine, {}, {}, Settings(), None) is None
