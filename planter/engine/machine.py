@@ -277,7 +277,7 @@ class Machine:
     def with_ranges(self, ranges: Mapping[str, tuple[float, float]], label: str = "--vary") -> Machine:
         """Return the machine with other values to move, as `with_moved`, or itself without ranges.
 
-        Raises InputError, which names the range, for an end that its file refuses, and for what is no value.
+        Raises InputError, which names the range, for an end that its file refuses, and for an unknown value.
         """
         for path, (low, high) in ranges.items():
             if not low < high:

@@ -135,7 +135,7 @@ class SampledOutputs:
         return Term(output, self.quantities.index(measure.name), kind, scale, measure.size, sample)
 
     def _find_sample(self, measure: Measure) -> float:
-        """Return which sample the angle of a measure is; NaN if it has none."""
+        """Return which sample the angle of a measure is, NaN without an angle."""
         return np.nan if measure.angle is None else np.radians(measure.angle % 360) / self.rows.angles[1]
 
     def _is_sampled(self, measure: Measure) -> bool:

@@ -100,7 +100,7 @@ def tolerance(
 
         held = Held(machine, changes(set_))
         ranges = read_ranges("--vary", vary or ())
-        settings = Settings(sigmas, seed=seed, least=least, holds=tuple(hold or ()), ranges=ranges)
+        settings = Settings(sigmas, seed=seed, sum_text=least, holds=tuple(hold or ()), ranges=ranges)
         if settings.is_stated and not robust:
             raise InputError("--least, --hold and --vary are of the robust design, which --no-robust leaves out")
         asked = command.Asked(output or (), samples, indices, seed, settings if robust else None)

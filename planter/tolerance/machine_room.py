@@ -137,17 +137,17 @@ class MachineRoom(ABC):
         from planter.tolerance.robust import DesignLimits, RobustGoal
 
         goal, built = self.read_goal(machine), self.build(machine).with_ranges(settings.ranges)
-        least, limits, samples = goal or ((), (), built.samples)
-        if settings.least is not None:
-            least = [resolve_measure(built, measure) for measure in parse_sum(settings.least)]
+        terms, limits, samples = goal or ((), (), built.samples)
+        if settings.sum_text is not None:
+            terms = [resolve_measure(built, measure) for measure in parse_sum(settings.sum_text)]
         limits = [*limits, *(resolve_limit(built, parse_limit(text)) for text in settings.holds)]
-        if settings.is_stated and not (least and built.moved):
-            missing = "values to search in: give --vary PATH=LOW:HIGH" if least else "sum to minimise: give --least SUM"
+        if settings.is_stated and not (terms and built.moved):
+            missing = "values to search in: give --vary PATH=LOW:HIGH" if terms else "sum to minimise: give --least SUM"
             raise InputError(f"{built.source}: the robust design has no {missing}")
-        if not least or not built.moved:
+        if not terms or not built.moved:
             return None
         bounds = DesignLimits(Goal(built, (), limits, samples, with_events=False)) if limits else None
-        return RobustGoal(replace(built, least=tuple(least)), spreads, settings, samples, bounds)
+        return RobustGoal(replace(built, least=tuple(terms)), spreads, settings, samples, bounds)
 
     def read_goal(self, machine: Any) -> tuple[Sequence[Measure], Sequence[Limit], int] | None:
         """Return the sum of measures that a file asks to be least, its limits, and samples; None if it has no sum."""

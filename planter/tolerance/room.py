@@ -17,7 +17,7 @@ from planter.tolerance.spread import Spread
 class Settings:
     """Settings of a robust design: standard deviations added to the mean, random machines, starts, a seed.
 
-    `least` replaces the sum of the machine's file, `holds` are further limits, `ranges` are other values to search in,
+    `sum_text` replaces the sum of the machine's file, `holds` are further limits, `ranges` are other values to search in,
     by path between ends in their units.
     """
 
@@ -25,14 +25,14 @@ class Settings:
     machines: int = 128
     starts: int = 2
     seed: int = 0
-    least: str | None = None
+    sum_text: str | None = None
     holds: tuple[str, ...] = ()
     ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     @property
     def is_stated(self) -> bool:
         """Whether a call says what is searched, not the file alone."""
-        return self.least is not None or bool(self.holds or self.ranges)
+        return self.sum_text is not None or bool(self.holds or self.ranges)
 
 
 class Subject(room.Subject, Protocol):

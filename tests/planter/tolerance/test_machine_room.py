@@ -75,14 +75,14 @@ def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
         at = response.at(np.array([length * 1e-3]))
         return float(np.ptp(1e3 * response.values(at, machine.turn * np.arange(machine.samples) / machine.samples)))
 
-    stated = Settings(1.0, 8, 1, least="range x_S", ranges=VARIED)
+    stated = Settings(1.0, 8, 1, sum_text="range x_S", ranges=VARIED)
     free = held.room.robust(held.machine, {}, spreads, stated, None)
     ends = [find_range(length) for length in VARIED["bars.L1_mm"]]
     best = 90.0 if ends[0] < ends[1] else 97.0
     assert free.design == pytest.approx({"L1_mm": best})
     assert free.best_robust.nominal == pytest.approx(min(ends), rel=1e-9)
     limit = (min(ends) + max(ends)) / 2
-    upward = replace(stated, least="-mean x_S", holds=(f"range x_S <= {limit!r}",))
+    upward = replace(stated, sum_text="-mean x_S", holds=(f"range x_S <= {limit!r}",))
     bound = held.room.robust(held.machine, {}, spreads, upward, None)
     assert find_range(bound.design["L1_mm"]) <= limit * (1 + 1e-7)
 
@@ -90,10 +90,10 @@ def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
 @pytest.mark.parametrize(
     ("stated", "part"),
     [
-        (Settings(least="range x_S"), "no values to search in: give --vary"),
+        (Settings(sum_text="range x_S"), "no values to search in: give --vary"),
         (Settings(ranges=VARIED), "no sum to minimise: give --least"),
-        (Settings(least="range x_S", ranges={"bars.L1_mm": (97.0, 90.0)}), "LOW must be below HIGH"),
-        (Settings(least="range x_Q", ranges=VARIED), "no quantity x_Q"),
+        (Settings(sum_text="range x_S", ranges={"bars.L1_mm": (97.0, 90.0)}), "LOW must be below HIGH"),
+        (Settings(sum_text="range x_Q", ranges=VARIED), "no quantity x_Q"),
     ],
 )
 def test_half_a_robust_search_is_refused(stated: Settings, part: str) -> None:
