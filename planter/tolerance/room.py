@@ -17,8 +17,8 @@ from planter.tolerance.spread import Spread
 class Settings:
     """Settings of a robust design: standard deviations added to the mean, random machines, starts, a seed.
 
-    `sum_text` replaces the sum of the machine's file, `holds` are further limits, `ranges` are other values to search in,
-    by path between ends in their units.
+    `sum_text` replaces the sum of the machine's file, `holds` are further limits, `ranges` are other values to search
+    in, by path between ends in their units.
     """
 
     sigmas: float = 3.0
