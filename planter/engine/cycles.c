@@ -35,7 +35,8 @@ typedef struct {
   const term *term;                          /* (terms) */
   const double *phi;                         /* (lanes) */
   statistics *statistics;                    /* (places) */
-  double *h, *dh, *rows, *slopes, *weights;  /* (places + guards, lanes) rows, (.., parameters, lanes) slopes */
+  double *q, *h, *dh;                        /* (coordinates, lanes) q */
+  double *rows, *slopes, *weights;           /* (places + guards, lanes) rows, (.., parameters, lanes) slopes */
   const double **arg;
   double **res;
   casadi_int *iw;
@@ -148,15 +149,15 @@ static int is_guarded(const cycle *c, long guard, const double *row)
 }
 
 /* Whether the quantities of a row have numbers in all lanes, and its forces are determined. */
-static int evaluate(const cycle *c, const double *d, const double *q)
+static int evaluate(const cycle *c, const double *d)
 {
   c->arg[0] = d;
   c->res[0] = c->h;
   c->res[1] = c->dh;
   if (c->fix(c->arg, c->res, c->iw, c->w, 0)) return 0;
   if (!are_finite(c->hoisted, c->h)) return 0;
-  if (c->slope) c->slope(c->lanes, c->phi, d, c->h, q, c->dh, c->rows, c->slopes);
-  else c->sample(c->lanes, c->phi, d, c->h, q, c->rows);
+  if (c->slope) c->slope(c->lanes, c->phi, d, c->h, c->q, c->dh, c->rows, c->slopes);
+  else c->sample(c->lanes, c->phi, d, c->h, c->q, c->rows);
   for (long guard = 0; guard < c->guards; ++guard)
     if (!is_guarded(c, guard, c->rows + (c->places + guard) * c->lanes)) return 0;
   for (long place = 0; place < c->places; ++place) {
@@ -185,22 +186,22 @@ static void reduce(const cycle *c, double *outputs, double *gradients)
   }
 }
 
-/* Outputs (rows, outputs) and gradients (rows, sloped, parameters) of the first of them. A row has `failed` by 1 if
- * it has no cycle, by 2 if a slope is not finite. Returns how many rows have failed.
+/* Outputs (rows, outputs) and gradients (rows, sloped, parameters) of the first of them, of the machines at `index` among
+ * values d (width, values) with coordinates (coordinates, lanes, width). A row has `failed` by 1 if it has no cycle, by 2
+ * if a slope is not finite. Returns how many rows have failed.
  */
-long cycles(const cycle *c, long rows, const double *d, const double *q, double *outputs, double *gradients,
-            unsigned char *failed)
+long cycles(const cycle *c, long rows, const long *index, long width, const double *d, const double *coordinates,
+            double *outputs, double *gradients, unsigned char *failed)
 {
   const long size = c->sloped * c->parameters;
   long failures = 0;
   for (long row = 0; row < rows; ++row) {
-    failed[row] = !evaluate(c, d, q);
+    for (long i = 0; i < c->coordinates * c->lanes; ++i) c->q[i] = coordinates[i * width + index[row]];
+    failed[row] = !evaluate(c, d + index[row] * c->values);
     if (!failed[row]) reduce(c, outputs, gradients);
     for (long i = 0; i < size && !failed[row]; ++i)
       if (!is_finite(gradients[i])) failed[row] = 2;
     failures += failed[row] != 0;
-    d += c->values;
-    q += c->coordinates * c->lanes;
     outputs += c->outputs;
     gradients += size;
   }

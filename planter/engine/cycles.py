@@ -25,27 +25,15 @@ SIZES = (
     "values", "hoisted", "coordinates", "lanes", "sides", "stride", "places", "guards", "terms", "outputs", "sloped",
     "parameters",
 )  # fmt: skip
+CALL = (ctypes.c_void_p, ctypes.c_long, ctypes.c_void_p, ctypes.c_long, *[ctypes.c_void_p] * 5)
+"""Types of the arguments of `cycles` in C."""
 STATISTICS = 5
 """Numbers of `statistics` in C."""
 FUNCTIONS = ("fix", "sample", "slope")
 ARRAYS = (
-    "shared",
-    "states",
-    "term",
-    "phi",
-    "statistics",
-    "h",
-    "dh",
-    "rows",
-    "slopes",
-    "weights",
-    "arg",
-    "res",
-    "iw",
+    "shared", "states", "term", "phi", "statistics", "q", "h", "dh", "rows", "slopes", "weights", "arg", "res", "iw",
     "w",
-)
-
-Failures = NDArray[np.uint8]
+)  # fmt: skip
 
 
 class Term(NamedTuple):
@@ -121,7 +109,7 @@ class Cycles:
         text = resources.files(__package__).joinpath("cycles.c").read_text(encoding="utf-8")
         path = toolchain.library("cycles", text, toolchain.loop_flags(toolchain.OPTIMISED))
         (self._run,) = toolchain.functions(path, "cycles")
-        self._run.restype, self._run.argtypes = ctypes.c_long, (ctypes.c_void_p, ctypes.c_long, *[ctypes.c_void_p] * 5)
+        self._run.restype, self._run.argtypes = ctypes.c_long, CALL
         machine, count = rows.machine, len(rows.steps)
         self._functions = {"fix": fix, "slope" if weighed else "sample": stacked.kernel.loop}
         self._constants: dict[str, NDArray[Any]] = {
@@ -140,11 +128,11 @@ class Cycles:
         }  # fmt: skip
         function = fixed.function
         self._memory_sizes = {
-            "statistics": STATISTICS * len(rows.names), "h": function.nnz_out(0),
-            "dh": function.nnz_out(1) if weighed else 0,
+            "statistics": STATISTICS * len(rows.names), "q": self._sizes["coordinates"] * count,
+            "h": function.nnz_out(0), "dh": function.nnz_out(1) if weighed else 0,
             "rows": stacked.kernel.function.nnz_out(0) * count,
             "slopes": stacked.kernel.function.nnz_out(1) * count if weighed else 0, "weights": count,
-            **{name: getattr(function, f"sz_{name}")() for name in ("arg", "res", "iw", "w")},
+            **{name: getattr(function, f"sz_{name}")() + 1 for name in ("arg", "res", "iw", "w")},
         }  # fmt: skip
         self._lent = _Lent(self)
 
@@ -158,29 +146,21 @@ class Cycles:
 
     def _evaluate_part(self, d: Array) -> Array:
         """Return outputs, then gradients, as a row each."""
-        closed = self.rows.close(d)
-        alive = np.flatnonzero(closed.alive)
-        outputs, gradients, _ = self.run(d[alive], closed.places[:, :, alive].transpose(2, 0, 1))
+        closed = self.rows.close(np.ascontiguousarray(d, dtype=float))
+        alive, size = np.flatnonzero(closed.alive), self._sizes["sloped"] * self._sizes["parameters"]
+        outputs, gradients = np.empty((len(alive), self._sizes["outputs"])), np.empty((len(alive), size))
+        failures, width = np.empty(len(alive), dtype=np.uint8), closed.places.shape[2]
+        index = alive.astype(ctypes.c_long)
+        arrays = (closed.d, np.ascontiguousarray(closed.places), outputs, gradients, failures)
+        addresses = (array.ctypes.data for array in arrays)
+        self._run(self._lent.memory.address, len(alive), index.ctypes.data, width, *addresses)
         repeats = self.rows.find_repeats(closed, alive)
         for k, place in self._averages:
             outputs[~repeats[place], k] = np.nan
-        table = np.full((len(d), outputs.shape[1] + gradients[:1].size), np.nan)
-        table[alive] = np.hstack([outputs, gradients.reshape(len(alive), -1)])
+        table = np.full((len(d), outputs.shape[1] + size), np.nan)
+        table[alive] = np.hstack([outputs, gradients])
+        table[alive[failures == 1]] = np.nan
         return table
-
-    def run(self, d: Array, q: Array) -> tuple[Array, Array, Failures]:
-        """Return outputs (r, k), gradients (r, s, p) and failures (r,) of rows d (r, v), coordinates q (r, c, lanes).
-
-        A failure is 1 where a row has no cycle, 2 where a slope is not finite, else 0; there are no numbers where it
-        is 1.
-        """
-        shape = len(d), self._sizes["sloped"], self._sizes["parameters"]
-        outputs, gradients = np.empty((len(d), self._sizes["outputs"])), np.empty(shape)
-        failures = np.zeros(len(d), dtype=np.uint8)
-        arrays = (np.ascontiguousarray(d, dtype=float), np.ascontiguousarray(q), outputs, gradients, failures)
-        self._run(self._lent.memory.address, len(d), *(array.ctypes.data for array in arrays))
-        outputs[failures == 1], gradients[failures == 1] = np.nan, np.nan
-        return outputs, gradients, failures
 
     def run_row(self, x: Array, c: Array) -> Memory | None:
         """Return where a row of values was evaluated, x (p,) and c (v - p,), or None if it failed.
@@ -212,8 +192,9 @@ class Memory:
         self.address = ctypes.addressof(self._cycle)
         self.d, self.outputs = np.zeros(sizes["values"]), np.zeros(sizes["outputs"])
         self.gradients, self._failures = np.zeros((sizes["sloped"], sizes["parameters"])), np.zeros(1, dtype=np.uint8)
-        written = (self.d, self.d, self.outputs, self.gradients, self._failures)
-        self.arguments = (self.address, 1, *(array.ctypes.data for array in written))
+        self._index = np.zeros(1, dtype=ctypes.c_long)
+        results = (self.d, self.d, self.outputs, self.gradients, self._failures)
+        self.arguments = (self.address, 1, self._index.ctypes.data, 1, *(array.ctypes.data for array in results))
 
 
 def align_numbers(numbers: Array) -> Array:

@@ -183,7 +183,7 @@ class Rows:
         finite = finite & np.isfinite(samples).all(axis=(0, 1)) & np.isfinite(guards).all(axis=(1, 2))
         for row, guard in zip(guards.transpose(1, 0, 2), self.guards, strict=True):
             finite &= (row >= LEAST_PIVOT if guard.role == "pivot" else row != 0).all(axis=1)
-        return Block(samples, self._repeats(d, h, places, gained), rows, ~finite, d, h, places)
+        return Block(samples, self._repeats(d, h, places[:, :, self._chosen], gained), rows, ~finite, d, h, places)
 
     def _fold(self, values: Array) -> Array:
         """Return values (rows, m, steps) as samples (m, n, rows): shares of all sides added up.
@@ -230,17 +230,21 @@ class Rows:
         self.hoist.compile()
         self._compare[0].compile()
         hoisted, _ = self.hoist.masked(d=closed.data)
+        places = closed.places[:, self._chosen]
         flags = np.empty((len(self.names), len(rows)), dtype=bool)
         for start in range(0, len(rows), MOST_ROWS):
             part = rows[start : start + MOST_ROWS]
             flags[:, start : start + MOST_ROWS] = self._repeats(
-                closed.data[:, part], hoisted["h"][:, part], closed.places[:, :, part].transpose(2, 0, 1),
+                closed.data[:, part], hoisted["h"][:, part], places[:, :, part].transpose(2, 0, 1),
                 closed.gained[:, part],
             )  # fmt: skip
         return flags
 
     def _repeats(self, d: Array, h: Array, places: Array, gained: Array) -> Flags:
-        """Return which quantities (m, rows) are a turn later what they were; angles may gain whole turns."""
+        """Return which quantities (m, rows) are a turn later what they were; angles may gain whole turns.
+
+        Coordinates `places` (rows, c, k) of loops are those at the samples that are compared.
+        """
         count = d.shape[1]
         if self._repeating or not self._compared:
             return np.full((len(self.names), count), self._repeating)
@@ -249,8 +253,8 @@ class Rows:
         now, later = (
             compare(phi=(self.steps[chosen] + turn)[None], d=d.T, h=h.T, q=q)["rows"]
             for turn, q in (
-                (0.0, places[:, :, chosen]),
-                (self.machine.turn, places[:, :, chosen] + gained.T[:, :, None]),
+                (0.0, places),
+                (self.machine.turn, places + gained.T[:, :, None]),
             )
         )
         change = (later - now)[:, : len(self.names)]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from planter import evaluate_many, load_mechanism
-from planter.engine.cycles import FUNCTIONS, KINDS, SIZES, _Cycle, _Term
+from planter.engine.cycles import CALL, FUNCTIONS, KINDS, SIZES, _Cycle, _Term
 from planter.engine.machine import Machine
 from planter.engine.outputs import COMPILED
 from planter.kernels import Array, toolchain
@@ -77,7 +77,9 @@ def run(path: Path, *parts: Array) -> tuple[Array, Array, Array]:
     """Return outputs (k,), gradients (s, p) and the failure (1,) that a library finds for a row."""
     call, *functions = toolchain.functions(path, "cycles", "fix", "slope")
     row = np.concatenate([[1.0], *(part.ravel() for part in parts)])
-    arrays = {name: np.zeros(8 * ROWS) for name in ("phi", "statistics", "h", "dh", "rows", "slopes", "weights", "arg")}
+    arrays = {
+        name: np.zeros(8 * ROWS) for name in ("phi", "statistics", "q", "h", "dh", "rows", "slopes", "weights", "arg")
+    }
     arrays |= {name: np.zeros(8) for name in ("res", "iw", "w")}
     arrays |= {
         "shared": np.array(SHARED, dtype=ctypes.c_long), "states": np.array([0, 1], dtype=ctypes.c_long),
@@ -90,9 +92,10 @@ def run(path: Path, *parts: Array) -> tuple[Array, Array, Array]:
         **{name: array.ctypes.data for name, array in arrays.items()},
     )  # fmt: skip
     results = np.full(OUTPUTS, np.nan), np.full((SLOPED, PARAMETERS), np.nan), np.zeros(1, dtype=np.uint8)
+    index = np.zeros(1, dtype=ctypes.c_long)
     addresses = (ctypes.c_void_p(array.ctypes.data) for array in (row, row, *results))
-    call.restype = ctypes.c_long
-    assert call(ctypes.byref(cycle), ctypes.c_long(1), *addresses) == (results[2][0] > 0)
+    call.restype, call.argtypes = ctypes.c_long, CALL
+    assert call(ctypes.byref(cycle), 1, index.ctypes.data, 1, *addresses) == (results[2][0] > 0)
     return results
 
 
@@ -114,6 +117,12 @@ def compare(path: Path) -> float:
     assert failure[0] == 0
     pairs = zip((outputs, gradients), expect(rows, slopes), strict=True)
     return float(max(np.abs(a - b).max() / np.abs(b).max() for a, b in pairs))
+
+
+def test_record_of_python_is_that_of_c() -> None:
+    path = build(read_text() + "long measure_record(void) { return sizeof(cycle); }")
+    (measure_record,) = toolchain.functions(path, "measure_record")
+    assert measure_record() == ctypes.sizeof(_Cycle)
 
 
 def test_outputs_and_gradients_are_those_of_array_code() -> None:
