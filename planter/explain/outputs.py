@@ -52,9 +52,9 @@ def carries_number(value: Mapping[str, Any]) -> bool:
 def find_description(key: str, text: str) -> str:
     """Return the sentences of a record's description that name a key, else the first with the words of the key.
 
-    >>> said_of("spread", "A certificate. `spread` is how far starts end apart.")
+    >>> find_description("spread", "A certificate. `spread` is how far starts end apart.")
     '`spread` is how far starts end apart.'
-    >>> said_of("mean_N", "Samples of a force: extremes and mean.")
+    >>> find_description("mean_N", "Samples of a force: extremes and mean.")
     'mean: samples of a force: extremes and mean'
     """
     sentences = _SENTENCE.split(" ".join(text.split()))

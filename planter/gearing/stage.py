@@ -36,7 +36,7 @@ class StageCandidate:
 def list_design_names(family: str, vector: dict[str, Any]) -> tuple[str, ...]:
     """Return the design names of a family's parameters, numbered with the gear, the deformation coefficient last.
 
-    >>> names("ellipse", {"suffix": "6", "known": {"-1": {"shown": "m61"}}})
+    >>> list_design_names("ellipse", {"suffix": "6", "known": {"-1": {"shown": "m61"}}})
     ('A6_mm', 'k6', 'm61')
     """
     *shown_names, _ = (entry["shown"] for entry in families.load_sidecar(family)["parameters"])

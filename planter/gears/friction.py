@@ -37,7 +37,7 @@ class FrictionCurves:
 def name_column(key: str, kind: str) -> str:
     """Return the key of a quantity with one kind of friction.
 
-    >>> column("F_A1_N", "sliding")
+    >>> name_column("F_A1_N", "sliding")
     'F_A1_sliding_N'
     """
     unit = units.suffix(key)

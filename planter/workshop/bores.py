@@ -79,7 +79,7 @@ def find_standard_keyway(diameter: float) -> tuple[float, float]:
 
     Raises InputError for a bore outside the range of the standard.
 
-    >>> standard(0.020)
+    >>> find_standard_keyway(0.020)
     (0.006, 0.0028)
     """
     name = "keyways.toml"

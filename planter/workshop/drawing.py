@@ -124,8 +124,8 @@ def _format_line(line: DrawingLine, width: float) -> str:
 def format_path(arcs: Arcs) -> str:
     """Return a curve as the data of an SVG path in mm, y downwards, to a tenth of a micrometre.
 
-    >>> from planter.workshop.arcs import circle
-    >>> data(circle(0.01))
+    >>> from planter.workshop.arcs import build_circle
+    >>> format_path(build_circle(0.01))
     'M-10 0A10 10 0 0 0 10 0A10 10 0 0 0 -10 0Z'
     """
     half, chords = arcs.half_angles, np.hypot(*arcs.chords.T) * _MM
