@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from planter.mapping.synthesis import synthesise
     from planter.mapping.training import train_of as train
     from planter.mechanism.optimisation import optimise as optimise_machine
-    from planter.pickup.command import run as pick_up
+    from planter.pickup.analysis import analyse_pickup as pick_up
     from planter.planting.batches import Batch, evaluate_many
     from planter.planting.calibration import calibrate
     from planter.planting.compare.run import compare as compare_families
@@ -104,7 +104,7 @@ _HOMES = {
     "mapping.synthesis": ("synthesise",),
     "mapping.training": ("train:train_of",),
     "mechanism.optimisation": ("optimise_machine:optimise",),
-    "pickup.command": ("pick_up:run",),
+    "pickup.analysis": ("pick_up:analyse_pickup",),
     "planting.compare.run": ("compare_families:compare",),
     "planting.batches": ("Batch", "evaluate_many"),
     "planting.calibration": ("calibrate",),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import planter
 from planter.explain import dictionary
-from planter.pickup.file import load as load_pick_up
+from planter.pickup.file import load_pickup as load_pick_up
 
 if TYPE_CHECKING:
     from planter.explain.results import Meaning

@@ -29,4 +29,4 @@ OF_GEARS = {
 def columns() -> dict[str, tuple[str, str]]:
     """Meaning and source of each column."""
     parts = {"motion": OF_TURN, "gears": OF_GEARS}
-    return {name: (meaning, part) for part, own in parts.items() for name, meaning in own.items()}
+    return {name: (meaning, part) for part, meanings in parts.items() for name, meaning in meanings.items()}

@@ -13,9 +13,9 @@ from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 app = typer.Typer()
 
 
-@app.command()
+@app.command(name="pickup")
 @writes("summary.json", "cycle.csv", "pitch.csv", "path.csv", "report.html")
-def pickup(
+def analyse_pickup(
     config: Annotated[
         str,
         typer.Argument(
@@ -42,11 +42,11 @@ def pickup(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.pickup import command, tables
+        from planter.pickup import analysis, tables
 
-        found = command.run(config, at or (), optimise, changes(set_), console.progress)
+        outcome = analysis.analyse_pickup(config, at or (), optimise, changes(set_), console.progress)
         if out is not None:
             from planter.pickup.report import results
 
-            results.write(out, found, console.progress)
-        console.result(found.result, lambda: tables.show(console, found.result))
+            results.write_pickup_report(out, outcome, console.progress)
+        console.result(outcome.result, lambda: tables.print_pickup(console, outcome.result))

@@ -11,13 +11,14 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, PrivateAttr, field_validator
 
-from planter.files import examples
+from planter.errors import InputError
+from planter.files import csv_rows, examples
 from planter.files.complaints import lacking, refused
 from planter.files.document import Document, Origins
 from planter.files.fields import Angle, NotNegative, Pair, Positive, Problems, Real, Section, Whole, check
 from planter.files.tip_path import Points, inlined
 from planter.kernels import Array
-from planter.pickup.points import LEAST, parse_points
+from planter.numerics.spacing import WIDEST, find_gap
 
 Length = Annotated[Positive, Field(le=1e6)]
 Module = Annotated[Real, Field(ge=1e-3, le=1e3)]
@@ -29,6 +30,49 @@ LEAST_MM = 1e-4
 """Least tolerance of the points' distances where a file names none."""
 DEFAULT = "yu2023"
 """The built-in pick-up that lends everything else to a CSV of points given alone."""
+
+
+HEADER = ("x_mm", "y_mm")
+LEAST = 12
+"""Points that a path needs."""
+LARGEST = 1e6
+"""Largest coordinate [mm]."""
+_FINEST = 300
+
+
+def parse_points(text: str, source: str) -> tuple[Array, float]:
+    """The points (n, 2) in m of a closed path, and the last decimal place that they are given to [m].
+
+    A last point that repeats the first is left out. Raises InputError, naming file, line and what is allowed.
+    """
+    table = csv_rows.read(text, source, HEADER)
+    points = np.column_stack([table.numbers(name, LARGEST) for name in HEADER])
+    if len(points) > 1 and np.array_equal(points[0], points[-1]):
+        points = points[:-1]
+    if len(points) < LEAST:
+        raise InputError(f"{source}: {len(points)} points are not enough: there must be at least {LEAST}")
+    steps = np.hypot(*(np.roll(points, -1, axis=0) - points).T)
+    for i, step in enumerate(steps, 1):
+        if step == 0:
+            raise InputError(f"{source}: point {i} is given twice in a row: neighbours must differ")
+    gap = find_gap(steps)
+    if gap is not None:
+        raise InputError(
+            f"{source}: points {gap + 1} and {(gap + 1) % len(points) + 1} are {steps[gap]:.4g} mm apart, which is not "
+            f"allowed: on a closed path neighbours must be within {WIDEST:g} times the median distance, "
+            f"{np.median(steps):.4g} mm"
+        )
+    return points / 1000, 10.0 ** -max(_places(cell) for row in table.rows for cell in row) / 1000
+
+
+def _places(cell: str) -> int:
+    """Decimal places of a number.
+
+    >>> _places("1.250"), _places("2"), _places("1.5e-3")
+    (3, 0, 4)
+    """
+    digits, _, power = cell.lower().partition("e")
+    return min(len(digits.partition(".")[2]) - int(power or 0), _FINEST)
 
 
 class Bars(Section):
@@ -116,7 +160,7 @@ class LawData(Section):
 
     @property
     def transition(self) -> float:
-        """How far from the dwell the slope is the law's own again [rad]; zero where it jumps."""
+        """Width of the transition between dwell and law [rad]; zero if the slope jumps."""
         if self.ends is None:
             return 0.0
         return math.radians(TRANSITION_DEG if self.transition_deg is None else self.transition_deg)
@@ -174,7 +218,7 @@ class Needle(Section):
 
 
 class Targets(Section):
-    """What the path must do (the paper's Table 1, of which the text keeps the numbers), each with a tolerance."""
+    """Requirements of the path (the paper's Table 1, by the numbers in its text), each with a tolerance."""
 
     push_deg: Angle = 90.0
     push_tolerance_deg: Positive = 2.0
@@ -218,13 +262,13 @@ class Pickup(Document):
         cls, table: Mapping[str, Any], source: str, changes: Mapping[str, float] | None = None,
         changed: tuple[str, ...] = (),
     ) -> Self:  # fmt: skip
-        """The validated content of a file, as `Document.read`; points of the tip's path may stand in a CSV beside."""
+        """The validated content of a file, as `Document.read`; points of the tip's path may be in a CSV next to it."""
         return super().read(inlined(table, "tip_path", source), source, changes, changed)
 
     @property
     def points(self) -> Array | None:
-        own = None if self.path is None else self.path.points_mm
-        return self._points if own is None else np.array(own) / 1000
+        listed = None if self.path is None else self.path.points_mm
+        return self._points if listed is None else np.array(listed) / 1000
 
     @property
     def points_source(self) -> str:
@@ -233,7 +277,7 @@ class Pickup(Document):
 
     @property
     def tolerance(self) -> float:
-        """How far apart distances from the sun's centre may be that count as one [m]."""
+        """Largest difference of distances from the sun's centre that count as equal [m]."""
         if self.path is not None and self.path.tolerance_mm is not None:
             return self.path.tolerance_mm / 1000
         return max(2 * self._resolution, LEAST_MM / 1000)
@@ -255,7 +299,7 @@ class Pickup(Document):
         return changed
 
     def on_path(self, points: Array) -> "Pickup":
-        """This pick-up driven by a path of points (n, 2) in m that stand in its file."""
+        """This pick-up driven by a path of points (n, 2) in m in its file."""
         path = {"points_mm": np.round(points * 1000, 6).tolist()}
         return self.read({**self._without_drive(), "path": path}, self.source)
 
@@ -278,36 +322,36 @@ class Pickup(Document):
     @check
     def _helix_exists(self) -> Problems:
         stage, distance = self.helical_stage, self.carrier.a2_mm
-        least = stage.mn_mm * (stage.z1 + stage.z2) / 2
-        if distance < least:
-            yield refused("carrier.a2_mm", distance, f"it must be at least mn (z1 + z2)/2 = {least:g}")
+        minimum = stage.mn_mm * (stage.z1 + stage.z2) / 2
+        if distance < minimum:
+            yield refused("carrier.a2_mm", distance, f"it must be at least mn (z1 + z2)/2 = {minimum:g}")
 
 
-def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Pickup:
-    """The pick-up in a file, or the built-in one of that name; a CSV of points takes the rest from `yu2023`.
+def load_pickup(source: str | Path, changes: Mapping[str, float] | None = None) -> Pickup:
+    """Return the pick-up in a file, or a built-in one by name; a CSV of points takes the rest from `yu2023`.
 
-    Raises InputError, one sentence that names file, key, value and what is allowed.
+    Raises InputError, one sentence with file, key, value and the allowed values.
     """
     label = str(source)
     if is_points(label):
         points, _ = parse_points(examples.text(source, "pickup", ".csv"), label)
-        found = load(DEFAULT).with_points(points, label)
-        found = found.with_numbers(changes) if changes else found
+        machine = load_pickup(DEFAULT).with_points(points, label)
+        machine = machine.with_numbers(changes) if changes else machine
     else:
-        found = Pickup.load(source, "pickup", changes)
-    if found.path is not None and found.path.csv is not None:
-        csv = label if is_points(label) else _beside(label, found.path.csv)
-        found._points_source = str(csv)
+        machine = Pickup.load(source, "pickup", changes)
+    if machine.path is not None and machine.path.csv is not None:
+        csv = label if is_points(label) else _locate_csv(label, machine.path.csv)
+        machine._points_source = str(csv)
         text = examples.text(csv, "pickup", ".csv")
-        found._points, found._resolution = parse_points(text, str(csv))
-    return found
+        machine._points, machine._resolution = parse_points(text, str(csv))
+    return machine
 
 
 def is_points(label: str) -> bool:
-    """Whether a source is a CSV of points, by its name."""
+    """Return whether a source is a CSV of points, by its name."""
     return label.lower().endswith(".csv") or label in examples.names("pickup", ".csv")
 
 
-def _beside(config: str, csv: str) -> str | Path:
-    """A CSV is looked for beside the file that names it, unless it is a built-in one."""
+def _locate_csv(config: str, csv: str) -> str | Path:
+    """Return a built-in CSV by name, or the path of a CSV in the folder of the file that names it."""
     return csv if csv in examples.names("pickup", ".csv") else Path(config).parent / csv

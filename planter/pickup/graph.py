@@ -1,6 +1,6 @@
 """The chain from value points to requirements as one CasADi graph, so that every derivative is exact.
 
-A value point keeps its carrier angle and moves on the circle that the tip can describe about the planet's axis there:
+A value point has a fixed carrier angle and moves on the circle that the tip can describe about the planet's axis there:
 its coordinate on it is the arm's angle phi1. (Along the path it would move without changing it.) Points in the dwell
 share one angle. The law is the spline of the fifth degree through these angles, so linear in them; bars and the
 direction of the farthest tip stay.
@@ -22,15 +22,15 @@ from planter.kernels.formulas import load
 from planter.numerics.angles import TURN
 from planter.pickup.inverse import LAW_DEGREE
 from planter.pickup.law import MODEL, ArmLaw, SplineLaw
-from planter.pickup.model import Train
+from planter.pickup.model import PickupTrain
 
 APART = np.radians(2)
 """Value points closer than this to an end of the dwell are left out: the end stands for them."""
 
 
 @dataclass(frozen=True)
-class Nodes:
-    """Where value points stand on the teeth, and the linear map from their angles to the law.
+class LawNodes:
+    """Angles of value points on the teeth, and the linear map from the arm's angles there to the law.
 
     `t` (n,) are carrier angles from the dwell's end of the turn before to its start. The variables are the arm's
     angles there (n,), with a dwell without the first: it is the last less a turn.
@@ -84,7 +84,7 @@ def _interpolant(t: Array, values: Array, closed: bool) -> BSpline:
     return make_interp_spline(t, values, k=LAW_DEGREE)
 
 
-def nodes(train: Train, value_points: int) -> Nodes:
+def build_nodes(train: PickupTrain, value_points: int) -> LawNodes:
     """Nodes at equal steps from the farthest tip, outside the dwell, and at the dwell's ends.
 
     Raises InputError for a dwell with smooth ends, which moving value points would not keep.
@@ -98,22 +98,22 @@ def nodes(train: Train, value_points: int) -> Nodes:
     steps = np.arange(value_points) * TURN / value_points
     inside = np.sort(first + (steps - first) % TURN)
     inside = inside[(inside > first + APART) & (inside < last - APART)]
-    return Nodes(train.law, np.concatenate([[first], inside, [last]]))
+    return LawNodes(train.law, np.concatenate([[first], inside, [last]]))
 
 
 @dataclass(frozen=True)
-class Sampled:
+class SampledChain:
     """Symbols at sample angles (m,): arm, slopes, place and needle in the cell's frame, curvatures, all CasADi."""
 
     arm: ca.MX
     slopes: ca.MX
-    along: ca.MX
+    depth: ca.MX
     across: ca.MX
     tilt: ca.MX
     curvatures: ca.MX
 
 
-def sampled(train: Train, at: Nodes, v: ca.MX, t: Array, axis: float, entry: float) -> Sampled:
+def sample_chain(train: PickupTrain, at: LawNodes, v: ca.MX, t: Array, axis: float, entry: float) -> SampledChain:
     """The chain over samples: law, tip, cell's frame and pitch curves as functions of the variables `v`."""
     model, count = load(MODEL), len(t)
     parts = [_product(at.rows(t, order), v) for order in range(4)]
@@ -129,7 +129,7 @@ def sampled(train: Train, at: Nodes, v: ca.MX, t: Array, axis: float, entry: flo
     cell = model.function("entry").map(count)(*tip, bottom[0] * ones, bottom[1] * ones, axis * ones)
     pitch = model.function("pitch").map(count)(slopes, ca.DM(t).T, parts[0].T - np.pi, train.geometry.a1 * ones)
     bends = [pitch[model.outputs("pitch").index(name), :].T for name in ("kappa1", "kappa2")]
-    return Sampled(
+    return SampledChain(
         parts[0], slopes, cell[0, :].T + entry, cell[1, :].T, ca.DM(t) - parts[0] + np.pi, ca.horzcat(*bends)
     )
 

@@ -1,15 +1,17 @@
 """From points of the tip's path to the mechanism that draws it. Nothing here knows where the points come from.
 
 Extremes of the tip's distance from the sun's centre give both bars; at every point the triangle of the bars gives the
-angles of arm and carrier, and a spline of the fifth degree joins them to a law. While the arm dwells the tip keeps its
-distance: such points lie on a circle, and where the law of the others reaches the angle held there the dwell begins and
-ends. At these ends the path has corners, so no spline is laid across them.
+angles of arm and carrier, and a spline of the fifth degree joins them to a law. While the arm dwells the tip's distance
+is constant: such points lie on a circle, and the dwell begins and ends where the law of the others reaches their angle.
+At these ends the path has corners, so no spline is laid across them.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import BSpline, make_interp_spline
@@ -20,7 +22,6 @@ from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.numerics.angles import TURN, wrapped
 from planter.pickup.law import MODEL, Dwell, SplineLaw
-from planter.pickup.plateau import Plateau, plateau
 from planter.pickup.spline import DistanceExtreme, PathSpline, best_spline
 
 LAW_DEGREE = 5
@@ -42,7 +43,7 @@ class Inversion:
     path: PathSpline
 
 
-def invert(points: Array, tolerance: float = TOLERANCE, source: str = "path") -> Inversion:
+def invert_path(points: Array, tolerance: float = TOLERANCE, source: str = "path") -> Inversion:
     """The mechanism whose tip passes points (n, 2) in m, given in the order of a carrier that turns counter-clockwise.
 
     Raises InputError, naming `source`, where there is no such mechanism.
@@ -68,23 +69,23 @@ def _other_order(points: Array, tolerance: float) -> str:
 
 def _inverted(points: Array, tolerance: float, source: str) -> Inversion:
     _check_outside(points, source)
-    flat = plateau(points, tolerance)
+    flat = find_plateau(points, tolerance)
     order = flat.toothed if flat else np.arange(len(points))
     if len(order) < LEAST_TOOTHED:
         raise InputError(f"{source}: {len(order)} points outside the dwell are not enough: at least {LEAST_TOOTHED}")
     path = best_spline(points[order], closed=flat is None)
-    far, near = _extremes(path, flat, points, tolerance, source)
-    bars = load(MODEL).at("bars", L3_max=far.distance, L3_min=near.distance)
-    chain = _Chain(path, far, near, np.array([bars["L1"], bars["L2"]]))
+    far, nearest = _extremes(path, flat, points, tolerance, source)
+    bars = load(MODEL).at("bars", L3_max=far.distance, L3_min=nearest.distance)
+    chain = _Chain(path, far, nearest, np.array([bars["L1"], bars["L2"]]))
     phi5, phi1 = chain.angles(path.knots[: len(order)])
     _check_order(phi5, points[order], source)
     if flat is None:
         _check_order(np.append(phi5, phi5[0] + TURN), points[order], source)
         phi5_far, law = _closed_law(chain, phi5, phi1)
     else:
-        held5, held1 = chain.held(points[flat.members], phi5[-1])
-        _check_order(np.array([*phi5, *held5, phi5[0] + TURN]), points[[*order, *flat.members]], source)
-        phi5_far, law = _dwelling_law(chain, phi5, phi1, held5, float(np.mean(held1)), source)
+        dwell_phi5, dwell_phi1 = chain.solve_dwell(points[flat.members], phi5[-1])
+        _check_order(np.array([*phi5, *dwell_phi5, phi5[0] + TURN]), points[[*order, *flat.members]], source)
+        phi5_far, law = _dwelling_law(chain, phi5, phi1, dwell_phi5, float(np.mean(dwell_phi1)), source)
     return Inversion(bars["L1"], bars["L2"], phi5_far % TURN, law, path)
 
 
@@ -92,22 +93,30 @@ def _extremes(
     path: PathSpline, flat: Plateau | None, points: Array, tolerance: float, source: str
 ) -> tuple[DistanceExtreme, DistanceExtreme]:
     """The farthest and the nearest place, of which there must be one each; either may be the dwell itself."""
-    found = path.extremes(tolerance)
-    highs = [e for e in found if e.highest]
-    lows = [e for e in found if not e.highest]
+    extremes = path.extremes(tolerance)
+    highs = [e for e in extremes if e.highest]
+    lows = [e for e in extremes if not e.highest]
     if flat is not None:
         place = points[flat.members[len(flat.members) // 2]]
-        held = float(np.hypot(*place))
+        dwell_distance = float(np.hypot(*place))
         beyond = path.length * (1 + 1e-9)
         if not highs and len(lows) == 1:
-            highs = [DistanceExtreme(beyond, place, True)] if held > np.hypot(*path.points.T).max() - tolerance else []
+            highs = (
+                [DistanceExtreme(beyond, place, True)]
+                if dwell_distance > np.hypot(*path.points.T).max() - tolerance
+                else []
+            )
         if not lows and len(highs) == 1:
-            lows = [DistanceExtreme(beyond, place, False)] if held < np.hypot(*path.points.T).min() + tolerance else []
+            lows = (
+                [DistanceExtreme(beyond, place, False)]
+                if dwell_distance < np.hypot(*path.points.T).min() + tolerance
+                else []
+            )
     if len(highs) != 1 or len(lows) != 1:
         raise InputError(
             f"{source}: the distance of the points from the origin, which must be the sun's centre, has {len(highs)} "
-            f"maxima and {len(lows)} minima{_told(highs, lows)}: over the closed path it must have one of each, and "
-            f"may dwell once; if the points are not exact, path.tolerance_mm = {tolerance * 1000:g} is too small"
+            f"maxima and {len(lows)} minima{_describe_extremes(highs, lows)}: it must have one of each over the path, "
+            f"and may dwell once; if the points are not exact, path.tolerance_mm = {tolerance * 1000:g} is too small"
         )
     if lows[0].distance <= tolerance:
         raise InputError(f"{source}: the path is not allowed to meet the origin: the sun's centre lies there")
@@ -120,35 +129,35 @@ class _Chain:
 
     path: PathSpline
     far: DistanceExtreme
-    near: DistanceExtreme
+    nearest: DistanceExtreme
     bars: Array
 
     def angles(self, u: Array) -> tuple[Array, Array]:
         """Directions phi5 of the carrier and angles phi1 of the arm, both counted on along the path."""
         way = self._way(u)
-        short, over = -self.path.square_less(u, self.far), self.path.square_less(u, self.near)
+        short, over = -self.path.square_less(u, self.far), self.path.square_less(u, self.nearest)
         phi5, phi1 = self._solved(self.path(u), short, over, way)
         return np.unwrap(phi5), phi1 + TURN * (u >= self.far.u)
 
-    def held(self, places: Array, after: float) -> tuple[Array, Array]:
-        """The same at points of the dwell, which follows the path's end, where the carrier stands at `after`."""
+    def solve_dwell(self, places: Array, after: float) -> tuple[Array, Array]:
+        """Return these angles in the dwell, which follows the path's end, where the carrier is at `after` [rad]."""
         way = self._way(np.array([self.path.length]))
         square = np.sum(places**2, axis=1)
-        short, over = self.far.distance**2 - square, square - self.near.distance**2
+        short, over = self.far.distance**2 - square, square - self.nearest.distance**2
         phi5, phi1 = self._solved(places, short, over, np.broadcast_to(way, len(places)))
         phi5 = np.unwrap(np.concatenate([[after], phi5]))[1:]
         return phi5, phi1 + TURN * (self.path.length >= self.far.u)
 
     def _way(self, u: Array) -> Array:
         """1 where the tip goes from its farthest to its nearest place, -1 on the way back."""
-        whole = self.path.length * (1 if self.path.closed else 2)
-        return np.where((u - self.far.u) % whole < (self.near.u - self.far.u) % whole, 1.0, -1.0)
+        period = self.path.length * (1 if self.path.closed else 2)
+        return np.where((u - self.far.u) % period < (self.nearest.u - self.far.u) % period, 1.0, -1.0)
 
     def _solved(self, places: Array, short: Array, over: Array, way: Array) -> tuple[Array, Array]:
         x, y = places.T
         clipped = {"short": np.maximum(short, 0), "over": np.maximum(over, 0)}
-        found = load(MODEL)("inverse", x_S=x, y_S=y, way=way, bars=self.bars, **clipped)
-        return found["phi5"], found["phi1"]
+        angles = load(MODEL)("inverse", x_S=x, y_S=y, way=way, bars=self.bars, **clipped)
+        return angles["phi5"], angles["phi1"]
 
     def direction(self, near_to: float) -> float:
         """Direction of the carrier at the farthest place, that of the tip, in the turn that a guess lies in."""
@@ -156,10 +165,10 @@ class _Chain:
         return raw + TURN * round((near_to - raw) / TURN)
 
 
-def _told(highs: Sequence[DistanceExtreme], lows: Sequence[DistanceExtreme]) -> str:
-    """Where the first of the extremes are."""
-    found = [*highs[:SHOWN], *lows[:SHOWN]]
-    return f" (at {', '.join(_place(extreme.place) for extreme in found)})" if found else ""
+def _describe_extremes(highs: Sequence[DistanceExtreme], lows: Sequence[DistanceExtreme]) -> str:
+    """Return the positions of the first extremes as text."""
+    extremes = [*highs[:SHOWN], *lows[:SHOWN]]
+    return f" (at {', '.join(_place(extreme.place) for extreme in extremes)})" if extremes else ""
 
 
 def _place(point: Array) -> str:
@@ -230,9 +239,64 @@ def _spline(phi5: Array, phi1: Array) -> BSpline:
     return make_interp_spline(phi5, phi1, k=min(LAW_DEGREE, len(phi5) // 2 * 2 - 1))
 
 
-def _meets(arm: BSpline, held: tuple[float, float], toothed: float) -> float | None:
-    """Where a law reaches the angle held from its own last angle on; None where it does not until the dwell's point."""
-    angle, level = held
+def _meets(arm: BSpline, dwell_end: tuple[float, float], toothed: float) -> float | None:
+    """Return the angle at which a law reaches the arm's angle in the dwell, or None if it does not before the dwell."""
+    angle, level = dwell_end
     if (arm(toothed) - level) * (arm(angle) - level) > 0:
         return None
     return float(brentq(lambda x: float(arm(x)) - level, toothed, angle, xtol=1e-15, rtol=1e-15))
+
+
+LEAST_SWEEP = np.radians(5)
+"""Angle at the sun's centre that a run of equal distances must cover: near an extreme they are nearly equal, too."""
+LEAST_POINTS = 3
+
+
+@dataclass(frozen=True)
+class Plateau:
+    """Indices of the points in the dwell, in order, and of the others, from the dwell's end round to its start."""
+
+    members: Any
+    toothed: Any
+
+
+def find_plateau(points: Array, tolerance: float) -> Plateau | None:
+    """The longest run of points (n, 2) of a closed path whose distances from the origin are equal."""
+    distance = np.hypot(*points.T)
+    if np.ptp(distance) <= tolerance:
+        return None
+    begin, count = _longest(distance, tolerance)
+    members = (begin + np.arange(count)) % len(points)
+    if count < LEAST_POINTS or _sweep(points[members]) < LEAST_SWEEP:
+        return None
+    return Plateau(members, (begin + count + np.arange(len(points) - count)) % len(points))
+
+
+def _sweep(places: Array) -> float:
+    """Angle that a run of places covers at the origin."""
+    directions = np.unwrap(np.arctan2(places[:, 1], places[:, 0]))
+    return float(abs(directions[-1] - directions[0]))
+
+
+def _longest(distance: Array, tolerance: float) -> tuple[int, int]:
+    """Start and length of the longest cyclic run whose values differ by the tolerance at most.
+
+    `highs` and `lows` hold the places in the run that may yet be its greatest or its least value, in order.
+    """
+    values = [*distance.tolist(), *distance.tolist()]
+    highs: deque[int] = deque()
+    lows: deque[int] = deque()
+    begin, best = 0, (0, 0)
+    for end, value in enumerate(values):
+        for run, sign in ((highs, 1), (lows, -1)):
+            while run and sign * values[run[-1]] <= sign * value:
+                run.pop()
+            run.append(end)
+        while values[highs[0]] - values[lows[0]] > tolerance:
+            begin += 1
+            for run in (highs, lows):
+                if run[0] < begin:
+                    run.popleft()
+        if end + 1 - begin > best[1]:
+            best = begin, end + 1 - begin
+    return best

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from planter.view.sheet import Labelled
 
 
-class Labels:
+class PickupLabels:
     """Pick-ups."""
 
     undrawn: Mapping[str, Sequence[str]] = {
@@ -36,13 +36,13 @@ class Labels:
 
     def draw(self, source: str, changes: Mapping[str, float]) -> Labelled:
         """The pick-up in a file, or the built-in one of that name."""
-        from planter.pickup.file import load
-        from planter.pickup.model import build
-        from planter.pickup.report.sheets import sheets
+        from planter.pickup.file import load_pickup
+        from planter.pickup.model import build_train
+        from planter.pickup.report.sheets import draw_sheets
         from planter.view.sheet import Labelled
 
-        machine = load(source, changes)
-        return Labelled(machine.name, machine.numbers(), sheets(machine, build(machine)))
+        machine = load_pickup(source, changes)
+        return Labelled(machine.name, machine.numbers(), draw_sheets(machine, build_train(machine)))
 
 
-LABELS = Labels()
+LABELS = PickupLabels()

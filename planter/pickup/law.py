@@ -1,14 +1,16 @@
-"""Laws of the arm: its angle phi1 over the carrier's angle t from the farthest tip, with a dwell if there is one."""
+"""Laws of the arm: its angle phi1 over the carrier's angle t from the farthest tip, with or without dwell."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import ClassVar, Protocol
 
+import casadi as ca
 import numpy as np
 from scipy.interpolate import BSpline
 
-from planter.kernels import Array
+from planter.kernels import Array, Kernel
 from planter.kernels.formulas import load
 from planter.numerics.angles import TURN
 
@@ -20,7 +22,7 @@ ROUNDING = 1e-12
 
 @dataclass(frozen=True)
 class Dwell:
-    """Where the locking arcs act: carrier angles in rad, 0 <= start < 2 pi, end after start."""
+    """Range in which the locking arcs act: carrier angles in rad, 0 <= start < 2 pi, end after start."""
 
     start: float
     end: float
@@ -43,7 +45,7 @@ class ArmLaw(Protocol):
 
     @property
     def transition(self) -> float:
-        """How far on either side of the dwell the arm is driven by other means than teeth [rad]."""
+        """Angle on either side of the dwell over which other means than teeth drive the arm [rad]."""
 
     def arm(self, t: Array) -> Array:
         """The arm's angle [rad]."""
@@ -74,13 +76,16 @@ class CosineLaw:
         return np.array([self.p, self.dwell.start, self.dwell.end, self.phi1_far])
 
     def arm(self, t: Array) -> Array:
+        """Return the arm's angle (n,) [rad]."""
         return load(MODEL)("law", t=t, law=self._vector)["phi1"]
 
     def slopes(self, t: Array) -> Array:
-        found = load(MODEL)("law", t=t, law=self._vector)
-        return np.array([found[name] for name in ("g", "dg", "ddg")])
+        """Return the slope with two derivatives (3, n)."""
+        law = load(MODEL)("law", t=t, law=self._vector)
+        return np.array([law[name] for name in ("g", "dg", "ddg")])
 
     def joints(self) -> Array:
+        """Return the breakpoints of the law on the teeth [rad], in order."""
         return np.array(toothed_range(self.dwell))
 
     @property
@@ -95,29 +100,137 @@ class SplineLaw:
 
     lead: BSpline
     dwell: Dwell | None
-    held: float
+    dwell_angle: float
     transition: ClassVar[float] = 0.0
 
-    def _within(self, t: Array) -> Array:
+    def _fold_angle(self, t: Array) -> Array:
         """The angles brought into the turn that begins where the teeth do."""
         first, _ = toothed_range(self.dwell)
         return first + (np.asarray(t, dtype=float) - first) % TURN
 
     def arm(self, t: Array) -> Array:
-        within = self._within(t)
+        """Return the arm's angle (n,) [rad]."""
+        turn_angle = self._fold_angle(t)
         last = toothed_range(self.dwell)[1]
-        on_teeth = self.lead(np.minimum(within, last)) + within
-        return np.asarray(np.where(within <= last, on_teeth, self.held) + np.asarray(t, dtype=float) - within)
+        on_teeth = self.lead(np.minimum(turn_angle, last)) + turn_angle
+        return np.asarray(
+            np.where(turn_angle <= last, on_teeth, self.dwell_angle) + np.asarray(t, dtype=float) - turn_angle
+        )
 
     def slopes(self, t: Array) -> Array:
-        within = self._within(t)
+        """Return the slope with two derivatives (3, n)."""
+        turn_angle = self._fold_angle(t)
         first, last = toothed_range(self.dwell)
         if self.dwell is not None:
-            closer_to_end = within > last + self.dwell.width / 2
-            within = np.where(closer_to_end, first, np.minimum(within, last))
-        return np.array([self.lead(within, 1) + 1, self.lead(within, 2), self.lead(within, 3)])
+            closer_to_end = turn_angle > last + self.dwell.width / 2
+            turn_angle = np.where(closer_to_end, first, np.minimum(turn_angle, last))
+        return np.array([self.lead(turn_angle, 1) + 1, self.lead(turn_angle, 2), self.lead(turn_angle, 3)])
 
     def joints(self) -> Array:
+        """Return the breakpoints of the law on the teeth [rad], in order."""
         first, last = toothed_range(self.dwell)
         knots = np.unique(first + (self.lead.t - first) % TURN) if self.dwell is None else np.unique(self.lead.t)
         return np.concatenate([[first], knots[(knots > first) & (knots < last)], [last]])
+
+
+_ROUNDING = 1e-9
+"""Angles this close to a joint are on the teeth [rad]."""
+
+
+@dataclass(frozen=True)
+class SmoothLaw:
+    """Slope c (1 + p cos t), but within `transition` [rad] of the dwell a cubic that meets it, and zero, smoothly.
+
+    c lets the arm gain one turn in a turn of the carrier. In the transitions other means than teeth must drive the
+    arm: towards a slope of zero the sun's pitch radius goes to zero.
+    """
+
+    p: float
+    dwell: Dwell
+    transition: float
+    phi1_far: float = np.pi
+
+    def arm(self, t: Array) -> Array:
+        """Return the arm's angle (n,) [rad]."""
+        return self._evaluate(t)[0]
+
+    def slopes(self, t: Array) -> Array:
+        """Return the slope with two derivatives (3, n)."""
+        return self._evaluate(t)[1:4]
+
+    def joints(self) -> Array:
+        """Return the breakpoints of the law on the teeth [rad], in order."""
+        first, last = toothed_range(self.dwell)
+        return np.array([first, first + self.transition, last - self.transition, last])
+
+    @property
+    def mean_on_teeth(self) -> float:
+        """c [-]."""
+        return float(self._evaluate(np.zeros(1))[4, 0])
+
+    @property
+    def rises(self) -> bool:
+        """Whether the slope is positive throughout both transitions."""
+        h = self.transition
+        for joint, sense in ((self.dwell.end + h, 1), (self.dwell.start - h, -1)):
+            value, rate = 1 + self.p * np.cos(joint), -sense * self.p * np.sin(joint)
+            if value <= 0 or 3 * value < rate * h:
+                return False
+        return True
+
+    def _evaluate(self, t: Array) -> Array:
+        """Return the arm's angle, the slope with two derivatives, and c, (5, n)."""
+        angles = np.asarray(t, dtype=float)
+        law = np.array([self.p, self.dwell.start, self.dwell.end, self.phi1_far, self.transition])
+        return _law()(t=angles.ravel(), law=law)["outputs"].reshape(5, *angles.shape)
+
+
+def compose_smooth_law(t: ca.SX, law: ca.SX) -> ca.SX:
+    """Return the graph of the arm's angle, of the slope with two derivatives, and of c, (5,).
+
+    `law` (5,) are p, the dwell's start and end, the arm's angle at t = 0, and the width of a transition [rad].
+    """
+    p, start, end, far, h = ca.vertsplit(law)
+    first = end - TURN
+
+    def cubic(joint: ca.SX, sense: int) -> tuple[ca.SX, ca.SX]:
+        """Return the coefficients of the square and the cube of the distance from the dwell in the slope over c."""
+        value, rate = 1 + p * ca.cos(joint), -sense * p * ca.sin(joint)
+        return (3 * value - rate * h) / h**2, (rate * h - 2 * value) / h**3
+
+    def integral(part: tuple[ca.SX, ca.SX], distance: ca.SX) -> ca.SX:
+        return part[0] * distance**3 / 3 + part[1] * distance**4 / 4
+
+    def plain(angle: ca.SX) -> ca.SX:
+        return angle + p * ca.sin(angle)
+
+    after, before = cubic(end + h, 1), cubic(start - h, -1)
+
+    def gained(angle: ca.SX) -> ca.SX:
+        """Return the integral of the slope over c from the dwell's end on, up to an angle of the turn after it."""
+        middle = ca.fmin(ca.fmax(angle, first + h), start - h)
+        distances = [ca.fmin(ca.fmax(distance, 0), h) for distance in (angle - first, start - angle)]
+        rest = integral(before, h) - integral(before, distances[1])
+        return integral(after, distances[0]) + plain(middle) - plain(first + h) + rest
+
+    turned = TURN * ca.floor((t - first) / TURN)
+    turn_angle, mean = t - turned, TURN / gained(start)
+    angle = far + mean * (gained(turn_angle) - gained(ca.SX(0))) + turned
+    tooth = ca.if_else(turn_angle > start + (end - start) / 2, first, ca.fmin(turn_angle, start))
+    slopes = [1 + p * ca.cos(tooth), -p * ca.sin(tooth), -p * ca.cos(tooth)]
+    for part, distance, sense in ((after, tooth - first, 1), (before, start - tooth, -1)):
+        square, cube = part
+        ends = [
+            (square + cube * distance) * distance**2,
+            sense * (2 * square + 3 * cube * distance) * distance,
+            2 * square + 6 * cube * distance,
+        ]
+        in_transition = distance < h - _ROUNDING
+        slopes = [ca.if_else(in_transition, end, slope) for end, slope in zip(ends, slopes, strict=True)]
+    return ca.vertcat(angle, *(mean * slope for slope in slopes), mean)
+
+
+@cache
+def _law() -> Kernel:
+    t, law = ca.SX.sym("t"), ca.SX.sym("law", 5)
+    return Kernel(ca.Function("smooth", [t, law], [compose_smooth_law(t, law)], ["t", "law"], ["outputs"]), lanes=["t"])

@@ -11,7 +11,7 @@ from planter.errors import GeometryError
 from planter.gearing.teeth.incomplete.arcs import ARCS, compute_arc_radius, compute_horn_reaches
 from planter.gearing.teeth.incomplete.rolling import Rolling
 from planter.kernels import Array
-from planter.pickup.model import Train
+from planter.pickup.model import PickupTrain
 
 _STEP = 1e-6
 """Half the carrier angle over which the direction of a pitch curve is taken [rad]."""
@@ -32,8 +32,8 @@ class Locking:
     reaches: tuple[float, float]
 
 
-def locking(train: Train) -> Locking | None:
-    """The locking arcs of a train that dwells, between the teeth beside the dwell; None where none would hold.
+def compute_locking_arcs(train: PickupTrain) -> Locking | None:
+    """The locking arcs of a train that dwells, between the teeth next to the dwell, or None if none would hold.
 
     Where no teeth lead to the dwell they are as large as the larger of the sun's pitch radii where the teeth end, and
     the intermediate gear's tips beside them are taken for circles.
@@ -61,9 +61,9 @@ def _on_circle(distance: float, radius: float, end: float, addendum: float) -> f
 
 @dataclass(frozen=True)
 class _Curves:
-    """Both gears' pitch curves beside the dwell (`arcs.Rolled`), by carrier angles: without their whole arc lengths."""
+    """Both gears' pitch curves next to the dwell (`arcs.Rolled`), by carrier angles, without arc lengths."""
 
-    train: Train
+    train: PickupTrain
 
     @property
     def distance(self) -> float:
@@ -84,21 +84,21 @@ class _Curves:
         return np.asarray(self.distance * np.array([x, y]) / np.hypot(x, y))
 
     def place_near_end(self, end: int, at: float) -> Array:
-        """At the angle at which the sun's pitch circle there would have rolled so far."""
+        """Return the contact where the sun's pitch circle would have rolled over an arc length `at` [m]."""
         first, last = self.train.toothed
         t = (last - at / self.ends[1]) if end else (first + at / self.ends[0])
         before, (x, y), after = self._at(np.clip(t, first + _STEP, last - _STEP) + _STEP * np.array([-1, 0, 1])).T
-        along = after - before
-        tx, ty = np.sign(x * along[1] - y * along[0]) * along / np.hypot(*along)
+        tangent = after - before
+        tx, ty = np.sign(x * tangent[1] - y * tangent[0]) * tangent / np.hypot(*tangent)
         return np.array([[x], [y], [tx], [ty], [0.0]])
 
     def _at(self, t: Array) -> Array:
         """Places of the intermediate gear's pitch curve (2, n) [m] at carrier angles."""
-        found = self.train.pitch(t)
-        return np.array([found["x2"], found["y2"]])
+        curves = self.train.pitch(t)
+        return np.array([curves["x2"], curves["y2"]])
 
 
-def rolling(train: Train) -> Rolling:
+def build_rolling(train: PickupTrain) -> Rolling:
     """The sun's pitch curve and the intermediate gear's where they roll on each other."""
 
     def radius(t: Array) -> Array:

@@ -17,11 +17,10 @@ from planter.gearing.teeth.rack import TEETH
 from planter.kernels.formulas import load as load_formulas
 from planter.numerics.angles import TURN
 from planter.pickup import file
-from planter.pickup.law import MODEL, ROUNDING, CosineLaw, SplineLaw, toothed_range
-from planter.pickup.model import Train, build
-from planter.pickup.points import HEADER
+from planter.pickup.file import HEADER
+from planter.pickup.law import MODEL, ROUNDING, CosineLaw, SmoothLaw, SplineLaw, compose_smooth_law, toothed_range
+from planter.pickup.model import PickupTrain, build_train
 from planter.pickup.show import KIND
-from planter.pickup.smooth import SmoothLaw, compose_smooth_law
 
 SPEED = "carrier.speed_deg_per_s"
 STAGES = {
@@ -98,16 +97,16 @@ def takes(source: str) -> bool:
 
 def load(source: str, changes: Mapping[str, float]) -> Machine:
     """Return the machine of a pick-up; raises InputError and GeometryError as its file and train do."""
-    return build_machine(file.load(source, changes))
+    return build_machine(file.load_pickup(source, changes))
 
 
-def build_machine(machine: file.Pickup, train: Train | None = None) -> Machine:
+def build_machine(machine: file.Pickup, train: PickupTrain | None = None) -> Machine:
     """Return a pick-up with its train as a machine: its values are the numbers that its motion and gears depend on.
 
     The law of a path, and the bars that the path has, do not change with the values. Raises GeometryError for a pick-up
     that has no train.
     """
-    train = train or build(machine)
+    train = train or build_train(machine)
     fixed = {"L1": train.geometry.L1, "L2": train.geometry.L2, "phi5_far": train.phi5_far}
     fixed["transition"] = train.law.transition
     written, sidecar = machine.numbers(), load_formulas(MODEL).sidecar
@@ -118,11 +117,11 @@ def build_machine(machine: file.Pickup, train: Train | None = None) -> Machine:
     values = tuple(Value(name, *entries[name]) for name in names)
     data = [machine.si(value.path) if value.path in written else fixed[value.name] for value in values]
     d, t, h = ca.SX.sym("d", len(values)), ca.SX.sym("t"), ca.SX.sym("h", len(HOISTED))
-    known: dict[str, Any] = fixed | dict(zip(names, ca.vertsplit(d), strict=True))
-    carrier = load_formulas(MODEL).composed("carrier", known)
-    known |= dict(zip(HOISTED, ca.vertsplit(h), strict=True))
-    law = _compose_law(train, known)
-    results = _compose_motion(t, law, known) | _compose_gears(t, law, known)
+    values_by_name: dict[str, Any] = fixed | dict(zip(names, ca.vertsplit(d), strict=True))
+    carrier = load_formulas(MODEL).composed("carrier", values_by_name)
+    values_by_name |= dict(zip(HOISTED, ca.vertsplit(h), strict=True))
+    law = _compose_law(train, values_by_name)
+    results = _compose_motion(t, law, values_by_name) | _compose_gears(t, law, values_by_name)
     if not np.isfinite(train.contact_ratio(train.samples(CHECKED))).all():
         del results["epsilon"]
     quantities = tuple(
@@ -175,18 +174,18 @@ class _LawGraph(NamedTuple):
     joints: tuple[_Joint, ...]
 
 
-def _compose_law(train: Train, known: Mapping[str, Any]) -> _LawGraph:
+def _compose_law(train: PickupTrain, inputs: Mapping[str, Any]) -> _LawGraph:
     """Return the graph of a train's law, whose numbers are `known` by name."""
     if isinstance(train.law, SplineLaw):
         return _compose_spline_law(train.law, train.toothed)
-    start, end, width = known["dwell_start"], known["dwell_end"], known["transition"]
+    start, end, width = inputs["dwell_start"], inputs["dwell_end"], inputs["transition"]
     joints = [_Joint("start of the dwell", start, 0), _Joint("end of the dwell", end, 0)]
     if isinstance(train.law, CosineLaw):
-        law = ca.vertcat(known["p"], start, end, np.pi)
+        law = ca.vertcat(inputs["p"], start, end, np.pi)
         function = load_formulas(MODEL).function("law")
         return _LawGraph(lambda t: function(t, law), (start, end), (end - TURN, start), tuple(joints))
     assert isinstance(train.law, SmoothLaw)
-    smooth = ca.vertcat(known["p"], start, end, np.pi, width)
+    smooth = ca.vertcat(inputs["p"], start, end, np.pi, width)
     joints = [joint._replace(order=2) for joint in joints]
     joints += [_Joint("end of the teeth", start - width, 1), _Joint("start of the teeth", end + width, 1)]
     teeth = end - TURN + width, start - width
@@ -203,12 +202,12 @@ def _compose_spline_law(law: SplineLaw, teeth: tuple[float, float]) -> _LawGraph
 
     def evaluate(t: Any) -> ca.SX:
         turned = TURN * ca.floor((t - base) / TURN)
-        within = t - turned
-        place = within if law.dwell is None else ca.fmin(within, last)
+        turn_angle = t - turned
+        place = turn_angle if law.dwell is None else ca.fmin(turn_angle, last)
         derivatives = compose_pieces(place, knots, coefficients, 4)
         angle = derivatives[0] + place
         if law.dwell is not None:
-            angle = ca.if_else(within <= last, angle, law.held)
+            angle = ca.if_else(turn_angle <= last, angle, law.dwell_angle)
         return ca.vertcat(angle + turned, derivatives[1] + 1, *derivatives[2:])
 
     if law.dwell is None:
@@ -220,9 +219,9 @@ def _compose_spline_law(law: SplineLaw, teeth: tuple[float, float]) -> _LawGraph
     return _LawGraph(evaluate, (law.dwell.start, law.dwell.end), teeth, joints)
 
 
-def _compose_motion(t: ca.SX, law: _LawGraph, known: Mapping[str, Any]) -> dict[str, ca.SX]:
+def _compose_motion(t: ca.SX, law: _LawGraph, inputs: Mapping[str, Any]) -> dict[str, ca.SX]:
     """Return the quantities of `MOTION` by name."""
-    model, far = load_formulas(MODEL), known["phi5_far"]
+    model, far = load_formulas(MODEL), inputs["phi5_far"]
 
     def move(angle: Any) -> dict[str, Any]:
         arm, slope = ca.vertsplit(law.at(angle))[:2]
@@ -232,21 +231,21 @@ def _compose_motion(t: ca.SX, law: _LawGraph, known: Mapping[str, Any]) -> dict[
             inside -= TURN * ca.floor(inside / TURN)
             slope = ca.if_else(inside <= end - start + 2 * ROUNDING, 0, slope)
         turned = {"phi1": arm, "g": slope, "phi5": far + angle}
-        return turned | model.composed("motion", {**known, **turned}) | {"arm": far + angle + np.pi - arm}
+        return turned | model.composed("motion", {**inputs, **turned}) | {"arm": far + angle + np.pi - arm}
 
     moved, bottom = move(t), move(ca.SX(0))
-    picked = {"x_bottom": bottom["x_S"], "y_bottom": bottom["y_S"], "axis": bottom["arm"] + known["mounting"]}
+    picked = {"x_bottom": bottom["x_S"], "y_bottom": bottom["y_S"], "axis": bottom["arm"] + inputs["mounting"]}
     entered = model.composed("entry", moved | picked)
-    return moved | entered | {"along": entered["along"] + known["entry"]}
+    return moved | entered | {"along": entered["along"] + inputs["entry"]}
 
 
-def _compose_gears(t: ca.SX, law: _LawGraph, known: Mapping[str, Any]) -> dict[str, ca.SX]:
+def _compose_gears(t: ca.SX, law: _LawGraph, inputs: Mapping[str, Any]) -> dict[str, ca.SX]:
     """Return the quantities of `GEARS` by name."""
     first, last = law.teeth
-    within = t - TURN * ca.floor((t - first) / TURN)
-    place = ca.if_else(within > (last + first + TURN) / 2, first, ca.fmin(within, last))
+    turn_angle = t - TURN * ca.floor((t - first) / TURN)
+    place = ca.if_else(turn_angle > (last + first + TURN) / 2, first, ca.fmin(turn_angle, last))
     arm, *slopes = ca.vertsplit(law.at(place))
     turned = {"g": slopes[0], "dg": slopes[1], "ddg": slopes[2], "phi5": place, "phi2": arm - np.pi}
-    pitch = load_formulas(MODEL).composed("pitch", {**known, **turned})
-    meshing = TEETH.composed("contact_ratio", {**known, **pitch})
-    return {name: {**known, **pitch, **meshing}[name] for name in GEARS}
+    pitch = load_formulas(MODEL).composed("pitch", {**inputs, **turned})
+    meshing = TEETH.composed("contact_ratio", {**inputs, **pitch})
+    return {name: {**inputs, **pitch, **meshing}[name] for name in GEARS}

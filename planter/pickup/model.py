@@ -5,7 +5,7 @@ t is the carrier angle from the farthest tip; the carrier turns counter-clockwis
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -18,11 +18,9 @@ from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.numerics import extremes, quadrature
 from planter.numerics.angles import TURN
-from planter.pickup import limits
 from planter.pickup.file import Pickup
-from planter.pickup.inverse import Inversion, invert
-from planter.pickup.law import MODEL, ArmLaw, CosineLaw, Dwell, toothed_range
-from planter.pickup.smooth import SmoothLaw
+from planter.pickup.inverse import Inversion, invert_path
+from planter.pickup.law import MODEL, ArmLaw, CosineLaw, Dwell, SmoothLaw, toothed_range
 
 PANELS, NODES = 96, 8
 """Panels over a range of angles for integrals, and nodes in each."""
@@ -32,8 +30,8 @@ BESIDE = np.radians(30)
 
 
 @dataclass(frozen=True)
-class Geometry:
-    """What of the mechanism does not turn: bars, carrier triangle, helical pair [m, rad, -]."""
+class PickupGeometry:
+    """Constant geometry of the mechanism: bars, carrier triangle, helical pair [m, rad, -]."""
 
     L1: float
     L2: float
@@ -50,27 +48,27 @@ class Geometry:
 
 
 @dataclass(frozen=True)
-class Train:
+class PickupTrain:
     """A pick-up that runs: `law` drives the arm, `omega` [rad/s] the carrier; `found` is what a path gave, if one did.
 
     `teeth` are module [m], both addendum coefficients and the angle of the line of action [rad].
     """
 
     law: ArmLaw
-    geometry: Geometry
+    geometry: PickupGeometry
     phi5_far: float
     omega: float
     teeth: Array
-    found: Inversion | None = None
+    inversion: Inversion | None = None
 
-    def locked(self, t: Array) -> Array:
+    def is_locked(self, t: Array) -> Array:
         """Whether the arm dwells at carrier angles (n,)."""
         dwell = self.law.dwell
         return np.zeros(np.shape(t), dtype=bool) if dwell is None else dwell.holds(np.asarray(t))
 
     def slope(self, t: Array) -> Array:
         """g = dphi1/dphi5 (n,), zero in the dwell."""
-        return np.where(self.locked(t), 0.0, self.law.slopes(t)[0])
+        return np.where(self.is_locked(t), 0.0, self.law.slopes(t)[0])
 
     def motion(self, t: Array) -> dict[str, Array]:
         """Places of the axes and the tip [m], its velocity [m/s], its distance L3, the arm's direction Z1, by name."""
@@ -80,8 +78,8 @@ class Train:
 
     def tip(self, t: Array) -> Array:
         """Places of the tip (n, 2) [m]."""
-        found = self.motion(t)
-        return np.column_stack([found["x_S"], found["y_S"]])
+        motion = self.motion(t)
+        return np.column_stack([motion["x_S"], motion["y_S"]])
 
     def arm_heading(self, t: Array) -> Array:
         """Direction of the arm O1 to tip, counted on: phi5 + pi - phi1 [rad]."""
@@ -106,9 +104,9 @@ class Train:
         teeth[0] = teeth[0] if module is None else module
         teeth[1:3] = teeth[1:3] if addendum is None else addendum
         curves = self.pitch(t)
-        found = TEETH("contact_ratio", kappa1=curves["kappa1"], kappa2=curves["kappa2"], teeth=teeth)
-        meet = np.minimum(found["outside1"], found["outside2"]) >= 0
-        return np.where(meet, found["epsilon"], np.nan)
+        meshing = TEETH("contact_ratio", kappa1=curves["kappa1"], kappa2=curves["kappa2"], teeth=teeth)
+        meet = np.minimum(meshing["outside1"], meshing["outside2"]) >= 0
+        return np.where(meet, meshing["epsilon"], np.nan)
 
     @property
     def driven(self) -> tuple[float, float]:
@@ -119,8 +117,8 @@ class Train:
     def toothed(self) -> tuple[float, float]:
         """First and last carrier angle of the teeth.
 
-        That is where the arm is driven, less the law's own transitions; or, where a path comes to rest so gently that
-        no pitch curve can follow, less what lies beside the dwell and cannot be gears.
+        That is where the arm is driven, less the law's own transitions; or, where a path stops so gradually that
+        no pitch curve can follow, less the parts next to the dwell that cannot be gears.
         """
         (first, last), transition = self.driven, self.law.transition
         if self.law.dwell is None or transition:
@@ -128,8 +126,8 @@ class Train:
         t = np.linspace(first, last, round((last - first) / _STEP) + 1)
         slope = self.law.slopes(t)[0]
         moving = slope > 0
-        fails = ~moving & (slope > limits.BACKWARD)
-        fails[moving] = limits.broken(self.pitch(t[moving]), self.teeth)
+        fails = ~moving & (slope > BACKWARD)
+        fails[moving] = violates_limits(self.pitch(t[moving]), self.teeth)
         lost = np.flatnonzero(fails)
         after, before = lost[t[lost] < first + BESIDE], lost[t[lost] > last - BESIDE]
         return float(t[after[-1] + 1]) if len(after) else first, float(t[before[0] - 1]) if len(before) else last
@@ -139,7 +137,7 @@ class Train:
         return np.linspace(*self.toothed, count)
 
     @cached_property
-    def near(self) -> float:
+    def nearest_angle(self) -> float:
         """Carrier angle where the tip is nearest [rad]; the first of them, should the arm dwell there."""
         return float(brentq(lambda t: float(self.law.arm(np.array([t]))[0]) - TURN, 0.0, TURN, xtol=1e-15, rtol=1e-14))
 
@@ -181,14 +179,14 @@ class Train:
         return float(np.sum(function(nodes.ravel()) * weights.ravel()))
 
 
-def geometry_of(machine: Pickup, L1: float, L2: float) -> Geometry:
+def build_geometry(machine: Pickup, L1: float, L2: float) -> PickupGeometry:
     """Triangle and helical pair of a pick-up with given bars [m]. Raises GeometryError where the triangle is none."""
     gamma, a2 = machine.si("carrier.gamma_deg"), machine.si("carrier.a2_mm")
     if a2 >= L1:
         raise _no_triangle(machine, L1)
     stage = {key: machine.si(f"helical_stage.{key}") for key in ("mn_mm", "z1", "z2", "B_mm", "alpha_n_deg", "ha")}
-    found = load(MODEL).at("carrier", carrier=np.array([L1, gamma, a2, *stage.values()]))
-    return Geometry(L1, L2, gamma, found["a1"], a2, found["beta1"], found["beta"], found["epsilon_h"])
+    carrier = load(MODEL).at("carrier", carrier=np.array([L1, gamma, a2, *stage.values()]))
+    return PickupGeometry(L1, L2, gamma, carrier["a1"], a2, carrier["beta1"], carrier["beta"], carrier["epsilon_h"])
 
 
 def _no_triangle(machine: Pickup, L1: float) -> GeometryError:
@@ -201,7 +199,7 @@ def _no_triangle(machine: Pickup, L1: float) -> GeometryError:
     return GeometryError(str(machine.input_error("carrier.a2_mm", allowed)))
 
 
-def build(machine: Pickup) -> Train:
+def build_train(machine: Pickup) -> PickupTrain:
     """The train that a file asks for, by its law or by its path; with a path the file's bars play no part.
 
     Raises InputError where a path or a law has no mechanism.
@@ -209,10 +207,17 @@ def build(machine: Pickup) -> Train:
     teeth = np.array([machine.si(f"noncircular_stage.{key}") for key in ("m_mm", "ha1", "ha2", "alpha0_deg")])
     omega = machine.si("carrier.speed_deg_per_s")
     if machine.points is not None:
-        found = invert(machine.points, machine.tolerance, machine.points_source)
-        return Train(found.law, geometry_of(machine, found.L1, found.L2), found.phi5_far, omega, teeth, found)
-    geometry = geometry_of(machine, machine.si("bars.L1_mm"), machine.si("bars.L2_mm"))
-    return Train(_law(machine), geometry, machine.si("phi5_far_deg"), omega, teeth)
+        inversion = invert_path(machine.points, machine.tolerance, machine.points_source)
+        return PickupTrain(
+            inversion.law,
+            build_geometry(machine, inversion.L1, inversion.L2),
+            inversion.phi5_far,
+            omega,
+            teeth,
+            inversion,
+        )
+    geometry = build_geometry(machine, machine.si("bars.L1_mm"), machine.si("bars.L2_mm"))
+    return PickupTrain(_law(machine), geometry, machine.si("phi5_far_deg"), omega, teeth)
 
 
 def _law(machine: Pickup) -> ArmLaw:
@@ -223,5 +228,41 @@ def _law(machine: Pickup) -> ArmLaw:
         return CosineLaw(p, dwell, far)
     law = SmoothLaw(p, dwell, transition, far)
     if not law.rises:
-        raise machine.input_error("law.p", "the slope must rise from zero throughout the transitions beside the dwell")
+        raise machine.input_error("law.p", "the slope must rise from zero throughout the transitions next to the dwell")
     return law
+
+
+GEARS = {"sun": ("R1", "kappa1"), "intermediate gear": ("R2", "kappa2")}
+"""The non-circular gears, each with the names of its pitch radius and curvature."""
+BACKWARD = -0.02
+"""Slope below which the arm turns back, and not by what a spline through points overshoots [-]."""
+
+
+def mate_reaches(teeth: Array) -> dict[str, float]:
+    """Return the depth to which the teeth of its mate reach into the pitch curve of each gear [m]."""
+    return {"sun": float(teeth[2] * teeth[0]), "intermediate gear": float(teeth[1] * teeth[0])}
+
+
+def tip_heights(teeth: Array) -> dict[str, float]:
+    """Return the height of each gear's teeth above its pitch curve [m]."""
+    return {"sun": float(teeth[1] * teeth[0]), "intermediate gear": float(teeth[2] * teeth[0])}
+
+
+def limit_excesses(curves: Mapping[str, Array], teeth: Array) -> dict[tuple[str, str], Array]:
+    """Return the excess over each limit at angles (n,) of positive slope, by gear and kind; violated if not negative.
+
+    A pitch radius is more than the mate's teeth reach into it. The radius of curvature is more
+    than the depth of the roots where the curve is convex, and than the height of the tips where it is hollow: else
+    the curve of the roots, or of the tips, has a cusp.
+    """
+    excess = {}
+    for gear, (radius, kappa) in GEARS.items():
+        excess[gear, "radius"] = mate_reaches(teeth)[gear] - curves[radius]
+        excess[gear, "sharp"] = curves[kappa] * mate_reaches(teeth)[gear] - 1
+        excess[gear, "hollow"] = -curves[kappa] * tip_heights(teeth)[gear] - 1
+    return excess
+
+
+def violates_limits(curves: Mapping[str, Array], teeth: Array) -> Array:
+    """Return whether any limit is violated (n,)."""
+    return np.asarray(np.max(list(limit_excesses(curves, teeth).values()), axis=0) >= 0)

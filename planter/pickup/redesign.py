@@ -24,11 +24,11 @@ from planter.optimise.problem import Problem
 from planter.optimise.result import Certificate, certified
 from planter.optimise.smooth import Smooth
 from planter.pickup.file import Pickup
-from planter.pickup.graph import Nodes, Sampled, nodes, sampled
+from planter.pickup.graph import LawNodes, SampledChain, build_nodes, sample_chain
 from planter.pickup.law import NEEDLE
-from planter.pickup.model import Train
-from planter.pickup.requirements import Requirement, pick_angle_deg, push, requirements
-from planter.pickup.tray import Cell, Entry
+from planter.pickup.model import PickupTrain
+from planter.pickup.requirements import PickupRequirement, find_push, list_requirements, pick_angle_deg
+from planter.pickup.tray import Cell, CellEntry
 from planter.progress import Listener, Phase
 
 SAMPLES = 241
@@ -73,12 +73,12 @@ class Redesign:
     `certificate` is that of the last round's optimum, None where nothing had to be moved.
     """
 
-    start: Train
-    train: Train
+    start: PickupTrain
+    train: PickupTrain
     points_before: Array
     points: Array
-    before: list[Requirement]
-    after: list[Requirement]
+    before: list[PickupRequirement]
+    after: list[PickupRequirement]
     iterations: int
     rounds: int
     certificate: Certificate | None
@@ -93,10 +93,10 @@ class Redesign:
         return float(np.hypot(*(self.points - self.points_before).T).max())
 
 
-def redesign(machine: Pickup, train: Train, progress: Listener | None = None) -> Redesign:
+def redesign_path(machine: Pickup, train: PickupTrain, progress: Listener | None = None) -> Redesign:
     """Moves the value points of a train until its requirements hold, or as far towards it as they go."""
-    before = requirements(machine, train)
-    at = nodes(train, machine.spline.value_points)
+    before = list_requirements(machine, train)
+    at = build_nodes(train, machine.spline.value_points)
     reserve = dict.fromkeys(NAMES, 0.0)
     v, iterations, current, after, turns = at.values, 0, train, before, 0
     proof: Certificate | None = None
@@ -105,13 +105,17 @@ def redesign(machine: Pickup, train: Train, progress: Listener | None = None) ->
         if all(requirement.holds for requirement in after):
             turns -= 1
             break
-        change = LeastChange(machine, train, at, push(current)[0], reserve)
-        found = change.solve(v)
-        v, broken, proof = change.angles(found.u), change.slack(found.u), certified(change.problem, found.u, [found])
-        iterations += found.iterations
-        rested = push(current)[0]
-        current = replace(train, law=at.law_of(v), found=None)
-        after = requirements(machine, current)
+        change = LeastChange(machine, train, at, find_push(current)[0], reserve)
+        minimum = change.solve(v)
+        v, broken, proof = (
+            change.angles(minimum.u),
+            change.slack(minimum.u),
+            certified(change.problem, minimum.u, [minimum]),
+        )
+        iterations += minimum.iterations
+        rested = find_push(current)[0]
+        current = replace(train, law=at.law_of(v), inversion=None)
+        after = list_requirements(machine, current)
         phase.next(f"least margin {min(r.margin for r in after):.4g}")
         if abs(rested - change.rests) < SETTLED:
             if broken > BROKEN:
@@ -126,7 +130,7 @@ _SHARE = {"sun's pitch curve convex": "pitch curves convex", "intermediate gear'
           "push angle less pick angle": "push angle"}  # fmt: skip
 
 
-def _tightened(reserve: dict[str, float], after: list[Requirement]) -> dict[str, float]:
+def _tightened(reserve: dict[str, float], after: list[PickupRequirement]) -> dict[str, float]:
     """Reserves grown by what was missed, in the unit in which the optimiser imposes each requirement."""
     grown = dict(reserve)
     for requirement in after:
@@ -145,8 +149,8 @@ class LeastChange:
     """
 
     machine: Pickup
-    train: Train
-    at: Nodes
+    train: PickupTrain
+    at: LawNodes
     rests: float
     reserve: dict[str, float] = field(default_factory=dict)
 
@@ -154,10 +158,10 @@ class LeastChange:
     def problem(self) -> Problem:
         """The search's variables are those of the programme, and its objective counts as it is."""
         x = ca.MX.sym("x", self.at.size + 1 + len(NAMES))
-        objective, held, pinned = self._graph(x)
-        rows = ca.vertcat(*held, pinned)
+        objective, margins, pinned = self._graph(x)
+        rows = ca.vertcat(*margins, pinned)
         count, free = rows.numel(), rows.numel() - pinned.numel()
-        owner = np.repeat(np.arange(len(KINDS) + 1), [*(part.numel() for part in held), pinned.numel()])
+        owner = np.repeat(np.arange(len(KINDS) + 1), [*(part.numel() for part in margins), pinned.numel()])
         bounds = np.zeros(count), np.where(np.arange(count) < free, np.inf, 0.0)
         constraints = Expressions(x, rows, bounds, (*KINDS, PINNED), owner)
         return Problem(Smooth(Expression(x, objective), x.numel(), unit=1.0), self._box, constraints)
@@ -165,22 +169,22 @@ class LeastChange:
     @property
     def _box(self) -> Box:
         n, k = self.at.size, len(NAMES)
-        most = np.concatenate([np.full(n, np.pi / 2 / STEP), [1.0], np.full(k, 1e3)])
-        lower = np.concatenate([-most[: n + 1], np.zeros(k)])
+        upper = np.concatenate([np.full(n, np.pi / 2 / STEP), [1.0], np.full(k, 1e3)])
+        lower = np.concatenate([-upper[: n + 1], np.zeros(k)])
         names = (
             *(f"arm at node {i}" for i in range(1, n + 1)),
             "slope of the entry",
             *(f"slack of {s}" for s in NAMES),
         )
-        return Box.plain(names, lower, most, np.zeros(n + 1 + k))
+        return Box.plain(names, lower, upper, np.zeros(n + 1 + k))
 
     def _graph(self, x: ca.MX) -> tuple[ca.MX, list[ca.MX], ca.MX]:
         """The change, the rows of each requirement, which are at least 0 where it holds, and what is 0."""
         n = self.at.size
         v, tilted, slack = ca.DM(self.at.values) + STEP * x[:n], x[n], x[n + 1 :]
-        cell, t = Cell.of(self.machine), self.train.samples(SAMPLES)
-        now = sampled(self.train, self.at, v, t, Entry(self.train, cell).axis(), cell.entry)
-        held = [
+        cell, t = Cell.from_pickup(self.machine), self.train.samples(SAMPLES)
+        now = sample_chain(self.train, self.at, v, t, CellEntry(self.train, cell).axis(), cell.entry)
+        margins = [
             ca.vertcat(*self._angles(v, slack[0])),
             ca.vertcat(*(part + slack[1] for part in self._straight(now, t, tilted))),
             ca.vertcat(*(part + slack[2] for part in self._clear(now, t, cell))),
@@ -190,7 +194,7 @@ class LeastChange:
         moved = (now.arm - ca.DM(self.train.law.arm(t))) * (self.train.geometry.L2 * 1000 / MOVED_MM)
         bent = (now.slopes[2, :].T - ca.DM(self.train.law.slopes(t)[2])) / BENT
         objective = (ca.sumsqr(moved) + ca.sumsqr(bent)) / SAMPLES + PENALTY * ca.sum1(slack)
-        return objective, held, self._row(v, 0.0, 0) - np.pi
+        return objective, margins, self._row(v, 0.0, 0) - np.pi
 
     def _row(self, v: ca.MX, t: float, order: int) -> ca.MX:
         first = self.train.toothed[0]
@@ -201,39 +205,39 @@ class LeastChange:
         """Push angle and swing in their bands [deg], at the place where the needle rests."""
         targets = self.machine.targets
         turned = (self._row(v, self.rests, 0) - np.pi - self.rests) * (180 / np.pi)
-        wanted = ((targets.push_deg - pick_angle_deg(self.machine), targets.push_tolerance_deg),
+        bands = ((targets.push_deg - pick_angle_deg(self.machine), targets.push_tolerance_deg),
                   (targets.swing_deg, targets.swing_tolerance_deg))  # fmt: skip
         reserve = self.reserve["push angle"]
-        least = [turned - (target - tolerance) for target, tolerance in wanted]
-        most = [(target + tolerance) - turned for target, tolerance in wanted]
-        return [band - reserve + slack for band in (*least, *most)]
+        lower_margins = [turned - (target - tolerance) for target, tolerance in bands]
+        upper_margins = [(target + tolerance) - turned for target, tolerance in bands]
+        return [band - reserve + slack for band in (*lower_margins, *upper_margins)]
 
-    def _straight(self, now: Sampled, t: Array, tilted: ca.MX) -> list[ca.MX]:
+    def _straight(self, now: SampledChain, t: Array, tilted: ca.MX) -> list[ca.MX]:
         """The path into the cell keeps to a line through the pick, over the length that must be straight [mm]."""
         targets = self.machine.targets
         i = np.flatnonzero((t <= 0) & (t > -NEAR_PICK)).tolist()
-        back = self.machine.si("targets.entry_depth_mm") - now.along[i]
-        beside = now.across[i] - tilted * back
+        back = self.machine.si("targets.entry_depth_mm") - now.depth[i]
+        deviation = now.across[i] - tilted * back
         beyond = ca.fmax(back * 1000 - targets.straight_entry_mm - 2, 0)
         room = STRAIGHT_SHARE * targets.straightness_mm - self.reserve["straight entry"] + FUNNEL * beyond
-        return [room - beside * 1000, room + beside * 1000]
+        return [room - deviation * 1000, room + deviation * 1000]
 
-    def _clear(self, now: Sampled, t: Array, cell: Cell) -> list[ca.MX]:
-        """The needle's tip and its edges at the surface stay within the cell, whose room widens above the tray [mm]."""
+    def _clear(self, now: SampledChain, t: Array, cell: Cell) -> list[ca.MX]:
+        """The needle's tip and its edges at the surface stay within the cell, which widens above the tray [mm]."""
         i = np.flatnonzero(np.abs(t) < NEAR_PICK).tolist()
-        along, across, tilt = now.along[i], now.across[i], now.tilt[i]
+        depths, across, tilt = now.depth[i], now.across[i], now.tilt[i]
         clear = self.machine.si("targets.clearance_mm") + self.reserve["needle to tray"] / 1000
         taper = (cell.top - cell.bottom) / 2 / cell.depth
         needle = load(NEEDLE).function("needle").map(len(i))
         ones = ca.DM.ones(1, len(i))
-        corners = needle(along.T, across.T, tilt.T, cell.needle_length * ones, cell.needle_width * ones)
+        corners = needle(depths.T, across.T, tilt.T, cell.needle_length * ones, cell.needle_width * ones)
         at = dict(zip(load(NEEDLE).outputs("needle"), ca.vertsplit(corners), strict=True))
-        found = []
+        gaps = []
         for side, edge in ((1, "left"), (-1, "right")):
-            depth, beside, surface = (at[n].T for n in (f"tip_{edge}_along", f"tip_{edge}_across", f"{edge}_surface"))
+            depth, offset, surface = (at[n].T for n in (f"tip_{edge}_along", f"tip_{edge}_across", f"{edge}_surface"))
             widened = cell.top / 2 + FUNNEL * ca.fmax(-depth, 0) - clear
-            found += [(widened - taper * ca.fmax(depth, 0) - side * beside) * 1000, (widened - side * surface) * 1000]
-        return found
+            gaps += [(widened - taper * ca.fmax(depth, 0) - side * offset) * 1000, (widened - side * surface) * 1000]
+        return gaps
 
     def start(self, v: Array) -> Array:
         """Variables with slacks that let every requirement hold."""
@@ -254,9 +258,9 @@ class LeastChange:
 
     def solve(self, v: Array) -> Minimum:
         """The least change, looked for from angles (size,). Raises ComputationError where IPOPT finds none."""
-        found = descend(self.problem, self.start(v), MOST_ITERATIONS)
-        if not found.settled:
+        minimum = descend(self.problem, self.start(v), MOST_ITERATIONS)
+        if not minimum.settled:
             raise ComputationError(
-                f"the value points were not moved: IPOPT stopped after {found.iterations} iterations"
+                f"the value points were not moved: IPOPT stopped after {minimum.iterations} iterations"
             )
-        return found
+        return minimum

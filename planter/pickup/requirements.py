@@ -1,6 +1,6 @@
 """What the path of a seedling pick-up must do, each requirement with its value, its target and its margin.
 
-The targets are those of Table 1 of Yu et al. (2023), whose body is lost: their numbers stand in the text, with "about".
+The targets are those of Table 1 of Yu et al. (2023), whose body is lost: their numbers are in the text, with "about".
 """
 
 from __future__ import annotations
@@ -15,21 +15,21 @@ from planter.kernels import Array
 from planter.numerics.angles import TURN, turn_deg
 from planter.numerics.extremes import least
 from planter.pickup.file import Pickup
-from planter.pickup.model import Train
+from planter.pickup.model import PickupTrain
 from planter.pickup.results import Demand
-from planter.pickup.tray import Cell, Entry
+from planter.pickup.tray import Cell, CellEntry
 
 SAMPLES = 1441
 
 
 @dataclass(frozen=True)
-class Requirement:
+class PickupRequirement:
     """A value in shown units, what is wanted of it, and by how much that holds: negative where it does not."""
 
     name: str
     value: float
     unit: str
-    wanted: str
+    bound: str
     margin: float
     t: float | None = None
 
@@ -39,18 +39,19 @@ class Requirement:
 
     @property
     def t_deg(self) -> float | None:
-        """Its place as it is shown [deg]; None where it has none."""
+        """The carrier angle [deg], or None if the requirement has no single angle."""
         return None if self.t is None else turn_deg(self.t)
 
-    def shown(self) -> Demand:
+    def to_demand(self) -> Demand:
+        """Return the requirement as the command reports it."""
         return Demand(
-            name=self.name, value=self.value, unit=self.unit, wanted=self.wanted, margin=self.margin,
+            name=self.name, value=self.value, unit=self.unit, wanted=self.bound, margin=self.margin,
             t_deg=self.t_deg, holds=self.holds,
         )  # fmt: skip
 
 
-def push(train: Train) -> tuple[float, float]:
-    """Where the needle pushes, and how far it has turned back from the pick [rad].
+def find_push(train: PickupTrain) -> tuple[float, float]:
+    """Return the carrier angle of the push, and the needle's rotation back from the pick [rad].
 
     It pushes where it rests between turning back and turning on: where the arm's heading is least.
     """
@@ -61,8 +62,8 @@ def push(train: Train) -> tuple[float, float]:
     return where, float(heading[0] - train.arm_heading(np.array([where]))[0])
 
 
-def _level(train: Train, low: float, high: float) -> float:
-    """Where the slope is 1 between two angles, or the one that is closest to it: the slope may jump past 1."""
+def _level(train: PickupTrain, low: float, high: float) -> float:
+    """Return the angle of slope 1 between two angles, or of the closest slope if it jumps past 1."""
     from scipy.optimize import brentq
 
     def beyond(t: float) -> float:
@@ -78,14 +79,14 @@ def pick_angle_deg(machine: Pickup) -> float:
     return 90 - machine.tray.box_inclination_deg
 
 
-def requirements(machine: Pickup, train: Train) -> list[Requirement]:
-    """All of them, in the order of the paper, then those of the gears, then the points that the path must pass."""
+def list_requirements(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
+    """Return all requirements, in the order of the paper, then of the gears, then the points of the path."""
     return [*_angles(machine, train), *_entry(machine, train), *_gears(train), *_points(machine, train)]
 
 
-def _angles(machine: Pickup, train: Train) -> list[Requirement]:
+def _angles(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
     targets = machine.targets
-    where, swing = push(train)
+    where, swing = find_push(train)
     turned = float(np.degrees(swing))
     angle = pick_angle_deg(machine) + turned
     return [
@@ -94,8 +95,8 @@ def _angles(machine: Pickup, train: Train) -> list[Requirement]:
     ]
 
 
-def _entry(machine: Pickup, train: Train) -> list[Requirement]:
-    targets, entry = machine.targets, Entry(train, Cell.of(machine))
+def _entry(machine: Pickup, train: PickupTrain) -> list[PickupRequirement]:
+    targets, entry = machine.targets, CellEntry(train, Cell.from_pickup(machine))
     depth, deepest = entry.depth()
     straight = entry.straight(targets.straightness_mm / 1000) * 1000
     gap, tight = entry.clearance()
@@ -106,41 +107,41 @@ def _entry(machine: Pickup, train: Train) -> list[Requirement]:
     ]
 
 
-def _gears(train: Train) -> list[Requirement]:
+def _gears(train: PickupTrain) -> list[PickupRequirement]:
     t = train.samples(SAMPLES)
     slopes = train.law.slopes(t)[0]
     curves = train.pitch(t)
-    least = int(np.argmin(slopes))
-    found = [_at_least("slope on the teeth", float(slopes[least]), "", 0.0, float(t[least]))]
+    lowest = int(np.argmin(slopes))
+    rows = [_at_least("slope on the teeth", float(slopes[lowest]), "", 0.0, float(t[lowest]))]
     for name, key in (("sun's pitch curve convex", "kappa1"), ("intermediate gear's convex", "kappa2")):
-        found.append(_convex(name, curves[key], t))
-    return found
+        rows.append(_convex(name, curves[key], t))
+    return rows
 
 
-def _points(machine: Pickup, train: Train) -> Iterator[Requirement]:
-    """How far from each point the path passes it, at the nearest."""
+def _points(machine: Pickup, train: PickupTrain) -> Iterator[PickupRequirement]:
+    """Yield the distance of the path from each prescribed point."""
     t = np.arange(SAMPLES - 1) * TURN / (SAMPLES - 1)
     for number, (x, y, tube) in enumerate(machine.tip_path.points_mm if machine.tip_path else (), 1):
-        nearest = least(partial(_apart, train, (x, y)), t, closed=True)
-        name, wanted = f"path by point {number}", f"at most {tube:g}"
-        yield Requirement(name, nearest.value, "mm", wanted, tube - nearest.value, nearest.place)
+        nearest = least(partial(_point_distances, train, (x, y)), t, closed=True)
+        name, bound = f"path by point {number}", f"at most {tube:g}"
+        yield PickupRequirement(name, nearest.value, "mm", bound, tube - nearest.value, nearest.place)
 
 
-def _apart(train: Train, point: tuple[float, float], t: Array) -> Array:
+def _point_distances(train: PickupTrain, point: tuple[float, float], t: Array) -> Array:
     """Distance of the tip from a point [mm] at carrier angles (n,)."""
-    found: Array = np.hypot(*(train.tip(t) * 1000 - point).T)
-    return found
+    distances: Array = np.hypot(*(train.tip(t) * 1000 - point).T)
+    return distances
 
 
-def _convex(name: str, curvature: Array, t: Array) -> Requirement:
+def _convex(name: str, curvature: Array, t: Array) -> PickupRequirement:
     worst = int(np.argmin(curvature))
     return _at_least(name, float(curvature[worst]) / 1000, "1/mm", 0.0, float(t[worst]))
 
 
-def _about(name: str, value: float, unit: str, target: float, tolerance: float, t: float) -> Requirement:
-    wanted = f"{target:g} \N{PLUS-MINUS SIGN} {tolerance:g}"
-    return Requirement(name, value, unit, wanted, tolerance - abs(value - target), t)
+def _about(name: str, value: float, unit: str, target: float, tolerance: float, t: float) -> PickupRequirement:
+    bound = f"{target:g} \N{PLUS-MINUS SIGN} {tolerance:g}"
+    return PickupRequirement(name, value, unit, bound, tolerance - abs(value - target), t)
 
 
-def _at_least(name: str, value: float, unit: str, least: float, t: float | None = None) -> Requirement:
-    return Requirement(name, value, unit, f"at least {least:g}", value - least, t)
+def _at_least(name: str, value: float, unit: str, minimum: float, t: float | None = None) -> PickupRequirement:
+    return PickupRequirement(name, value, unit, f"at least {minimum:g}", value - minimum, t)

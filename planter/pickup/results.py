@@ -11,7 +11,7 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True)
 class Still(Record):
-    """Where the arm stands still, and the tip's distance from the sun's centre there."""
+    """Range in which the arm is at rest, and the tip's distance from the sun's centre there."""
 
     start_deg: float
     end_deg: float
@@ -28,7 +28,7 @@ class Slope(Record):
 
 
 @dataclass(frozen=True)
-class Extremes(Record):
+class ExtremaResult(Record):
     """Least and largest value."""
 
     min: float
@@ -36,7 +36,7 @@ class Extremes(Record):
 
 
 @dataclass(frozen=True)
-class WholeTeeth(Record):
+class SunToothCount(Record):
     """Teeth of the sun: arc over pitch, the next whole number, and the module that makes it whole."""
 
     exact: float
@@ -62,7 +62,7 @@ class LockingArcs(Record):
 
 @dataclass(frozen=True)
 class Push(Record):
-    """Where the needle pushes, and how far it has turned back from the pick."""
+    """Carrier angle of the push, and the needle's rotation back from the pick."""
 
     t_deg: float
     swing_deg: float
@@ -82,8 +82,8 @@ class Demand(Record):
 
 
 @dataclass(frozen=True)
-class Warned(Record):
-    """Something that must be told, and where it begins or is worst."""
+class PickupWarning(Record):
+    """A warning, and the carrier angle at which its cause begins or is worst."""
 
     name: str
     t_deg: float | None
@@ -91,7 +91,7 @@ class Warned(Record):
 
 
 @dataclass(frozen=True)
-class At(Record):
+class PickupState(Record):
     """Motion and gears at a carrier angle; null in the dwell."""
 
     t_deg: float
@@ -104,7 +104,7 @@ class At(Record):
 
 
 @dataclass(frozen=True)
-class Held(Record):
+class PickupBindingRequirement(Record):
     """A requirement that holds the optimum, and what the change gains per unit of it."""
 
     name: str
@@ -114,22 +114,22 @@ class Held(Record):
 
 
 @dataclass(frozen=True)
-class Proof(Record):
-    """How sure the optimum of the last round is."""
+class PickupCertificate(Record):
+    """Certificate of the last round's optimum."""
 
     kkt_residual: float
-    active: list[Held]
+    active: list[PickupBindingRequirement]
 
 
 @dataclass(frozen=True)
 class Optimised(Record):
-    """How the value points were moved until the requirements held, or as nearly as they can be."""
+    """Displacement of the value points that satisfies the requirements, or violates them least."""
 
     holds: bool
     moved_mm: float
     iterations: int
     rounds: int
-    certificate: Proof | None
+    certificate: PickupCertificate | None
     requirements_before: list[Demand]
     value_points_before_mm: list[Pair]
     value_points_mm: list[Pair]
@@ -154,16 +154,16 @@ class PickupFound(Record):
     helical_contact_ratio: float
     dwell: Still | None
     slope: Slope
-    sun_radius_mm: Extremes
+    sun_radius_mm: ExtremaResult
     sun_toothed_arc_mm: float
     phi1_monotone: bool
     round_trip_error_rad: float | None
-    teeth: WholeTeeth
+    teeth: SunToothCount
     locking_arcs: LockingArcs | None
     push: Push
     requirements: list[Demand]
-    warnings: list[Warned]
-    at: list[At]
+    warnings: list[PickupWarning]
+    at: list[PickupState]
     optimised: Optimised | None = None
 
 

@@ -12,7 +12,7 @@ from planter.view.subject import Check, Control, Reading, Sought, Table, Values,
 
 if TYPE_CHECKING:
     from planter.pickup.file import Pickup
-    from planter.pickup.model import Train
+    from planter.pickup.model import PickupTrain
     from planter.view.scene import Scene
 
 OFFERED = ("bars", "law", "carrier", "noncircular_stage", "tray", "needle")
@@ -29,30 +29,32 @@ EXPORTS = (
 
 
 class PickUp:
-    """A pick-up, by its law or by its path: the gears of a path that a hand draws about follow at once."""
+    """A pick-up, by its law or by its path: its gears follow a dragged path at once."""
 
     models: Sequence[str] = ("exact",)
     exports: Sequence[Export] = EXPORTS
 
     def __init__(self, source: str, changes: Values) -> None:
-        from planter.pickup.file import load
+        from planter.pickup.file import load_pickup
 
         self.source, self.changes = source, dict(changes)
-        self.machine: Pickup = load(source, changes)
+        self.machine: Pickup = load_pickup(source, changes)
         self.name = self.machine.name
-        self._latest: tuple[dict[str, float], Pickup, Train] | None = None
+        self._latest: tuple[dict[str, float], Pickup, PickupTrain] | None = None
 
     @cached_property
     def controls(self) -> Sequence[Control]:
         """Numbers of bars, law, carrier, gears, tray and needle, then the points of its path."""
-        own = self.machine.numbers()
-        points = {path: (own[path] - REACH_MM, own[path] + REACH_MM) for path in own if path.startswith(POINTS)}
-        paths = [path for path in own if path.partition(".")[0] in OFFERED and path not in TEETH_ALONE]
+        numbers = self.machine.numbers()
+        points = {
+            path: (numbers[path] - REACH_MM, numbers[path] + REACH_MM) for path in numbers if path.startswith(POINTS)
+        }
+        paths = [path for path in numbers if path.partition(".")[0] in OFFERED and path not in TEETH_ALONE]
         return controls(self.machine, [*paths, *points], {}, points)
 
     @cached_property
     def handles(self) -> Sequence[tuple[str, str]]:
-        """The points of the path that stand in its file."""
+        """The points of the path in its file."""
         count = 0 if self.machine.path is None else len(self.machine.path.points_mm or ())
         return [(f"{POINTS}[{k}][0]", f"{POINTS}[{k}][1]") for k in range(count)]
 
@@ -63,11 +65,11 @@ class PickUp:
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """The points that were found."""
-        found = answer["optimised"]
-        values = {path: value for pair, point in zip(self.handles, found["value_points_mm"], strict=True)
+        optimised = answer["optimised"]
+        values = {path: value for pair, point in zip(self.handles, optimised["value_points_mm"], strict=True)
                   for path, value in zip(pair, point, strict=True)}  # fmt: skip
-        kept = "All requirements hold" if found["holds"] else "Not all requirements can hold"
-        return Sought(values, f"{kept}, with points moved by at most {found['moved_mm']:.4g} mm.")
+        outcome = "All requirements hold" if optimised["holds"] else "Not all requirements can hold"
+        return Sought(values, f"{outcome}, with points moved by at most {optimised['moved_mm']:.4g} mm.")
 
     @property
     def wishes(self) -> bool:
@@ -75,7 +77,7 @@ class PickUp:
         return not self.search
 
     def wished(self, values: Values) -> str:
-        """Its file with a path instead of a law: as many points of its own path as the search has."""
+        """Its file with a path instead of a law: as many points of its path as the search has."""
         import numpy as np
 
         from planter.numerics.angles import TURN
@@ -86,9 +88,9 @@ class PickUp:
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """A turn of the carrier."""
-        from planter.pickup.report.scene import scene
+        from planter.pickup.report.scene import build_pickup_scene
 
-        return [scene(*self._train(values))]
+        return [build_pickup_scene(*self._train(values))]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Bars and distances, which a path gives."""
@@ -98,35 +100,35 @@ class PickUp:
         return [Reading(name, "mm", 1e3 * value) for name, value in lengths.items()]
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
-        """What the path must do before the tray."""
-        from planter.pickup.requirements import requirements
+        """Return the requirements of the path at the tray."""
+        from planter.pickup.requirements import list_requirements
 
-        return [Check(r.name, r.unit, r.value, r.margin, r.holds) for r in requirements(*self._train(values))]
+        return [Check(r.name, r.unit, r.value, r.margin, r.holds) for r in list_requirements(*self._train(values))]
 
     def details(self, values: Values, model: str) -> Sequence[Table]:
         """Single numbers of what `planter pickup` tells."""
-        from planter.pickup.findings import found
+        from planter.pickup.analysis import build_result
 
-        rows = [(one.name, one.value, one.unit) for one in singles(found(*self._train(values), ()).table())]
+        rows = [(row.name, row.value, row.unit) for row in singles(build_result(*self._train(values), ()).table())]
         return [Table("Gears and motion", ("quantity", "value", "unit"), rows)]
 
     def text(self, values: Values) -> str:
         """The file with these numbers."""
         return written(self.machine, self._train(values)[0])
 
-    def _train(self, values: Values) -> tuple[Pickup, Train]:
-        from planter.pickup.file import load
-        from planter.pickup.model import build
+    def _train(self, values: Values) -> tuple[Pickup, PickupTrain]:
+        from planter.pickup.file import load_pickup
+        from planter.pickup.model import build_train
 
         if self._latest is None or self._latest[0] != dict(values):
-            own = self.machine.numbers()
-            moved = {path: value for path, value in values.items() if own[path] != value}
-            machine = load(self.source, self.changes | moved)
-            self._latest = dict(values), machine, build(machine)
+            numbers = self.machine.numbers()
+            moved = {path: value for path, value in values.items() if numbers[path] != value}
+            machine = load_pickup(self.source, self.changes | moved)
+            self._latest = dict(values), machine, build_train(machine)
         return self._latest[1:]
 
 
-class Kind:
+class PickupKind:
     """Pick-ups."""
 
     def takes(self, source: str) -> bool:
@@ -138,4 +140,4 @@ class Kind:
         return PickUp(source, changes)
 
 
-KIND = Kind()
+KIND = PickupKind()

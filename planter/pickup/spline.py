@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from heapq import heapify, heappop, heappush
 from math import comb
 from typing import Any
 
@@ -14,7 +15,7 @@ import numpy as np
 from scipy.interpolate import BSpline, PPoly, make_interp_spline
 
 from planter.kernels import Array
-from planter.pickup import waves
+from planter.numerics.arrays import Integers
 
 DEGREE = 3
 _TO_BERNSTEIN = np.array([[comb(i, k) / comb(5, k) if k <= i else 0.0 for k in range(6)] for i in range(6)])
@@ -25,7 +26,7 @@ NEAR = 1e-6
 
 @dataclass(frozen=True)
 class DistanceExtreme:
-    """Where the distance from O has an extreme: parameter, place (2,), and whether it is a maximum."""
+    """An extreme of the distance from O: parameter, place (2,), and whether it is a maximum."""
 
     u: float
     place: Array
@@ -36,7 +37,7 @@ class DistanceExtreme:
         return float(np.hypot(*self.place))
 
 
-def chords(points: Array, closed: bool) -> Array:
+def chord_lengths(points: Array, closed: bool) -> Array:
     """Distances from each point (n, 2) to the next, (n,), or (n - 1,) for an open curve."""
     ring = np.vstack([points, points[:1]]) if closed else points
     return np.hypot(*np.diff(ring, axis=0).T)
@@ -45,12 +46,12 @@ def chords(points: Array, closed: bool) -> Array:
 def best_spline(points: Array, closed: bool) -> PathSpline:
     """The spline over chord length or over the points' own numbers: that which better foretells every other point.
 
-    Where the tip comes to rest its path has a cusp, which no smooth curve over chord length is near; over numbers of
+    If the tip stops, its path has a cusp, which no smooth curve over chord length is near; over numbers of
     points that follow each other evenly it is smooth.
     """
-    along = np.concatenate([[0.0], np.cumsum(chords(points, closed))])
-    numbers = np.arange(len(along), dtype=float)
-    parameter = min((numbers, along), key=lambda taken: _miss(taken[: len(points)], points))
+    lengths = np.concatenate([[0.0], np.cumsum(chord_lengths(points, closed))])
+    numbers = np.arange(len(lengths), dtype=float)
+    parameter = min((numbers, lengths), key=lambda taken: _miss(taken[: len(points)], points))
     return PathSpline(points, closed, parameter)
 
 
@@ -77,7 +78,7 @@ class PathSpline:
         """The parameter at the value points, from 0; a closed curve has one more, where it meets its beginning."""
         if self.parameter is not None:
             return self.parameter - self.parameter[0]
-        return np.concatenate([[0.0], np.cumsum(chords(self.points, self.closed))])
+        return np.concatenate([[0.0], np.cumsum(chord_lengths(self.points, self.closed))])
 
     @cached_property
     def curve(self) -> BSpline:
@@ -110,7 +111,7 @@ class PathSpline:
         """The closed curve whose control point `index` is moved while the knots stay, by its value points.
 
         The new value points lie on the new curve at the old knots, and their chords differ; so the curve through
-        them is the new one only as nearly as chord length is kept.
+        them is the new one only as nearly as chord lengths are unchanged.
         """
         controls = self.controls.copy()
         controls[index] = place
@@ -124,13 +125,13 @@ class PathSpline:
 
     def extremes(self, tolerance: float) -> list[DistanceExtreme]:
         """Extremes of the distance from O by parameter: roots of S . S', without those that differ by less."""
-        found = [DistanceExtreme(float(u), self(u), self._bend(u) < 0) for u in self._roots() if self._bend(u) != 0]
-        extremes = _alternating(found, self.closed)
-        left = waves.prominent(np.array([extreme.distance for extreme in extremes]), tolerance, self.closed)
-        return [extremes[i] for i in left]
+        roots = [DistanceExtreme(float(u), self(u), self._bend(u) < 0) for u in self._roots() if self._bend(u) != 0]
+        alternating = _alternating(roots, self.closed)
+        left = find_prominent_extrema(np.array([extreme.distance for extreme in alternating]), tolerance, self.closed)
+        return [alternating[i] for i in left]
 
     def _roots(self) -> Array:
-        """Where S . S' vanishes: all roots of its pieces, which are of the fifth degree."""
+        """Return the parameters where S . S' vanishes: all roots of its pieces, which are of the fifth degree."""
         inside = np.flatnonzero((self._pieces[0].x[:-1] < self.length) & (self._pieces[0].x[1:] > 0))
         product, width = self._products()
         bernstein = (product * width[:, None] ** np.arange(6)) @ _TO_BERNSTEIN.T
@@ -173,34 +174,60 @@ class PathSpline:
 
         An extreme beyond the curve's end is that of a dwell, which the curve meets at an angle.
         """
-        apart = self._apart(u, extreme)
+        offsets = self._offsets(u, extreme)
         gap = self(u) - extreme.place
         plain = np.sum(gap * (self(u) + extreme.place), axis=1)
         on_curve = extreme.u <= self.length
-        for i in np.flatnonzero(on_curve & (np.abs(apart) < NEAR * self.length)):
-            x = float(apart[i])
+        for i in np.flatnonzero(on_curve & (np.abs(offsets) < NEAR * self.length)):
+            x = float(offsets[i])
             _, slope, bend, third = self._taylor(extreme.u, extreme.u + x / 2)
             step = x * (slope + x * (bend + x * third))
             plain[i] = 2 * extreme.place @ (x * x * (bend + x * third)) + step @ step
         return plain
 
-    def _apart(self, u: Array, extreme: DistanceExtreme) -> Array:
-        apart = np.asarray(u, dtype=float) - extreme.u
-        return (apart + self.length / 2) % self.length - self.length / 2 if self.closed else apart
+    def _offsets(self, u: Array, extreme: DistanceExtreme) -> Array:
+        offsets = np.asarray(u, dtype=float) - extreme.u
+        return (offsets + self.length / 2) % self.length - self.length / 2 if self.closed else offsets
 
 
-def _alternating(found: list[DistanceExtreme], closed: bool) -> list[DistanceExtreme]:
-    """Of neighbours of one kind, which roots at a joint of two pieces may leave, the more extreme."""
-    kept: list[DistanceExtreme] = []
-    for extreme in found:
-        if kept and kept[-1].highest == extreme.highest:
-            extreme = _further(kept.pop(), extreme)
-        kept.append(extreme)
-    if closed and len(kept) > 1 and kept[0].highest == kept[-1].highest:
-        last = kept.pop()
-        kept[0] = _further(kept[0], last)
-    return kept
+def _alternating(extremes: list[DistanceExtreme], closed: bool) -> list[DistanceExtreme]:
+    """Return the extremes without the lesser of two neighbours of one kind, which roots at breakpoints may leave."""
+    retained: list[DistanceExtreme] = []
+    for extreme in extremes:
+        if retained and retained[-1].highest == extreme.highest:
+            extreme = _further(retained.pop(), extreme)
+        retained.append(extreme)
+    if closed and len(retained) > 1 and retained[0].highest == retained[-1].highest:
+        last = retained.pop()
+        retained[0] = _further(retained[0], last)
+    return retained
 
 
 def _further(a: DistanceExtreme, b: DistanceExtreme) -> DistanceExtreme:
     return a if (a.distance > b.distance) == a.highest else b
+
+
+def find_prominent_extrema(values: Array, tolerance: float, closed: bool) -> Integers:
+    """Places of the maxima and minima, which take turns in `values` (m,), that no ripple makes.
+
+    As long as two neighbours differ by less than the tolerance, the least such pair goes, and the next ones become
+    neighbours; in a `closed` course the last is the first's.
+    """
+    count = len(values)
+    ring = count if closed else count + 1
+    after, before = [(i + 1) % ring for i in range(ring)], [(i - 1) % ring for i in range(ring)]
+    stands = np.ones(ring, dtype=bool)
+    stands[count:] = False
+    ends = [(i, after[i]) for i in range(count) if after[i] < count]
+    waiting = [(abs(values[i] - values[j]), i, j) for i, j in ends]
+    heapify(waiting)
+    while waiting and waiting[0][0] < tolerance and count > 1:
+        _, i, j = heappop(waiting)
+        if not (stands[i] and stands[j]):
+            continue
+        stands[[i, j]], count = False, count - 2
+        low, high = before[i], after[j]
+        after[low], before[high] = high, low
+        if stands[low] and stands[high]:
+            heappush(waiting, (abs(values[low] - values[high]), low, high))
+    return np.flatnonzero(stands)

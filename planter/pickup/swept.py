@@ -1,5 +1,5 @@
-"""Sweeps and tolerances of pick-ups: `ROOM`, as `planter.tolerance.room` has it."""
+"""Adapter of pick-ups for sweeps and tolerances (`planter.tolerance.room`)."""
 
 from planter.tolerance.machine_room import FileRoom
 
-ROOM = FileRoom(__package__)
+ROOM = FileRoom(__package__, "load_pickup")

@@ -1,4 +1,4 @@
-"""Results of the pick-up as tables that a person likes to read."""
+"""Console tables of the pick-up."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from planter.files import units
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
-    from planter.pickup.results import At, Demand, Optimised, PickupFound
+    from planter.pickup.results import Demand, Optimised, PickupFound, PickupState
 
 GROUPS = ("dwell", "slope", "sun_radius_mm", "teeth", "locking_arcs", "push")
 """Groups of values, beside the single ones."""
 
 
-def show(console: Console, result: PickupFound) -> None:
+def print_pickup(console: Console, result: PickupFound) -> None:
     """Mechanism, requirements, single angles."""
     print(f"{result.machine}, driven by its {result.driven_by}\n")
     table = result.table()
@@ -25,29 +25,29 @@ def show(console: Console, result: PickupFound) -> None:
         single |= {f"{group}: {key}": value for key, value in parts if isinstance(value, int | float)}
     rows = ((key, str(v) if isinstance(v, bool) else v, units.unit(key)) for key, v in single.items())
     console.table("Mechanism", ("", "value", "unit"), rows)
-    demands(console, "Requirements", result.requirements)
+    print_requirements(console, "Requirements", result.requirements)
     if result.at:
         _at(console, result.at)
     if result.optimised:
         _optimised(console, result.optimised)
 
 
-def demands(console: Console, title: str, found: Sequence[Demand]) -> None:
+def print_requirements(console: Console, title: str, print_requirements: Sequence[Demand]) -> None:
     """Requirements with their margins."""
-    rows = ((r.name, r.value, r.wanted, r.unit, r.margin, "" if r.holds else "not met") for r in found)
+    rows = ((r.name, r.value, r.wanted, r.unit, r.margin, "" if r.holds else "not met") for r in print_requirements)
     console.table(title, ("", "value", "wanted", "unit", "margin", ""), rows)
 
 
-def _at(console: Console, found: Sequence[At]) -> None:
-    flat = [{**row.table(), "tip_x_mm": row.tip_mm[0], "tip_y_mm": row.tip_mm[1]} for row in found]
+def _at(console: Console, states: Sequence[PickupState]) -> None:
+    flat = [{**row.table(), "tip_x_mm": row.tip_mm[0], "tip_y_mm": row.tip_mm[1]} for row in states]
     keys = [key for key in flat[0] if key not in ("t_deg", "tip_mm")]
     header = ("quantity", *(f"at {row['t_deg']:g} deg" for row in flat), "unit")
     console.table("At single angles", header, ((k, *(row[k] for row in flat), units.unit(k)) for k in keys))
 
 
-def _optimised(console: Console, found: Optimised) -> None:
-    demands(console, "Before the value points were moved", found.requirements_before)
+def _optimised(console: Console, optimised: Optimised) -> None:
+    print_requirements(console, "Before the value points were moved", optimised.requirements_before)
     print(
-        f"Value points were moved by up to {found.moved_mm:.4g} mm in {found.iterations} iterations; "
-        f"{'all requirements hold' if found.holds else 'not all requirements can be held'}."
+        f"Value points were moved by up to {optimised.moved_mm:.4g} mm in {optimised.iterations} iterations; "
+        f"{'all requirements hold' if optimised.holds else 'not all requirements can be held'}."
     )

@@ -16,9 +16,9 @@ from planter.gears.options import Keep
 from planter.gears.request import GearOptions, Teeth
 from planter.gears.results import GearsFound
 from planter.pickup import gears
-from planter.pickup.file import Pickup, is_points, load
-from planter.pickup.locking import rolling
-from planter.pickup.model import Train, build
+from planter.pickup.file import Pickup, is_points, load_pickup
+from planter.pickup.locking import build_rolling
+from planter.pickup.model import PickupTrain, build_train
 from planter.progress import Listener
 from planter.report import files
 
@@ -30,67 +30,67 @@ def takes(source: str) -> bool:
     return is_points(source) or examples.resembles(source, "pickup")
 
 
-def make(source: str, wanted: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
+def make(source: str, request: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
     """The gears of a pick-up.
 
-    Raises InputError for what no pick-up takes and for a law without teeth beside a dwell, GeometryError as
+    Raises InputError for what no pick-up takes and for a law without teeth next to a dwell, GeometryError as
     `intermittent` does.
     """
-    machine = load(source, wanted.changes)
-    _check(machine, wanted)
-    train = build(machine)
-    gears.check(machine, train)
-    own: dict[str, Any] = {key: value for key, value in _own(machine).items() if key not in wanted.explicit}
-    teeth = replace(wanted.teeth, **own)
-    found = cut(machine, train, teeth, wanted)
+    machine = load_pickup(source, request.changes)
+    _check(machine, request)
+    train = build_train(machine)
+    gears.check_gears(machine, train)
+    rack: dict[str, Any] = {key: value for key, value in _read_rack(machine).items() if key not in request.explicit}
+    teeth = replace(request.teeth, **rack)
+    gear_pair = cut_gears(machine, train, teeth, request)
     return made_known.make_intermittent_pair(
-        found, machine.name, teeth, wanted.part_settings, files.provenance(machine), out, progress
+        gear_pair, machine.name, teeth, request.part_settings, files.provenance(machine), out, progress
     )
 
 
-def _check(machine: Pickup, wanted: GearOptions) -> None:
+def _check(machine: Pickup, request: GearOptions) -> None:
     """Raise InputError for what is wanted that no pick-up takes."""
     refused = {
-        "--speed-rpm is not allowed: no pick-up's gears depend on its speed": wanted.speed_rpm is not None,
+        "--speed-rpm is not allowed: no pick-up's gears depend on its speed": request.speed_rpm is not None,
         "a pick-up has one non-circular pair: it takes --module M or --teeth Z": (
-            len(wanted.counts) > 1 or wanted.modules_mm[0] != wanted.modules_mm[1]
+            len(request.counts) > 1 or request.modules_mm[0] != request.modules_mm[1]
         ),
     }  # fmt: skip
-    for told, given in refused.items():
-        if given:
-            raise InputError(f"{machine.source}: {told}")
+    for message, is_given in refused.items():
+        if is_given:
+            raise InputError(f"{machine.source}: {message}")
 
 
-def _own(machine: Pickup) -> dict[str, float]:
-    """What the file says of the rack: different addenda are of one rack, shifted."""
+def _read_rack(machine: Pickup) -> dict[str, float]:
+    """Return the rack of the file: different addenda belong to one shifted rack."""
     stage = machine.noncircular_stage
     mean, shift = (stage.ha1 + stage.ha2) / 2, (stage.ha1 - stage.ha2) / 2
     return {"pressure_angle": stage.alpha0_deg, "addendum": mean, "shift": shift}
 
 
-def cut(machine: Pickup, train: Train, teeth: Teeth, wanted: GearOptions) -> IntermittentPair:
-    """The non-circular pair with the module given or in the file, or with so many teeth on its arc as are given."""
+def cut_gears(machine: Pickup, train: PickupTrain, teeth: Teeth, request: GearOptions) -> IntermittentPair:
+    """The non-circular pair with the module given or in the file, or with the requested number of teeth on its arc."""
     if train.law.dwell is None:
         raise InputError(f"{machine.source}: the arm does not dwell, but incomplete gears need a dwell")
     if train.driven != train.toothed:
         raise InputError(
-            f"{machine.source}: the arm is driven by other means than teeth beside the dwell, where no pitch curve "
+            f"{machine.source}: the arm is driven by other means than teeth next to the dwell, where no pitch curve "
             f"leads to the locking arcs: the law's slope must jump there"
         )
-    return build_intermittent_pair(rolling(train), _module(machine, train, wanted), teeth.order(None, None, None),
-                        machine.source, NAMES)  # fmt: skip
+    module, order = _module(machine, train, request), teeth.order(None, None, None)
+    return build_intermittent_pair(build_rolling(train), module, order, machine.source, NAMES)
 
 
-def _module(machine: Pickup, train: Train, wanted: GearOptions) -> float:
+def _module(machine: Pickup, train: PickupTrain, request: GearOptions) -> float:
     """Module [m]. Raises InputError where the one that is given and the number of teeth disagree."""
-    given, counts, arc = wanted.modules_mm[0], wanted.counts, train.arc
+    module_mm, counts, arc = request.modules_mm[0], request.counts, train.arc
     if not counts:
-        return float(train.teeth[0]) if given is None else given * 1e-3
-    if wanted.keep is Keep.module:
+        return float(train.teeth[0]) if module_mm is None else module_mm * 1e-3
+    if request.keep is Keep.module:
         raise InputError(f"{machine.source}: --keep module does not go with --teeth: the size follows from the bars")
-    if given is not None and abs(arc / (np.pi * given * 1e-3) - counts[0]) > 0.5:
+    if module_mm is not None and abs(arc / (np.pi * module_mm * 1e-3) - counts[0]) > 0.5:
         raise InputError(
-            f"{machine.source}: teeth = {counts[0]} and module = {given:g} mm disagree: the toothed arc is "
-            f"{arc * 1e3:.6g} mm long, which makes {round(arc / (np.pi * given * 1e-3))} teeth of that module"
+            f"{machine.source}: teeth = {counts[0]} and module = {module_mm:g} mm disagree: the toothed arc is "
+            f"{arc * 1e3:.6g} mm long, which makes {round(arc / (np.pi * module_mm * 1e-3))} teeth of that module"
         )
     return arc / (np.pi * counts[0])

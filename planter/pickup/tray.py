@@ -1,4 +1,4 @@
-"""The tray before the needle: entry, straightness of its path, and room between needle and cell.
+"""The tray before the needle: entry, straightness of its path, and clearance between needle and cell.
 
 The cell's axis is the needle's direction where it picks, at the farthest tip, through that place. The tray lies along
 the axis so that this place has the depth that is wanted. In the frame of the cell, `along` runs into it from the tray's
@@ -18,7 +18,7 @@ from planter.numerics import extremes
 from planter.numerics.angles import TURN
 from planter.pickup.file import Pickup
 from planter.pickup.law import MODEL, NEEDLE
-from planter.pickup.model import Train
+from planter.pickup.model import PickupTrain
 
 FLOOR_MM, BELOW_MM = 1.0, 500.0
 """Thickness of a cell's floor as drawn, and as counted: a needle that goes through it has not left the tray."""
@@ -44,17 +44,18 @@ class Cell:
     mounting: float
 
     @staticmethod
-    def of(machine: Pickup) -> Cell:
+    def from_pickup(machine: Pickup) -> Cell:
+        """Return the cell and needle of a pick-up's file."""
         depth, top, bottom, pitch = (machine.si(f"tray.cell_{part}_mm") for part in ("depth", "top", "bottom", "pitch"))
         length, width, mounting = (machine.si(f"needle.{key}") for key in ("length_mm", "width_mm", "mounting_deg"))
         return Cell(depth, top, bottom, pitch, machine.si("targets.entry_depth_mm"), length, width, mounting)
 
     def walls(self) -> Any:
-        """What the tray fills, in the frame of the cell, as a shapely geometry in mm; cells have a floor."""
+        """Return the solid of the tray in the frame of the cell, as a shapely geometry in mm; cells have a floor."""
         return self._filled(FLOOR_MM)
 
     def solid(self) -> tuple[Any, Any]:
-        """The tray with all that lies below it, and the room before it, within reach of the needle [mm]."""
+        """The tray with all that lies below it, and the free space before it, within reach of the needle [mm]."""
         from shapely import box
 
         walls = self._filled(BELOW_MM)
@@ -75,10 +76,10 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Entry:
+class CellEntry:
     """The path and the needle of a train in the frame of a cell."""
 
-    train: Train
+    train: PickupTrain
     cell: Cell
 
     def axis(self) -> float:
@@ -88,9 +89,9 @@ class Entry:
     def place(self, t: Array) -> Array:
         """Places of the tip (n, 2), along and across [m]."""
         bottom, tips = self.train.tip(np.zeros(1))[0], self.train.tip(t)
-        given = {"x_S": tips[:, 0], "y_S": tips[:, 1], "x_bottom": bottom[0], "y_bottom": bottom[1]}
-        found = load(MODEL)("entry", **given, axis=self.axis())
-        return np.column_stack([found["along"] + self.cell.entry, found["across"]])
+        tip = {"x_S": tips[:, 0], "y_S": tips[:, 1], "x_bottom": bottom[0], "y_bottom": bottom[1]}
+        frame = load(MODEL)("entry", **tip, axis=self.axis())
+        return np.column_stack([frame["along"] + self.cell.entry, frame["across"]])
 
     def tilt(self, t: Array) -> Array:
         """The needle's angle from the cell's axis (n,) [rad]."""
@@ -98,43 +99,49 @@ class Entry:
 
     def to_frame(self, places: Array) -> Array:
         """Places (n, 2) of the cell's frame in the machine's [same unit; the bottom of the entry in m is added]."""
-        along, across = (places - [self.cell.entry, 0]).T
-        found = load(NEEDLE)("placed", along=along, across=across, axis=self.axis())
-        return self.train.tip(np.zeros(1))[0] + np.column_stack([found["x"], found["y"]])
+        depth, across = (places - [self.cell.entry, 0]).T
+        place = load(NEEDLE)("placed", along=depth, across=across, axis=self.axis())
+        return self.train.tip(np.zeros(1))[0] + np.column_stack([place["x"], place["y"]])
 
     def needle(self, t: float) -> Array:
         """Corners (4, 2) of the needle in the frame of the cell [m]: two at the tip, two at the root."""
-        found: Array = self.needles(np.array([t]))[0]
-        return found
+        corners: Array = self.needles(np.array([t]))[0]
+        return corners
 
     def needles(self, t: Array) -> Array:
-        """The same at carrier angles (n,), (n, 4, 2)."""
-        along, across = self.place(t).T
+        """Return the corners (n, 4, 2) of the needle at carrier angles (n,) [m]."""
+        depth, across = self.place(t).T
         size = {"length": self.cell.needle_length, "width": self.cell.needle_width}
-        found = load(NEEDLE)("needle", along=along, across=across, tilt=self.tilt(t), **size)
+        corner_places = load(NEEDLE)("needle", along=depth, across=across, tilt=self.tilt(t), **size)
         corners = ("tip_right", "tip_left", "root_left", "root_right")
-        return np.stack([np.column_stack([found[f"{c}_along"], found[f"{c}_across"]]) for c in corners], axis=1)
+        return np.stack(
+            [np.column_stack([corner_places[f"{c}_along"], corner_places[f"{c}_across"]]) for c in corners], axis=1
+        )
 
     def depth(self) -> tuple[float, float]:
         """Largest depth of the tip below the tray's surface [m], and where [rad]."""
         t = np.arange(SAMPLES) * TURN / SAMPLES - TURN / 2
-        found = extremes.largest(lambda t: self.place(t)[:, 0], t, closed=True)
-        return found.value, found.place
+        deepest = extremes.largest(lambda t: self.place(t)[:, 0], t, closed=True)
+        return deepest.value, deepest.place
 
     def straight(self, allowed: float, entering: bool = True) -> float:
         """Length of the chord from the deepest place [m] from which the path into it, or out of it, stays `allowed`.
 
-        The path is followed to the dwell, or to the nearest tip where there is none.
+        The path is followed to the dwell, or to the nearest tip without a dwell.
         """
-        ends = self.train.driven if self.train.law.dwell is not None else (self.train.near - TURN, self.train.near)
+        ends = (
+            self.train.driven
+            if self.train.law.dwell is not None
+            else (self.train.nearest_angle - TURN, self.train.nearest_angle)
+        )
         last = ends[0 if entering else 1]
         tips = self.train.tip(np.linspace(0.0, last, BRANCH))
         chord = tips - tips[0]
         length = np.hypot(*chord.T)
         length[0] = 1.0
         ahead = chord / length[:, None]
-        beside = np.abs(chord[None, :, 0] * ahead[:, None, 1] - chord[None, :, 1] * ahead[:, None, 0])
-        worst = np.max(np.tril(beside), axis=1)
+        deviation = np.abs(chord[None, :, 0] * ahead[:, None, 1] - chord[None, :, 1] * ahead[:, None, 0])
+        worst = np.max(np.tril(deviation), axis=1)
         beyond = np.flatnonzero(worst > allowed)
         if len(beyond) == 0:
             return float(length[-1])
@@ -147,8 +154,8 @@ class Entry:
         """Least distance of needle and tray over a turn [m], negative where they cut, and where [rad]."""
         walls, free = self.cell.solid()
         t = np.arange(SAMPLES) * TURN / SAMPLES
-        found = extremes.least(lambda t: _gaps(self.needles(t), walls, free), t, closed=True)
-        return found.value, found.place % TURN
+        tightest = extremes.least(lambda t: _gaps(self.needles(t), walls, free), t, closed=True)
+        return tightest.value, tightest.place % TURN
 
 
 def _gaps(corners: Array, walls: Any, free: Any) -> Array:
@@ -156,8 +163,8 @@ def _gaps(corners: Array, walls: Any, free: Any) -> Array:
     import shapely
 
     needles = shapely.polygons(corners * 1000)
-    found: Array = shapely.distance(needles, walls)
+    distances: Array = shapely.distance(needles, walls)
     for i in np.flatnonzero(shapely.intersects(needles, walls)):
         cut = shapely.points(shapely.get_coordinates(shapely.intersection(needles[i], walls)))
-        found[i] = -shapely.distance(cut, free).max()
-    return found / 1000
+        distances[i] = -shapely.distance(cut, free).max()
+    return distances / 1000

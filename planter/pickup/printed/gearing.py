@@ -22,17 +22,17 @@ def centre_distance(inputs: Inputs) -> float:
 
 
 def _nearest(inputs: Inputs, factor: float) -> float:
-    wanted = float(inputs["centre_distance_mm"])
+    distance = float(inputs["centre_distance_mm"])
     largest_and_least = np.cos(np.radians(inputs["helix_range_deg"]))
     shortest, longest = factor * _teeth(inputs) * inputs["normal_module_mm"] / largest_and_least
-    return float(np.clip(wanted, shortest, longest))
+    return float(np.clip(distance, shortest, longest))
 
 
 @formula("plants in a square metre, nearest")
 def density(inputs: Inputs) -> float:
     """Plants in a square metre [1/m2] at those spacings of the printed range that come nearest."""
-    least, largest = (float(spacing) / 100 for spacing in inputs["spacing_cm"])
-    return float(np.clip(inputs["density_per_m2"], 1 / largest**2, 1 / least**2))
+    smallest, largest = (float(spacing) / 100 for spacing in inputs["spacing_cm"])
+    return float(np.clip(inputs["density_per_m2"], 1 / largest**2, 1 / smallest**2))
 
 
 @formula("contact ratio of a helical pair")

@@ -29,64 +29,64 @@ class TipMotion:
     tip: Array
 
 
-def drawn(inputs: Inputs, bars: Array, phi5: Array, phi1: Array) -> TipMotion:
+def trace_motion(inputs: Inputs, bars: Array, phi5: Array, phi1: Array) -> TipMotion:
     """What bars draw at some angles, on the carrier of the paper."""
     still = {"g": np.zeros(len(phi5)), "omega": 0.0}
-    found = load(MODEL)("motion", phi5=phi5, phi1=phi1, triangle=_triangle(inputs, bars), **still)
-    return TipMotion(bars, phi5, phi1, np.column_stack([found["x_S"], found["y_S"]]))
+    motion = load(MODEL)("motion", phi5=phi5, phi1=phi1, triangle=_triangle(inputs, bars), **still)
+    return TipMotion(bars, phi5, phi1, np.column_stack([motion["x_S"], motion["y_S"]]))
 
 
 def of_law(inputs: Inputs, t: Array) -> TipMotion:
     """The motion by the law at carrier angles from the far point (n,)."""
     phi1, bars = _law(inputs).arm(t), np.array([inputs.si("L1_mm"), inputs.si("L2_mm")])
-    return drawn(inputs, bars, inputs.si("phi5_far_deg") + t, phi1)
+    return trace_motion(inputs, bars, inputs.si("phi5_far_deg") + t, phi1)
 
 
-def inverted(inputs: Inputs, path: Array) -> TipMotion:
+def invert_tip_path(inputs: Inputs, path: Array) -> TipMotion:
     """The chain from places (n, 2) [m], the farthest first: bars by their extremes, angles by the triangle."""
     distance = np.hypot(*path.T)
-    far, near = distance.max(), distance.min()
-    bars = _bars(float(far), float(near))
+    far, nearest = distance.max(), distance.min()
+    bars = _bars(float(far), float(nearest))
     way = np.where(np.arange(len(path)) > np.argmin(distance), -1.0, 1.0)
-    squares = {"short": (far - distance) * (far + distance), "over": (distance - near) * (distance + near)}
-    found = load(MODEL)("inverse", x_S=path[:, 0], y_S=path[:, 1], way=way, bars=bars, **squares)
-    return drawn(inputs, bars, found["phi5"], found["phi1"])
+    squares = {"short": (far - distance) * (far + distance), "over": (distance - nearest) * (distance + nearest)}
+    angles = load(MODEL)("inverse", x_S=path[:, 0], y_S=path[:, 1], way=way, bars=bars, **squares)
+    return trace_motion(inputs, bars, angles["phi5"], angles["phi1"])
 
 
 @formula("bar from its path")
 def bar(inputs: Inputs) -> float:
     """A bar's length as half the sum or difference of the extreme distances of the path that the law makes [mm]."""
-    given = _given(inputs)
-    return float(inverted(inputs, given.tip).bars[inputs["bar"] - 1] / MM)
+    turn = _sample_turn(inputs)
+    return float(invert_tip_path(inputs, turn.tip).bars[inputs["bar"] - 1] / MM)
 
 
 @formula("bar from a spline through points of its path")
 def bar_from_points(inputs: Inputs) -> float:
     """The same from a closed cubic spline through points of that path, equally spaced in t, by chord length [mm]."""
     count = inputs["value_points"]
-    found = PathSpline(of_law(inputs, TURN * np.arange(count) / count).tip).extremes(0.0)
-    distances = [extreme.distance for extreme in found]
+    extremes = PathSpline(of_law(inputs, TURN * np.arange(count) / count).tip).extremes(0.0)
+    distances = [extreme.distance for extreme in extremes]
     return float(_bars(max(distances), min(distances))[inputs["bar"] - 1] / MM)
 
 
 @formula("round trip of the law")
 def law_error(inputs: Inputs) -> float:
     """Largest difference of phi1 between a law and what the chain finds from its path [rad]."""
-    given = _given(inputs)
-    return float(abs(inverted(inputs, given.tip).phi1 - given.phi1).max())
+    turn = _sample_turn(inputs)
+    return float(abs(invert_tip_path(inputs, turn.tip).phi1 - turn.phi1).max())
 
 
 @formula("round trip of the path")
 def path_error(inputs: Inputs) -> float:
     """Largest distance of the path that the found bars and angles make from the one they were found from [mm]."""
-    given = _given(inputs)
-    return float(np.hypot(*(inverted(inputs, given.tip).tip - given.tip).T).max() / MM)
+    turn = _sample_turn(inputs)
+    return float(np.hypot(*(invert_tip_path(inputs, turn.tip).tip - turn.tip).T).max() / MM)
 
 
 @formula("printed rule for the direction of the tip")
 def direction_rule(inputs: Inputs) -> float:
     """Largest error on the path of arctan(y/x), less pi in the third quadrant, as the direction of the tip [deg]."""
-    x, y = _given(inputs).tip.T
+    x, y = _sample_turn(inputs).tip.T
     rule = np.arctan(y / x) - np.pi * ((x < 0) & (y < 0))
     return float(np.degrees(abs(np.angle(np.exp(1j * (rule - np.arctan2(y, x)))))).max())
 
@@ -111,9 +111,9 @@ def axis_direction(inputs: Inputs) -> float:
 
 
 def _axis_direction(inputs: Inputs, sense: int) -> float:
-    found = _carrier(inputs, float(inputs.si("L1_mm")))
-    middle = found["a1"] * np.exp(1j * found["beta1"])
-    turned = found["beta1"] + np.pi + sense * inputs.si("gamma_deg")
+    carrier = _carrier(inputs, float(inputs.si("L1_mm")))
+    middle = carrier["a1"] * np.exp(1j * carrier["beta1"])
+    turned = carrier["beta1"] + np.pi + sense * inputs.si("gamma_deg")
     return float(np.degrees(np.angle(middle + inputs.si("centre_distance_mm") * np.exp(1j * turned))))
 
 
@@ -124,14 +124,14 @@ def _carrier(inputs: Inputs, L1: float) -> dict[str, float]:
 
 
 def _triangle(inputs: Inputs, bars: Array) -> Array:
-    found = _carrier(inputs, float(bars[0]))
-    return np.array([*bars, inputs.si("gamma_deg"), found["a1"], inputs.si("centre_distance_mm"), found["beta1"]])
+    carrier = _carrier(inputs, float(bars[0]))
+    return np.array([*bars, inputs.si("gamma_deg"), carrier["a1"], inputs.si("centre_distance_mm"), carrier["beta1"]])
 
 
-def _bars(far: float, near: float) -> Array:
+def _bars(far: float, nearest: float) -> Array:
     """Bars (2,) from the extreme distances of the tip [m]."""
-    found = load(MODEL).at("bars", L3_max=far, L3_min=near)
-    return np.array([found["L1"], found["L2"]])
+    bars = load(MODEL).at("bars", L3_max=far, L3_min=nearest)
+    return np.array([bars["L1"], bars["L2"]])
 
 
 def _law(inputs: Inputs) -> CosineLaw:
@@ -139,8 +139,8 @@ def _law(inputs: Inputs) -> CosineLaw:
     return CosineLaw(inputs["law_p"], dwell)
 
 
-def _given(inputs: Inputs) -> TipMotion:
+def _sample_turn(inputs: Inputs) -> TipMotion:
     """A turn by the law, its near point among the samples."""
     law = _law(inputs)
-    near = brentq(lambda t: float(law.arm(np.array([t]))[0]) - TURN, 0, law.dwell.start, xtol=1e-15)
-    return of_law(inputs, np.unique([*np.linspace(0, TURN, _SAMPLES, endpoint=False), near]))
+    near_point = brentq(lambda t: float(law.arm(np.array([t]))[0]) - TURN, 0, law.dwell.start, xtol=1e-15)
+    return of_law(inputs, np.unique([*np.linspace(0, TURN, _SAMPLES, endpoint=False), near_point]))

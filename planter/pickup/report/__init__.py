@@ -1,1 +1,1 @@
-"""What a person gets to see and keep of a seedling pick-up: page, figures, files."""
+"""Page, figures and files of a seedling pick-up."""

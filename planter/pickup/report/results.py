@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from planter.files import units
 from planter.kernels.formulas import load
-from planter.pickup import findings
+from planter.pickup import analysis
 from planter.pickup.law import MODEL
 from planter.pickup.report import figures
-from planter.pickup.report.scene import scene
+from planter.pickup.report.scene import build_pickup_scene
 from planter.pickup.tables import GROUPS
 from planter.progress import Listener
 from planter.report import bundle, files
@@ -23,9 +23,9 @@ from planter.view.block import Motion
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from planter.pickup.command import Outcome
+    from planter.pickup.analysis import PickupOutcome
     from planter.pickup.file import Pickup
-    from planter.pickup.results import At, Demand, PickupFound
+    from planter.pickup.results import Demand, PickupFound, PickupState
 
 STEPS = 720
 """Rows of cycle.csv, path.csv and pitch.csv."""
@@ -42,71 +42,71 @@ CAPTIONS = {
 }
 
 
-def write(out: Path, found: Outcome, progress: Listener | None = None) -> None:
+def write_pickup_report(out: Path, outcome: PickupOutcome, progress: Listener | None = None) -> None:
     """Writes summary.json, CSV files, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.
     """
     files.output_folder(out)
-    drawn = bundle.drawn(_figures(found), progress)
-    svgs = {name: figure.svg for name, figure in drawn.items()}
-    title = f"Seedling pick-up {found.machine.name}"
+    plots = bundle.drawn(_figures(outcome), progress)
+    svgs = {name: figure.svg for name, figure in plots.items()}
+    title = f"Seedling pick-up {outcome.machine.name}"
     texts = {
-        "summary.json": files.summary_text(_summary(found)),
-        **dict(_tables(found)),
-        "report.html": page(title, list(_sections(found, svgs)), found.machine.description),
+        "summary.json": files.summary_text(_summary(outcome)),
+        **dict(_tables(outcome)),
+        "report.html": page(title, list(_sections(outcome, svgs)), outcome.machine.description),
     }
-    bundle.write(out, texts, drawn)
+    bundle.write(out, texts, plots)
 
 
-def _tables(found: Outcome) -> Iterator[tuple[str, str]]:
+def _tables(outcome: PickupOutcome) -> Iterator[tuple[str, str]]:
     """CSV files by their names."""
-    comments = list(files.comments(found.machine, "pick-up", [f"driven by its {found.result.driven_by}"]))
-    turn, teeth = findings.cycle(found.train, STEPS), findings.pitch(found.train, STEPS)
+    comments = list(files.comments(outcome.machine, "pick-up", [f"driven by its {outcome.result.driven_by}"]))
+    turn, teeth = analysis.sample_cycle(outcome.train, STEPS), analysis.sample_pitch(outcome.train, STEPS)
     path = {"x_mm": turn["tip_x_mm"], "y_mm": turn["tip_y_mm"]}
     for name, columns in (("cycle.csv", turn), ("pitch.csv", teeth), ("path.csv", path)):
         yield name, files.cycle_csv(name, comments, columns)
-    if found.redesigned is not None:
-        x, y = found.redesigned.points.T * 1000
+    if outcome.redesigned is not None:
+        x, y = outcome.redesigned.points.T * 1000
         yield "value_points.csv", files.cycle_csv("value_points.csv", comments, {"x_mm": x, "y_mm": y})
 
 
-def _summary(found: Outcome) -> dict[str, Any]:
+def _summary(outcome: PickupOutcome) -> dict[str, Any]:
     return {
-        **found.result.table(),
+        **outcome.result.table(),
         "assumptions": load(MODEL).sidecar["assumptions"],
-        "input": found.machine.table(),
-        "provenance": files.provenance(found.machine),
+        "input": outcome.machine.table(),
+        "provenance": files.provenance(outcome.machine),
     }
 
 
-def _figures(found: Outcome) -> dict[str, Figure]:
-    moved, train = found.redesigned, found.train
+def _figures(outcome: PickupOutcome) -> dict[str, Figure]:
+    moved, train = outcome.redesigned, outcome.train
     before = None if moved is None else moved.points_before
     return {
-        "path": figures.path(found.machine, train, before),
-        "pitch_curves": figures.pitch_curves(train),
-        "contact_ratio": figures.contact_ratio(train),
-        "tip_motion": figures.motion(train),
-        "law": figures.law(train, None if moved is None else moved.start),
+        "path": figures.draw_path(outcome.machine, train, before),
+        "pitch_curves": figures.draw_pitch_curves(train),
+        "contact_ratio": figures.draw_contact_ratio(train),
+        "tip_motion": figures.draw_motion(train),
+        "law": figures.draw_law(train, None if moved is None else moved.start),
     }
 
 
-def _sections(found: Outcome, drawn: Mapping[str, str]) -> Iterator[Section]:
-    result = found.result
+def _sections(outcome: PickupOutcome, svgs: Mapping[str, str]) -> Iterator[Section]:
+    result = outcome.result
     if result.warnings:
-        yield Section("Warnings", [Items([one.message for one in result.warnings], "warning")])
+        yield Section("Warnings", [Items([warning.message for warning in result.warnings], "warning")])
     yield Section("Mechanism", list(_mechanism(result)))
     yield Section("Requirements", list(_requirements(result)))
-    before = None if found.redesigned is None else found.redesigned.points_before
-    yield Section("Motion", [Motion(scene(found.machine, found.train, before), MOVING)])
-    yield Section("Figures", [FigureSvg(svg, CAPTIONS[name]) for name, svg in drawn.items()])
+    before = None if outcome.redesigned is None else outcome.redesigned.points_before
+    yield Section("Motion", [Motion(build_pickup_scene(outcome.machine, outcome.train, before), MOVING)])
+    yield Section("Figures", [FigureSvg(svg, CAPTIONS[name]) for name, svg in svgs.items()])
     if result.at:
         yield Section("At single angles", [_at(result.at)])
     sidecar = load(MODEL).sidecar
     yield Section("Model", [Text(f"{sidecar['title']}. It assumes:"), Items(sidecar["assumptions"])])
-    yield Section("Inputs", list(_inputs(found.machine)))
-    yield provenance_section(files.provenance(found.machine))
+    yield Section("Inputs", list(_inputs(outcome.machine)))
+    yield provenance_section(files.provenance(outcome.machine))
 
 
 def _mechanism(result: PickupFound) -> Iterator[Block]:
@@ -134,8 +134,8 @@ def _demands(rows: Sequence[Demand], caption: str) -> Block:
     return Table(("requirement", "value", "wanted", "unit", "margin", "holds"), cells, caption)
 
 
-def _at(found: Sequence[At]) -> Block:
-    rows = [row.table() for row in found]
+def _at(states: Sequence[PickupState]) -> Block:
+    rows = [row.table() for row in states]
     head = ("quantity", *(f"{row['t_deg']:.6g} deg" for row in rows))
     keys = [key for key in rows[0] if key not in ("t_deg", "tip_mm")]
     return Table(head, [(label(key), *(row[key] for row in rows)) for key in keys])

@@ -11,9 +11,9 @@ from planter.kernels.formulas import load
 from planter.numerics.angles import TURN
 from planter.pickup.file import Pickup
 from planter.pickup.law import NEEDLE
-from planter.pickup.model import Train
-from planter.pickup.report.scene import scene
-from planter.pickup.tray import Cell, Entry
+from planter.pickup.model import PickupTrain
+from planter.pickup.report.scene import build_pickup_scene
+from planter.pickup.tray import Cell, CellEntry
 from planter.view.scene import Body, Outline
 from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, heading, still
 
@@ -24,16 +24,16 @@ BEFORE = 10
 _MM = 1e3
 
 
-def sheets(machine: Pickup, train: Train) -> list[Sheet]:
+def draw_sheets(machine: Pickup, train: PickupTrain) -> list[Sheet]:
     """All drawings of a machine."""
-    whole = scene(machine, train)
-    bars = replace(whole, bodies=[body for body in whole.bodies if body.name != "tray"], points=())
+    front_view = build_pickup_scene(machine, train)
+    bars = replace(front_view, bodies=[body for body in front_view.bodies if body.name != "tray"], points=())
     gears = replace(bars, bodies=[body for body in bars.bodies if body.name != "arm and needle"])
     at = {name: float(value[0]) * _MM for name, value in train.motion(np.radians([MOMENT])).items()}
     return [
         Sheet("bars", "bars and angles from the front", bars, _bars(train, at), MOMENT),
         Sheet("gears", "carrier and gears from the front", gears, _gears(train, at), MOMENT),
-        _cell(Entry(train, Cell.of(machine))),
+        _cell(CellEntry(train, Cell.from_pickup(machine))),
     ]
 
 
@@ -43,8 +43,8 @@ def _points(at: dict[str, float]) -> tuple[Array, Array, Array, Array]:
     return np.zeros(2), m1, o1, s
 
 
-def _bars(train: Train, at: dict[str, float]) -> list[Mark]:
-    """The triangle O-O1-S; the arm's angle is told clockwise."""
+def _bars(train: PickupTrain, at: dict[str, float]) -> list[Mark]:
+    """The triangle O-O1-S; the arm's angle is drawn clockwise."""
     o, _, o1, s = _points(at)
     size = train.geometry.L1 * _MM
     arm = np.degrees(float(train.law.arm(np.radians([MOMENT]))[0])) % 360
@@ -65,7 +65,7 @@ def _bars(train: Train, at: dict[str, float]) -> list[Mark]:
     ]
 
 
-def _gears(train: Train, at: dict[str, float]) -> list[Mark]:
+def _gears(train: PickupTrain, at: dict[str, float]) -> list[Mark]:
     """The rigid triangle O-M1-O1 and the pitch point between O and M1."""
     o, m1, o1, _ = _points(at)
     size = train.geometry.L1 * _MM
@@ -85,7 +85,7 @@ def _gears(train: Train, at: dict[str, float]) -> list[Mark]:
     ]
 
 
-def _cell(entry: Entry) -> Sheet:
+def _cell(entry: CellEntry) -> Sheet:
     """The needle shortly before the pick in the frame of the cell, its axis to the right."""
     cell, t = entry.cell, np.radians(-BEFORE) % TURN
     walls = entry.cell.walls()
@@ -96,12 +96,12 @@ def _cell(entry: Entry) -> Sheet:
     return Sheet("cell", "needle and cell, across the tray", still("cell", bodies), [*_needle(entry, t), *_tray(cell)])
 
 
-def _needle(entry: Entry, t: float) -> list[Mark]:
+def _needle(entry: CellEntry, t: float) -> list[Mark]:
     """Tip, corners, and where the edges pass the surface of the tray."""
-    (along, across), tilt = entry.place(np.array([t]))[0], float(entry.tilt(np.array([t]))[0])
+    (depth, across), tilt = entry.place(np.array([t]))[0], float(entry.tilt(np.array([t]))[0])
     size = {"length": entry.cell.needle_length, "width": entry.cell.needle_width}
-    found = load(NEEDLE).at("needle", along=along, across=across, tilt=tilt, **size)
-    at = {name: value * _MM for name, value in found.items()}
+    corner_places = load(NEEDLE).at("needle", along=depth, across=across, tilt=tilt, **size)
+    at = {name: value * _MM for name, value in corner_places.items()}
     corners = [f"{end}_{side}" for end in ("tip", "root") for side in ("right", "left")]
     places = {corner: np.array([at[f"{corner}_along"], at[f"{corner}_across"]]) for corner in corners}
     tip, root = ((places[f"{end}_right"] + places[f"{end}_left"]) / 2 for end in ("tip", "root"))

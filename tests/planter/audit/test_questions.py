@@ -328,7 +328,7 @@ def test_the_path_of_the_law_is_that_of_complex_numbers() -> None:
 
 def test_angles_found_are_those_of_the_triangle() -> None:
     """By half-angle formulas, from the three sides at places on the way out and back."""
-    found = inverse.inverted(inputs(**LAW), path := inverse.of_law(inputs(**LAW), np.linspace(0, 6.28, 315)).tip)
+    found = inverse.invert_tip_path(inputs(**LAW), path := inverse.of_law(inputs(**LAW), np.linspace(0, 6.28, 315)).tip)
     l3, (l1, l2) = np.hypot(*path.T), found.bars
     s = (l3 + l1 + l2) / 2
     at_planet = 2 * np.arctan(np.sqrt(np.maximum((s - l1) * (s - l2) / np.maximum(s * (s - l3), 1e-300), 0)))
@@ -355,7 +355,7 @@ def test_a_path_that_the_bars_cannot_draw_is_not_given_back() -> None:
     t = np.linspace(0, 2 * np.pi, 720, endpoint=False)
 
     def back(path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        found = inverse.inverted(small, np.column_stack([path.real, path.imag]))
+        found = inverse.invert_tip_path(small, np.column_stack([path.real, path.imag]))
         return found.bars, abs(found.tip @ [1, 1j] - path)
 
     assert back(0.2 + 0.04 * np.exp(1j * t))[1].max() < 1e-12  # any path that does not go round the centre

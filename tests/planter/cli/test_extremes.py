@@ -9,7 +9,7 @@ from planter.clutch.file import load_clutch
 from planter.errors import InputError
 from planter.files.document import Document
 from planter.mapping.file import load_poses
-from planter.pickup.file import load as load_pickup
+from planter.pickup.file import load_pickup as load_pickup
 from planter.planting.file import load as load_device
 from tests.support import cli, own
 

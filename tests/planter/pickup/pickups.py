@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from planter.pickup.file import load
+from planter.pickup.file import load_pickup
 from planter.pickup.law import CosineLaw, Dwell
-from planter.pickup.model import Train, build
+from planter.pickup.model import PickupTrain, build_train
 
 L1, L2, FAR = 0.0933377, 0.163, np.radians(40)
 P, START, END = 0.3549389251, np.radians(210), np.radians(270)
 
 
-def built_in(name: str = "yu2023", **changes: float) -> Train:
-    return build(load(name, changes))
+def built_in(name: str = "yu2023", **changes: float) -> PickupTrain:
+    return build_train(load_pickup(name, changes))
 
 
 def arm(t: NDArray, p: float = P, start: float = START, end: float = END) -> NDArray:

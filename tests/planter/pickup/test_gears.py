@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from planter.errors import GeometryError
-from planter.pickup import gears, limits
-from planter.pickup.file import load
-from planter.pickup.model import Train, build
+from planter.pickup import gears, model
+from planter.pickup.file import load_pickup
+from planter.pickup.model import PickupTrain, build_train
 from tests.planter.pickup.pickups import L2, built_in, steps
 from tests.support.cli import below
 
@@ -110,9 +110,9 @@ def test_each_limit_is_broken_by_what_breaks_it_alone() -> None:
         ("sun", "hollow"): {"kappa1": -1 / 0.0024}, ("intermediate gear", "hollow"): {"kappa2": -1 / 0.0026},
     }  # fmt: skip
     for kind, change in cases.items():
-        found = limits.excesses({k: np.array([v]) for k, v in {**good, **change}.items()}, TEETH)
+        found = model.limit_excesses({k: np.array([v]) for k, v in {**good, **change}.items()}, TEETH)
         assert [name for name, excess in found.items() if excess[0] >= -1e-9] == [kind]
-    assert not limits.broken({k: np.array([v]) for k, v in good.items()}, TEETH)
+    assert not model.violates_limits({k: np.array([v]) for k, v in good.items()}, TEETH)
 
 
 def test_an_arm_that_only_just_stands_still_is_refused_as_one() -> None:
@@ -135,11 +135,11 @@ def test_locking_arcs_of_low_teeth_make_no_noise() -> None:
 
 
 def test_check_passes_the_built_in_and_refuses_it_with_teeth_that_are_too_large() -> None:
-    machine = load("yu2023")
-    gears.check(machine, build(machine))
-    huge = load("yu2023", {"noncircular_stage.m_mm": 25})
+    machine = load_pickup("yu2023")
+    gears.check_gears(machine, build_train(machine))
+    huge = load_pickup("yu2023", {"noncircular_stage.m_mm": 25})
     with pytest.raises(GeometryError, match=r"the pitch radius of the sun is 22.27 mm .* reach 30 mm into it"):
-        gears.check(huge, build(huge))
+        gears.check_gears(huge, build_train(huge))
 
 
 @pytest.mark.usefixtures("blank_figures")
@@ -173,6 +173,6 @@ def test_teeth_end_where_a_gentle_path_leaves_them_no_room(tmp_path: Path) -> No
 
 
 def test_the_turn_of_the_teeth_is_that_of_the_arm_where_the_slope_jumps() -> None:
-    train: Train = built_in()
+    train: PickupTrain = built_in()
     assert train.toothed == train.driven
     assert train.meshes(np.radians([0, 209.9, 240, 270.1])).tolist() == [True, True, False, True]

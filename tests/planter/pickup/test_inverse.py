@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 import planter.pickup.inverse
-import planter.pickup.plateau
 import planter.pickup.spline
 from planter.errors import InputError
 from planter.numerics.angles import TURN
-from planter.pickup.inverse import Inversion, invert
+from planter.pickup.inverse import Inversion, invert_path
 from tests.planter.pickup.pickups import END, FAR, L1, L2, START, arm, steps, tips
 
 T = np.linspace(0, TURN, 2001)
@@ -20,7 +19,7 @@ AWAY = T[np.min([np.abs((T - e + np.pi) % TURN - np.pi) for e in (START, END, np
 
 def found(count: int, offset: float = 0.0, **law: float) -> Inversion:
     t = steps(count, offset)
-    return invert(tips(t, arm(t, **law)))
+    return invert_path(tips(t, arm(t, **law)))
 
 
 def error(one: Inversion, at: np.ndarray = T, **law: float) -> float:
@@ -29,11 +28,11 @@ def error(one: Inversion, at: np.ndarray = T, **law: float) -> float:
 
 
 def test_the_chain_cannot_see_a_law() -> None:
-    for module in (planter.pickup.inverse, planter.pickup.plateau, planter.pickup.spline):
+    for module in (planter.pickup.inverse, planter.pickup.spline):
         tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
         taken = {(n.module, alias.name) for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) for alias in n.names}
         assert ("planter.pickup.law", "CosineLaw") not in taken
-        assert not {m for m, _ in taken} & {"planter.pickup.file", "planter.pickup.model", "planter.pickup.findings"}
+        assert not {m for m, _ in taken} & {"planter.pickup.file", "planter.pickup.model", "planter.pickup.analysis"}
 
 
 @pytest.mark.parametrize("offset", [0.0, 0.37, 0.5])
@@ -70,7 +69,7 @@ def test_a_dwell_at_the_farthest_tip() -> None:
         beyond = np.sign(within) * np.maximum(np.abs(within) - width / 2, 0)
         return np.pi + beyond * np.pi / (np.pi - width / 2) + (x - within)
 
-    one = invert(tips(t, held(t)), tolerance=1e-13)
+    one = invert_path(tips(t, held(t)), tolerance=1e-13)
     assert one.law.dwell.width == pytest.approx(width, abs=1e-4)
     inner = T[(T > 0.5) & (T < TURN - 0.5)]
     assert np.abs(one.law.arm(inner - (one.phi5_far - FAR)) - held(inner)).max() < 1e-4
@@ -81,7 +80,7 @@ def test_a_path_without_dwell() -> None:
         return np.pi + t + 0.3 * np.sin(t) + 0.05 * np.sin(2 * t)
 
     t = steps(900, 0.4)
-    one = invert(tips(t, smooth(t)))
+    one = invert_path(tips(t, smooth(t)))
     assert one.law.dwell is None
     assert np.abs(one.law.arm(T) - smooth(T)).max() < 1e-8
     slope = 1 + 0.3 * np.cos(T) + 0.1 * np.cos(2 * T)
@@ -90,31 +89,31 @@ def test_a_path_without_dwell() -> None:
 
 def test_the_start_of_the_points_does_not_matter() -> None:
     points = tips(steps(400), arm(steps(400)))
-    one, other = invert(points), invert(np.roll(points, 123, axis=0))
+    one, other = invert_path(points), invert_path(np.roll(points, 123, axis=0))
     assert np.abs(one.law.arm(T) - other.law.arm(T)).max() < 1e-9
 
 
 def test_a_moved_point_is_felt() -> None:
     points = tips(steps(400), arm(steps(400)))
     points[60] *= 1.0001
-    assert error(invert(points)) > 1e-6
+    assert error(invert_path(points)) > 1e-6
 
 
 def test_uneven_points() -> None:
     t = steps(2000) + 0.3 * np.sin(steps(2000))
-    assert error(invert(tips(t, arm(t)))) < 1e-8
+    assert error(invert_path(tips(t, arm(t)))) < 1e-8
 
 
 def test_points_against_the_carrier_are_refused() -> None:
     with pytest.raises(InputError, match=r"counter-clockwise, .* turn the lines of the file round"):
-        invert(tips(steps(100), arm(steps(100)))[::-1])
+        invert_path(tips(steps(100), arm(steps(100)))[::-1])
 
 
 def test_a_path_with_two_far_points_is_refused() -> None:
     t = steps(200)
     lobes = np.column_stack([0.2 + 0.02 * np.cos(t), 0.1 * np.sin(t)])
     with pytest.raises(InputError, match=r"2 maxima and 2 minima \(at .*mm\)"):
-        invert(lobes)
+        invert_path(lobes)
 
 
 def test_a_path_round_the_sun_is_refused_whatever_its_extremes() -> None:
@@ -122,10 +121,10 @@ def test_a_path_round_the_sun_is_refused_whatever_its_extremes() -> None:
     for r in (0.15 + 0.03 * np.cos(2 * t), 0.15 + 0.03 * np.cos(t)):
         for sense in (1, -1):
             with pytest.raises(InputError, match="goes round the origin"):
-                invert(np.column_stack([r * np.cos(t), sense * r * np.sin(t)]))
+                invert_path(np.column_stack([r * np.cos(t), sense * r * np.sin(t)]))
 
 
 def test_a_circle_about_the_sun_is_refused() -> None:
     t = steps(50)
     with pytest.raises(InputError, match="goes round the origin"):
-        invert(0.1 * np.column_stack([np.cos(t), np.sin(t)]))
+        invert_path(0.1 * np.column_stack([np.cos(t), np.sin(t)]))

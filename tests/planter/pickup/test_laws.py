@@ -8,10 +8,10 @@ import pytest
 from planter.errors import GeometryError
 from planter.gearing.teeth.incomplete.arcs import compute_arc_radius, compute_horn_reaches
 from planter.pickup import locking as locks
-from planter.pickup.file import load
-from planter.pickup.findings import found
-from planter.pickup.locking import locking, rolling
-from planter.pickup.model import Train
+from planter.pickup.analysis import build_result
+from planter.pickup.file import load_pickup
+from planter.pickup.locking import build_rolling, compute_locking_arcs
+from planter.pickup.model import PickupTrain
 from planter.pickup.report.figures import locking_arcs
 from tests.planter.pickup.pickups import arm, built_in, tips
 
@@ -19,17 +19,17 @@ TRAINS = {name: built_in(name) for name in ("yu2023", "yu2023-path")}
 
 
 @pytest.fixture(params=TRAINS.values(), ids=TRAINS.keys())
-def train(request: pytest.FixtureRequest) -> Train:
+def train(request: pytest.FixtureRequest) -> PickupTrain:
     return request.param
 
 
-def contacts(train: Train, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def contacts(train: PickupTrain, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Both pitch curves at t in the carrier's frame, x along the centre line: places and tangents."""
     step, turned = 1e-6, train.law.arm(t) - np.pi
 
     def own(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        found = train.pitch(at)
-        return found["x1"] + 1j * found["y1"], found["x2"] + 1j * found["y2"]
+        build_result = train.pitch(at)
+        return build_result["x1"] + 1j * build_result["y1"], build_result["x2"] + 1j * build_result["y2"]
 
     sun, middle = (curve * np.exp(sign * 1j * angle) for curve, sign, angle in
                    zip(own(t), (-1, 1), (t, np.pi + turned), strict=True))  # fmt: skip
@@ -38,18 +38,18 @@ def contacts(train: Train, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nd
     return sun, middle + train.geometry.a1, d1 * np.exp(-1j * t), d2 * np.exp(1j * (np.pi + turned))
 
 
-def inside(train: Train, count: int = 300) -> np.ndarray:
+def inside(train: PickupTrain, count: int = 300) -> np.ndarray:
     return train.samples(count + 2)[1:-1]
 
 
-def test_the_arm_gains_one_turn(train: Train) -> None:
+def test_the_arm_gains_one_turn(train: PickupTrain) -> None:
     t = np.linspace(-3, 3, 50)
     assert train.law.arm(t + 2 * np.pi) - train.law.arm(t) == pytest.approx(2 * np.pi, abs=1e-12)
     assert train.integral(lambda x: train.law.slopes(x)[0]) == pytest.approx(2 * np.pi, abs=1e-9)
     assert train.law.arm(np.zeros(1))[0] == pytest.approx(np.pi, abs=1e-6)
 
 
-def test_slopes_are_derivatives(train: Train) -> None:
+def test_slopes_are_derivatives(train: PickupTrain) -> None:
     t, h = inside(train), 1e-5
     assert (train.law.arm(t + h) - train.law.arm(t - h)) / (2 * h) == pytest.approx(train.law.slopes(t)[0], abs=1e-8)
     for order in (0, 1):
@@ -57,7 +57,7 @@ def test_slopes_are_derivatives(train: Train) -> None:
         assert slope == pytest.approx(train.law.slopes(t)[order + 1], abs=1e-3)
 
 
-def test_pitch_curves_touch_on_the_centre_line_with_a_common_tangent_and_equal_arcs(train: Train) -> None:
+def test_pitch_curves_touch_on_the_centre_line_with_a_common_tangent_and_equal_arcs(train: PickupTrain) -> None:
     sun, middle, d1, d2 = contacts(train, inside(train))
     assert np.abs(sun.imag).max() < 1e-15
     assert np.abs(sun - middle).max() < 1e-15
@@ -72,10 +72,12 @@ def test_another_centre_distance_parts_the_curves() -> None:
     assert np.abs(train.pitch(inside(train))["R1"] + own - wrong.a1).max() > 1e-5
 
 
-def test_curvatures_obey_euler_and_savary(train: Train) -> None:
-    found = train.pitch(inside(train))
-    sine = found["R1"] / np.hypot(found["R1"], found["dR1"])
-    assert found["kappa1"] + found["kappa2"] == pytest.approx((1 / found["R1"] + 1 / found["R2"]) * sine, rel=1e-10)
+def test_curvatures_obey_euler_and_savary(train: PickupTrain) -> None:
+    build_result = train.pitch(inside(train))
+    sine = build_result["R1"] / np.hypot(build_result["R1"], build_result["dR1"])
+    assert build_result["kappa1"] + build_result["kappa2"] == pytest.approx(
+        (1 / build_result["R1"] + 1 / build_result["R2"]) * sine, rel=1e-10
+    )
 
 
 def test_curvature_is_that_of_three_neighbouring_points() -> None:
@@ -88,19 +90,19 @@ def test_curvature_is_that_of_three_neighbouring_points() -> None:
         assert bent == pytest.approx(train.pitch(t)[f"kappa{gear}"], rel=1e-4)
 
 
-def test_tip_and_its_velocity(train: Train) -> None:
+def test_tip_and_its_velocity(train: PickupTrain) -> None:
     t, h = np.concatenate([inside(train), np.radians([220, 240, 260])]), 1e-6
-    found = train.motion(t)
+    build_result = train.motion(t)
     place = train.geometry.L1 * np.exp(1j * (train.phi5_far + t))
     place += train.geometry.L2 * np.exp(1j * train.arm_heading(t))
-    assert np.abs(found["x_S"] + 1j * found["y_S"] - place).max() < 1e-15
+    assert np.abs(build_result["x_S"] + 1j * build_result["y_S"] - place).max() < 1e-15
     speed = (train.tip(t + h) - train.tip(t - h)) / (2 * h) * train.omega
-    assert np.abs(np.column_stack([found["vx_S"], found["vy_S"]]) - speed).max() < 1e-7
+    assert np.abs(np.column_stack([build_result["vx_S"], build_result["vy_S"]]) - speed).max() < 1e-7
 
 
-def test_triangle_closes(train: Train) -> None:
-    g, found = train.geometry, train.motion(np.linspace(0, 6, 30))
-    middle, planet = (found[f"x_{p}"] + 1j * found[f"y_{p}"] for p in ("M1", "O1"))
+def test_triangle_closes(train: PickupTrain) -> None:
+    g, build_result = train.geometry, train.motion(np.linspace(0, 6, 30))
+    middle, planet = (build_result[f"x_{p}"] + 1j * build_result[f"y_{p}"] for p in ("M1", "O1"))
     assert np.abs(planet) == pytest.approx(g.L1)
     assert np.abs(middle) == pytest.approx(g.a1)
     assert np.abs(planet - middle) == pytest.approx(g.a2)
@@ -108,27 +110,29 @@ def test_triangle_closes(train: Train) -> None:
     assert np.angle(middle / planet) == pytest.approx(g.beta1)
 
 
-def test_distance_has_its_extremes_where_the_bars_are_in_line(train: Train) -> None:
-    g, found = train.geometry, train.motion(np.linspace(0, 2 * np.pi, 5001))["L3"]
-    ends = train.motion(np.array([0.0, train.near]))["L3"]
+def test_distance_has_its_extremes_where_the_bars_are_in_line(train: PickupTrain) -> None:
+    g, build_result = train.geometry, train.motion(np.linspace(0, 2 * np.pi, 5001))["L3"]
+    ends = train.motion(np.array([0.0, train.nearest_angle]))["L3"]
     assert ends == pytest.approx([g.L1 + g.L2, g.L2 - g.L1], abs=1e-12)
-    assert (ends[1] - 1e-15 <= found).all()
-    assert (found <= ends[0] + 1e-15).all()
+    assert (ends[1] - 1e-15 <= build_result).all()
+    assert (build_result <= ends[0] + 1e-15).all()
 
 
-def test_in_the_dwell_the_tip_turns_with_the_carrier(train: Train) -> None:
+def test_in_the_dwell_the_tip_turns_with_the_carrier(train: PickupTrain) -> None:
     dwell = train.law.dwell
     t = np.linspace(dwell.start, dwell.end, 40)
-    found = train.motion(t)
-    assert np.ptp(found["L3"]) < 1e-15
-    assert np.hypot(found["vx_S"], found["vy_S"]) == pytest.approx(found["L3"] * train.omega, rel=1e-12)
+    build_result = train.motion(t)
+    assert np.ptp(build_result["L3"]) < 1e-15
+    assert np.hypot(build_result["vx_S"], build_result["vy_S"]) == pytest.approx(
+        build_result["L3"] * train.omega, rel=1e-12
+    )
     assert np.ptp(train.law.arm(t)) < 1e-12
     outside = np.array([dwell.start - 1e-3, dwell.end + 1e-3])
-    assert (np.abs(train.motion(outside)["L3"] - found["L3"][0]) > 1e-5).all()
+    assert (np.abs(train.motion(outside)["L3"] - build_result["L3"][0]) > 1e-5).all()
 
 
-def test_locking_arcs_are_one_circle_about_the_sun_while_they_act(train: Train) -> None:
-    arcs, dwell = locking(train), train.law.dwell
+def test_locking_arcs_are_one_circle_about_the_sun_while_they_act(train: PickupTrain) -> None:
+    arcs, dwell = compute_locking_arcs(train), train.law.dwell
     convex, concave = locking_arcs(train, arcs)
     held = float(train.law.arm(np.array([dwell.start]))[0])
     turned = (concave[0] + 1j * concave[1]) * np.exp(1j * held) + train.geometry.a1
@@ -141,7 +145,7 @@ def test_locking_arcs_are_one_circle_about_the_sun_while_they_act(train: Train) 
     assert np.ptp(np.abs(wrong)) > 1e-3
 
 
-def _from_pitch_curve(train: Train, place: np.ndarray, end: int, sense: int) -> float:
+def _from_pitch_curve(train: PickupTrain, place: np.ndarray, end: int, sense: int) -> float:
     """Distance of a place from the intermediate gear's pitch curve beside an end of its teeth."""
     t = train.toothed[end] + sense * np.linspace(0, 1, 20001)
     curve = train.pitch(t)
@@ -151,29 +155,31 @@ def _from_pitch_curve(train: Train, place: np.ndarray, end: int, sense: int) -> 
 def test_locking_arcs_hold_both_ways_where_those_of_the_smaller_end_radius_do_not() -> None:
     """A horn on either side of the line of centres, as the intermediate gear's tips are there in the dwell."""
     train = TRAINS["yu2023"]
-    arcs = locking(train)
+    arcs = compute_locking_arcs(train)
     addendum = train.teeth[2] * train.teeth[0]
     assert max(arcs.ends) - addendum < arcs.radius < max(arcs.ends)
     assert min(arcs.ends) < max(arcs.ends) - addendum
     assert min(arcs.reaches) > np.radians(3)
     with pytest.raises(GeometryError, match="no horn"):
-        compute_horn_reaches(rolling(train), min(arcs.ends), addendum)
+        compute_horn_reaches(build_rolling(train), min(arcs.ends), addendum)
 
 
-def test_the_arcs_that_are_drawn_are_those_of_the_gears(train: Train) -> None:
+def test_the_arcs_that_are_drawn_are_those_of_the_gears(train: PickupTrain) -> None:
     """By carrier angles here, by arc lengths of the rolling curves there."""
-    arcs, addendum = locking(train), train.teeth[2] * train.teeth[0]
-    assert arcs.radius == pytest.approx(compute_arc_radius(rolling(train), addendum), rel=1e-8)
-    assert arcs.reaches[::-1] == pytest.approx(compute_horn_reaches(rolling(train), arcs.radius, addendum), rel=1e-6)
+    arcs, addendum = compute_locking_arcs(train), train.teeth[2] * train.teeth[0]
+    assert arcs.radius == pytest.approx(compute_arc_radius(build_rolling(train), addendum), rel=1e-8)
+    assert arcs.reaches[::-1] == pytest.approx(
+        compute_horn_reaches(build_rolling(train), arcs.radius, addendum), rel=1e-6
+    )
 
 
 def test_a_dwell_that_no_arcs_would_hold_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     def nothing(*_: object) -> float:
         raise GeometryError("no horn")
 
-    monkeypatch.setattr(locks, "radius_of", nothing)
-    assert locking(TRAINS["yu2023"]) is None
-    told = found(load("yu2023"), TRAINS["yu2023"])
+    monkeypatch.setattr(locks, "compute_arc_radius", nothing)
+    assert compute_locking_arcs(TRAINS["yu2023"]) is None
+    told = build_result(load_pickup("yu2023"), TRAINS["yu2023"])
     assert told.locking_arcs is None
     assert "locking arcs" in {one.name for one in told.warnings}
 

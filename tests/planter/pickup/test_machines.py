@@ -13,8 +13,8 @@ from planter.engine.response import Response
 from planter.engine.summary import Cycle, build_rows
 from planter.pickup import file
 from planter.pickup.machines import build_machine, takes
-from planter.pickup.model import Train, build
-from planter.pickup.tray import Cell, Entry
+from planter.pickup.model import PickupTrain, build_train
+from planter.pickup.tray import Cell, CellEntry
 from tests.planter.pickup.pickups import arm, steps, tips
 from tests.planter.pickup.test_smooth import smooth_file
 
@@ -37,9 +37,9 @@ def source(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
 
 
 @cache
-def train_of(source: str) -> tuple[file.Pickup, Train, Machine]:
-    machine = file.load(source)
-    train = build(machine)
+def train_of(source: str) -> tuple[file.Pickup, PickupTrain, Machine]:
+    machine = file.load_pickup(source)
+    train = build_train(machine)
     return machine, train, build_machine(machine, train)
 
 
@@ -52,7 +52,7 @@ def values_of(machine: Machine, angles: np.ndarray = ANGLES) -> dict[str, np.nda
 def test_motion_is_that_of_the_train(source: str) -> None:
     pickup, train, machine = train_of(source)
     values, expected = values_of(machine), train.motion(ANGLES)
-    entry = Entry(train, Cell.of(pickup)).place(ANGLES).T
+    entry = CellEntry(train, Cell.from_pickup(pickup)).place(ANGLES).T
     expected |= {"phi1": train.law.arm(ANGLES), "g": train.slope(ANGLES), "arm": train.arm_heading(ANGLES)}
     expected |= {"along": entry[0], "across": entry[1]}
     for name in set(expected) & set(values):

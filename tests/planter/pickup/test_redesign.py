@@ -8,22 +8,22 @@ import pytest
 from planter.optimise.certificate import best_multipliers, check, kkt_residual
 from planter.optimise.descent import STATIONARY
 from planter.optimise.epigraph import Epigraph
-from planter.pickup.file import load
-from planter.pickup.graph import nodes
-from planter.pickup.inverse import invert
-from planter.pickup.model import build
-from planter.pickup.redesign import NAMES, PINNED, LeastChange, redesign
-from planter.pickup.requirements import push, requirements
+from planter.pickup.file import load_pickup
+from planter.pickup.graph import build_nodes
+from planter.pickup.inverse import invert_path
+from planter.pickup.model import build_train
+from planter.pickup.redesign import NAMES, PINNED, LeastChange, redesign_path
+from planter.pickup.requirements import find_push, list_requirements
 from tests.planter.pickup.pickups import steps
 
-MACHINE = load("yu2023")
-TRAIN = build(MACHINE)
-AT = nodes(TRAIN, 25)
+MACHINE = load_pickup("yu2023")
+TRAIN = build_train(MACHINE)
+AT = build_nodes(TRAIN, 25)
 
 
 @pytest.fixture(scope="module")
 def change() -> LeastChange:
-    return LeastChange(MACHINE, TRAIN, AT, push(TRAIN)[0], dict.fromkeys(NAMES, 0.0))
+    return LeastChange(MACHINE, TRAIN, AT, find_push(TRAIN)[0], dict.fromkeys(NAMES, 0.0))
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def programme(change: LeastChange) -> Epigraph:
 
 @pytest.fixture(scope="module")
 def moved():
-    return redesign(MACHINE, TRAIN)
+    return redesign_path(MACHINE, TRAIN)
 
 
 def test_the_law_is_linear_in_the_value_points() -> None:
@@ -67,7 +67,7 @@ def test_gradient_jacobian_and_hessian_are_those_of_differences(change: LeastCha
 def test_constraints_agree_with_the_requirements(programme: Epigraph) -> None:
     """Without slack the push angle falls short by what the requirement says."""
     z = np.concatenate([np.zeros(AT.size), [0.0], np.zeros(len(NAMES))])
-    margin = {one.name: one.margin for one in requirements(MACHINE, TRAIN)}
+    margin = {one.name: one.margin for one in list_requirements(MACHINE, TRAIN)}
     assert programme.g(z)[:4].min() == pytest.approx(margin["push angle"], abs=1e-4)
 
 
@@ -90,21 +90,21 @@ def test_what_is_fixed_stays(moved) -> None:
 
 
 def test_the_inverse_chain_finds_the_new_law_from_its_path(moved) -> None:
-    found = invert(moved.train.tip(steps(4096)))
+    found = invert_path(moved.train.tip(steps(4096)))
     t = np.linspace(0, 2 * np.pi, 1000)
     assert np.abs(found.law.arm(t) - moved.train.law.arm(t)).max() < 1e-8
 
 
 def test_a_design_that_holds_everything_is_left_alone() -> None:
-    easy = load("yu2023", {"push_deg": 80, "swing_deg": 40})
-    moved = redesign(easy, TRAIN)
+    easy = load_pickup("yu2023", {"push_deg": 80, "swing_deg": 40})
+    moved = redesign_path(easy, TRAIN)
     assert moved.iterations == 0
     assert moved.train.law is TRAIN.law
 
 
 def test_targets_that_exclude_each_other_are_not_held() -> None:
     """A push angle of 90 deg is a swing of 50, not 60; the least violation lies between."""
-    moved = redesign(load("yu2023", {"swing_deg": 60}), TRAIN)
+    moved = redesign_path(load_pickup("yu2023", {"swing_deg": 60}), TRAIN)
     assert not moved.holds
     margin = {one.name: one.margin for one in moved.after}
     assert margin["push angle"] + margin["push angle less pick angle"] == pytest.approx(-6, abs=0.05)

@@ -5,22 +5,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planter.pickup.file import load
-from planter.pickup.model import Train, build
-from planter.pickup.requirements import Requirement, push, requirements
-from planter.pickup.tray import Cell, Entry
+from planter.pickup.file import load_pickup
+from planter.pickup.model import PickupTrain, build_train
+from planter.pickup.requirements import PickupRequirement, find_push, list_requirements
+from planter.pickup.tray import Cell, CellEntry
 from tests.planter.pickup.pickups import L1, L2, built_in, law
 
-MACHINE = load("yu2023")
-TRAIN = build(MACHINE)
+MACHINE = load_pickup("yu2023")
+TRAIN = build_train(MACHINE)
 
 
-def by_name(train: Train = TRAIN, **changes: float) -> dict[str, Requirement]:
-    return {one.name: one for one in requirements(load("yu2023", changes), train)}
+def by_name(train: PickupTrain = TRAIN, **changes: float) -> dict[str, PickupRequirement]:
+    return {one.name: one for one in list_requirements(load_pickup("yu2023", changes), train)}
 
 
-def entry(train: Train = TRAIN, **changes: float) -> Entry:
-    return Entry(train, replace(Cell.of(MACHINE), **changes))
+def entry(train: PickupTrain = TRAIN, **changes: float) -> CellEntry:
+    return CellEntry(train, replace(Cell.from_pickup(MACHINE), **changes))
 
 
 def test_printed_numbers() -> None:
@@ -55,7 +55,7 @@ def test_the_arm_swings_fifty_degrees_under_the_law_made_for_it() -> None:
     swinging = law(0.2322871381, *np.radians([240 - 87.0766 / 2, 240 + 87.0766 / 2]))
     assert swinging.mean_on_teeth == pytest.approx(1.2761830240, abs=1e-6)
     train = replace(TRAIN, law=swinging)
-    assert np.degrees(push(train)[1]) == pytest.approx(50, abs=1e-3)
+    assert np.degrees(find_push(train)[1]) == pytest.approx(50, abs=1e-3)
     found = by_name(train)
     assert found["push angle"].value == pytest.approx(90, abs=1e-3)
     assert found["push angle"].holds
@@ -63,7 +63,7 @@ def test_the_arm_swings_fifty_degrees_under_the_law_made_for_it() -> None:
 
 
 def test_where_it_pushes_the_arm_rests() -> None:
-    where, swing = push(TRAIN)
+    where, swing = find_push(TRAIN)
     assert TRAIN.slope(np.array([where]))[0] == pytest.approx(1, abs=1e-9)
     heading = TRAIN.arm_heading(np.linspace(0, 2 * np.pi, 5000))
     assert swing == pytest.approx(heading[0] - heading.min(), abs=1e-6)
@@ -94,7 +94,7 @@ def test_a_needle_pushed_deeper_than_the_path_turns_is_noticed() -> None:
 
 def test_clearance_of_an_upright_needle_is_that_of_a_trapezium() -> None:
     """Tip corner against the inclined wall, by similar triangles, at the pick."""
-    cell = Cell.of(MACHINE)
+    cell = Cell.from_pickup(MACHINE)
     corner = entry().needle(0.0)[0]
     half = (cell.top - (cell.top - cell.bottom) * corner[0] / cell.depth) / 2
     slope = (cell.top - cell.bottom) / 2 / cell.depth
@@ -103,7 +103,7 @@ def test_clearance_of_an_upright_needle_is_that_of_a_trapezium() -> None:
     assert gap < by_hand
     still = replace(TRAIN, law=law(0.0, np.radians(210), np.radians(270)))
     assert corner == pytest.approx([0.035, -0.005])
-    assert Entry(still, cell).needle(0.0) == pytest.approx(entry().needle(0.0))
+    assert CellEntry(still, cell).needle(0.0) == pytest.approx(entry().needle(0.0))
 
 
 def test_a_needle_too_wide_or_too_deep_cuts_the_tray() -> None:

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from planter.files import examples
-from planter.pickup.law import Dwell
-from planter.pickup.smooth import SmoothLaw
+from planter.pickup.law import Dwell, SmoothLaw
 from planter.report.files import read_cycle_csv
 from tests.planter.pickup.pickups import END, START, P
 from tests.support.cli import below

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import scipy
 
-from planter.pickup import waves
-from planter.pickup.file import load
+from planter.pickup import spline
+from planter.pickup.file import load_pickup
 from planter.pickup.spline import PathSpline
 from tests.planter.pickup.pickups import arm, steps, tips
 
-POINTS = load("yu2023-path").points
+POINTS = load_pickup("yu2023-path").points
 CURVE = PathSpline(POINTS)
 
 
@@ -81,7 +81,7 @@ def test_ripple_of_many_points_is_taken_off_in_one_go() -> None:
     ripple = 0.01 * rng.random(count) * np.cos(np.pi * np.arange(count))
     wavy = np.cos(2 * np.pi * np.arange(count) / count) + ripple
     begun = time.perf_counter()
-    far, near = waves.prominent(wavy, 0.1, closed=True)
+    far, near = spline.find_prominent_extrema(wavy, 0.1, closed=True)
     assert time.perf_counter() - begun < 10
     assert wavy[far] == pytest.approx(1.01, abs=1e-3)
     assert wavy[near] == pytest.approx(-1.01, abs=1e-3)
@@ -100,7 +100,7 @@ def test_what_stands_out_is_what_is_left_when_the_least_pair_goes_again_and_agai
         if step >= 0.3:
             break
         left = [k for k in left if k not in (i, j)]
-    assert waves.prominent(values, 0.3, closed).tolist() == left
+    assert spline.find_prominent_extrema(values, 0.3, closed).tolist() == left
 
 
 def test_squares_near_an_extreme_keep_their_digits() -> None:

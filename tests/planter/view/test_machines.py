@@ -35,8 +35,8 @@ EXAMPLES = ROOT / "docs" / "examples"
 
 @pytest.fixture(scope="module")
 def picking() -> Scene:
-    machine = pickup_file.load("yu2023")
-    return pickup.scene(machine, pickup_model.build(machine))
+    machine = pickup_file.load_pickup("yu2023")
+    return pickup.build_pickup_scene(machine, pickup_model.build_train(machine))
 
 
 @pytest.mark.parametrize("moment", [0, 60, 140, 300])

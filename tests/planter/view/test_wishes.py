@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planter.errors import InputError
-from planter.pickup.file import load
+from planter.pickup.file import load_pickup
 from planter.view.subject import Searching, Shown, Wishing, opened
 
 
@@ -78,4 +78,4 @@ def test_a_path_of_no_use_is_refused(path: str, sentence: str, tmp_path: Path) -
     own = path.replace("POINTS", str(points)).replace("TWICE", str(twice))
     (tmp_path / "own.toml").write_text(f"{text[:start]}[path]\n{own}\n\n{rest}", encoding="utf-8")
     with pytest.raises(InputError, match=sentence):
-        load(tmp_path / "own.toml")
+        load_pickup(tmp_path / "own.toml")
