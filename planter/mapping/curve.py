@@ -10,6 +10,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.angles import TURN
+from planter.numerics.extremes import first_extreme
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -55,15 +56,16 @@ class AngleCurve:
 
     @cached_property
     def extremes(self) -> tuple[SlopeExtreme, SlopeExtreme]:
-        """Least and largest slope: a parabola between two points, it has them at the points or at a vertex."""
+        """Least and largest slope, the first of equal ones: parabolas have them at the points or at a vertex."""
         starts, widths = self.carrier[:-1], np.diff(self.carrier)
         slope, first, second = self.slopes(starts)
         inside = np.clip(np.divide(-first, second, out=np.zeros_like(first), where=second != 0), 0, widths)
         angles = np.concatenate([starts, starts + inside])
         values = np.concatenate([slope, slope + first * inside + second * inside**2 / 2])
-        low, high = int(np.argmin(values)), int(np.argmax(values))
-        return SlopeExtreme(float(values[low]), float(angles[low])), SlopeExtreme(
-            float(values[high]), float(angles[high])
+        low, high = (first_extreme(angles, values, sign) for sign in (-1, 1))
+        return (
+            SlopeExtreme(float(values[low]), float(angles[low])),
+            SlopeExtreme(float(values[high]), float(angles[high])),
         )
 
     @property

@@ -34,6 +34,15 @@ def test_curve_is_periodic_and_c2() -> None:
     assert np.abs(left[2] - right[2]).max() > 0.1
 
 
+def test_first_of_equal_slopes_is_the_extreme() -> None:
+    """A curve that repeats four times a turn has each extreme four times, and rounding does not choose among them."""
+    carrier = np.linspace(0, TURN, 33)
+    relative = -carrier + 0.1 * np.sin(4 * carrier)
+    for noise in (0, 1e-13):
+        uneven = relative + noise * np.cos(np.arange(len(carrier)))
+        assert [extreme.angle for extreme in AngleCurve(carrier, uneven).extremes] == pytest.approx([0, TURN / 8])
+
+
 def test_slopes_are_the_derivatives_of_the_curve() -> None:
     curve = load_curve("sun2019-curve")
     theta, step = np.linspace(0.03, 6.2, 40), 1e-5
