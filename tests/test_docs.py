@@ -162,13 +162,13 @@ def test_every_work_is_on_its_page_with_its_doi() -> None:
 
 
 def test_findings_name_every_equation_at_fault_and_no_other() -> None:
-    record, page = verdicts.committed(), findings.page()
+    record, page = verdicts.load_verdicts(), findings.page()
     told = set(re.findall(r"^\* \*\*\((.+?)\)\*\*, ", page, re.MULTILINE))
     assert told == {one["equation"] for one in record["equations"] if one["verdict"] in findings.FAULT}
 
 
 def test_findings_say_what_they_hang_on() -> None:
-    record: dict[str, Any] = copy.deepcopy(dict(verdicts.committed()))
+    record: dict[str, Any] = copy.deepcopy(dict(verdicts.load_verdicts()))
     at_fault = next(one for one in record["equations"] if one["verdict"] == "misprint" and not one["fragile"])
     before = findings.page(record).count("one character of the text as read")
     assert before == sum(

@@ -147,5 +147,5 @@ def paper(name: str, record: Entry) -> Iterator[str]:
 
 def page(record: Entry | None = None) -> str:
     """The page, of the committed records."""
-    record = record or verdicts.committed()
+    record = record or verdicts.load_verdicts()
     return "\n".join([HEAD, *(line for name in record["papers"] for line in paper(name, record))]) + "\n"

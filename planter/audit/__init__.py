@@ -1,1 +1,1 @@
-"""The papers on trial: committed verdicts on equations and laws, printed numbers computed anew, what follows."""
+"""Audit of papers: committed verdicts on equations and laws, recomputed numbers, and the consequences."""

@@ -1,4 +1,4 @@
-"""Statements in the papers' text on trial: each is measured in numbers, and holds if the measure is what it must be."""
+"""Audit of statements in the text of papers: each has a measure, and holds if the measure meets its condition."""
 
 from __future__ import annotations
 
@@ -7,37 +7,37 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from planter.audit.numbers import data
+from planter.audit.numbers import load_numbers
 from planter.audit.registry import Computation, Inputs
 
 EXACT = 1e-9
-"""What counts as zero where a claim must hold exactly; lengths and angles are of order one, or in mm and deg."""
+"""Tolerance of exact claims; lengths and angles are of order one, or in mm and deg."""
 _TESTS: dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
 }  # fmt: skip
 
 
-def judged(paper: str | None = None, content: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
-    """Every claim, or those of one paper: its measure, what that must be, and whether it holds.
+def judge_claims(paper: str | None = None, content: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
+    """Return every claim, or those of one paper, with measure, condition, and whether it holds.
 
-    What was assumed for the measure is listed; with such inputs a claim holds or fails for these inputs alone. It holds
-    if some value within the rounding of the printed inputs is what it must be.
+    Assumed inputs of the measure are listed; the result is valid only for these inputs. A claim holds if some value
+    within the rounding of the printed inputs meets its condition.
     """
-    table = data() if content is None else content
-    return [_judged(row, table) for row in table["claim"] if paper in (None, row["paper"])]
+    table = load_numbers() if content is None else content
+    return [_judge_claim(row, table) for row in table["claim"] if paper in (None, row["paper"])]
 
 
-def met(value: float, must: str, within: float = EXACT) -> bool:
-    """Whether a value is what it must be.
+def meets(value: float, must: str, tolerance: float = EXACT) -> bool:
+    """Return whether a value meets a condition.
 
     >>> met(0.02, "< 0.05"), met(1e-12, "= 0"), met(1e-3, "= 0"), met(-1e-12, ">= 0")
     (True, True, False, True)
     """
-    return met_by((value, value), must, within)
+    return interval_meets((value, value), must, tolerance)
 
 
-def met_by(interval: tuple[float, float], must: str, within: float = EXACT) -> bool:
-    """Whether some value of an interval is what it must be.
+def interval_meets(interval: tuple[float, float], must: str, tolerance: float = EXACT) -> bool:
+    """Return whether some value of an interval meets a condition.
 
     >>> met_by((-0.02, 0.03), "= 0"), met_by((-0.02, 0.03), "> 0"), met_by((-0.02, -0.01), ">= 0")
     (True, True, False)
@@ -45,14 +45,14 @@ def met_by(interval: tuple[float, float], must: str, within: float = EXACT) -> b
     sign, text = must.split()
     (low, high), limit = interval, float(text)
     if sign == "=":
-        return low - within <= limit <= high + within
-    slack = within if sign in ("<=", ">=") else 0.0
+        return low - tolerance <= limit <= high + tolerance
+    slack = tolerance if sign in ("<=", ">=") else 0.0
     return _TESTS[sign](high + slack if ">" in sign else low - slack, limit)
 
 
-def _judged(row: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
+def _judge_claim(row: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
     inputs = Inputs(row.get("with", {}), table["disclosed"][row["paper"]], table["assumed"][row["paper"]])
-    computed = Computation.of(row["by"], inputs)
+    computed = Computation.evaluate(row["by"], inputs)
     interval, limits = computed.interval, (row["must"], row.get("within", EXACT))
     return {
         "paper": row["paper"],
@@ -61,6 +61,6 @@ def _judged(row: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
         "value": computed.value,
         "unit": row["unit"],
         "must": re.sub(r"^= ", "be ", row["must"]) if row["must"].startswith("=") else f"be {row['must']}",
-        "holds": interval is not None and met_by(interval, *limits),
+        "holds": interval is not None and interval_meets(interval, *limits),
         "assumed_inputs": list(inputs.assumed),
     }

@@ -1,4 +1,4 @@
-"""The papers on trial."""
+"""The command `planter audit`."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ app = typer.Typer()
 NUMBERS = "printed numbers of a paper of your own, to compute anew: the TOML file that is described above"
 
 
-def _papers() -> Iterable[str]:
+def _list_papers() -> Iterable[str]:
     from planter.audit import numbers
 
-    return numbers.papers()
+    return numbers.list_papers()
 
 
-@app.command(cls=listing(paper=_papers))
+@app.command(cls=listing(paper=_list_papers))
 @writes("summary.json", "report.html")
 def audit(
     paper: Annotated[
@@ -64,37 +64,41 @@ def audit(
         from planter.audit import page, tables
         from planter.audit.results import Audit
 
-        trial = _own if _is_own(paper) else _built_in
+        trial = _audit_user_paper if _is_file(paper) else _audit_built_in
         result, typeset = trial(console, paper, numbers, front)
         if out is not None:
-            page.write(out, result, typeset)
-        console.result(Audit.read(result), lambda: tables.show(console, result))
+            page.write_audit(out, result, typeset)
+        console.result(Audit.read(result), lambda: tables.show_audit(console, result))
 
 
-def _is_own(paper: str | None) -> bool:
-    """Whether a file or folder is meant."""
+def _is_file(paper: str | None) -> bool:
+    """Return whether PAPER is a file or folder."""
     if not paper:
         return False
-    return paper.endswith(".py") or (paper not in list(_papers()) and Path(paper).exists())
+    return paper.endswith(".py") or (paper not in list(_list_papers()) and Path(paper).exists())
 
 
-def _own(console: Console, source: str | None, numbers: Path | None, front: bool) -> tuple[dict[str, Any], Any]:
+def _audit_user_paper(
+    console: Console, source: str | None, numbers: Path | None, front: bool
+) -> tuple[dict[str, Any], Any]:
     from planter.audit import own
 
     if front:
-        raise InputError("--front is not allowed here: it wants one of the papers by its short name")
-    found = own.tried(Path(source or "."), numbers)
-    console.say(f"written to {found.folder}")
-    return found.result, found.typeset
+        raise InputError("--front needs one of the papers by its short name")
+    trial = own.audit_user_paper(Path(source or "."), numbers)
+    console.say(f"written to {trial.folder}")
+    return trial.result, trial.typeset
 
 
-def _built_in(console: Console, paper: str | None, numbers: Path | None, front: bool) -> tuple[dict[str, Any], Any]:
+def _audit_built_in(
+    console: Console, paper: str | None, numbers: Path | None, front: bool
+) -> tuple[dict[str, Any], Any]:
     from planter.audit import fronts, verdicts
     from planter.kernels import generated
 
     if numbers is not None:
-        raise InputError(f"--numbers {numbers} is not allowed here: it goes with the file of a paper of your own")
+        raise InputError(f"--numbers {numbers} needs the Python file of a paper")
     result = verdicts.audit(paper)
     if front:
-        result["front"] = fronts.sought(paper, console.progress)
+        result["front"] = fronts.search_front(paper, console.progress)
     return result, generated.sidecar("audit_mathml")

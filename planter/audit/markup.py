@@ -1,4 +1,4 @@
-"""Parts of the audit's page that the report's blocks do not have: cells of markup, bars of shares, verdicts."""
+"""Markup of the audit's page beyond the report's blocks: cells of markup, bars of shares, verdicts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from planter.report.html import cell_text
 
 @dataclass(frozen=True)
 class Raw:
-    """Markup that is finished: a block of the page, or a cell of a table."""
+    """Complete markup: a block of the page, or a cell of a table."""
 
     markup: str
 
@@ -22,23 +22,27 @@ class Raw:
 Cell = Raw | str | float | None
 
 
-def table(head: Sequence[str], rows: Iterable[Sequence[Cell]], kind: str = "") -> str:
-    """A table with numbers to six digits, set flush right; its first column names the rows."""
-    named = f' class="{kind}"' if kind else ""
+def format_table(head: Sequence[str], rows: Iterable[Sequence[Cell]], kind: str = "") -> str:
+    """Return a table with right-aligned numbers to six digits; its first column names the rows."""
+    class_text = f' class="{kind}"' if kind else ""
     top = "".join(f'<th scope="col">{escape(text)}</th>' for text in head)
-    body = "\n".join(f"<tr>{''.join(_cell(i, cell) for i, cell in enumerate(row))}</tr>" for row in rows)
-    return f'<div class="wide"><table{named}><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
+    body = "\n".join(f"<tr>{''.join(_format_cell(i, cell) for i, cell in enumerate(row))}</tr>" for row in rows)
+    return (
+        f'<div class="wide"><table{class_text}><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
+    )
 
 
-def _cell(index: int, cell: Cell) -> str:
-    content = cell.markup if isinstance(cell, Raw) else number(cell) if isinstance(cell, float) else cell_text(cell)
+def _format_cell(index: int, cell: Cell) -> str:
+    content = (
+        cell.markup if isinstance(cell, Raw) else format_number(cell) if isinstance(cell, float) else cell_text(cell)
+    )
     if index == 0:
         return f'<th scope="row">{content}</th>'
     return f'<td class="number">{content}</td>' if cell is None or isinstance(cell, float) else f"<td>{content}</td>"
 
 
-def number(value: float) -> str:
-    """Six digits, a power of ten as one.
+def format_number(value: float) -> str:
+    """Return a number to six digits, with a power of ten as superscript.
 
     >>> number(0.5), number(62.33105858)
     ('0.5', '62.3311')
@@ -50,24 +54,24 @@ def number(value: float) -> str:
     return f"{mantissa}\N{MULTIPLICATION SIGN}10<sup>{power.lstrip('0')}</sup>"
 
 
-def mark(word: str, kind: str = "") -> Raw:
-    """A verdict, coloured by what it says."""
+def mark_verdict(word: str, kind: str = "") -> Raw:
+    """Return a coloured verdict."""
     return Raw(f'<span class="mark {escape((kind or word).replace(" ", "-"))}">{escape(word)}</span>')
 
 
-def bar(share: float | None) -> Raw:
-    """A share of the largest term as a bar and in per cent."""
+def format_bar(share: float | None) -> Raw:
+    """Return a share of the largest term as a bar and in per cent."""
     if share is None:
         return Raw("\N{EN DASH}")
     width = min(100.0, 100 * share)
-    return Raw(f'<span class="bar"><span style="width: {width:.3g}%"></span></span> {number(100 * share)} %')
+    return Raw(f'<span class="bar"><span style="width: {width:.3g}%"></span></span> {format_number(100 * share)} %')
 
 
-def paragraph(text: str, kind: str = "") -> str:
+def format_paragraph(text: str, kind: str = "") -> str:
     return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
 
 
-def items(texts: Iterable[str]) -> str:
+def format_items(texts: Iterable[str]) -> str:
     return f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in texts)}</ul>"
 
 

@@ -1,4 +1,4 @@
-"""Printed numbers on trial: each is computed anew from what its paper discloses, and judged by rule.
+"""Audit of printed numbers: each is recomputed from what its paper discloses, and judged by rule.
 
 A paper's numbers stand in a file `NAME.toml` of a room's `printed`. [disclosed] holds inputs that the paper gives,
 [assumed] inputs that it does not give. Every [[number]] holds the printed text (its digits are its precision), the
@@ -35,12 +35,12 @@ from planter.files.text import parse_toml
 SUFFIX = ".toml"
 ROWS = ("number", "claim", "headline", "chain")
 _TIE = 2e-9
-"""Part of half the last printed place by which a value may pass its half: a tie in decimals is not one in binary."""
+"""Share of half the last printed place by which a value may exceed it: decimal ties are not exact in binary."""
 
 
 @dataclass(frozen=True)
 class Number:
-    """A number as a paper prints it, at a place, and how it is computed anew."""
+    """A number as a paper prints it, its place, and its computation."""
 
     paper: str
     quantity: str
@@ -53,17 +53,17 @@ class Number:
     place: str = ""
 
     def agrees_with(self, computed: Computation) -> bool:
-        """Whether the printed number, as far as its digits go, meets what was computed from rounded inputs."""
+        """Return whether the printed number agrees, within its digits, with the computation from rounded inputs."""
         if computed.value is None or computed.interval is None:
             return False
         low, high = computed.interval
         nearest = min(max(float(self.printed), low), high)
-        return equal(self.printed, computed.value) or equal(self.printed, nearest)
+        return equals_printed(self.printed, computed.value) or equals_printed(self.printed, nearest)
 
 
 @dataclass(frozen=True)
 class Recomputed:
-    """A printed number and its computation from the paper's inputs; `reason` says why that did not succeed."""
+    """A printed number and its computation from the paper's inputs; `reason` explains a failure."""
 
     number: Number
     computed: Computation
@@ -71,101 +71,110 @@ class Recomputed:
 
     @property
     def assumed(self) -> Sequence[str]:
-        """Assumed inputs that the computation took."""
+        """Assumed inputs of the computation."""
         return self.computed.inputs.assumed
 
     @property
     def equal(self) -> bool:
         """Whether both are equal at the printed precision."""
-        return self.computed.value is not None and equal(self.number.printed, self.computed.value)
+        return self.computed.value is not None and equals_printed(self.number.printed, self.computed.value)
 
 
 @cache
-def data() -> dict[str, Any]:
-    """The printed numbers of all papers: inputs by paper, and rows that name theirs.
+def load_numbers() -> dict[str, Any]:
+    """Return the printed numbers of all papers: inputs by paper, and rows with the names of their papers.
 
-    They stand in files `NAME.toml` of the rooms' `printed`, whose modules enter the formulas in the registry.
+    They come from files `NAME.toml` of packages `printed`, whose modules register the formulas.
     """
     for room in rooms.brought("printed"):
-        load(room)
+        load_formulas(room)
     files = [file for folder in rooms.folders("printed").values() for file in folder.iterdir()]
-    read = {f.name[: -len(SUFFIX)]: parse_toml(f.read_text(encoding="utf-8"), f.name, Rounded)
+    tables = {f.name[: -len(SUFFIX)]: parse_toml(f.read_text(encoding="utf-8"), f.name, Rounded)
             for f in files if f.name.endswith(SUFFIX)}  # fmt: skip
-    papers = sorted(read, key=lambda name: (read[name]["place"], name))
-    single: dict[str, Any] = {key: {name: read[name][key] for name in papers} for key in ("disclosed", "assumed")}
-    rows = {kind: [{"paper": name, **row} for name in papers for row in read[name].get(kind, ())] for kind in ROWS}
-    return {"papers": {name: read[name]["title"] for name in papers}, **single, **rows}
+    list_papers = sorted(tables, key=lambda name: (tables[name]["place"], name))
+    single: dict[str, Any] = {
+        key: {name: tables[name][key] for name in list_papers} for key in ("disclosed", "assumed")
+    }
+    rows = {
+        kind: [{"paper": name, **row} for name in list_papers for row in tables[name].get(kind, ())] for kind in ROWS
+    }
+    return {"papers": {name: tables[name]["title"] for name in list_papers}, **single, **rows}
 
 
-def load(room: ModuleType) -> None:
-    """Have the modules of a room's `printed` enter their formulas in the registry."""
-    for found in sorted(pkgutil.iter_modules(room.__path__)):
-        import_module(f"{room.__name__}.{found.name}")
+def load_formulas(room: ModuleType) -> None:
+    """Import the modules of a package `printed`, which register their formulas."""
+    for module in sorted(pkgutil.iter_modules(room.__path__)):
+        import_module(f"{room.__name__}.{module.name}")
 
 
-def papers() -> dict[str, str]:
-    """Title of each paper by its short name."""
-    found: dict[str, str] = data()["papers"]
-    return found
+def list_papers() -> dict[str, str]:
+    """Return the title of each paper by its short name."""
+    titles: dict[str, str] = load_numbers()["papers"]
+    return titles
 
 
-def judged(paper: str | None = None, content: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
-    """Every printed number, or those of one paper, with its verdict, as the interface gives them.
+def judge_numbers(paper: str | None = None, content: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
+    """Return every printed number, or those of one paper, with verdicts, in the form of the result.
 
-    A verdict depends on a paper's other numbers as well, so a paper is always judged as a whole. Of one that is not
-    reproduced, `cured_by` names the slip in a disclosed input that explains it with others, and `cured_to` what it then
-    comes to.
+    A verdict also depends on a paper's other numbers, so a paper is always judged completely. For a number that is not
+    reproduced, `cured_by` names the sign error in a disclosed input that explains it and others, and `cured_to` is the
+    value without that error.
     """
-    table = data() if content is None else content
-    found = [recompute(number, table) for number in numbers(table) if paper in (None, number.paper)]
-    entries = [entry(one, verdict(one, found)) for one in found]
-    for name in dict.fromkeys(one.number.paper for one in found):
+    table = load_numbers() if content is None else content
+    numbers_computed = [recompute(number, table) for number in list_numbers(table) if paper in (None, number.paper)]
+    entries = [
+        build_entry(number_computed, decide_verdict(number_computed, numbers_computed))
+        for number_computed in numbers_computed
+    ]
+    for name in dict.fromkeys(number_computed.number.paper for number_computed in numbers_computed):
         wrong = [i for i, e in enumerate(entries) if e["paper"] == name and e["verdict"] == "not reproduced"]
-        unmet = [found[i].number for i in wrong]
-        for slip in slips.found(unmet, table["disclosed"][name], table["assumed"][name]):
+        unmet = [numbers_computed[i].number for i in wrong]
+        for slip in slips.find_sign_errors(unmet, table["disclosed"][name], table["assumed"][name]):
             for place, value in slip.cured.items():
-                entries[wrong[place]] |= {"cured_by": slip.what, "cured_to": value}
+                entries[wrong[place]] |= {"cured_by": slip.cause, "cured_to": value}
     return entries
 
 
-def causes(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Slips in disclosed inputs, each with the numbers that are not reproduced for it alone."""
+def list_causes(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the errors in disclosed inputs, each with the numbers that only it prevents."""
     cured: dict[tuple[str, str], list[str]] = {}
-    for one in entries:
-        if one["cured_by"]:
-            cured.setdefault((one["paper"], one["cured_by"]), []).append(f"{one['paper']}: {one['quantity']}")
-    return [{"paper": paper, "cause": what, "repair": what, "equations": [], "numbers": names}
-            for (paper, what), names in cured.items()]  # fmt: skip
+    for entry_judged in entries:
+        if entry_judged["cured_by"]:
+            cured.setdefault((entry_judged["paper"], entry_judged["cured_by"]), []).append(
+                f"{entry_judged['paper']}: {entry_judged['quantity']}"
+            )
+    return [{"paper": paper, "cause": cause, "repair": cause, "equations": [], "numbers": names}
+            for (paper, cause), names in cured.items()]  # fmt: skip
 
 
-def numbers(table: Mapping[str, Any]) -> Iterator[Number]:
-    """The numbers of a data file, rows of numbers one by one."""
+def list_numbers(table: Mapping[str, Any]) -> Iterator[Number]:
+    """Yield the numbers of a data file, with rows of numbers expanded."""
     for row in table["number"]:
         each: Mapping[str, Sequence[Any]] = row.get("each", {})
         texts: Sequence[str] = row["printed"] if each else [row["printed"]]
         for index, text in enumerate(texts):
-            own = {name: values[index] for name, values in each.items()}
-            quantity = row["quantity"].format_map(own)
-            arguments = {**row.get("with", {}), **own}
+            build_entry = {name: values[index] for name, values in each.items()}
+            quantity = row["quantity"].format_map(build_entry)
+            arguments = {**row.get("with", {}), **build_entry}
             origin = (row["paper"], quantity, row["unit"], text, row["by"], arguments)
-            reading = own.get("reading", row.get("reading", ""))
-            yield Number(*origin, row.get("needs", ()), reading, row.get("place", "").format_map(own))
+            reading = build_entry.get("reading", row.get("reading", ""))
+            yield Number(*origin, row.get("needs", ()), reading, row.get("place", "").format_map(build_entry))
 
 
 def recompute(number: Number, table: Mapping[str, Any]) -> Recomputed:
-    """Compute a number from its paper's inputs; what was assumed is seen from what the formula reads.
+    """Compute a number from its paper's inputs, and record the assumed inputs that the formula reads.
 
-    A computation that does not succeed is that of this number alone: there is no value then, but a reason.
+    If the computation fails, the result has a reason instead of a value.
     """
     inputs = Inputs(number.arguments, table["disclosed"][number.paper], table["assumed"][number.paper])
     try:
-        return Recomputed(number, Computation.of(number.by, inputs))
+        return Recomputed(number, Computation.evaluate(number.by, inputs))
     except ComputationError as error:
         return Recomputed(number, Computation(FORMULAS[number.by], inputs, None), str(error))
 
 
-def equal(printed: str, value: float) -> bool:
-    """Whether a value rounds to a printed number: it is at most half of the last printed place away.
+def equals_printed(printed: str, value: float) -> bool:
+    """Return whether a value rounds to a printed number, that is, differs by at most half of the last place.
 
     >>> equal("8.6", 8.649), equal("8.6", 8.66), equal("-8.52e-5", -8.517e-5), equal("45.5", 45.45)
     (True, False, True, True)
@@ -173,72 +182,82 @@ def equal(printed: str, value: float) -> bool:
     return abs(Decimal(value) - Decimal(printed)) <= Decimal(half_place(printed)) * (1 + Decimal(_TIE))
 
 
-def verdict(one: Recomputed, of_paper: Sequence[Recomputed]) -> str:
-    """The verdict by rule.
+def decide_verdict(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> str:
+    """Return the verdict by rule.
 
     From disclosed inputs alone a number is reproduced if it is equal at the printed precision, consistent if one choice
     of the unrounded inputs gives it together with all that are reproduced, else not reproduced. One that rests on
     assumed inputs is consistent if it is hit and if the same inputs, or part of them, hit more printed values than they
     are many; else, or where an undisclosed input is needed or the computation does not succeed, it is not recomputable.
     """
-    if one.number.needs or one.reason:
+    if recomputed.number.needs or recomputed.reason:
         return "not recomputable"
-    if not one.assumed:
-        if one.equal:
+    if not recomputed.assumed:
+        if recomputed.equal:
             return "reproduced"
         return (
-            "consistent" if one.number.agrees_with(one.computed) and fits_jointly(one, of_paper) else "not reproduced"
+            "consistent"
+            if recomputed.number.agrees_with(recomputed.computed) and fits_jointly(recomputed, of_paper)
+            else "not reproduced"
         )
-    return "consistent" if one.equal and hits(one, of_paper) > len(one.assumed) else "not recomputable"
+    return (
+        "consistent"
+        if recomputed.equal and count_hits(recomputed, of_paper) > len(recomputed.assumed)
+        else "not recomputable"
+    )
 
 
-def fits_jointly(one: Recomputed, of_paper: Sequence[Recomputed]) -> bool:
-    """Whether inputs within their rounding give a number and, at once, all that the rounded ones reproduce.
+def fits_jointly(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> bool:
+    """Return whether inputs within their rounding give a number together with all reproduced numbers.
 
-    A linear feasibility problem in the roundings u of the inputs, -1 <= u <= 1 half a unit of the last digit each.
+    This is a linear feasibility problem in the roundings u of the inputs, -1 <= u <= 1 half a unit of the last digit
+    each.
     """
     from scipy.optimize import linprog  # a fifth of a second that few numbers need
 
     reproduced = (
-        other
-        for other in of_paper
-        if other.number.paper == one.number.paper and other.equal and not other.assumed and not other.number.needs
+        candidate
+        for candidate in of_paper
+        if candidate.number.paper == recomputed.number.paper
+        and candidate.equal
+        and not candidate.assumed
+        and not candidate.number.needs
     )
-    together = [(each.number.printed, each.computed) for each in (one, *reproduced)]
+    together = [(each.number.printed, each.computed) for each in (recomputed, *reproduced)]
     keys = sorted(set().union(*(computed.effects for _, computed in together)))
     rows = np.array([[computed.effects.get(key, 0.0) for key in keys] for _, computed in together])
     gaps = np.array([float(printed) - float(computed.value or 0.0) for printed, computed in together])
     reach = np.array([half_place(printed) * (1 + _TIE) for printed, _ in together])
     scaled = np.vstack([rows, -rows]) / np.tile(reach, 2)[:, None]
-    found = linprog(np.zeros(len(keys)), scaled, np.concatenate([gaps + reach, reach - gaps]) / np.tile(reach, 2),
+    solution = linprog(np.zeros(len(keys)), scaled, np.concatenate([gaps + reach, reach - gaps]) / np.tile(reach, 2),
                     bounds=(-1, 1))  # fmt: skip
-    return bool(found.status == 0)
+    return bool(solution.status == 0)
 
 
-def hits(one: Recomputed, of_paper: Sequence[Recomputed]) -> int:
-    """How many printed values of the paper are hit by nothing more than this number's assumed inputs.
+def count_hits(recomputed: Recomputed, of_paper: Sequence[Recomputed]) -> int:
+    """Return how many printed values of the paper follow from a subset of this number's assumed inputs.
 
     Equal digits from one formula count once.
     """
-    found = {
-        (other.number.by, other.number.printed)
-        for other in of_paper
-        if other.equal
-        and other.assumed
-        and not other.number.needs
-        and other.number.paper == one.number.paper
-        and set(other.assumed) <= set(one.assumed)
+    matches = {
+        (candidate.number.by, candidate.number.printed)
+        for candidate in of_paper
+        if candidate.equal
+        and candidate.assumed
+        and not candidate.number.needs
+        and candidate.number.paper == recomputed.number.paper
+        and set(candidate.assumed) <= set(recomputed.assumed)
     }
-    return len(found)
+    return len(matches)
 
 
-def entry(one: Recomputed, judgement: str) -> dict[str, Any]:
-    """A judged number as the interface gives it; `printed_text` holds the digits that are printed.
+def build_entry(recomputed: Recomputed, judgement: str) -> dict[str, Any]:
+    """Return a judged number in the form of the result; `printed_text` has the printed digits.
 
-    `difference` is what was computed less what is printed; `interval` the lowest and highest value within the rounding
+    `difference` is the computed minus the printed value; `interval` the lowest and highest value within the rounding
     of printed inputs, where the value itself differs from the print.
     """
-    number, value = one.number, one.computed.value
+    number, value = recomputed.number, recomputed.computed.value
     return {
         "paper": number.paper,
         "place": number.place,
@@ -246,22 +265,22 @@ def entry(one: Recomputed, judgement: str) -> dict[str, Any]:
         "unit": number.unit,
         "printed": float(number.printed),
         "recomputed": value,
-        "interval": _interval(one),
+        "interval": _find_interval(recomputed),
         "difference": None if value is None else value - float(number.printed),
         "verdict": judgement,
-        "assumed_inputs": list(one.assumed),
+        "assumed_inputs": list(recomputed.assumed),
         "needs": list(number.needs),
         "printed_text": number.printed,
         "reading": number.reading,
-        "reason": one.reason,
+        "reason": recomputed.reason,
         "formula": number.by,
         "cured_by": "",
         "cured_to": None,
     }
 
 
-def _interval(one: Recomputed) -> list[float] | None:
-    """The interval of a number that is judged by it: one from disclosed inputs alone that is not met exactly."""
-    if one.number.needs or one.assumed or one.equal or one.computed.interval is None:
+def _find_interval(recomputed: Recomputed) -> list[float] | None:
+    """Return the interval of a number from disclosed inputs only that is not met exactly, else None."""
+    if recomputed.number.needs or recomputed.assumed or recomputed.equal or recomputed.computed.interval is None:
         return None
-    return list(one.computed.interval)
+    return list(recomputed.computed.interval)

@@ -1,4 +1,4 @@
-"""The audit as files: summary.json, and report.html with every equation as printed and as derived, and its verdict."""
+"""Files of the audit: summary.json, and report.html with every equation as printed and as derived, and its verdict."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 
 from planter.audit import article, fronts, markup, tables
 from planter.audit.consequences import HEADLINE
-from planter.audit.markup import Cell, Raw, mark
+from planter.audit.markup import Cell, Raw, mark_verdict
 from planter.report import files
 from planter.report.folder import renews
 from planter.report.html import Keys, Section, page
@@ -33,194 +33,214 @@ SOURCE = (
     "favourable to the paper counts."
 )
 _ORDER = ("not reproduced", "not recomputable", "consistent", "reproduced")
-"""Verdicts on numbers, the gravest first."""
+"""Verdicts on numbers, the most serious first."""
 
 
 @renews
-def write(out: str | Path, result: Mapping[str, Any], typeset: Entry) -> None:
-    """Writes summary.json and report.html, formulas as `typeset` has them by paper and equation.
+def write_audit(out: str | Path, result: Mapping[str, Any], typeset: Entry) -> None:
+    """Write summary.json and report.html with the `typeset` formulas by paper and equation.
 
-    Raises InputError for a folder that it cannot write.
+    Raises InputError if the folder cannot be written.
     """
     folder = files.output_folder(out)
     files.write_summary(folder / "summary.json", {**result, "provenance": {"planter": __version__}})
-    files.write_text(folder / "report.html", html(result, typeset))
+    files.write_text(folder / "report.html", format_page(result, typeset))
     if "front" in result:
-        fronts.write(folder, result["front"])
+        fronts.write_front(folder, result["front"])
 
 
-def html(result: Mapping[str, Any], typeset: Entry) -> str:
-    """The page of an audit."""
+def format_page(result: Mapping[str, Any], typeset: Entry) -> str:
+    """Return the page of an audit."""
     subtitle = "Every equation, law, statement and number of the papers, as printed, derived anew and judged"
-    return page("Formula audit", list(sections(result, typeset)), subtitle, markup.STYLE)
+    return page("Formula audit", list(list_sections(result, typeset)), subtitle, markup.STYLE)
 
 
-def sections(result: Mapping[str, Any], typeset: Entry) -> Iterator[Section]:
-    """A summary, each paper, and what the words mean."""
-    yield Section("Summary", [Raw(summary(result))])
+def list_sections(result: Mapping[str, Any], typeset: Entry) -> Iterator[Section]:
+    """Yield a summary, each paper, and the glossary."""
+    yield Section("Summary", [Raw(format_summary(result))])
     for name, counted in result["summary"].items():
-        yield Section(counted["title"], [Raw(paper(name, result, typeset.get(name, {})))])
+        yield Section(counted["title"], [Raw(format_paper(name, result, typeset.get(name, {})))])
     if "front" in result:
-        yield from fronts.sections(result["front"])
+        yield from fronts.list_sections(result["front"])
     yield Section("What the words mean", [Keys(MEANINGS)])
 
 
-def summary(result: Mapping[str, Any]) -> str:
-    """How often each verdict was given, and what matters most in a few sentences for each paper."""
-    rows = [(s["title"], tables.tally(s["equations"]), f"{s['at_fault']} equations, {s['causes']} causes",
-             tables.tally(s["numbers"])) for s in result["summary"].values()]  # fmt: skip
-    whole = all(e["legibility"] == "printed" and not e["rebuilt"] for e in result["equations"])
+def format_summary(result: Mapping[str, Any]) -> str:
+    """Return the counts of verdicts, and the main findings of each paper."""
+    rows = [(s["title"], tables.format_tally(s["equations"]), f"{s['at_fault']} equations, {s['causes']} causes",
+             tables.format_tally(s["numbers"])) for s in result["summary"].values()]  # fmt: skip
+    all_printed = all(e["legibility"] == "printed" and not e["rebuilt"] for e in result["equations"])
     parts = [
-        markup.paragraph(TRANSCRIBED if whole else SOURCE),
-        markup.table(("paper", "equations", "at fault", "numbers"), rows, "tight"),
+        markup.format_paragraph(TRANSCRIBED if all_printed else SOURCE),
+        markup.format_table(("paper", "equations", "at fault", "numbers"), rows, "tight"),
     ]
     for name, counted in result["summary"].items():
-        found = list(findings({part: _of(result.get(part, ()), name) for part in PARTS}))
-        if found:
-            parts.append(f"<h3>{escape(counted['title'])}</h3>{markup.items(found)}")
+        paper_findings = list(list_findings({part: _select_paper(result.get(part, ()), name) for part in PARTS}))
+        if paper_findings:
+            parts.append(f"<h3>{escape(counted['title'])}</h3>{markup.format_items(paper_findings)}")
     return "\n".join(parts)
 
 
-def findings(mine: Mapping[str, Sequence[Entry]]) -> Iterator[str]:
-    """What matters most of one paper: broken laws, false statements, headline numbers that change, what follows."""
-    broken = [e for e in mine["laws"] if e["caused_by"]]
+def list_findings(parts: Mapping[str, Sequence[Entry]]) -> Iterator[str]:
+    """Yield the main findings of a paper: broken laws, changed headline numbers, consequences, false statements."""
+    broken = [e for e in parts["laws"] if e["caused_by"]]
     if broken and broken[0].get("owed"):
-        yield f"{_begun(broken[0]['law'])}: {broken[0]['owed']}"
+        yield f"{_capitalise(broken[0]['law'])}: {broken[0]['owed']}"
     if broken:
-        listed = "; ".join(f"{e['law']} (by {tables.amount(e['violation'], e['unit'])})" for e in broken)
-        yield f"Of {len(mine['laws'])} laws the chain as a whole breaks {len(broken)}: {listed}."
-    beside = [e for e in mine["consequences"] if e["printed"] is not None and e["about"] != HEADLINE]
-    if beside:
-        yield tables.side_by_side(beside)
-    for entry in mine["consequences"]:
+        listed = "; ".join(f"{e['law']} (by {tables.format_amount(e['violation'], e['unit'])})" for e in broken)
+        yield f"Of {len(parts['laws'])} laws the chain as a whole breaks {len(broken)}: {listed}."
+    compared = [e for e in parts["consequences"] if e["printed"] is not None and e["about"] != HEADLINE]
+    if compared:
+        yield tables.compare_numbers(compared)
+    for entry in parts["consequences"]:
         if entry["statement"]:
             yield entry["statement"]
         elif entry["about"] == HEADLINE:
-            yield tables.headline(entry)
-    failing = [e for e in mine["claims"] if not e["holds"]]
+            yield tables.describe_headline(entry)
+    failing = [e for e in parts["claims"] if not e["holds"]]
     for entry in failing:
-        yield f"Not so: {entry['claim']}. {tables.measured(entry)}."
+        yield f"Not so: {entry['claim']}. {tables.describe_measure(entry)}."
 
 
-def paper(name: str, result: Mapping[str, Any], typeset: Entry) -> str:
-    """All of one paper, with a line of contents."""
-    bodies = _BODIES | {"equations": lambda found: equations(found, typeset)}
-    mine = {part: _of(result.get(part, ()), name) for part in PARTS}
-    there = [part for part in PARTS if mine[part]]
-    links = "".join(f'<a href="#{name}-{part}">{TITLES[part]}</a>' for part in there)
-    shown = (f'<h3 id="{name}-{part}">{TITLES[part]}</h3>{bodies[part](mine[part])}' for part in there)
-    return f'<nav class="paper" aria-label="{escape(name)}">{links}</nav>\n' + "\n".join(shown)
+def format_paper(name: str, result: Mapping[str, Any], typeset: Entry) -> str:
+    """Return the part of a paper, with a line of contents."""
+    bodies = _BODIES | {"equations": lambda entries: format_equations(entries, typeset)}
+    parts = {part: _select_paper(result.get(part, ()), name) for part in PARTS}
+    present = [part for part in PARTS if parts[part]]
+    links = "".join(f'<a href="#{name}-{part}">{TITLES[part]}</a>' for part in present)
+    sections_html = (f'<h3 id="{name}-{part}">{TITLES[part]}</h3>{bodies[part](parts[part])}' for part in present)
+    return f'<nav class="paper" aria-label="{escape(name)}">{links}</nav>\n' + "\n".join(sections_html)
 
 
-def equations(found: Sequence[Entry], typeset: Entry) -> str:
-    """All equations in a table, then the trial of each that has something to it, then the rest in short.
+def format_equations(entries: Sequence[Entry], typeset: Entry) -> str:
+    """Return all equations in a table, then the article of each, those with a finding first.
 
-    `typeset` holds their formulas as MathML, as they were written when they were judged.
+    `typeset` has their formulas as MathML from the time of judging.
     """
-    loud = [e for e in found if e["verdict"] not in article.QUIET]
-    quiet = [e for e in found if e["verdict"] in article.QUIET]
-    return "\n".join([article.overview(found), *(article.trial(e, typeset[e["equation"]]) for e in (*loud, *quiet))])
+    loud = [e for e in entries if e["verdict"] not in article.QUIET]
+    quiet = [e for e in entries if e["verdict"] in article.QUIET]
+    return "\n".join(
+        [article.format_overview(entries), *(article.format_trial(e, typeset[e["equation"]]) for e in (*loud, *quiet))]
+    )
 
 
-def laws(found: Sequence[Entry]) -> str:
-    """Laws that a printed chain as a whole obeys or breaks, and which equations break them."""
+def format_laws(entries: Sequence[Entry]) -> str:
+    """Return the laws that a printed chain satisfies or breaks, and the equations that break them."""
     sizes = ("violation", "violation_literal")
-    rows = [(e["law"], *(e[size] for size in sizes), e["unit"], tables.blamed(e), e.get("search", "")) for e in found]
+    rows = [
+        (e["law"], *(e[size] for size in sizes), e["unit"], tables.list_repairs(e), e.get("search", ""))
+        for e in entries
+    ]
     head = ("law", "broken by", "read literally", "unit", "restored by repairing", "search for the smallest set")
-    parts = [markup.paragraph(f"{text}.") for text in dict.fromkeys(tables.readings(found))]
-    parts += [markup.table(head, rows, "tight"), *(_shares(law) for law in found if law.get("shares"))]
-    parts += [markup.paragraph(f"{_begun(e['law'])}: {e['owed']}.") for e in found if e["violation"] is None]
+    parts = [markup.format_paragraph(f"{text}.") for text in dict.fromkeys(tables.describe_readings(entries))]
+    parts += [markup.format_table(head, rows, "tight"), *(_format_shares(law) for law in entries if law.get("shares"))]
+    parts += [
+        markup.format_paragraph(f"{_capitalise(e['law'])}: {e['owed']}.") for e in entries if e["violation"] is None
+    ]
     return "\n".join(parts)
 
 
-def _shares(law: Entry) -> str:
-    """The sentence that names what a broken law is laid to, and, of several equations, what each does to it."""
+def _format_shares(law: Entry) -> str:
+    """Return the sentence on the cause of a broken law and, for several equations, the share of each."""
     if len(law["shares"]) == 1:
-        return markup.paragraph(f"{_begun(law['law'])}: {law['owed']}")
+        return markup.format_paragraph(f"{_capitalise(law['law'])}: {law['owed']}")
     rows = [(s["equation"], *(float(s[key]) for key in ("alone", "without", "shapley"))) for s in law["shares"]]
     head = ("equation", f"its repair alone takes away [{law['unit']}]", "it alone leaves", "Shapley value")
     title = f"<h4>{escape(law['law'])}</h4>"
-    return f"{title}{markup.paragraph(law['owed'])}{markup.table(head, rows, 'tight')}"
+    return f"{title}{markup.format_paragraph(law['owed'])}{markup.format_table(head, rows, 'tight')}"
 
 
-def _begun(text: str) -> str:
-    """A sentence with a capital."""
+def _capitalise(text: str) -> str:
+    """Return a sentence with a capital first letter."""
     return f"{text[:1].upper()}{text[1:]}"
 
 
-def causes(found: Sequence[Entry]) -> str:
-    """Findings by cause: what one slip did to how many equations and numbers."""
+def format_causes(entries: Sequence[Entry]) -> str:
+    """Return findings by cause: the equations and numbers that one error affects."""
     rows = [
-        (e["cause"], ", ".join(n.partition(": ")[2] for n in e["equations"]), float(len(e["numbers"]))) for e in found
+        (e["cause"], ", ".join(n.partition(": ")[2] for n in e["equations"]), float(len(e["numbers"]))) for e in entries
     ]
-    return markup.table(("one slip", "equations", "numbers that its repair cures"), rows, "tight")
+    return markup.format_table(("one slip", "equations", "numbers that its repair cures"), rows, "tight")
 
 
-def references(found: Sequence[Entry]) -> str:
-    """Cross-references that cannot be meant."""
-    return "\n".join(markup.paragraph(tables.reference(e)) for e in found)
+def format_references(entries: Sequence[Entry]) -> str:
+    """Return the cross-references that cannot be right."""
+    return "\n".join(markup.format_paragraph(tables.describe_reference(e)) for e in entries)
 
 
-def claims(found: Sequence[Entry]) -> str:
-    """Statements of the text, each with what was measured."""
+def format_claims(entries: Sequence[Entry]) -> str:
+    """Return the statements of the text with their measures."""
     head = ("statement", "measure", "value", "unit", "must", "verdict", "assumed")
-    return markup.table(head, map(_claim, found), "tight")
+    return markup.format_table(head, map(_list_claim_cells, entries), "tight")
 
 
-def _claim(entry: Entry) -> tuple[Cell, ...]:
+def _list_claim_cells(entry: Entry) -> tuple[Cell, ...]:
     must = Raw(f'<span class="must">{escape(entry["must"])}</span>')
-    verdict = mark("holds" if entry["holds"] else "fails")
-    value, assumed = tables.plain(entry["value"]), ", ".join(entry["assumed_inputs"])
+    verdict = mark_verdict("holds" if entry["holds"] else "fails")
+    value, assumed = tables.clean_zero(entry["value"]), ", ".join(entry["assumed_inputs"])
     return entry["claim"], entry["measure"], value, entry["unit"], must, verdict, assumed
 
 
-def consequences(found: Sequence[Entry]) -> str:
-    """Headline numbers by the equations as printed and as derived, then what that means."""
+def format_consequences(entries: Sequence[Entry]) -> str:
+    """Return headline numbers by the equations as printed and as derived, then the consequences."""
     parts = []
-    for about in dict.fromkeys(e["about"] for e in found):
-        rows = [(e["quantity"], e["unit"], e["printed"] if e["printed"] is None else float(e["printed"]),
-                 tables.plain(e["as_printed"]), tables.plain(e["as_derived"]), ", ".join(e["rests_on"])) for e in found
-                if e["about"] == about]  # fmt: skip
+    for about in dict.fromkeys(e["about"] for e in entries):
+        rows = [
+            (
+                e["quantity"],
+                e["unit"],
+                e["printed"] if e["printed"] is None else float(e["printed"]),
+                tables.clean_zero(e["as_printed"]),
+                tables.clean_zero(e["as_derived"]),
+                ", ".join(e["rests_on"]),
+            )
+            for e in entries
+            if e["about"] == about
+        ]
         head = (about, "unit", "in the paper", "by the print", "as derived", "rests on")
-        parts.append(markup.table(head, rows, "tight"))
-    said = [e["statement"] for e in found if e["statement"]]
-    parts += [markup.items(said)] if said else []
-    assumed: list[str] = max((e["assumed_inputs"] for e in found), key=len, default=[])
+        parts.append(markup.format_table(head, rows, "tight"))
+    statements = [e["statement"] for e in entries if e["statement"]]
+    parts += [markup.format_items(statements)] if statements else []
+    assumed: list[str] = max((e["assumed_inputs"] for e in entries), key=len, default=[])
     if assumed:
-        parts.append(markup.paragraph(f"Assumed for this: {', '.join(assumed)}.", "note"))
+        parts.append(markup.format_paragraph(f"Assumed for this: {', '.join(assumed)}.", "note"))
     return "\n".join(parts)
 
 
-def numbers(found: Sequence[Entry]) -> str:
-    """Numbers in a table for each verdict; what they rest on is said once, in notes."""
+def format_numbers(entries: Sequence[Entry]) -> str:
+    """Return numbers in a table for each verdict, with notes on their inputs."""
     notes = tables.Notes()
     parts = []
-    for verdict in (v for v in _ORDER if any(e["verdict"] == v for e in found)):
-        mine = [e for e in found if e["verdict"] == verdict]
+    for verdict in (v for v in _ORDER if any(e["verdict"] == v for e in entries)):
+        chosen = [e for e in entries if e["verdict"] == verdict]
         rows = [(e["quantity"], e["place"], e["unit"], Raw(escape(e["printed_text"])), e["recomputed"],
-                 e["difference"] if verdict == "not reproduced" else "", notes.mark(tables.basis(e)))
-                for e in mine]  # fmt: skip
-        parts.append(f"<h4>{mark(verdict).markup} {len(mine)}</h4>")
+                 e["difference"] if verdict == "not reproduced" else "", notes.mark(tables.describe_basis(e)))
+                for e in chosen]  # fmt: skip
+        parts.append(f"<h4>{mark_verdict(verdict).markup} {len(chosen)}</h4>")
         head = ("quantity", "place", "unit", "printed", "recomputed", "differs by", "note")
-        parts.append(markup.table(*_filled(head, rows), "tight"))
+        parts.append(markup.format_table(*_drop_empty_columns(head, rows), "tight"))
     listed = "".join(f"<li>{escape(text)}</li>" for text in notes.texts)
     return "\n".join([*parts, f'<ol class="notes">{listed}</ol>' if listed else ""])
 
 
-def _filled(head: Sequence[str], rows: Sequence[Sequence[Cell]]) -> tuple[list[str], list[list[Cell]]]:
-    """A table without the columns that hold nothing."""
-    kept = [k for k in range(len(head)) if any(row[k] != "" for row in rows)]
-    return [head[k] for k in kept], [[row[k] for k in kept] for row in rows]
+def _drop_empty_columns(head: Sequence[str], rows: Sequence[Sequence[Cell]]) -> tuple[list[str], list[list[Cell]]]:
+    """Return a table without empty columns."""
+    columns = [k for k in range(len(head)) if any(row[k] != "" for row in rows)]
+    return [head[k] for k in columns], [[row[k] for k in columns] for row in rows]
 
 
 _BODIES: dict[str, Callable[[Sequence[Entry]], str]] = {
-    "consequences": consequences, "laws": laws, "causes": causes, "references": references, "claims": claims,
-    "numbers": numbers,
-}  # fmt: skip
+    "consequences": format_consequences,
+    "laws": format_laws,
+    "causes": format_causes,
+    "references": format_references,
+    "claims": format_claims,
+    "numbers": format_numbers,
+}
 
 
-def _of(entries: Sequence[Entry], paper: str) -> list[Entry]:
-    return [e for e in entries if e["paper"] == paper]
+def _select_paper(entries: Sequence[Entry], paper: str) -> list[Entry]:
+    return [e for e in entries if e["paper"] == format_paper]
 
 
 MEANINGS = {

@@ -1,4 +1,4 @@
-"""The printed numbers of a paper of one's own: a file that says what each is, and what it holds for."""
+"""Printed numbers of a user's paper: a file that states each number and its conditions."""
 
 from __future__ import annotations
 
@@ -24,30 +24,30 @@ from planter.files.fields import Line, Positive, Problems, Real, Section, Whole,
 from planter.files.text import read_toml
 
 MEASURE = "measure of a mechanism"
-"""The formula that answers."""
+"""Name of the formula that computes a question."""
 
 
 @dataclass(frozen=True)
 class Question:
-    """What a number is: a measure of a quantity of a machine, in a unit; `label` is its place in the file.
+    """A measure of a quantity of a machine in a unit; `label` is the path of the number in the file.
 
-    `given` are keys of values that it is told to hold for, each with its place in the file.
+    `conditions` are the keys of values for which it holds, each with its path in the file.
     """
 
     machine: Path
     quantity: str
     unit: str
     label: str
-    given: Mapping[str, str]
+    conditions: Mapping[str, str]
     samples: int | None = None
     until_s: float | None = None
 
     def refused(self, key: str, value: object, allowed: str) -> InputError:
-        """The error that something of the number cannot be meant."""
+        """Return the error for an invalid key of the number."""
         return InputError(f"{self.label}.{key} = {value!r} is not allowed: {allowed}")
 
 
-def _number(text: str) -> str:
+def _check_number(text: str) -> str:
     try:
         finite = Decimal(text).is_finite()
     except InvalidOperation:
@@ -57,32 +57,32 @@ def _number(text: str) -> str:
     return text
 
 
-def _listed(value: object) -> object:
-    if not isinstance(value, str | list) or not all(isinstance(one, str) for one in value):
+def _check_texts(value: object) -> object:
+    if not isinstance(value, str | list) or not all(isinstance(text, str) for text in value):
         raise refused("", value, "it must be text in quotes, for its digits are its precision, or a list of such texts")
     return [value] if isinstance(value, str) else value
 
 
 def _as_written(value: object, check: ValidatorFunctionWrapHandler) -> object:
-    """A number that passes its check, with the digits that it is written with."""
+    """Return a checked number with its written digits."""
     check(value)
     return value
 
 
-Input = Annotated[Real, WrapValidator(_as_written)]
-"""A value that a paper gives: as many digits as it is written with tell how far it is rounded."""
-Printed = Annotated[list[Annotated[Line, AfterValidator(_number)]], BeforeValidator(_listed)]
+RoundedInput = Annotated[Real, WrapValidator(_as_written)]
+"""A value of a paper, whose written digits determine its rounding."""
+Printed = Annotated[list[Annotated[Line, AfterValidator(_check_number)]], BeforeValidator(_check_texts)]
 
 
-class Row(Section):
+class PrintedNumberRow(Section):
     """A printed number, or a row of them: lists in `each` of one length, of which every number takes its entry."""
 
     place: Annotated[Line, Field(min_length=1)]
     quantity: Annotated[Line, Field(min_length=1)]
     unit: Line
     printed: Printed
-    values: Annotated[dict[str, Input], Field(alias="with", default_factory=dict)]
-    each: Annotated[dict[str, list[Input | Line]], Field(default_factory=dict)]
+    values: Annotated[dict[str, RoundedInput], Field(alias="with", default_factory=dict)]
+    each: Annotated[dict[str, list[RoundedInput | Line]], Field(default_factory=dict)]
     samples: Annotated[Whole, Field(ge=4, le=100_000)] | None = None
     until_s: Positive | None = None
     needs: Annotated[list[Line], Field(default_factory=list)]
@@ -98,7 +98,7 @@ class Row(Section):
                 yield refused(f"each.{name}", entries, allowed)
 
     def singles(self) -> Iterator[tuple[str, dict[str, Any]]]:
-        """Every number with its own entries of `each`."""
+        """Yield every number with its entries of `each`."""
         for k, text in enumerate(self.printed):
             yield text, {name: entries[k] for name, entries in self.each.items()}
 
@@ -107,9 +107,9 @@ class NumbersFile(Section):
     """Printed numbers of one paper: values that it discloses, values that it does not, and the numbers."""
 
     paper: Line | None = None
-    disclosed: Annotated[dict[str, Input], Field(default_factory=dict)]
+    disclosed: Annotated[dict[str, RoundedInput], Field(default_factory=dict)]
     assumed: Annotated[dict[str, Real], Field(default_factory=dict)]
-    number: Annotated[list[Row], Field(min_length=1)]
+    number: Annotated[list[PrintedNumberRow], Field(min_length=1)]
 
     @check
     def _is_disclosed_or_assumed(self) -> Problems:
@@ -117,8 +117,8 @@ class NumbersFile(Section):
             yield refused(f"assumed.{key}", self.assumed[key], "the paper discloses it, as [disclosed] says")
 
 
-def read(source: Path) -> NumbersFile:
-    """The file at a path. Raises InputError, which names file, key, value and what is allowed."""
+def read_numbers_file(source: Path) -> NumbersFile:
+    """Read the file at a path. Raises InputError with file, key, value and allowed values."""
     table = read_toml(source, Rounded)
     try:
         return NumbersFile.model_validate(table)
@@ -126,16 +126,19 @@ def read(source: Path) -> NumbersFile:
         raise explain(error, str(source), NumbersFile) from None
 
 
-def rows(file: NumbersFile, source: Path, paper: str, machine: Path) -> Iterator[dict[str, Any]]:
-    """Every number as `planter.audit.numbers` takes it."""
+def list_rows(file: NumbersFile, source: Path, paper: str, machine: Path) -> Iterator[dict[str, Any]]:
+    """Yield every number in the form of `planter.audit.numbers`."""
     everywhere = {key: f"{source}: {part}.{key}" for part in ("disclosed", "assumed") for key in getattr(file, part)}
     for index, row in enumerate(file.number):
         label = f"{source}: number[{index}]"
-        for text, own in row.singles():
-            quantity, place = _filled(row.quantity, own, label), _filled(row.place, own, label)
-            here = {key: f"{label}.with.{key}" for key in row.values}
-            here |= {key: f"{label}.each.{key}" for key in own if not _fills(key, row)}
-            question = Question(machine, quantity, row.unit, label, everywhere | here, row.samples, row.until_s)
+        for text, entry in row.singles():
+            quantity, place = (
+                _fill_placeholders(row.quantity, entry, label),
+                _fill_placeholders(row.place, entry, label),
+            )
+            places = {key: f"{label}.with.{key}" for key in row.values}
+            places |= {key: f"{label}.each.{key}" for key in entry if not _is_placeholder(key, row)}
+            question = Question(machine, quantity, row.unit, label, everywhere | places, row.samples, row.until_s)
             yield {
                 "paper": paper,
                 "place": place,
@@ -143,21 +146,21 @@ def rows(file: NumbersFile, source: Path, paper: str, machine: Path) -> Iterator
                 "unit": row.unit,
                 "printed": text,
                 "by": MEASURE,
-                "with": {**row.values, **own, "question": question},
+                "with": {**row.values, **entry, "question": question},
                 "needs": row.needs,
                 "reading": row.reading,
             }
 
 
-def _fills(key: str, row: Row) -> bool:
-    """Whether an entry stands in the text of a quantity or a place, so that it need not be a value besides."""
+def _is_placeholder(key: str, row: PrintedNumberRow) -> bool:
+    """Return whether an entry is a placeholder in the text of a quantity or a place, and thus no condition."""
     return any(f"{{{key}}}" in text for text in (row.quantity, row.place))
 
 
-def _filled(text: str, own: Mapping[str, Any], label: str) -> str:
-    shown = {key: f"{value:g}" if isinstance(value, float) else value for key, value in own.items()}
+def _fill_placeholders(text: str, entry: Mapping[str, Any], label: str) -> str:
+    texts = {key: f"{value:g}" if isinstance(value, float) else value for key, value in entry.items()}
     try:
-        return text.format_map(shown)
+        return text.format_map(texts)
     except (KeyError, ValueError, IndexError, AttributeError):
-        known = ", ".join(f"{{{key}}}" for key in own) or "no names in braces"
-        raise InputError(f"{label}: {text!r} is not allowed: it may hold {known}, as `each` lists them") from None
+        names = ", ".join(f"{{{key}}}" for key in entry) or "no names in braces"
+        raise InputError(f"{label}: {text!r} is not allowed: it may hold {names}, as `each` lists them") from None

@@ -1,4 +1,4 @@
-"""How a printed number is computed anew: formulas by name, and inputs that note which of them were assumed."""
+"""Registry of the formulas that recompute printed numbers, and inputs that record which were assumed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from planter.files.units import factor
 from planter.progress import Listener
 
 Value = float | None
-"""What a formula gives; None where there is no such number."""
+"""Value of a formula; None if it is undefined."""
 MM = factor("length_mm")
 """A millimetre [m]."""
 
@@ -62,9 +62,9 @@ def rounding_ends(value: Any, key: str) -> Iterator[tuple[str, Any, Any]]:
 
 
 class Inputs:
-    """Inputs of one computation: its own arguments, what the paper discloses, what had to be assumed.
+    """Inputs of a computation: its arguments, the disclosed inputs of the paper, and the assumed ones.
 
-    A formula that reads an assumed input leaves a trace, so that no result can pass for one of disclosed inputs.
+    Every read of an assumed input is recorded, so that no result can pass as one of disclosed inputs.
 
     >>> inputs = Inputs({"side": 1}, {"width_mm": 20.0}, {"friction": 0.15})
     >>> inputs["width_mm"], inputs.assumed
@@ -75,25 +75,25 @@ class Inputs:
     0.02
     """
 
-    def __init__(self, own: Mapping[str, Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> None:
-        self._known, self._own = {**disclosed, **own}, own
+    def __init__(self, arguments: Mapping[str, Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> None:
+        self._values, self._arguments = {**disclosed, **arguments}, arguments
         self._assumed = assumed
         self._read: set[str] = set()
         self.assumed: list[str] = []
 
     def __contains__(self, name: str) -> bool:
-        return name in self._known or name in self._assumed
+        return name in self._values or name in self._assumed
 
     def __getitem__(self, name: str) -> Any:
-        if name in self._known:
+        if name in self._values:
             self._read.add(name)
-            return self._known[name]
+            return self._values[name]
         value = self._assumed[name]
         self.assume(f"{name} = {value}")
         return value
 
     def si(self, name: str) -> Any:
-        """An input, or a list of them as (n,), in SI units and radians by the unit that its name ends in."""
+        """Return an input, or a list of inputs (n,), in SI units by the unit suffix of its name."""
         return np.multiply(self[name], factor(name))
 
     def assume(self, text: str) -> None:
@@ -107,18 +107,18 @@ class Inputs:
         Keys of disclosed inputs are the same in every computation of a paper.
         """
         for name in sorted(self._read):
-            key = f"{id(self)}: {name}" if name in self._own else name
-            for part, *ends in rounding_ends(self._known[name], key):
-                low, high = (Inputs({**self._known, name: end}, {}, self._assumed) for end in ends)
+            key = f"{id(self)}: {name}" if name in self._arguments else name
+            for part, *ends in rounding_ends(self._values[name], key):
+                low, high = (Inputs({**self._values, name: end}, {}, self._assumed) for end in ends)
                 yield part, low, high
 
 
 Formula = Callable[[Inputs], Value]
 Entries = list[dict[str, Any]]
 Consequence = Callable[[Mapping[str, Any], Mapping[str, Any], Mapping[str, Any]], Entries]
-"""From a row of the data file, what its paper discloses, and the paper's trial."""
+"""Function of a row of the data file, the disclosed inputs of its paper, and the paper's verdicts."""
 Front = Callable[[Listener | None], dict[str, Any]]
-"""What a model can give at all beside a paper's figures; it may be sought, which is told as it goes."""
+"""Function that returns the attainable front of a model; a search reports its progress."""
 SomeFormula = TypeVar("SomeFormula", bound=Formula)
 FORMULAS: dict[str, Formula] = {}
 CONSEQUENCES: dict[str, Consequence] = {}
@@ -127,7 +127,7 @@ FRONTS: dict[str, Front] = {}
 
 @dataclass(frozen=True)
 class Computation:
-    """A formula evaluated: its value, the inputs that it read, and what their rounding leaves open.
+    """An evaluated formula: its value, the inputs that it read, and the effect of their rounding.
 
     Raises what the formula raises.
     """
@@ -137,13 +137,13 @@ class Computation:
     value: Value
 
     @classmethod
-    def of(cls, name: str, inputs: Inputs) -> Computation:
+    def evaluate(cls, name: str, inputs: Inputs) -> Computation:
         """Evaluate the formula that is registered under a name."""
         return cls(FORMULAS[name], inputs, FORMULAS[name](inputs))
 
     @cached_property
     def effects(self) -> dict[str, float]:
-        """What half a unit of the last digit of each rounded input does to the value, by the input's key.
+        """Effect on the value of half a unit of the last digit of each rounded input, by the input's key.
 
         To first order, by a central difference; 0 for an input at an end of which the formula has no value.
         """
@@ -152,7 +152,7 @@ class Computation:
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Lowest and highest value within the rounding of the printed inputs; None where there is no value."""
+        """Lowest and highest value within the rounding of the printed inputs; None without a value."""
         if self.value is None:
             return None
         reach = sum(map(abs, self.effects.values()))
@@ -166,7 +166,7 @@ class Computation:
 
 
 def formula(name: str) -> Callable[[SomeFormula], SomeFormula]:
-    """Enters a function in the registry under the name by which the data file calls it."""
+    """Return a decorator that registers a formula under its name in data files."""
 
     def enter(function: SomeFormula) -> SomeFormula:
         FORMULAS[name] = function
@@ -176,7 +176,7 @@ def formula(name: str) -> Callable[[SomeFormula], SomeFormula]:
 
 
 def consequence(name: str) -> Callable[[Consequence], Consequence]:
-    """Enters what follows from a chain's broken laws in the registry, under the name by which a data file calls it."""
+    """Return a decorator that registers a consequence of a chain's broken laws under its name in data files."""
 
     def enter(function: Consequence) -> Consequence:
         CONSEQUENCES[name] = function
@@ -186,7 +186,7 @@ def consequence(name: str) -> Callable[[Consequence], Consequence]:
 
 
 def front(paper: str) -> Callable[[Front], Front]:
-    """Enters what a model can give at all in the registry, under the short name of the paper that it speaks of."""
+    """Return a decorator that registers the attainable front of a model under the short name of its paper."""
 
     def enter(function: Front) -> Front:
         FRONTS[paper] = function

@@ -1,4 +1,4 @@
-"""Slips in what a paper discloses: a sign that, put right, makes printed numbers come out that do not as they stand."""
+"""Sign errors in the disclosed inputs of a paper: a corrected sign that reproduces printed numbers."""
 
 from __future__ import annotations
 
@@ -9,63 +9,63 @@ from typing import Any
 from planter.audit.registry import Computation, Inputs
 from planter.errors import PlanterError
 
-FEWEST = 3
-"""Numbers that a slip must explain: fewer may come out by chance."""
-SAMPLE = 12
-"""Numbers that a sign is tried on first."""
+MIN_NUMBERS = 3
+"""Smallest number of printed numbers that a sign error must explain; fewer may agree by chance."""
+SAMPLE_SIZE = 12
+"""Numbers on which a sign is tried first."""
 
 
 @dataclass(frozen=True)
 class Slip:
-    """A disclosed input with another sign, and the numbers that come out with it: by place, and what they come to."""
+    """A disclosed input with reversed sign, and the values of the numbers that it reproduces, by index."""
 
-    what: str
+    cause: str
     inputs: Mapping[str, Any]
     cured: Mapping[int, float]
 
 
-def found(numbers: Sequence[Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> list[Slip]:
-    """Signs that explain numbers of one paper which are not reproduced, the one that explains most first.
+def find_sign_errors(numbers: Sequence[Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> list[Slip]:
+    """Return sign errors that explain numbers of a paper that are not reproduced, the most explanatory first.
 
-    Each takes the numbers that none before it explains.
+    Each explains only numbers that no earlier one explains.
     """
-    left, slips = dict(enumerate(numbers)), list[Slip]()
-    while len(left) >= FEWEST:
-        tried = [_tried(what, inputs, left, disclosed, assumed) for what, inputs in _signs(disclosed)]
-        best = max(tried, key=lambda slip: len(slip.cured), default=None)
-        if best is None or len(best.cured) < FEWEST:
+    remaining, slips = dict(enumerate(numbers)), list[Slip]()
+    while len(remaining) >= MIN_NUMBERS:
+        trials = [_try_sign(name, inputs, remaining, disclosed, assumed) for name, inputs in _reverse_signs(disclosed)]
+        best = max(trials, key=lambda slip: len(slip.cured), default=None)
+        if best is None or len(best.cured) < MIN_NUMBERS:
             break
         slips.append(best)
-        left = {place: number for place, number in left.items() if place not in best.cured}
+        remaining = {place: number for place, number in remaining.items() if place not in best.cured}
     return slips
 
 
-def _signs(disclosed: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Every number among the disclosed inputs with its sign reversed, in lists of up to a few."""
+def _reverse_signs(disclosed: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the numbers in short lists of disclosed inputs with reversed signs."""
     for name, value in disclosed.items():
-        if isinstance(value, list) and len(value) <= FEWEST and all(isinstance(v, int | float) for v in value):
-            for place, entry in enumerate(value):
+        if isinstance(value, list) and len(value) <= MIN_NUMBERS and all(isinstance(v, int | float) for v in value):
+            for index, entry in enumerate(value):
                 if entry:
-                    yield f"sign of {entry:g} in {name}", {name: [*value[:place], -entry, *value[place + 1 :]]}
+                    yield f"sign of {entry:g} in {name}", {name: [*value[:index], -entry, *value[index + 1 :]]}
 
 
-def _tried(
-    what: str, inputs: Mapping[str, Any], numbers: Mapping[int, Any], disclosed: Mapping[str, Any],
+def _try_sign(
+    name: str, inputs: Mapping[str, Any], numbers: Mapping[int, Any], disclosed: Mapping[str, Any],
     assumed: Mapping[str, Any],
 ) -> Slip:  # fmt: skip
-    """What a sign explains; nothing if it explains none of the first few."""
+    """Return the numbers that a sign explains, none if it explains none of the first `SAMPLE_SIZE`."""
     cured: dict[int, float] = {}
     for count, (place, number) in enumerate(numbers.items()):
-        if count == SAMPLE and not cured:
+        if count == SAMPLE_SIZE and not cured:
             break
-        found = _computed(number, {**disclosed, **inputs}, assumed)
-        if found is not None and found.value is not None and number.agrees_with(found):
-            cured[place] = found.value
-    return Slip(what, inputs, cured)
+        computed = _compute(number, {**disclosed, **inputs}, assumed)
+        if computed is not None and computed.value is not None and number.agrees_with(computed):
+            cured[place] = computed.value
+    return Slip(name, inputs, cured)
 
 
-def _computed(number: Any, disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> Computation | None:
+def _compute(number: Any, disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> Computation | None:
     try:
-        return Computation.of(number.by, Inputs(number.arguments, disclosed, assumed))
+        return Computation.evaluate(number.by, Inputs(number.arguments, disclosed, assumed))
     except (PlanterError, ArithmeticError, ValueError):
         return None

@@ -1,6 +1,6 @@
-"""`planter audit`: the committed verdicts on printed equations and laws, and printed numbers computed anew.
+"""`planter audit`: committed verdicts on printed equations and laws, and recomputed printed numbers.
 
-Equations and laws were judged when the code was generated and are read; numbers are computed when asked for.
+Verdicts on equations and laws come from the generation of the code; numbers are computed on request.
 """
 
 from __future__ import annotations
@@ -18,65 +18,68 @@ Entry = Mapping[str, Any]
 
 
 def audit(paper: str | None = None) -> dict[str, Any]:
-    """Verdicts on all papers, or on one of them, as the interface gives them.
+    """Return the verdicts on all papers, or on one of them, in the form of the result.
 
-    Raises InputError for a paper that is not one of those audited.
+    Raises InputError for an unknown paper.
     """
-    wanted = list(numbers.papers()) if paper is None else [checked(paper)]
-    found = gathered(committed(), numbers.judged(paper), {name: numbers.papers()[name] for name in wanted})
-    drawn = consequences.drawn(paper, numbers.data(), found)
-    return found | {"claims": _of(claims.judged(paper), wanted), "consequences": drawn}
+    papers = list(numbers.list_papers()) if paper is None else [check_paper(paper)]
+    verdicts_found = collect_verdicts(
+        load_verdicts(), numbers.judge_numbers(paper), {name: numbers.list_papers()[name] for name in papers}
+    )
+    derived = consequences.derive_consequences(paper, numbers.load_numbers(), verdicts_found)
+    return verdicts_found | {"claims": _select_papers(claims.judge_claims(paper), papers), "consequences": derived}
 
 
-def gathered(verdicts: Entry, judged: Sequence[Entry], titles: Mapping[str, str]) -> dict[str, Any]:
-    """The verdicts on some papers with those on their numbers, without statements of their texts."""
+def collect_verdicts(verdicts: Entry, judged: Sequence[Entry], titles: Mapping[str, str]) -> dict[str, Any]:
+    """Return the verdicts on some papers and their numbers, without statements and consequences."""
     parts = ("equations", "laws", "causes", "references")
-    equations, laws, causes, references = (_of(verdicts.get(part, ()), list(titles)) for part in parts)
-    mine = _of(judged, list(titles))
+    equations, laws, causes, references = (_select_papers(verdicts.get(part, ()), list(titles)) for part in parts)
+    number_verdicts = _select_papers(judged, list(titles))
     return {
         "equations": equations,
         "laws": laws,
-        "numbers": mine,
-        "causes": _of([*causes, *numbers.causes(mine)], list(titles)),
+        "numbers": number_verdicts,
+        "causes": _select_papers([*causes, *numbers.list_causes(number_verdicts)], list(titles)),
         "references": references,
         "claims": [],
         "consequences": [],
         "summary": {
             name: {
                 "title": title,
-                "equations": counts(_of(equations, [name])),
-                "at_fault": sum(1 for e in _of(equations, [name]) if e["verdict"] in consequences.FAULTY),
-                "causes": len(_of(causes, [name])) + len(numbers.causes(_of(mine, [name]))),
-                "laws_violated": sum(1 for law in _of(laws, [name]) if law["caused_by"]),
-                "numbers": counts(_of(mine, [name])),
+                "equations": count_verdicts(_select_papers(equations, [name])),
+                "at_fault": sum(1 for e in _select_papers(equations, [name]) if e["verdict"] in consequences.FAULTY),
+                "causes": len(_select_papers(causes, [name]))
+                + len(numbers.list_causes(_select_papers(number_verdicts, [name]))),
+                "laws_violated": sum(1 for law in _select_papers(laws, [name]) if law["caused_by"]),
+                "numbers": count_verdicts(_select_papers(number_verdicts, [name])),
             }
             for name, title in titles.items()
         },
     }
 
 
-def checked(paper: str) -> str:
-    """The short name of a paper, if there is such a one."""
-    known = list(numbers.papers())
-    if paper in known:
+def check_paper(paper: str) -> str:
+    """Return the short name of an existing paper. Raises InputError for an unknown one."""
+    papers = list(numbers.list_papers())
+    if paper in papers:
         return paper
-    close = get_close_matches(paper.lower(), known, 1)
+    close = get_close_matches(paper.lower(), papers, 1)
     hint = f" (did you mean {close[0]}?)" if close else ""
-    raise InputError(f"PAPER = {paper!r} is not allowed: it must be one of {', '.join(known)}{hint}")
+    raise InputError(f"PAPER = {paper!r} is unknown: give one of {', '.join(papers)}{hint}")
 
 
-def committed() -> dict[str, Any]:
-    """The verdicts that were written when the code was generated."""
+def load_verdicts() -> dict[str, Any]:
+    """Return the verdicts that were written with the generated code."""
     try:
         return generated.sidecar("audit")
     except FileNotFoundError:
-        raise ComputationError("there are no verdicts on equations here: they are written by `make audit`") from None
+        raise ComputationError("no verdicts on equations: write them by `make audit`") from None
 
 
-def counts(entries: Iterable[Entry]) -> dict[str, int]:
-    """How often each verdict was given, by name."""
+def count_verdicts(entries: Iterable[Entry]) -> dict[str, int]:
+    """Return the count of each verdict by name."""
     return dict(sorted(Counter(entry["verdict"] for entry in entries).items()))
 
 
-def _of(entries: Iterable[Entry], papers: Sequence[str]) -> list[dict[str, Any]]:
+def _select_papers(entries: Iterable[Entry], papers: Sequence[str]) -> list[dict[str, Any]]:
     return [dict(entry) for name in papers for entry in entries if entry["paper"] == name]

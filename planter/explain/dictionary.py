@@ -200,7 +200,7 @@ def _load_definitions() -> dict[tuple[str, str], list[DefiningEquation]]:
         for file in folder.iterdir() if file.name.endswith(".toml")
     }  # fmt: skip
     equations: dict[tuple[str, str], list[DefiningEquation]] = {}
-    for entry in verdicts.committed()["equations"]:
+    for entry in verdicts.load_verdicts()["equations"]:
         if entry["defines"]:
             key = papers[entry["paper"]], entry["defines"]
             definition = DefiningEquation(entry["paper"], entry["equation"], entry["verdict"], entry["claims"])

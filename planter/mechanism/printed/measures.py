@@ -50,7 +50,7 @@ def _with(path: Path, values: tuple[tuple[str, float], ...]) -> MechanismFile:
 
 
 def _check_given(asked: Question, file: MechanismFile) -> None:
-    for key, place in asked.given.items():
+    for key, place in asked.conditions.items():
         if key not in file.values:
             near = paths.close(key, file.values)
             hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(file.values)}"

@@ -20,7 +20,7 @@ Found = Mapping[str, Any]
 
 def table() -> dict[str, dict[str, float]]:
     """Range [N] and variance [N2] of the support force as the paper has them, by row of its table."""
-    disclosed = numbers.data()["disclosed"][PAPER]
+    disclosed = numbers.load_numbers()["disclosed"][PAPER]
     return {row: {key: disclosed[row][key] for key in ("range_N", "variance_N2")} for row in ROWS}
 
 
@@ -30,7 +30,7 @@ def attainable(progress: Listener | None) -> dict[str, Any]:
     found = attained.front(PAPER, table(), progress)
     fronts = [{**one, "most_variance_N2": _most(one)} for one in found["fronts"]]
     found = {**found, "fronts": fronts}
-    low, high = numbers.data()["disclosed"][PAPER]["observed_speed_rpm"]
+    low, high = numbers.load_numbers()["disclosed"][PAPER]["observed_speed_rpm"]
     sizes = experiment.told(Device(load(PAPER), "exact"), (low, high), table()["experiment"])
     return {"paper": PAPER, **found, "experiment": sizes, "statements": list(_said(found, sizes))}
 

@@ -46,7 +46,7 @@ def found(entries: list[dict[str, Any]], paper: str, quantity: str) -> dict[str,
 
 def tampered(paper: str, quantity: str, printed: str) -> dict[str, Any]:
     """The data file with another printed text for one number."""
-    table = copy.deepcopy(numbers.data())
+    table = copy.deepcopy(numbers.load_numbers())
     for row in table["number"]:
         each = row.get("each", {})
         texts = row["printed"] if each else [row["printed"]]
@@ -120,7 +120,7 @@ def test_laws_are_shown_where_there_are_some(monkeypatch: pytest.MonkeyPatch) ->
     result = verdicts.audit("yu2023")
     assert result["laws"] == [law]
     assert result["summary"]["yu2023"]["laws_violated"] == 1
-    assert "momentum" in page.html(result, typeset)
+    assert "momentum" in page.format_page(result, typeset)
     assert "momentum" in run("yu2023")[1]
     assert verdicts.audit("sun2019")["laws"] == []
 
@@ -184,26 +184,26 @@ def test_another_print_changes_the_verdict(
     paper: str, quantity: str, before: str, printed: str, after: str, whole: dict[str, Any]
 ) -> None:
     assert found(whole["numbers"], paper, quantity)["verdict"] == before
-    changed = numbers.judged(paper, tampered(paper, quantity, printed))
+    changed = numbers.judge_numbers(paper, tampered(paper, quantity, printed))
     assert found(changed, paper, quantity)["verdict"] == after
 
 
 def test_as_many_hits_as_assumed_inputs_are_not_enough() -> None:
     table = tampered("shi2021", "travel at 10 deg, printed formula", "8.5")
-    rows = numbers.judged("shi2021", table)
+    rows = numbers.judge_numbers("shi2021", table)
     assert found(rows, "shi2021", "travel at 15 deg, printed formula")["verdict"] == "consistent"
     table["number"] = [r for r in table["number"] if "travel" not in r["quantity"] or "printed" in r["quantity"]]
     for row in table["number"]:
         if row["by"] == "travel as printed":
             row["printed"] = ["8.5", "5.6", "4.2"]
-    rows = numbers.judged("shi2021", table)
+    rows = numbers.judge_numbers("shi2021", table)
     assert found(rows, "shi2021", "travel at 20 deg, printed formula")["verdict"] == "not recomputable"
 
 
 def test_a_disclosed_input_that_turns_out_to_be_assumed_changes_the_verdict() -> None:
-    table = copy.deepcopy(numbers.data())
+    table = copy.deepcopy(numbers.load_numbers())
     table["assumed"]["shi2021"]["shaft_flats_mm"] = table["disclosed"]["shi2021"].pop("shaft_flats_mm")
-    entry = found(numbers.judged("shi2021", table), "shi2021", "distance of the tooth tip, (3) with equality")
+    entry = found(numbers.judge_numbers("shi2021", table), "shi2021", "distance of the tooth tip, (3) with equality")
     assert entry["assumed_inputs"] == ["shaft_flats_mm = 20"]
     assert entry["verdict"] != "reproduced"
 
@@ -217,12 +217,12 @@ def test_a_disclosed_input_that_turns_out_to_be_assumed_changes_the_verdict() ->
     ],
 )  # fmt: skip
 def test_equal_at_the_printed_precision(printed: str, value: float, same: bool) -> None:
-    assert numbers.equal(printed, value) is same
+    assert numbers.equals_printed(printed, value) is same
 
 
 def test_every_formula_is_used_and_every_number_has_one() -> None:
-    table = numbers.data()
-    used = {number.by for number in numbers.numbers(table)} | {row["by"] for row in table["claim"]}
+    table = numbers.load_numbers()
+    used = {number.by for number in numbers.list_numbers(table)} | {row["by"] for row in table["claim"]}
     used |= {row[key] for row in table["headline"] for key in ("as_printed", "as_derived")}
     assert FORMULAS.keys() - {MEASURE} == used
 
@@ -238,7 +238,7 @@ def test_numbers_that_one_sign_explains_are_one_cause(whole: dict[str, Any]) -> 
     cured = [e for e in whole["numbers"] if e["cured_by"]]
     assert [f"{e['paper']}: {e['quantity']}" for e in cured] == cause["numbers"]
     assert all(e["verdict"] == "not reproduced" for e in cured)
-    missed = [e for e in cured if not numbers.equal(e["printed_text"], e["cured_to"])]
+    missed = [e for e in cured if not numbers.equals_printed(e["printed_text"], e["cured_to"])]
     assert [e["quantity"] for e in missed] == ["first dyad, a3 at the scale of the printed a0"]
     assert len(cured) > 40
 
@@ -246,7 +246,7 @@ def test_numbers_that_one_sign_explains_are_one_cause(whole: dict[str, Any]) -> 
 def test_rounded_inputs_explain_a_number_only_with_all_others(whole: dict[str, Any]) -> None:
     """The interval of F alone spans 186.5; the sums of squares, which the same runs give, exclude it."""
     name = "Y1, F of A"
-    changed = found(numbers.judged("shi2021", tampered("shi2021", name, "186.50")), "shi2021", name)
+    changed = found(numbers.judge_numbers("shi2021", tampered("shi2021", name, "186.50")), "shi2021", name)
     low, high = changed["interval"]
     assert changed["verdict"] == "not reproduced"
     assert low < 186.5 < high
@@ -255,7 +255,7 @@ def test_rounded_inputs_explain_a_number_only_with_all_others(whole: dict[str, A
     for row in alone["number"]:
         row["each"] = {key: values[:1] for key, values in row["each"].items()}
         row["printed"] = row["printed"][:1]
-    assert found(numbers.judged("shi2021", alone), "shi2021", name)["verdict"] == "consistent"
+    assert found(numbers.judge_numbers("shi2021", alone), "shi2021", name)["verdict"] == "consistent"
 
 
 def test_whole_numbers_are_exact_inputs() -> None:
@@ -281,18 +281,18 @@ def test_trials_that_cannot_show_interactions_are_told(whole: dict[str, Any]) ->
 
 
 def test_a_slip_that_is_put_right_is_none() -> None:
-    table = copy.deepcopy(numbers.data())
+    table = copy.deepcopy(numbers.load_numbers())
     table["disclosed"]["sun2019"]["pose 1"][2] = -10
-    found_now = numbers.judged("sun2019", table)
+    found_now = numbers.judge_numbers("sun2019", table)
     assert not any(e["cured_by"] for e in found_now)
     assert sum(e["verdict"] == "not reproduced" for e in found_now) <= 1
 
 
 def test_another_slip_is_found_as_such() -> None:
-    table = copy.deepcopy(numbers.data())
+    table = copy.deepcopy(numbers.load_numbers())
     table["disclosed"]["sun2019"]["pose 1"][2] = -10
     table["disclosed"]["sun2019"]["pose 4"][1] *= -1
-    named = {e["cured_by"] for e in numbers.judged("sun2019", table) if e["cured_by"]}
+    named = {e["cured_by"] for e in numbers.judge_numbers("sun2019", table) if e["cured_by"]}
     assert named == {"sign of 270 in pose 4"}
 
 
@@ -315,7 +315,7 @@ def of_poses(by: str, poses: np.ndarray, **own: Any) -> Any:
 
 
 def printed_poses() -> np.ndarray:
-    table = numbers.data()["disclosed"]["sun2019"]
+    table = numbers.load_numbers()["disclosed"]["sun2019"]
     return np.array([table[f"pose {i}"] for i in range(1, 6)], dtype=float)
 
 
@@ -373,7 +373,7 @@ def test_hinges_stay_on_the_circle_of_the_coefficients() -> None:
 
 def test_vectors_of_the_null_space_solve_the_conditions() -> None:
     """A by hand in mm; the three given entries are kept, and the nearest basis is orthonormal."""
-    poses, table = printed_poses(), numbers.data()["disclosed"]["sun2019"]
+    poses, table = printed_poses(), numbers.load_numbers()["disclosed"]["sun2019"]
     rows = conditions(poses)
     size = np.linalg.norm(rows, axis=0)
     known = {name: table[name] for name in table if name.startswith("v_") or name == "vectors"}
@@ -464,8 +464,8 @@ def squares(runs: np.ndarray, column: list[int]) -> float:
 
 
 def test_sums_of_squares_are_those_of_the_columns_and_add_up() -> None:
-    rows = {e["quantity"]: e["recomputed"] for e in numbers.judged("shi2021")}
-    table = numbers.data()["disclosed"]["shi2021"]
+    rows = {e["quantity"]: e["recomputed"] for e in numbers.judge_numbers("shi2021")}
+    table = numbers.load_numbers()["disclosed"]["shi2021"]
     columns = {**{factor: table[f"column_{factor}"] for factor in "ABC"}, "error": BLANK}
     for response in ("Y1", "Y2"):
         runs = np.array(table[f"{response}_cm"])

@@ -30,4 +30,4 @@ def test_the_front_is_told_with_the_table_s_points_and_files(tmp_path: Path) -> 
 
 
 def test_a_paper_without_a_front_is_refused() -> None:
-    assert "--front is not allowed here: it wants one of the papers wang2017" in refusal("audit", "sun2019", "--front")
+    assert "--front needs one of the papers wang2017" in refusal("audit", "sun2019", "--front")

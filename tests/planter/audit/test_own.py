@@ -76,11 +76,11 @@ def test_digits_of_disclosed_values_bound_a_number(folder: Path, result: Any) ->
         source.write_text(
             stated.replace("r_mm = 50", f"r_mm = {text}").replace('"101.03"', '"100.20"'), encoding="utf-8"
         )
-        read = question.read(source)
-        rows = [row for row in question.rows(read, source, "p", folder / "generated" / "slider_crank.toml")
+        read = question.read_numbers_file(source)
+        rows = [row for row in question.list_rows(read, source, "p", folder / "generated" / "slider_crank.toml")
                 if row["quantity"] == "range s"]  # fmt: skip
         table = {"disclosed": {"p": read.disclosed}, "assumed": {"p": read.assumed}, "number": rows}
-        verdicts[text] = judge.judged("p", table)[0]["verdict"]
+        verdicts[text] = judge.judge_numbers("p", table)[0]["verdict"]
     assert verdicts == {"50": "not reproduced", "50.0": "consistent", "50.000": "not reproduced"}
 
 
@@ -136,7 +136,9 @@ def test_a_number_that_cannot_be_meant_is_refused_by_its_place(
     folder: Path, result: Any, change: tuple[str, str], said: str
 ) -> None:
     source = numbers(folder, change)
-    found = question.rows(question.read(source), source, "invented2026", folder / "generated" / "slider_crank.toml")
+    found = question.list_rows(
+        question.read_numbers_file(source), source, "invented2026", folder / "generated" / "slider_crank.toml"
+    )
     with pytest.raises(InputError, match=said):
         _ = [measures.measure(Inputs(row["with"], {}, {})) for row in found]
 
@@ -162,7 +164,7 @@ def test_a_number_that_cannot_be_meant_is_refused_by_its_place(
 def test_a_file_of_numbers_that_is_none_is_refused(folder: Path, change: tuple[str, str], said: str) -> None:
     source = numbers(folder, change)
     with pytest.raises(InputError) as error:
-        list(question.rows(question.read(source), source, "p", folder))
+        list(question.list_rows(question.read_numbers_file(source), source, "p", folder))
     assert said in str(error.value)
 
 
@@ -185,7 +187,7 @@ def test_number_that_cannot_be_computed_is_one_line(folder: Path, result: Any) -
     """A rod that is shorter than the crank: the loop does not close."""
     source = numbers(folder, ('printed = "249.8"', 'printed = "249.8"\nwith = { l_mm = 20 }'))
     papers = {"invented2026": {"model": "slider_crank"}}
-    found = trial._judged(question.read(source), source, papers, folder / "generated")
+    found = trial._judge_file(question.read_numbers_file(source), source, papers, folder / "generated")
     assert [(one["verdict"], one["recomputed"]) for one in found[:1]] == [("not recomputable", None)]
     assert "do not close" in found[0]["reason"]
     others = [(one["quantity"], one["recomputed"]) for one in found[1:]]
@@ -196,10 +198,10 @@ def test_another_paper_is_not_taken_for_this_one(folder: Path) -> None:
     source = numbers(folder, ("[disclosed]", 'paper = "invented2025"\n[disclosed]'))
     papers: dict[str, Any] = {"invented2026": {}, "another": {}}
     with pytest.raises(InputError, match=r"paper = 'invented2025' is not allowed: did you mean invented2026\?"):
-        trial.meant(question.read(source), source, papers)
+        trial.find_paper(question.read_numbers_file(source), source, papers)
     unnamed = folder / "slider_crank_numbers.toml"
     with pytest.raises(InputError, match="paper is missing: it must be one of invented2026, another"):
-        trial.meant(question.read(unnamed), unnamed, papers)
+        trial.find_paper(question.read_numbers_file(unnamed), unnamed, papers)
 
 
 @pytest.mark.parametrize(
@@ -222,6 +224,6 @@ def test_a_paper_that_raises_is_told_by_the_users_line(folder: Path, change: tup
 def test_what_goes_with_other_papers_is_refused(folder: Path) -> None:
     source = str(folder / "slider_crank_numbers.toml")
     assert "--numbers" in refusal("audit", "wang2017", "--numbers", source)
-    assert "--front is not allowed here" in refusal("audit", str(folder / "slider_crank_paper.py"), "--front")
+    assert "--front needs one of the papers" in refusal("audit", str(folder / "slider_crank_paper.py"), "--front")
     assert "it must offer CASE" in refusal("audit", str(folder / "slider_crank.py"))
     assert "there is no such file" in refusal("audit", str(folder / "nowhere.py"))

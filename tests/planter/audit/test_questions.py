@@ -74,29 +74,29 @@ def changed(table: dict[str, Any]) -> dict[str, Any]:
 
 def test_another_print_makes_no_number_equal() -> None:
     """Each is moved by two units of its last digit, and by all that the rounding of its inputs leaves open."""
-    table = copy.deepcopy(numbers.data())
+    table = copy.deepcopy(numbers.load_numbers())
 
     def shifted(one: numbers.Number) -> str:
-        low, high = numbers.recompute(one, numbers.data()).computed.interval or (0.0, 0.0)
+        low, high = numbers.recompute(one, numbers.load_numbers()).computed.interval or (0.0, 0.0)
         place = Decimal(1).scaleb(int(Decimal(one.printed).as_tuple().exponent))
         return str(Decimal(one.printed) + (2 + round((high - low) / float(place))) * place)
 
-    moved = iter([shifted(one) for one in numbers.numbers(numbers.data())])
+    moved = iter([shifted(one) for one in numbers.list_numbers(numbers.load_numbers())])
     for row in table["number"]:
         printed = row["printed"]
         row["printed"] = [next(moved) for _ in printed] if isinstance(printed, list) else next(moved)
-    was = {(e["paper"], e["quantity"]) for e in numbers.judged() if e["verdict"] in ("reproduced", "consistent")}
-    now = {(e["paper"], e["quantity"]): e["verdict"] for e in numbers.judged(content=table)}
+    was = {(e["paper"], e["quantity"]) for e in numbers.judge_numbers() if e["verdict"] in ("reproduced", "consistent")}
+    now = {(e["paper"], e["quantity"]): e["verdict"] for e in numbers.judge_numbers(content=table)}
     assert len(was) > 120
     assert all(now[key] not in ("reproduced", "consistent") for key in was)
 
 
 def test_every_formula_depends_on_what_it_reads() -> None:
     """Other inputs give other values: of each formula, at least for one of the numbers or statements that use it."""
-    table = numbers.data()
+    table = numbers.load_numbers()
     other = changed(table)
     moved: dict[str, bool] = {}
-    for one, two in zip(numbers.numbers(table), numbers.numbers(other), strict=True):
+    for one, two in zip(numbers.list_numbers(table), numbers.list_numbers(other), strict=True):
         moved[one.by] = moved.get(one.by, False) or differs(one.by, one.arguments, two.arguments, one.paper, other)
     for row, second in zip(table["claim"], other["claim"], strict=True):
         given = (row.get("with", {}), second.get("with", {}))
@@ -116,7 +116,7 @@ def test_every_formula_depends_on_what_it_reads() -> None:
 
 
 def differs(by: str, own: Any, other_own: Any, paper: str, other: dict[str, Any]) -> bool:
-    table = numbers.data()
+    table = numbers.load_numbers()
     before = FORMULAS[by](Inputs(own, table["disclosed"][paper], table["assumed"][paper]))
     try:
         after = FORMULAS[by](Inputs(other_own, other["disclosed"][paper], other["assumed"][paper]))
@@ -141,13 +141,13 @@ def differs(by: str, own: Any, other_own: Any, paper: str, other: dict[str, Any]
     ],
 )
 def test_another_input_changes_whether_a_statement_holds(claim: str, change: dict[str, Any]) -> None:
-    table = copy.deepcopy(numbers.data())
-    (before,) = [e for e in claims.judged() if claim in e["claim"]]
+    table = copy.deepcopy(numbers.load_numbers())
+    (before,) = [e for e in claims.judge_claims() if claim in e["claim"]]
     for name, value in change.items():
         part = "disclosed" if name in table["disclosed"][before["paper"]] else "assumed"
         assert name in table[part][before["paper"]]
         table[part][before["paper"]][name] = value
-    (after,) = [e for e in claims.judged(content=table) if claim in e["claim"]]
+    (after,) = [e for e in claims.judge_claims(content=table) if claim in e["claim"]]
     assert after["holds"] is not before["holds"]
 
 
@@ -157,7 +157,7 @@ def test_another_input_changes_whether_a_statement_holds(claim: str, change: dic
      (-1e-6, ">= 0", False), (1e-12, "<= 0", True), (0.0, "> 0", False)],
 )  # fmt: skip
 def test_what_a_measure_must_be(value: float, must: str, holds: bool) -> None:
-    assert claims.met(value, must) is holds
+    assert claims.meets(value, must) is holds
 
 
 # ---- the polygon in the hexagon ------------------------------------------------------------------------------------
@@ -220,7 +220,7 @@ def test_welch_s_test_is_that_of_samples_with_these_means_and_deviations() -> No
 
 
 def test_prediction_of_an_additive_response_is_the_response() -> None:
-    table = numbers.data()["disclosed"]["shi2021"]
+    table = numbers.load_numbers()["disclosed"]["shi2021"]
     effects = {"A": [-3.0, 0.0, 3.5], "B": [1.0, -2.0, 0.5], "C": [0.2, 0.3, -0.9]}
     runs = [sum(effects[f][table[f"column_{f}"][i] - 1] for f in "ABC") for i in range(9)]
     own = {"responses": ["runs"], "runs": runs, "factors": ["A", "B", "C"]}
@@ -275,7 +275,7 @@ def test_assembly_and_crank_of_a_known_linkage(crank: list[int], sides: list[int
 
 def test_the_largest_reversal_is_where_the_coupler_outruns_the_crank() -> None:
     """By hand from places of the moving hinge: neighbours in the order of the crank angles."""
-    table = numbers.data()["disclosed"]["sun2019"]
+    table = numbers.load_numbers()["disclosed"]["sun2019"]
     for first, sign in ((10, 1), (-10, -1)):
         poses = np.array([[235, 120, first], *(table[f"pose {i}"] for i in range(2, 6))], dtype=float)
         x, y, X, Y = (of_poses("dyad", poses, dyad=1, part=part) for part in "xyXY")
@@ -475,7 +475,7 @@ def test_what_the_force_feels_is_seen() -> None:
 
 
 def test_without_faults_nothing_follows(whole: dict[str, Any]) -> None:
-    table = numbers.data()
+    table = numbers.load_numbers()
     sound = copy.deepcopy({part: whole[part] for part in ("equations", "laws", "numbers")})
     for entry in sound["equations"]:
         entry["verdict"] = "confirmed"
@@ -483,21 +483,21 @@ def test_without_faults_nothing_follows(whole: dict[str, Any]) -> None:
         entry["caused_by"] = []
     for entry in sound["numbers"]:
         entry["verdict"] = "reproduced"
-    assert consequences.drawn(None, table, sound) == []
+    assert consequences.derive_consequences(None, table, sound) == []
     for entry in sound["equations"]:
         if (entry["paper"], entry["equation"]) == ("yu2023", "14"):
             entry["verdict"] = "misprint"
-    (left,) = consequences.drawn(None, table, sound)
+    (left,) = consequences.derive_consequences(None, table, sound)
     assert (left["paper"], left["rests_on"]) == ("yu2023", ["14"])
     assert left["as_printed"] > 1.5 * left["as_derived"]
 
 
 def test_a_repaired_formula_leaves_the_headline_as_it_is(whole: dict[str, Any]) -> None:
-    table = copy.deepcopy(numbers.data())
+    table = copy.deepcopy(numbers.load_numbers())
     for row in table["headline"]:
         row["as_derived"] = row["as_printed"]
         row["with_as_derived"] = row.get("with_as_printed", {})
-    same = [e for e in consequences.drawn("shi2021", table, whole) if e["about"] == consequences.HEADLINE]
+    same = [e for e in consequences.derive_consequences("shi2021", table, whole) if e["about"] == consequences.HEADLINE]
     assert same
     assert all(e["as_printed"] == e["as_derived"] for e in same)
     real = [e for e in whole["consequences"] if e["paper"] == "shi2021"]

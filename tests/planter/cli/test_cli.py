@@ -247,7 +247,7 @@ def test_units_stay_at_the_end_of_the_columns_of_side_2(simulated: Path) -> None
         (("calibrate", "--help"), tuple(calibration_targets())),
         (("optimise", "--help"), ("hybrid", "ipopt", "ga")),
         (("bench", "--help"), (*WORKS, *WAYS)),
-        (("audit", "--help"), tuple(numbers.papers())),
+        (("audit", "--help"), tuple(numbers.list_papers())),
         (("compare", "--help"), tuple(families.list_families())),
     ],
 )
