@@ -30,7 +30,7 @@ def judge_claims(paper: str | None = None, content: Mapping[str, Any] | None = N
 def meets(value: float, must: str, tolerance: float = EXACT) -> bool:
     """Return whether a value meets a condition.
 
-    >>> met(0.02, "< 0.05"), met(1e-12, "= 0"), met(1e-3, "= 0"), met(-1e-12, ">= 0")
+    >>> meets(0.02, "< 0.05"), meets(1e-12, "= 0"), meets(1e-3, "= 0"), meets(-1e-12, ">= 0")
     (True, True, False, True)
     """
     return interval_meets((value, value), must, tolerance)
@@ -39,7 +39,7 @@ def meets(value: float, must: str, tolerance: float = EXACT) -> bool:
 def interval_meets(interval: tuple[float, float], must: str, tolerance: float = EXACT) -> bool:
     """Return whether some value of an interval meets a condition.
 
-    >>> met_by((-0.02, 0.03), "= 0"), met_by((-0.02, 0.03), "> 0"), met_by((-0.02, -0.01), ">= 0")
+    >>> interval_meets((-0.02, 0.03), "= 0"), interval_meets((-0.02, 0.03), "> 0"), interval_meets((-0.02, -0.01), ">= 0")
     (True, True, False)
     """
     sign, text = must.split()

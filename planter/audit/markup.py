@@ -44,7 +44,7 @@ def _format_cell(index: int, cell: Cell) -> str:
 def format_number(value: float) -> str:
     """Return a number to six digits, with a power of ten as superscript.
 
-    >>> number(0.5), number(62.33105858)
+    >>> format_number(0.5), format_number(62.33105858)
     ('0.5', '62.3311')
     """
     mantissa, _, exponent = f"{value:.6g}".replace("-", "\N{MINUS SIGN}").partition("e")

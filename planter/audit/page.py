@@ -240,7 +240,7 @@ _BODIES: dict[str, Callable[[Sequence[Entry]], str]] = {
 
 
 def _select_paper(entries: Sequence[Entry], paper: str) -> list[Entry]:
-    return [e for e in entries if e["paper"] == format_paper]
+    return [e for e in entries if e["paper"] == paper]
 
 
 MEANINGS = {

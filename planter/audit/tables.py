@@ -181,7 +181,7 @@ def list_conditions(equation: Entry) -> str:
 def _shorten(text: str) -> str:
     """Return a text shortened to a line.
 
-    >>> _cut("a + b"), len(_cut("x" * 200))
+    >>> _shorten("a + b"), len(_shorten("x" * 200))
     ('a + b', 60)
     """
     return text if len(text) <= _SHORT else text[: _SHORT - 4].rstrip(" ,;*+-(") + " ..."
@@ -198,7 +198,7 @@ def list_repairs(law: Entry) -> str:
 def format_amount(value: float | None, unit: str) -> str:
     """Return a value with its unit, to three digits.
 
-    >>> amount(0.00275414, ""), amount(31.2514, "deg"), amount(None, "N")
+    >>> format_amount(0.00275414, ""), format_amount(31.2514, "deg"), format_amount(None, "N")
     ('0.00275', '31.3 deg', '-')
     """
     return "-" if value is None else f"{clean_zero(value):.3g} {unit}".strip()
@@ -207,7 +207,7 @@ def format_amount(value: float | None, unit: str) -> str:
 def clean_zero(value: float | None) -> float | None:
     """Return a value with rounding errors replaced by zero.
 
-    >>> plain(-1.8e-14), plain(1.8e-6), plain(None)
+    >>> clean_zero(-1.8e-14), clean_zero(1.8e-6), clean_zero(None)
     (0.0, 1.8e-06, None)
     """
     return 0.0 if value is not None and abs(value) < ROUNDING else value

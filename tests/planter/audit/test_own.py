@@ -225,5 +225,5 @@ def test_what_goes_with_other_papers_is_refused(folder: Path) -> None:
     source = str(folder / "slider_crank_numbers.toml")
     assert "--numbers" in refusal("audit", "wang2017", "--numbers", source)
     assert "--front needs one of the papers" in refusal("audit", str(folder / "slider_crank_paper.py"), "--front")
-    assert "it must offer CASE" in refusal("audit", str(folder / "slider_crank.py"))
+    assert "define CASE" in refusal("audit", str(folder / "slider_crank.py"))
     assert "there is no such file" in refusal("audit", str(folder / "nowhere.py"))
