@@ -82,10 +82,10 @@ class AngleCurve:
 
 def unwrapped(relative: Array, sense: int = -1) -> Array:
     """Relative rotations [rad] with whole turns added so that each lies less than a turn on from the one before."""
-    found = [float(relative[0])]
+    angles = [float(relative[0])]
     for value in relative[1:]:
-        found.append(found[-1] + sense * float(np.mod(sense * (value - found[-1]), TURN)))
-    return np.array(found)
+        angles.append(angles[-1] + sense * float(np.mod(sense * (value - angles[-1]), TURN)))
+    return np.array(angles)
 
 
 def closed_turn(carrier: Array, relative: Array, sense: int = -1) -> AngleCurve:

@@ -59,20 +59,20 @@ class Defects:
     sense: int
 
 
-def defects(linkage: FourBar, found: Sequence[Standing]) -> Defects:
+def defects(linkage: FourBar, positions: Sequence[Standing]) -> Defects:
     """Circuit defect: poses on different circuits. Branch defect: on one circuit, but on branches of it that the
     driving crank does not lead into each other. Order defect: not met in their order, in either sense.
 
     A crank that turns round meets the poses by its angle, whatever their circuit; else each circuit is looked at.
     """
-    circuits = {s.circuit for s in found}
-    branch = any(len({s.assembly for s in found if s.circuit == c}) > 1 for c in circuits)
+    circuits = {s.circuit for s in positions}
+    branch = any(len({s.assembly for s in positions if s.circuit == c}) > 1 for c in circuits)
     if linkage.turns_round:
-        sense = in_order([s.crank_angle for s in found])
+        sense = in_order([s.crank_angle for s in positions])
     else:
-        places = {c: [linkage.place_on_circuit(s.crank_angle, s.assembly) for s in found if s.circuit == c]
+        places = {c: [linkage.place_on_circuit(s.crank_angle, s.assembly) for s in positions if s.circuit == c]
                   for c in circuits}  # fmt: skip
-        senses = [in_order(own) for own in places.values()]
+        senses = [in_order(circuit_positions) for circuit_positions in places.values()]
         sense = 0 if 0 in senses else senses[0]
     return Defects(sense == 0, branch, len(circuits) > 1, sense)
 

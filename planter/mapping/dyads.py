@@ -101,13 +101,13 @@ class Scale:
         """The dyad (5,) in the size and about the middle of the poses."""
         return np.array([*dyad.point, *(dyad.centre - self.middle), dyad.radius]) / self.size
 
-    def straight(self, kind: Kind, found: Array, multiplicity: int) -> Straight:
-        length = float(np.hypot(*found[2:4]))
-        normal, offset = found[2:4] / length, found[4] / length * self.size
+    def straight(self, kind: Kind, line: Array, multiplicity: int) -> Straight:
+        length = float(np.hypot(*line[2:4]))
+        normal, offset = line[2:4] / length, line[4] / length * self.size
         if kind == "slider":
-            offset, point = offset + normal @ self.middle, found[:2] * self.size
+            offset, point = offset + normal @ self.middle, line[:2] * self.size
         else:
-            point = found[:2] * self.size + self.middle
+            point = line[:2] * self.size + self.middle
         return Straight(kind, point, normal, float(offset), multiplicity)
 
 
@@ -115,11 +115,11 @@ def distinct(poses: Array) -> Array:
     """The poses (n, 3) without repetitions; angles that differ by whole turns are one."""
     inside = Scale.of(poses).inside(poses)
     marks = np.column_stack([inside[:, :2], np.cos(inside[:, 2]), np.sin(inside[:, 2])])
-    kept: list[int] = []
+    chosen: list[int] = []
     for k, mark in enumerate(marks):
-        if all(np.abs(mark - marks[j]).max() > RANK for j in kept):
-            kept.append(k)
-    return poses[kept]
+        if all(np.abs(mark - marks[j]).max() > RANK for j in chosen):
+            chosen.append(k)
+    return poses[chosen]
 
 
 def null_space(poses: Array) -> tuple[Array, Array]:
@@ -137,13 +137,13 @@ def solve(poses: Array, basis: Array | None = None) -> Solution:
 
     Raises ComputationError where a root was found that does not pass the poses.
     """
-    scale, own = Scale.of(poses), distinct(poses)
-    inside = scale.inside(own)
-    found, values = null_space(inside)
-    found = found if basis is None else basis
-    if found.shape[1] > 3:
-        return Solution([], [], 0, 0, values, free=found.shape[1] - 3)
-    return on_plane(inside, found, scale, values)
+    scale, separate = Scale.of(poses), distinct(poses)
+    inside = scale.inside(separate)
+    plane, values = null_space(inside)
+    plane = plane if basis is None else basis
+    if plane.shape[1] > 3:
+        return Solution([], [], 0, 0, values, free=plane.shape[1] - 3)
+    return on_plane(inside, plane, scale, values)
 
 
 def on_plane(inside: Array, basis: Array, scale: Scale, values: Array) -> Solution:
@@ -154,11 +154,11 @@ def on_plane(inside: Array, basis: Array, scale: Scale, values: Array) -> Soluti
     real = [(root, basis @ root.point.real) for root in common if root.is_real]
     dyads, straights, orientations = [], [], 0
     for root, p in real:
-        found = dyad_of(inside, p / np.linalg.norm(p), scale, root.multiplicity)
-        if isinstance(found, Dyad):
-            dyads.append(found)
-        elif found is not None:
-            straights.append(found)
+        member = dyad_of(inside, p / np.linalg.norm(p), scale, root.multiplicity)
+        if isinstance(member, Dyad):
+            dyads.append(member)
+        elif member is not None:
+            straights.append(member)
         else:
             orientations += root.multiplicity
     complex_roots = sum(root.multiplicity for root in common if not root.is_real)
@@ -194,7 +194,7 @@ def polished(inside: Array, hinges: Array) -> Array:
 
 
 def misses(poses: Array, dyad: Array) -> Array:
-    """How far the moving hinge is off the circle in each pose (n,), for a dyad (5,)."""
+    """Return the distance of the moving hinge from its circle in each pose (n,), for a dyad (5,)."""
     return np.abs(np.hypot(*(model.placed(poses, dyad[:2]) - dyad[2:4]).T) - abs(dyad[4]))
 
 

@@ -52,8 +52,8 @@ def family(poses: Array) -> tuple[list[Dyad], list[Straight]]:
     return sorted(dyads, key=lambda d: d.radius), [m for m in found if isinstance(m, Straight)]
 
 
-def _members(found: Solution) -> list[Dyad | Straight | None]:
-    return [*found.dyads, *found.straights]
+def _members(solution: Solution) -> list[Dyad | Straight | None]:
+    return [*solution.dyads, *solution.straights]
 
 
 def _on_line(cut: Array) -> list[Array]:

@@ -20,7 +20,7 @@ _MM = 1e3
 
 
 def warnings(train: Train) -> list[Warned]:
-    """Everything that must be told."""
+    """Return all warnings of a train."""
     return [*_sense(train), *_ratios(train), *_sharp(train), *_hollow(train)]
 
 
@@ -90,5 +90,5 @@ def _hollow(train: Train) -> Iterator[Warned]:
             )  # fmt: skip
 
 
-def _warning(name: str, angle: float, what: str, so: str) -> Warned:
-    return Warned(name, turn_deg(angle), f"at carrier angle {turn_deg(angle):.5g} deg {what}{so}")
+def _warning(name: str, angle: float, cause: str, consequence: str) -> Warned:
+    return Warned(name, turn_deg(angle), f"at carrier angle {turn_deg(angle):.5g} deg {cause}{consequence}")

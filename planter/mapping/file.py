@@ -130,19 +130,15 @@ def load_poses(source: str | Path, changes: Mapping[str, float] | None = None) -
             f"{source}: this is a CSV file, but poses must stand in a TOML file, as [[pose]] with x_mm, y_mm, "
             f"phi_deg (planter example sun2019 prints one; a curve of angles goes to planter train)"
         )
-    found = PoseFile.load(source, "mapping", changes)
-    _check_spread(found)
-    return found
+    file = PoseFile.load(source, "mapping", changes)
+    _check_spread(file)
+    return file
 
 
-def _check_spread(found: PoseFile) -> None:
-    places = found.poses[:, :2]
+def _check_spread(file: PoseFile) -> None:
+    places = file.poses[:, :2]
     size = float(np.abs(places - places.mean(axis=0)).max())
     if 0 < size < SMALLEST * 1e-3:
-        raise found.input_error(
-            "pose[0].x_mm", f"places of poses must differ by {SMALLEST:g} mm or more, or not at all"
-        )
+        raise file.input_error("pose[0].x_mm", f"places of poses must differ by {SMALLEST:g} mm or more, or not at all")
     if 0 < size < 1e-12 * float(np.abs(places).max()):
-        raise found.input_error(
-            "pose[0].x_mm", "the poses must lie nearer to the origin, or their differences are lost"
-        )
+        raise file.input_error("pose[0].x_mm", "the poses must lie nearer to the origin, or their differences are lost")

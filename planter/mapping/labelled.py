@@ -42,16 +42,16 @@ class Labels:
         return Labelled(file.name, file.numbers(), sheets(found, _train(found)))
 
 
-def _train(found: Synthesis) -> Training | None:
+def _train(synthesis: Synthesis) -> Training | None:
     """The train of the curve that the file's points give, or the nearest monotone one; None where neither makes one."""
     from planter.errors import PlanterError
     from planter.mapping.training import train_of
 
-    curve = found.of_paths or (None if found.nearest is None else found.nearest.curve)
-    if curve is None or found.file.train is None or curve.sense > 0:
+    curve = synthesis.of_paths or (None if synthesis.nearest is None else synthesis.nearest.curve)
+    if curve is None or synthesis.file.train is None or curve.sense > 0:
         return None
     try:
-        return train_of(curve, found.file.si("train.centre_distance_mm"), file=found.file)
+        return train_of(curve, synthesis.file.si("train.centre_distance_mm"), file=synthesis.file)
     except PlanterError:
         return None
 

@@ -30,7 +30,7 @@ class Reach:
 
     start: float
     span: float
-    whole: bool
+    is_full_turn: bool
 
 
 @dataclass(frozen=True)
@@ -84,16 +84,16 @@ class FourBar:
         """Ranges of the crank on the circuits, one each; a whole turn has a circuit for each assembly."""
         frame, crank, coupler, follower = self.lengths
         twice = 2 * frame * crank
-        least, largest = (
+        smallest, largest = (
             frame**2 + crank**2 - (coupler + follower) ** 2,
             frame**2 + crank**2 - (coupler - follower) ** 2,
         )
         rounding = _ROUNDING * sum(self.lengths) ** 2
-        inward, outward = largest >= twice - rounding, least <= -twice + rounding
+        inward, outward = largest >= twice - rounding, smallest <= -twice + rounding
         if inward and outward:
             return (Reach(self.direction, TURN, True),) * 2
         low = 0.0 if inward else float(np.arccos(np.clip(largest / twice, -1, 1)))
-        high = np.pi if outward else float(np.arccos(np.clip(least / twice, -1, 1)))
+        high = np.pi if outward else float(np.arccos(np.clip(smallest / twice, -1, 1)))
         if inward:
             return (Reach(self.direction - high, 2 * high, False),)
         if outward:
@@ -103,7 +103,7 @@ class FourBar:
     @property
     def turns_round(self) -> bool:
         """Whether the crank makes whole turns."""
-        return self.reaches[0].whole
+        return self.reaches[0].is_full_turn
 
     def circuit(self, theta: float, assembly: int) -> int:
         """Number of the circuit, 1 or 2, of a position."""
@@ -152,7 +152,7 @@ class FourBar:
         """The coupler at shares (n,) of the way along a circuit, which rise within [0, 1]."""
         reach = self.reaches[circuit - 1]
         place = TURN * shares
-        if reach.whole:
+        if reach.is_full_turn:
             theta = reach.start + place
             assembly = np.full(len(shares), 1 if circuit == 1 else -1)
         else:
@@ -165,8 +165,8 @@ class FourBar:
         """Place of a position along its circuit [rad], growing once by 2 pi round it."""
         circuit = self.circuit(theta, assembly)
         reach = self.reaches[circuit - 1]
-        if reach.whole:
+        if reach.is_full_turn:
             return float(np.mod(theta, TURN))
         share = np.mod(theta - reach.start + TURN * 1e-9, TURN) / reach.span
-        there = float(np.arccos(np.clip(1 - 2 * share, -1, 1)))
-        return there if assembly > 0 else TURN - there
+        angle = float(np.arccos(np.clip(1 - 2 * share, -1, 1)))
+        return angle if assembly > 0 else TURN - angle

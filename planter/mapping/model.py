@@ -17,7 +17,7 @@ def _kernel(name: str, lanes: tuple[str, ...], slopes: tuple[str, ...] = ()) -> 
     """A generated function, with its Jacobians in the inputs `slopes` as further outputs."""
     function = getattr(generated.module(_MODULE), name)()
     if slopes:
-        outputs = [f"{name}_out", *(f"jac:{name}_out:{given}" for given in slopes)]
+        outputs = [f"{name}_out", *(f"jac:{name}_out:{variable}" for variable in slopes)]
         function = function.factory(name, function.name_in(), outputs)
     return Kernel(function, lanes=lanes)
 
@@ -27,7 +27,7 @@ def _value(name: str, lanes: Sequence[str], **inputs: object) -> Array:
 
 
 def assumptions() -> list[str]:
-    """What the derivation assumes."""
+    """Return the assumptions of the derivation."""
     return list(generated.sidecar(_MODULE)["assumptions"])
 
 
@@ -44,8 +44,8 @@ def rows(poses: Array) -> Array:
 def conics(basis: Array) -> tuple[Array, Array]:
     """Symmetric matrices (3, 3) of the conditions (8), (9) of sun2019 on a basis (8, 3) of the null space."""
     first, second, third = basis.T
-    found = _value("conics", (), v_alpha=first, v_beta=second, v_gamma=third)[:, 0]
-    return _symmetric(found[:6]), _symmetric(found[6:])
+    entries = _value("conics", (), v_alpha=first, v_beta=second, v_gamma=third)[:, 0]
+    return _symmetric(entries[:6]), _symmetric(entries[6:])
 
 
 def _symmetric(k: Array) -> Array:
@@ -76,8 +76,8 @@ def placed(poses: Array, point: Array) -> Array:
 
 def squares(poses: Array, dyad: Array) -> tuple[Array, Array]:
     """Distance of the hinges squared less the radius squared (n,), and its derivatives (n, 5) in x, y, X, Y, radius."""
-    found = _kernel("distance", ("pose",), ("dyad",))(pose=poses.T, dyad=dyad)
-    return found["distance_out"][0], found["jac_distance_out_dyad"].reshape(len(poses), 5)
+    outputs = _kernel("distance", ("pose",), ("dyad",))(pose=poses.T, dyad=dyad)
+    return outputs["distance_out"][0], outputs["jac_distance_out_dyad"].reshape(len(poses), 5)
 
 
 def arm(theta: Array, phi: Array, dyad: Array) -> Array:
@@ -86,9 +86,9 @@ def arm(theta: Array, phi: Array, dyad: Array) -> Array:
 
 
 def arm_slopes(theta: Array, phi: Array, dyad: Array) -> tuple[Array, Array, Array]:
-    """As `arm`, and the derivatives (4, n) in the angle of the carrier and in that of the arm."""
-    found = _kernel("arm", ("theta", "phi"), ("theta", "phi"))(theta=theta, phi=phi, crank=dyad)
-    return found["arm_out"], found["jac_arm_out_theta"], found["jac_arm_out_phi"]
+    """Return the values of `arm`, and the derivatives (4, n) in the angle of the carrier and in that of the arm."""
+    outputs = _kernel("arm", ("theta", "phi"), ("theta", "phi"))(theta=theta, phi=phi, crank=dyad)
+    return outputs["arm_out"], outputs["jac_arm_out_theta"], outputs["jac_arm_out_phi"]
 
 
 def loop(theta: Array, crank: Array, follower: Array) -> Array:
@@ -103,15 +103,15 @@ def closed(theta: Array, phi: Array, crank: Array, follower: Array) -> Array:
 
 def transmission(theta: Array, phi: Array, crank: Array, follower: Array) -> Array:
     """Angle (n,) [rad] between coupler and follower, in [0, pi]."""
-    across, along = _value("transmission", ["theta", "phi"], theta=theta, phi=phi, crank=crank, follower=follower)
-    return np.arctan2(np.abs(across), along)
+    across, axial = _value("transmission", ["theta", "phi"], theta=theta, phi=phi, crank=crank, follower=follower)
+    return np.arctan2(np.abs(across), axial)
 
 
 def gears(slope: Array, x_s: float, distance: float) -> dict[str, Array]:
     """Ratios, pitch radii and rates of the polar angles (n,) by their names, for positive slopes (n,)."""
-    found = _value("gears", ["slope"], slope=-slope, x_s=x_s, a=distance)
+    rates = _value("gears", ["slope"], slope=-slope, x_s=x_s, a=distance)
     names = (entry["name"] for entry in generated.sidecar(_MODULE)["vectors"]["gears_out"])
-    return dict(zip(names, found, strict=True))
+    return dict(zip(names, rates, strict=True))
 
 
 def curvature(slope: Array, dslope: Array, ddslope: Array, x_s: float, distance: float) -> Array:

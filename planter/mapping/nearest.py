@@ -73,19 +73,19 @@ def _nearest(dyad: Dyad, poses: Array, slopes: tuple[float, float], margin: floa
 
 
 def missed(dyad: Dyad, poses: Array, curve: AngleCurve, theta: Array) -> Iterator[Miss]:
-    """How a curve misses each pose at given carrier angles (n,)."""
+    """Return the miss of each pose at given carrier angles (n,)."""
     phi = curve.at(theta) + theta
-    gaps = model.arm(theta, phi, dyad.vector) - _wanted(dyad, poses)
+    gaps = model.arm(theta, phi, dyad.vector) - _target_places(dyad, poses)
     for k, gap in enumerate(gaps.T):
         turned = wrapped(phi[k] - poses[k, 2])
         yield Miss(float(theta[k]), float(np.hypot(*gap[:2])), float(np.hypot(*gap[2:])), float(turned))
 
 
 def met_by(dyad: Dyad, poses: Array, curve: AngleCurve) -> list[Miss]:
-    """How a curve misses each pose where it comes closest to it with both ends of the arm."""
+    """Return the miss of each pose where the curve is closest to it with both ends of the arm."""
     grid = np.linspace(0, TURN, 1440, endpoint=False)
     theta = []
-    for pose in _wanted(dyad, poses).T:
+    for pose in _target_places(dyad, poses).T:
 
         def gap(angles: Array, pose: Array = pose) -> Array:
             places = model.arm(angles, curve.at(angles) + angles, dyad.vector)
@@ -95,7 +95,7 @@ def met_by(dyad: Dyad, poses: Array, curve: AngleCurve) -> list[Miss]:
     return list(missed(dyad, poses, curve, np.array(theta)))
 
 
-def _wanted(dyad: Dyad, poses: Array) -> Array:
+def _target_places(dyad: Dyad, poses: Array) -> Array:
     """Places of tip and moving hinge (4, n) in the poses."""
     return np.vstack([poses[:, :2].T, model.placed(poses, dyad.point).T])
 
@@ -120,8 +120,8 @@ class _Aim:
     def __init__(self, dyad: Dyad, poses: Array, slopes: tuple[float, float]) -> None:
         self.dyad, self.poses = dyad, poses
         self.least, self.largest = slopes
-        self.wanted = _wanted(dyad, poses)
-        dx, dy = self.wanted[2:] - dyad.centre[:, None]
+        self.targets = _target_places(dyad, poses)
+        dx, dy = self.targets[2:] - dyad.centre[:, None]
         self.crank = np.arctan2(dy, dx)
         self.size = float(np.hypot(*(poses[:, :2] - poses[:, :2].mean(axis=0)).T).max()) + dyad.radius
 
@@ -161,7 +161,7 @@ class _Aim:
     def _cost(self, z: Array, sequence: Array) -> tuple[float, Array]:
         theta, phi = np.split(z, 2)
         places, by_theta, by_phi = model.arm_slopes(theta, phi, self.dyad.vector)
-        gaps = (places - self.wanted[:, sequence]) / self.size
+        gaps = (places - self.targets[:, sequence]) / self.size
         slopes = np.concatenate([(gaps * by_theta).sum(axis=0), (gaps * by_phi).sum(axis=0)]) / self.size
         return float((gaps**2).sum() / 2), slopes
 

@@ -54,16 +54,16 @@ def _on_path(linkage: FourBar, theta: Array, assembly: int) -> Array:
             raise ComputationError(f"the path of assembly {assembly:+d} has no point at {np.degrees(angle):.6g} deg")
     phi = linkage.arm_angle(theta, np.full(len(theta), assembly))
     relative: Array = phi - theta
-    return _near(relative, 0.0)
+    return _unwrap_near(relative, 0.0)
 
 
-def _near(relative: Array, start: float) -> Array:
+def _unwrap_near(relative: Array, start: float) -> Array:
     """The rotations with whole turns added so that the first lies within half a turn of `start`."""
     return relative - TURN * np.round((relative[0] - start) / TURN) if len(relative) else relative
 
 
 def _within_reach(linkage: FourBar, theta: float) -> bool:
-    return any(reach.whole or np.mod(theta - reach.start, TURN) <= reach.span for reach in linkage.reaches)
+    return any(reach.is_full_turn or np.mod(theta - reach.start, TURN) <= reach.span for reach in linkage.reaches)
 
 
 def _between(theta: Array, relative: Array, free: Array) -> Array:

@@ -58,7 +58,7 @@ class AtPose(Record):
 
 @dataclass(frozen=True)
 class DefectsFound(Record):
-    """Which defects a linkage has."""
+    """Defects of a linkage."""
 
     order: bool
     branch: bool
@@ -104,7 +104,7 @@ class LinkageFound(Record):
 
 @dataclass(frozen=True)
 class Missed(Record):
-    """How a pose is missed where a curve meets it."""
+    """Miss of a pose where a curve meets it."""
 
     pose: int
     carrier_deg: float

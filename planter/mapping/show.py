@@ -52,7 +52,7 @@ class Poses:
                 for circuit in sorted({standing.circuit for standing in one.found})]  # fmt: skip
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
-        """How many dyads there are, and the least transmission angle of each linkage."""
+        """Return the number of dyads, and the smallest transmission angle of each linkage."""
         result = self._synthesis(values).result
         least = [
             Reading(f"least transmission angle of {x.dyads[0]} and {x.dyads[1]}", "deg", x.transmission_min_deg)

@@ -31,15 +31,15 @@ def degrees(angle: float) -> float:
     return float(np.degrees(angle))
 
 
-def dyad(found: Dyad, poses: Array) -> DyadFound:
+def dyad(solution: Dyad, poses: Array) -> DyadFound:
     """A dyad, how far it misses the poses, and whether its fixed hinge is outside the polyline of their tips."""
     return DyadFound(
-        moving_point_mm=pair(found.point * 1e3),
-        centre_mm=pair(found.centre * 1e3),
-        radius_mm=found.radius * 1e3,
-        multiplicity=found.multiplicity,
-        largest_miss_mm=float(misses(poses, found.vector).max()) * 1e3,
-        outside=is_outside(found.centre, poses[:, :2]),
+        moving_point_mm=pair(solution.point * 1e3),
+        centre_mm=pair(solution.centre * 1e3),
+        radius_mm=solution.radius * 1e3,
+        multiplicity=solution.multiplicity,
+        largest_miss_mm=float(misses(poses, solution.vector).max()) * 1e3,
+        outside=is_outside(solution.centre, poses[:, :2]),
     )
 
 
@@ -52,37 +52,37 @@ def is_outside(place: Array, corners: Array) -> bool:
     return bool(np.sum(spans & (x < x1 + (y - y1) * (x2 - x1) / rise)) % 2 == 0)
 
 
-def straight(found: Straight) -> StraightFound:
+def straight(line: Straight) -> StraightFound:
     """A dyad with a hinge at infinity: its point and its line normal . place = offset."""
     return StraightFound(
-        kind=found.kind,
-        point_mm=pair(found.point * 1e3),
-        normal=pair(found.normal),
-        offset_mm=found.offset * 1e3,
-        multiplicity=found.multiplicity,
+        kind=line.kind,
+        point_mm=pair(line.point * 1e3),
+        normal=pair(line.normal),
+        offset_mm=line.offset * 1e3,
+        multiplicity=line.multiplicity,
     )
 
 
-def standing(number: int, found: Standing) -> AtPose:
+def standing(number: int, position: Standing) -> AtPose:
     return AtPose(
         pose=number,
-        crank_angle_deg=degrees(found.crank_angle),
-        assembly=found.assembly,
-        circuit=found.circuit,
-        hinges_mm=(pair(found.hinges[0] * 1e3), pair(found.hinges[1] * 1e3)),
-        position_error_mm=found.position_error * 1e3,
-        angle_error_deg=degrees(found.angle_error),
-        transmission_deg=degrees(found.transmission),
+        crank_angle_deg=degrees(position.crank_angle),
+        assembly=position.assembly,
+        circuit=position.circuit,
+        hinges_mm=(pair(position.hinges[0] * 1e3), pair(position.hinges[1] * 1e3)),
+        position_error_mm=position.position_error * 1e3,
+        angle_error_deg=degrees(position.angle_error),
+        transmission_deg=degrees(position.transmission),
     )
 
 
-def monotone(found: Sequence[Reversal]) -> OneSense:
-    turned = [Back(r.start + 1, r.end + 1, degrees(r.angle)) for r in found]
+def monotone(reversals: Sequence[Reversal]) -> OneSense:
+    turned = [Back(r.start + 1, r.end + 1, degrees(r.angle)) for r in reversals]
     return OneSense(not turned, turned)
 
 
 class Slopes(TypedDict):
-    """What is told of any angle curve."""
+    """Return the slopes of an angle curve and their angles."""
 
     monotone: bool
     slope_min: float
@@ -91,23 +91,23 @@ class Slopes(TypedDict):
     slope_max_at_deg: float
 
 
-def slopes(found: AngleCurve) -> Slopes:
-    least, largest = found.extremes
+def slopes(curve: AngleCurve) -> Slopes:
+    lowest, largest = curve.extremes
     return {
-        "monotone": found.monotone,
-        "slope_min": least.value,
-        "slope_min_at_deg": degrees(least.angle % TURN),
+        "monotone": curve.monotone,
+        "slope_min": lowest.value,
+        "slope_min_at_deg": degrees(lowest.angle % TURN),
         "slope_max": largest.value,
         "slope_max_at_deg": degrees(largest.angle % TURN),
     }
 
 
-def miss(number: int, found: Miss) -> Missed:
-    """How a pose is missed where the curve meets it."""
+def miss(number: int, deviation: Miss) -> Missed:
+    """Return the miss of a pose where the curve meets it."""
     return Missed(
         pose=number,
-        carrier_deg=degrees(found.carrier % TURN),
-        position_error_mm=found.tip * 1e3,
-        hinge_error_mm=found.hinge * 1e3,
-        angle_error_deg=degrees(found.angle),
+        carrier_deg=degrees(deviation.carrier % TURN),
+        position_error_mm=deviation.tip * 1e3,
+        hinge_error_mm=deviation.hinge * 1e3,
+        angle_error_deg=degrees(deviation.angle),
     )

@@ -47,14 +47,14 @@ def _dyad_rows(dyads: Sequence[DyadFound]) -> list[tuple[Any, ...]]:
     return [(k, *d.moving_point_mm, *d.centre_mm, d.radius_mm, d.largest_miss_mm) for k, d in enumerate(dyads, 1)]
 
 
-def _linkage(console: Console, found: LinkageFound) -> None:
-    lengths = ", ".join(f"{n} {getattr(found, f'{n}_mm'):.6g}" for n in ("frame", "crank", "coupler", "rocker"))
-    wrong = [name for name, is_there in found.defects.table().items() if is_there]
-    title = f"Linkage of dyads {found.dyads[0]} and {found.dyads[1]}: {found.type}, {lengths} mm"
+def _linkage(console: Console, linkage: LinkageFound) -> None:
+    lengths = ", ".join(f"{n} {getattr(linkage, f'{n}_mm'):.6g}" for n in ("frame", "crank", "coupler", "rocker"))
+    wrong = [name for name, is_there in linkage.defects.table().items() if is_there]
+    title = f"Linkage of dyads {linkage.dyads[0]} and {linkage.dyads[1]}: {linkage.type}, {lengths} mm"
     header = ("pose", "crank / deg", "assembly", "circuit", "transmission / deg", "error / mm")
     keys = ("pose", "crank_angle_deg", "assembly", "circuit", "transmission_deg", "position_error_mm")
-    console.table(title, header, [tuple(getattr(row, key) for key in keys) for row in found.poses])
-    print(f"defects: {', '.join(wrong) or 'none'}; least transmission angle {found.transmission_min_deg:.4g} deg\n")
+    console.table(title, header, [tuple(getattr(row, key) for key in keys) for row in linkage.poses])
+    print(f"defects: {', '.join(wrong) or 'none'}; least transmission angle {linkage.transmission_min_deg:.4g} deg\n")
 
 
 def _monotone(result: SynthesisFound) -> None:
@@ -69,9 +69,9 @@ def _monotone(result: SynthesisFound) -> None:
     print(f"{carrier}: no one-way rotation passes all poses: the arm would have to reverse {reversals}\n")
 
 
-def _curve(console: Console, title: str, found: NearestCurve | CurveOfPaths) -> None:
-    _poses(console, title, found.poses)
-    print(f"slope from {found.slope_min:.5g} to {found.slope_max:.5g}\n")
+def _curve(console: Console, title: str, curve: NearestCurve | CurveOfPaths) -> None:
+    _poses(console, title, curve.poses)
+    print(f"slope from {curve.slope_min:.5g} to {curve.slope_max:.5g}\n")
 
 
 def _poses(console: Console, title: str, rows: Sequence[Missed]) -> None:

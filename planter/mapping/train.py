@@ -41,12 +41,12 @@ class Train:
     distance: float
 
     def __post_init__(self) -> None:
-        least = self.curve.extremes[0]
-        if least.value <= 0:
-            at, worst = np.degrees(self.curve.crossing()), np.degrees(least.angle)
+        lowest = self.curve.extremes[0]
+        if lowest.value <= 0:
+            at, worst = np.degrees(self.curve.crossing()), np.degrees(lowest.angle)
             raise ComputationError(
                 f"the slope of the angle curve reaches zero at carrier angle {at:.6g} deg, where the gears would stand "
-                f"still and turn back (least slope {least.value:.6g} at {worst:.6g} deg): it must stay positive"
+                f"still and turn back (least slope {lowest.value:.6g} at {worst:.6g} deg): it must stay positive"
             )
 
     @cached_property

@@ -59,18 +59,18 @@ def _carrier(file: PoseFile, number: int) -> Dyad:
 
 
 def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFound:
-    least, largest = train.curve.extremes
+    lowest, largest = train.curve.extremes
     smallest, biggest = train.radius_range
     return TrainFound(
         x_s=train.x_s,
         x_s_under_root=train.x_s**2,
-        slope_min=least.value,
+        slope_min=lowest.value,
         slope_max=largest.value,
-        slope_min_at_deg=shown.degrees(least.angle % TURN),
+        slope_min_at_deg=shown.degrees(lowest.angle % TURN),
         slope_max_at_deg=shown.degrees(largest.angle % TURN),
         monotone=train.curve.monotone,
         ratio_min=1 / largest.value,
-        ratio_max=1 / least.value,
+        ratio_max=1 / lowest.value,
         closure_error_rad=train.closure_errors,
         carrier_bend_deg=None if bend is None else shown.degrees(bend),
         convex=train.convex,

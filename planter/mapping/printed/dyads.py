@@ -87,7 +87,7 @@ def real_dyads(inputs: Inputs) -> float:
 def dyad_part(inputs: Inputs) -> Value:
     """A coordinate of a dyad [mm]."""
     dyad = chosen(inputs)
-    return None if dyad is None else _shown(dyad)[inputs["part"]]
+    return None if dyad is None else _to_numbers(dyad)[inputs["part"]]
 
 
 @formula("circle coefficient")
@@ -96,7 +96,7 @@ def circle_coefficient(inputs: Inputs) -> Value:
     dyad = chosen(inputs)
     if dyad is None:
         return None
-    part = _shown(dyad)
+    part = _to_numbers(dyad)
     unit = {"a0": 1.0, "a1": part["X"], "a2": part["Y"], "a3": part["r"] ** 2 - part["X"] ** 2 - part["Y"] ** 2}
     return unit[inputs["coefficient"]] * float(inputs["scale"]) / unit[inputs["scale_of"]]
 
@@ -126,6 +126,6 @@ def _basis(inputs: Inputs) -> Array:
     return np.asarray(found * MM ** LENGTHS[:, None])
 
 
-def _shown(dyad: Dyad) -> dict[str, float]:
+def _to_numbers(dyad: Dyad) -> dict[str, float]:
     """x, y, X, Y and r of a dyad [mm]."""
     return dict(zip(("x", "y", "X", "Y", "r"), (dyad.vector / MM).tolist(), strict=True))

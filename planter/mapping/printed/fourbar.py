@@ -56,12 +56,12 @@ def outside(inputs: Inputs) -> Value:
 def _distance(corners: Array, point: Array) -> float:
     """Signed distance of a point (2,) from a closed polygon (n, 2): even-odd rule."""
     start, end = corners, np.roll(corners, -1, axis=0)
-    along = end - start
-    share = np.clip(((point - start) * along).sum(1) / (along**2).sum(1), 0, 1)
-    away = float(np.linalg.norm(start + share[:, None] * along - point, axis=1).min())
+    frame = end - start
+    share = np.clip(((point - start) * frame).sum(1) / (frame**2).sum(1), 0, 1)
+    away = float(np.linalg.norm(start + share[:, None] * frame - point, axis=1).min())
     crossed = (start[:, 1] > point[1]) != (end[:, 1] > point[1])
     with np.errstate(divide="ignore", invalid="ignore"):
-        x = start[:, 0] + (point[1] - start[:, 1]) * along[:, 0] / along[:, 1]
+        x = start[:, 0] + (point[1] - start[:, 1]) * frame[:, 0] / frame[:, 1]
     return -away if (crossed & (point[0] < x)).sum() % 2 else away
 
 

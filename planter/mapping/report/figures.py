@@ -42,34 +42,36 @@ def drawn_shares(bar: FourBar, circuit: int) -> Array:
 
 
 @style.drawn
-def dyads(found: Synthesis) -> Figure:
+def dyads(synthesis: Synthesis) -> Figure:
     """Poses, and for each dyad its circle, fixed hinge and the places of its moving hinge; members of a family."""
     figure = style.new_figure(6.4)
     axes = figure.subplots()
-    extent = _extent(found.poses)
-    for number, dyad in enumerate(found.solution.dyads, 1):
+    extent = _extent(synthesis.poses)
+    for number, dyad in enumerate(synthesis.solution.dyads, 1):
         if dyad.radius < _WIDEST * extent:
-            _circle(axes, dyad, found.poses, style.PALETTE[(number - 1) % len(style.PALETTE)], f"dyad {number}")
-    if found.members:
-        _family(axes, [d for d in found.members if np.hypot(*(d.centre - found.poses[0, :2])) < _WIDEST * extent])
-    poses(axes, found.poses)
+            _circle(axes, dyad, synthesis.poses, style.PALETTE[(number - 1) % len(style.PALETTE)], f"dyad {number}")
+    if synthesis.members:
+        _family(
+            axes, [d for d in synthesis.members if np.hypot(*(d.centre - synthesis.poses[0, :2])) < _WIDEST * extent]
+        )
+    poses(axes, synthesis.poses)
     style.drawing_board(axes, "X / mm", "Y / mm")
     if axes.get_legend_handles_labels()[0]:
         axes.legend(frameon=False, loc="best")
     return figure
 
 
-def _extent(of: Array) -> float:
-    return float(np.ptp(of[:, :2], axis=0).max()) or 1.0
+def _extent(poses: Array) -> float:
+    return float(np.ptp(poses[:, :2], axis=0).max()) or 1.0
 
 
-def _circle(axes: Axes, dyad: Dyad, of: Array, shade: str, label: str) -> None:
+def _circle(axes: Axes, dyad: Dyad, poses: Array, shade: str, label: str) -> None:
     x, y = MM * (dyad.centre[:, None] + dyad.radius * np.array([np.cos(DENSE), np.sin(DENSE)]))
     axes.plot(x, y, color=shade, linewidth=0.9, label=label)
     axes.plot(*MM * dyad.centre, "+", color=shade, markersize=8)
-    hinges = MM * model.placed(of, dyad.point)
+    hinges = MM * model.placed(poses, dyad.point)
     axes.plot(*hinges.T, "o", color=style.PAPER, markeredgecolor=shade, markersize=4)
-    for tip, hinge in zip(MM * of[:, :2], hinges, strict=True):
+    for tip, hinge in zip(MM * poses[:, :2], hinges, strict=True):
         axes.plot(*np.array([tip, hinge]).T, color=shade, linewidth=0.5, alpha=0.6)
 
 
@@ -81,11 +83,11 @@ def _family(axes: Axes, members: list[Dyad]) -> None:
         axes.plot(*MM * places.T, ".", color=shade, markersize=3, label=label)
 
 
-def poses(axes: Axes, of: Array) -> None:
+def poses(axes: Axes, placements: Array) -> None:
     """Poses (n, 3) as numbered arrows along the arm's x axis; numbers of places close together stand apart."""
-    length = _ARROW * _extent(of)
-    tips = of[:, :2]
-    for number, (place, angle) in enumerate(zip(tips, of[:, 2], strict=True), 1):
+    length = _ARROW * _extent(placements)
+    tips = placements[:, :2]
+    for number, (place, angle) in enumerate(zip(tips, placements[:, 2], strict=True), 1):
         ahead = place + length * np.array([np.cos(angle), np.sin(angle)])
         axes.update_datalim([MM * (place + 1.3 * (ahead - place))])
         axes.annotate("", MM * ahead, MM * place, arrowprops={"arrowstyle": "-|>", "color": style.INK, "lw": 0.9})
@@ -97,47 +99,47 @@ def poses(axes: Axes, of: Array) -> None:
 
 
 @style.drawn
-def linkage(found: Linkage, of: Array) -> Figure:
+def linkage(solution: Linkage, pose_rows: Array) -> Figure:
     """A four-bar linkage at the poses, and the path of the tip on both circuits."""
     figure = style.new_figure(6.4)
     axes = figure.subplots()
-    for circuit in range(1, len(found.bar.reaches) + 1):
-        path = found.bar.path_at(circuit, drawn_shares(found.bar, circuit))
+    for circuit in range(1, len(solution.bar.reaches) + 1):
+        path = solution.bar.path_at(circuit, drawn_shares(solution.bar, circuit))
         tip = MM * np.column_stack([path.tip, path.tip[:, :1]])
         axes.plot(*tip, color=style.PALETTE[circuit - 1], label=f"path of the tip, circuit {circuit}")
-    for standing, tip in zip(found.found, of[:, :2], strict=True):
+    for standing, tip in zip(solution.found, pose_rows[:, :2], strict=True):
         shade = style.PALETTE[standing.circuit - 1]
-        chain = np.array([found.bar.crank.centre, *standing.hinges, found.bar.follower.centre])
+        chain = np.array([solution.bar.crank.centre, *standing.hinges, solution.bar.follower.centre])
         axes.plot(*MM * chain.T, color=shade, linewidth=0.7, alpha=0.7)
         body = np.array([*standing.hinges, tip])
         axes.fill(*MM * body.T, facecolor=shade, alpha=0.08, edgecolor=shade, linewidth=0.4)
         axes.plot(*MM * standing.hinges.T, "o", color=style.PAPER, markeredgecolor=shade, markersize=3.5)
-    for centre in (found.bar.crank.centre, found.bar.follower.centre):
+    for centre in (solution.bar.crank.centre, solution.bar.follower.centre):
         axes.plot(*MM * centre, "^", color=style.INK, markersize=6)
-    poses(axes, of)
+    poses(axes, pose_rows)
     style.drawing_board(axes, "X / mm", "Y / mm")
-    axes.set_title(f"dyads {found.numbers[0]} and {found.numbers[1]}: {found.bar.type}")
+    axes.set_title(f"dyads {solution.numbers[0]} and {solution.numbers[1]}: {solution.bar.type}")
     axes.legend(frameon=False, loc="best")
     return figure
 
 
 @style.drawn
-def angle_curve(found: Synthesis) -> Figure:
+def angle_curve(synthesis: Synthesis) -> Figure:
     """Rotation of the arm against the carrier over a turn: through the exact poses, and the curves of the results."""
     figure = style.new_figure(6.2)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.5, 1])
     curves = [
-        ("through the poses", found.exact, style.SOFT, (0, (4, 3))),
-        ("closest monotone", found.nearest.curve if found.nearest else None, style.BLUE, "-"),
-        ("points of both paths", found.of_paths, style.VERMILION, "-"),
+        ("through the poses", synthesis.exact, style.SOFT, (0, (4, 3))),
+        ("closest monotone", synthesis.nearest.curve if synthesis.nearest else None, style.BLUE, "-"),
+        ("points of both paths", synthesis.of_paths, style.VERMILION, "-"),
     ]
-    start = _start(found)
+    start = _start(synthesis)
     for label, curve, shade, dashes in curves:
         if curve is not None:
             top.plot(np.degrees(DENSE), _falling(curve, start), color=shade, linestyle=dashes, label=label)
             bottom.plot(np.degrees(DENSE), curve.slopes(DENSE)[0], color=shade, linestyle=dashes)
-    if found.carrier is not None and found.exact is not None:
-        _exact_poses(top, found.exact, found.carrier, found.poses, start)
+    if synthesis.carrier is not None and synthesis.exact is not None:
+        _exact_poses(top, synthesis.exact, synthesis.carrier, synthesis.poses, start)
     top.set_ylabel("arm angle relative to carrier / deg")
     top.legend(frameon=False, loc="best")
     bottom.axhline(0, color=style.INK, linewidth=0.7)
@@ -147,8 +149,8 @@ def angle_curve(found: Synthesis) -> Figure:
     return figure
 
 
-def _start(found: Synthesis) -> float:
-    curve = found.exact or (found.nearest.curve if found.nearest else None) or found.of_paths
+def _start(synthesis: Synthesis) -> float:
+    curve = synthesis.exact or (synthesis.nearest.curve if synthesis.nearest else None) or synthesis.of_paths
     return 0.0 if curve is None else float(curve.at(np.array([0.0]))[0])
 
 
@@ -158,8 +160,8 @@ def _falling(curve: AngleCurve, start: float) -> Array:
     return np.asarray(np.degrees(relative - TURN * np.round((relative[0] - start) / TURN)))
 
 
-def _exact_poses(axes: Axes, curve: AngleCurve, dyad: Dyad, of: Array, start: float) -> None:
-    away = model.placed(of, dyad.point) - dyad.centre
+def _exact_poses(axes: Axes, curve: AngleCurve, dyad: Dyad, poses: Array, start: float) -> None:
+    away = model.placed(poses, dyad.point) - dyad.centre
     theta = np.mod(np.arctan2(away[:, 1], away[:, 0]), TURN)
     shift = TURN * np.round((float(curve.at(np.array([0.0]))[0]) - start) / TURN)
     relative = np.degrees(curve.at(theta) - shift)

@@ -31,30 +31,30 @@ _MISSED = ("pose", "carrier / deg", "tip off / mm", "hinge off / mm", "angle off
 _MISSED_KEYS = ("pose", "carrier_deg", "position_error_mm", "hinge_error_mm", "angle_error_deg")
 
 
-def synthesis_page(found: Synthesis, figures: Mapping[str, str], provenance: Summary) -> str:
+def synthesis_page(synthesis: Synthesis, figures: Mapping[str, str], provenance: Summary) -> str:
     """The page of a synthesis; `figures` are SVG texts by name."""
-    result = found.result
+    result = synthesis.result
     sections = [Section("Dyads", list(_dyads(result)))]
     sections += [Section(f"Linkage of dyads {x.dyads[0]} and {x.dyads[1]}", list(_linkage(x)))
                  for x in result.linkages]  # fmt: skip
     sections.append(Section("Angle curve", list(_curves(result))))
     moving = [
-        Motion(scene.linkage(one, found.poses, circuit))
-        for one in found.linkages
-        for circuit in sorted({standing.circuit for standing in one.found})
+        Motion(scene.linkage(linkage, synthesis.poses, circuit))
+        for linkage in synthesis.linkages
+        for circuit in sorted({standing.circuit for standing in linkage.found})
     ]
     if moving:
         sections.append(Section("Motion", moving))
     sections.append(Section("Figures", list(_figures(figures))))
-    numbers = found.file.numbers()
-    origins = [(path, numbers[path], origin) for path, origin in found.file.number_origins().items()]
+    numbers = synthesis.file.numbers()
+    origins = [(path, numbers[path], origin) for path, origin in synthesis.file.number_origins().items()]
     sections.append(Section("Inputs", [Table(("key", "value", "origin"), origins)]))
-    return page(f"Synthesis of {found.file.name}", [*sections, *_last(provenance)], found.file.description)
+    return page(f"Synthesis of {synthesis.file.name}", [*sections, *_last(provenance)], synthesis.file.description)
 
 
-def train_page(found: Training, figures: Mapping[str, str], provenance: Summary) -> str:
+def train_page(training: Training, figures: Mapping[str, str], provenance: Summary) -> str:
     """The page of a gear train; `figures` are SVG texts by name."""
-    result = found.result
+    result = training.result
     named = ("x_s", "slope_min", "slope_max", "ratio_min", "ratio_max", "carrier_bend_deg", "module_max_mm")
     split: dict[str, Cell] = {name: getattr(result, name) for name in named}
     split |= {f"closure error of stage {k} / rad": e for k, e in enumerate(result.closure_error_rad, 1)}
@@ -68,7 +68,7 @@ def train_page(found: Training, figures: Mapping[str, str], provenance: Summary)
     sections = [Section("Gear train", blocks)]
     if result.poses:
         sections.append(Section("Poses", [_missed(result.poses, "Where the path comes closest to each pose")]))
-    moving = scene.train(found)
+    moving = scene.train(training)
     if moving is not None:
         sections.append(Section("Motion", [Motion(moving)]))
     sections.append(Section("Figures", list(_figures(figures))))
@@ -99,14 +99,14 @@ def _dyads(result: SynthesisFound) -> Iterator[Block]:
                    f"{len(result.family.dyads)} members are listed in summary.json.")  # fmt: skip
 
 
-def _linkage(found: LinkageFound) -> Iterator[Block]:
+def _linkage(linkage: LinkageFound) -> Iterator[Block]:
     keys = ("frame_mm", "crank_mm", "coupler_mm", "rocker_mm", "type", "grashof", "arm_length_mm")
-    single: dict[str, Cell] = {key: getattr(found, key) for key in (*keys, "transmission_min_deg")}
-    wrong = [name for name, is_there in found.defects.table().items() if is_there]
+    single: dict[str, Cell] = {key: getattr(linkage, key) for key in (*keys, "transmission_min_deg")}
+    wrong = [name for name, is_there in linkage.defects.table().items() if is_there]
     yield Keys(single | {"defects": ", ".join(wrong) or "none"})
     head = ("pose", "crank / deg", "assembly", "circuit", "transmission / deg", "error / mm")
     columns = ("pose", "crank_angle_deg", "assembly", "circuit", "transmission_deg", "position_error_mm")
-    yield Table(head, [tuple(getattr(row, key) for key in columns) for row in found.poses], "Poses")
+    yield Table(head, [tuple(getattr(row, key) for key in columns) for row in linkage.poses], "Poses")
 
 
 def _curves(result: SynthesisFound) -> Iterator[Block]:

@@ -33,58 +33,61 @@ _TABLE = 721
 """Rows of a table over a turn."""
 
 
-def write_synthesis(out: Path, found: Synthesis, progress: Listener | None = None) -> None:
+def write_synthesis(out: Path, synthesis: Synthesis, progress: Listener | None = None) -> None:
     """Writes summary.json, curves and coupler paths as CSV, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.
     """
     files.output_folder(out)
-    provenance = files.provenance(found.file)
-    heads = list(files.comments(found.file, "poses"))
-    rendered = bundle.drawn(_synthesis_figures(found), progress)
+    provenance = files.provenance(synthesis.file)
+    heads = list(files.comments(synthesis.file, "poses"))
+    rendered = bundle.drawn(_synthesis_figures(synthesis), progress)
     texts = {
-        "summary.json": _summary(found.result, {"input": found.file.table(), "provenance": provenance}),
-        **_csv(heads, dict(_synthesis_tables(found))),
-        "report.html": page.synthesis_page(found, _svgs(rendered), provenance),
+        "summary.json": _summary(synthesis.result, {"input": synthesis.file.table(), "provenance": provenance}),
+        **_csv(heads, dict(_synthesis_tables(synthesis))),
+        "report.html": page.synthesis_page(synthesis, _svgs(rendered), provenance),
     }
     bundle.write(out, texts, rendered)
 
 
-def _synthesis_tables(found: Synthesis) -> Iterator[tuple[str, dict[str, Array]]]:
-    for name, curve in (("nearest", found.nearest.curve if found.nearest else None), ("points", found.of_paths)):
+def _synthesis_tables(synthesis: Synthesis) -> Iterator[tuple[str, dict[str, Array]]]:
+    for name, curve in (
+        ("nearest", synthesis.nearest.curve if synthesis.nearest else None),
+        ("points", synthesis.of_paths),
+    ):
         if curve is not None:
             yield f"{name}_curve.csv", _points(curve)
-    for linkage in found.linkages:
+    for linkage in synthesis.linkages:
         numbers = f"{linkage.numbers[0]}_{linkage.numbers[1]}"
         for circuit in range(1, len(linkage.bar.reaches) + 1):
             yield f"coupler_{numbers}_circuit{circuit}.csv", _coupler(linkage.bar.path(circuit))
 
 
-def _synthesis_figures(found: Synthesis) -> dict[str, Figure]:
-    drawn: dict[str, Figure] = {"dyads": figures.dyads(found)}
-    for linkage in found.linkages:
-        drawn[f"linkage_{linkage.numbers[0]}_{linkage.numbers[1]}"] = figures.linkage(linkage, found.poses)
-    if found.carrier is not None:
-        drawn["angle_curve"] = figures.angle_curve(found)
-    return drawn
+def _synthesis_figures(synthesis: Synthesis) -> dict[str, Figure]:
+    plots: dict[str, Figure] = {"dyads": figures.dyads(synthesis)}
+    for linkage in synthesis.linkages:
+        plots[f"linkage_{linkage.numbers[0]}_{linkage.numbers[1]}"] = figures.linkage(linkage, synthesis.poses)
+    if synthesis.carrier is not None:
+        plots["angle_curve"] = figures.angle_curve(synthesis)
+    return plots
 
 
-def write_train(out: Path, found: Training, source: str, progress: Listener | None = None) -> None:
+def write_train(out: Path, training: Training, source: str, progress: Listener | None = None) -> None:
     """Writes summary.json, the turn and the pitch curves as CSV, figures and report.html, whole or not at all.
 
     Raises InputError for a folder that it cannot write.
     """
     files.output_folder(out)
-    provenance = _provenance(found, source)
+    provenance = _provenance(training, source)
     heads = [f"curve: {source}", f"curve_sha256: {provenance['curve_sha256']}"]
-    drawn = {"ratios": train_figures.ratios(found), "pitch_curves": train_figures.pitch_curves(found)}
-    if found.dyad is not None:
-        drawn["tip_path"] = train_figures.tip_path(found)
-    rendered = bundle.drawn(drawn, progress)
+    plots = {"ratios": train_figures.ratios(training), "pitch_curves": train_figures.pitch_curves(training)}
+    if training.dyad is not None:
+        plots["tip_path"] = train_figures.tip_path(training)
+    rendered = bundle.drawn(plots, progress)
     texts = {
-        "summary.json": _summary(found.result, {"provenance": provenance}),
-        **_csv(heads, {"cycle.csv": _cycle(found), "pitch_curves.csv": _pitch(found)}),
-        "report.html": page.train_page(found, _svgs(rendered), provenance),
+        "summary.json": _summary(training.result, {"provenance": provenance}),
+        **_csv(heads, {"cycle.csv": _cycle(training), "pitch_curves.csv": _pitch(training)}),
+        "report.html": page.train_page(training, _svgs(rendered), provenance),
     }
     bundle.write(out, texts, rendered)
 
@@ -97,8 +100,8 @@ def _csv(heads: list[str], tables: Mapping[str, Mapping[str, Array]]) -> dict[st
     return {name: files.cycle_csv(name, heads, columns) for name, columns in tables.items()}
 
 
-def _svgs(drawn: Mapping[str, bundle.Drawn]) -> dict[str, str]:
-    return {name: figure.svg for name, figure in drawn.items()}
+def _svgs(plots: Mapping[str, bundle.Drawn]) -> dict[str, str]:
+    return {name: figure.svg for name, figure in plots.items()}
 
 
 def _points(curve: AngleCurve) -> dict[str, Array]:
@@ -117,20 +120,20 @@ def _coupler(path: CouplerPath) -> dict[str, Array]:
     }
 
 
-def _cycle(found: Training) -> dict[str, Array]:
-    curve = found.train.curve
+def _cycle(training: Training) -> dict[str, Array]:
+    curve = training.train.curve
     theta = np.linspace(curve.carrier[0], curve.carrier[-1], _TABLE)
-    gears = found.train.gears(theta)
+    gears = training.train.gears(theta)
     columns = {"carrier_deg": np.degrees(theta), "relative_deg": np.degrees(curve.at(theta))}
     columns |= {name: gears[name] for name in ("i", "i1", "i2")}
-    if found.dyad is not None:
-        tip = model.arm(theta, curve.at(theta) + theta, found.dyad.vector)
+    if training.dyad is not None:
+        tip = model.arm(theta, curve.at(theta) + theta, training.dyad.vector)
         columns |= {"tip_x_mm": tip[0] * 1e3, "tip_y_mm": tip[1] * 1e3}
     return columns
 
 
-def _pitch(found: Training) -> dict[str, Array]:
-    psi, radii = polar_curves(found.train)
+def _pitch(training: Training) -> dict[str, Array]:
+    psi, radii = polar_curves(training.train)
     columns: dict[str, Array] = {}
     for k, gear in enumerate(GEARS):
         name = gear.replace(" ", "_")
@@ -138,17 +141,17 @@ def _pitch(found: Training) -> dict[str, Array]:
     return columns
 
 
-def _provenance(found: Training, source: str) -> dict[str, Any]:
-    return dict(_told(found, source))
+def _provenance(training: Training, source: str) -> dict[str, Any]:
+    return dict(_list_sources(training, source))
 
 
-def _told(found: Training, source: str) -> Iterator[tuple[str, Any]]:
+def _list_sources(training: Training, source: str) -> Iterator[tuple[str, Any]]:
     """What the run can be repeated from: versions, options, a hash of the points."""
-    curve = found.train.curve
+    curve = training.train.curve
     yield "planter", __version__
     yield from ((name, metadata.version(name)) for name in ("casadi", "numpy", "scipy"))
     yield "python", platform.python_version()
     yield "curve", source
     yield "curve_sha256", hashlib.sha256(np.array([curve.carrier, curve.relative]).tobytes()).hexdigest()
-    yield "centre_distance_mm", found.train.distance * 1e3
-    yield "crank_mm", None if found.crank is None else found.crank * 1e3
+    yield "centre_distance_mm", training.train.distance * 1e3
+    yield "crank_mm", None if training.crank is None else training.crank * 1e3

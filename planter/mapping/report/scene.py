@@ -23,23 +23,23 @@ _ARROW = 0.13
 """Length of a pose's arrow in parts of the extent of the poses."""
 
 
-def linkage(found: Linkage, poses: Array, circuit: int) -> Scene:
+def linkage(solution: Linkage, poses: Array, circuit: int) -> Scene:
     """A linkage on one of its circuits, with the poses (k, 3) [m, rad]."""
-    bar, shares = found.bar, drawn_shares(found.bar, circuit)
+    bar, shares = solution.bar, drawn_shares(solution.bar, circuit)
     path = bar.path_at(circuit, shares)
     at = np.column_stack([path.tip.T, path.phi])
     crank, follower = (MM * model.placed(at, dyad.point).T for dyad in (bar.crank, bar.follower))
     tip, fixed = MM * path.tip, (MM * bar.crank.centre, MM * bar.follower.centre)
-    own = MM * np.array([bar.crank.point, bar.follower.point, [0.0, 0.0]])
+    points = MM * np.array([bar.crank.point, bar.follower.point, [0.0, 0.0]])
     bodies = (
         Body("frame", (Outline(np.array(fixed), "ground", closed=False),)),
         _bar("crank", fixed[0], crank),
         _bar("follower", fixed[1], follower),
-        Body("arm", (Outline(own, "body", shade=0),), tip, np.degrees(path.phi)),
+        Body("arm", (Outline(points, "body", shade=0),), tip, np.degrees(path.phi)),
         _poses(poses),
     )
     return Scene(
-        title=f"Linkage of dyads {found.numbers[0]} and {found.numbers[1]}, {bar.type}, circuit {circuit}",
+        title=f"Linkage of dyads {solution.numbers[0]} and {solution.numbers[1]}, {bar.type}, circuit {circuit}",
         place="crank angle",
         unit="deg",
         places=np.degrees(path.theta),
@@ -52,26 +52,26 @@ def linkage(found: Linkage, poses: Array, circuit: int) -> Scene:
     )
 
 
-def train(found: Training) -> Scene | None:
+def train(training: Training) -> Scene | None:
     """A gear train on its carrier, with the arm and the poses where they are known.
 
     None for a curve along which the arm gains on the carrier: two external meshes do not drive it so.
     """
-    curve = found.train.curve
+    curve = training.train.curve
     if curve.sense > 0:
         return None
 
     def drawn(theta: Array) -> list[Array]:
-        return [curve.at(theta), *(np.asarray(axis) for point in _tip(found, theta) for axis in (point.x, point.y))]
+        return [curve.at(theta), *(np.asarray(axis) for point in _tip(training, theta) for axis in (point.x, point.y))]
 
     theta = refine_places(drawn, np.linspace(curve.carrier[0], curve.carrier[-1], MOMENTS + 1))[:-1]
-    at, psi = found.train.polar_angles()
+    at, psi = training.train.polar_angles()
     middle, relative = np.degrees(np.interp(theta, at, psi[1])), np.degrees(curve.at(theta))
-    hinges, (sun, second, third, planet) = MM * centres(found).T, (part.T for part in outlines(found))
-    centre, start = _mounted(found, hinges[2])
+    hinges, (sun, second, third, planet) = MM * centres(training).T, (part.T for part in outlines(training))
+    centre, start = _mounted(training, hinges[2])
     parts = (
         Body("middle gears", (_gear(second, 1), _gear(third, 2)), hinges[1].tolist(), middle),
-        Body("planet and arm", (_gear(planet, 3), *_arm(found, start)), hinges[2].tolist(), relative - relative[0]),
+        Body("planet and arm", (_gear(planet, 3), *_arm(training, start)), hinges[2].tolist(), relative - relative[0]),
     )
     bars = Outline(hinges, "frame", closed=False)
     turned = start + np.degrees(theta - theta[0])
@@ -82,8 +82,8 @@ def train(found: Training) -> Scene | None:
         places=np.degrees(theta),
         seconds=SECONDS,
         bodies=(Body("sun", (_gear(sun, 0),), centre, start), Body("carrier", (bars,), centre, turned, parts),
-                *([] if found.poses is None else [_poses(found.poses)])),
-        points=_tip(found, theta),
+                *([] if training.poses is None else [_poses(training.poses)])),
+        points=_tip(training, theta),
         curves=(Curve("arm angle relative to carrier", "deg", relative),),
         shares=(theta - curve.carrier[0]) / (curve.carrier[-1] - curve.carrier[0]),
     )  # fmt: skip
@@ -123,26 +123,26 @@ def _reached(poses: Array, at: Array, places: Array) -> list[Event]:
     return found
 
 
-def _mounted(found: Training, moving: Array) -> tuple[list[float], float]:
+def _mounted(training: Training, moving: Array) -> tuple[list[float], float]:
     """Where the sun's centre is [mm], and how the carrier's first centre line is turned at its first angle [deg]."""
-    if found.dyad is None:
+    if training.dyad is None:
         return [0.0, 0.0], 0.0
-    direction = float(np.degrees(found.train.curve.carrier[0] - np.arctan2(moving[1], moving[0])))
-    return (MM * found.dyad.centre).tolist(), direction
+    direction = float(np.degrees(training.train.curve.carrier[0] - np.arctan2(moving[1], moving[0])))
+    return (MM * training.dyad.centre).tolist(), direction
 
 
-def _arm(found: Training, start: float) -> list[Outline]:
+def _arm(training: Training, start: float) -> list[Outline]:
     """From the moving hinge to the tip, in the planet's frame."""
-    if found.dyad is None:
+    if training.dyad is None:
         return []
-    places = MM * found.train.motion(found.dyad)["places"][:, 0]
+    places = MM * training.train.motion(training.dyad)["places"][:, 0]
     c, s = np.cos(np.radians(start)), np.sin(np.radians(start))
-    own = (places[:2] - places[2:]) @ np.array([[c, -s], [s, c]])
-    return [Outline(np.array([[0.0, 0.0], own]), "frame", closed=False)]
+    offset = (places[:2] - places[2:]) @ np.array([[c, -s], [s, c]])
+    return [Outline(np.array([[0.0, 0.0], offset]), "frame", closed=False)]
 
 
-def _tip(found: Training, theta: Array) -> list[Point]:
-    if found.dyad is None:
+def _tip(training: Training, theta: Array) -> list[Point]:
+    if training.dyad is None:
         return []
-    x, y = MM * model.arm(theta, found.train.curve.at(theta) + theta, found.dyad.vector)[:2]
+    x, y = MM * model.arm(theta, training.train.curve.at(theta) + theta, training.dyad.vector)[:2]
     return [Point("tip", x, y, traced=True)]

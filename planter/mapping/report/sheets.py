@@ -20,19 +20,19 @@ _HINGES = (0, 1, 1, 2)
 """At which hinge of the carrier each of the four gears turns."""
 
 
-def sheets(found: Synthesis, train: Training | None) -> list[Sheet]:
+def sheets(synthesis: Synthesis, train: Training | None) -> list[Sheet]:
     """All drawings of what was found: those of which there is one."""
-    linkages = [_linkage(one, found.poses[POSE], found.poses) for one in found.linkages[:1]]
+    linkages = [_linkage(linkage, synthesis.poses[POSE], synthesis.poses) for linkage in synthesis.linkages[:1]]
     return [*linkages, *([] if train is None else [_train(train)])]
 
 
-def _linkage(found: Linkage, pose: Array, poses: Array) -> Sheet:
+def _linkage(linkage: Linkage, pose: Array, poses: Array) -> Sheet:
     """The first linkage in a pose; the moving frame stands in the tip."""
     tip, heading = MM * pose[:2], float(np.degrees(pose[2]))
     crank, follower = (
-        MM * model.placed(pose[None, :], dyad.point)[0] for dyad in (found.bar.crank, found.bar.follower)
+        MM * model.placed(pose[None, :], dyad.point)[0] for dyad in (linkage.bar.crank, linkage.bar.follower)
     )
-    fixed = [MM * dyad.centre for dyad in (found.bar.crank, found.bar.follower)]
+    fixed = [MM * dyad.centre for dyad in (linkage.bar.crank, linkage.bar.follower)]
     bodies = (
         Body("frame", (Outline(np.array(fixed), "ground", closed=False),)),
         Body("crank", (Outline(np.array([fixed[0], crank]), "frame", closed=False),)),
@@ -54,27 +54,27 @@ def _linkage(found: Linkage, pose: Array, poses: Array) -> Sheet:
         Angle(("crank_deg",), fixed[0], 0, direction(fixed[0], crank), 0.1 * size),
         Angle.between(("transmission_deg",), follower, crank, fixed[1], 0.15 * size),
     ]
-    return Sheet("linkage", f"linkage of dyads {found.numbers[0]} and {found.numbers[1]} in the last pose but one",
+    return Sheet("linkage", f"linkage of dyads {linkage.numbers[0]} and {linkage.numbers[1]} in the last pose but one",
                  still("linkage", bodies), marks)  # fmt: skip
 
 
-def _train(found: Training) -> Sheet:
+def _train(training: Training) -> Sheet:
     """The four pitch curves on the carrier at its first angle."""
-    hinges = MM * centres(found).T
+    hinges = MM * centres(training).T
     curves = [Outline(points.T + hinges[at], "gear", shade=k)
-              for k, (points, at) in enumerate(zip(outlines(found), _HINGES, strict=True))]  # fmt: skip
+              for k, (points, at) in enumerate(zip(outlines(training), _HINGES, strict=True))]  # fmt: skip
     carrier = Outline(hinges, "frame", closed=False)
-    radii = found.train.gears(np.array([found.train.curve.carrier[0]]))
+    radii = training.train.gears(np.array([training.train.curve.carrier[0]]))
     marks: list[Mark] = [Length(("centre_distance_mm",), hinges[0], hinges[1], 0.8)]
     for stage, names in enumerate((("r1", "r2"), ("r3", "r4"))):
         columns = [f"{gear}_{stage + 1}_radius_mm" for gear in ("driver", "follower")]
         ends = hinges[stage], hinges[stage + 1]
-        share = float(radii[names[0]][0]) / found.train.distance
+        share = float(radii[names[0]][0]) / training.train.distance
         contact = (1 - share) * ends[0] + share * ends[1]
         marks += [Length((name,), end, contact) for name, end in zip(names, ends, strict=True)]
         marks += [Length((name,), end, contact, 0.8) for name, end in zip(columns, ends, strict=True)]
-    if found.crank is not None:
-        radius = 0.3 * MM * found.train.distance
+    if training.crank is not None:
+        radius = 0.3 * MM * training.train.distance
         marks.append(Length(("L1",), hinges[0], hinges[2], 0.3))
         marks.append(Angle.between(("bend",), hinges[1], hinges[0], hinges[2], radius))
     return Sheet("train", "gear train on its carrier, bent as its length wants", still("train",

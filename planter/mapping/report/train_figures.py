@@ -27,17 +27,17 @@ _STRAIGHT = np.pi
 
 
 @style.drawn
-def ratios(found: Training) -> Figure:
+def ratios(training: Training) -> Figure:
     """The angle curve with its points, the total ratio, and the ratios of the two stages."""
-    curve = found.train.curve
+    curve = training.train.curve
     named = (("i", "total"), ("i1", "stage 1"), ("i2", "stage 2"))
 
     def drawn(theta: Array) -> list[Array]:
-        gears = found.train.gears(theta)
+        gears = training.train.gears(theta)
         return [curve.at(theta), *(np.log(gears[name]) for name, _ in named)]
 
     theta = refine_places(drawn, np.linspace(curve.carrier[0], curve.carrier[-1], 721))
-    degrees, gears = np.degrees(theta), found.train.gears(theta)
+    degrees, gears = np.degrees(theta), training.train.gears(theta)
     figure = style.new_figure(6.2)
     top, bottom = figure.subplots(2, 1, sharex=True)
     top.plot(degrees, np.degrees(curve.at(theta)), color=style.BLUE)
@@ -58,16 +58,16 @@ def ratios(found: Training) -> Figure:
 
 
 @style.drawn
-def pitch_curves(found: Training) -> Figure:
+def pitch_curves(training: Training) -> Figure:
     """The four pitch curves in mesh on the carrier at the first carrier angle, named where not convex."""
     figure = style.new_figure(5.4)
     axes = figure.subplots()
-    hinges = MM * centres(found)
-    for index, (name, outline) in enumerate(zip(GEARS, outlines(found), strict=True)):
+    hinges = MM * centres(training)
+    for index, (name, outline) in enumerate(zip(GEARS, outlines(training), strict=True)):
         shade = style.PALETTE[index]
         place = hinges[:, (0, 1, 1, 2)[index]][:, None]
         axes.fill(*place + outline, facecolor=shade, alpha=0.06, edgecolor="none")
-        axes.plot(*place + outline, color=shade, label=name if found.train.convex[index] else f"{name}, not convex")
+        axes.plot(*place + outline, color=shade, label=name if training.train.convex[index] else f"{name}, not convex")
     axes.plot(*hinges, color=style.INK, linewidth=0.7, linestyle=(0, (8, 2, 1, 2)), zorder=3)
     axes.plot(*hinges, "+", color=style.INK, markersize=7, zorder=4)
     style.drawing_board(axes)
@@ -75,22 +75,22 @@ def pitch_curves(found: Training) -> Figure:
     return figure
 
 
-def centres(found: Training) -> Array:
+def centres(training: Training) -> Array:
     """Hinges of the carrier (2, 3) [m]: fixed, middle, moving; straight where the carrier's length is not known."""
-    distance = found.train.distance
-    bend = _STRAIGHT if found.crank is None else found.train.bend(found.crank)
+    distance = training.train.distance
+    bend = _STRAIGHT if training.crank is None else training.train.bend(training.crank)
     end = np.pi - bend
     return distance * np.array([[0, 1, 1 + np.cos(end)], [0, 0, np.sin(end)]])
 
 
-def outlines(found: Training) -> list[Array]:
+def outlines(training: Training) -> list[Array]:
     """Pitch curves (2, n) [mm] about their centres, each turned to its mesh at the first carrier angle.
 
     A driver's contact lies towards its follower, a follower's towards its driver; on the gear the contact moves
     against its rotation, which is that of its mate reversed.
     """
-    psi, radii = polar_curves(found.train)
-    bend = _STRAIGHT if found.crank is None else found.train.bend(found.crank)
+    psi, radii = polar_curves(training.train)
+    bend = _STRAIGHT if training.crank is None else training.train.bend(training.crank)
     towards = np.array([0.0, np.pi, np.pi - bend, -bend])
     senses = (1, -1, -1, 1)
     return [
@@ -100,25 +100,25 @@ def outlines(found: Training) -> list[Array]:
 
 
 @style.drawn
-def tip_path(found: Training) -> Figure:
+def tip_path(training: Training) -> Figure:
     """The path of the tip as the train drives it, carrier and arm on the way, and the poses."""
-    assert found.dyad is not None
-    assert found.poses is not None
-    curve, vector = found.train.curve, found.dyad.vector
+    assert training.dyad is not None
+    assert training.poses is not None
+    curve, vector = training.train.curve, training.dyad.vector
 
     def drawn(theta: Array) -> Array:
         """Tip and moving hinge (4, n) [mm]."""
         return MM * model.arm(theta, curve.at(theta) + theta, vector)
 
-    theta = refine_places(drawn, found.train.motion(found.dyad)["theta"])
+    theta = refine_places(drawn, training.train.motion(training.dyad)["theta"])
     places = drawn(theta)
     figure = style.new_figure(6.4)
     axes = figure.subplots()
     axes.plot(*places[2:], color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 3)), label="moving hinge")
     axes.plot(*places[:2], color=style.BLUE, linewidth=1.5, label="tip")
-    _arms(axes, theta, places, MM * found.dyad.centre)
-    axes.plot(*MM * found.dyad.centre, "^", color=style.INK, markersize=6)
-    poses(axes, found.poses)
+    _arms(axes, theta, places, MM * training.dyad.centre)
+    axes.plot(*MM * training.dyad.centre, "^", color=style.INK, markersize=6)
+    poses(axes, training.poses)
     style.drawing_board(axes, "X / mm", "Y / mm")
     axes.legend(frameon=False, loc="best")
     return figure
