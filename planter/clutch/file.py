@@ -151,41 +151,6 @@ class ClutchSearchSection(Section):
             yield refused("axial_angle_bounds_deg", self.axial_angle_bounds_deg, "it must end below 90")
 
 
-class ClutchFile(Document):
-    """A clutch of a Reuleaux pentagon in a hexagonal sleeve, its shaft, its linkage and its operation."""
-
-    sleeve: Sleeve
-    shaft: Shaft
-    tooth: ToothSection
-    linkage: LinkageSection
-    engagement: Engagement
-    slip: SlipSection
-    contact: ContactModel
-    dog: Dog
-    field: Places
-    levels: LevelsSection
-    wanted: SizingSection
-    limits: ClutchLimitsSection
-    search: ClutchSearchSection
-    origins: Origins = Field(alias="origin")
-
-    @check
-    def _lift_goes_beyond_mesh(self) -> Problems:
-        mesh = 90 - self.linkage.rack_phase_deg
-        if self.wanted.lift_limit_deg <= mesh:
-            allowed = f"it must be greater than 90 - linkage.rack_phase_deg = {mesh:g}, where mesh begins"
-            yield refused("wanted.lift_limit_deg", self.wanted.lift_limit_deg, allowed)
-
-
-def load_clutch(source: str | Path, changes: Mapping[str, float] | None = None) -> ClutchFile:
-    """Return the clutch in a file, or a built-in one by name, with some numbers replaced by `changes`.
-
-    Names are those of `Document.read`, values in the unit [that the name ends in]. Raises InputError, one sentence with
-    file, key, value and the allowed values.
-    """
-    return ClutchFile.load(source, "clutch", changes)
-
-
 class ContactModel(Section):
     """Contact law, masses, spring, slides of the coupling: the same for both clutches."""
 
@@ -220,3 +185,38 @@ class Dog(Section):
             yield refused("backlash_deg", self.backlash_deg, allowed)
         if not self.edge_mm < self.depth_mm:
             yield refused("edge_mm", self.edge_mm, f"it must be less than depth_mm = {self.depth_mm:g}")
+
+
+class ClutchFile(Document):
+    """A clutch of a Reuleaux pentagon in a hexagonal sleeve, its shaft, its linkage and its operation."""
+
+    sleeve: Sleeve
+    shaft: Shaft
+    tooth: ToothSection
+    linkage: LinkageSection
+    engagement: Engagement
+    slip: SlipSection
+    contact: ContactModel
+    dog: Dog
+    field: Places
+    levels: LevelsSection
+    wanted: SizingSection
+    limits: ClutchLimitsSection
+    search: ClutchSearchSection
+    origins: Origins = Field(alias="origin")
+
+    @check
+    def _lift_goes_beyond_mesh(self) -> Problems:
+        mesh = 90 - self.linkage.rack_phase_deg
+        if self.wanted.lift_limit_deg <= mesh:
+            allowed = f"it must be greater than 90 - linkage.rack_phase_deg = {mesh:g}, where mesh begins"
+            yield refused("wanted.lift_limit_deg", self.wanted.lift_limit_deg, allowed)
+
+
+def load_clutch(source: str | Path, changes: Mapping[str, float] | None = None) -> ClutchFile:
+    """Return the clutch in a file, or a built-in one by name, with some numbers replaced by `changes`.
+
+    Names are those of `Document.read`, values in the unit [that the name ends in]. Raises InputError, one sentence with
+    file, key, value and the allowed values.
+    """
+    return ClutchFile.load(source, "clutch", changes)

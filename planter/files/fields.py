@@ -108,6 +108,6 @@ class Section(BaseModel):
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
-        methods = (m for owner in reversed(type(self).__mro__) for m in vars(owner).values())
-        refuse([problem for m in methods if getattr(m, "checks", False) for problem in m(self)])
+        methods = [method for owner in reversed(type(self).__mro__) for method in vars(owner).values()]
+        refuse([problem for method in methods if getattr(method, "checks", False) for problem in method(self)])
         return self

@@ -16,7 +16,7 @@ def takes(source: str) -> bool:
 
 
 def make(source: str, wanted: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
-    """The gears of both stages. Raises as `gears.gears` and `gears.command.make` do."""
+    """The gears of both stages. Raises as `gears.gears` and `gears.gear_set.make_gear_set` do."""
     from planter.gears import gear_set
     from planter.planting import file, gears
     from planter.planting.model import Device
