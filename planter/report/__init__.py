@@ -1,5 +1,5 @@
-"""What a person gets to see and keep: figures, files and a page for each run.
+"""Output of a run: figures, files and an HTML page.
 
-`figures` draws, `gearing` places pitch curves, `files` writes, `html` and `planting` make the page. Matplotlib is
+`style` and `search` draw figures, `files`, `folder` and `bundle` write files, and `html` builds pages. Matplotlib is
 imported when the first figure is drawn, not before.
 """

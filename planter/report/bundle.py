@@ -1,4 +1,4 @@
-"""A folder of result files, written whole or not at all: all of it is there before the first file is written."""
+"""A folder of result files: every figure is rendered before the first file is written."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ class Drawn:
 
 
 def drawn(figures: Mapping[str, Figure], progress: Listener | None = None) -> dict[str, Drawn]:
-    """Figures by their names, rendered; `progress` is told how many are."""
-    found, phase = {}, Phase("drawing", "figure", len(figures), progress)
+    """Render figures by name as SVG and PNG, and report the number of rendered figures to `progress`."""
+    rendered, phase = {}, Phase("drawing", "figure", len(figures), progress)
     for name, figure in figures.items():
-        found[name] = Drawn(style.svg(figure), style.png(figure))
+        rendered[name] = Drawn(style.svg(figure), style.png(figure))
         phase.next(name)
-    return found
+    return rendered
 
 
 @renews
 def write(out: str | Path, texts: Mapping[str, str | bytes], figures: Mapping[str, Drawn]) -> None:
-    """Write texts by their files' names, and figures into the folder `figures`.
+    """Write texts by file name, and figures into the folder `figures`.
 
-    Raises InputError, naming the path, for a folder that cannot be written, and for files there that planter did not
-    write, before anything is.
+    Raises InputError, naming the path, before any file is written if the folder cannot be written or if it has a file
+    of one of these names that planter did not write.
     """
     contents: dict[str, str | bytes] = {}
     for name, figure in figures.items():
         stem, count = file_name(name), 1
-        while f"figures/{stem}.svg" in contents:  # of another name that differs in signs which no file's name has
+        while f"figures/{stem}.svg" in contents:  # names that differ only in characters which file names cannot have
             count += 1
             stem = f"{file_name(name)}-{count}"
         contents |= {f"figures/{stem}.svg": figure.svg, f"figures/{stem}.png": figure.png}

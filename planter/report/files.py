@@ -1,4 +1,4 @@
-"""Result files: CSV and JSON that hold every bit and say where they come from. A file is there whole or not at all."""
+"""Result files: CSV and JSON without rounding, with their provenance. A file is replaced at once, never in part."""
 
 from __future__ import annotations
 
@@ -26,30 +26,30 @@ if TYPE_CHECKING:
 
 
 def write_bytes(path: Path, content: bytes) -> None:
-    """Write a file of a result, and enter it in the list of its folder.
+    """Write a result file, and enter it in the manifest of its folder.
 
-    Raises InputError, naming the path, if it cannot be written, or if planter did not write what is there.
+    Raises InputError, naming the path, if it cannot be written or would replace a file that planter did not write.
     """
     folder.write(path, content)
 
 
 def write_all(out: str | Path, contents: Mapping[str, str | bytes]) -> list[str]:
-    """Write texts and bytes by their files' names into a folder, and return their paths.
+    """Write texts and bytes by file name into a folder, and return their paths.
 
-    Raises InputError as `write_bytes`, before anything is written if planter did not write one of what is there.
+    Raises InputError as `write_bytes` does, before any file is written.
     """
     folder.check(out, contents)
-    for place in {(Path(out) / name).parent for name in contents}:
-        output_folder(place)
+    for parent in {(Path(out) / name).parent for name in contents}:
+        output_folder(parent)
     for name, content in contents.items():
         write_bytes(Path(out) / name, _encoded(content) if isinstance(content, str) else content)
     return [str(Path(out) / name) for name in contents]
 
 
 def write_text(path: Path, text: str) -> None:
-    """Writes a text in UTF-8 with the line ends it has, as `write_bytes` does.
+    """Write a text in UTF-8 with its line ends unchanged, as `write_bytes` does.
 
-    What UTF-8 has no bytes for, as in a file name that is none itself, is written as JSON and Python escape it.
+    Lone surrogates, which undecodable file names contain, are written as backslash escapes.
     """
     write_bytes(path, _encoded(text))
 
@@ -59,16 +59,19 @@ def _encoded(content: str) -> bytes:
 
 
 def write_cycle_csv(path: Path, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]) -> None:
-    """Writes the table of `cycle_csv`. Raises as that does, naming the path, and InputError if it cannot be written."""
+    """Write the table of `cycle_csv`.
+
+    Raises ComputationError, naming the path, as `cycle_csv` does, and InputError if the file cannot be written.
+    """
     write_text(path, cycle_csv(str(path), comments, columns))
 
 
 def cycle_csv(name: str, comments: Iterable[str], columns: Mapping[str, Array | Sequence[float]]) -> str:
-    """Columns (n,) under their names as CSV, after comment lines that start with `#`.
+    """Return columns (n,) by name as CSV text, after comment lines that start with `#`.
 
     Numbers are the shortest text that reads back to the same bits.
 
-    Raises ComputationError, saying `name`, for columns of different lengths or a value that is not finite.
+    Raises ComputationError, naming the file `name`, if columns differ in length or a value is not finite.
     """
     arrays = {column: np.asarray(values, dtype=float) for column, values in columns.items()}
     _check_columns(name, arrays)
@@ -78,7 +81,7 @@ def cycle_csv(name: str, comments: Iterable[str], columns: Mapping[str, Array | 
 def _check_columns(path: str, arrays: Mapping[str, Array]) -> None:
     shapes = {name: array.shape for name, array in arrays.items()}
     if len(set(shapes.values())) != 1 or len(next(iter(shapes.values()))) != 1:
-        raise ComputationError(f"{path}: the columns must be lists of one length, they have the shapes {shapes}")
+        raise ComputationError(f"{path}: the columns must be lists of equal length; their shapes are {shapes}")
     for name, array in arrays.items():
         if not np.isfinite(array).all():
             row = int(np.argmin(np.isfinite(array)))
@@ -86,11 +89,11 @@ def _check_columns(path: str, arrays: Mapping[str, Array]) -> None:
 
 
 LARGEST_CYCLE = 1_000_000_000
-"""Bytes of a table of a cycle."""
+"""Maximum size of a table of a cycle [byte]."""
 
 
 def read_cycle_csv(path: Path) -> tuple[list[str], dict[str, Array]]:
-    """Comments and columns of a file that `write_cycle_csv` wrote."""
+    """Read the comments and columns (n,) of a file that `write_cycle_csv` wrote."""
     lines = text.read_text(path, LARGEST_CYCLE).splitlines()
     comments = [line.removeprefix("#").strip() for line in lines if line.startswith("#")]
     header, *rows = csv.reader(line for line in lines if not line.startswith("#"))
@@ -99,24 +102,27 @@ def read_cycle_csv(path: Path) -> tuple[list[str], dict[str, Array]]:
 
 
 def write_summary(path: Path, summary: Mapping[str, Any]) -> None:
-    """Writes a summary as JSON with its numbers in full.
+    """Write a summary as JSON without rounding.
 
-    Raises ComputationError, naming the key, for a number that is not finite; InputError if it cannot be written.
+    Raises ComputationError, naming the key, if a number is not finite, and InputError if the file cannot be written.
     """
     write_text(path, summary_text(summary))
 
 
 def summary_text(summary: Mapping[str, Any]) -> str:
-    """A summary as JSON text that any reader of JSON takes: no NaN, no Infinity."""
+    """Return a summary as standard JSON text.
+
+    Raises ComputationError, naming the key, if a number is not finite.
+    """
     plain = _plain(summary)
     for key, value in paths.walk(plain):
         if isinstance(value, float) and not math.isfinite(value):
-            raise ComputationError(f"the result {key} = {value} is not finite, so there is no summary")
+            raise ComputationError(f"the result {key} = {value} is not finite, so no summary is written")
     return json.dumps(plain, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def _plain(value: Any) -> Any:
-    """The value with numpy's numbers and arrays as Python's own."""
+    """Return the value with NumPy scalars and arrays as Python numbers and lists."""
     if isinstance(value, Mapping):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, np.ndarray | np.generic):
@@ -127,12 +133,12 @@ def _plain(value: Any) -> Any:
 
 
 def provenance(machine: Document, seed: int | None = None) -> dict[str, Any]:
-    """What a run can be repeated from: versions, the machine, and a hash of every value of it.
+    """Return what a run can be repeated from: versions, the machine, and a hash of its values.
 
-    The hash is of the values, those set on the command line included, not of the file's layout or its place.
+    The hash covers the values, including those set on the command line, but not the layout or path of the file.
     """
     content = json.dumps(machine.table(), sort_keys=True, allow_nan=False).encode("utf-8")
-    found: dict[str, Any] = {
+    record: dict[str, Any] = {
         "planter": __version__,
         "casadi": metadata.version("casadi"),
         "numpy": metadata.version("numpy"),
@@ -141,16 +147,16 @@ def provenance(machine: Document, seed: int | None = None) -> dict[str, Any]:
         "machine_sha256": hashlib.sha256(content).hexdigest(),
         "changed": list(machine.changed),
     }
-    return found if seed is None else found | {"seed": seed}
+    return record if seed is None else record | {"seed": seed}
 
 
 def comments(machine: Document, kind: str, more: Iterable[str] = (), seed: int | None = None) -> Iterator[str]:
-    """The lines that head a CSV: the machine, under the name of its kind, `more`, and what `provenance` tells."""
+    """Yield the header lines of a CSV: the machine, named by its kind, the lines `more`, and the provenance."""
     yield f"{kind}: {machine.name} ({machine.description})"
     yield from more
-    told = provenance(machine, seed)
-    yield "versions: " + ", ".join(f"{name} {told[name]}" for name in ("planter", "casadi", "numpy", "python"))
-    yield f"machine_sha256: {told['machine_sha256']}"
+    record = provenance(machine, seed)
+    yield "versions: " + ", ".join(f"{name} {record[name]}" for name in ("planter", "casadi", "numpy", "python"))
+    yield f"machine_sha256: {record['machine_sha256']}"
     if machine.changed:
         yield "set on the command line: " + ", ".join(machine.changed)
     if seed is not None:

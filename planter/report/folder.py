@@ -1,6 +1,7 @@
-"""The folder of a command's result: files whole or not at all, and a list of them for the next command.
+"""The output folder of a command: files that are replaced at once, and a manifest of them.
 
-By the list the next command removes what it does not write anew: no figure of another machine stays beside its own.
+The next command removes files of the manifest that it does not write itself, so that no figure of an earlier machine
+remains.
 """
 
 from __future__ import annotations
@@ -21,16 +22,16 @@ from planter.report.folder_lock import lock_folder
 
 NAME = ".planter.json"
 LARGEST_LIST = 10_000_000
-"""Bytes of a list, and files in it."""
+"""Maximum size of a manifest [byte], and maximum number of its files."""
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
 
 def output_folder(path: str | Path) -> Path:
-    """The folder, made if it is not there, after a trial that files can be written into it.
+    """Create a folder if necessary, and check that files can be written into it.
 
-    Raises InputError, naming the path, if not.
+    Raises InputError, naming the path, if they cannot.
     """
     folder = Path(path)
     trial = folder / f".planter-{os.getpid()}-{threading.get_ident()}"
@@ -44,10 +45,10 @@ def output_folder(path: str | Path) -> Path:
 
 
 def write(path: Path, content: bytes) -> None:
-    """Write a file at once and enter it in the list of its folder.
+    """Write a file and enter it in the manifest of its folder.
 
-    Whoever looks sees the old content or the new, never a part. Raises InputError, naming the path, if it cannot be
-    written, and as `check` for a file that planter did not write.
+    Readers see the old content or the new, never a part. Raises InputError, naming the path, if it cannot be written,
+    and as `check` does if it would replace a file that planter did not write.
     """
     with replacing(path) as part:
         part.write_bytes(content)
@@ -55,9 +56,9 @@ def write(path: Path, content: bytes) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Within, a file too large for the memory is written under another name; in the end it is there, at once.
+    """Yield a temporary path for a file too large for memory, and rename it to `path` at the end.
 
-    An error leaves what was there. Raises InputError as `write`.
+    An error leaves the previous file. Raises InputError as `write` does.
     """
     with _replacing(path) as part:
         yield part
@@ -85,9 +86,9 @@ def _cannot_write(path: str | Path, error: OSError | ValueError) -> InputError:
 
 
 def check(folder: str | Path, names: Iterable[str]) -> None:
-    """Raise InputError for the first of some files in a folder that planter did not write, or that was edited since.
+    """Raise InputError for the first of some files that planter did not write, or that was edited since.
 
-    None is refused within `overwriting(True)`.
+    No file is refused within `overwriting(True)`.
     """
     manifest = _manifest(Path(folder) / NAME)
     for name in names:
@@ -96,7 +97,7 @@ def check(folder: str | Path, names: Iterable[str]) -> None:
 
 @contextmanager
 def overwriting(allowed: bool) -> Iterator[None]:
-    """Within, files that planter did not write are replaced, too, if that is allowed."""
+    """Allow, within the context, that files which planter did not write are replaced."""
     token = _OVERWRITING.set(_OVERWRITING.get() or allowed)
     try:
         yield
@@ -113,7 +114,7 @@ _OVERWRITING: ContextVar[bool] = ContextVar("overwriting", default=False)
 
 
 def _check(path: Path, manifest: Manifest, content: str | None = None) -> None:
-    """Raise InputError for a file of somebody else's, unless it has the content, by its hash, that is to be written."""
+    """Raise InputError if planter did not write the file and its content differs from the hash `content`."""
     if not os.path.lexists(path) or _OVERWRITING.get() or _is_as_written(path, content):
         return
     if not (manifest.wrote(path) or Manifest(path.parent).wrote(path)):
@@ -124,7 +125,7 @@ def _check(path: Path, manifest: Manifest, content: str | None = None) -> None:
 
 
 def _manifest(path: Path) -> Manifest:
-    """The list that a file belongs to: that of the folder that is being renewed, else that of its own."""
+    """Return the manifest of a file: that of the folder being renewed, or else that of its parent folder."""
     manifest = _OPEN.get()
     return manifest if manifest is not None and manifest.holds(path) else Manifest(path.parent)
 
@@ -135,11 +136,11 @@ def _enter(path: Path, content: str) -> None:
 
 
 class Manifest:
-    """The files in a folder that planter wrote, each with a hash of its content; those that are `old` go at the end.
+    """The files in a folder that planter wrote, each with a hash of its content; `old` files are removed at the end.
 
-    A file that has been changed since, that this process has read, or that lies elsewhere by a link, is never touched.
-    `independent` are those of commands that write single files: no other command removes them. `earlier` are hashes of
-    the contents before, since a list is saved before its file: a kill between the two leaves none that is not known.
+    A file that was edited since, that this process has read, or that a link leads to is never removed. `independent`
+    are files of commands that write single files; no other command removes them. `earlier` are hashes of the previous
+    contents: a manifest is saved before its file, so that a kill between the two leaves no unlisted file.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -155,10 +156,10 @@ class Manifest:
         """Whether planter wrote a file as it is."""
         name = path.relative_to(self._folder).as_posix()
         hashes = (part.get(name) for part in (self.new, self.old, self.independent, self.earlier))
-        return _lies_inside(self._folder, name) and any(_is_as_written(path, one) for one in hashes)
+        return _lies_inside(self._folder, name) and any(_is_as_written(path, content) for content in hashes)
 
     def enter(self, path: Path, content: str, independent: bool) -> None:
-        """Enter a file that is about to be written, by the hash of its content."""
+        """Enter a file that is about to be written, with the hash of its content."""
         name = path.relative_to(self._folder).as_posix()
         for part in (self.new, self.old, self.independent):
             if name in part:
@@ -167,13 +168,13 @@ class Manifest:
         self._save()
 
     def keep(self, path: Path) -> None:
-        """Leave a file of an earlier command where it is: this one goes on from it."""
+        """Keep a file of an earlier command, which this command continues."""
         name = path.relative_to(self._folder).as_posix()
         if name in self.old:
             self.new[name] = self.old.pop(name)
 
     def clear(self) -> None:
-        """Remove what earlier commands wrote and this one did not, and the folders that this leaves empty."""
+        """Remove files that earlier commands wrote and this one did not, and folders that become empty."""
         for name, content in self.old.items():
             path = self._folder / name
             if _is_as_written(path, content) and not text.was_read(path):
@@ -195,10 +196,10 @@ _OPEN: ContextVar[Manifest | None] = ContextVar("open manifest", default=None)
 
 @contextmanager
 def renewing(out: str | Path | None) -> Iterator[None]:
-    """Within, what is written into a folder takes the place of what earlier commands wrote there.
+    """Replace, within the context, the files that earlier commands wrote into a folder.
 
-    It is removed when all is written; an error leaves it, and the next command removes it. Nothing without a folder,
-    and nothing more within another of these. Raises InputError if another process is writing into the folder.
+    They are removed at the end; after an error they remain until the next command. Nothing is replaced if `out` is
+    None, and an inner context leaves the removal to the outer. Raises InputError if another process is writing there.
     """
     if out is None or _OPEN.get() is not None:
         yield
@@ -224,7 +225,7 @@ def _owning(folder: Path) -> Iterator[Path]:
 
 
 def renews(write: Callable[P, T]) -> Callable[P, T]:
-    """Decorator for a function whose first argument is the folder that it writes a command's result into."""
+    """Decorate a function that writes the result of a command into the folder of its first argument."""
 
     @wraps(write)
     def renewed(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -237,17 +238,17 @@ def renews(write: Callable[P, T]) -> Callable[P, T]:
 
 
 def keep(path: Path) -> None:
-    """Leave a file of an earlier command, where a folder is being renewed: this command goes on from it."""
+    """Keep a file of an earlier command in a folder that is being renewed, because this command continues it."""
     manifest = _OPEN.get()
     if manifest is not None and manifest.holds(path):
         manifest.keep(path)
 
 
 def _listed(folder: Path) -> list[dict[str, str]]:
-    """Names and hashes of each part of a folder's list; what is no such list, or leads out of it, does not count."""
+    """Return names and hashes of each part of a manifest, without invalid parts and files outside the folder."""
     try:
-        found = text.read_json(folder / NAME, LARGEST_LIST, LARGEST_LIST)
-        parts = [found["files"], found.get("independent", {}), found.get("earlier", {})]
+        table = text.read_json(folder / NAME, LARGEST_LIST, LARGEST_LIST)
+        parts = [table["files"], table.get("independent", {}), table.get("earlier", {})]
         rows = [{str(name): str(content) for name, content in part.items()} for part in parts]
     except (InputError, KeyError, AttributeError):
         return [{}, {}, {}]

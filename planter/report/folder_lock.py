@@ -1,4 +1,4 @@
-"""One process at a time writes into the folder of a result: a lock that the operating system ends with its owner."""
+"""A lock that lets one process at a time write into an output folder; the system releases it when its owner ends."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 from planter.errors import InputError
 
 NAME = ".planter.lock"
-"""The locked file, which holds the number of the owning process; it is removed when the folder is free again."""
+"""The locked file, which contains the number of the owning process; it is removed when the lock is released."""
 _TAKEN = {errno.EACCES, errno.EAGAIN, errno.EWOULDBLOCK, errno.EDEADLK}
 _UNSUPPORTED = {errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOLCK}
 
@@ -21,7 +21,7 @@ if sys.platform == "win32":
     import msvcrt
 
     _LOCKED_BYTE = 1 << 30
-    """Far behind the content: Windows lets nobody read what is locked."""
+    """Offset far behind the content, because Windows lets no process read locked bytes."""
 
     def _lock(file: int) -> None:
         os.lseek(file, _LOCKED_BYTE, os.SEEK_SET)
@@ -32,7 +32,7 @@ if sys.platform == "win32":
 
     def _release(path: Path, file: int) -> None:
         os.close(file)
-        with suppress(OSError):  # another process has opened it: the file is that one's now
+        with suppress(OSError):  # another process has opened the file and owns it now
             path.unlink()
 else:
     import fcntl
@@ -41,17 +41,17 @@ else:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
     def _release(path: Path, file: int) -> None:
-        with suppress(OSError):  # first the name, then the lock: whoever has opened the file sees that it has gone
+        with suppress(OSError):  # name first, lock second: a process that has opened the file sees its removal
             path.unlink()
         os.close(file)
 
 
 @contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
-    """Within, no other process, and no other thread of this one, owns the folder. The lock ends with its process.
+    """Lock a folder, within the context, against other processes and other threads; the lock ends with its process.
 
-    Where the file system has no locks, a warning says so. Raises InputError, naming folder and process, if the folder
-    has an owner, and OSError if the lock's file cannot be made.
+    A warning is issued if the file system has no locks. Raises InputError, naming folder and process, if the folder is
+    locked, and OSError if the lock file cannot be created.
     """
     path = folder / NAME
     file = _open_locked(path)
@@ -65,7 +65,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
 
 def _open_locked(path: Path) -> int:
-    """A descriptor of the file of this name, locked; a file that its last owner has just removed is made again."""
+    """Return a descriptor of the locked file; a file that its last owner has just removed is created again."""
     while True:
         file = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o666)
         try:
@@ -79,7 +79,7 @@ def _open_locked(path: Path) -> int:
 
 
 def _take(path: Path, file: int) -> None:
-    """Lock a file. Raises InputError if it has an owner, or if it is no file of planter's."""
+    """Lock a file. Raises InputError if another process owns it, or if planter did not write it."""
     error_number = 0
     try:
         _lock(file)
@@ -97,5 +97,5 @@ def _take(path: Path, file: int) -> None:
             f"{path}: planter did not write this file and does not overwrite it; remove it, or choose another --out"
         )
     if error_number in _UNSUPPORTED:
-        told = f"{path.parent}: this file system has no locks, let one command at a time write there"
-        warnings.warn(told, RuntimeWarning, stacklevel=2)
+        warning = f"{path.parent}: this file system has no locks; run one command at a time on this folder"
+        warnings.warn(warning, RuntimeWarning, stacklevel=2)

@@ -1,8 +1,7 @@
-"""A page that holds everything it shows: sections of text, keys, tables and figures, as one HTML file.
+"""A self-contained HTML page: sections of text, keys, tables and figures in one file.
 
-Nothing on it is fetched from anywhere, and every text is escaped. Nothing runs but the one script that a page may be
-given: its content security policy names that script by its hash and forbids all else. It follows the reader's light
-or dark setting; on paper it is black on white.
+The page loads no external resources, and every text is escaped. Its content security policy allows at most one script,
+by its hash. It follows the reader's light or dark setting; printed, it is black on white.
 """
 
 from __future__ import annotations
@@ -20,18 +19,20 @@ from planter import legible
 from planter.report import style
 
 Cell = str | int | float | bool | None
-"""What may stand in a table; None is shown as a dash."""
+"""A value in a table; None is displayed as a dash."""
 
 
 class Block(Protocol):
-    """A part of a section. `name` is one that no other part of the page has."""
+    """A part of a section."""
 
-    def html(self, name: str) -> str: ...
+    def html(self, name: str) -> str:
+        """Return the part as HTML; `name` is unique on the page."""
+        ...
 
 
 @runtime_checkable
 class Scripted(Block, Protocol):
-    """A part that an ES module brings to life, with CSS of its own; without the script it is still."""
+    """A part that an ES module `script` animates, with CSS `style`; without the script it is static."""
 
     @property
     def script(self) -> str: ...
@@ -42,7 +43,7 @@ class Scripted(Block, Protocol):
 
 @dataclass(frozen=True)
 class Section:
-    """A heading and what stands below it."""
+    """A heading and the blocks below it."""
 
     title: str
     blocks: Sequence[Block]
@@ -74,7 +75,7 @@ class Items:
 
 @dataclass(frozen=True)
 class Keys:
-    """Names with a value each."""
+    """A list of names, each with a value."""
 
     pairs: Mapping[str, Cell]
 
@@ -85,7 +86,7 @@ class Keys:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under column heads; numbers are set flush right. The first cell of a row names it."""
+    """Rows under column heads; numbers are right-aligned. The first cell of a row is its heading."""
 
     head: Sequence[str]
     rows: Sequence[Sequence[Cell]]
@@ -101,7 +102,7 @@ class Table:
 
 @dataclass(frozen=True)
 class FigureSvg:
-    """A drawing, as the SVG text that `style.svg` gives, and what it shows."""
+    """A drawing, as the SVG text of `style.svg`, and its caption."""
 
     svg: str
     caption: str = ""
@@ -113,7 +114,7 @@ class FigureSvg:
 
 @dataclass(frozen=True)
 class Folded:
-    """Parts that are out of the way until they are asked for; on paper they are there."""
+    """A collapsible part with a title, which is printed expanded."""
 
     title: str
     blocks: Sequence[Block] = field(default_factory=tuple)
@@ -124,12 +125,12 @@ class Folded:
 
 
 def escape(text: str) -> str:
-    """A text as a part of a page: nothing in it is markup, nothing in it is hidden."""
+    """Return a text with markup escaped and invisible characters written out."""
     return escaped(legible.text(text))
 
 
 def cell_text(value: Cell) -> str:
-    """A value as escaped text, numbers with at most six digits.
+    """Return a value as escaped text, numbers with at most six digits.
 
     >>> cell_text(62.33105858627), cell_text(0.1 + 0.2), cell_text("a < b"), cell_text(True)
     ('62.3311', '0.3', 'a &lt; b', 'yes')
@@ -146,7 +147,7 @@ def cell_text(value: Cell) -> str:
 
 
 def inlined(svg: str, name: str, label: str = "") -> str:
-    """SVG text as a part of a page: no prologue, no fixed size, and ids of its own, which two figures may share."""
+    """Return SVG text as a part of a page: without prologue and size, with ids prefixed by `name`."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>\s*", "", body, flags=re.DOTALL)
     for pattern in (r'(\bid=")', r'(href="#)', r"(url\(#)"):
@@ -157,7 +158,7 @@ def inlined(svg: str, name: str, label: str = "") -> str:
 
 
 def page(title: str, sections: Sequence[Section], subtitle: str = "", extra_style: str = "") -> str:
-    """The whole page as text; `extra_style` is CSS for blocks of its own kind."""
+    """Return the page as text; `extra_style` is additional CSS."""
     moving = [block for section in sections for block in section.blocks if isinstance(block, Scripted)]
     script = "".join(dict.fromkeys(block.script for block in moving))
     bodies = [_section(i, section) for i, section in enumerate(sections, 1)]
@@ -176,7 +177,7 @@ def page(title: str, sections: Sequence[Section], subtitle: str = "", extra_styl
 
 
 def allowed(text: str) -> str:
-    """What a content security policy says of a page's one script, or one style: its hash, or that there is none."""
+    """Return the source of a content security policy for a script or style: its hash, or `none` if it is empty."""
     if not text:
         return "'none'"
     return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode('utf-8')).digest()).decode('ascii')}'"
@@ -198,7 +199,7 @@ def _lines(*parts: str) -> str:
     return "\n".join(part for part in parts if part)
 
 
-# Figures are drawn in ink on paper; on a dark screen these two colours, written in their styles, change places.
+# Figures are drawn in ink on paper; on a dark screen these two colours are exchanged.
 _STYLE = """\
 :root { color-scheme: light dark; --paper: #fefefe; --ink: #1b2430; --soft: #5d6672; --rule: #d5d9de;
   --warn: #a33c00; --warn-paper: #fff3ea; }

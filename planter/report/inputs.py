@@ -1,4 +1,4 @@
-"""What a result rests on: every number of its file, for a page."""
+"""Sections of a page on the inputs of a result: every number of its file, and its provenance."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def inputs(machine: Document, meanings: Mapping[str, str], besides: Collection[str] = ()) -> Iterator[Block]:
-    """Every number of a file, less the sections `besides`, with its unit, its meaning and where it comes from."""
+    """Yield tables of every number of a file with its unit, meaning and origin, without the sections `besides`."""
     by_section: dict[str, list[tuple[Cell, ...]]] = {}
     origins = machine.number_origins()
     for path, value in machine.numbers().items():
@@ -27,6 +27,6 @@ def inputs(machine: Document, meanings: Mapping[str, str], besides: Collection[s
         yield Folded(spaced(section), [Table(("key", "value", "unit", "meaning", "origin"), rows)])
 
 
-def provenance_section(found: Mapping[str, Any]) -> Section:
-    """Versions, hash and seed, as `planter.report.files.provenance` has them."""
-    return Section("Provenance", [Keys({name: flat(value) for name, value in found.items()})])
+def provenance_section(provenance: Mapping[str, Any]) -> Section:
+    """Return versions, hash and seed, as `planter.report.files.provenance` returns them, as a section."""
+    return Section("Provenance", [Keys({name: flat(value) for name, value in provenance.items()})])

@@ -1,4 +1,4 @@
-"""Keys and values of results as a person reads them."""
+"""Readable labels for keys, and cells for values, of results."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from planter.report.html import Cell
 
 
 def label(key: str) -> str:
-    """A key as a person reads it.
+    """Return a key as a label with its unit.
 
     >>> label("variance_N2"), label("start_objective"), label("seconds")
     ('variance / N2', 'start objective', 'seconds')
@@ -20,7 +20,7 @@ def label(key: str) -> str:
 
 
 def name(key: str) -> str:
-    """A key without its unit; symbols such as F_A1x keep their underscore."""
+    """Return a key as words without its unit; symbols such as F_A1x keep their underscore."""
     unit = units.unit(key)
     if not unit:
         return spaced(key)
@@ -31,12 +31,12 @@ def name(key: str) -> str:
 
 
 def spaced(key: str) -> str:
-    """A key as words, but one that holds symbols."""
+    """Return a key as words, unless it contains a symbol."""
     return key if any(c.isupper() for c in key) else key.replace("_", " ")
 
 
 def flat(value: Any) -> Cell:
-    """A value that fits one cell of a table."""
+    """Return a value as one cell of a table."""
     if isinstance(value, list | tuple):
         return ", ".join(str(flat(item)) for item in value) or None
     if isinstance(value, Mapping):

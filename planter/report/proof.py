@@ -1,4 +1,4 @@
-"""The proof of an optimum on a page."""
+"""Blocks of a page on the proof of an optimum."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from planter.report import labels
 from planter.report.html import Block, Keys, Table, Text
 
 
-def describe_proof(found: Mapping[str, Any]) -> Iterator[Block]:
-    """Yield how much better than the optimum any design within the bounds can be at most, and what that rests on.
+def describe_proof(proof: Mapping[str, Any]) -> Iterator[Block]:
+    """Yield the bound on the objective of any design within the bounds, its gap to the optimum, and the method.
 
-    Bound and gap are dashes if nothing bounds the objective.
+    Bound and gap are dashes if the objective is not bounded.
     """
-    yield Text(f"{found['statement'][0].upper()}{found['statement'][1:]}.", "" if found["proved"] else "warning")
-    yield Keys({labels.label(key): value for key, value in found.items() if key not in ("statement", "design")})
-    rows = [(labels.label(key), value) for key, value in found["design"].items()]
+    yield Text(f"{proof['statement'][0].upper()}{proof['statement'][1:]}.", "" if proof["proved"] else "warning")
+    yield Keys({labels.label(key): value for key, value in proof.items() if key not in ("statement", "design")})
+    rows = [(labels.label(key), value) for key, value in proof["design"].items()]
     yield Table(("quantity", "best design that is known"), rows)
     yield Text(
         "By branch and bound on enclosures of the objective and its derivatives over boxes, in doubles whose rounding "

@@ -1,4 +1,4 @@
-"""Figures of an optimisation: how the search converged, and what the best designs trade."""
+"""Figures of an optimisation: convergence of the search, and the Pareto front."""
 
 from __future__ import annotations
 
@@ -18,20 +18,19 @@ if TYPE_CHECKING:
     from planter.kernels import Array
 
 POLISH = "polish"
-"""Name of the descents from the best individuals of the genetic algorithm."""
+"""Name of the local searches from the best individuals of the genetic algorithm."""
 NARROW = 0.1
-"""A front with less than this share of the designs' extent is drawn again, enlarged."""
+"""Share of the designs' extent below which the Pareto front is also drawn enlarged."""
 STEEP = 30.0
-"""Ratio of worst to best objective from which the scale is logarithmic."""
+"""Ratio of worst to best objective above which the scale is logarithmic."""
 
 
 @style.drawn
 def convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: str = "") -> Figure:
-    """Best objective so far against evaluations, a staircase for each search.
+    """Draw the best objective so far against the number of evaluations, as a step curve for each search.
 
-    `history` holds (evaluations, best objective) pairs under a label each; labels that begin alike up to a comma
-    (`ipopt, start 3`) belong to one method, share a colour and are named once. Evaluations are counted from the
-    start of the method.
+    `history` has (evaluations, best objective) pairs by label; labels that agree up to a comma (`ipopt, start 3`)
+    belong to one method, share a colour and are named once. Evaluations are counted from the start of the method.
     """
     figure = style.new_figure(3.6)
     axes = figure.subplots()
@@ -77,41 +76,41 @@ def pareto(
     marks: Mapping[str, tuple[float, float]],
     weights: tuple[float, float] | None = None,
 ) -> Figure:
-    """Range against variance of the support force: designs (n, 2) [N, N2], the front among them, and named designs.
+    """Draw range against variance of the support force: designs (n, 2) [N, N2], their Pareto front, and named designs.
 
-    `weights` are those of the objective: the line of equal objective through the best mark is drawn.
+    `weights` are those of the objective; the line of equal objective through the best mark is drawn for them.
     """
-    beaten = ~nondominated(points)
-    front = np.unique(points[~beaten], axis=0)
+    dominated = ~nondominated(points)
+    front = np.unique(points[~dominated], axis=0)
     extent = np.ptp(np.vstack([points, *marks.values()]), axis=0)
     narrow = len(front) > 1 and bool((np.ptp(front, axis=0) < NARROW * extent).any())
     figure = style.new_figure(4.2)
-    axes, *near = figure.subplots(1, 1 + narrow, squeeze=False)[0]
-    if beaten.any():
-        axes.plot(*points[beaten].T, "o", color=style.FAINT, markersize=2.5, label="designs")
+    axes, *enlarged = figure.subplots(1, 1 + narrow, squeeze=False)[0]
+    if dominated.any():
+        axes.plot(*points[dominated].T, "o", color=style.FAINT, markersize=2.5, label="designs")
     _front(axes, front, marks)
     handles, labels = axes.get_legend_handles_labels()
-    if near:
+    if enlarged:
         middle = front.mean(axis=0)
         axes.plot(*middle, "s", color=style.BLUE, markersize=13, fillstyle="none", markeredgewidth=0.8)
         axes.annotate("front", tuple(middle), (11, -8), textcoords="offset points", color=style.BLUE)
-    for enlarged in near:
-        _front(enlarged, front, marks, within=True)
-        enlarged.set_title("the front, enlarged")
+    for detail in enlarged:
+        _front(detail, front, marks, is_detail=True)
+        detail.set_title("the front, enlarged")
         axes.set_title("all designs")
     if weights and marks:
         best = min(marks.values(), key=lambda mark: np.dot(weights, mark))
-        levels = [_level(each, best, weights) for each in (axes, *near)]
+        levels = [_level(each, best, weights) for each in (axes, *enlarged)]
         handles, labels = [*handles, levels[0]], [*labels, str(levels[0].get_label())]
     axes.set_ylabel("variance of the support force / N²")
     figure.legend(handles, labels, loc="outside lower center", ncols=3, frameon=False)
     return figure
 
 
-def _front(axes: Axes, front: Array, marks: Mapping[str, tuple[float, float]], within: bool = False) -> None:
+def _front(axes: Axes, front: Array, marks: Mapping[str, tuple[float, float]], is_detail: bool = False) -> None:
     axes.plot(*front.T, "o-", color=style.BLUE, markersize=3.2, linewidth=0.9, label="front")
     for index, (label, (x, y)) in enumerate(marks.items(), 1):
-        if within and not _close(np.array((x, y)), front):
+        if is_detail and not _close(np.array((x, y)), front):
             continue
         shade = style.PALETTE[index % len(style.PALETTE)]
         axes.plot(x, y, "D", color=shade, markeredgecolor=style.PAPER, markersize=6, label=label, zorder=4)
@@ -121,13 +120,13 @@ def _front(axes: Axes, front: Array, marks: Mapping[str, tuple[float, float]], w
 
 
 def _close(mark: Array, front: Array) -> bool:
-    """Whether a mark lies within twice the front's extent around it."""
+    """Return whether a mark lies within twice the extent of the front around its middle."""
     low, high = front.min(axis=0), front.max(axis=0)
     return bool((np.abs(mark - (low + high) / 2) <= 2 * (high - low)).all())
 
 
 def _level(axes: Axes, mark: tuple[float, float], weights: tuple[float, float]) -> Line2D:
-    """The line on which the weighted sum is what it is at the mark."""
+    """Draw and return the line through the mark on which the weighted sum is constant."""
     limits = axes.get_xlim(), axes.get_ylim()
     slope = -weights[0] / weights[1]
     label = f"{weights[0]:g} range + {weights[1]:g} variance = {np.dot(weights, mark):.6g}"
@@ -138,6 +137,6 @@ def _level(axes: Axes, mark: tuple[float, float], weights: tuple[float, float]) 
 
 
 def nondominated(points: Array) -> NDArray[np.bool_]:
-    """Which of the points (n, 2) no other point beats in both values, (n,) of bool; both are to be small."""
-    beaten = [bool(((points <= p).all(axis=1) & (points < p).any(axis=1)).any()) for p in points]
-    return ~np.array(beaten, dtype=bool)
+    """Return which of the points (n, 2) are not dominated by another point, (n,) of bool; both values are minimised."""
+    dominated = [bool(((points <= p).all(axis=1) & (points < p).any(axis=1)).any()) for p in points]
+    return ~np.array(dominated, dtype=bool)

@@ -1,6 +1,6 @@
-"""How figures look, and how they are written: one hand for all of them.
+"""The common style of all figures, and their rendering as SVG and PNG.
 
-The settings of a user's own matplotlibrc play no part, so that the same data give the same bytes everywhere.
+A user's matplotlibrc is ignored, so that the same data give the same bytes everywhere.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY = (
     "#56b4e9",
 )
 CLEAR = {"boxstyle": "square,pad=0.1", "facecolor": PAPER, "edgecolor": "none", "alpha": 0.75}
-"""Ground for a text that stands on lines."""
+"""Background of a text that is drawn over lines."""
 PALETTE = (BLUE, VERMILION, GREEN, PURPLE, ORANGE, SKY)
 """Colours that people with any kind of colour vision can tell apart (Okabe and Ito)."""
 
-_OWN = {"exact": BLUE, "printed": VERMILION}
+_MODEL_COLOURS = {"exact": BLUE, "printed": VERMILION}
 _LOCK = threading.RLock()
 _SETTINGS: dict[Any, Any] = {
     "figure.facecolor": PAPER,
@@ -87,7 +87,7 @@ T = TypeVar("T")
 
 @contextmanager
 def _settings() -> Iterator[None]:
-    """Matplotlib's settings are global: one thread at a time, and as they were when it is done."""
+    """Apply the settings of this style to one thread at a time, because Matplotlib's settings are global."""
     import matplotlib
 
     with _LOCK, matplotlib.rc_context():
@@ -98,7 +98,7 @@ def _settings() -> Iterator[None]:
 
 
 def drawn(draw: Callable[P, T]) -> Callable[P, T]:
-    """Decorator for a function that draws a figure: it does so in this style."""
+    """Decorate a function that draws a figure, so that it draws in this style."""
 
     @wraps(draw)
     def styled(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -109,19 +109,19 @@ def drawn(draw: Callable[P, T]) -> Callable[P, T]:
 
 
 def new_figure(height: float, width: float = WIDTH) -> Figure:
-    """An empty figure of a size [inch] that arranges its parts by itself."""
+    """Return an empty figure of a height and width [inch] with constrained layout."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
 def colour(label: str, index: int) -> str:
-    """Colour of a curve: a model has its own wherever it appears, others take turns."""
-    return _OWN.get(label, PALETTE[index % len(PALETTE)])
+    """Return the colour of a curve: a fixed one for a model's label, or else the palette's at the index."""
+    return _MODEL_COLOURS.get(label, PALETTE[index % len(PALETTE)])
 
 
 def over_a_turn(axes: Axes, label: bool = True, end: float = 360.0) -> None:
-    """Make the carrier angle the horizontal axis, up to the end of a cycle [deg]."""
+    """Set the carrier angle as the horizontal axis, up to the end of a cycle [deg]."""
     axes.set_xlim(0, end)
     if end == 360:
         axes.set_xticks(range(0, 361, 60))
@@ -130,14 +130,14 @@ def over_a_turn(axes: Axes, label: bool = True, end: float = 360.0) -> None:
 
 
 def drawing_board(axes: Axes, x: str = "x / mm", y: str = "y / mm") -> None:
-    """Axes with equal scales and no spines, for figures that show shapes."""
+    """Set equal scales and labels of the axes, for figures that show shapes."""
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_xlabel(x)
     axes.set_ylabel(y)
 
 
 def tubes(axes: Axes, points: Sequence[Sequence[float]]) -> None:
-    """Points that a path must pass, x and y, each with a circle of the radius that it may be off."""
+    """Draw points (x, y, radius) that a path must pass, each as a circle of its tolerance radius."""
     from matplotlib.patches import Circle
 
     for number, (x, y, radius) in enumerate(points, 1):
@@ -146,22 +146,22 @@ def tubes(axes: Axes, points: Sequence[Sequence[float]]) -> None:
 
 
 def label_ends(axes: Axes, ends: Sequence[tuple[float, str, str]], gap: float) -> None:
-    """Names curves at the right edge of the axes: (height in data units, text, colour).
+    """Label curves at the right edge of the axes by (height in data units, text, colour).
 
-    Names are moved apart where they would be closer than `gap`, a share of the axes' height.
+    Labels are moved so that neighbours are at least `gap` apart, a share of the height of the axes.
     """
     if not ends:
         return
     order = sorted(ends)
-    axes.autoscale_view()  # limits are found when a figure is drawn; the places asked for below need them now
+    axes.autoscale_view()  # the transformations below need the limits, which are otherwise computed when drawing
     on_screen = axes.transData.transform([(1, end[0]) for end in order])
-    wanted = axes.transAxes.inverted().transform(on_screen)[:, 1].tolist()
-    for (_, text, shade), height in zip(order, spread(wanted, gap), strict=True):
+    targets = axes.transAxes.inverted().transform(on_screen)[:, 1].tolist()
+    for (_, text, shade), height in zip(order, spread(targets, gap), strict=True):
         axes.text(1.012, height, text, color=shade, transform=axes.transAxes, va="center", ha="left")
 
 
 def spread(heights: Sequence[float], gap: float) -> list[float]:
-    """Sorted heights in [0, 1], moved as little as needed so that neighbours are `gap` apart.
+    """Return sorted heights in [0, 1], moved as little as needed so that neighbours are `gap` apart.
 
     >>> [round(h, 3) for h in spread([0.1, 0.5, 0.52], 0.1)]
     [0.1, 0.46, 0.56]
@@ -174,8 +174,8 @@ def spread(heights: Sequence[float], gap: float) -> list[float]:
         while len(blocks) > 1 and _top(blocks[-2], gap) + gap > _bottom(blocks[-1], gap):
             last = blocks.pop()
             blocks[-1] = blocks[-1] + last
-    apart = [_bottom(block, gap) + i * gap for block in blocks for i in range(len(block))]
-    raised = [max(height, i * gap) for i, height in enumerate(apart)]
+    separated = [_bottom(block, gap) + i * gap for block in blocks for i in range(len(block))]
+    raised = [max(height, i * gap) for i, height in enumerate(separated)]
     return [min(height, 1 - (len(raised) - 1 - i) * gap) for i, height in enumerate(raised)]
 
 
@@ -188,21 +188,21 @@ def _top(block: list[float], gap: float) -> float:
 
 
 def svg(figure: Figure) -> str:
-    """The figure as SVG text: the same figure gives the same bytes, on any day."""
+    """Return the figure as SVG text; the same figure always gives the same bytes."""
     return _rendered(figure, "svg", {"Date": None, "Creator": None}).decode("utf-8")
 
 
 def png(figure: Figure) -> bytes:
-    """The figure as PNG, the same bytes each time."""
+    """Return the figure as PNG; the same figure always gives the same bytes."""
     return _rendered(figure, "png", {"Software": None})
 
 
 def arrange(figure: Figure) -> None:
-    """Lets the parts of a figure find their places, once and for all: drawing it again moves nothing."""
+    """Compute the layout of a figure and fix it, so that drawing it again moves nothing."""
     with _settings():
         engine = figure.get_layout_engine()
         if engine is not None:
-            # Twice: equal scales change the limits, and with them the room that tick labels need.
+            # Twice: equal scales change the limits, and with them the space that tick labels need.
             engine.execute(figure)
             engine.execute(figure)
             figure.set_layout_engine("none")
@@ -219,7 +219,7 @@ def _rendered(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
 def save(figure: Figure, folder: Path, name: str) -> str:
     """Write `name.svg` and `name.png`; return the SVG text.
 
-    Raises InputError, naming the path, where the folder cannot be written.
+    Raises InputError, naming the path, if the folder cannot be written.
     """
     drawing = svg(figure)
     files.write_text(folder / f"{name}.svg", drawing)

@@ -1,4 +1,4 @@
-"""Commands that write files: what is somebody else's is refused before anything is computed, unless it may go."""
+"""The option `--overwrite` of commands that write files, checked before anything is computed."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ OverwriteOption = Annotated[
 
 
 def figure_files(*names: str) -> list[str]:
-    """Return the files of figures by their names, below the folder of a result."""
+    """Return the SVG and PNG paths of figures by name, below the output folder."""
     return [f"figures/{name}.{kind}" for name in names for kind in ("svg", "png")]
 
 
 def writes(*names: str, figures: tuple[str, ...] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
-    """Decorator for a command that writes into the folder of its parameter `out`: gives it the option `--overwrite`.
+    """Decorate a command that writes into the folder of its parameter `out` with the option `--overwrite`.
 
-    `names` of files and of `figures` that it always writes there are checked before it begins; every file is checked
-    again when it is written (`planter.report.folder`).
+    The files `names` and the `figures` that it always writes are checked before it begins; every file is checked again
+    when it is written (`planter.report.folder`).
     """
 
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
