@@ -26,6 +26,7 @@ from planter.kernels import Array, Kernel
 
 if TYPE_CHECKING:
     from planter.files.document import Document
+    from planter.optimise.constraints import Constraints
     from planter.optimise.range_and_spread import Sampling
     from planter.optimise.sections import GeneticAlgorithm
 
@@ -132,6 +133,7 @@ class Machine:
     `document` is the file that it was read from, and `build` makes the machine of a file of its kind; pickles can be
     made of both. `least` is the sum of measures that the file minimises under `limits`, over true extremes or samples
     as `sampling` says; `genetic` are its settings of the genetic algorithm. `angle` is the name of the drive's angle.
+    `requirements` makes the constraints that the file states on its own design beside limits, if it has any.
     `stages` are further functions along the angle: `places` of points of bodies, `followers` and `meshes` of cams and
     gears.
     """
@@ -166,6 +168,7 @@ class Machine:
     limits: tuple[Limit, ...] = ()
     sampling: Sampling = "refined"
     genetic: GeneticAlgorithm | None = None
+    requirements: Callable[[], Constraints] | None = None
     angle: str = "phi"
     documentation: Documentation = Documentation("", "")
 
@@ -277,8 +280,12 @@ class Machine:
     def with_ranges(self, ranges: Mapping[str, tuple[float, float]], label: str = "--vary") -> Machine:
         """Return the machine with other values to move, as `with_moved`, or itself without ranges.
 
-        Raises InputError, which names the range, for an end that its file refuses, and for an unknown value.
+        Raises InputError, which names the range, for an end that its file refuses, for an unknown value, and for a
+        file with requirements, which are on its own design.
         """
+        if ranges and self.requirements is not None:
+            reason = "they are on the values of its design; leave out the section, or state limits by --hold"
+            raise InputError(f"{label} does not go with the [requirements] of {self.source}: {reason}")
         for path, (low, high) in ranges.items():
             if not low < high:
                 raise InputError(f"{label} {path}={low:g}:{high:g} is not allowed: LOW must be below HIGH")

@@ -36,15 +36,37 @@ CLOSED = 1e-6
 """Share of its range by which a quantity may differ after a turn: loops are closed to less."""
 
 
+class DesignConstraints(Constraints):
+    """Constraints on the design, which is the first `size` of a point's coordinates, as constraints on the point."""
+
+    def __init__(self, constraints: Constraints, size: int) -> None:
+        self.constraints, self.size = constraints, size
+        self.kinds, self.owner = constraints.kinds, constraints.owner
+        self.lower, self.upper = constraints.lower, constraints.upper
+
+    def values(self, x: Array) -> Array:
+        """Return the rows (k,) at a point (p,). Raises ComputationError if a design has none."""
+        return self.constraints.values(x[: self.size])
+
+    def slopes(self, x: Array) -> Array:
+        """Return their gradients (k, p)."""
+        return np.pad(self.constraints.slopes(x[: self.size]), ((0, 0), (0, len(x) - self.size)))
+
+    def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the sum (p, p) of their Hessians with weights (k,)."""
+        return np.pad(self.constraints.curvature(x[: self.size], weights), (0, len(x) - self.size))
+
+
 class DesignProblem(Problem, ABC):
     """A problem over the design of a machine under the limits of a goal, and perhaps over further variables.
 
-    `sampling` says whether extremes are the true ones ("refined") or those of samples. A point u (p,) stands for the
-    machine's design x and the variables.
+    `sampling` says whether extremes are the true ones ("refined") or those of samples, `further` are constraints on
+    the design beside the limits. A point u (p,) stands for the machine's design x and the variables.
     """
 
     goal: Goal
     sampling: Sampling
+    further: Sequence[Constraints]
 
     @property
     def machine(self) -> Machine:
@@ -80,8 +102,8 @@ class GoalProblem(DesignProblem):
 
     most_iterations = 300
 
-    def __init__(self, goal: Goal, sampling: Sampling) -> None:
-        self.goal, self.sampling, machine = goal, sampling, goal.machine
+    def __init__(self, goal: Goal, sampling: Sampling, further: Sequence[Constraints] = ()) -> None:
+        self.goal, self.sampling, self.further, machine = goal, sampling, further, goal.machine
         start = goal.start(machine.design)
         variables = start[goal.size :]
         names = (*machine.design_names, *(f"{'most' if side > 0 else 'least'} {m}" for m, side in goal.variables))
@@ -93,9 +115,10 @@ class GoalProblem(DesignProblem):
             np.concatenate([machine.lower, variables]),
             np.concatenate([machine.upper - machine.lower, goal.unit]),
         )
-        limits = GoalConstraints(goal) if goal.variables or goal.limits else None
+        constraints = [DesignConstraints(part, goal.size) for part in further]
+        limits = [GoalConstraints(goal)] if goal.variables or goal.limits else []
         scale = max(abs(goal.value(start)), float(goal.unit.sum()), np.finfo(float).tiny)
-        super().__init__(Smooth(goal, len(start), scale), box, limits)
+        super().__init__(Smooth(goal, len(start), scale), box, joined([*limits, *constraints]))
         _ = self.reference  # before any design of a search, on which its last digits would depend
 
     def restart(self) -> None:
@@ -118,7 +141,7 @@ class GoalProblem(DesignProblem):
         return self.box.point(self.goal.start(x))
 
     def _with_goal(self, goal: Goal) -> GoalProblem:
-        return GoalProblem(goal, self.sampling)
+        return GoalProblem(goal, self.sampling, self.further)
 
 
 class CurveProblem(DesignProblem):
@@ -164,15 +187,16 @@ def build_problem(
 ) -> DesignProblem:  # fmt: skip
     """Return the problem of a sum of measures under limits, which are as `goal.resolve_measure` gives them.
 
-    Raises InputError for a machine without bounds.
+    The requirements of the machine's file are satisfied, too. Raises InputError for a machine without bounds.
     """
     if not machine.moved:
         raise InputError(f"{machine.source}: it has no [bounds], so there is nothing to search in")
     count = None if sampling == "refined" else sampling
+    further = [] if machine.requirements is None else [machine.requirements()]
     curve, goal = find_curve(machine, terms), Goal(machine, (), limits, count, with_events=count is None)
     if curve is None or goal.variables:
-        return GoalProblem(Goal(machine, terms, limits, count, with_events=count is None), sampling)
-    return CurveProblem(curve, find_weights(curve, terms), sampling, goal)
+        return GoalProblem(Goal(machine, terms, limits, count, with_events=count is None), sampling, further)
+    return CurveProblem(curve, find_weights(curve, terms), sampling, goal, further)
 
 
 def find_curve(machine: Machine, terms: Sequence[Measure]) -> Curve | None:

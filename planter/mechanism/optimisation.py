@@ -195,8 +195,10 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
     goal, certificate = problem.goal, reached.certificate
     design = [float(f"{value:.15g}") for value in x / machine.scale]
     paths, numbers = [machine.values[index].path for index in machine.moved], machine.document.numbers()
-    prices = {one.name: one for one in certificate.active_constraints}
-    holds = [_hold(goal, x, limit, str(limit) in prices) for limit in goal.limits]
+    limit_units = {kind.name: kind.unit for constraints in problem.further for kind in constraints.kinds}
+    limit_units |= {str(limit): find_display_unit(machine, limit.measure).text for limit in goal.limits}
+    active = {constraint.name for constraint in certificate.active_constraints}
+    holds = [_hold(goal, x, limit, str(limit) in active) for limit in goal.limits]
     document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
     best = replace(machine, document=document, data=machine.data_at(x))
     directions = find_directions(best, stated.least, machine.samples)
@@ -214,9 +216,9 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
             kkt_residual=certificate.kkt_residual,
             active_bounds=[f"{one.name} {one.side}" for one in certificate.active_bounds],
             active_limits=[
-                ActiveLimit(str(limit), prices[str(limit)].multiplier, find_display_unit(machine, limit.measure).text)
-                for limit in goal.limits
-                if str(limit) in prices
+                ActiveLimit(constraint.name, constraint.multiplier, limit_units[constraint.name])
+                for constraint in certificate.active_constraints
+                if constraint.name in limit_units
             ],
             starts=certificate.starts,
             agreeing_starts=certificate.agreeing_starts,

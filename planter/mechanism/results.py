@@ -162,7 +162,7 @@ class Motion(Record):
 
 @dataclass(frozen=True)
 class ActiveLimit(Record):
-    """A limit that holds an optimum: what the objective loses per `unit` of the limit."""
+    """A limit or requirement that holds an optimum: what the objective loses per `unit` of it."""
 
     limit_on: str
     multiplier: float

@@ -8,9 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from planter.engine.machine import load_machine
+from planter.engine.search import SearchSpec
 from planter.errors import InputError
 from planter.files import examples
+from planter.mechanism.optimisation import optimise
 from planter.optimise import certificate
+from planter.optimise.constraints import KEPT
 from planter.optimise.elastic import least_violation
 from planter.optimise.feasible import nearest
 from planter.optimise.problem import Problem
@@ -25,7 +29,7 @@ from planter.planting.requirements.measures import Measures
 from planter.planting.requirements.record import record
 from planter.planting.requirements.section import KINDS
 from planter.planting.requirements.verdict import infeasible
-from tests.support.cli import answer, run
+from tests.support.cli import answer, refusal, run
 
 WIDE = "wang2017-wide"
 
@@ -251,6 +255,28 @@ def test_the_certificate_knows_the_multipliers_of_requirements(device: Device) -
     assert (
         certificate.check(problem, problem.start, certificate.best_multipliers(problem, problem.start)).feasibility > 1
     )
+
+
+# --- any sum of measures ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("least", ["max M_L", "range F_support"], ids=["programme", "curve"])
+def test_search_for_any_sum_satisfies_the_requirements(device: Device, least: str) -> None:
+    built = load_machine(WIDE)
+    spec = SearchSpec(sampling=36, starts=1)
+    required = Required(device)
+    optimum = optimise(built, least, spec=spec)
+    assert required.violation(optimum.x) <= KEPT
+    free = optimise(replace(built, requirements=None), least, spec=spec)
+    assert required.violation(free.x) > 0.01
+    prices = {limit.limit_on: limit.multiplier for limit in optimum.result.certificate.active_limits}
+    assert prices
+    assert prices.keys() <= {kind.name for kind in required.kinds}
+    assert all(price > 0 for price in prices.values())
+
+
+def test_vary_is_refused_beside_requirements() -> None:
+    assert "[requirements]" in refusal("optimise", WIDE, "--least", "max M_L", "--vary", "mass.planet_kg=1:2")
 
 
 # --- the file -----------------------------------------------------------------------------------------

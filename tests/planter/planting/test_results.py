@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from planter.errors import InputError
-from planter.planting import optimisation
+from planter.optimise import pareto
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.planting.optimisation import optimise
+from planter.planting.optimisation import optimise, with_front
 from planter.planting.report import results as report
 from planter.planting.scores import curve_angles
 from planter.planting.simulation import sensitivity, simulate
@@ -57,7 +57,7 @@ def test_a_simulation_leaves_all_of_its_numbers_and_the_same_bytes_each_time(tmp
 def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(optimisation, "FRONT_POINTS", 2)
+    monkeypatch.setattr(pareto, "FRONT_POINTS", 2)
     monkeypatch.setattr(Device, "compile", lambda self, refined: None)  # not worth it for one start
     device = Device(load("wang2017"))
     found = optimise(device, "ipopt", "60", starts=1)
@@ -74,10 +74,10 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     assert summary["range_N"] < summary["start_range_N"]
     assert summary["provenance"]["seed"] == 0
     assert "front" not in summary
-    with_front = optimisation.with_front(found)
-    report.draw_optimum(tmp_path, device, with_front)
+    compromises = with_front(found)
+    report.draw_optimum(tmp_path, device, compromises)
     assert set(written(tmp_path)) == names(drawn | {"pareto"}, "report.html", *numbers)
-    ranges = [one.range_N for one in with_front.result.front]
+    ranges = [one.range_N for one in compromises.result.front]
     assert ranges == sorted(ranges)
     assert min(ranges) < summary["range_N"] * (1 + 1e-6)
 

@@ -257,7 +257,7 @@ def test_teeth_that_cannot_be_made_are_told_with_why() -> None:
         ("--teeth 31,31 --module1 2", "it must be Z, the teeth of stage 1, which has one"),
         ("--teeth 31,x --module 2", "--teeth 31,x: give Z or Z1,Z2"),
         ("--teeth 31,5 --module 2", "there must be at least 6 on a gear"),
-        ("--module 2 --module1 2", "does not go with --module1 or --module2"),
+        ("--module 2 --module1 2", "leave out --module1 and --module2"),
         ("--module 2 --front", "--front is not allowed with --module"),
         ("--module1 2 --prove", "--prove is not allowed with --module"),
     ],
