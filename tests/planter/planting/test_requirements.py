@@ -260,14 +260,14 @@ def test_the_certificate_knows_the_multipliers_of_requirements(device: Device) -
 # --- any sum of measures ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("least", ["max M_L", "range F_support"], ids=["programme", "curve"])
-def test_search_for_any_sum_satisfies_the_requirements(device: Device, least: str) -> None:
+@pytest.mark.parametrize("goal", ["max M_L", "range F_support"], ids=["programme", "curve"])
+def test_search_for_any_sum_satisfies_the_requirements(device: Device, goal: str) -> None:
     built = load_machine(WIDE)
     spec = SearchSpec(sampling=36, starts=1)
     required = Required(device)
-    optimum = optimise(built, least, spec=spec)
+    optimum = optimise(built, goal, spec=spec)
     assert required.violation(optimum.x) <= KEPT
-    free = optimise(replace(built, requirements=None), least, spec=spec)
+    free = optimise(replace(built, requirements=None), goal, spec=spec)
     assert required.violation(free.x) > 0.01
     prices = {limit.limit_on: limit.multiplier for limit in optimum.result.certificate.active_limits}
     assert prices
