@@ -44,8 +44,8 @@ def with_proof(
     """
     machine = goal.machine
     count = file.turn.samples if spec.sampling == "refined" else spec.sampling
-    x, objective = _find_incumbent(found, goal, replace(spec, sampling=count), spec, listener)
     sampled = Goal(machine, goal.least, goal.limits, count, with_events=False)
+    x, objective = _find_incumbent(found, sampled, spec, replace(spec, sampling=count), listener)
     limits = [  # as the search takes them, to its tolerance
         replace(limit, number=limit.number + limit.sign * KEPT * sampled.step(limit)) for limit in goal.limits
     ]
@@ -80,11 +80,14 @@ def _describe_scope(goal: StatedGoal, bounding: ProvableObjective) -> str:
 
 
 def _find_incumbent(
-    found: Found, goal: StatedGoal, sampled: SearchSpec, spec: SearchSpec, listener: Listener | None
+    found: Found, goal: Goal, spec: SearchSpec, sampled: SearchSpec, listener: Listener | None
 ) -> tuple[Array, float]:
-    """Return the optimum over samples (p,) and its objective: the one that was found, or one searched from there."""
+    """Return the optimum over the samples of a goal (p,) and its objective: the one found, or one searched from there.
+
+    `spec` is how it was found, `sampled` how it is searched over samples.
+    """
     if spec == sampled:
         return found.x, found.result.objective
     start = goal.machine.with_data(goal.machine.data_at(found.x))
     optimum = minimise(build_problem(start, goal.least, goal.limits, sampled.sampling), sampled, listener)
-    return optimum.x, Goal(goal.machine, goal.least, goal.limits, int(sampled.sampling)).evaluate(optimum.x)
+    return optimum.x, goal.evaluate(optimum.x)

@@ -18,6 +18,8 @@ from planter.kernels.array_code import find_periodic
 from planter.mechanism.enclosed import EnclosedMechanism
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
+from planter.mechanism.model import Model
+from planter.mechanism.turn import turn
 from planter.numerics.arrays import Integers
 from planter.optimise.proof.arithmetic import Enclosing
 from planter.optimise.proof.balls import Ball, Unbounded
@@ -278,6 +280,17 @@ def test_optimise_proves_a_mechanism_of_ones_own() -> None:
     assert proof["proved"], proof["statement"]
     assert proof["lower_bound"] <= proof["objective"] <= found["objective"]
     assert 0 <= proof["gap"] <= 1e-6 * proof["objective"]
+
+
+def test_objective_of_a_proof_is_over_samples_alone() -> None:
+    """Friction reverses between samples, where the pin's force has an extreme that no bound over samples knows."""
+    path = str(own.generated("slider_crank") / "slider_crank.toml")
+    found = answer("optimise", path, "--set", "turn.samples=12", "--least", "range F_Bx", "--starts", "1", "--prove",
+                   "--prove-seconds", "0")  # fmt: skip
+    machine = own.machine("slider_crank", **found["proof"]["design"])
+    forces = turn(Model(machine), 12).result.quantities["F_Bx_N"]
+    assert found["proof"]["samples"] == 12
+    assert found["proof"]["objective"] == pytest.approx(forces.max - forces.min, rel=1e-9)
 
 
 @pytest.mark.parametrize("bound", [3.5, None])

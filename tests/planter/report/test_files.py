@@ -46,7 +46,7 @@ def test_csv_refuses_what_is_not_finite(tmp_path: Path, bad: float) -> None:
 
 @pytest.mark.parametrize("columns", [{}, {"a": [1.0], "b": [1.0, 2.0]}, {"a": [[1.0, 2.0]]}])
 def test_csv_refuses_columns_that_make_no_table(tmp_path: Path, columns: dict[str, list[float]]) -> None:
-    with pytest.raises(ComputationError, match="columns .* shapes"):
+    with pytest.raises(ComputationError, match=r"columns .* shapes"):
         files.write_cycle_csv(tmp_path / "c.csv", [], columns)
 
 
