@@ -1,4 +1,4 @@
-"""README.md: its pictures are those that commands draw, and its first lines print what it says."""
+"""README.md and its Chinese version: pictures are those that commands draw, the first lines print what they say."""
 
 import doctest
 import re
@@ -11,7 +11,8 @@ from PIL import Image
 from tests.support.house import ROOT
 from tests.support.pictures import FOLDER, PICTURES, draw_picture
 
-TEXT = (ROOT / "README.md").read_text(encoding="utf-8")
+TEXT, CHINESE = ((ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "README.zh-CN.md"))
+LINK = re.compile(r"\]\(([^)#:]+)[^)]*\)")
 
 
 def difference(path: Path, reference: Path) -> float:
@@ -30,8 +31,9 @@ def failures(text: str) -> int:
     return doctest.DocTestRunner(verbose=False).run(test, out=lambda _: None).failed
 
 
-def test_pictures_are_those_that_are_drawn() -> None:
-    names = set(re.findall(r"docs/pictures/([\w.]+)", TEXT))
+@pytest.mark.parametrize("text", [TEXT, CHINESE], ids=["English", "Chinese"])
+def test_pictures_are_those_that_are_drawn(text: str) -> None:
+    names = set(re.findall(r"docs/pictures/([\w.]+)", text))
     assert names == set(PICTURES) == {path.name for path in FOLDER.iterdir()}
     assert sum(path.stat().st_size for path in FOLDER.iterdir()) < 1_000_000
 
@@ -47,3 +49,13 @@ def test_picture_is_what_its_command_draws(name: str, tmp_path: Path) -> None:
 def test_first_lines_print_what_is_shown() -> None:
     assert failures(TEXT) == 0
     assert failures(TEXT.replace("range 3.13 N", "range 3.14 N")) == 1
+
+
+def test_chinese_version_has_the_same_code_and_commands() -> None:
+    """Its lines of code, and commands, are those of the English one, which runs; its links lead somewhere."""
+    lines = [line.partition("#")[0].rstrip() for line in CHINESE.splitlines() if line.startswith("    ")]
+    assert set(lines) <= {line.partition("#")[0].rstrip() for line in TEXT.splitlines()}
+    commands = set(re.findall(r"`(planter [^`]+)`", CHINESE))
+    assert commands
+    assert commands <= set(re.findall(r"`(planter [^`]+)`", TEXT))
+    assert all((ROOT / link).exists() for link in LINK.findall(CHINESE))
