@@ -1,6 +1,6 @@
 """What commands write of a planting device."""
 
-from planter.view.exports import Asked, Export
+from planter.view.exports import Export, RequiredOption
 
 FORMATS = {"csv": "as CSV", "adams": "for Adams", "solidworks": "for SolidWorks Motion", "simulink": "for Simulink"}
 """Formats of `planter export motion`, and in words."""
@@ -9,11 +9,11 @@ EXPORTS = (
     Export("optimum", "report comparing this design with its optimum", ("optimise",), modelled=True),
     Export("gears", "teeth of both stages (DXF, SVG, flanks as CSV), their mesh solved and checked", ("gears",)),
     Export("cam", "the cam's contour (DXF) and what it bears", ("cam",),
-           asks=(Asked("--roller-mm", "radius of the roller / mm", 6.0),)),
+           asks=(RequiredOption("--roller-mm", "radius of the roller / mm", 6.0),)),
     Export("drive", "the carrier on a motor", ("drive",),
-           asks=(Asked("--stall-Nm", "torque at rest / N m", 6.0),
-                 Asked("--idle-rpm", "speed without torque / rpm", 42.0),
-                 Asked("--flywheel-kgm2", "flywheel / kg m\N{SUPERSCRIPT TWO}", 0.1))),
+           asks=(RequiredOption("--stall-Nm", "torque at rest / N m", 6.0),
+                 RequiredOption("--idle-rpm", "speed without torque / rpm", 42.0),
+                 RequiredOption("--flywheel-kgm2", "flywheel / kg m\N{SUPERSCRIPT TWO}", 0.1))),
     *(Export(f"motion-{key}", f"motions and forces over time {words}", ("export", "motion"), ("--format", key),
              modelled=True) for key, words in FORMATS.items()),
     Export("c", "motions, forces, objective and gradient in C99", ("export", "c"), modelled=True),

@@ -181,7 +181,7 @@ class Kind:
 
         return Planting(load(source, changes))
 
-    def drawn(self, thing: object) -> Scene | None:
+    def build_scene(self, thing: object) -> Scene | None:
         """A device with its own design."""
         from planter.planting.model import Device
         from planter.planting.report.scene import scene

@@ -69,7 +69,7 @@ class Session:
             "models": list(self.machine.models),
             "handles": [list(pair) for pair in self.machine.handles],
             "search": "Optimise" if isinstance(self.machine, Searching) and self.machine.search else None,
-            "controls": [one.told() for one in self.machine.controls],
+            "controls": [one.to_json() for one in self.machine.controls],
             "wishes": isinstance(self.machine, Wishing) and self.machine.wishes,
             "exports": [asdict(one) for one in self._exports],
         }
@@ -87,7 +87,7 @@ class Session:
         scenes = self._open.scenes(*self._asked(message))
         if not any(one.later for one in scenes):
             return {}
-        return {"finished": _drawn([one.whole() for one in scenes])}
+        return {"finished": _drawn([one.with_details() for one in scenes])}
 
     def checked(self, message: Message) -> dict[str, Any]:
         """The requirements of the machine with other numbers."""

@@ -1,1 +1,1 @@
-"""A mechanism in motion: one drawing for reports, notebooks and the studio."""
+"""Animated drawings of a mechanism for reports, notebooks and the studio."""

@@ -1,4 +1,4 @@
-"""The drawing as a part of a report: its picture, which stands there without scripts, and what moves in it."""
+"""The drawing as a part of a report: a static SVG picture, and the data that a script animates it with."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from planter.view.scene import Scene
 
 @dataclass(frozen=True)
 class Motion:
-    """A scene as a block of a page."""
+    """An animated scene as a block of a page."""
 
     scene: Scene
     caption: str = ""
@@ -31,6 +31,7 @@ class Motion:
         return text("view.css")
 
     def html(self, name: str) -> str:
+        """Return the block as HTML; `name` is unique on the page."""
         caption = f"<figcaption>{escape(self.caption)}</figcaption>" if self.caption else ""
         return "\n".join(
             (
@@ -47,10 +48,10 @@ class Motion:
 
 @cache
 def text(name: str) -> str:
-    """A file of this package."""
+    """Return the text of a file of this package."""
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
 def _safe(text: str) -> str:
-    """JSON within a page: nothing in it ends the element that it stands in."""
+    """Return JSON for an HTML script element, which nothing in it can end."""
     return text.replace("<", "\\u003c").replace("&", "\\u0026")

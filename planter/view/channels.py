@@ -1,4 +1,4 @@
-"""What moves in a scene, packed for the drawing: numbers as they are, series as single floats in one text."""
+"""The motion of a scene, packed for the drawing: constants as numbers, series as float32 in one base64 text."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from planter.view.scene import Scene
 
 Record = Mapping[str, Any]
 EVEN = 1e-9
-"""How far a series that goes on evenly may be from that, in parts of its range: less than a single float tells."""
+"""Deviation of a linear series from its line, relative to its range; it is below the resolution of float32."""
 
 
 class Channels:
-    """Series (n,) in one block of float32, each named by its number; a series that stands still is its value.
+    """Series (n,) in one block of float32, each referred to by its number.
 
-    One that goes on evenly is its first value and its step.
+    A constant series is replaced by its value, and a linear one by its first value and its step.
     """
 
     def __init__(self, moments: int) -> None:
         self.moments = moments
         self._series: list[bytes] = []
-        self._known: dict[bytes, int] = {}
+        self._numbers: dict[bytes, int] = {}
 
     def add(self, values: float | Array) -> float | dict[str, float]:
-        """How a value is told: itself, its first value and its step, or its series and how far ahead of that it is.
+        """Add a series, and return its value, its first value and step, or the number of its series and its lead.
 
-        What another did half a cycle before is told as that.
+        A series that equals an earlier one shifted by half a cycle refers to that one.
         """
         exact = np.broadcast_to(np.asarray(values, dtype=float), (self.moments,))
         series = exact.astype("<f4")
@@ -39,20 +39,20 @@ class Channels:
         if np.ptp(exact - np.linspace(exact[0], exact[-1], self.moments)) < EVEN * np.ptp(exact):
             return {"from": float(exact[0]), "step": float(exact[-1] - exact[0]) / (self.moments - 1)}
         for ahead in (0, self.moments // 2):
-            known = self._known.get(np.roll(series, ahead).tobytes())
-            if known is not None:
-                return {"series": known, "ahead": ahead}
-        self._known[series.tobytes()] = len(self._series)
+            number = self._numbers.get(np.roll(series, ahead).tobytes())
+            if number is not None:
+                return {"series": number, "ahead": ahead}
+        self._numbers[series.tobytes()] = len(self._series)
         self._series.append(series.tobytes())
         return {"series": len(self._series) - 1, "ahead": 0}
 
     def text(self) -> str:
-        """All series, one after another, in base64."""
+        """Return all series, one after another, in base64."""
         return base64.b64encode(b"".join(self._series)).decode("ascii")
 
 
 def course(scene: Scene) -> Record:
-    """The curves of a scene alone, told as `packed` tells them."""
+    """Return the curves of a scene in the format of `packed`."""
     series = Channels(scene.moments)
     curves = _curves(scene, series)
     return {"moments": scene.moments, "curves": curves, "data": series.text()}
@@ -64,7 +64,7 @@ def _curves(scene: Scene, series: Channels) -> list[dict[str, Any]]:
 
 
 def packed(scene: Scene) -> Record:
-    """What the drawing of a scene needs beside its picture, ready for JSON: bodies in the picture's order."""
+    """Return the JSON record that animates the picture of a scene; bodies are in the order of the picture."""
     series = Channels(scene.moments)
     return {
         "moments": scene.moments,
@@ -74,7 +74,7 @@ def packed(scene: Scene) -> Record:
         "places": series.add(scene.places),
         "shares": series.add(scene.times),
         "travel": series.add(scene.travel) if scene.travel is not None and scene.travels else 0.0,
-        "bodies": [[series.add(v) for v in (*body.at, body.turn)] for body in scene.every()],
+        "bodies": [[series.add(v) for v in (*body.at, body.turn)] for body in scene.all_bodies()],
         "points": [[series.add(v) for v in (point.x, point.y)] for point in scene.points],
         "chains": [{"points": list(chain.points), "closed": chain.closed} for chain in scene.chains],
         "forces": [[series.add(v) for v in (f.at.x, f.at.y, f.x, f.y)] for f in scene.forces],

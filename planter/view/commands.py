@@ -1,4 +1,4 @@
-"""`planter animate`: a machine as a moving picture for slides."""
+"""`planter animate`: the motion of a machine as an animated GIF."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def animate(
     """Write a machine's motion as an animated GIF. For example: planter animate wang2017 --seconds 3"""
     console = Console(as_json)
     with console.outcome():
-        from planter.view import animation
+        from planter.view import frames
 
-        found = animation.animate(machine, changes(set_), out, model, seconds)
-        console.result(found, lambda: print(found.file))
+        result = frames.animate(machine, changes(set_), out, model, seconds)
+        console.result(result, lambda: print(result.file))

@@ -1,4 +1,4 @@
-"""What commands write of a machine, so that whoever shows it can have that written too."""
+"""Descriptions of commands that export a machine, so that the studio can run them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from planter.errors import InputError
 
 
 @dataclass(frozen=True)
-class Asked:
-    """A number above zero that a command cannot do without and no machine's file holds, by its option."""
+class RequiredOption:
+    """A positive number that a command requires and that machine files do not have, with its option."""
 
     option: str
     meaning: str
@@ -21,34 +21,32 @@ class Asked:
 
 @dataclass(frozen=True)
 class Export:
-    """What a command writes: `planter WORDS MACHINE OPTIONS --out FOLDER`, and `--model` where the machine has several.
+    """An export by `planter WORDS MACHINE OPTIONS --out FOLDER`, with `--model` if the machine has several models.
 
-    A command that writes a single file is told its name.
+    `file` is the name of the file for a command that writes a single one.
     """
 
     name: str
     meaning: str
     words: Sequence[str]
     options: Sequence[str] = ()
-    asks: Sequence[Asked] = ()
+    asks: Sequence[RequiredOption] = ()
     modelled: bool = False
     file: str = ""
 
     def command(self, machine: Path, folder: Path, model: str, numbers: Mapping[str, float]) -> list[str]:
-        """The command of a machine's file, with what is asked for by option; its files go to a folder that there is.
+        """Return the command line for a machine's file, with numbers by option; `folder` must exist.
 
-        Raises InputError for a number that is none above zero.
+        Raises InputError if a number is not positive.
         """
-        told = [*self.words, str(machine), *self.options, *(("--model", model) if self.modelled else ())]
-        for one in self.asks:
-            value = numbers.get(one.option, one.value)
+        words = [*self.words, str(machine), *self.options, *(("--model", model) if self.modelled else ())]
+        for required in self.asks:
+            value = numbers.get(required.option, required.value)
             if not (isinstance(value, int | float) and 0 < value < float("inf")):
-                raise InputError(
-                    f"{one.meaning} = {legible.value(value)} is not allowed: it must be a number above zero"
-                )
-            told += [one.option, repr(float(value))]
-        return [*told, "--out", str(folder / self.file)]
+                raise InputError(f"{required.meaning} = {legible.value(value)}: a positive number is required")
+            words += [required.option, repr(float(value))]
+        return [*words, "--out", str(folder / self.file)]
 
 
 ANIMATION = Export("animation", "a turn as it is seen (GIF)", ("animate",), file="moving.gif")
-"""Of whatever moves."""
+"""Export that every machine has."""

@@ -1,27 +1,33 @@
-"""A scene as a moving picture: its drawing at some moments of the cycle, as a GIF."""
+"""A machine's scene as an animated GIF, and its drawing at one moment with Matplotlib: `planter animate`."""
 
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planter.errors import InputError
+from planter.files.names import file_name
 from planter.kernels import Array
-from planter.report import style
+from planter.report import files, style
+from planter.report.folder import check
 from planter.view.picture import Picture
+from planter.view.results import Animated
 from planter.view.scene import Scene
+from planter.view.subject import first_scene, opened
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 RATE = 20
-"""Pictures a second."""
-MOST = 200
-"""Pictures of a cycle."""
+"""Frame rate [1/s]."""
+MAX_FRAMES = 200
+"""Maximum number of frames of a cycle."""
 EARLY = 1e-9
-"""Share of a cycle by which a moment may be early: what rounding makes of one that is due."""
+"""Share of a cycle by which a moment may be early because of rounding."""
 _LINES: dict[str, dict[str, Any]] = {
     "body": {"linewidth": 1.0}, "gear": {"linewidth": 0.9}, "teeth": {"linewidth": 0.6},
     "frame": {"linewidth": 1.6, "color": style.INK},
@@ -30,9 +36,27 @@ _LINES: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
+def animate(
+    source: str, changes: Mapping[str, float], out: Path, model: str | None = None, seconds: float | None = None
+) -> Animated:
+    """Write the motion of a machine as a GIF, to a file, or into a folder under the machine's name.
+
+    `seconds` is the duration of a cycle [s]. Raises InputError if the machine or model does not exist, or if the file
+    cannot be written.
+    """
+    machine = opened(source, changes)
+    scene, model_name = first_scene(machine, model, f"--model {model}")
+    path = out / f"{file_name(machine.name)}.gif" if out.is_dir() else out
+    if path.suffix.lower() != ".gif":
+        raise InputError(f"--out {path}: the animation is a GIF; name a folder or a file that ends in .gif")
+    check(path.parent, [path.name])
+    files.write_bytes(path, gif(scene, seconds))
+    return Animated(str(path), machine.name, model_name)
+
+
 @style.drawn
 def gif(scene: Scene, seconds: float | None = None, width: float = 4.5) -> bytes:
-    """A cycle as a GIF that goes on for ever: of `seconds`, as long as it takes unless told; `width` in inches."""
+    """Return a cycle as a GIF that repeats, with a duration [s], by default that of the cycle, and a width [inch]."""
     from matplotlib.animation import PillowWriter
 
     picture = Picture(scene)
@@ -40,7 +64,7 @@ def gif(scene: Scene, seconds: float | None = None, width: float = 4.5) -> bytes
     figure = style.new_figure(width * frame.height / frame.width, width)
     figure.set_layout_engine("none")
     axes = figure.add_axes((0, 0, 1, 1))
-    count = int(np.clip(round(RATE * (scene.seconds if seconds is None else seconds)), 2, MOST))
+    count = int(np.clip(round(RATE * (scene.seconds if seconds is None else seconds)), 2, MAX_FRAMES))
     writer = PillowWriter(fps=RATE)
     with tempfile.TemporaryDirectory(prefix="planter-") as scratch:
         path = Path(scratch) / "moving.gif"
@@ -53,7 +77,7 @@ def gif(scene: Scene, seconds: float | None = None, width: float = 4.5) -> bytes
 
 
 def draw(axes: Axes, picture: Picture, moment: int) -> None:
-    """A scene at one of its moments, in place of what the axes showed."""
+    """Clear the axes and draw a scene at one of its moments."""
     scene, frame = picture.scene, picture.frames[0]
     axes.clear()
     axes.set_axis_off()

@@ -1,4 +1,4 @@
-"""Lines with no more points than a drawing shows."""
+"""Simplification of outlines to the resolution of a drawing."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import shapely
 from planter.kernels import Array
 
 
-def thinned(points: Array, within: float) -> Array:
-    """Those points of a closed line (k, 2) whose chords stay within a distance of the line.
+def simplify_outline(points: Array, tolerance: float) -> Array:
+    """Return the points (m, 2) of a closed line (k, 2) whose chords deviate from it by at most a tolerance.
 
-    >>> thinned(np.array([[0.0, 0.0], [1.0, 0.001], [2.0, 0.0], [1.0, 2.0]]), 0.01).tolist()
+    >>> simplify_outline(np.array([[0.0, 0.0], [1.0, 0.001], [2.0, 0.0], [1.0, 2.0]]), 0.01).tolist()
     [[0.0, 0.0], [2.0, 0.0], [1.0, 2.0]]
     """
-    ring = shapely.simplify(shapely.linearrings(points), within, preserve_topology=False)
+    ring = shapely.simplify(shapely.linearrings(points), tolerance, preserve_topology=False)
     return np.asarray(shapely.get_coordinates(ring)[:-1])

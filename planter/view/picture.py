@@ -1,4 +1,4 @@
-"""The drawing of a scene at its first moment as SVG; what moves carries a number by which a script finds it."""
+"""The drawing of a scene at its first moment as SVG; moving elements carry the numbers that a script refers to."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from planter.kernels import Array
 from planter.report.html import escape
 from planter.view.scene import Body, Outline, Point, Scene
 
-LOOKED_AT = 48
-"""Moments of a cycle at which the bodies' reach is measured."""
+EXTENT_MOMENTS = 48
+"""Number of moments of a cycle at which the extent of the bodies is measured."""
 MARGIN = 0.04
-"""Space around a drawing, in parts of its width."""
+"""Space around a drawing, relative to its width."""
 CORNERS = 24
-"""Points of an outline that are looked at for that."""
+"""Number of points of an outline that are measured for the extent."""
 LONGEST = 0.25
-"""Length of the largest force, in parts of a drawing's width."""
+"""Length of the largest force, relative to the width of a drawing."""
 
 
 @dataclass(frozen=True)
 class Frame:
-    """A part of the plane: its left, its bottom, width and height [mm]."""
+    """A rectangle of the plane: its left and bottom edges, width and height [mm]."""
 
     left: float
     bottom: float
@@ -33,38 +33,38 @@ class Frame:
     height: float
 
     @classmethod
-    def around(cls, points: Array) -> Frame:
-        """The part with all of some points (k, 2) and a margin."""
+    def enclosing(cls, points: Array) -> Frame:
+        """Return the frame that encloses points (k, 2) [mm] with a margin."""
         low, high = points.min(axis=0), points.max(axis=0)
         margin = MARGIN * float(max(high - low)) or 1.0
         (left, bottom), (width, height) = low - margin, high - low + 2 * margin
         return cls(float(left), float(bottom), float(width), float(height))
 
     def __str__(self) -> str:
-        """As an SVG has it, where y goes down."""
+        """Return the view box of an SVG, whose y axis points down."""
         return " ".join(map(number, (self.left, -self.bottom - self.height, self.width, self.height)))
 
 
 def picture(scene: Scene) -> str:
-    """The SVG of a scene."""
+    """Return the SVG of a scene."""
     return Picture(scene).text()
 
 
 class Picture:
-    """A scene being drawn."""
+    """The SVG drawing of a scene."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
         self.paths = [_path(point, scene.moments) for point in scene.points]
 
     def text(self) -> str:
-        """The whole SVG."""
-        title, (near, wide) = escape(self.scene.title), self.frames
-        shown = "mechanism toothed" if self.scene.toothed else "mechanism"
+        """Return the SVG as text."""
+        title, (machine, ground) = escape(self.scene.title), self.frames
+        classes = "mechanism toothed" if self.scene.toothed else "mechanism"
         numbers = count()
         return "\n".join([
-            f'<svg xmlns="http://www.w3.org/2000/svg" class="{shown}" role="img" aria-label="{title}" '
-            f'viewBox="{near}" data-near="{near}" data-wide="{wide}" data-force="{self.force_scale:.6g}">',
+            f'<svg xmlns="http://www.w3.org/2000/svg" class="{classes}" role="img" aria-label="{title}" '
+            f'viewBox="{machine}" data-near="{machine}" data-wide="{ground}" data-force="{self.force_scale:.6g}">',
             f"<title>{title}</title>",
             '<g transform="scale(1 -1)">',
             *self._ground(),
@@ -80,26 +80,26 @@ class Picture:
 
     @cached_property
     def frames(self) -> tuple[Frame, Frame]:
-        """What the drawing shows seen from the machine, and from the ground."""
+        """Frames of the drawing relative to the machine, and relative to the ground."""
         scene = self.scene
-        seen = np.vstack([*self._reached(), *self.paths])
+        corners = np.vstack([*self._extent_points(), *self.paths])
         ground = [outline.points for outline in scene.ground]
         if scene.travel is None or not scene.travels:
-            frame = Frame.around(np.vstack([seen, *ground]))
+            frame = Frame.enclosing(np.vstack([corners, *ground]))
             return frame, frame
-        shifted = [seen + np.array([x, 0.0]) for x in (scene.travel.min(), scene.travel.max())]
-        return Frame.around(seen), Frame.around(np.vstack([*shifted, *ground]))
+        shifted = [corners + np.array([x, 0.0]) for x in (scene.travel.min(), scene.travel.max())]
+        return Frame.enclosing(corners), Frame.enclosing(np.vstack([*shifted, *ground]))
 
     @property
     def force_scale(self) -> float:
-        """Length of a force's arrow [mm/N]."""
+        """Scale of force arrows [mm/N]."""
         largest = self.scene.largest_force
         return LONGEST * self.frames[0].width / largest if largest else 0.0
 
-    def _reached(self) -> Iterator[Array]:
-        """Corners (k, 2) of all bodies, at some moments of the cycle."""
-        looked_at = slice(None, None, max(1, self.scene.moments // LOOKED_AT))
-        for outline, points in self.scene.placed(looked_at):
+    def _extent_points(self) -> Iterator[Array]:
+        """Yield corners (k, 2) [mm] of all bodies at some moments of the cycle."""
+        moments = slice(None, None, max(1, self.scene.moments // EXTENT_MOMENTS))
+        for outline, points in self.scene.placed(moments):
             yield points[:, :: max(1, len(outline.points) // CORNERS)].reshape(-1, 2)
 
     def _body(self, body: Body, numbers: Iterator[int]) -> Iterator[str]:
@@ -125,8 +125,8 @@ class Picture:
     def _points(self) -> Iterator[str]:
         size = number(self.frames[0].width / 160)
         for k, (point, path) in enumerate(zip(self.scene.points, self.paths, strict=True)):
-            place = f'cx="{number(path[0, 0])}" cy="{number(path[0, 1])}" r="{size}"'
-            yield f'<circle data-point="{k}" {place}><title>{escape(point.name)}</title></circle>'
+            attributes = f'cx="{number(path[0, 0])}" cy="{number(path[0, 1])}" r="{size}"'
+            yield f'<circle data-point="{k}" {attributes}><title>{escape(point.name)}</title></circle>'
 
     def _chains(self) -> Iterator[str]:
         for k, chain in enumerate(self.scene.chains):
@@ -137,19 +137,19 @@ class Picture:
     def _forces(self) -> Iterator[str]:
         for k, force in enumerate(self.scene.forces):
             x, y = _path(force.at, self.scene.moments)[0].tolist()
-            shown = arrow(x, y, self.force_scale * float(force.x[0]), self.force_scale * float(force.y[0]))
-            yield f'<path class="force s{k % 6}" data-arrow="{k}" d="{shown}">'
+            path = arrow(x, y, self.force_scale * float(force.x[0]), self.force_scale * float(force.y[0]))
+            yield f'<path class="force s{k % 6}" data-arrow="{k}" d="{path}">'
             yield f"<title>{escape(force.name)}</title></path>"
 
     def _labels(self) -> Iterator[str]:
         size = number(self.frames[0].width / 42)
         for label in self.scene.labels:
-            place = f'transform="translate({number(label.x)} {number(label.y)}) scale(1 -1)"'
-            yield f'<text {place} font-size="{size}" text-anchor="{label.anchor}">{escape(label.text)}</text>'
+            attributes = f'transform="translate({number(label.x)} {number(label.y)}) scale(1 -1)"'
+            yield f'<text {attributes} font-size="{size}" text-anchor="{label.anchor}">{escape(label.text)}</text>'
 
 
 def number(value: float) -> str:
-    """A number with at most two decimals, in few letters.
+    """Return a number with at most two decimals, without trailing zeros.
 
     >>> number(12.500001), number(-0.001), number(30)
     ('12.5', '0', '30')
@@ -159,7 +159,7 @@ def number(value: float) -> str:
 
 
 def line(points: Array, closed: bool) -> str:
-    """Points (k, 2) as the path of an SVG.
+    """Return points (k, 2) as the path of an SVG.
 
     >>> line(np.array([[0.0, 1.0], [2.5, 3.0]]), closed=True)
     'M0.00 1.00 2.50 3.00Z'
@@ -169,7 +169,7 @@ def line(points: Array, closed: bool) -> str:
 
 
 def steps(points: Array, closed: bool) -> str:
-    """Points (k, 2) as the path of an SVG in hundredths, from each to the next: in half as many letters.
+    """Return points (k, 2) as a relative path of an SVG in hundredths, which takes half as many characters.
 
     >>> steps(np.array([[0.0, 1.0], [2.5, 3.0], [2.0, 0.0]]), closed=True)
     'm0 100 250 200-50-300z'
@@ -184,15 +184,15 @@ def _outline(outline: Outline) -> str:
 
 
 def _path(point: Point, moments: int) -> Array:
-    """Where a point is at every moment, (n, 2) [mm]."""
+    """Return the positions of a point at all moments, (n, 2) [mm]."""
     return np.column_stack([np.broadcast_to(np.asarray(v, dtype=float), (moments,)) for v in (point.x, point.y)])
 
 
-def arrow(x: float, y: float, along: float, up: float) -> str:
-    """The path of an arrow from a point: its shaft and its head."""
-    head = 0.18 * float(np.hypot(along, up))
+def arrow(x: float, y: float, dx: float, dy: float) -> str:
+    """Return the path of the shaft and head of an arrow from a point (x, y) by (dx, dy) [mm]."""
+    head = 0.18 * float(np.hypot(dx, dy))
     if head == 0:
         return f"M{number(x)} {number(y)}"
-    end, way = np.array([x + along, y + up]), np.array([along, up]) / np.hypot(along, up)
-    back, side = end - head * way, 0.4 * head * np.array([-way[1], way[0]])
+    end, direction = np.array([x + dx, y + dy]), np.array([dx, dy]) / np.hypot(dx, dy)
+    back, side = end - head * direction, 0.4 * head * np.array([-direction[1], direction[0]])
     return f"{line(np.array([[x, y], end]), False)}{line(np.array([back + side, end, back - side]), False)}"

@@ -1,4 +1,4 @@
-"""What a machine brings so that a page can compute it without Python: programs that find what follows its numbers."""
+"""Programs of a machine with which a page computes the machine without Python."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from planter.view.subject import Shown, Values
 
 @dataclass(frozen=True)
 class Input:
-    """Where a number of the machine's file goes in all programs: a vector, the place in it, SI per shown unit."""
+    """The position of a file's number in all programs: its vector and index, and the factor to SI units."""
 
     path: str
     vector: str
@@ -25,10 +25,10 @@ class Input:
 class Portable:
     """A machine in one of its models.
 
-    The vectors `rows` of `seen` hold rows of numbers, those of a row one after another, as many as are told; the
-    vector `singles` holds numbers, each under a name: of the drawing, and of the readings by theirs. `gradient`, where
-    there is one, finds the `objective`, a number that is to be small, and its `gradient` in the SI values of the
-    numbers at the paths `design`. `assumptions` are the model's, `notes` say what a page leaves out.
+    `rows` are the vectors of `seen` with rows of numbers, stored one row after another, and the number of their rows;
+    the vector `singles` has the named numbers of the drawing and the readings. `gradient`, if there is one, computes
+    the `objective`, which is minimised, and its `gradient` with respect to the SI values of the numbers at the paths
+    `design`. `assumptions` are those of the model, and `notes` list what a page omits.
     """
 
     inputs: Sequence[Input]
@@ -42,24 +42,27 @@ class Portable:
 
     @property
     def programs(self) -> list[Program]:
-        """Both."""
+        """All programs."""
         return [self.seen] if self.gradient is None else [self.seen, self.gradient]
 
     def at(self, values: Values, program: Program) -> dict[str, Array]:
-        """All vectors of one of the programs, by name, with other numbers of the file."""
-        changed = {one.vector: program.given[one.vector].copy() for one in self.inputs}
-        for one in self.inputs:
-            if one.path in values:
-                changed[one.vector][one.index] = values[one.path] * one.factor
-        return program(**changed)
+        """Evaluate a program with changed numbers of the file, and return its vectors by name."""
+        vectors = {number.vector: program.given[number.vector].copy() for number in self.inputs}
+        for number in self.inputs:
+            if number.path in values:
+                vectors[number.vector][number.index] = values[number.path] * number.factor
+        return program(**vectors)
 
 
 @runtime_checkable
 class Movable(Shown, Protocol):
-    """A machine that a page can compute by itself."""
+    """A machine that a page can compute without Python."""
 
     def portable(self, model: str) -> Portable:
-        """Its programs, which find the numbers of its first scene. Raises InputError where it has none, saying why."""
+        """Return the programs that compute the numbers of the first scene.
+
+        Raises InputError, with the reason, if the model cannot be compiled.
+        """
 
     def handed(self, values: Values) -> str:
-        """The machine's file with other numbers for a reader elsewhere: without places on this computer."""
+        """Return the text of the machine's file with changed numbers, without paths of this computer."""

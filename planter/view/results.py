@@ -1,4 +1,4 @@
-"""What the command of moving pictures returns, key by key."""
+"""Result of `planter animate`."""
 
 from __future__ import annotations
 

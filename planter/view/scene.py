@@ -1,6 +1,6 @@
-"""What is seen of a mechanism over a cycle: rigid bodies and where they are, points, forces, curves, events.
+"""The motion of a mechanism over a cycle: poses of rigid bodies, points, forces, curves and events.
 
-Lengths in mm, angles in deg, y upwards; what varies is sampled at the same n moments.
+Lengths in mm, angles in deg, y upwards; all series are sampled at the same n moments.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from planter.kernels import Array
 
 Complex = NDArray[np.complex128]
 Look = Literal["body", "gear", "teeth", "frame", "mark", "ground", "before"]
-"""How an outline is drawn: filled as a body or a gear, as a bar of a frame, as a thin mark, as ground, or palely.
+"""Style of an outline: filled as a body or a gear, as a bar of a frame, as a thin mark, as ground, or pale.
 
-A gear is its pitch curve, which is a thin mark where the scene has teeth.
+A gear is its pitch curve, which is a thin mark if the scene has teeth.
 """
 
 
 @dataclass(frozen=True)
 class Outline:
-    """Points (k, 2) of a line that is fixed in a body, from the body's own origin."""
+    """Points (k, 2) [mm] of a line that is fixed in a body, relative to the origin of the body."""
 
     points: Array
     look: Look = "body"
@@ -34,7 +34,7 @@ class Outline:
 
 @dataclass(frozen=True)
 class Body:
-    """A rigid body: its lines, and where its origin is and how it is turned, in its parent or in the machine."""
+    """A rigid body: its outlines, and its origin [mm] and angle [deg] relative to its parent or the machine."""
 
     name: str
     outlines: Sequence[Outline]
@@ -45,7 +45,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Point:
-    """A point (n,) of the machine; its path over the cycle is drawn where `traced`."""
+    """A point (n,) [mm] of the machine; its path over the cycle is drawn if `traced`."""
 
     name: str
     x: float | Array
@@ -55,7 +55,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Chain:
-    """A line through points, each by its number in the scene: a body of which no more is known than its joints."""
+    """A line through points, by their numbers in the scene: a body that is defined by its joints only."""
 
     name: str
     points: Sequence[int]
@@ -65,7 +65,7 @@ class Chain:
 
 @dataclass(frozen=True)
 class Label:
-    """A text at a place of the machine, which stands at its start, middle or end."""
+    """A text at a point [mm] of the machine, which is the start, middle or end of the text."""
 
     text: str
     x: float
@@ -85,7 +85,7 @@ class Force:
 
 @dataclass(frozen=True)
 class Curve:
-    """A quantity over the cycle (n,); `reference` is a value that it may be shown against, such as the weight."""
+    """A quantity over the cycle (n,); `reference` is a value to compare it with, such as the weight."""
 
     name: str
     unit: str
@@ -95,7 +95,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Event:
-    """Something that happens at a place of the cycle [in the unit of the scene's places]."""
+    """An event of the cycle, at a place in the unit of the scene's places."""
 
     name: str
     place: float
@@ -103,12 +103,12 @@ class Event:
 
 @dataclass(frozen=True)
 class Scene:
-    """A mechanism over a cycle. `places` (n,) say where in the cycle a moment is, `seconds` how long the cycle takes.
+    """A mechanism over a cycle of a duration `seconds` [s], with the positions `places` (n,) of its moments.
 
-    `shares` (n,) say how much of the cycle's time is over at each moment, from 0 on; without them the moments are even.
-    The cycle begins `again` where it ends, and its last share is below 1, unless it is a motion that does not.
-    `later` is the same scene with what takes longer to find than a hand that moves the machine waits, such as teeth.
-    `travel` (n,) is how far the machine has moved over the ground, along x; `ground` stands still there.
+    `shares` (n,) are the elapsed shares of the duration at all moments, from 0; by default they are equidistant.
+    A cycle is repeated `again`, and its last share is below 1, unless the motion is not periodic.
+    `later` returns the same scene with details that take too long to compute while a slider moves, such as teeth.
+    `travel` (n,) [mm] is the displacement of the machine in x relative to the ground, in which `ground` is fixed.
     """
 
     title: str
@@ -131,16 +131,16 @@ class Scene:
 
     @property
     def times(self) -> Array:
-        """How much of the cycle's time is over at each moment, (n,)."""
+        """Elapsed shares of the duration at all moments, (n,)."""
         return np.arange(self.moments) / self.moments if self.shares is None else self.shares
 
     @property
     def moments(self) -> int:
-        """How many there are, n."""
+        """Number n of moments."""
         return len(self.places)
 
-    def whole(self) -> Scene:
-        """The scene with all that there is to see."""
+    def with_details(self) -> Scene:
+        """Return the scene with the details that take longer to compute."""
         return self if self.later is None else self.later()
 
     @property
@@ -151,40 +151,42 @@ class Scene:
     @property
     def toothed(self) -> bool:
         """Whether any teeth are drawn."""
-        return any(outline.look == "teeth" for body in self.every() for outline in body.outlines)
+        return any(outline.look == "teeth" for body in self.all_bodies() for outline in body.outlines)
 
     @property
     def largest_force(self) -> float:
-        """Of all forces at all moments [N]; zero without any."""
+        """Largest force of all moments [N], or zero if there are no forces."""
         return max((float(np.hypot(force.x, force.y).max()) for force in self.forces), default=0.0)
 
-    def every(self) -> Iterator[Body]:
-        """Bodies and their parts, parents before parts: the order of the drawing."""
-        return _every(self.bodies)
+    def all_bodies(self) -> Iterator[Body]:
+        """Return bodies and their parts in the order of the drawing, parents before parts."""
+        return _with_parts(self.bodies)
 
     def placed(self, moments: slice) -> Iterator[tuple[Outline, Array]]:
-        """Every outline with its points (m, k, 2) in the machine at some moments."""
+        """Yield every outline with its points (m, k, 2) [mm] in the machine at some moments."""
         still = np.zeros(1, dtype=complex)
         for body in self.bodies:
             yield from self._placed(body, moments, still, still + 1)
 
-    def _placed(self, body: Body, moments: slice, origin: Complex, way: Complex) -> Iterator[tuple[Outline, Array]]:
-        """Those of a body and its parts; the parent's places and directions are complex numbers, one a moment."""
+    def _placed(
+        self, body: Body, moments: slice, origin: Complex, direction: Complex
+    ) -> Iterator[tuple[Outline, Array]]:
+        """Yield outlines of a body and its parts; the parent's origins and directions (m,) are complex numbers."""
         x, y, turn = (channel[moments] for channel in self.pose(body))
-        here, way = origin + way * (x + 1j * y), way * np.exp(1j * np.radians(turn))
+        origin, direction = origin + direction * (x + 1j * y), direction * np.exp(1j * np.radians(turn))
         for outline in body.outlines:
-            points = here[:, None] + way[:, None] * (outline.points @ [1, 1j])
+            points = origin[:, None] + direction[:, None] * (outline.points @ [1, 1j])
             yield outline, np.stack([points.real, points.imag], axis=-1)
         for part in body.parts:
-            yield from self._placed(part, moments, here, way)
+            yield from self._placed(part, moments, origin, direction)
 
     def pose(self, body: Body) -> tuple[Array, Array, Array]:
-        """Origin and turn of a body at every moment, (n,) each."""
+        """Return x, y [mm] and angle [deg] of a body at all moments, (n,) each."""
         x, y, turn = (np.broadcast_to(np.asarray(v, dtype=float), (self.moments,)) for v in (*body.at, body.turn))
         return x, y, turn
 
 
-def _every(bodies: Sequence[Body]) -> Iterator[Body]:
+def _with_parts(bodies: Sequence[Body]) -> Iterator[Body]:
     for body in bodies:
         yield body
-        yield from _every(body.parts)
+        yield from _with_parts(body.parts)

@@ -1,6 +1,6 @@
-"""Drawings on which symbols stand: a scene at a moment, and points, lengths and angles of it that carry names.
+"""Drawings with symbols: a scene at one moment, with named points, lengths and angles.
 
-Lengths in mm, angles in deg, y upwards, as a scene has them.
+Lengths in mm, angles in deg, y upwards, as in a scene.
 """
 
 from __future__ import annotations
@@ -15,31 +15,31 @@ from planter.kernels import Array
 from planter.view.scene import Body, Scene
 
 CORNERS = 121
-"""Points of an arc that is drawn."""
+"""Number of points of an arc."""
 _EXTENT = 1e-9
-"""Below it a length has no direction [mm]."""
+"""Length below which a direction is undefined [mm]."""
 
 
 @dataclass(frozen=True)
 class Spot:
-    """A point (2,); its names are those of its coordinates."""
+    """A point (2,) [mm], named by its coordinates."""
 
     names: Sequence[str]
     at: Array
 
     @property
     def anchor(self) -> Array:
-        """Where the line to its names ends (2,)."""
+        """End (2,) [mm] of the line to the names."""
         return self.at
 
     def outline(self) -> Array:
-        """Its points (1, 2)."""
+        """Return the point (1, 2) [mm]."""
         return np.array([self.at])
 
 
 @dataclass(frozen=True)
 class Length:
-    """The distance of two points (2,); the line to its names ends at a `share` of it."""
+    """The distance of two points (2,) [mm]; the line to its names ends at a `share` of it."""
 
     names: Sequence[str]
     start: Array
@@ -48,22 +48,22 @@ class Length:
 
     @property
     def size(self) -> float:
-        """How long it is."""
+        """Length [mm]."""
         return float(np.hypot(*(np.asarray(self.end) - self.start)))
 
     @property
     def anchor(self) -> Array:
-        """Where the line to its names ends (2,)."""
+        """End (2,) [mm] of the line to the names."""
         return (1 - self.share) * np.asarray(self.start) + self.share * np.asarray(self.end)
 
     def outline(self) -> Array:
-        """Its points (2, 2)."""
+        """Return the end points (2, 2) [mm]."""
         return np.array([self.start, self.end])
 
 
 @dataclass(frozen=True)
 class Angle:
-    """A turn about a vertex (2,) from a direction, anticlockwise where it is positive, drawn at a radius."""
+    """An angle [deg] about a vertex (2,) [mm] from a direction, positive anticlockwise, drawn at a radius."""
 
     names: Sequence[str]
     vertex: Array
@@ -73,21 +73,21 @@ class Angle:
 
     @classmethod
     def between(cls, names: Sequence[str], vertex: Array, start: Array, end: Array, radius: float) -> Angle:
-        """The turn of less than half a circle from the direction of a point (2,) to that of another."""
+        """Return the angle of at most 180 deg from the direction of point `start` (2,) to that of `end`."""
         first, second = (heading(vertex, point) for point in (start, end))
         return cls(names, vertex, first, (second - first + 180) % 360 - 180, radius)
 
     @property
     def anchor(self) -> Array:
-        """Where the line to its names ends (2,)."""
+        """End (2,) [mm] of the line to the names."""
         return self._points(np.array([self.start + self.turn / 2]))[0]
 
     def outline(self) -> Array:
-        """Points (k, 2) of its arc."""
+        """Return the points (k, 2) [mm] of the arc."""
         return self._points(self.start + np.linspace(0, self.turn, CORNERS))
 
     def legs(self) -> tuple[Array, Array]:
-        """Both of its sides from the vertex to a little beyond the arc, (2, 2) each."""
+        """Return both legs from the vertex to slightly beyond the arc, (2, 2) [mm] each."""
         ends = self.vertex + 1.15 * (self._points(np.array([self.start, self.start + self.turn])) - self.vertex)
         return np.array([self.vertex, ends[0]]), np.array([self.vertex, ends[1]])
 
@@ -100,20 +100,20 @@ Mark = Spot | Length | Angle
 
 
 def heading(start: Array, end: Array) -> float:
-    """Direction from a point (2,) to another [deg]."""
-    along, up = np.asarray(end) - start
-    assert np.hypot(along, up) > _EXTENT
-    return float(np.degrees(np.arctan2(up, along)))
+    """Return the direction from point `start` (2,) to `end` (2,) [deg]."""
+    dx, dy = np.asarray(end) - start
+    assert np.hypot(dx, dy) > _EXTENT
+    return float(np.degrees(np.arctan2(dy, dx)))
 
 
 def still(title: str, bodies: Sequence[Body]) -> Scene:
-    """Bodies that do not move, as a scene."""
+    """Return a scene of bodies that do not move."""
     return Scene(title, "", "", np.zeros(1), 1.0, bodies, again=False)
 
 
 @dataclass(frozen=True)
 class Sheet:
-    """A drawing: the scene at a moment, with marks."""
+    """A drawing of a scene at one moment, with marks."""
 
     name: str
     title: str
@@ -123,13 +123,13 @@ class Sheet:
 
     @property
     def names(self) -> set[str]:
-        """All names that stand on it."""
+        """Names of all marks."""
         return {name for mark in self.marks for name in mark.names}
 
 
 @dataclass(frozen=True)
 class Labelled:
-    """A machine's sheets, and the numbers of its file by path, which say what is a key."""
+    """The sheets of a machine, and the numbers of its file by path, which define its keys."""
 
     name: str
     numbers: Mapping[str, Any]
@@ -137,13 +137,13 @@ class Labelled:
 
 
 class Draughtsman(Protocol):
-    """What a room brings, as `LABELS` in its module `labelled`, so that its machines are drawn with their symbols."""
+    """The object `LABELS` in the module `labelled` of a package, which draws its machines with symbols."""
 
     undrawn: Mapping[str, Sequence[str]]
-    """Why names have no place on any sheet: patterns of names, of sources, or of the file's tables as `table.`."""
+    """Reasons why names are on no sheet, with patterns of names, of sources, or of the file's tables as `table.`."""
 
     def takes(self, source: str) -> bool:
-        """Whether a file, or a built-in name, is a machine of this room."""
+        """Return whether a file or built-in name is a machine of this package."""
 
     def draw(self, source: str, changes: Mapping[str, float]) -> Labelled:
-        """The machine in it. Raises InputError as its room does."""
+        """Return the sheets of a machine with changed numbers. Raises InputError if it is invalid."""

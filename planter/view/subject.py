@@ -1,4 +1,4 @@
-"""What a machine's room brings so that its machines can be shown, and changed by hand: `KIND` in its module `show`."""
+"""Interface to machines that are displayed and edited: the object `KIND` in the module `show` of their package."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from planter.view.exports import Export
 from planter.view.scene import Scene
 
 Values = Mapping[str, float]
-"""Numbers by path, in the units [that their keys end in]."""
+"""Numbers by path, in the units that end their keys."""
 STEPS = 512
-"""Steps from a number to an end beyond which the file does not allow it."""
+"""Number of steps between a number and an end at which the file is validated."""
 REACH = 0.5
-"""A number without bounds can be moved by this share of its value, to either side."""
+"""Range of a number without bounds to either side, relative to its value."""
 
 
 @dataclass(frozen=True)
 class Control:
-    """A number that a hand can change, by its path, and how far."""
+    """A number that a user can change: its path, meaning, unit, value and bounds."""
 
     path: str
     meaning: str
@@ -39,17 +39,17 @@ class Control:
 
     @property
     def group(self) -> str:
-        """What it stands with."""
+        """First part of the path."""
         return self.path.partition(".")[0]
 
-    def told(self) -> dict[str, Any]:
-        """As a page takes it."""
+    def to_json(self) -> dict[str, Any]:
+        """Return the control as a JSON object for a page."""
         return {**asdict(self), "group": self.group}
 
 
 @dataclass(frozen=True)
 class Reading:
-    """A number that follows."""
+    """A computed number."""
 
     name: str
     unit: str
@@ -58,7 +58,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Check:
-    """A requirement with its margin, and whether it is met; `value` is None where only the margin is known."""
+    """A requirement with its margin, and whether it is satisfied; `value` is None if only the margin is known."""
 
     name: str
     unit: str
@@ -69,7 +69,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under heads; the first cell of a row names it."""
+    """A table; the first cell of a row is its heading."""
 
     title: str
     head: Sequence[str]
@@ -77,36 +77,36 @@ class Table:
 
 
 class Shown(Protocol):
-    """A machine with numbers that a hand changes; all calls raise PlanterError where those make no machine."""
+    """A machine with numbers that a user changes; all methods raise PlanterError if these are invalid."""
 
     name: str
     models: Sequence[str]
     controls: Sequence[Control]
     handles: Sequence[tuple[str, str]]
-    """Points of the drawing that a hand can draw about: paths of the numbers [mm] that are their x and y."""
+    """Points of the drawing that a user can drag: paths of the numbers [mm] that are their x and y."""
 
     exports: Sequence[Export]
-    """What commands write of it."""
+    """Exports of the machine by commands."""
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
-        """How it moves; the first scene is the machine's."""
+        """Return the motion as scenes; the first is that of the machine."""
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
-        """What a person looks at while changing it."""
+        """Return the results that are displayed while numbers are changed."""
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
-        """Its requirements, none where it has none; this may take longer."""
+        """Return the requirements, if there are any; this may take longer."""
 
     def details(self, values: Values, model: str) -> Sequence[Table]:
-        """What it is sized by, none where its room has no more to say; this may take a second."""
+        """Return tables for sizing, if there are any; this may take a second."""
 
     def text(self, values: Values) -> str:
-        """The machine's file with these numbers."""
+        """Return the text of the machine's file with these numbers."""
 
 
 @dataclass(frozen=True)
 class Sought:
-    """What a search has found: numbers by path, and a sentence about it."""
+    """The result of a search: numbers by path, and a sentence about it."""
 
     values: Values
     sentence: str
@@ -114,59 +114,59 @@ class Sought:
 
 @runtime_checkable
 class Searching(Protocol):
-    """A machine that a command can search a better design for."""
+    """A machine that a command can optimise."""
 
     @property
     def search(self) -> Sequence[str]:
-        """Words of the command, without the machine's file; none where this machine has none."""
+        """Words of the command without the machine's file; they are empty if this machine cannot be optimised."""
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
-        """What the command has found, from what it prints as JSON."""
+        """Return the optimum from the JSON object that the command prints."""
 
 
 @runtime_checkable
 class Wishing(Protocol):
-    """A machine whose tip can be wished a path."""
+    """A machine whose tip path can be prescribed by points."""
 
     @property
     def wishes(self) -> bool:
-        """Whether it has no such points, and can be given some."""
+        """Whether the path has no points yet, so that some can be added."""
 
     def wished(self, values: Values) -> str:
-        """The machine's file with points on its own path, as handles that a hand can draw about."""
+        """Return the text of the machine's file with points on its present path, which a user can drag."""
 
 
 class Kind(Protocol):
-    """Machines of a kind."""
+    """A kind of machines."""
 
     def takes(self, source: str) -> bool:
-        """Whether a file, or a built-in name, is a machine of this kind."""
+        """Return whether a file or built-in name is a machine of this kind."""
 
     def open(self, source: str, changes: Values) -> Shown:
-        """The machine in it. Raises InputError as its room does."""
+        """Open a machine with changed numbers. Raises InputError if it is invalid."""
 
 
 @runtime_checkable
 class Drawing(Protocol):
-    """A kind that knows its room's objects, too."""
+    """A kind that also draws the objects of its package."""
 
-    def drawn(self, thing: object) -> Scene | None:
-        """How an object moves; None where it is none of this kind."""
+    def build_scene(self, thing: object) -> Scene | None:
+        """Return the motion of an object, or None if it is not of this kind."""
 
 
-def drawn(thing: object) -> Scene:
-    """How an object of some room moves. Raises InputError where no room knows it."""
+def build_scene(thing: object) -> Scene:
+    """Return the motion of an object. Raises InputError if no package can draw it."""
     for module in rooms.brought("show"):
-        scene = module.KIND.drawn(thing) if isinstance(module.KIND, Drawing) else None
+        scene = module.KIND.build_scene(thing) if isinstance(module.KIND, Drawing) else None
         if scene is not None:
             return scene
     raise InputError(f"there is nothing to show of a {type(thing).__name__}")
 
 
 def opened(source: str, changes: Values | None = None) -> Shown:
-    """The machine of a file or a built-in name, of whatever room.
+    """Open the machine of a file or a built-in name with changed numbers.
 
-    Raises InputError where no room takes it: with the place of the error for a file that is not valid TOML.
+    Raises InputError if it is not a machine, with the position of the error if the file is not valid TOML.
     """
     for module in rooms.brought("show"):
         kind: Kind = module.KIND
@@ -174,38 +174,37 @@ def opened(source: str, changes: Values | None = None) -> Shown:
             return kind.open(source, changes or {})
     if is_file(Path(source)):
         parse_toml(read_text(source), source)
-        raise InputError(
-            f"{source}: this is no machine's file: its tables are those of no kind of machine that is known"
-        )
-    raise InputError(f"{source}: there is no such machine: it must be a machine's file, or the name of a built-in one")
+        raise InputError(f"{source}: this file does not describe a machine; its tables match no kind of machine")
+    raise InputError(f"{source}: there is no such machine; give a machine's file or the name of a built-in machine")
 
 
 def first_scene(machine: Shown, model: str | None, option: str) -> tuple[Scene, str]:
-    """A machine as it is, in one of its models, and which that is: the first unless one is named.
+    """Return the scene of a machine in a model, by default its first, and the name of that model.
 
-    Raises InputError, naming the `option`, for a model that it has not.
+    Raises InputError, naming the `option`, if the machine has no such model.
     """
-    chosen = machine.models[0] if model is None else model
-    if chosen not in machine.models:
-        raise InputError(f"{option} is not allowed: it must be one of {', '.join(machine.models)}")
-    return machine.scenes({one.path: one.value for one in machine.controls}, chosen)[0].whole(), chosen
+    name = machine.models[0] if model is None else model
+    if name not in machine.models:
+        raise InputError(f"{option}: {machine.name} has no such model; choose one of {', '.join(machine.models)}")
+    values = {control.path: control.value for control in machine.controls}
+    return machine.scenes(values, name)[0].with_details(), name
 
 
 def controls(
     document: Document, paths: Iterable[str], meanings: Mapping[str, str], bounds: Mapping[str, tuple[float, float]]
 ) -> list[Control]:
-    """Return controls for numbers of a file, within bounds by path if there are any, as far as the file allows.
+    """Return controls for numbers of a file, within bounds by path if there are any, and within the valid range.
 
-    A number for which the file allows no other value has none.
+    A number with a single valid value is omitted.
     """
-    numbers, found = document.numbers(), []
+    numbers, result = document.numbers(), []
     for path in paths:
         value = float(numbers[path])
         ends = (_allowed_end(document, path, value, end) for end in bounds.get(path) or _about(value))
         lower, upper = min(value, next(ends)), max(value, next(ends))
         if lower < upper:
-            found.append(Control(path, meanings.get(path, ""), units.unit(path), value, lower, upper))
-    return found
+            result.append(Control(path, meanings.get(path, ""), units.unit(path), value, lower, upper))
+    return result
 
 
 def _allowed_end(document: Document, path: str, value: float, end: float) -> float:
@@ -215,7 +214,7 @@ def _allowed_end(document: Document, path: str, value: float, end: float) -> flo
 def farthest(value: float, end: float, attempt: Callable[[float], object]) -> float:
     """Return the farthest of `STEPS` numbers from a value towards an end at which an attempt succeeds, by bisection.
 
-    An attempt that raises PlanterError has not succeeded; at the value itself it does.
+    An attempt fails if it raises PlanterError; at the value itself it must succeed.
     """
     allowed, refused, step = 0, STEPS + 1, STEPS
     while refused - allowed > 1:
@@ -234,7 +233,7 @@ def _about(value: float) -> tuple[float, float]:
 
 
 def singles(table: Mapping[str, Any]) -> list[Reading]:
-    """The single numbers of a result as readings."""
+    """Return the scalar numbers of a result as readings."""
     return [
         Reading(key, units.unit(key), float(value))
         for key, value in table.items()
@@ -243,22 +242,22 @@ def singles(table: Mapping[str, Any]) -> list[Reading]:
 
 
 def changed(document: Any, values: Values) -> Any:
-    """A file with other numbers, if they are others."""
-    own = document.numbers()
-    others = {path: value for path, value in values.items() if own[path] != value}
-    return document.with_numbers(others) if others else document
+    """Return a file with changed numbers, or the same file if none differs."""
+    before = document.numbers()
+    changes = {path: value for path, value in values.items() if before[path] != value}
+    return document.with_numbers(changes) if changes else document
 
 
 HAND = "assumed; set by hand"
-"""Origin of a number that a hand moved: the file's own word for it no longer holds."""
+"""Origin of a number that a user has moved, for which the origin in the file no longer holds."""
 
 
-def written(own: Document, moved: Document) -> str:
-    """The file of a machine whose numbers were moved by hand, what they were beside them."""
-    before, table = own.numbers(), moved.table()
+def written(original: Document, moved: Document) -> str:
+    """Return the text of a file whose numbers a user has moved, with their previous values as comments."""
+    before, table = original.numbers(), moved.table()
     was = {path: before[path] for path, value in moved.numbers().items() if path in before and before[path] != value}
     table["origin"] = {**moved.origins, **dict.fromkeys(was, HAND)}
     notes = {path: f"was {value!r} {units.unit(path)}".rstrip() for path, value in was.items()}
-    head = f"# The machine {json.dumps(own.name)} with numbers set by hand, by planter {__version__}."
+    head = f"# The machine {json.dumps(original.name)} with numbers set by hand, by planter {__version__}."
     order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict | list)))
     return "\n".join([head, "", *lines(order, notes)]) + "\n"

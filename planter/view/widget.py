@@ -1,4 +1,4 @@
-"""The drawing as a widget of a notebook."""
+"""The drawing as a notebook widget."""
 
 from __future__ import annotations
 
@@ -10,28 +10,31 @@ from planter.view.block import text
 from planter.view.channels import packed
 from planter.view.picture import picture
 from planter.view.scene import Scene
-from planter.view.subject import Values, drawn, first_scene, opened
+from planter.view.subject import Values, build_scene, first_scene, opened
 
 
 def widget(scene: Scene) -> Any:
-    """A scene as a widget; its traits `picture` and `record` may be set anew together with `hold_sync`.
+    """Return a scene as a widget; its traits `picture` and `record` can be replaced together with `hold_sync`.
 
-    Raises InputError where anywidget is missing (`planter[notebook]` brings it).
+    Raises InputError if anywidget is missing, which `planter[notebook]` installs.
     """
     return _kind()(picture=picture(scene), record=dict(packed(scene)))
 
 
 def show(source: str, changes: Values | None = None, model: str | None = None) -> Any:
-    """A machine of any kind as it moves: a file or a built-in name, some of its numbers changed, in one of its models.
+    """Return the motion of a machine, a file or built-in name, with changed numbers and in one of its models.
 
-    Raises InputError for what is no machine or model, and where anywidget is missing.
+    Raises InputError if the machine or model does not exist, or if anywidget is missing.
     """
     return widget(first_scene(opened(source, changes), model, f"model = {model}")[0])
 
 
 def show_object(thing: object) -> Any:
-    """An object of some room as it moves. Raises InputError as `drawn` does, and where anywidget is missing."""
-    return widget(drawn(thing))
+    """Return the motion of an object as a widget.
+
+    Raises InputError if the object cannot be drawn, or if anywidget is missing.
+    """
+    return widget(build_scene(thing))
 
 
 @cache

@@ -17,7 +17,7 @@ from planter.gears.friction import FrictionCurves
 from planter.gears.parts import AnyGear, PlacedGear
 from planter.kernels import Array
 from planter.report import style
-from planter.view.outlines import thinned
+from planter.view.outlines import simplify_outline
 from planter.view.sampling import refine_places
 from planter.view.scene import Body, Curve, Outline, Scene
 
@@ -221,4 +221,4 @@ def build_scene(pair: ToothedPair) -> Scene:
 
 def build_outline(vertices: Array, module: float, shade: int) -> Outline:
     """Return a gear's outline (n, 2) [m], simplified to `OUTLINE_TOLERANCE` modules."""
-    return Outline(_MM * thinned(vertices, OUTLINE_TOLERANCE * module), "gear", shade=shade)
+    return Outline(_MM * simplify_outline(vertices, OUTLINE_TOLERANCE * module), "gear", shade=shade)

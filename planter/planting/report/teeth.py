@@ -10,7 +10,7 @@ from planter.gearing.teeth.polygons import build_polygon
 from planter.kernels import Array
 from planter.planting.gears import train
 from planter.planting.model import Device
-from planter.view.outlines import thinned
+from planter.view.outlines import simplify_outline
 from planter.view.scene import Body, Outline
 
 ORDER = ToothOrder(keep="size", process="wire")
@@ -32,7 +32,7 @@ def teeth(device: Device, x: Array) -> tuple[Body, ...]:
     return tuple(
         Body(
             f"teeth of the {gear.name}",
-            (Outline(1e3 * thinned(build_polygon(gear), WITHIN), "teeth", shade=shade),),
+            (Outline(1e3 * simplify_outline(build_polygon(gear), WITHIN), "teeth", shade=shade),),
             turn=float(np.degrees(place.angle)),
         )
         for shade, (gear, place) in enumerate(zip(gears, made.placed(), strict=True))

@@ -112,5 +112,5 @@ def _around(frames: Sequence[Frame]) -> Frame:
 
 def _shape(scene: Scene) -> list[int]:
     """What drawings that are alike have in common: how many points each line has, bodies, points, curves."""
-    parts = list(scene.every()), scene.points, scene.chains, scene.forces, scene.curves, scene.labels
+    parts = list(scene.all_bodies()), scene.points, scene.chains, scene.forces, scene.curves, scene.labels
     return [*(len(one.points) for one in outlines(scene)), *map(len, parts)]

@@ -33,7 +33,7 @@ def page(machine: Movable) -> str:
     module = gzip.compress(webassembly.module(programs), mtime=0)
     told = {
         "name": machine.name,
-        "controls": [one.told() for one in machine.controls],
+        "controls": [one.to_json() for one in machine.controls],
         "search": "Improve" if all(model.portable.gradient for model in models.values()) else None,
         "models": {name: model.json() for name, model in models.items()},
         "programs": {program.name: program.size for program in programs},

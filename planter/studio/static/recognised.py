@@ -76,7 +76,7 @@ class Recogniser:
         if all(one.travel is not None for one in self.scenes):
             yield ["travel"], [np.asarray(one.travel) for one in self.scenes]
         parts = {
-            "bodies": lambda scene: [(*body.at, body.turn) for body in scene.every()],
+            "bodies": lambda scene: [(*body.at, body.turn) for body in scene.all_bodies()],
             "points": lambda scene: [(point.x, point.y) for point in scene.points],
             "forces": lambda scene: [(force.at.x, force.at.y, force.x, force.y) for force in scene.forces],
         }
@@ -145,4 +145,4 @@ def _constant(apart: Array, scale: float) -> float:
 
 def outlines(scene: Scene) -> list[Outline]:
     """The lines of a picture in their order: those of the ground, then those of the bodies."""
-    return [*scene.ground, *(one for body in scene.every() for one in body.outlines)]
+    return [*scene.ground, *(one for body in scene.all_bodies() for one in body.outlines)]

@@ -162,7 +162,7 @@ def test_a_search_can_be_given_up(address: str) -> None:
         ({"name": "nobody"}, "nobody: there is no such machine here"),
         ({"name": "../own.toml"}, "there is no such machine here"),
         ({"name": "/etc/passwd"}, "there is no such machine here"),
-        ({"text": "name = 1"}, "opened.toml: this is no machine's file"),
+        ({"text": "name = 1"}, "opened.toml: this file does not describe a machine"),
         ({"text": "a = [1,", "file": "own.toml"}, "own.toml: end of document: this is not valid TOML"),
         ({"text": "x = " + "[" * 2000}, "nested too deep"),
         ({"text": 5}, "they must be a file's text and its name"),

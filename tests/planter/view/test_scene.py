@@ -121,7 +121,7 @@ def test_the_nozzle_ends_where_the_tip_is(device: Device, shown: Scene) -> None:
 
 def test_what_is_packed_comes_back_as_single_floats(shown: Scene) -> None:
     record = packed(shown)
-    for body, told in zip(shown.every(), record["bodies"], strict=True):
+    for body, told in zip(shown.all_bodies(), record["bodies"], strict=True):
         for channel, one in zip(shown.pose(body), told, strict=True):
             assert unpacked(record, one) == pytest.approx(channel.astype(np.float32), abs=1e-6)
     for curve, one in zip(shown.curves, record["curves"], strict=True):
@@ -157,7 +157,7 @@ def test_names_are_text_and_never_markup(shown: Scene) -> None:
 
 def test_the_picture_stands_without_a_script(shown: Scene) -> None:
     svg = picture(shown)
-    assert svg.count("data-body") == sum(1 for _ in shown.every())
+    assert svg.count("data-body") == sum(1 for _ in shown.all_bodies())
     assert "<script" not in svg
 
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from planter.view.placing import column, crossing, places
+from planter.view.labelling import column, find_crossing, place_labels
 from planter.view.sheet import Angle, Length
 
 UNIT = st.floats(0, 1)
@@ -19,19 +19,19 @@ UNIT = st.floats(0, 1)
 @given(st.lists(st.tuples(UNIT, UNIT), min_size=1, max_size=12, unique=True))
 def test_names_keep_apart_and_their_lines_do_not_cross(points: list[tuple[float, float]]) -> None:
     anchors = np.array(points)
-    found = places(anchors, 0.05, 1.0)
+    found = place_labels(anchors, 0.05, 1.0)
     for right in (False, True):
         own = [index for index, place in enumerate(found) if place.right == right]
         heights = [found[index].height for index in own]
         assert all(abs(a - b) >= 0.05 - 1e-9 for a, b in combinations(heights, 2))
         assert all(0 <= height <= 1 for height in heights)
-        assert crossing(anchors[own], heights, 1.0 if right else 0.0) is None
+        assert find_crossing(anchors[own], heights, 1.0 if right else 0.0) is None
 
 
 def test_a_crossing_is_noticed_and_taken_away() -> None:
     anchors = np.array([[0.5, 0.2], [0.5, 0.8]])
-    assert crossing(anchors, [0.8, 0.2], 0.0) == (0, 1)
-    assert crossing(anchors, column(anchors, 0.1, 0.0), 0.0) is None
+    assert find_crossing(anchors, [0.8, 0.2], 0.0) == (0, 1)
+    assert find_crossing(anchors, column(anchors, 0.1, 0.0), 0.0) is None
 
 
 def test_marks_measure_themselves() -> None:

@@ -77,7 +77,7 @@ def written(folder: Path, machine: str) -> Told:
 
 def assert_drawn(plan: Mapping[str, Any], numbers: Array, scene: Scene) -> None:
     """Every series, place, outline and label of a plan is the scene's."""
-    lines = [*scene.ground, *(line for body in scene.every() for line in body.outlines)]
+    lines = [*scene.ground, *(line for body in scene.all_bodies() for line in body.outlines)]
     for place, source in plan["channels"]:
         assert_same(taken(numbers, source), series(scene, place))
     for line in plan["outlines"]:
@@ -106,7 +106,7 @@ def series(scene: Any, place: Sequence[Any]) -> Array:
     if key == "curves":
         return np.asarray(getattr(scene.curves[rest[0]], rest[1]))
     if key == "bodies":
-        body = list(scene.every())[rest[0]]
+        body = list(scene.all_bodies())[rest[0]]
         return np.asarray((*body.at, body.turn)[rest[1]])
     if key == "points":
         point = scene.points[rest[0]]
