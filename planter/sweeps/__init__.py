@@ -1,3 +1,4 @@
-"""Many rows of numbers, found a chunk at a time: on this machine's cores or on a cluster, kept as they come, gone on
-with after a kill. What a row is, a machine's room says; this one knows no machine.
+"""Sweeps: many rows of outputs, computed in chunks on local cores or a cluster, and resumed after a kill.
+
+The adapter of each kind of machine evaluates the rows (`planter.sweeps.room`); this package depends on none of them.
 """

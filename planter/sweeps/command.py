@@ -1,4 +1,4 @@
-"""`planter sweep`: a plan's rows found, kept and told."""
+"""`planter sweep`: compute the rows of a plan, store and report them."""
 
 from __future__ import annotations
 
@@ -10,43 +10,43 @@ from planter.progress import Listener
 from planter.report import folder
 from planter.sweeps.plan import Plan
 from planter.sweeps.results import SweepFound, Varied
-from planter.sweeps.room import Held
+from planter.sweeps.room import ResolvedMachine
 from planter.sweeps.rows import Rows
-from planter.sweeps.run import run
+from planter.sweeps.run import run_job
 from planter.sweeps.store import open_store
 from planter.sweeps.sweep import Sweep
 
-KEPT = "sweep.sqlite"
+STORE_NAME = "sweep.sqlite"
 """The file of finished chunks in the folder of a sweep."""
 
 
 def sweep(plan: Plan, out: Path | None = None, means: Means = HERE, progress: Listener | None = None) -> SweepFound:
-    """The rows of a plan, in a folder if one is given: what it has of the same plan is not done again.
+    """Compute the rows of a plan and write them to the folder `out`, whose chunks of the same plan are reused.
 
-    Raises InputError for a plan that its machines do not fit, ComputationError where rows cannot be found, and
-    Interrupted on Ctrl-C: the same call goes on then.
+    Raises InputError if the plan does not fit its machines, ComputationError if rows cannot be computed, and
+    Interrupted on Ctrl-C, after which the same call resumes.
     """
-    begun, asked = time.perf_counter(), Sweep(plan)
-    recipe, drawn = asked.recipe, plan.drawn
+    started, request = time.perf_counter(), Sweep(plan)
+    recipe, points = request.recipe, plan.sample_points
     with folder.renewing(out):
-        place = None if out is None else folder.output_folder(out) / KEPT
-        with open_store(place, recipe.question, drawn.rows, len(asked.outputs)) as store:
-            done = run(recipe, store, means, progress)
-            rows = Rows(asked.inputs, drawn, asked.outputs, store)
-            found = SweepFound(
-                name=plan.name, machine=plan.machine, scheme=plan.scheme, seed=plan.seed, rows=drawn.rows,
-                columns=rows.columns, hash=store.digest(), resumed=done.resumed,
-                seconds=time.perf_counter() - begun, workers=done.workers, envelope=rows.envelope(),
+        path = None if out is None else folder.output_folder(out) / STORE_NAME
+        with open_store(path, recipe.question, points.rows, len(request.outputs)) as store:
+            outcome = run_job(recipe, store, means, progress)
+            rows = Rows(request.inputs, points, request.outputs, store)
+            result = SweepFound(
+                name=plan.name, machine=plan.machine, scheme=plan.scheme, seed=plan.seed, rows=points.rows,
+                columns=rows.columns, hash=store.digest(), resumed=outcome.resumed,
+                seconds=time.perf_counter() - started, workers=outcome.workers, envelope=rows.envelope(),
             )  # fmt: skip
             if out is not None:
                 from planter.sweeps.report import results
 
-                results.write(out, asked, rows, found, progress)
-    return found
+                results.write_sweep(out, request, rows, result, progress)
+    return result
 
 
-def varied(source: str) -> Varied:
-    """What of a machine can be varied and asked for. Raises InputError where there is no such machine."""
-    held = Held(source)
-    choices = {name: list(texts) for name, texts in held.choices.items()}
-    return Varied(held.machine.name, choices, dict(held.inputs), dict(held.outputs))
+def list_inputs(source: str) -> Varied:
+    """List the inputs and outputs of a machine. Raises InputError if there is no such machine."""
+    resolved = ResolvedMachine(source)
+    choices = {name: list(texts) for name, texts in resolved.choices.items()}
+    return Varied(resolved.machine.name, choices, dict(resolved.inputs), dict(resolved.outputs))

@@ -57,17 +57,17 @@ def sweep(
     console = Console(as_json)
     with console.outcome():
         from planter.parallel.task import Means
-        from planter.sweeps import command, tables, tidy
+        from planter.sweeps import command, rows, tables
         from planter.sweeps.plan import load
 
         if (plan is None) == (listed is None):
-            raise InputError("one of PLAN and --list MACHINE must be given")
+            raise InputError("name either a PLAN or --list MACHINE")
         if listed is not None:
-            told = command.varied(listed)
-            console.result(told, lambda: tables.varied(told))
+            inputs = command.list_inputs(listed)
+            console.result(inputs, lambda: tables.print_inputs(inputs))
             return
         assert plan is not None
-        found = command.sweep(load(plan), out, Means(workers, cluster), console.progress)
-        if out is not None and not tidy.has_parquet():
-            console.say(tidy.LACKING)
-        console.result(found, lambda: tables.sweep(console, found))
+        result = command.sweep(load(plan), out, Means(workers, cluster), console.progress)
+        if out is not None and not rows.has_parquet():
+            console.say(rows.PARQUET_HINT)
+        console.result(result, lambda: tables.print_sweep(console, result))

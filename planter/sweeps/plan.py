@@ -1,4 +1,4 @@
-"""Plans of sweeps: TOML in, a validated `Plan` out."""
+"""Plans of sweeps: a TOML file read into a validated `Plan`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from planter.errors import InputError
 from planter.files.complaints import explain, lacking, refused
 from planter.files.fields import Line, Problems, Section, Whole, Words, check
 from planter.files.text import read_toml
-from planter.sweeps.axes import Axis, axis
+from planter.sweeps.axes import Axis, to_axis_table
 from planter.sweeps.points import SCHEMES, Grid, Points
 
 MOST_ROWS = 100_000_000
@@ -33,10 +33,10 @@ class Map(Section):
 
 
 class Plan(Section):
-    """What a sweep varies and what it asks for.
+    """Plan of a sweep: the inputs that vary and the outputs to compute.
 
-    `machine` is one file or name, or a list of them, which is then the first input. `points` is for the schemes sobol
-    and latin: how many.
+    `machine` is a file or a name, or a list of these, which is then the first input. `points` is the number of points
+    of the schemes sobol and latin.
     """
 
     name: Annotated[Line, Field(max_length=80)] = "sweep"
@@ -46,7 +46,7 @@ class Plan(Section):
     points: Annotated[Whole, Field(ge=1, le=MOST_ROWS)] | None = None
     seed: Annotated[Whole, Field(ge=0)] = 0
     outputs: list[Line] = Field(default_factory=list)
-    inputs: dict[str, Annotated[Axis, BeforeValidator(axis)]]
+    inputs: dict[str, Annotated[Axis, BeforeValidator(to_axis_table)]]
     map: list[Map] = Field(default_factory=list)
 
     _folder: Path | None = PrivateAttr(default=None)
@@ -54,66 +54,67 @@ class Plan(Section):
 
     @property
     def folder(self) -> Path | None:
-        """Where its machines' files are looked for first."""
+        """Folder in which machine files are looked for first."""
         return self._folder
 
     @property
     def source(self) -> str:
+        """Path of the file, as messages begin with it."""
         return self._source
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """The plan in a file. Raises InputError, one sentence that names file, key, value and what is allowed."""
+        """Load a plan from a file. Raises InputError, which names file, key, value and the allowed values."""
         return cls.read(read_toml(path), str(path), path.parent)
 
     @classmethod
     def read(cls, table: dict[str, Any], source: str, folder: Path | None = None) -> Self:
-        """The plan of a table. Raises InputError as `load`."""
+        """Build a plan from a table. Raises InputError as `load`."""
         try:
-            found = cls.model_validate(table)
+            plan = cls.model_validate(table)
         except ValidationError as error:
             raise explain(error, source, cls) from None
-        found._source, found._folder = source, folder
-        return found
+        plan._source, plan._folder = source, folder
+        return plan
 
     @check
-    def _something_is_varied(self) -> Problems:
+    def _check_inputs(self) -> Problems:
         if not self.inputs:
             yield refused(
                 "inputs", {}, "name at least one input to vary, or use `planter simulate` for a single design"
             )
 
     @check
-    def _scheme_has_its_numbers(self) -> Problems:
+    def _check_scheme(self) -> Problems:
         if self.scheme == "grid":
             if self.points is not None:
-                yield refused("points", self.points, "a grid has as many as its steps and lists make")
-            for name, one in self.inputs.items():
-                if one.values is None and one.steps is None:
-                    yield lacking(f"inputs.{name}.steps", "a range on a grid must say in how many steps")
+                yield refused("points", self.points, "steps and lists determine the points of a grid; delete this key")
+            for name, axis in self.inputs.items():
+                if axis.values is None and axis.steps is None:
+                    yield lacking(f"inputs.{name}.steps", "a range of a grid needs its number of steps")
             if len(self.inputs) > 32:
                 yield refused("inputs", len(self.inputs), "a grid must have at most 32")
         elif self.points is None:
-            yield lacking("points", f"the scheme {self.scheme} must say how many")
+            yield lacking("points", f"the scheme {self.scheme} needs a number of points")
         else:
-            for name, one in self.inputs.items():
-                if one.steps is not None:
-                    yield refused(f"inputs.{name}.steps", one.steps, f"the scheme {self.scheme} has no steps")
+            for name, axis in self.inputs.items():
+                if axis.steps is not None:
+                    yield refused(f"inputs.{name}.steps", axis.steps, f"the scheme {self.scheme} has no steps")
 
     @check
-    def _there_are_not_too_many(self) -> Problems:
-        if self.scheme == "grid" and self.inputs and self.drawn.rows > MOST_ROWS:
-            yield refused("inputs", f"{self.drawn.rows} points", f"there must be at most {MOST_ROWS}")
+    def _check_size(self) -> Problems:
+        if self.scheme == "grid" and self.inputs and self.sample_points.rows > MOST_ROWS:
+            yield refused("inputs", f"{self.sample_points.rows} points", f"there must be at most {MOST_ROWS}")
 
     @property
     def axes(self) -> dict[str, Axis]:
-        """The inputs by name; several machines are the first."""
-        several = {"machine": Axis(values=tuple(self.machine))} if len(self.machine) > 1 else {}
-        return several | self.inputs
+        """Inputs by name; if there are several machines, these are the first input."""
+        machines = {"machine": Axis(values=tuple(self.machine))} if len(self.machine) > 1 else {}
+        return machines | self.inputs
 
     @property
-    def drawn(self) -> Points:
-        """The points."""
+    def sample_points(self) -> Points:
+        """Points of the scheme."""
         axes = list(self.axes.values())
         if self.scheme == "grid":
             return Grid(axes)
@@ -121,7 +122,7 @@ class Plan(Section):
 
 
 def load(path: str | Path) -> Plan:
-    """The plan in a file. Raises InputError where there is none, or none that is allowed."""
+    """Load a plan from a file. Raises InputError if it cannot be read or is invalid."""
     if not str(path).lower().endswith(".toml"):
         raise InputError(f"{path}: a plan must be a .toml file; docs/sweeps.md shows one")
     return Plan.load(Path(path))

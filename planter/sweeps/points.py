@@ -1,4 +1,4 @@
-"""The points of a sweep, chunk by chunk: any chunk is drawn alone, by the seed of the plan and its own number."""
+"""Points of a sweep in chunks, each of which depends only on the seed of the plan and on its number."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from planter.sweeps.job import CHUNK
 
 
 class Points(Protocol):
-    """`rows` points."""
+    """A number of `rows` points."""
 
     rows: int
 
     def block(self, start: int, stop: int) -> Array:
-        """Points from `start`, the first of a chunk, to `stop`, a column for each input."""
+        """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n inputs."""
 
 
 class Grid:
-    """Every value of each axis with every one of the others; the last axis changes fastest."""
+    """All combinations of the values of all axes; the last axis changes fastest."""
 
     def __init__(self, axes: Sequence[Axis]) -> None:
         self.axes = axes
@@ -33,48 +33,54 @@ class Grid:
         self.rows = math.prod(self.shape)
 
     def block(self, start: int, stop: int) -> Array:
-        places = np.unravel_index(np.arange(start, stop), self.shape)
-        return np.column_stack([axis.on_grid(at) for axis, at in zip(self.axes, places, strict=True)])
+        """Return the points from `start` to `stop`, (stop - start, n)."""
+        indices = np.unravel_index(np.arange(start, stop), self.shape)
+        return np.column_stack([axis.on_grid(index) for axis, index in zip(self.axes, indices, strict=True)])
 
 
-class Shares:
-    """Points of the unit cube as shares of the axes."""
+class UnitCubePoints:
+    """Points of the unit cube, scaled to the axes."""
 
     def __init__(self, axes: Sequence[Axis], rows: int, seed: int) -> None:
         self.axes, self.rows, self.seed = axes, rows, seed
 
     def block(self, start: int, stop: int) -> Array:
+        """Return the points from `start` to `stop`, (stop - start, n)."""
         cube = self.cube(start, stop)
-        return np.column_stack([axis.at(shares) for axis, shares in zip(self.axes, cube.T, strict=True)])
+        return np.column_stack([axis.from_unit(shares) for axis, shares in zip(self.axes, cube.T, strict=True)])
 
     def cube(self, start: int, stop: int) -> Array:
+        """Return the points from `start` to `stop` in [0, 1), (stop - start, n)."""
         raise NotImplementedError
 
 
-class Sobol(Shares):
-    """Sobol' points, scrambled by the seed: one sequence through all chunks."""
+class Sobol(UnitCubePoints):
+    """Points of one scrambled Sobol' sequence through all chunks."""
 
     def __init__(self, axes: Sequence[Axis], rows: int, seed: int) -> None:
         super().__init__(axes, rows, seed)
         self._sequence = SobolSequence(len(axes), seed)
 
     def cube(self, start: int, stop: int) -> Array:
+        """Return the points from `start` to `stop` of the sequence, (stop - start, n)."""
         return self._sequence(start, stop)
 
 
-class Latin(Shares):
-    """Latin hypercubes, one a chunk: of so many rows in each of so many slices of every axis one."""
+class Latin(UnitCubePoints):
+    """A Latin hypercube for each chunk: m rows, one in each of m slices of every axis."""
 
     def cube(self, start: int, stop: int) -> Array:
-        found: Array = qmc.LatinHypercube(len(self.axes), rng=generator(self.seed, start)).random(stop - start)
-        return found
+        """Return the hypercube of the chunk from `start` to `stop`, (stop - start, n)."""
+        rng = chunk_generator(self.seed, start)
+        cube: Array = qmc.LatinHypercube(len(self.axes), rng=rng).random(stop - start)
+        return cube
 
 
 SCHEMES = {"sobol": Sobol, "latin": Latin}
 
 
 class SobolSequence:
-    """A scrambled Sobol' sequence in [0, 1), entered anywhere; going on is faster than going back."""
+    """A scrambled Sobol' sequence in [0, 1) with random access; forward is faster than backward."""
 
     def __init__(self, size: int, seed: int) -> None:
         self.size, self.seed = size, seed
@@ -84,17 +90,17 @@ class SobolSequence:
         self._engine = qmc.Sobol(self.size, rng=np.random.default_rng(self.seed))
 
     def __call__(self, start: int, stop: int) -> Array:
-        """Its points from `start` to `stop`, (n, size)."""
+        """Return the points from `start` to `stop`, (stop - start, size)."""
         if start < self._engine.num_generated:
             self._begin()
         if start > self._engine.num_generated:
             self._engine.fast_forward(start - self._engine.num_generated)
-        with warnings.catch_warnings():  # of numbers that are no power of 2
+        with warnings.catch_warnings():  # SciPy warns of counts that are not a power of 2
             warnings.simplefilter("ignore", UserWarning)
-            found: Array = self._engine.random(stop - start)
-        return found
+            points: Array = self._engine.random(stop - start)
+        return points
 
 
-def generator(seed: int, start: int) -> np.random.Generator:
-    """Random numbers of the chunk that begins at a row."""
+def chunk_generator(seed: int, start: int) -> np.random.Generator:
+    """Return the random generator of the chunk that begins at row `start`."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(start // CHUNK,)))

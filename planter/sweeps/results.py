@@ -9,9 +9,9 @@ from planter.records import Record
 
 @dataclass(frozen=True)
 class Extent(Record):
-    """An output over all rows, in its own unit: `min_at`, `max_at` are the inputs of the rows where the ends stand.
+    """Range of an output over all rows, in its unit: `min_at`, `max_at` are the inputs of the rows with the extremes.
 
-    Everything is null where no row has a result; `missing` counts the rows that have none.
+    All values are null if no row has a result; `missing` is the number of rows without a result.
     """
 
     min: float | None
@@ -24,9 +24,9 @@ class Extent(Record):
 
 @dataclass(frozen=True)
 class SweepFound(Record):
-    """`planter sweep`: rows and columns of the table, a hash of its numbers, what each output reaches.
+    """Result of `planter sweep`: rows and columns of the table, a hash of its numbers, the range of each output.
 
-    `resumed` chunks were there before; `workers` were started, none for a small sweep.
+    `resumed` is the number of chunks reused from an earlier run, `workers` of processes started (0 for a small sweep).
     """
 
     name: str
@@ -44,7 +44,7 @@ class SweepFound(Record):
 
 @dataclass(frozen=True)
 class Varied(Record):
-    """`planter sweep --list`: what of a machine can be varied and asked for, with its meaning."""
+    """Result of `planter sweep --list`: inputs and outputs of a machine, with their meanings."""
 
     machine: str
     choices: dict[str, list[str]]

@@ -1,4 +1,4 @@
-"""All chunks of a job: what a store has is not done again, the rest is found here, by processes or by a cluster."""
+"""Compute the chunks of a job that a store lacks: in this process, in worker processes or on a cluster."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ from planter.sweeps.job import Recipe
 from planter.sweeps.store import Store
 
 FEWEST = 20_000
-"""Rows from which on processes are started for them."""
+"""Number of rows from which worker processes are started."""
 Chunk = tuple[int, bytes]
 """Number and content."""
 
 
 @dataclass(frozen=True)
 class Run:
-    """What became of a job: chunks that were there before, workers that were started."""
+    """Outcome of a job: numbers of chunks reused and of workers started."""
 
     resumed: int
     workers: int
 
 
-def run(recipe: Recipe, store: Store, means: Means = HERE, progress: Listener | None = None) -> Run:
-    """Compute every chunk that the store does not have: all of its rows are there afterwards.
+def run_job(recipe: Recipe, store: Store, means: Means = HERE, progress: Listener | None = None) -> Run:
+    """Compute every chunk that the store lacks.
 
-    Raises ComputationError where a chunk cannot be found; Interrupted, saying how many rows are there, on Ctrl-C.
+    Raises ComputationError if a chunk cannot be computed, and Interrupted with the number of finished rows on Ctrl-C.
     """
-    rows, done = store.rows, store.done()
-    todo = [number for number in range(job.count(rows)) if number not in done]
-    kept = _rows(done, rows)
-    phase = Phase("sweep", "row", rows, progress, kept)
-    if kept:
-        phase.reached(kept, "done before")
-    here = not todo or (means.cluster is None and rows < FEWEST)
+    rows, done = store.rows, store.list_finished()
+    todo = [number for number in range(job.count_chunks(rows)) if number not in done]
+    resumed_rows = _rows(done, rows)
+    phase = Phase("sweep", "row", rows, progress, resumed_rows)
+    if resumed_rows:
+        phase.reached(resumed_rows, "done before")
+    is_local = not todo or (means.cluster is None and rows < FEWEST)
     try:
-        with nullcontext() if here else Jobs(recipe.task, todo, means) as jobs:
+        with nullcontext() if is_local else Jobs(recipe.task, todo, means) as jobs:
             for number, content in _evaluate(recipe, todo) if jobs is None else _read(jobs, todo):
                 store.save(number, content)
-                start, stop = job.ends(number, rows)
+                start, stop = job.chunk_limits(number, rows)
                 phase.reached(phase.done + stop - start)
     except KeyboardInterrupt:
         raise Interrupted({"rows": rows, "rows_done": phase.done}) from None
@@ -52,7 +52,7 @@ def run(recipe: Recipe, store: Store, means: Means = HERE, progress: Listener | 
 
 
 def _rows(chunks: set[int], rows: int) -> int:
-    return sum(stop - start for start, stop in (job.ends(number, rows) for number in chunks))
+    return sum(stop - start for start, stop in (job.chunk_limits(number, rows) for number in chunks))
 
 
 def _read(jobs: Jobs, todo: Sequence[int]) -> Iterator[Chunk]:
@@ -65,4 +65,4 @@ def _evaluate(recipe: Recipe, todo: Sequence[int]) -> Iterator[Chunk]:
     task = recipe.job() if todo else None
     for number in todo:
         assert task is not None
-        yield number, job.found(task, number, count_cores())
+        yield number, job.evaluate_chunk(task, number, count_cores())

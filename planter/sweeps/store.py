@@ -1,4 +1,4 @@
-"""Finished chunks in one SQLite file: a transaction and a hash for each, so that a kill loses none and tears none."""
+"""Finished chunks in one SQLite file, each with a transaction and a hash, so that a kill leaves no partial chunk."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from planter.report import folder
 from planter.sweeps import job
 
 PATIENCE_S = 60.0
-"""How long another process may hold the file."""
+"""Time for which another process may lock the file [s]."""
 APPLICATION_ID = 0x706C6E74
-"""Marks a database as one of planter's: "plnt" (SQLite's PRAGMA application_id)."""
+"""Mark of databases of planter, "plnt" (PRAGMA application_id of SQLite)."""
 _MARK = f"PRAGMA application_id = {APPLICATION_ID}"
-_ASKED = "CREATE TABLE asked (question TEXT NOT NULL)"
+_QUESTION = "CREATE TABLE asked (question TEXT NOT NULL)"
 _CHUNKS = (
     "CREATE TABLE chunks (question TEXT NOT NULL, number INTEGER NOT NULL, sha256 TEXT NOT NULL, "
     "content BLOB NOT NULL, PRIMARY KEY (question, number)) WITHOUT ROWID"
@@ -28,7 +28,7 @@ _CHUNKS = (
 
 
 def open_store(path: Path | None, question: str, rows: int, width: int) -> Store:
-    """The chunks of a question. Within `overwriting(True)` a file that `Store` refuses is removed, else it raises."""
+    """Open a store; within `overwriting(True)`, replace a file that `Store` refuses. Raises as `Store`."""
     try:
         return Store(path, question, rows, width)
     except InputError:
@@ -40,11 +40,11 @@ def open_store(path: Path | None, question: str, rows: int, width: int) -> Store
 
 
 class Store:
-    """Chunks of the answer to a question, `rows` of `width` numbers in all; in memory if there is no path.
+    """Stored chunks of a job, `rows` of `width` numbers in all; in memory if `path` is None. Use as a context manager.
 
-    A chunk counts only if its hash fits its content, its number and its question. Raises InputError if the file holds
-    the answer to another question or if planter did not write it, and ComputationError if it cannot be used. Use as a
-    context.
+    `question` is the hash that identifies the job. A chunk is valid if its hash fits its content, its number and the
+    question. Raises InputError if the file belongs to another question or if planter did not write it, and
+    ComputationError if it cannot be used.
     """
 
     def __init__(self, path: Path | None, question: str, rows: int, width: int) -> None:
@@ -53,7 +53,7 @@ class Store:
         with self._reporting_errors():
             self._file = sqlite3.connect(self._name, timeout=PATIENCE_S, isolation_level=None, check_same_thread=False)
             try:
-                self._ask()
+                self._prepare()
             except BaseException:
                 self._file.close()
                 raise
@@ -66,10 +66,10 @@ class Store:
     def __exit__(self, *_: object) -> None:
         self._file.close()
 
-    def _ask(self) -> None:
+    def _prepare(self) -> None:
         with self._transaction():
             if not self._file.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-                for statement in (_MARK, _ASKED, _CHUNKS):
+                for statement in (_MARK, _QUESTION, _CHUNKS):
                     self._file.execute(statement)
                 self._file.execute("INSERT INTO asked VALUES (?)", (self._question,))
             if self._has_earlier_layout():
@@ -82,15 +82,15 @@ class Store:
 
     def _check_question(self) -> None:
         if self._file.execute("SELECT question FROM asked").fetchall() != [(self._question,)]:
-            raise self._refusal("this holds the rows of another plan, machine or version of planter")
+            raise self._refusal("it contains the rows of another plan, machine or version of planter")
 
     def _has_earlier_layout(self) -> bool:
-        """Return whether the chunks are kept as they were before 0.2.0: without their question, and without a mark."""
+        """Return whether the file has the layout before 0.2.0: no question in the chunks, and no mark."""
         columns = [column[1] for column in self._file.execute("PRAGMA table_info(chunks)")]
         return columns == ["number", "sha256", "content"]
 
     def _convert(self) -> None:
-        """Keep the sound chunks of the earlier layout in today's."""
+        """Convert the valid chunks of the earlier layout."""
         chunks = self._file.execute("SELECT number, sha256, content FROM chunks").fetchall()
         self._file.execute("DROP TABLE chunks")
         for statement in (_MARK, _CHUNKS):
@@ -103,8 +103,8 @@ class Store:
     def _refusal(self, reason: str) -> InputError:
         return InputError(f"{self._name}: {reason}; choose another --out, or add --overwrite")
 
-    def done(self) -> set[int]:
-        """Numbers of the chunks that are there, whole; all others are deleted."""
+    def list_finished(self) -> set[int]:
+        """Return the numbers of the valid chunks; delete all others."""
         with self._reporting_errors():
             stored = self._file.execute("SELECT question, number FROM chunks").fetchall()
             sound = {number for question, number in stored if question == self._question and self._is_sound(number)}
@@ -114,25 +114,25 @@ class Store:
         return sound
 
     def save(self, number: int, content: bytes) -> None:
-        """Store a chunk: whole, whatever happens to this process afterwards. Raises as the class."""
+        """Store a chunk in one transaction. Raises as the class."""
         if not self._fits(number, content):
-            raise ComputationError(f"{self._name}: chunk {number} has {len(content)} bytes, which are not its rows")
+            raise ComputationError(f"{self._name}: chunk {number} has {len(content)} bytes, not those of its rows")
         row = (self._question, number, self._hash(number, content), content)
         with self._reporting_errors(), self._transaction():
             self._check_question()
             self._file.execute("INSERT OR REPLACE INTO chunks VALUES (?, ?, ?, ?)", row)
 
     def blocks(self) -> Iterator[Array]:
-        """The chunks in their order, (rows, width) each. Raises ComputationError if one is missing or damaged."""
+        """Yield the chunks in order, (m, width) each. Raises ComputationError if a chunk is missing or damaged."""
         for content in self._contents():
             yield np.frombuffer(content, dtype="<f8").reshape(-1, self.width)
 
     def digest(self) -> str:
-        """A hash of all numbers, read once more in their order. Raises ComputationError as `blocks`."""
+        """Return the hash of all numbers, read again in order. Raises ComputationError as `blocks`."""
         return _sha256("".join(_sha256(content) for content in self._contents()).encode())
 
     def _contents(self) -> Iterator[bytes]:
-        numbers = range(job.count(self.rows))
+        numbers = range(job.count_chunks(self.rows))
         with self._reporting_errors():
             stored = [row[0] for row in self._file.execute("SELECT number FROM chunks ORDER BY question, number")]
             if stored != list(numbers):
@@ -148,15 +148,15 @@ class Store:
         return self._fits(number, content) and self._hash(number, content) == sha256
 
     def _row(self, number: int) -> tuple[str, bytes]:
-        found = self._file.execute(
+        row = self._file.execute(
             "SELECT sha256, content FROM chunks WHERE question = ? AND number = ?", (self._question, number)
         ).fetchone()
-        return found or ("", b"")
+        return row or ("", b"")
 
     def _fits(self, number: int, content: bytes) -> bool:
-        if number not in range(job.count(self.rows)) or not isinstance(content, bytes):
+        if number not in range(job.count_chunks(self.rows)) or not isinstance(content, bytes):
             return False
-        start, stop = job.ends(number, self.rows)
+        start, stop = job.chunk_limits(number, self.rows)
         return len(content) == 8 * self.width * (stop - start)
 
     def _hash(self, number: int, content: bytes) -> str:
@@ -181,7 +181,7 @@ class Store:
                 self._file.close()
             if error.sqlite_errorname == "SQLITE_NOTADB":
                 raise self._refusal("planter did not write this file") from None
-            raise ComputationError(f"{self._name}: this cannot be used to keep chunks ({error})") from error
+            raise ComputationError(f"{self._name}: chunks cannot be stored in it ({error})") from error
 
 
 def _sha256(content: bytes) -> str:

@@ -1,4 +1,4 @@
-"""A sweep as tables that a person likes to read, no wider than 80 columns."""
+"""Results of sweeps as tables of at most 80 columns."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from planter.terminal.console import Console
 WIDTH = 80
 
 
-def sweep(console: Console, result: SweepFound) -> None:
-    """Rows and hash, then what every output reaches."""
+def print_sweep(console: Console, result: SweepFound) -> None:
+    """Print rows and hash, then the range of each output."""
     how = f"{result.workers} workers" if result.workers else "no workers"
-    again = f", {result.resumed} chunks were there before" if result.resumed else ""
+    again = f", {result.resumed} chunks reused" if result.resumed else ""
     print(f"{result.name}: {result.rows} rows in {result.seconds:.3g} s, {how}{again}")
     print(f"hash {result.hash}\n")
-    rows = [(name, one.min, one.mean, one.max, one.missing) for name, one in result.envelope.items()]
+    rows = [(name, extent.min, extent.mean, extent.max, extent.missing) for name, extent in result.envelope.items()]
     console.table("Envelope", ("output", "min", "mean", "max", "missing"), rows)
 
 
-def varied(result: Varied) -> None:
-    """What can be varied, then what can be asked for."""
+def print_inputs(result: Varied) -> None:
+    """Print the inputs, then the outputs."""
     print(f"{result.machine} can be swept over these inputs:\n")
     _list({name: f"one of {', '.join(texts)}" for name, texts in result.choices.items()} | result.inputs)
     print("\nfor these outputs:\n")

@@ -16,8 +16,8 @@ from planter.kernels import Array
 from planter.parallel.task import HERE, Means
 from planter.progress import Listener
 from planter.report import folder
-from planter.sweeps.room import Held
-from planter.sweeps.run import run
+from planter.sweeps.room import ResolvedMachine
+from planter.sweeps.run import run_job
 from planter.sweeps.store import open_store
 from planter.tolerance import job
 from planter.tolerance.file import Tolerances
@@ -45,7 +45,7 @@ class Asked:
 class Spreading:
     """A machine whose inputs spread, and the outputs that are watched."""
 
-    held: Held
+    held: ResolvedMachine
     choices: Mapping[str, str]
     spreads: Mapping[str, Spread]
     outputs: Sequence[str]
@@ -79,7 +79,7 @@ class Tolerance:
 
 
 def tolerance(
-    held: Held, choices: Mapping[str, str], tolerances: Tolerances, source: str, asked: Asked,
+    held: ResolvedMachine, choices: Mapping[str, str], tolerances: Tolerances, source: str, asked: Asked,
     out: Path | None = None, means: Means = HERE, progress: Listener | None = None,
 ) -> Tolerance:  # fmt: skip
     """Bands, indices and the robust design of a machine; `source` names where its tolerances stand.
@@ -91,7 +91,7 @@ def tolerance(
         raise InputError(f"--indices = {asked.base} is not allowed: it must be a power of 2, or 0")
     begun, room = time.perf_counter(), cast(Room, held.room)
     of = Spreading(
-        held, choices, tolerances.spreads(held, source), held.asked(asked.outputs or room.banded, "--output")
+        held, choices, tolerances.spreads(held, source), held.resolve_outputs(asked.outputs or room.banded, "--output")
     )
     turns = _Turns(of, out, means, progress)
     rows, digest = turns.found("bands", asked.rows, rows=asked.rows, seed=asked.seed)
@@ -125,7 +125,7 @@ class _Turns:
         recipe = job.recipe(of.held, of.choices, of.spreads, of.outputs, **drawn)
         place = None if self.out is None else folder.output_folder(self.out) / f"{name}.sqlite"
         with open_store(place, recipe.question, count, len(of.outputs)) as store:
-            run(recipe, store, self.means, self.progress)
+            run_job(recipe, store, self.means, self.progress)
             return np.vstack(list(store.blocks())), store.digest()
 
 
@@ -135,7 +135,7 @@ def _bands(of: Spreading, rows: Array) -> dict[str, Band]:
     return bands(of.outputs, rows, nominal, slopes, list(of.spreads.values()))
 
 
-def usual(held: Held) -> Tolerances:
+def usual(held: ResolvedMachine) -> Tolerances:
     """The tolerances of a machine where none are given. Raises InputError where none can be assumed."""
     table = cast(Room, held.room).tolerances(held.machine)
     if not table:

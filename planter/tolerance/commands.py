@@ -93,12 +93,12 @@ def tolerance(
     with console.outcome():
         from planter.parallel.task import Means
         from planter.report.folder import renewing
-        from planter.sweeps.room import Held
+        from planter.sweeps.room import ResolvedMachine
         from planter.tolerance import command, tables
         from planter.tolerance.file import Tolerances
         from planter.tolerance.room import Settings
 
-        held = Held(machine, changes(set_))
+        held = ResolvedMachine(machine, changes(set_))
         ranges = read_ranges("--vary", vary or ())
         settings = Settings(sigmas, seed=seed, sum_text=least, holds=tuple(hold or ()), ranges=ranges)
         if settings.is_stated and not robust:

@@ -14,7 +14,7 @@ from planter.files.complaints import explain, refused
 from planter.files.fields import Positive, Problems, Real, Section, check
 from planter.files.paths import last_part
 from planter.files.text import read_toml
-from planter.sweeps.room import Held
+from planter.sweeps.room import ResolvedMachine
 from planter.tolerance.spread import Kind, Spread
 
 
@@ -66,7 +66,7 @@ class Tolerances(Section):
         except ValidationError as error:
             raise explain(error, source, cls) from None
 
-    def spreads(self, held: Held, source: str) -> dict[str, Spread]:
+    def spreads(self, held: ResolvedMachine, source: str) -> dict[str, Spread]:
         """The distribution of each input of a machine that has one; of several entries that fit the last counts.
 
         Raises InputError for an entry that fits no input, or leaves one no room.
@@ -81,7 +81,7 @@ class Tolerances(Section):
         return {path: found[path] for path in held.inputs if path in found}
 
     @staticmethod
-    def _fitting(name: str, held: Held, source: str) -> list[str]:
+    def _fitting(name: str, held: ResolvedMachine, source: str) -> list[str]:
         """Return the inputs that a name or a pattern means: full paths, or last parts if it fits no path."""
         is_pattern = "*" in name or "?" in name
         found = [path for path in held.inputs if is_pattern and fnmatchcase(path, name)]

@@ -10,14 +10,16 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.sweeps.job import Recipe
-from planter.sweeps.points import SobolSequence, generator
-from planter.sweeps.room import Held, Subject
+from planter.sweeps.points import SobolSequence, chunk_generator
+from planter.sweeps.room import ResolvedMachine, Subject
 from planter.tolerance.spread import Spread
 
 Spreads = Mapping[str, Spread]
 
 
-def recipe(held: Held, choices: Mapping[str, str], spreads: Spreads, outputs: Sequence[str], **drawn: Any) -> Recipe:
+def recipe(
+    held: ResolvedMachine, choices: Mapping[str, str], spreads: Spreads, outputs: Sequence[str], **drawn: Any
+) -> Recipe:
     """How any process makes the rows: `drawn` says which, `rows` and `seed`, or `base` and `seed` for indices."""
     return Recipe(f"{__name__}:{Turns.__name__}", {
         "module": held.module, "machine": held.room.frozen(held.machine), "choices": dict(choices),
@@ -53,7 +55,7 @@ class Drawn:
 
     def block(self, start: int, stop: int) -> Array:
         """Points from `start`, the first of a chunk, to `stop`, a column for each input."""
-        return spread_out(self.spreads, generator(self.seed, start).random((stop - start, len(self.spreads))))
+        return spread_out(self.spreads, chunk_generator(self.seed, start).random((stop - start, len(self.spreads))))
 
 
 class Saltelli:

@@ -1,1 +1,1 @@
-"""The folder of a sweep: its rows, its figures and its page."""
+"""Report of a sweep: rows, figures and page."""

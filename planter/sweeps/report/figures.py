@@ -1,9 +1,9 @@
-"""What a sweep found, drawn: outputs along each input, and over two of them."""
+"""Figures of sweeps: outputs along each input, and over two inputs."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
 PANELS = 3
 """Panels side by side."""
 MOST_KINDS = 4
-"""Texts that are drawn."""
+"""Maximum number of texts in a figure."""
 SLICES = 24
-"""Slices of a range whose values are drawn at random, over which several inputs are averaged."""
+"""Number of slices of a range with random values, in which rows are averaged over other inputs."""
 MARKED, DRAWN_AS_LINES = 61, 2000
-"""Values up to which each has a mark, and beyond which a curve is a picture in a file of lines."""
+"""Number of values up to which each has a marker, and from which a curve is rasterised."""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """Where an output is drawn along an input: `values` (k,), the index (m,) of each row among these, and the edges
-    (k + 1,) of the slices, if the values are the middles of slices.
+    """Abscissae of an output: `values` (k,), the index (m,) of each row among these, and the edges (k + 1,) of slices
+    if the values are the centres of slices.
     """
 
     values: Array
@@ -43,12 +43,13 @@ class Steps:
 
     @property
     def slices(self) -> str:
+        """Note of the number of slices for a label, empty without slices."""
         return "" if self.edges is None else f", in {len(self.values)} slices"
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """The rows of a sweep: inputs by path, points (m, n); `at_random` if no grid of values was computed."""
+class SweepData:
+    """Rows of a sweep: inputs by path, points (m, n); `at_random` if the points are not a grid."""
 
     inputs: Mapping[str, Axis]
     points: Array
@@ -56,12 +57,12 @@ class Drawn:
 
     @property
     def numbers(self) -> list[str]:
-        """Inputs that are numbers and take more than one."""
+        """Names of the numeric inputs with more than one value."""
         return [name for name in self._varied if self.inputs[name].texts is None]
 
     @cached_property
     def kinds(self) -> list[tuple[str, Flags]]:
-        """The rows of each text that the first input of texts takes; all rows if there is none."""
+        """Masks (m,) of the rows of each text of the first input with texts; a mask of all rows if there is none."""
         if self._split is None:
             return [("", np.ones(len(self.points), dtype=bool))]
         return [(text, self.column(self._split) == i) for i, text in enumerate(self.inputs[self._split].texts or ())]
@@ -75,17 +76,18 @@ class Drawn:
         return next((name for name, axis in self.inputs.items() if axis.texts is not None), None)
 
     def column(self, name: str) -> Array:
-        found: Array = self.points[:, list(self.inputs).index(name)]
-        return found
+        """Return the values (m,) of an input."""
+        column: Array = self.points[:, list(self.inputs).index(name)]
+        return column
 
     def has_others(self, name: str) -> bool:
-        """Whether rows of one text differ in more than this input."""
+        """Return whether other inputs than this one vary among the rows of one text."""
         return not set(self._varied) <= {name, self._split}
 
     def steps(self, name: str, averaged: bool) -> Steps:
-        """Where outputs are drawn along an input: at every computed value.
+        """Return the abscissae along an input: its computed values, or slices of its range.
 
-        A row at random is alone at its value: to be averaged over other inputs it shares a slice of the range.
+        Random values differ in all rows, so that means over other inputs need slices.
         """
         column, axis = self.column(name), self.inputs[name]
         if averaged and self.at_random and axis.values is None:
@@ -97,20 +99,20 @@ class Drawn:
 
 
 @style.drawn
-def envelope(rows: Drawn, output: str, values: Array) -> Figure:
-    """An output along each input, for each text separately: the computed rows; over other inputs mean and extremes."""
+def draw_envelope(rows: SweepData, output: str, values: Array) -> Figure:
+    """Draw an output along each input for each text: computed rows, or mean and extremes over the other inputs."""
     names, kinds = rows.numbers, rows.kinds[:MOST_KINDS]
     lines, columns = -(-len(names) // PANELS), min(len(names), PANELS)
     figure = style.new_figure(0.3 + 1.9 * lines * len(kinds), min(style.WIDTH, 0.8 + 2.6 * columns))
     panels = figure.subplots(lines * len(kinds), columns, sharey="row", squeeze=False)
-    every = {name: rows.steps(name, rows.has_others(name)) for name in names}
-    for i, (kind, of) in enumerate(kinds):
+    all_steps = {name: rows.steps(name, rows.has_others(name)) for name in names}
+    for i, (kind, mask) in enumerate(kinds):
         shared = panels[i * lines : (i + 1) * lines]
-        for axes, (name, steps) in zip(shared.ravel(), every.items(), strict=False):
-            _curve(axes, steps, of, values, rows.has_others(name), style.colour(kind, i))
-            axes.set_xlabel(f"{_called(name)}{steps.slices}")
+        for axes, (name, steps) in zip(shared.ravel(), all_steps.items(), strict=False):
+            _curve(axes, steps, mask, values, rows.has_others(name), style.colour(kind, i))
+            axes.set_xlabel(f"{_axis_label(name)}{steps.slices}")
         for axes in shared[:, 0]:
-            axes.set_ylabel(_called(output))
+            axes.set_ylabel(_axis_label(output))
         for axes in shared.ravel()[len(names) :]:
             axes.set_visible(False)
         shared[0, 0].set_title(kind)
@@ -118,27 +120,27 @@ def envelope(rows: Drawn, output: str, values: Array) -> Figure:
     return figure
 
 
-def _called(path: str) -> str:
+def _axis_label(path: str) -> str:
     return label(last_part(path))
 
 
-def _curve(axes: Axes, steps: Steps, of: Flags, values: Array, has_others: bool, shade: str) -> None:
-    """The rows `of` a text along an input; a value without a result is a gap."""
-    of = of & ~np.isnan(values)
-    index, count = steps.index[of], len(steps.values)
-    mean = _means((count,), index, values[of])
+def _curve(axes: Axes, steps: Steps, mask: Flags, values: Array, has_others: bool, shade: str) -> None:
+    """Draw the rows of a mask (m,) along an input; a value without a result is a gap."""
+    mask = mask & ~np.isnan(values)
+    index, count = steps.index[mask], len(steps.values)
+    mean = _means((count,), index, values[mask])
     as_picture = count > DRAWN_AS_LINES
     word = "mean over the other inputs" if has_others else "computed rows"
     if has_others:
         low, high = np.full(count, np.nan), np.full(count, np.nan)
-        np.fmin.at(low, index, values[of])
-        np.fmax.at(high, index, values[of])
+        np.fmin.at(low, index, values[mask])
+        np.fmax.at(high, index, values[mask])
         at: Array = steps.values
-        if steps.edges is not None:  # each value reaches from its edge to the next
+        if steps.edges is not None:  # a step extends from its edge to the next
             at, low, high = steps.edges, np.append(low, low[-1]), np.append(high, high[-1])
         axes.fill_between(
             at, low, high, step=None if steps.edges is None else "post", color=shade, alpha=0.2, linewidth=0,
-            label="least to largest", rasterized=as_picture,
+            label="minimum to maximum", rasterized=as_picture,
         )  # fmt: skip
     if steps.edges is not None:
         axes.stairs(mean, steps.edges, baseline=None, color=shade, label=word)
@@ -147,50 +149,44 @@ def _curve(axes: Axes, steps: Steps, of: Flags, values: Array, has_others: bool,
         axes.plot(steps.values, mean, color=shade, marker=marker, label=word, rasterized=as_picture)
 
 
-def mapped(rows: Drawn, x: str, y: str, output: str, values: Array) -> Figure | None:
-    """The mean of an output over two inputs, a panel for each text; None if no row has a result."""
+def draw_map(rows: SweepData, x: str, y: str, output: str, values: Array) -> Figure | None:
+    """Draw the mean of an output over two inputs, a panel for each text; None if no row has a result."""
     return None if np.isnan(values).all() else _map(rows, x, y, output, values)
 
 
 @style.drawn
-def _map(rows: Drawn, x: str, y: str, output: str, values: Array) -> Figure:
+def _map(rows: SweepData, x: str, y: str, output: str, values: Array) -> Figure:
     across, up = rows.steps(x, averaged=True), rows.steps(y, averaged=True)
     kinds, shape = rows.kinds[:MOST_KINDS], (len(up.values), len(across.values))
     figure = style.new_figure(2.8, min(style.WIDTH, 0.5 + 3.6 * len(kinds)))
     panels = figure.subplots(1, len(kinds), sharey=True, squeeze=False)[0]
-    for axes, (kind, of) in zip(panels, kinds, strict=True):
-        there = of & ~np.isnan(values)
-        cells = np.ravel_multi_index((up.index[there], across.index[there]), shape)
-        field = _means(shape, cells, values[there])
+    for axes, (kind, mask) in zip(panels, kinds, strict=True):
+        valid = mask & ~np.isnan(values)
+        cells = np.ravel_multi_index((up.index[valid], across.index[valid]), shape)
+        field = _means(shape, cells, values[valid])
         edges = (_edges(across), _edges(up))
-        shown = axes.pcolormesh(*edges, field, cmap="cividis", shading="flat", rasterized=True)
-        axes.set_xlabel(f"{_called(x)}{across.slices}")
+        mesh = axes.pcolormesh(*edges, field, cmap="cividis", shading="flat", rasterized=True)
+        axes.set_xlabel(f"{_axis_label(x)}{across.slices}")
         axes.set_title(kind)
         axes.grid(visible=False)
-        figure.colorbar(shown, ax=axes, label=_called(output), pad=0.02)
-    panels[0].set_ylabel(f"{_called(y)}{up.slices}")
+        figure.colorbar(mesh, ax=axes, label=_axis_label(output), pad=0.02)
+    panels[0].set_ylabel(f"{_axis_label(y)}{up.slices}")
     return figure
 
 
 def _edges(steps: Steps) -> Array:
-    """Edges (k + 1,) of the cells of a map: half way between computed values, or those of the slices."""
+    """Return the edges (k + 1,) of the cells of a map: midway between computed values, or those of the slices."""
     if steps.edges is not None:
         return steps.edges
     middles = (steps.values[1:] + steps.values[:-1]) / 2
     first, last = 2 * steps.values[0] - middles[0], 2 * steps.values[-1] - middles[-1]
-    found: Array = np.concatenate([[first], middles, [last]])
-    return found
+    edges: Array = np.concatenate([[first], middles, [last]])
+    return edges
 
 
 def _means(shape: tuple[int, ...], cell: Integers, values: Array) -> Array:
-    """Means of values (m,) in the cells of a table, NaN in empty ones."""
+    """Return the means of values (m,) in the cells of a table, NaN in empty cells."""
     size = math.prod(shape)
     count, total = np.bincount(cell, minlength=size), np.bincount(cell, values, size)
-    found: Array = np.where(count > 0, total / np.maximum(count, 1), np.nan).reshape(shape)
-    return found
-
-
-def pairs(names: Sequence[str]) -> Iterator[tuple[str, str]]:
-    """The first two inputs, where there are two."""
-    if len(names) > 1:
-        yield names[0], names[1]
+    means: Array = np.where(count > 0, total / np.maximum(count, 1), np.nan).reshape(shape)
+    return means

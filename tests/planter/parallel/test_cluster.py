@@ -32,7 +32,7 @@ def test_rows_survive_a_killed_worker(means: Means, tmp_path: Path) -> None:
     for more in ({"fatal": CHUNK, "mark": str(mark)}, {}):
         recipe = Recipe("tests.planter.sweeps.toys:Squares", {"rows": ROWS, **more})
         with Store(None, recipe.question, ROWS, 2) as store:
-            done = run.run(recipe, store, means if more else Means(1))
+            done = run.run_job(recipe, store, means if more else Means(1))
             digests.append(store.digest())
             assert done.workers == (2 if more else 1)
     assert mark.exists()

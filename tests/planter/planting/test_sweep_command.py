@@ -15,7 +15,7 @@ import pytest
 
 from planter.errors import InputError
 from planter.progress import Progress
-from planter.sweeps import tidy
+from planter.sweeps import rows as sweep_rows
 from planter.sweeps.command import sweep
 from planter.sweeps.plan import Plan
 from tests.support.cli import answer, refusal, run
@@ -73,7 +73,7 @@ def test_sweep_without_pyarrow_writes_csv_and_names_the_extra(tmp_path: Path, mo
     answer(*command)
     before = (out / "rows.csv").read_bytes()
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    monkeypatch.setattr(tidy, "find_spec", lambda name: None)
+    monkeypatch.setattr(sweep_rows, "find_spec", lambda name: None)
     code, _, messages = run(*command)
     assert code == 0
     assert "planter[parquet]" in messages
@@ -153,5 +153,5 @@ def test_what_a_machine_has_is_listed() -> None:
 
 
 def test_a_call_that_asks_for_nothing_is_refused() -> None:
-    assert "one of PLAN and --list MACHINE" in refusal("sweep")
+    assert "PLAN or --list MACHINE" in refusal("sweep")
     assert "a plan must be a .toml file" in refusal("sweep", "plan.csv")

@@ -127,8 +127,8 @@ REFUSED = {
     "a text for a number": ({"inputs": {"m31": ["large"]}}, "inputs.design.m31 = large is not allowed: it must be num"),
     "numbers for a text": ({"inputs": {"model": [1, 2]}}, "it must be of exact, printed"),
     "an unknown model": ({"inputs": {"model": ["correct"]}}, "inputs.model = correct is not allowed"),
-    "one input twice": ({"inputs": {"m31": [1.5], "design.m31": [1.5]}}, "it must name no input twice"),
-    "a machine that is not there": ({"machine": "nowhere", "inputs": {"m31": [1.5]}}, "there is no such machine"),
+    "one input twice": ({"inputs": {"m31": [1.5], "design.m31": [1.5]}}, "inputs names an input twice"),
+    "a machine that is not there": ({"machine": "nowhere", "inputs": {"m31": [1.5]}}, "nowhere: no such machine"),
     "outputs of another machine": (
         {"machine": "yu2023", "inputs": {"m31": [1.5]}},
         "outputs: support_range_N is not allowed",

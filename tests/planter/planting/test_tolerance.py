@@ -18,7 +18,7 @@ from planter.planting.swept import ROOM
 from planter.planting.turns import Turns
 from planter.report.labels import label
 from planter.sweeps.job import CHUNK
-from planter.sweeps.room import Held
+from planter.sweeps.room import ResolvedMachine
 from planter.tolerance.command import Asked, tolerance, usual
 from planter.tolerance.file import Tolerances
 from planter.tolerance.robust import RobustGoal, find_robust
@@ -37,12 +37,12 @@ OUTPUTS = (
 
 
 @pytest.fixture(scope="module")
-def held(kernel_cache: None) -> Held:
-    return Held("wang2017", {"objective.samples": 60})
+def held(kernel_cache: None) -> ResolvedMachine:
+    return ResolvedMachine("wang2017", {"objective.samples": 60})
 
 
 @pytest.fixture(scope="module")
-def spreads(held: Held) -> dict[str, Spread]:
+def spreads(held: ResolvedMachine) -> dict[str, Spread]:
     return usual(held).spreads(held, "usual")
 
 
@@ -52,7 +52,7 @@ def subject(machine: Machine, spreads: dict[str, Spread], model: str = "exact") 
 
 
 @pytest.mark.parametrize("model", sampled(["exact"], ["exact", "printed"]))
-def test_slopes_are_those_of_differences(held: Held, spreads: dict[str, Spread], model: str) -> None:
+def test_slopes_are_those_of_differences(held: ResolvedMachine, spreads: dict[str, Spread], model: str) -> None:
     own = subject(held.machine, spreads, model)
     centre, steps = (np.array([getattr(one, key) for one in spreads.values()]) for key in ("centre", "std"))
     steps = 1e-3 * steps
@@ -65,7 +65,7 @@ def test_slopes_are_those_of_differences(held: Held, spreads: dict[str, Spread],
 
 
 def test_bands_of_first_order_are_those_of_monte_carlo_where_tolerances_vanish(
-    held: Held, spreads: dict[str, Spread]
+    held: ResolvedMachine, spreads: dict[str, Spread]
 ) -> None:
     own = subject(held.machine, spreads)
     names, small = list(spreads), 0.01
@@ -93,7 +93,7 @@ def test_usual_tolerances_are_those_of_a_workshop_and_the_papers_speeds(spreads:
 
 
 @pytest.fixture(scope="module")
-def robust(held: Held, spreads: dict[str, Spread]) -> RobustGoal:
+def robust(held: ResolvedMachine, spreads: dict[str, Spread]) -> RobustGoal:
     return ROOM.build_robust(held.machine, {}, spreads, Settings(machines=16))
 
 
@@ -113,7 +113,9 @@ def test_a_gradient_without_the_deviations_part_is_found_out(robust: RobustGoal)
     assert np.abs(3 * at.std_slope * width).max() > 1e-3
 
 
-def test_each_machine_is_one_that_simulate_knows(robust: RobustGoal, held: Held, spreads: dict[str, Spread]) -> None:
+def test_each_machine_is_one_that_simulate_knows(
+    robust: RobustGoal, held: ResolvedMachine, spreads: dict[str, Spread]
+) -> None:
     """The objective's mean is that of machines written down one by one, centre distances as they should be."""
     kept = {name: one for name, one in spreads.items() if not name.startswith("deviation.")}
     few = ROOM.build_robust(held.machine, {}, kept, Settings(machines=4))
@@ -127,7 +129,7 @@ def test_each_machine_is_one_that_simulate_knows(robust: RobustGoal, held: Held,
     np.testing.assert_allclose([at.mean, at.std], [np.mean(found), np.std(found)], rtol=1e-9)
 
 
-def test_without_tolerances_it_is_the_objective(held: Held) -> None:
+def test_without_tolerances_it_is_the_objective(held: ResolvedMachine) -> None:
     none = ROOM.build_robust(held.machine, {}, {}, Settings(machines=3))
     value, slope = none.value(none.design, 3.0)
     wanted, gradient = Turns(Device(held.machine)).gradient(none.design)
@@ -136,7 +138,7 @@ def test_without_tolerances_it_is_the_objective(held: Held) -> None:
 
 
 def test_machines_that_differ_by_rounding_alone_have_no_deviation_to_slope(
-    held: Held, monkeypatch: pytest.MonkeyPatch
+    held: ResolvedMachine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     none = ROOM.build_robust(held.machine, {}, {}, Settings(machines=3))
     found = none._differentiate
@@ -154,7 +156,7 @@ def test_machines_that_differ_by_rounding_alone_have_no_deviation_to_slope(
 
 
 def test_the_robust_design_is_better_with_tolerances_and_no_better_without(
-    held: Held, spreads: dict[str, Spread]
+    held: ResolvedMachine, spreads: dict[str, Spread]
 ) -> None:
     settings = Settings(machines=32, starts=1)
     found = find_robust(ROOM.build_robust(held.machine, {}, spreads, settings), settings, None)
@@ -167,7 +169,7 @@ def test_the_robust_design_is_better_with_tolerances_and_no_better_without(
     assert np.isclose(found.best_robust.mean + 3 * found.best_robust.std, found.objective)
 
 
-def test_rows_do_not_hang_on_the_workers(held: Held, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_do_not_hang_on_the_workers(held: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = Asked(["support_range_N"], 2 * CHUNK + 1, 0, robust=None)
     again = tolerance(held, {}, usual(held), "usual", asked, means=Means(2)).result
     monkeypatch.setattr("planter.sweeps.run.FEWEST", 3 * CHUNK)
@@ -190,14 +192,14 @@ SAID = {
 
 
 @pytest.mark.parametrize(("table", "told"), SAID.values(), ids=SAID.keys())
-def test_tolerances_that_are_not_allowed_are_told_in_a_sentence(held: Held, table: dict, told: str) -> None:
+def test_tolerances_that_are_not_allowed_are_told_in_a_sentence(held: ResolvedMachine, table: dict, told: str) -> None:
     with pytest.raises(InputError) as refused:
         Tolerances.read({"tolerances": table}, "mine.toml").spreads(held, "mine.toml")
     assert told in refused.value.message
     assert refused.value.message.startswith("mine.toml: ")
 
 
-def test_of_several_entries_the_last_counts(held: Held) -> None:
+def test_of_several_entries_the_last_counts(held: ResolvedMachine) -> None:
     table = {"mass.*": {"percent": 1}, "mass.planet_kg": {"plus_minus": 0.3}}
     found = Tolerances.read({"tolerances": table}, "mine").spreads(held, "mine")
     assert len(found) == 6
@@ -216,7 +218,7 @@ def test_the_command_writes_its_report(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_the_command_with_the_documented_example(held: Held, tmp_path: Path) -> None:
+def test_the_command_with_the_documented_example(held: ResolvedMachine, tmp_path: Path) -> None:
     common = ("tolerance", "wang2017", "--samples", "500", "--indices", "16", "--set", "objective.samples=60")
     found = answer(*common, "--tolerances", str(EXAMPLE), "--out", str(tmp_path))
     jsonschema.validate(found, committed("tolerance"))

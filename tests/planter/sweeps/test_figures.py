@@ -9,24 +9,24 @@ from matplotlib.collections import FillBetweenPolyCollection, QuadMesh
 from matplotlib.patches import StepPatch
 
 from planter.kernels import Array
-from planter.sweeps.axes import Axis, axis
+from planter.sweeps.axes import Axis, to_axis_table
 from planter.sweeps.points import Grid, Latin
-from planter.sweeps.report.figures import SLICES, Drawn, envelope, mapped
+from planter.sweeps.report.figures import SLICES, SweepData, draw_envelope, draw_map
 
 SPEED = {"from": 35, "to": 45, "steps": 61}
 MASS = [1.0, 1.1, 1.4]
 
 
-def drawn(at_random: bool = False, **inputs: Any) -> Drawn:
+def drawn(at_random: bool = False, **inputs: Any) -> SweepData:
     """The points of a grid, or 300 at random, over inputs as a plan has them."""
-    named = {name: Axis.model_validate(axis(given)) for name, given in inputs.items()}
+    named = {name: Axis.model_validate(to_axis_table(entry)) for name, entry in inputs.items()}
     axes = list(named.values())
     points = Latin(axes, 300, 5) if at_random else Grid(axes)
-    return Drawn(named, points.block(0, points.rows), at_random)
+    return SweepData(named, points.block(0, points.rows), at_random)
 
 
-def panels(rows: Drawn, values: Array) -> list[Axes]:
-    return [axes for axes in envelope(rows, "out", values).axes if axes.get_visible()]
+def panels(rows: SweepData, values: Array) -> list[Axes]:
+    return [axes for axes in draw_envelope(rows, "out", values).axes if axes.get_visible()]
 
 
 def bands(axes: Axes) -> list[FillBetweenPolyCollection]:
@@ -91,7 +91,7 @@ def test_one_random_input_is_a_line_through_all_rows() -> None:
 
 def test_a_map_has_a_cell_for_every_computed_value() -> None:
     rows = drawn(speed=SPEED, mass=MASS)
-    figure = mapped(rows, "speed", "mass", "out", rows.points[:, 0] * rows.points[:, 1])
+    figure = draw_map(rows, "speed", "mass", "out", rows.points[:, 0] * rows.points[:, 1])
     assert figure is not None
     (mesh,) = (one for one in figure.axes[0].collections if isinstance(one, QuadMesh))
     assert np.allclose(mesh.get_array(), np.outer(MASS, np.linspace(35, 45, 61)))

@@ -27,7 +27,7 @@ from planter.parallel.task import Means
 from planter.sweeps import job, run, store
 recipe = job.Recipe(**json.load(sys.stdin))
 with store.Store(Path(sys.argv[1]), recipe.question, int(sys.argv[2]), int(sys.argv[3])) as kept:
-    done = run.run(recipe, kept, Means(2))
+    done = run.run_job(recipe, kept, Means(2))
     print(kept.digest(), done.resumed)
 """
 """A job in a process of its own, kept in the file that it is told."""

@@ -24,14 +24,14 @@ def squares(**more: object) -> Recipe:
 def answered(recipe: Recipe, path: Path | None = None, means: Means = HERE) -> tuple[str, run.Run]:
     """Hash of the answer, and how it came about; the numbers are those of the job."""
     with Store(path, recipe.question, ROWS, 2) as store:
-        done = run.run(recipe, store, means)
+        done = run.run_job(recipe, store, means)
         rows = np.vstack(list(store.blocks()))
         assert np.array_equal(rows, np.column_stack([np.arange(ROWS), np.arange(ROWS, dtype=float) ** 2]))
         return store.digest(), done
 
 
 def test_chunks_cover_all_rows_once() -> None:
-    ends = [job.ends(number, ROWS) for number in range(job.count(ROWS))]
+    ends = [job.chunk_limits(number, ROWS) for number in range(job.count_chunks(ROWS))]
     assert [start for start, _ in ends] == [0, *(stop for _, stop in ends[:-1])]
     assert ends[-1][1] == ROWS
 
@@ -48,7 +48,7 @@ def test_a_small_job_starts_no_worker(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(run, "Jobs", pytest.fail)
     recipe = Recipe("tests.planter.sweeps.toys:Squares", {"rows": run.FEWEST - 1})
     with Store(None, recipe.question, run.FEWEST - 1, 2) as store:
-        assert run.run(recipe, store, Means(8)).workers == 0
+        assert run.run_job(recipe, store, Means(8)).workers == 0
 
 
 def test_an_error_of_the_job_is_told() -> None:
@@ -146,7 +146,7 @@ def test_an_interrupt_keeps_what_is_there(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with Store(path, recipe.question, ROWS, 2) as store, pytest.raises(Interrupted) as stopped:
-        run.run(recipe, store, Means(1), stop)
+        run.run_job(recipe, store, Means(1), stop)
     assert stopped.value.partial == {"rows": ROWS, "rows_done": CHUNK}
     assert answered(recipe, path, Means(1))[1].resumed == 1
 

@@ -14,7 +14,7 @@ from planter.engine.response import Response
 from planter.errors import InputError
 from planter.files import examples
 from planter.kernels import backends
-from planter.sweeps.room import Held
+from planter.sweeps.room import ResolvedMachine
 from planter.tolerance.room import Settings
 from planter.tolerance.spread import Spread
 
@@ -32,7 +32,7 @@ def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("name", CASES)
 def test_rows_are_those_of_the_machine_alone(name: str) -> None:
     inputs, output = CASES[name]
-    held, machine = Held(name), load_machine(name)
+    held, machine = ResolvedMachine(name), load_machine(name)
     frozen = json.loads(json.dumps(held.room.frozen(held.machine)))
     nominal = held.room.nominal(held.machine)
     x = np.array([nominal[path] for path in inputs])
@@ -53,7 +53,7 @@ def test_rows_are_those_of_the_machine_alone(name: str) -> None:
 def test_a_file_that_changes_meanwhile_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(examples.text("shi2021", "clutch"), encoding="utf-8")
-    held = Held(str(path), {"crank_mm": 31.0})
+    held = ResolvedMachine(str(path), {"crank_mm": 31.0})
     frozen = held.room.frozen(held.machine)
     assert held.room.thaw(frozen).numbers()["linkage.crank_mm"] == 31.0
     path.write_text(path.read_text().replace("rod_mm = ", "rod_mm = 1"), encoding="utf-8")
@@ -66,7 +66,7 @@ VARIED = {"bars.L1_mm": (90.0, 97.0)}
 
 def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
     """Alone, the range is least at an end of the bar's length; as a limit it binds where the needle shall reach far."""
-    held, machine = Held("yu2023"), load_machine("yu2023")
+    held, machine = ResolvedMachine("yu2023"), load_machine("yu2023")
     spreads = {"bars.L1_mm": Spread("normal", 93.2, 93.5)}
 
     def find_range(length: float) -> float:
@@ -97,7 +97,7 @@ def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
     ],
 )
 def test_half_a_robust_search_is_refused(stated: Settings, part: str) -> None:
-    held = Held("yu2023")
+    held = ResolvedMachine("yu2023")
     with pytest.raises(InputError, match=part):
         held.room.robust(held.machine, {}, {}, stated, None)
     assert held.room.robust(held.machine, {}, {}, Settings(), None) is None
