@@ -238,5 +238,5 @@ def test_the_commands_refusals() -> None:
     assert "--choose model=correct is not allowed" in refusal("tolerance", "wang2017", "--choose", "model=correct")
     assert "which --no-robust leaves out" in refusal("tolerance", "wang2017", "--least", "rms M_L", "--no-robust")
     assert "did you mean support_range_N" in refusal("tolerance", "wang2017", "--output", "support_rnage_N")
-    assert "there is no such machine" in refusal("tolerance", "nowhere")
+    assert "nowhere: no such machine" in refusal("tolerance", "nowhere")
     assert "--tolerances FILE must give them" in refusal("tolerance", "yu2023")
