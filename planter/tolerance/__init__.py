@@ -1,4 +1,4 @@
-"""What a machine's tolerances do to its turn: Monte Carlo, Sobol' indices, first-order bands, robust designs.
+"""Effect of tolerances on a cycle: Monte Carlo, Sobol' indices, first-order bands, robust designs.
 
-Which inputs a machine has and how they act, its room says (`planter.sweeps.room`); this one knows no machine.
+The adapter of each kind of machine evaluates it (`planter.tolerance.room`); this package depends on none of them.
 """

@@ -1,4 +1,4 @@
-"""`planter tolerance`: turns of a machine as its tolerances make it."""
+"""`planter tolerance`: cycles of a machine at random values within its tolerances."""
 
 from __future__ import annotations
 
@@ -27,12 +27,15 @@ from planter.tolerance.spread import Spread
 from planter.tolerance.statistics import bands, indices
 
 ROWS, BASE = 100_000, 2048
-"""Turns that are drawn, and points that Sobol' indices rest on."""
+"""Default numbers of random machines and of points of the Sobol' indices."""
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What is asked for: outputs, turns, points for the indices (a power of 2, or none), a robust design."""
+class ToleranceRequest:
+    """Request of an analysis: outputs, number of random machines, points of the indices (a power of 2, or 0), a seed.
+
+    `robust` are the settings of the robust design, None for an analysis without it.
+    """
 
     outputs: Sequence[str] = ()
     rows: int = ROWS
@@ -42,102 +45,107 @@ class Asked:
 
 
 @dataclass(frozen=True)
-class Spreading:
-    """A machine whose inputs spread, and the outputs that are watched."""
+class ToleranceCase:
+    """A machine with the distributions of its inputs, and the outputs to evaluate."""
 
-    held: ResolvedMachine
+    resolved: ResolvedMachine
     choices: Mapping[str, str]
     spreads: Mapping[str, Spread]
     outputs: Sequence[str]
 
     @property
     def room(self) -> Room:
-        found: Room = self.held.room
-        return found
+        """Adapter of the machine."""
+        room: Room = self.resolved.room
+        return room
 
     @property
     def subject(self) -> Subject:
-        """The machine between the ends of its tolerances."""
-        ends = {name: (one.low, one.high) for name, one in self.spreads.items()}
-        made: Any = self.room.subject(self.room.frozen(self.held.machine), self.choices, ends, self.outputs)
-        found: Subject = made
-        return found
+        """The machine, built for inputs between the ends of their tolerances."""
+        ends = {name: (spread.low, spread.high) for name, spread in self.spreads.items()}
+        subject: Any = self.room.subject(self.room.frozen(self.resolved.machine), self.choices, ends, self.outputs)
+        return cast(Subject, subject)
 
     @property
     def centre(self) -> Array:
         """Means of the inputs, (n,)."""
-        return np.array([one.centre for one in self.spreads.values()])
+        return np.array([spread.centre for spread in self.spreads.values()])
 
 
 @dataclass(frozen=True)
-class Tolerance:
-    """What was found of a machine: the turns that were drawn, (m, k), and the result."""
+class ToleranceAnalysis:
+    """Analysis of a case: outputs (m, k) of the random machines, and the result."""
 
-    of: Spreading
+    case: ToleranceCase
     rows: Array
     result: ToleranceFound
 
 
 def tolerance(
-    held: ResolvedMachine, choices: Mapping[str, str], tolerances: Tolerances, source: str, asked: Asked,
-    out: Path | None = None, means: Means = HERE, progress: Listener | None = None,
-) -> Tolerance:  # fmt: skip
-    """Bands, indices and the robust design of a machine; `source` names where its tolerances stand.
+    resolved: ResolvedMachine, choices: Mapping[str, str], tolerances: Tolerances, source: str,
+    request: ToleranceRequest, out: Path | None = None, means: Means = HERE, progress: Listener | None = None,
+) -> ToleranceAnalysis:  # fmt: skip
+    """Compute bands, indices and the robust design of a machine; `source` is the file of its tolerances, for messages.
 
-    With a folder, turns are kept there as they are found. Raises InputError for what does not fit the machine,
-    ComputationError where it has no turns, Interrupted on Ctrl-C: the same call goes on then.
+    Rows are stored in the folder `out`, if any. Raises InputError if tolerances or outputs do not fit the machine,
+    ComputationError if it has no cycles, and Interrupted on Ctrl-C, after which the same call resumes.
     """
-    if asked.base & (asked.base - 1):
-        raise InputError(f"--indices = {asked.base} is not allowed: it must be a power of 2, or 0")
-    begun, room = time.perf_counter(), cast(Room, held.room)
-    of = Spreading(
-        held, choices, tolerances.spreads(held, source), held.resolve_outputs(asked.outputs or room.banded, "--output")
-    )
-    turns = _Turns(of, out, means, progress)
-    rows, digest = turns.found("bands", asked.rows, rows=asked.rows, seed=asked.seed)
+    if request.base & (request.base - 1):
+        raise InputError(f"--indices = {request.base}: the number must be a power of 2, or 0")
+    started, room = time.perf_counter(), cast(Room, resolved.room)
+    outputs = resolved.resolve_outputs(request.outputs or room.banded, "--output")
+    case = ToleranceCase(resolved, choices, tolerances.spreads(resolved, source), outputs)
+    cycles = _CycleRows(case, out, means, progress)
+    rows, digest = cycles.compute("bands", request.rows, rows=request.rows, seed=request.seed)
     index_rows, shares = 0, dict[str, dict[str, Share]]()
-    if asked.base:
-        index_rows = asked.base * (len(of.spreads) + 2)
-        mixed, more = turns.found("indices", index_rows, base=asked.base, seed=asked.seed)
-        shares = indices(of.outputs, list(of.spreads), mixed, asked.base, asked.seed)
-        digest = hashlib.sha256(f"{digest}{more}".encode()).hexdigest()
-    robust = None if asked.robust is None else room.robust(held.machine, choices, of.spreads, asked.robust, progress)
+    if request.base:
+        index_rows = request.base * (len(case.spreads) + 2)
+        index_outputs, index_digest = cycles.compute("indices", index_rows, base=request.base, seed=request.seed)
+        shares = indices(case.outputs, list(case.spreads), index_outputs, request.base, request.seed)
+        digest = hashlib.sha256(f"{digest}{index_digest}".encode()).hexdigest()
+    robust = (
+        None
+        if request.robust is None
+        else room.robust(resolved.machine, choices, case.spreads, request.robust, progress)
+    )
     result = ToleranceFound(
-        machine=held.machine.name, choices=dict(choices), seed=asked.seed, rows=asked.rows, index_rows=index_rows,
-        inputs=[Toleranced(name, one.kind, one.low, one.high, one.std) for name, one in of.spreads.items()],
-        outputs=_bands(of, rows), sobol=shares, seconds=time.perf_counter() - begun, hash=digest, robust=robust,
+        machine=resolved.machine.name, choices=dict(choices), seed=request.seed, rows=request.rows,
+        inputs=[Toleranced(name, s.kind, s.low, s.high, s.std) for name, s in case.spreads.items()],
+        index_rows=index_rows, outputs=_bands(case, rows), sobol=shares,
+        seconds=time.perf_counter() - started, hash=digest, robust=robust,
     )  # fmt: skip
-    return Tolerance(of, rows, result)
+    return ToleranceAnalysis(case, rows, result)
 
 
 @dataclass(frozen=True)
-class _Turns:
-    """Finds turns, in a folder if there is one."""
+class _CycleRows:
+    """Computation of rows of cycles, stored in a folder unless it is None."""
 
-    of: Spreading
+    case: ToleranceCase
     out: Path | None
     means: Means
     progress: Listener | None
 
-    def found(self, name: str, count: int, **drawn: int) -> tuple[Array, str]:
-        """So many rows of outputs, as `drawn` says, and their hash."""
-        of = self.of
-        recipe = job.recipe(of.held, of.choices, of.spreads, of.outputs, **drawn)
-        place = None if self.out is None else folder.output_folder(self.out) / f"{name}.sqlite"
-        with open_store(place, recipe.question, count, len(of.outputs)) as store:
+    def compute(self, name: str, count: int, **sampling: int) -> tuple[Array, str]:
+        """Return `count` rows of outputs at the points of `sampling`, and their hash."""
+        case = self.case
+        recipe = job.build_recipe(case.resolved, case.choices, case.spreads, case.outputs, **sampling)
+        path = None if self.out is None else folder.output_folder(self.out) / f"{name}.sqlite"
+        with open_store(path, recipe.question, count, len(case.outputs)) as store:
             run_job(recipe, store, self.means, self.progress)
             return np.vstack(list(store.blocks())), store.digest()
 
 
-def _bands(of: Spreading, rows: Array) -> dict[str, Band]:
-    told = of.subject.slopes(of.centre)
-    nominal, slopes = (of.subject.evaluated(of.centre[None], 1)[0], None) if told is None else told
-    return bands(of.outputs, rows, nominal, slopes, list(of.spreads.values()))
+def _bands(case: ToleranceCase, rows: Array) -> dict[str, Band]:
+    subject = case.subject
+    linear = subject.slopes(case.centre)
+    nominal, slopes = (subject.evaluated(case.centre[None], 1)[0], None) if linear is None else linear
+    return bands(case.outputs, rows, nominal, slopes, list(case.spreads.values()))
 
 
-def usual(held: ResolvedMachine) -> Tolerances:
-    """The tolerances of a machine where none are given. Raises InputError where none can be assumed."""
-    table = cast(Room, held.room).tolerances(held.machine)
+def default_tolerances(resolved: ResolvedMachine) -> Tolerances:
+    """Return the default tolerances of a machine. Raises InputError if its kind has none."""
+    table = cast(Room, resolved.room).tolerances(resolved.machine)
     if not table:
-        raise InputError(f"{held.source}: no tolerances can be assumed of it: --tolerances FILE must give them")
-    return Tolerances.read({"tolerances": table}, f"{held.source}: usual tolerances")
+        raise InputError(f"{resolved.source}: this machine has no default tolerances; add --tolerances FILE")
+    return Tolerances.read({"tolerances": table}, f"{resolved.source}: default tolerances")

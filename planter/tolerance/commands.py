@@ -29,10 +29,10 @@ app = typer.Typer()
 
 HELP = """Compute how tolerances spread a machine's results.
 
-The result has bands, the inputs that matter and a robust design. Machines are drawn from the tolerances (Monte Carlo).
-Sobol' indices give the share of an output's variance that each input causes. First-order bands from exact gradients
-are given for comparison. The robust design minimises mean + SIGMAS x standard deviation of the objective. Without
---tolerances usual ones are assumed. FILE is TOML:
+The result has bands, the inputs that matter and a robust design. Bands are those of machines with random values within
+the tolerances (Monte Carlo). Sobol' indices give the share of an output's variance that each input causes. First-order
+bands from exact gradients are given for comparison. The robust design minimises mean + SIGMAS x standard deviation of
+the objective. Without --tolerances default ones are assumed. FILE is TOML:
 
 \b
     [tolerances]
@@ -41,8 +41,8 @@ are given for comparison. The robust design minimises mean + SIGMAS x standard d
     speed_rpm = { from = 35, to = 45 }                # uniform
     "deviation.*" = { plus_minus = 0.05 }             # centre distances
 
-Names are those of --set, or patterns; of several that fit the last counts. `planter sweep --list MACHINE` tells all
-inputs and outputs. With --out finished work is saved: run the same command again to resume.
+Names are those of --set, or patterns; of several that match, the last counts. `planter sweep --list MACHINE`
+lists all inputs and outputs. With --out finished work is saved: run the same command again to resume.
 
 \b
     planter tolerance wang2017 --out run
@@ -55,7 +55,7 @@ inputs and outputs. With --out finished work is saved: run the same command agai
 @app.command(help=HELP)
 @writes("summary.json", "tolerances.toml", "report.html")
 def tolerance(
-    machine: Annotated[str, typer.Argument(help="a machine's file, or the name of a built-in one")],
+    machine: Annotated[str, typer.Argument(help="machine file, or name of a built-in machine")],
     tolerances: Annotated[
         Path | None, typer.Option("--tolerances", metavar="FILE", help="tolerances (TOML)", show_default=False)
     ] = None,
@@ -63,25 +63,25 @@ def tolerance(
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help='watch this output, or a measure such as "jump F_Ox" (repeatable)',
+            help='output to analyse, or a measure such as "jump F_Ox" (repeatable)',
             show_default=False,
         ),
     ] = None,
     choose: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="NAME=TEXT", help="set an input that is a text, such as model=printed", show_default=False
+            metavar="NAME=TEXT", help="value of an input with texts, such as model=printed", show_default=False
         ),
     ] = None,
     samples: Annotated[int, typer.Option(min=100, max=100_000_000, help="number of random machines")] = 100_000,
     indices: Annotated[
-        int, typer.Option(min=0, max=2**20, help="points of the Sobol' indices, a power of 2; 0: none")
+        int, typer.Option(min=0, max=2**20, help="number of points of the Sobol' indices, a power of 2; 0: no indices")
     ] = 2048,
     robust: Annotated[bool, typer.Option("--robust/--no-robust", help="also find the robust design")] = True,
     least: LeastOption = None,
     hold: HoldOption = None,
     vary: VaryOption = None,
-    sigmas: Annotated[float, typer.Option(min=0, max=10, help="standard deviations that are added to the mean")] = 3,
+    sigmas: Annotated[float, typer.Option(min=0, max=10, help="number of standard deviations added to the mean")] = 3,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
     seed: SeedOption = 0,
@@ -98,31 +98,32 @@ def tolerance(
         from planter.tolerance.file import Tolerances
         from planter.tolerance.room import Settings
 
-        held = ResolvedMachine(machine, changes(set_))
+        resolved = ResolvedMachine(machine, changes(set_))
         ranges = read_ranges("--vary", vary or ())
         settings = Settings(sigmas, seed=seed, sum_text=least, holds=tuple(hold or ()), ranges=ranges)
         if settings.is_stated and not robust:
-            raise InputError("--least, --hold and --vary are of the robust design, which --no-robust leaves out")
-        asked = command.Asked(output or (), samples, indices, seed, settings if robust else None)
-        given = command.usual(held) if tolerances is None else Tolerances.load(tolerances)
-        source = str(tolerances) if tolerances is not None else f"{machine}: usual tolerances"
+            raise InputError("--least, --hold and --vary set the robust design; remove --no-robust")
+        request = command.ToleranceRequest(output or (), samples, indices, seed, settings if robust else None)
+        limits = command.default_tolerances(resolved) if tolerances is None else Tolerances.load(tolerances)
+        source = str(tolerances) if tolerances is not None else f"{machine}: default tolerances"
         with renewing(out):
-            found = command.tolerance(held, _chosen(held.choices, choose), given, source, asked, out,
-                                      Means(workers, cluster), console.progress)  # fmt: skip
+            choices = _parse_choices(resolved.choices, choose or ())
+            analysis = command.tolerance(resolved, choices, limits, source, request, out,
+                                         Means(workers, cluster), console.progress)  # fmt: skip
             if out is not None:
                 from planter.tolerance.report import results
 
-                results.write(out, found, console.progress)
-        console.result(found.result, lambda: tables.tolerance(console, found.result))
+                results.write_tolerance(out, analysis, console.progress)
+        console.result(analysis.result, lambda: tables.print_tolerance(console, analysis.result))
 
 
-def _chosen(known: Mapping[str, Sequence[str]], given: Sequence[str] | None) -> dict[str, str]:
-    """What the inputs that are no numbers are: as given, else the usual. Raises InputError for what is not known."""
-    found = {name: texts[0] for name, texts in known.items()}
-    for one in given or ():
-        name, _, text = one.partition("=")
-        if text not in known.get(name, ()):
-            allowed = " or ".join(f"{name}={text}" for name, texts in known.items() for text in texts)
-            raise InputError(f"--choose {one} is not allowed: it must be {allowed or 'left out'}")
-        found[name] = text
-    return found
+def _parse_choices(allowed: Mapping[str, Sequence[str]], options: Sequence[str]) -> dict[str, str]:
+    """Return the values of inputs with texts, by default the first allowed one. Raises InputError for other values."""
+    choices = {name: texts[0] for name, texts in allowed.items()}
+    for option in options:
+        name, _, text = option.partition("=")
+        if text not in allowed.get(name, ()):
+            hint = " or ".join(f"{name}={text}" for name, texts in allowed.items() for text in texts)
+            raise InputError(f"--choose {option} is not allowed: {f'it must be {hint}' if hint else 'remove it'}")
+        choices[name] = text
+    return choices

@@ -1,4 +1,4 @@
-"""Tolerances: TOML in, a distribution for each input that has one out."""
+"""Files of tolerances (TOML), and the distributions of inputs that they define."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from planter.tolerance.spread import Kind, Spread
 
 
 class Tolerance(Section):
-    """How far an input may be from its nominal value: `plus_minus` in its unit, `percent` of it, or `from` ... `to`.
+    """Tolerance of an input about its nominal value: `plus_minus` in its unit, `percent` of it, or `from` ... `to`.
 
-    The distribution is normal with its ends at three standard deviations, or uniform from ... to, if it says nothing.
+    The default distribution is normal with its ends at three standard deviations, or uniform for `from` ... `to`.
     """
 
     plus_minus: Positive | None = None
@@ -31,17 +31,18 @@ class Tolerance(Section):
     distribution: Kind | None = None
 
     @check
-    def _one_way_of_saying(self) -> Problems:
-        said = self.model_dump(by_alias=True, exclude_none=True)
-        ranged = self.low is not None and self.high is not None
-        ways = [self.plus_minus is not None, self.percent is not None, ranged]
-        if sum(ways) != 1 or (self.low is None) != (self.high is None):
-            yield refused("", said, "it must have either plus_minus, or percent, or from and to")
+    def _check_range(self) -> Problems:
+        table = self.model_dump(by_alias=True, exclude_none=True)
+        is_range = self.low is not None and self.high is not None
+        if sum([self.plus_minus is not None, self.percent is not None, is_range]) != 1 or (self.low is None) != (
+            self.high is None
+        ):
+            yield refused("", table, "it must have either plus_minus, or percent, or from and to")
         elif self.low is not None and self.high is not None and not self.low < self.high:
-            yield refused("", said, "it must have from less than to")
+            yield refused("", table, "it must have from less than to")
 
     def spread(self, nominal: float) -> Spread:
-        """The distribution about a nominal value, or between the ends."""
+        """Return the distribution about a nominal value, or between the ends."""
         if self.low is not None and self.high is not None:
             return Spread(self.distribution or "uniform", self.low, self.high)
         half = self.plus_minus if self.plus_minus is not None else abs(nominal) * (self.percent or 0) / 100
@@ -49,41 +50,40 @@ class Tolerance(Section):
 
 
 class Tolerances(Section):
-    """Tolerances by input: a name as `--set` takes it, or a pattern such as "mass.*" for all that it fits."""
+    """Tolerances by input: a name as in `--set`, or a pattern such as "mass.*" for all inputs that match it."""
 
     tolerances: Annotated[dict[str, Tolerance], Field(min_length=1)]
 
     @classmethod
     def load(cls, path: Path) -> Self:
-        """Those in a file. Raises InputError, one sentence that names file, key, value and what is allowed."""
+        """Load tolerances from a file. Raises InputError, which names file, key, value and the allowed values."""
         return cls.read(read_toml(path), str(path))
 
     @classmethod
     def read(cls, table: Mapping[str, Any], source: str) -> Self:
-        """Those of a table. Raises InputError as `load`."""
+        """Build tolerances from a table. Raises InputError as `load`."""
         try:
             return cls.model_validate(table)
         except ValidationError as error:
             raise explain(error, source, cls) from None
 
-    def spreads(self, held: ResolvedMachine, source: str) -> dict[str, Spread]:
-        """The distribution of each input of a machine that has one; of several entries that fit the last counts.
+    def spreads(self, resolved: ResolvedMachine, source: str) -> dict[str, Spread]:
+        """Return the distributions of the inputs with a tolerance; of several entries that match, the last counts.
 
-        Raises InputError for an entry that fits no input, or leaves one no room.
+        Raises InputError if an entry matches no input, or has no width.
         """
-        nominal, found = held.room.nominal(held.machine), dict[str, Spread]()
+        nominal, spreads = resolved.room.nominal(resolved.machine), dict[str, Spread]()
         for name, tolerance in self.tolerances.items():
-            for path in self._fitting(name, held, source):
-                found[path] = tolerance.spread(nominal[path])
-                if not found[path].low < found[path].high:
-                    raise InputError(f"{source}: tolerances.{name} is not allowed: {path} is 0, it must be given "
-                                     "plus_minus")  # fmt: skip
-        return {path: found[path] for path in held.inputs if path in found}
+            for path in self._matches(name, resolved, source):
+                spreads[path] = tolerance.spread(nominal[path])
+                if not spreads[path].low < spreads[path].high:
+                    raise InputError(f"{source}: tolerances.{name} is not allowed: {path} is 0; use plus_minus")
+        return {path: spreads[path] for path in resolved.inputs if path in spreads}
 
     @staticmethod
-    def _fitting(name: str, held: ResolvedMachine, source: str) -> list[str]:
-        """Return the inputs that a name or a pattern means: full paths, or last parts if it fits no path."""
+    def _matches(name: str, resolved: ResolvedMachine, source: str) -> list[str]:
+        """Return the inputs that a name or a pattern matches, by full paths, else by the last parts of paths."""
         is_pattern = "*" in name or "?" in name
-        found = [path for path in held.inputs if is_pattern and fnmatchcase(path, name)]
-        found = found or [path for path in held.inputs if is_pattern and fnmatchcase(last_part(path), name)]
-        return found or [held.path(name, f"{source}: tolerances.{name}")]
+        matches = [path for path in resolved.inputs if is_pattern and fnmatchcase(path, name)]
+        matches = matches or [path for path in resolved.inputs if is_pattern and fnmatchcase(last_part(path), name)]
+        return matches or [resolved.path(name, f"{source}: tolerances.{name}")]

@@ -1,4 +1,4 @@
-"""Sweeps and tolerances of any machine that an angle drives: what `planter.tolerance.room` asks for, by the engine."""
+"""Adapter of machines of the engine for sweeps and tolerances (protocol in `planter.tolerance.room`)."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 
 
 class MachineRoom(ABC):
-    """Machines of files that the engine takes: inputs are their values, outputs measures of their quantities.
+    """Adapter of machines of the engine: inputs are their values, outputs measures of their quantities.
 
-    Files are read by a function of the module `file` of a package, machines made by its module `machines`.
+    The modules `file` and `machines` of the package load files and build machines.
     """
 
     choices: Mapping[str, Sequence[str]] = {}
@@ -48,42 +48,42 @@ class MachineRoom(ABC):
         return is_taken
 
     def load(self, source: str, changes: Mapping[str, float]) -> Document:
-        """Return the file of a machine, some numbers set."""
+        """Load the file of a machine, with changed numbers."""
         document: Document = getattr(self._import_module("file"), self._load)(source, changes)
         return document
 
     def build(self, machine: Any) -> Machine:
-        """Return the machine of a file."""
+        """Build the machine of a file."""
         built: Machine = self._import_module("machines").build_machine(machine)
         return built
 
     @abstractmethod
     def frozen(self, machine: Any) -> dict[str, Any]:
-        """Return all that makes the file again, fit for JSON."""
+        """Return a description of the file, fit for JSON, from which `thaw` restores it."""
 
     @abstractmethod
     def thaw(self, frozen: Mapping[str, Any]) -> Document:
-        """Return the file that `frozen` was made of."""
+        """Return the file that `frozen` describes."""
 
     def inputs(self, machine: Any) -> dict[str, str]:
         """Return the meanings of the machine's values, by path."""
         return {value.path: value.meaning for value in self.build(machine).values}
 
     def outputs(self, machine: Any) -> dict[str, str]:
-        """Return the meanings of the measures of the machine's quantities over a turn."""
+        """Return the meanings of the measures of the machine's quantities over a cycle."""
         from planter.engine.outputs import list_outputs
 
         return {name: output.meaning for name, output in list_outputs(self.build(machine)).items()}
 
     def describe_measure(self, machine: Any, text: str, label: str) -> tuple[str, str]:
-        """Return the name and the meaning of an output that a text in the language of measures asks for."""
+        """Return the name and the meaning of an output that is an expression in the language of measures."""
         from planter.engine.outputs import find_output
 
         output = find_output(self.build(machine), text, label)
         return output.name, output.meaning
 
     def default_outputs(self, machine: Any) -> Sequence[str]:
-        """Return the objective of the machine's file, if it has one, and what its motors have to give."""
+        """Return the objective of the machine's file, if it has one, and the loads of its motors."""
         from planter.engine.outputs import list_default_outputs
 
         return list_default_outputs(self.build(machine))
@@ -99,7 +99,7 @@ class MachineRoom(ABC):
         return {str(path): hash_file(path) for path in paths}
 
     def nominal(self, machine: Any) -> dict[str, float]:
-        """Return the machine's values in the units of their paths, as the file has them if it does."""
+        """Return the machine's values in the units of their paths, unrounded from the file where it has them."""
         built, numbers = self.build(machine), machine.numbers()
         return {
             value.path: numbers.get(value.path, float(number / value.factor))
@@ -107,16 +107,16 @@ class MachineRoom(ABC):
         }
 
     def tolerances(self, machine: Any) -> dict[str, dict[str, Any]]:
-        """Return no tolerances: none can be assumed of any machine."""
+        """Return no default tolerances."""
         return {}
 
     def robust(
         self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings,
         progress: Listener | None,
     ) -> RobustFound | None:  # fmt: skip
-        """Return the design with the least mean plus some standard deviations of a sum of measures.
+        """Return the design with the smallest mean plus `sigmas` standard deviations of a sum of measures.
 
-        None if neither file nor call has a sum, or nothing is to move. Raises ComputationError if the file's design has
+        None without a sum or without design variables. Raises ComputationError if the file's design has
         no cycle.
         """
         from planter.tolerance.robust import find_robust
@@ -127,10 +127,10 @@ class MachineRoom(ABC):
     def build_robust(
         self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings
     ) -> RobustGoal | None:
-        """Return a sum of measures over machines as the tolerances make them, None as `robust` does.
+        """Return a sum of measures over machines within tolerances; None as `robust`.
 
-        The sum, its limits and what is searched are those of the file, or of the settings. Raises InputError for a
-        call that leaves one of them out.
+        The sum, its limits and the design variables are those of the file or of the settings. Raises InputError if
+        the settings state a search without a sum or without design variables.
         """
         from planter.engine.goal import Goal, resolve_limit, resolve_measure
         from planter.engine.measures import parse_limit, parse_sum
@@ -150,7 +150,7 @@ class MachineRoom(ABC):
         return RobustGoal(replace(built, least=tuple(terms)), spreads, settings, samples, bounds)
 
     def read_goal(self, machine: Any) -> tuple[Sequence[Measure], Sequence[Limit], int] | None:
-        """Return the sum of measures that a file asks to be least, its limits, and samples; None if it has no sum."""
+        """Return the sum of measures that a file minimises, its limits, and samples; None if it has no sum."""
         return None
 
     def subject(
@@ -170,10 +170,10 @@ class MachineRoom(ABC):
 
 
 class FileRoom(MachineRoom):
-    """Machines whose files are read again in another process: they may name other files, or be built-in ones."""
+    """Adapter of machines whose files other processes read again, since they may name other files or be built in."""
 
     def frozen(self, machine: Any) -> dict[str, Any]:
-        """Return where the file is, the numbers that were set in it, and its table, which must stay as it is."""
+        """Return the path of the file, its changed numbers, and its table, which must not change."""
         path = Path(machine.source)
         numbers = machine.numbers()
         return {
@@ -183,8 +183,10 @@ class FileRoom(MachineRoom):
         }
 
     def thaw(self, frozen: Mapping[str, Any]) -> Document:
-        """Return the file, read again. Raises InputError if it has changed meanwhile."""
+        """Load the file again. Raises InputError if it has changed."""
         document = self.load(frozen["source"], frozen["changes"])
         if document.table() != frozen["table"]:
-            raise InputError(f"{frozen['source']}: the file has changed since the command began; begin again")
+            raise InputError(
+                f"{frozen['source']}: the file has changed since the command started; run the command again"
+            )
         return document

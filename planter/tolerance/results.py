@@ -1,4 +1,4 @@
-"""What `planter tolerance` returns, key by key."""
+"""Results of `planter tolerance`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from planter.records import Record
 
 @dataclass(frozen=True)
 class Toleranced(Record):
-    """An input that varies: its distribution between two ends, and its standard deviation, in the unit of its name."""
+    """Input with a tolerance: its distribution between two ends and its standard deviation, in the unit of its name."""
 
     name: str
     distribution: str
@@ -20,10 +20,10 @@ class Toleranced(Record):
 
 @dataclass(frozen=True)
 class Band(Record):
-    """An output by Monte Carlo, beside its value at the centre of the tolerances and its first-order band.
+    """Distribution of an output by Monte Carlo; `nominal` is its value at the centre of the tolerances.
 
-    `mean_error` is the standard error of the mean; `missing` machines had no turn; `first_order_std` comes from exact
-    gradients, and is missing where the machine has none.
+    `mean_error` is the standard error of the mean, `missing` the number of machines without a cycle, and
+    `first_order_std` the standard deviation from exact gradients, null if the machine has none.
     """
 
     nominal: float
@@ -48,7 +48,7 @@ class Share(Record):
 
 @dataclass(frozen=True)
 class Scored(Record):
-    """A design: its objective without tolerances; mean, standard deviation and mean plus k of these with them."""
+    """A design with its objective: without tolerances, and mean, standard deviation and robust sum with tolerances."""
 
     design: dict[str, float]
     nominal: float
@@ -59,11 +59,11 @@ class Scored(Record):
 
 @dataclass(frozen=True)
 class RobustFound(Record):
-    """The design with the least mean plus `sigmas` standard deviations of the objective, of `machines` drawn once.
+    """Design with the smallest mean plus `sigmas` standard deviations of the objective over `machines` random machines.
 
-    `objective` is that sum, like all objectives here one over `samples` of a cycle; `own` is the machine's design,
-    `best_nominal` the optimum without tolerances. `residual` is the largest slope that is left along the box, of the
-    objective over the box's width.
+    `objective` is that sum; all objectives are evaluated at `samples` angles of a cycle. `own` is the design of the
+    file, `best_nominal` the optimum without tolerances. `residual` is the largest projected slope of the objective over
+    the width of the bounds, relative to the objective.
     """
 
     design: dict[str, float]
@@ -80,10 +80,10 @@ class RobustFound(Record):
 
 @dataclass(frozen=True)
 class ToleranceFound(Record):
-    """`planter tolerance`: inputs, bands of outputs, Sobol' indices by output and input, the robust design.
+    """Result of `planter tolerance`: inputs, bands of outputs, Sobol' indices by output and input, the robust design.
 
-    `rows` turns were drawn for the bands, `index_rows` for the indices; `sobol` is empty and `robust` missing where
-    they were not asked for.
+    `rows` and `index_rows` are the numbers of cycles of the bands and of the indices. `sobol` is empty and `robust`
+    null if they were not requested.
     """
 
     machine: str

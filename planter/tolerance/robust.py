@@ -1,11 +1,11 @@
-"""Robust designs: the mean plus k standard deviations of an objective over machines as their tolerances make them.
+"""Robust designs: the mean plus k standard deviations of an objective over machines within tolerances.
 
-The machines are drawn once, so that the sum is a function of the design alone. Of objectives J_i with gradients G_i,
+The machines are sampled once, so that the sum is a function of the design alone. Of objectives J_i with gradients G_i,
 
     f = mean J + k s,   f' = mean G + k / (n s) sum (J_i - mean J) G_i,   s^2 = 1/n sum (J_i - mean J)^2,
 
-where an extreme stays at its sample, as in every gradient of a sampled objective. The search descends from the own
-design, the nominal optimum and others; limits are those of the design that is meant, without deviations.
+where an extreme stays at its sample, as in every gradient of a sampled objective. Local searches start at the design of
+the file, at the nominal optimum and at random designs; limits are those of the nominal design, without deviations.
 """
 
 from __future__ import annotations
@@ -35,17 +35,17 @@ from planter.tolerance.room import Settings
 from planter.tolerance.spread import Spread
 
 ROUNDING = 1e-12
-"""Share of the mean below which machines differ by rounding alone: their deviation has no slope then."""
+"""Share of the mean below which a standard deviation is rounding and has no slope."""
 ITERATIONS = 60
-"""Most steps of a descent."""
+"""Maximum number of steps of a local search."""
 PRECISION = 1e-9
-"""Change of the objective, over that of the own design, at which a descent ends."""
+"""Change of the objective, relative to that of the design of the file, at which a local search ends."""
 REFUSED = 1e3
-"""What a design without a cycle counts as, in objectives of the own design: steps that lead there are shortened."""
+"""Objective of a design without a cycle, relative to that of the file: steps to such a design are shortened."""
 THREADS = 4
-"""Threads that evaluate the machines."""
+"""Number of threads that evaluate the machines."""
 NOMINAL = None
-"""Instead of a number of standard deviations: the objective without tolerances."""
+"""Number of standard deviations that stands for the objective without tolerances."""
 
 
 @dataclass(frozen=True)
@@ -59,10 +59,11 @@ class Moments:
 
 
 class RobustGoal:
-    """A machine's objective over machines that are drawn once, as a function of its moved values x (p,) [SI].
+    """Objective of a machine over a fixed sample of machines, as a function of its design variables x (p,) [SI].
 
-    `design` (p,) is the machine's, `lower` and `upper` (p,) are its bounds, `limits` what it has to satisfy; the
-    objective is one over `samples` of a cycle. `spreads` are those of values by path; those of the design move with it.
+    `design`, `lower` and `upper` (p,) are the design and its bounds, `limits` its constraints; the objective is
+    evaluated at `samples` angles of a cycle. `spreads` are distributions of values by path, about the design if it has
+    them.
     """
 
     def __init__(
@@ -72,20 +73,20 @@ class RobustGoal:
         self.machine, self.samples, self.limits = machine, samples, limits
         self.design, self.lower, self.upper = machine.design, machine.lower, machine.upper
         moved = [machine.values[index].path for index in machine.moved]
-        others = [path for path in spreads if path not in moved]
-        self.outputs = SampledOutputs(machine, [*moved, *others], [OBJECTIVE], samples)
+        fixed = [path for path in spreads if path not in moved]
+        self.outputs = SampledOutputs(machine, [*moved, *fixed], [OBJECTIVE], samples)
         self._rest = self.outputs.machine.design[len(moved) :]
-        drawn = draw_inputs(spreads, settings)
-        self.apart = np.zeros((settings.machines, len(moved) + len(others)))
-        for column, path in enumerate([*moved, *others]):
-            if path in drawn:
+        samples_by_path = sample_inputs(spreads, settings)
+        self.deviations = np.zeros((settings.machines, len(moved) + len(fixed)))
+        for column, path in enumerate([*moved, *fixed]):
+            if path in samples_by_path:
                 centre = spreads[path].centre if path in moved else 0.0
-                self.apart[:, column] = (drawn[path] - centre) * self.outputs.machine.scale[column]
+                self.deviations[:, column] = (samples_by_path[path] - centre) * self.outputs.machine.scale[column]
         self.at = Latest(self._moments)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Return the objective (m,) of each machine, and its gradients (m, p). Raises ComputationError without one."""
-        return self._differentiate(self.apart + np.concatenate([x, np.zeros_like(self._rest)]))
+        return self._differentiate(self.deviations + np.concatenate([x, np.zeros_like(self._rest)]))
 
     def nominal(self, x: Array) -> tuple[float, Array]:
         """Return the objective without tolerances, and its gradient (p,). Raises ComputationError without one."""
@@ -100,7 +101,7 @@ class RobustGoal:
             raise ComputationError(self.outputs.find_reason(points[failed[0]]))
         return values[:, 0], (slopes[:, 0] / self.outputs.machine.scale)[:, : len(self.design)]
 
-    def named(self, x: Array) -> dict[str, float]:
+    def to_display(self, x: Array) -> dict[str, float]:
         """Return a design by the names of the file, in its units."""
         names = self.machine.design_names
         return {name: float(value) for name, value in zip(names, x / self.machine.scale, strict=True)}
@@ -114,33 +115,33 @@ class RobustGoal:
         return Moments(variance.mean, std, slopes.mean(axis=0), std_slope)
 
     def value(self, x: Array, sigmas: float | None) -> tuple[float, Array]:
-        """Return mean plus so many standard deviations at x, or the nominal objective, and the gradient (p,) [1/SI]."""
+        """Return mean plus `sigmas` standard deviations at x, or the nominal objective, with gradient (p,) [1/SI]."""
         if sigmas is NOMINAL:
             return self.nominal(x)
         at = self.at(x)
         return at.mean + sigmas * at.std, at.mean_slope + sigmas * at.std_slope
 
     def score(self, x: Array, sigmas: float) -> Scored:
-        """Return a design as results show it."""
+        """Return a design with its objectives, for results."""
         at = self.at(x)
-        return Scored(self.named(x), self.nominal(x)[0], at.mean, at.std, at.mean + sigmas * at.std)
+        return Scored(self.to_display(x), self.nominal(x)[0], at.mean, at.std, at.mean + sigmas * at.std)
 
 
-def draw_inputs(spreads: Mapping[str, Spread], settings: Settings) -> dict[str, Array]:
-    """Return values (m,) of each input: points of a Sobol' sequence, spread out."""
+def sample_inputs(spreads: Mapping[str, Spread], settings: Settings) -> dict[str, Array]:
+    """Return values (m,) of each input: points of a Sobol' sequence, scaled to the distributions."""
     if not spreads:
         return {}
     cube = SobolSequence(len(spreads), settings.seed)(0, settings.machines)
-    return {name: one.at(shares) for (name, one), shares in zip(spreads.items(), cube.T, strict=True)}
+    return {name: spread.quantiles(shares) for (name, spread), shares in zip(spreads.items(), cube.T, strict=True)}
 
 
 def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | None) -> RobustFound:
-    """Return the best design within the bounds that any of the descents ends at.
+    """Return the best design within the bounds of all local searches.
 
-    Raises ComputationError if none satisfies the limits, or if the own design has no objective.
+    Raises ComputationError if none satisfies the limits, or if the design of the file has no objective.
     """
     search, sigmas = _Search(robust), settings.sigmas
-    starts = [search.own, *search.others(settings)]
+    starts = [search.initial, *search.random_starts(settings)]
     phase = Phase("robust design", "descent", 2 * len(starts) + 2, progress)
 
     def descend(points: Sequence[Array], deviations: float | None) -> list[Array]:
@@ -150,8 +151,8 @@ def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | Non
     ends += descend([*starts, search.best(ends, NOMINAL)], sigmas)
     ends += descend([search.best(ends, sigmas)], NOMINAL)
     nominal, best = search.best(ends, NOMINAL), search.best(ends, sigmas)
-    if not search.keeps(best):
-        raise ComputationError("no robust design was found that keeps the requirements")
+    if not search.is_feasible(best):
+        raise ComputationError("no robust design satisfies the requirements; relax a requirement or widen the bounds")
     score = robust.score(search.design(best), sigmas)
     return RobustFound(
         design=score.design, objective=score.robust, samples=robust.samples, sigmas=sigmas,
@@ -162,12 +163,12 @@ def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | Non
 
 
 class _Search:
-    """Descents within the box, in shares u (p,) of its width."""
+    """Local searches within the bounds, in shares u (p,) of their width."""
 
     def __init__(self, robust: RobustGoal) -> None:
         self.robust = robust
         self.width = robust.upper - robust.lower
-        self.own = np.clip((robust.design - robust.lower) / self.width, 0, 1)
+        self.initial = np.clip((robust.design - robust.lower) / self.width, 0, 1)
         robust.at(robust.design)
         self.scale = abs(robust.nominal(robust.design)[0]) or 1.0
 
@@ -175,14 +176,14 @@ class _Search:
         """Return the design x (p,) [SI] at a point."""
         return self.robust.lower + u * self.width
 
-    def others(self, settings: Settings) -> Array:
-        """Return more points to start from, (n, p)."""
+    def random_starts(self, settings: Settings) -> Array:
+        """Return random initial points, (n, p)."""
         generator = np.random.default_rng(settings.seed)
-        cube: Array = qmc.LatinHypercube(len(self.own), rng=generator).random(settings.starts)
+        cube: Array = qmc.LatinHypercube(len(self.initial), rng=generator).random(settings.starts)
         return cube
 
     def value(self, u: Array, sigmas: float | None) -> tuple[float, Array]:
-        """Return what is to be small at a point, and its gradient in the shares."""
+        """Return the objective at a point, and its gradient (p,) in the shares."""
         try:
             value, slope = self.robust.value(self.design(u), sigmas)
         except ComputationError:
@@ -190,26 +191,28 @@ class _Search:
         return value, slope * self.width
 
     def descend(self, start: Array, sigmas: float | None, phase: Phase) -> Array:
-        """Return where a descent from a point ends."""
-        scale = abs(self.value(self.own, sigmas)[0]) or 1.0
+        """Return the end of a local search from a point."""
+        scale = abs(self.value(self.initial, sigmas)[0]) or 1.0
 
         def scaled(u: Array) -> tuple[float, Array]:
             value, slope = self.value(np.clip(u, 0, 1), sigmas)
             return value / scale, slope / scale
 
-        found = minimize(
+        result = minimize(
             scaled, start, jac=True, method="SLSQP", bounds=[(0, 1)] * len(start), constraints=self._constraints,
             options={"maxiter": ITERATIONS, "ftol": PRECISION},
         )  # fmt: skip
         phase.next()
-        end: Array = np.clip(found.x, 0, 1)
-        return end if self.value(end, sigmas)[0] <= self.value(start, sigmas)[0] or not self.keeps(start) else start
+        end: Array = np.clip(result.x, 0, 1)
+        return (
+            end if self.value(end, sigmas)[0] <= self.value(start, sigmas)[0] or not self.is_feasible(start) else start
+        )
 
     def best(self, points: Sequence[Array], sigmas: float | None) -> Array:
         """Return the best of some points that satisfy the limits; the first if none does."""
-        return min(filter(self.keeps, points), key=lambda u: self.value(u, sigmas)[0], default=points[0])
+        return min(filter(self.is_feasible, points), key=lambda u: self.value(u, sigmas)[0], default=points[0])
 
-    def keeps(self, u: Array) -> bool:
+    def is_feasible(self, u: Array) -> bool:
         """Return whether a point satisfies the limits."""
         limits = self.robust.limits
         try:
@@ -219,7 +222,7 @@ class _Search:
 
     @cached_property
     def _constraints(self) -> list[dict[str, Any]]:
-        """The limits as SciPy takes them: rows that must not be negative."""
+        """Limits in the form of SciPy: components that must not be negative."""
         limits = self.robust.limits
         if limits is None:
             return []
@@ -243,14 +246,14 @@ class _Search:
         return [{"type": "ineq", "fun": rows, "jac": slopes}]
 
     def residual(self, u: Array, sigmas: float) -> float:
-        """Return the largest slope that is left within the box, over the value; with limits those count too."""
+        """Return the largest projected slope relative to the value; active limits are not subtracted."""
         value, slope = self.value(u, sigmas)
         step = np.clip(u - slope, 0, 1) - u
         return float(np.abs(np.where(np.abs(step) > 0, slope, 0.0)).max() / (abs(value) or 1.0))
 
 
 class DesignLimits(Constraints):
-    """The limits of a goal as rows in the design alone, its variables as tight as they can be."""
+    """Limits of a goal as constraints on the design alone; the other variables of the goal are at their optimum."""
 
     def __init__(self, goal: Goal) -> None:
         self.goal, self._rows = goal, GoalConstraints(goal)
@@ -259,14 +262,14 @@ class DesignLimits(Constraints):
         self.lower, self.upper = self._rows.lower, self._rows.upper
 
     def values(self, x: Array) -> Array:
-        """Return the rows (k,) at a design. Raises ComputationError where there is no cycle."""
+        """Return the components (k,) at a design. Raises ComputationError if it has no cycle."""
         return self._rows.values(self.goal.start(x))
 
     def slopes(self, x: Array) -> Array:
-        """Return the gradients (k, p) of the rows; an extreme's is that of the node that has it."""
+        """Return the gradients (k, p) of the components; that of an extreme is at its node."""
         slopes = self._rows.slopes(self.goal.start(x))
         return slopes[:, : len(x)] + slopes[:, len(x) :] @ self.goal.variable_slopes(x)
 
     def curvature(self, x: Array, weights: Array) -> Array:
-        """Return the weighted sum (p, p) of the rows' Hessians."""
+        """Return the weighted sum (p, p) of the Hessians of the components."""
         return self._rows.curvature(self.goal.start(x), weights)[: len(x), : len(x)]

@@ -1,4 +1,4 @@
-"""What a machine's room brings beside what `planter.sweeps.room` asks for, so that its machines can have tolerances."""
+"""Adapters of machines for tolerances: the protocol of `planter.sweeps.room` with slopes, curves and robust designs."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from planter.tolerance.spread import Spread
 class Settings:
     """Settings of a robust design: standard deviations added to the mean, random machines, starts, a seed.
 
-    `sum_text` replaces the sum of the machine's file, `holds` are further limits, `ranges` are other values to search
-    in, by path between ends in their units.
+    `sum_text` replaces the sum of the machine file, `holds` are further limits, `ranges` the bounds of further design
+    variables, by path, in display units.
     """
 
     sigmas: float = 3.0
@@ -31,38 +31,41 @@ class Settings:
 
     @property
     def is_stated(self) -> bool:
-        """Whether a call says what is searched, not the file alone."""
+        """Return whether options, not the file alone, define the search."""
         return self.sum_text is not None or bool(self.holds or self.ranges)
 
 
 class Subject(room.Subject, Protocol):
-    """A machine whose turns are evaluated in rows, and at one point with slopes."""
+    """A machine that evaluates rows of inputs, and slopes at one point."""
 
     def slopes(self, point: Array) -> tuple[Array, Array] | None:
-        """Outputs (k,) at a point (n,) and their exact slopes (k, n), in shown units; None where there are none."""
+        """Return outputs (k,) at a point (n,) and their exact slopes (k, n), in display units; None without slopes."""
 
     def curves(self, keys: Sequence[str], points: Array) -> Mapping[str, Array]:
-        """Quantities over a turn, (m, angles) each, at points (m, n), and the angles `phi_deg` themselves."""
+        """Return quantities over a cycle, (m, angles) each, at points (m, n), and their angles `phi_deg`."""
 
 
 class Room(room.Room, Protocol):
-    """Machines of a kind."""
+    """Adapter of a kind of machines."""
 
     banded: Sequence[str]
-    """Outputs where none are asked for."""
+    """Default outputs."""
     curves: Sequence[str]
-    """Quantities that are drawn over a turn."""
+    """Quantities with figures over a cycle."""
     paths: Sequence[tuple[str, str]]
-    """Pairs of quantities that are drawn as a path."""
+    """Pairs of quantities with figures of a path."""
 
     def nominal(self, machine: Any) -> Mapping[str, float]:
-        """The value of each input in the file."""
+        """Return the values of the inputs in the file, in display units."""
 
     def tolerances(self, machine: Any) -> Mapping[str, Mapping[str, Any]]:
-        """Tolerances where none are given, as a file has them; none where nothing can be assumed."""
+        """Return the default tolerances as the table of a file, empty if the kind has none."""
 
     def robust(
         self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings,
         progress: Listener | None,
     ) -> RobustFound | None:  # fmt: skip
-        """The design with the least mean plus some standard deviations of the objective; None where there is none."""
+        """Return the design with the smallest mean plus `sigmas` standard deviations of the objective.
+
+        None if the machine has no objective or no design variables.
+        """

@@ -1,4 +1,4 @@
-"""How an input spreads between two ends: uniform, triangular, or normal with its ends at three standard deviations."""
+"""Distributions of inputs between two ends: uniform, triangular, or normal, truncated at three standard deviations."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from planter.kernels import Array
 
 Kind = Literal["normal", "uniform", "triangular"]
 ENDS = 3.0
-"""Where a normal distribution is cut, in standard deviations."""
+"""Standard deviations at which a normal distribution is truncated."""
 _TAIL = float(ndtr(-ENDS))
 
 
 @dataclass(frozen=True)
 class Spread:
-    """A distribution, symmetric between `low` and `high` [in the input's shown unit]."""
+    """Symmetric distribution between `low` and `high` [display unit of the input]."""
 
     kind: Kind
     low: float
@@ -27,12 +27,12 @@ class Spread:
 
     @property
     def centre(self) -> float:
-        """Its mean."""
+        """Mean."""
         return (self.low + self.high) / 2
 
     @property
     def std(self) -> float:
-        """Its standard deviation.
+        """Standard deviation.
 
         >>> round(Spread("uniform", 35, 45).std, 4), round(Spread("normal", -3, 3).std, 4)
         (2.8868, 0.9866)
@@ -46,8 +46,8 @@ class Spread:
         lost = 2 * ENDS * exp(-(ENDS**2) / 2) / sqrt(2 * pi) / (1 - 2 * _TAIL)
         return width / (2 * ENDS) * sqrt(1 - lost)
 
-    def at(self, shares: Array) -> Array:
-        """Values below which shares (n,) in [0, 1] of all lie."""
+    def quantiles(self, shares: Array) -> Array:
+        """Return the quantiles (n,) at probabilities `shares` (n,) in [0, 1]."""
         width = self.high - self.low
         match self.kind:
             case "uniform":
@@ -55,5 +55,5 @@ class Spread:
             case "triangular":
                 half = np.sqrt(np.minimum(shares, 1 - shares) / 2)
                 return np.where(shares < 0.5, self.low + half * width, self.high - half * width)
-        found: Array = self.centre + width / (2 * ENDS) * ndtri(_TAIL + shares * (1 - 2 * _TAIL))
-        return found
+        values: Array = self.centre + width / (2 * ENDS) * ndtri(_TAIL + shares * (1 - 2 * _TAIL))
+        return values

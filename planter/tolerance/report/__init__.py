@@ -1,1 +1,1 @@
-"""The folder of a machine's tolerances: its figures and its page."""
+"""Report of tolerances: figures and page."""

@@ -19,7 +19,7 @@ from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.sweeps.points import SobolSequence
 from planter.tolerance.spread import Spread
-from planter.tolerance.statistics import bands, first_order
+from planter.tolerance.statistics import bands, first_order_std
 from tests.support import own
 
 INPUTS = ("values.r_mm", "values.m_r_kg", "values.omega_rpm")
@@ -72,13 +72,13 @@ def test_first_order_bands_are_those_of_drawn_machines() -> None:
     centre = outputs.machine.design / outputs.machine.scale
     spreads = [Spread("normal", value * 0.9995, value * 1.0005) for value in centre]
     drawn = SobolSequence(len(centre), 1)(0, 256)
-    points = np.column_stack([spread.at(shares) for spread, shares in zip(spreads, drawn.T, strict=True)])
+    points = np.column_stack([spread.quantiles(shares) for spread, shares in zip(spreads, drawn.T, strict=True)])
     values, slopes = outputs.slopes(centre)
     rows = outputs.evaluated(points, 1)
     np.testing.assert_allclose(rows.std(axis=0), (points @ slopes.T).std(axis=0), rtol=1e-3)
     for band in bands(NAMES[3:], rows, values, slopes, spreads).values():
         assert band.first_order_std == pytest.approx(band.std, rel=0.02)
-    assert first_order(1.2 * slopes, spreads)[0] > 1.15 * first_order(slopes, spreads)[0]
+    assert first_order_std(1.2 * slopes, spreads)[0] > 1.15 * first_order_std(slopes, spreads)[0]
 
 
 def test_a_row_without_a_cycle_has_the_reason_of_the_model() -> None:

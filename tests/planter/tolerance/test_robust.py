@@ -59,10 +59,10 @@ def test_each_drawn_machine_is_a_machine_of_its_own() -> None:
     robust = robust_goal(crank(), SPREADS)
     values, _ = robust.evaluate(robust.design)
     machine = robust.machine
-    for apart, value in zip(robust.apart, values, strict=True):
+    for deviations, value in zip(robust.deviations, values, strict=True):
         data = machine.data.copy()
-        data[machine.index_of("values.e_mm")] += apart[1]
-        data[machine.index_of("values.m_s_kg")] = apart[2]
+        data[machine.index_of("values.e_mm")] += deviations[1]
+        data[machine.index_of("values.m_s_kg")] = deviations[2]
         alone = Goal(machine.with_data(data), machine.least, [], ANGLES, with_events=False)
         assert value == pytest.approx(alone.evaluate(alone.machine.design), rel=1e-12)
     assert np.ptp(values) > 0.01 * values.mean()

@@ -5,9 +5,9 @@ import pytest
 from scipy import stats
 
 from planter.errors import ComputationError
-from planter.tolerance.job import Drawn, Saltelli
+from planter.tolerance.job import RandomPoints, Saltelli
 from planter.tolerance.spread import Spread
-from planter.tolerance.statistics import bands, first_order, indices
+from planter.tolerance.statistics import bands, first_order_std, indices
 
 LAWS = {
     "uniform": stats.uniform(2, 6),
@@ -19,7 +19,7 @@ LAWS = {
 @pytest.mark.parametrize("kind", LAWS)
 def test_distributions_are_those_of_scipy(kind: str) -> None:
     spread, law, shares = Spread(kind, 2, 8), LAWS[kind], np.linspace(0, 1, 21)  # type: ignore[arg-type]
-    np.testing.assert_allclose(spread.at(shares), law.ppf(shares), rtol=1e-9)
+    np.testing.assert_allclose(spread.quantiles(shares), law.ppf(shares), rtol=1e-9)
     assert np.isclose(spread.std, law.std(), rtol=1e-6)
     assert np.isclose(spread.centre, law.mean())
 
@@ -33,9 +33,9 @@ def test_any_block_of_points_is_the_same_block() -> None:
     a, b, first, second = whole.reshape(4, 64, 2)
     assert np.array_equal(first, np.column_stack([b[:, 0], a[:, 1]]))
     assert np.array_equal(second, np.column_stack([a[:, 0], b[:, 1]]))
-    drawn = Drawn(spreads, 20_000, 3)
-    assert np.array_equal(drawn.block(10_000, 10_050), Drawn(spreads, 30_000, 3).block(10_000, 10_050))
-    assert not np.array_equal(drawn.block(10_000, 10_050), drawn.block(0, 50))
+    points = RandomPoints(spreads, 20_000, 3)
+    assert np.array_equal(points.block(10_000, 10_050), RandomPoints(spreads, 30_000, 3).block(10_000, 10_050))
+    assert not np.array_equal(points.block(10_000, 10_050), points.block(0, 50))
 
 
 def test_an_additive_function_has_the_indices_of_its_parts() -> None:
@@ -49,7 +49,7 @@ def test_an_additive_function_has_the_indices_of_its_parts() -> None:
         assert abs(shares[name].first - part) < 0.01
         assert abs(shares[name].total - part) < 0.01
     assert (shares["d"].first, shares["d"].total) == (0, 0)
-    slopes = first_order(weights[None], spreads)
+    slopes = first_order_std(weights[None], spreads)
     assert np.isclose(slopes[0] ** 2, parts.sum())
 
 
@@ -87,7 +87,7 @@ def test_bands_are_those_of_the_rows_that_have_a_result() -> None:
     there = np.delete(np.arange(101.0), 7)
     assert (band.missing, band.nominal, band.first_order_std) == (1, 50, None)
     assert np.allclose([band.mean, band.std, band.p5], [there.mean(), there.std(ddof=1), np.percentile(there, 5)])
-    with pytest.raises(ComputationError, match="101 of 101 machines have no turn"):
+    with pytest.raises(ComputationError, match="101 of 101 machines have no cycle"):
         bands(["a", "b"], np.full_like(rows, np.nan), np.zeros(2), None, [])
 
 
@@ -95,5 +95,5 @@ def test_indices_need_every_row() -> None:
     mixed = Saltelli([Spread("uniform", 0, 1)], 64, 1)
     rows = np.arange(float(mixed.rows))[:, None]
     rows[3] = np.nan
-    with pytest.raises(ComputationError, match="1 of 192 machines have no turn"):
+    with pytest.raises(ComputationError, match="1 of 192 machines have no cycle"):
         indices(["f"], ["x"], rows, 64, 0)
