@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from planter.mapping.curve_file import load_curve
     from planter.mapping.file import load_poses
     from planter.mapping.synthesis import synthesise
-    from planter.mapping.training import train_of as train
+    from planter.mapping.training import build_training as train
     from planter.mechanism.optimisation import optimise as optimise_machine
     from planter.pickup.analysis import analyse_pickup as pick_up
     from planter.planting.batches import Batch, evaluate_many
@@ -102,7 +102,7 @@ _HOMES = {
     "mapping.curve_file": ("load_curve",),
     "mapping.file": ("load_poses",),
     "mapping.synthesis": ("synthesise",),
-    "mapping.training": ("train:train_of",),
+    "mapping.training": ("train:build_training",),
     "mechanism.optimisation": ("optimise_machine:optimise",),
     "pickup.analysis": ("pick_up:analyse_pickup",),
     "planting.compare.run": ("compare_families:compare",),

@@ -20,10 +20,10 @@ OF_CURVES = {
 
 
 def columns() -> dict[str, tuple[str, str]]:
-    """Meaning and source of each column."""
-    found = {name: (meaning, "motion") for name, meaning in OF_CURVES.items()}
+    """Return the meaning and source of each column."""
+    meanings = {name: (meaning, "motion") for name, meaning in OF_CURVES.items()}
     for gear in GEARS:
         name = gear.replace(" ", "_")
-        found[f"{name}_polar_deg"] = (f"polar angle of the pitch curve of {gear}", "gears")
-        found[f"{name}_radius_mm"] = (f"pitch radius of {gear} there", "gears")
-    return found
+        meanings[f"{name}_polar_deg"] = (f"polar angle of the pitch curve of {gear}", "gears")
+        meanings[f"{name}_radius_mm"] = (f"pitch radius of {gear} there", "gears")
+    return meanings

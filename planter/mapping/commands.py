@@ -53,15 +53,15 @@ def synthesise(
         from planter.mapping.synthesis import synthesise as synthesis
 
         if not 0 < least_slope < 1:
-            raise InputError(f"--least-slope {least_slope:g} is not allowed: it must be between 0 and 1")
+            raise InputError(f"--least-slope {least_slope:g}: the value must be between 0 and 1")
         if not 1 < largest_slope <= 1e3:
-            raise InputError(f"--largest-slope {largest_slope:g} is not allowed: it must be above 1 and at most 1000")
-        found = synthesis(load_poses(poses, changes(set_)), carrier, (least_slope, largest_slope))
+            raise InputError(f"--largest-slope {largest_slope:g}: the value must be above 1 and at most 1000")
+        solution = synthesis(load_poses(poses, changes(set_)), carrier, (least_slope, largest_slope))
         if out is not None:
             from planter.mapping.report import results
 
-            results.write_synthesis(out, found, console.progress)
-        console.result(found.result, lambda: tables.synthesis(console, found.result))
+            results.write_synthesis(out, solution, console.progress)
+        console.result(solution.result, lambda: tables.synthesis(console, solution.result))
 
 
 @app.command()
@@ -88,26 +88,26 @@ def train(
         from planter.mapping import tables
         from planter.mapping.curve_file import load_curve
         from planter.mapping.file import load_poses
-        from planter.mapping.training import train_of
+        from planter.mapping.training import build_training
 
         distance = _length("--centre-distance-mm", centre_distance_mm)
         crank = None if crank_mm is None else _length("--crank-mm", crank_mm)
         if crank is not None and crank > 2 * distance:
             raise InputError(
-                f"--crank-mm {crank_mm:g} is not allowed: it must be at most twice the centre distance, "
+                f"--crank-mm {crank_mm:g}: the value must be at most twice the centre distance, "
                 f"{2 * centre_distance_mm:g} mm"
             )
         file = None if poses is None else load_poses(poses)
-        found = train_of(load_curve(curve), distance, crank, file, carrier)
+        training = build_training(load_curve(curve), distance, crank, file, carrier)
         if out is not None:
             from planter.mapping.report import results
 
-            results.write_train(out, found, curve, console.progress)
-        console.result(found.result, lambda: tables.train(console, found.result))
+            results.write_train(out, training, curve, console.progress)
+        console.result(training.result, lambda: tables.train(console, training.result))
 
 
 def _length(option: str, value_mm: float) -> float:
-    """A length [m]."""
+    """Return a length [m]. Raises InputError if it is not positive and at most LARGEST_MM."""
     if not (math.isfinite(value_mm) and 0 < value_mm <= LARGEST_MM):
-        raise InputError(f"{option} {value_mm:g} is not allowed: it must be above 0 and at most {LARGEST_MM:g}")
+        raise InputError(f"{option} {value_mm:g}: the value must be above 0 and at most {LARGEST_MM:g}")
     return value_mm * 1e-3

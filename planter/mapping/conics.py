@@ -43,8 +43,8 @@ def common_points(first: Array, second: Array) -> list[Common] | None:
         return None
     q1, q2 = first / sizes[0], second / sizes[1]
     trials = [_solved(q1, q2, turn) for turn in _turns()]
-    found = [points for points in trials if points is not None]
-    return _clustered(min(found, key=lambda points: _misfit(q1, q2, points))) if found else None
+    solutions = [points for points in trials if points is not None]
+    return _clustered(min(solutions, key=lambda points: _misfit(q1, q2, points))) if solutions else None
 
 
 def _turns() -> list[Array]:
@@ -113,11 +113,11 @@ def _distance(u: Complex, v: Complex) -> float:
 def _clustered(points: list[Complex]) -> list[Common]:
     groups: list[list[Complex]] = []
     for point in points:
-        near = next((g for g in groups if _distance(g[0], point) < _NEAR), None)
-        if near is None:
+        neighbours = next((g for g in groups if _distance(g[0], point) < _NEAR), None)
+        if neighbours is None:
             groups.append([point])
         else:
-            near.append(point)
+            neighbours.append(point)
     return [_mean(group) for group in groups]
 
 

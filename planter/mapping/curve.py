@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SlopeExtreme:
-    """An extreme of the slope and the carrier angle [rad] where it stands."""
+    """An extreme of the slope [-] and its carrier angle [rad]."""
 
     value: float
     angle: float
@@ -72,7 +72,7 @@ class AngleCurve:
     def monotone(self) -> bool:
         return self.extremes[0].value > 0
 
-    def crossing(self) -> float:
+    def find_zero_slope(self) -> float:
         """The first carrier angle [rad] at which the slope is not positive."""
         theta = np.unique(np.concatenate([np.linspace(self.carrier[0], self.carrier[-1], 7201), self.carrier]))
         slope = self.slopes(theta)[0]
@@ -80,7 +80,7 @@ class AngleCurve:
         return float(theta[stopped[0]]) if len(stopped) else self.extremes[0].angle
 
 
-def unwrapped(relative: Array, sense: int = -1) -> Array:
+def unwrap_rotations(relative: Array, sense: int = -1) -> Array:
     """Relative rotations [rad] with whole turns added so that each lies less than a turn on from the one before."""
     angles = [float(relative[0])]
     for value in relative[1:]:

@@ -1,4 +1,4 @@
-"""The points of an angle curve as a CSV file. Radians come out."""
+"""The points of an angle curve as a CSV file. Angles are returned in radians."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def load_curve(source: str | Path) -> AngleCurve:
 
 
 def close_curve(source: str, places: Sequence[str], points: Array) -> AngleCurve:
-    """Return the curve through points (n, 2) [deg] of one closed turn, which stand in places of a file.
+    """Return the curve through points (n, 2) [deg] of one closed turn, with their places in a file.
 
     Raises InputError, naming file and place, for points that are none.
     """

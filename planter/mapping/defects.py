@@ -1,4 +1,4 @@
-"""Poses on a four-bar linkage: where they stand on it, whether it can visit them, and in which order."""
+"""Poses on a four-bar linkage: crank angles and circuits, whether it can visit them, and in which order."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ class Standing:
 
 
 def standings(linkage: FourBar, poses: Array) -> list[Standing]:
-    """Where each pose (n, 3) stands."""
-    first, second = (model.placed(poses, dyad.point) for dyad in (linkage.crank, linkage.follower))
+    """Return crank angle, assembly and circuit of each pose (n, 3)."""
+    first, second = (model.place_point(poses, dyad.point) for dyad in (linkage.crank, linkage.follower))
     dx, dy = (first - linkage.crank.centre).T
     theta, assembly = np.arctan2(dy, dx), linkage.assembly(first, second)
     phi = linkage.arm_angle(theta, assembly)
@@ -51,7 +51,7 @@ def standings(linkage: FourBar, poses: Array) -> list[Standing]:
 
 @dataclass(frozen=True)
 class Defects:
-    """What keeps a linkage from visiting the poses; `sense` is the crank's where the order is right, else 0."""
+    """Defects of a linkage for its poses; `sense` is that of the crank if the order is right, else 0."""
 
     order: bool
     branch: bool
@@ -132,8 +132,8 @@ def one_turn(theta: Array, phi: Array) -> Turn:
 
 
 def reversals(theta: Array, phi: Array) -> list[Reversal]:
-    """Where one closed turn of the carrier, in the order of its angles (n,), cannot pass all poses with the arm's
-    rotation phi - theta changing in one sense only; nowhere if it can.
+    """Return the pairs of poses between which the arm's rotation phi - theta must reverse on one closed turn of the
+    carrier, in the order of its angles (n,); empty if it can change in one sense only.
 
     Where two poses ask for different arm angles at one carrier angle, their difference counts.
     """
@@ -145,8 +145,8 @@ def reversals(theta: Array, phi: Array) -> list[Reversal]:
 
 def _step(angle: Array) -> Array:
     """Angles in [0, 2 pi); what is a whole turn but for rounding is nothing."""
-    found = np.mod(angle, TURN)
-    return np.where(found > TURN - _SAME, 0.0, found)
+    steps = np.mod(angle, TURN)
+    return np.where(steps > TURN - _SAME, 0.0, steps)
 
 
 _SAME = 1e-9

@@ -1,4 +1,4 @@
-"""What must be told of the gears of a train that can be made, each with the carrier angle where it is worst."""
+"""Warnings about the gears of a train that can be made, each with the carrier angle where it is worst."""
 
 from __future__ import annotations
 
@@ -51,11 +51,11 @@ def _ratios(train: Train) -> Iterator[Warned]:
         stages = [float(at[name][0]) for name in ("i1", "i2")]
         if max(*stages, *(1 / stage for stage in stages)) >= MOST_RATIO:
             radii = {gear: float(at[f"r{k}"][0]) for k, gear in enumerate(GEARS, 1)}
-            least = min(radii, key=lambda gear: radii[gear])
+            gear = min(radii, key=lambda gear: radii[gear])
             yield _warning(
                 "ratio", extreme.angle,
                 f"the total ratio is {float(at['i'][0]):.4g} (stages {stages[0]:.4g} and {stages[1]:.4g})",
-                f": the pitch radius of {least} is only {radii[least] * _MM:.4g} mm of {train.distance * _MM:.4g} mm",
+                f": the pitch radius of {gear} is only {radii[gear] * _MM:.4g} mm of {train.distance * _MM:.4g} mm",
             )  # fmt: skip
 
 

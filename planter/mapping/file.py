@@ -1,4 +1,4 @@
-"""Files of poses, with what else a user may say in them. SI and radians come out."""
+"""Files of poses, with what else a user may say in them. Values are returned in SI units and radians."""
 
 from __future__ import annotations
 
@@ -73,16 +73,16 @@ class PointsData(Section):
 
     @check
     def _points_make_a_curve(self) -> Problems:
-        every = [*self.first_carrier_deg, *self.second_carrier_deg, *self.free_carrier_deg]
-        if len(every) < 3:
+        angles = [*self.first_carrier_deg, *self.second_carrier_deg, *self.free_carrier_deg]
+        if len(angles) < 3:
             yield refused("first_carrier_deg", self.first_carrier_deg, "there must be 3 points in all")
-        twice = duplicates(np.radians(every).tolist())
+        twice = duplicates(np.radians(angles).tolist())
         if twice:
             allowed = f"no two points may have one carrier angle, as at {np.degrees(twice[0]):.6g} deg"
             yield refused("first_carrier_deg", self.first_carrier_deg, allowed)
-        given = self.free_relative_deg
-        if given is not None and len(given) != len(self.free_carrier_deg):
-            yield refused("free_relative_deg", given, "it must be as long as free_carrier_deg")
+        ordinates = self.free_relative_deg
+        if ordinates is not None and len(ordinates) != len(self.free_carrier_deg):
+            yield refused("free_relative_deg", ordinates, "it must be as long as free_carrier_deg")
 
     def choice(self, first_assembly: int, second_assembly: int) -> Choice:
         """The points in radians, for the assemblies of the two poses."""
@@ -127,7 +127,7 @@ def load_poses(source: str | Path, changes: Mapping[str, float] | None = None) -
     """
     if str(source).lower().endswith(".csv"):
         raise InputError(
-            f"{source}: this is a CSV file, but poses must stand in a TOML file, as [[pose]] with x_mm, y_mm, "
+            f"{source}: this is a CSV file, but poses are read from a TOML file with [[pose]] with x_mm, y_mm, "
             f"phi_deg (planter example sun2019 prints one; a curve of angles goes to planter train)"
         )
     file = PoseFile.load(source, "mapping", changes)

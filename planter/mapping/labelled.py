@@ -38,20 +38,20 @@ class Labels:
         from planter.view.sheet import Labelled
 
         file = load_poses(source, changes)
-        found = synthesise(file)
-        return Labelled(file.name, file.numbers(), sheets(found, _train(found)))
+        synthesis = synthesise(file)
+        return Labelled(file.name, file.numbers(), sheets(synthesis, _train(synthesis)))
 
 
 def _train(synthesis: Synthesis) -> Training | None:
     """The train of the curve that the file's points give, or the nearest monotone one; None where neither makes one."""
     from planter.errors import PlanterError
-    from planter.mapping.training import train_of
+    from planter.mapping.training import build_training
 
-    curve = synthesis.of_paths or (None if synthesis.nearest is None else synthesis.nearest.curve)
+    curve = synthesis.path_curve or (None if synthesis.nearest is None else synthesis.nearest.curve)
     if curve is None or synthesis.file.train is None or curve.sense > 0:
         return None
     try:
-        return train_of(curve, synthesis.file.si("train.centre_distance_mm"), file=synthesis.file)
+        return build_training(curve, synthesis.file.si("train.centre_distance_mm"), file=synthesis.file)
     except PlanterError:
         return None
 

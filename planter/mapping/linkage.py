@@ -73,7 +73,7 @@ class FourBar:
 
     @property
     def type(self) -> Type:
-        """By Grashof's rule, after the link that is the shortest: the one that can turn round to its neighbours."""
+        """Type by Grashof's rule, named after the shortest link, the one that can turn round to its neighbours."""
         if not self.grashof:
             return "non-grashof"
         shortest = int(np.argmin(self.lengths))
@@ -123,7 +123,7 @@ class FourBar:
         size = np.hypot(of_cos, of_sin)
         middle = np.arctan2(-of_sin, -of_cos)
         phi = middle + assembly * np.arccos(np.clip(alone / np.where(size > 0, size, 1), -1, 1))
-        gap, _, slope = model.closed(theta, phi, *vectors)
+        gap, _, slope = model.evaluate_closure(theta, phi, *vectors)
         steep = np.abs(slope) > 1e-3 * size
         return phi - np.where(steep, gap / np.where(steep, slope, 1), 0)
 

@@ -94,15 +94,15 @@ def build_linkage(file: PoseFile) -> Machine:
     crank, follower = h[: len(DYAD)], h[len(DYAD) :]
     model = load_formulas(MODEL)
     phi = _compose_coupler(theta, crank, follower, linkage)
-    across, along = ca.vertsplit(model.function("transmission")(theta, phi, crank, follower))
-    angle = ca.atan2(ca.fabs(across), along)
+    across, axial = ca.vertsplit(model.function("transmission")(theta, phi, crank, follower))
+    angle = ca.atan2(ca.fabs(across), axial)
     arm = _compose_arm(theta, phi, crank, d[-1])
     pose = ca.vertcat(arm["d1"], arm["d2"], phi)
     hinge = ca.vertsplit(model.function("hinge")(pose, follower[:2]))
     results = arm | dict(zip(FOLLOWER, (*hinge, ca.fmin(angle, np.pi - angle)), strict=True))
     machine = _build(
         file, values, data, ARM | FOLLOWER, results, (theta, d, h), ca.Function("prologue", [d], [ca.vertcat(*dyads)]),
-        [(along, {"name": "coupler square to follower", "order": 1, "period": None})],
+        [(axial, {"name": "coupler square to follower", "order": 1, "period": None})],
     )  # fmt: skip
     if not np.isfinite(np.array(machine.prologue(data))).all():
         raise InputError(f"{file.source}: dyads {linkage.numbers} are double roots: small changes of poses part them")
@@ -132,18 +132,18 @@ def build_train(file: PoseFile) -> Machine:
     data = np.array([file.si(value.path) for value in values])
     data[:count] = curve.relative[:-1]
     d, theta, h = ca.SX.sym("d", len(values)), ca.SX.sym("theta"), ca.SX.sym("h", 4 * count + 1)
-    known = dict(zip([value.name for value in values], ca.vertsplit(d), strict=True))
-    dyad = ca.vertcat(*(known[name] for name in DYAD)) if file.dyad is not None else ca.SX(_first_dyad(file).vector)
+    symbols = dict(zip([value.name for value in values], ca.vertsplit(d), strict=True))
+    dyad = ca.vertcat(*(symbols[name] for name in DYAD)) if file.dyad is not None else ca.SX(_first_dyad(file).vector)
     start = float(curve.carrier[0])
     turned = TURN * ca.floor((theta - start) / TURN)
     rows = ca.vertsplit(ca.reshape(h[:-1], count, 4).T)
     rest, *slopes = compose_pieces(theta - turned, curve.carrier[:-1], [row.T for row in rows], 4)
     relative = rest + curve.sense * theta
     slopes = [curve.sense * slope + float(order == 0) for order, slope in enumerate(slopes)]
-    known |= {"x_s": h[-1], "slope": -slopes[0], "dslope": -slopes[1], "ddslope": -slopes[2]}
+    symbols |= {"x_s": h[-1], "slope": -slopes[0], "dslope": -slopes[1], "ddslope": -slopes[2]}
     model = load_formulas(MODEL)
-    results = _compose_arm(theta, theta + relative, dyad, known["omega"]) | {"relative": relative}
-    results |= model.composed("gears", known) | model.composed("curvature", known) | {"slope": slopes[0]}
+    results = _compose_arm(theta, theta + relative, dyad, symbols["omega"]) | {"relative": relative}
+    results |= model.composed("gears", symbols) | model.composed("curvature", symbols) | {"slope": slopes[0]}
     knots = [
         (theta - float(angle), {"name": f"point {k} of the curve", "order": 0, "period": TURN})
         for k, angle in enumerate(curve.carrier[:-1], 1)
@@ -241,7 +241,7 @@ def _compose_coupler(theta: ca.SX, crank: ca.SX, follower: ca.SX, linkage: Linka
     It is counted from the frame's direction or, if the crank is longer than the frame, from the crank, from which the
     line to the follower's fixed hinge strays by less than a right angle.
     """
-    model, bar, pose = load_formulas(MODEL), linkage.bar, linkage.found[0]
+    model, bar, pose = load_formulas(MODEL), linkage.bar, linkage.standings[0]
     of_cos, of_sin, alone = ca.vertsplit(model.function("loop")(theta, crank, follower))
     x, y = ca.vertsplit(follower[:2] - crank[:2])
     frame = follower[2:4] - crank[2:4]

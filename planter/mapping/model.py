@@ -54,22 +54,22 @@ def _symmetric(k: Array) -> Array:
     return np.array([[k[0], half[2], half[3]], [half[2], k[1], half[4]], [half[3], half[4], k[5]]])
 
 
-def hinges_of(p: Array) -> Array:
+def compute_hinges(p: Array) -> Array:
     """Moving hinge x, y and fixed hinge X, Y (4,) of a vector (8,) of the null space whose first entry is not zero."""
     return _value("dyad", (), coefficients=p)[:, 0]
 
 
-def slider_of(p: Array) -> Array:
+def compute_slider(p: Array) -> Array:
     """Moving hinge x, y, normal and offset (5,) of its line in the fixed frame, for a vector with a0 = 0."""
     return _value("slider", (), coefficients=p)[:, 0]
 
 
-def swinging_of(p: Array) -> Array:
+def compute_swinging_line(p: Array) -> Array:
     """Fixed hinge X, Y, normal and offset (5,) of the body's line through it, for a vector with a0 = a1 = a2 = 0."""
     return _value("swinging", (), coefficients=p)[:, 0]
 
 
-def placed(poses: Array, point: Array) -> Array:
+def place_point(poses: Array, point: Array) -> Array:
     """Places (n, 2) of a point of the body (2,) in poses (n, 3)."""
     return _value("hinge", ["pose"], pose=poses.T, point=point).T
 
@@ -96,7 +96,7 @@ def loop(theta: Array, crank: Array, follower: Array) -> Array:
     return _value("loop", ["theta"], theta=theta, crank=crank, follower=follower)
 
 
-def closed(theta: Array, phi: Array, crank: Array, follower: Array) -> Array:
+def evaluate_closure(theta: Array, phi: Array, crank: Array, follower: Array) -> Array:
     """The closure and its derivatives in crank and arm angle (3, n)."""
     return _value("closed", ["theta", "phi"], theta=theta, phi=phi, crank=crank, follower=follower)
 

@@ -1,10 +1,10 @@
 """The angle curve that comes closest to all poses and is monotone.
 
 Two steps. First, where on a turn of the carrier each pose is met and with which arm angle: the sum of squares of how
-far both ends of the arm, tip and moving hinge, are from their places in the poses is made least, while between
-neighbouring poses the arm turns against the carrier by no less than the least slope allows and no more than the
-largest. This is a bound for every monotone curve. Then, of all C2 cubics with those slopes through what was found,
-the one that bends least. Derivatives are those of the generated formulas.
+far both ends of the arm, tip and moving hinge, are from their places in the poses is minimised, while between
+neighbouring poses the slope of the arm against the carrier stays within its bounds. This minimum is a lower bound for
+every monotone curve. Then, of all C2 cubics with those slopes through the optimal points, the one with the smallest
+bending integral. Derivatives are those of the generated formulas.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from itertools import permutations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planter.errors import ComputationError
 from planter.kernels import Array
@@ -22,7 +23,6 @@ from planter.mapping import model
 from planter.mapping.curve import AngleCurve, closed_turn
 from planter.mapping.defects import one_turn
 from planter.mapping.dyads import Dyad
-from planter.mapping.smooth import least_bent
 from planter.numerics import extremes
 from planter.numerics.angles import TURN, wrapped
 
@@ -32,11 +32,21 @@ _MARGINS = (1.25, 1.6, 2.5)
 """Between poses the slopes keep this factor from their bounds: the first that leaves room for a smooth curve."""
 _ALL_ORDERS, _SWAPPED_ORDERS = 5, 20
 """Up to so many poses every order on the turn is tried, or that of the crank and exchanged neighbours."""
+_GAP = TURN / 60
+"""Largest distance of neighbouring points of the spline."""
+_GRADING = 3
+"""Largest ratio of neighbouring gaps: where the slope must change within a short way, points are close."""
+_SAME = 1e-5
+"""Points that are closer [rad] are one."""
+_ROUNDING = 1e-6
+"""Share by which the solver may miss a bound."""
+_APART = 1e-6
+"""Smallest difference of the carrier angles [rad] of two poses that a curve passes."""
 
 
 @dataclass(frozen=True)
 class Miss:
-    """How a pose is missed at the carrier angle [rad] where the curve meets it: tip, moving hinge [m], angle [rad]."""
+    """Miss of a pose at the carrier angle [rad] where the curve meets it: tip, moving hinge [m], angle [rad]."""
 
     carrier: float
     tip: float
@@ -53,8 +63,8 @@ class Nearest:
     order: tuple[int, ...]
 
 
-def nearest(dyad: Dyad, poses: Array, slopes: tuple[float, float] = SLOPES) -> Nearest:
-    """The closest curve for a carrier dyad and poses (n, 3). Raises ComputationError where none is found."""
+def find_nearest(dyad: Dyad, poses: Array, slopes: tuple[float, float] = SLOPES) -> Nearest:
+    """Return the closest curve for a carrier dyad and poses (n, 3). Raises ComputationError if the search fails."""
     *margins, last = _MARGINS
     for margin in margins:
         with suppress(ComputationError):
@@ -64,15 +74,15 @@ def nearest(dyad: Dyad, poses: Array, slopes: tuple[float, float] = SLOPES) -> N
 
 def _nearest(dyad: Dyad, poses: Array, slopes: tuple[float, float], margin: float) -> Nearest:
     aim = _Aim(dyad, poses, (slopes[0] * margin, slopes[1] / margin))
-    trials = [found for order in _orders(aim.crank) if (found := aim.met(order)) is not None]
+    trials = [trial for order in _orders(aim.crank) if (trial := aim.fit_order(order)) is not None]
     if not trials:
-        raise ComputationError("no monotone angle curve was found near the poses")
+        raise ComputationError("no monotone angle curve was trial near the poses")
     _, theta, phi, order = min(trials, key=lambda trial: trial[0])
-    curve = least_bent(theta, phi - theta, slopes)
-    return Nearest(curve, list(missed(dyad, poses, curve, theta)), order)
+    curve = fit_smooth_curve(theta, phi - theta, slopes)
+    return Nearest(curve, list(list_misses(dyad, poses, curve, theta)), order)
 
 
-def missed(dyad: Dyad, poses: Array, curve: AngleCurve, theta: Array) -> Iterator[Miss]:
+def list_misses(dyad: Dyad, poses: Array, curve: AngleCurve, theta: Array) -> Iterator[Miss]:
     """Return the miss of each pose at given carrier angles (n,)."""
     phi = curve.at(theta) + theta
     gaps = model.arm(theta, phi, dyad.vector) - _target_places(dyad, poses)
@@ -81,7 +91,7 @@ def missed(dyad: Dyad, poses: Array, curve: AngleCurve, theta: Array) -> Iterato
         yield Miss(float(theta[k]), float(np.hypot(*gap[:2])), float(np.hypot(*gap[2:])), float(turned))
 
 
-def met_by(dyad: Dyad, poses: Array, curve: AngleCurve) -> list[Miss]:
+def find_misses(dyad: Dyad, poses: Array, curve: AngleCurve) -> list[Miss]:
     """Return the miss of each pose where the curve is closest to it with both ends of the arm."""
     grid = np.linspace(0, TURN, 1440, endpoint=False)
     theta = []
@@ -92,12 +102,12 @@ def met_by(dyad: Dyad, poses: Array, curve: AngleCurve) -> list[Miss]:
             return ((places - pose[:, None]) ** 2).sum(axis=0)
 
         theta.append(extremes.least(gap, grid, closed=True).place)
-    return list(missed(dyad, poses, curve, np.array(theta)))
+    return list(list_misses(dyad, poses, curve, np.array(theta)))
 
 
 def _target_places(dyad: Dyad, poses: Array) -> Array:
     """Places of tip and moving hinge (4, n) in the poses."""
-    return np.vstack([poses[:, :2].T, model.placed(poses, dyad.point).T])
+    return np.vstack([poses[:, :2].T, model.place_point(poses, dyad.point).T])
 
 
 def _orders(crank: Array) -> Iterator[tuple[int, ...]]:
@@ -119,29 +129,29 @@ class _Aim:
 
     def __init__(self, dyad: Dyad, poses: Array, slopes: tuple[float, float]) -> None:
         self.dyad, self.poses = dyad, poses
-        self.least, self.largest = slopes
+        self.least_slope, self.largest_slope = slopes
         self.targets = _target_places(dyad, poses)
         dx, dy = self.targets[2:] - dyad.centre[:, None]
         self.crank = np.arctan2(dy, dx)
         self.size = float(np.hypot(*(poses[:, :2] - poses[:, :2].mean(axis=0)).T).max()) + dyad.radius
 
-    def met(self, order: tuple[int, ...]) -> tuple[float, Array, Array, tuple[int, ...]] | None:
+    def fit_order(self, order: tuple[int, ...]) -> tuple[float, Array, Array, tuple[int, ...]] | None:
         """Sum of squares, carrier and arm angles in the order of the poses; None where the search fails."""
         from scipy.optimize import LinearConstraint, minimize
 
         sequence = np.array(order)
         start = self._start(sequence)
         matrix, lower = self._steps(len(order))
-        found = minimize(
+        optimum = minimize(
             lambda z: self._cost(z, sequence), start, jac=True, method="SLSQP",
             constraints=LinearConstraint(matrix, lower, np.inf), options={"maxiter": 300, "ftol": 1e-15},
         )  # fmt: skip
-        if (matrix @ found.x - lower).min() < -1e-9:
+        if (matrix @ optimum.x - lower).min() < -1e-9:
             return None
         count = len(order)
         theta, phi = np.empty(count), np.empty(count)
-        theta[sequence], phi[sequence] = found.x[:count], found.x[count:]
-        return float(found.fun), theta, phi, order
+        theta[sequence], phi[sequence] = optimum.x[:count], optimum.x[count:]
+        return float(optimum.fun), theta, phi, order
 
     def _start(self, sequence: Array) -> Array:
         """Carrier and arm angles as the poses have them, on one turn."""
@@ -155,8 +165,8 @@ class _Aim:
         turned[-1] = TURN
         falls = np.hstack([step, -step])
         carrier = np.hstack([step, np.zeros_like(step)])
-        matrix = np.vstack([falls - self.least * carrier, self.largest * carrier - falls])
-        return matrix, np.concatenate([(self.least - 1) * turned, (1 - self.largest) * turned])
+        matrix = np.vstack([falls - self.least_slope * carrier, self.largest_slope * carrier - falls])
+        return matrix, np.concatenate([(self.least_slope - 1) * turned, (1 - self.largest_slope) * turned])
 
     def _cost(self, z: Array, sequence: Array) -> tuple[float, Array]:
         theta, phi = np.split(z, 2)
@@ -176,13 +186,94 @@ def on_one_turn(crank: Array, phi: Array) -> tuple[Array, Array]:
     return theta, relative + theta
 
 
-def through_poses(dyad: Dyad, poses: Array) -> AngleCurve | None:
-    """The curve through the exact poses and nothing between, monotone or not; None where two share a carrier angle."""
-    dx, dy = (model.placed(poses, dyad.point) - dyad.centre[None, :]).T
+def interpolate_poses(dyad: Dyad, poses: Array) -> AngleCurve | None:
+    """Return the curve through the exact poses alone, monotone or not; None if two of them share a carrier angle."""
+    dx, dy = (model.place_point(poses, dyad.point) - dyad.centre[None, :]).T
     theta, phi = on_one_turn(np.arctan2(dy, dx), poses[:, 2])
     if len(poses) < 2 or np.diff(np.sort(theta)).min() < _APART:
         return None
     return closed_turn(theta, phi - theta)
 
 
-_APART = 1e-6
+def fit_smooth_curve(theta: Array, relative: Array, slopes: tuple[float, float]) -> AngleCurve:
+    """Return the periodic C2 cubic of least bending through points (n,) [rad] of one falling turn, its slope in bounds.
+
+    The integral of the squared second derivative is minimised over the ordinates of further points: a convex
+    quadratic programme, in which every curve is a linear function of its ordinates.
+
+    Raises ComputationError if no curve has such slopes.
+    """
+    from scipy.optimize import LinearConstraint, minimize
+
+    angles, rest = _periodic(theta, relative)
+    nodes, fixed = _nodes(angles)
+    bends, slope = _operators(nodes)
+    values = np.zeros(len(nodes))
+    values[fixed] = rest
+    free = np.logical_not(fixed)
+    factor, root = np.linalg.qr(bends[:, free])
+    # In the variables w = root y the objective is |w + factor' bends y0|^2 / 2: its Hessian is the identity.
+    target = factor.T @ bends[:, fixed] @ values[fixed]
+    back = np.linalg.inv(root)
+    matrix, level = -slope[:, free] @ back, 1 - slope[:, fixed] @ values[fixed]
+    optimum = minimize(
+        lambda w: (float(np.sum((w + target) ** 2) / 2), w + target), -target, jac=True, method="SLSQP",
+        constraints=LinearConstraint(matrix, slopes[0] - level, slopes[1] - level),
+        options={"maxiter": 200, "ftol": 1e-12},
+    )  # fmt: skip
+    values[free] = back @ optimum.x
+    curve = closed_turn(nodes, values - nodes)
+    lowest, largest = curve.extremes
+    if not (lowest.value >= slopes[0] * (1 - _ROUNDING) and largest.value <= slopes[1] * (1 + _ROUNDING)):
+        raise ComputationError(
+            f"no smooth curve with slopes from {slopes[0]:g} to {slopes[1]:g} passes the points closest to the poses: "
+            f"its slope goes from {lowest.value:.6g} to {largest.value:.6g}"
+        )
+    return curve
+
+
+def _periodic(theta: Array, relative: Array) -> tuple[Array, Array]:
+    """Return the carrier angles within a turn, in order, and the rotation less that of a uniform turn.
+
+    A turn of the carrier takes the rotation back by as much, so that their sum is periodic. Points that fall onto
+    each other are one.
+    """
+    order = np.argsort(np.mod(theta, TURN))
+    angles, rest = np.mod(theta, TURN)[order], (relative + theta)[order]
+    separate = np.append(True, np.diff(angles) > _SAME) & (angles < angles[0] + TURN - _SAME)
+    return angles[separate], rest[separate]
+
+
+def _nodes(angles: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the points of the spline within a turn, and which of them are the points of the curve."""
+    nodes = list(angles)
+    while (wide := _too_wide(np.array(nodes))).any():
+        widths = np.diff([*nodes, nodes[0] + TURN])
+        nodes = sorted([*nodes, *(np.array(nodes) + widths / 2)[wide]])
+    return np.array(nodes), np.isin(nodes, angles)
+
+
+def _too_wide(nodes: Array) -> NDArray[np.bool_]:
+    """Return which gaps to halve: large ones, and those that are much larger than a neighbour."""
+    widths = np.diff([*nodes, nodes[0] + TURN])
+    neighbours = np.minimum(np.roll(widths, 1), np.roll(widths, -1))
+    return np.asarray(widths > np.minimum(_GAP, _GRADING * neighbours))
+
+
+def _operators(nodes: Array) -> tuple[Array, Array]:
+    """Matrices that take ordinates (n,) to the root of the bending and to the Bezier ordinates of the slope (2 n, n).
+
+    Between two points the slope is a parabola, and no further out than its three Bezier ordinates.
+    """
+    from scipy.interpolate import CubicSpline
+
+    closed = np.append(nodes, nodes[0] + TURN)
+    ordinates = np.vstack([np.eye(len(nodes)), np.eye(len(nodes))[:1]])
+    spline = CubicSpline(closed, ordinates, bc_type="periodic")
+    widths = np.diff(closed)
+    # The second derivative is linear between points: Gauss' two places integrate its square exactly.
+    gauss = (nodes[:, None] + widths[:, None] * (1 + np.array([-1, 1]) / np.sqrt(3)) / 2).ravel()
+    weights = np.sqrt(np.repeat(widths / 2, 2))
+    ends = spline(nodes, 1)
+    middles = ends + spline(nodes, 2) * widths[:, None] / 2
+    return spline(gauss, 2) * weights[:, None], np.vstack([ends, middles])

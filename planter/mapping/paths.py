@@ -9,7 +9,7 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.mapping.curve import AngleCurve, closed_turn, unwrapped
+from planter.mapping.curve import AngleCurve, closed_turn, unwrap_rotations
 from planter.mapping.linkage import FourBar
 from planter.numerics.angles import TURN
 
@@ -31,13 +31,13 @@ class Choice:
     free_relative: Array | None = None
 
 
-def of_paths(linkage: FourBar, choice: Choice) -> AngleCurve:
+def build_path_curve(linkage: FourBar, choice: Choice) -> AngleCurve:
     """The curve through the chosen points. Raises ComputationError where a path has no such point."""
     parts = [(choice.first, choice.first_assembly, 0.0), (choice.second, choice.second_assembly, choice.second_shift)]
     theta = np.concatenate([angles for angles, _, _ in parts])
     relative = np.concatenate([_on_path(linkage, a, assembly) + shift for a, assembly, shift in parts])
     order = np.argsort(theta)
-    theta, relative = theta[order], unwrapped(relative[order])
+    theta, relative = theta[order], unwrap_rotations(relative[order])
     if relative[-1] <= relative[0] - TURN:
         raise ComputationError(
             "the points of the two paths do not lie on one closed turn of the carrier: the arm would have to turn "

@@ -44,7 +44,7 @@ class Family(Record):
 
 @dataclass(frozen=True)
 class AtPose(Record):
-    """How a linkage stands at a pose; `assembly` is +1 or -1, circuits count from 1."""
+    """Position of a linkage at a pose; `assembly` is +1 or -1, circuits count from 1."""
 
     pose: int
     crank_angle_deg: float
@@ -164,7 +164,7 @@ class SynthesisFound(Record):
 
 @dataclass(frozen=True)
 class Warned(Record):
-    """What must be told of gears; `carrier_deg` is null where it concerns the whole turn."""
+    """A warning about gears; `carrier_deg` is null if it concerns the whole turn."""
 
     name: str
     carrier_deg: float | None

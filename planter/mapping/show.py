@@ -1,4 +1,4 @@
-"""Poses with their linkages, to be shown and changed by hand: `KIND`, as `planter.view.subject` has it."""
+"""Poses with their linkages, for display and interactive change: `KIND`, as `planter.view.subject` has it."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ class Poses:
     @cached_property
     def controls(self) -> Sequence[Control]:
         """The numbers of all poses."""
-        own = {path: value for path, value in self.file.numbers().items() if path.startswith("pose")}
-        reach = {path: REACH_DEG if path.endswith("_deg") else REACH_MM for path in own}
-        bounds = {path: (value - reach[path], value + reach[path]) for path, value in own.items()}
-        return controls(self.file, own, {}, bounds)
+        numbers = {path: value for path, value in self.file.numbers().items() if path.startswith("pose")}
+        reach = {path: REACH_DEG if path.endswith("_deg") else REACH_MM for path in numbers}
+        bounds = {path: (value - reach[path], value + reach[path]) for path, value in numbers.items()}
+        return controls(self.file, numbers, {}, bounds)
 
     @cached_property
     def handles(self) -> Sequence[tuple[str, str]]:
@@ -47,25 +47,25 @@ class Poses:
         """Every linkage on the circuits that meet a pose."""
         from planter.mapping.report import scene
 
-        found = self._synthesis(values)
-        return [scene.linkage(one, found.poses, circuit) for one in found.linkages
-                for circuit in sorted({standing.circuit for standing in one.found})]  # fmt: skip
+        synthesis = self._synthesis(values)
+        return [scene.linkage(linkage, synthesis.poses, circuit) for linkage in synthesis.linkages
+                for circuit in sorted({standing.circuit for standing in linkage.standings})]  # fmt: skip
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Return the number of dyads, and the smallest transmission angle of each linkage."""
         result = self._synthesis(values).result
-        least = [
-            Reading(f"least transmission angle of {x.dyads[0]} and {x.dyads[1]}", "deg", x.transmission_min_deg)
+        transmissions = [
+            Reading(f"transmissions transmission angle of {x.dyads[0]} and {x.dyads[1]}", "deg", x.transmission_min_deg)
             for x in result.linkages
         ]
-        return [Reading("real dyads", "", float(len(result.dyads))), *least]
+        return [Reading("real dyads", "", float(len(result.dyads))), *transmissions]
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
-        """None that have a margin."""
+        """Return no checks: poses have no margins."""
         return []
 
     def details(self, values: Values, model: str) -> Sequence[Table]:
-        """None: its report has more."""
+        """Return no tables: the report has them."""
         return []
 
     def text(self, values: Values) -> str:

@@ -10,16 +10,25 @@ import numpy as np
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
-from planter.mapping import model, shown
+from planter.mapping import conversion, model
 from planter.mapping.curve import AngleCurve
 from planter.mapping.defects import Defects, Reversal, Standing, defects, reversals, standings
-from planter.mapping.dyads import CONDITIONS, Dyad, Scale, Solution, Straight, distinct, solve
-from planter.mapping.family import family, parameters
+from planter.mapping.dyads import (
+    CONDITIONS,
+    Dyad,
+    Scale,
+    Solution,
+    Straight,
+    count_free_parameters,
+    distinct,
+    find_family,
+    fit_dyads,
+    solve_dyads,
+)
 from planter.mapping.file import PointsData, PoseFile
-from planter.mapping.fit import fit
 from planter.mapping.linkage import FourBar
-from planter.mapping.nearest import SLOPES, Miss, Nearest, met_by, nearest, through_poses
-from planter.mapping.paths import of_paths
+from planter.mapping.nearest import SLOPES, Miss, Nearest, find_misses, find_nearest, interpolate_poses
+from planter.mapping.paths import build_path_curve
 from planter.mapping.results import CurveOfPaths, DefectsFound, Family, LinkageFound, NearestCurve, SynthesisFound
 
 _POINT = 1e-9
@@ -28,17 +37,17 @@ _POINT = 1e-9
 
 @dataclass(frozen=True)
 class Linkage:
-    """A pair of dyads, by their numbers, as a four-bar linkage, and how the poses stand on it."""
+    """A pair of dyads, by their numbers, as a four-bar linkage, with its positions at the poses."""
 
     numbers: tuple[int, int]
     bar: FourBar
-    found: list[Standing]
+    standings: list[Standing]
     defects: Defects
 
 
 @dataclass(frozen=True)
 class Synthesis:
-    """Everything that `synthesise` finds; `result` is what the command returns."""
+    """Dyads, linkages and angle curves of poses; `result` is what the command returns."""
 
     file: PoseFile
     poses: Array
@@ -48,45 +57,45 @@ class Synthesis:
     carrier: Dyad | None
     exact: AngleCurve | None
     nearest: Nearest | None
-    of_paths: AngleCurve | None
+    path_curve: AngleCurve | None
     result: SynthesisFound = field(repr=False)
 
 
 def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = SLOPES) -> Synthesis:
-    """All dyads of the poses, every pair as a linkage, and the angle curve of a carrier dyad (from 1, by radius).
+    """Return the dyads of the poses, all pairs as linkages, and the angle curve of a carrier dyad (from 1, by radius).
 
     `slopes` are the least and the largest slope [-] of the monotone angle curve.
 
-    Raises InputError for poses that are all one, or a carrier that is none of the dyads.
+    Raises InputError if no two poses differ, or if the carrier is not the number of a dyad.
     """
     poses = file.poses
     count = len(distinct(poses))
     solution, linkages = find_linkages(poses)
-    family_of = family(poses) if solution.free or count < 2 else ([], [])
+    family_of = find_family(poses) if solution.free or count < 2 else ([], [])
     dyad = _carrier(poses, solution.dyads, carrier)
-    of_points = _of_points(file, linkages)
-    closest, why_not = _nearest(dyad, poses, slopes)
+    path_curve = _build_path_curve(file, linkages)
+    closest, why_not = _find_nearest(dyad, poses, slopes)
     result = SynthesisFound(
         poses=len(poses),
-        dyads=[shown.dyad(d, poses) for d in solution.dyads],
+        dyads=[conversion.dyad_result(d, poses) for d in solution.dyads],
         complex_pairs=solution.complex_roots // 2,
         singular_values=_singular_values(poses * [1e3, 1e3, 1]),
         scaled_singular_values=[float(v) for v in solution.singular_values[:CONDITIONS]],
-        straight=[shown.straight(s) for s in solution.straights],
+        straight=[conversion.straight_result(s) for s in solution.straights],
         family=_family_shown(solution, family_of, poses),
         linkages=[_linkage_shown(linkage, poses) for linkage in linkages],
         carrier_dyad=None if dyad is None else carrier,
-        monotone=None if dyad is None else shown.monotone(_reversals(dyad, poses)),
+        monotone=None if dyad is None else conversion.monotone_result(_reversals(dyad, poses)),
         nearest=None if closest is None else _nearest_shown(closest, slopes),
-        curve=None if of_points is None or dyad is None else _curve_shown(dyad, poses, of_points),
+        curve=None if path_curve is None or dyad is None else _curve_shown(dyad, poses, path_curve),
         warnings=[*_remarks(poses, count, solution), *([why_not] if why_not else [])],
     )
-    exact = None if dyad is None else through_poses(dyad, poses)
-    return Synthesis(file, poses, solution, family_of[0], linkages, dyad, exact, closest, of_points, result)
+    exact = None if dyad is None else interpolate_poses(dyad, poses)
+    return Synthesis(file, poses, solution, family_of[0], linkages, dyad, exact, closest, path_curve, result)
 
 
 def _singular_values(poses: Array) -> list[float]:
-    """Of the linear system (4) of sun2019, in the unit of the poses' lengths."""
+    """Return the singular values of the linear system (4) of sun2019, with lengths in mm."""
     values = np.linalg.svd(model.rows(poses), compute_uv=False)
     return [float(v) for v in values[:CONDITIONS]]
 
@@ -94,49 +103,49 @@ def _singular_values(poses: Array) -> list[float]:
 def find_linkages(poses: Array) -> tuple[Solution, list[Linkage]]:
     """Return the dyads of poses (n, 3), and every pair of them as a linkage."""
     count = len(distinct(poses))
-    free = parameters(poses) if count > 1 else 1
-    solution = fit(poses) if free == 0 and count > CONDITIONS else solve(poses)
+    free = count_free_parameters(poses) if count > 1 else 1
+    solution = fit_dyads(poses) if free == 0 and count > CONDITIONS else solve_dyads(poses)
     return solution, _pair(poses, solution.dyads)
 
 
 def _pair(poses: Array, dyads: Sequence[Dyad]) -> list[Linkage]:
-    least = _POINT * Scale.of(poses).size
-    found = []
+    smallest = _POINT * Scale.from_poses(poses).size
+    linkages = []
     for (i, first), (j, second) in combinations(enumerate(dyads, 1), 2):
-        if min(first.radius, second.radius) > least:
+        if min(first.radius, second.radius) > smallest:
             bar = FourBar(first, second)
-            where = standings(bar, poses)
-            found.append(Linkage((i, j), bar, where, defects(bar, where)))
-    return found
+            positions = standings(bar, poses)
+            linkages.append(Linkage((i, j), bar, positions, defects(bar, positions)))
+    return linkages
 
 
 def _carrier(poses: Array, dyads: Sequence[Dyad], number: int) -> Dyad | None:
-    """The dyad of a number; none where there is none at all, or where its moving hinge stands still."""
+    """Return the dyad of a number; None if no dyad is real, or if its moving hinge stands still."""
     if not dyads and number == 1:
         return None
     if not 1 <= number <= len(dyads):
         allowed = f"from 1 to {len(dyads)}, the number of real dyads" if dyads else "left out: there is no real dyad"
-        raise InputError(f"--carrier {number} is not allowed: it must be {allowed}")
-    found = dyads[number - 1]
-    return found if found.radius > _POINT * Scale.of(poses).size else None
+        raise InputError(f"--carrier {number} is not a dyad: the number must be {allowed}")
+    dyad = dyads[number - 1]
+    return dyad if dyad.radius > _POINT * Scale.from_poses(poses).size else None
 
 
 def _reversals(dyad: Dyad, poses: Array) -> list[Reversal]:
-    dx, dy = (model.placed(poses, dyad.point) - dyad.centre).T
+    dx, dy = (model.place_point(poses, dyad.point) - dyad.centre).T
     return reversals(np.arctan2(dy, dx), poses[:, 2])
 
 
-def _nearest(dyad: Dyad | None, poses: Array, slopes: tuple[float, float]) -> tuple[Nearest | None, str]:
+def _find_nearest(dyad: Dyad | None, poses: Array, slopes: tuple[float, float]) -> tuple[Nearest | None, str]:
     if dyad is None:
         return None, ""
     try:
-        return nearest(dyad, poses, slopes), ""
+        return find_nearest(dyad, poses, slopes), ""
     except ComputationError as error:
         return None, error.message
 
 
-def _of_points(file: PoseFile, linkages: Sequence[Linkage]) -> AngleCurve | None:
-    """The curve through the points that a file chooses on the paths of one of its linkages."""
+def _build_path_curve(file: PoseFile, linkages: Sequence[Linkage]) -> AngleCurve | None:
+    """Return the curve through the points that a file chooses on the paths of one of its linkages."""
     points = file.points
     if points is None:
         return None
@@ -144,14 +153,14 @@ def _of_points(file: PoseFile, linkages: Sequence[Linkage]) -> AngleCurve | None
         raise file.input_error("points.linkage", f"it must be from 1 to {len(linkages)}, the number of linkages")
     linkage = linkages[points.linkage - 1]
     first, second = (_assembly(file, points, linkage, key) for key in ("first_pose", "second_pose"))
-    return of_paths(linkage.bar, points.choice(first, second))
+    return build_path_curve(linkage.bar, points.choice(first, second))
 
 
 def _assembly(file: PoseFile, points: PointsData, linkage: Linkage, key: str) -> int:
     number = int(getattr(points, key))
-    if number > len(linkage.found):
-        raise file.input_error(f"points.{key}", f"it must be from 1 to {len(linkage.found)}, the number of poses")
-    return linkage.found[number - 1].assembly
+    if number > len(linkage.standings):
+        raise file.input_error(f"points.{key}", f"it must be from 1 to {len(linkage.standings)}, the number of poses")
+    return linkage.standings[number - 1].assembly
 
 
 def _linkage_shown(linkage: Linkage, poses: Array) -> LinkageFound:
@@ -166,62 +175,64 @@ def _linkage_shown(linkage: Linkage, poses: Array) -> LinkageFound:
         type=bar.type,
         grashof=bar.grashof,
         circuits=len(bar.reaches),
-        transmission_min_deg=shown.degrees(bar.least_transmission),
+        transmission_min_deg=conversion.to_degrees(bar.least_transmission),
         arm_length_mm=float(np.hypot(*bar.crank.point)) * 1e3,
-        poses=[shown.standing(k, s) for k, s in enumerate(linkage.found, 1)],
+        poses=[conversion.standing_result(k, s) for k, s in enumerate(linkage.standings, 1)],
         defects=DefectsFound(order=wrong.order, branch=wrong.branch, circuit=wrong.circuit),
         crank_sense=wrong.sense,
-        monotone=shown.monotone(_reversals(bar.crank, poses)),
+        monotone=conversion.monotone_result(_reversals(bar.crank, poses)),
     )
 
 
-def _nearest_shown(found: Nearest, slopes: tuple[float, float]) -> NearestCurve:
+def _nearest_shown(closest: Nearest, slopes: tuple[float, float]) -> NearestCurve:
     return NearestCurve(
         least_slope=slopes[0],
         largest_slope=slopes[1],
-        order=[k + 1 for k in found.order],
-        **shown.slopes(found.curve),
-        poses=[shown.miss(k, miss) for k, miss in enumerate(found.misses, 1)],
-        rms_mm=_rms(found.misses),
+        order=[k + 1 for k in closest.order],
+        **conversion.slopes_result(closest.curve),
+        poses=[conversion.miss_result(k, miss) for k, miss in enumerate(closest.misses, 1)],
+        rms_mm=_rms(closest.misses),
     )
 
 
 def _curve_shown(dyad: Dyad, poses: Array, curve: AngleCurve) -> CurveOfPaths:
-    misses = met_by(dyad, poses, curve)
+    misses = find_misses(dyad, poses, curve)
     return CurveOfPaths(
         points=len(curve.carrier),
-        **shown.slopes(curve),
-        poses=[shown.miss(k, miss) for k, miss in enumerate(misses, 1)],
+        **conversion.slopes_result(curve),
+        poses=[conversion.miss_result(k, miss) for k, miss in enumerate(misses, 1)],
         rms_mm=_rms(misses),
     )
 
 
 def _rms(misses: Sequence[Miss]) -> float:
-    """Root of the mean square of how far the ends of the arm are off [mm]."""
+    """Return the root mean square distance of the ends of the arm from their places in the poses [mm]."""
     return float(np.sqrt(np.mean([(m.tip**2 + m.hinge**2) / 2 for m in misses])) * 1e3)
 
 
-def _family_shown(solution: Solution, found: tuple[list[Dyad], list[Straight]], poses: Array) -> Family | None:
+def _family_shown(solution: Solution, members: tuple[list[Dyad], list[Straight]], poses: Array) -> Family | None:
     if not solution.free:
         return None
-    dyads, straights = found
+    dyads, straights = members
     return Family(
         parameters=solution.free,
-        dyads=[shown.dyad(d, poses) for d in dyads],
-        straight=[shown.straight(s) for s in straights],
+        dyads=[conversion.dyad_result(d, poses) for d in dyads],
+        straight=[conversion.straight_result(s) for s in straights],
     )
 
 
 def _remarks(poses: Array, count: int, solution: Solution) -> list[str]:
-    found = []
+    remarks = []
     if count < len(poses):
-        found.append(f"only {count} of the {len(poses)} poses are different")
+        remarks.append(f"only {count} of the {len(poses)} poses are different")
     if solution.free and count >= CONDITIONS:
-        found.append(f"the poses depend on each other: they leave a family with {solution.free} free parameters")
+        remarks.append(f"the poses depend on each other: they leave a family with {solution.free} free parameters")
     elif solution.free:
-        found.append(f"{count} poses leave a family of dyads with {solution.free} free parameters; members are listed")
+        remarks.append(
+            f"{count} poses leave a family of dyads with {solution.free} free parameters; members are listed"
+        )
     elif count > CONDITIONS:
-        found.append(f"{count} poses: no dyad passes all of them in general; those listed are the closest")
+        remarks.append(f"{count} poses: no dyad passes all of them in general; those listed are the closest")
     if solution.orientations:
-        found.append("the poses have two directions of the body only, which counts as a root without hinges")
-    return found
+        remarks.append("the poses have two directions of the body only, which counts as a root without hinges")
+    return remarks

@@ -1,4 +1,4 @@
-"""Results of the mapping as tables that a person likes to read."""
+"""Results of the mapping as printed tables."""
 
 from __future__ import annotations
 
@@ -58,14 +58,14 @@ def _linkage(console: Console, linkage: LinkageFound) -> None:
 
 
 def _monotone(result: SynthesisFound) -> None:
-    found = result.monotone
-    if found is None:
+    rotation = result.monotone
+    if rotation is None:
         return
     carrier = f"carrier on dyad {result.carrier_dyad}"
-    if found.possible:
+    if rotation.possible:
         print(f"{carrier}: a one-way rotation of the arm against the carrier passes all poses\n")
         return
-    reversals = ", ".join(f"by {r.deg:.5g} deg between poses {r.from_pose} and {r.to_pose}" for r in found.reversals)
+    reversals = ", ".join(f"by {r.deg:.5g} deg between poses {r.from_pose} and {r.to_pose}" for r in rotation.reversals)
     print(f"{carrier}: no one-way rotation passes all poses: the arm would have to reverse {reversals}\n")
 
 

@@ -1,6 +1,6 @@
 """The two-stage non-circular planetary gear train of an angle curve: split, closure, pitch curves, path of the tip.
 
-The first driver stands in the frame, the first follower and the second driver are one body in the middle of the
+The first driver is fixed to the frame, the first follower and the second driver are one body in the middle of the
 carrier, the arm is fixed to the second follower. Ratios and radii are those of the derivation (sun2019, step 5):
 i = 1/slope, i1 = x_s sqrt(i), i2 = sqrt(i)/x_s, r1 = a/(1 + i1), r2 = a - r1, r3 = a/(1 + i2), r4 = a - r3.
 """
@@ -43,7 +43,7 @@ class Train:
     def __post_init__(self) -> None:
         lowest = self.curve.extremes[0]
         if lowest.value <= 0:
-            at, worst = np.degrees(self.curve.crossing()), np.degrees(lowest.angle)
+            at, worst = np.degrees(self.curve.find_zero_slope()), np.degrees(lowest.angle)
             raise ComputationError(
                 f"the slope of the angle curve reaches zero at carrier angle {at:.6g} deg, where the gears would stand "
                 f"still and turn back (least slope {lowest.value:.6g} at {worst:.6g} deg): it must stay positive"
@@ -74,8 +74,8 @@ class Train:
         graded = _PANEL * 0.5 ** np.arange(24)
         inside = np.concatenate([knots, dense, low - graded, low + graded])
         inside = inside[(inside >= knots[0]) & (inside <= knots[-1])]
-        found = np.unique(inside)
-        return found[np.append(True, np.diff(found) > 1e-12)]
+        ends = np.unique(inside)
+        return ends[np.append(True, np.diff(ends) > 1e-12)]
 
     def gears(self, theta: Array) -> dict[str, Array]:
         """Ratios i, i1, i2, pitch radii r1 to r4 [m] and rates dpsi1 to dpsi4 of the polar angles (n,)."""
@@ -83,7 +83,7 @@ class Train:
 
     @cached_property
     def closure_errors(self) -> tuple[float, float]:
-        """What the followers turn by in a turn of their drivers, less a turn [rad], by a quadrature of its own.
+        """Rotation of the followers in a turn of their drivers, less a turn [rad], by a separate quadrature.
 
         The first follower turns through the mesh of stage 1; the second by the product of both ratios.
         """
@@ -140,7 +140,7 @@ class Train:
         """Angle at the middle hinge [rad]. Raises GeometryError where the hinges of the carrier form no triangle."""
         if crank > 2 * self.distance:
             raise GeometryError(
-                f"the length of the carrier, {crank * 1e3:.6g} mm, is not allowed: it must be at most twice the centre "
+                f"the length of the carrier, {crank * 1e3:.6g} mm, is too large: it must be at most twice the centre "
                 f"distance, {2e3 * self.distance:.6g} mm"
             )
         return model.bend(crank, self.distance)

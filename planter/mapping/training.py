@@ -1,4 +1,4 @@
-"""`planter train`: from an angle curve to the gear train, and how near its arm comes to poses."""
+"""`planter train`: from an angle curve to the gear train, and the misses of its arm at poses."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.mapping import faults, shown
+from planter.mapping import conversion, faults
 from planter.mapping.curve import AngleCurve
-from planter.mapping.dyads import Dyad, distinct, solve
+from planter.mapping.dyads import Dyad, distinct, solve_dyads
 from planter.mapping.file import PoseFile
-from planter.mapping.nearest import met_by
+from planter.mapping.nearest import find_misses
 from planter.mapping.results import Missed, TrainFound
 from planter.mapping.train import Train
 from planter.numerics.angles import TURN
@@ -20,7 +20,7 @@ from planter.numerics.angles import TURN
 
 @dataclass(frozen=True)
 class Training:
-    """A train with its carrier dyad and poses, where they are known; `result` is what the command returns."""
+    """A train with its carrier dyad and poses, or None; `result` is what the command returns."""
 
     train: Train
     crank: float | None
@@ -29,12 +29,12 @@ class Training:
     result: TrainFound
 
 
-def train_of(
+def build_training(
     curve: AngleCurve, distance: float, crank: float | None = None, file: PoseFile | None = None, carrier: int = 1
 ) -> Training:
-    """The train of a curve for a centre distance and, if given, a carrier length [m]; poses to hold its path against.
+    """Return the train of a curve for a centre distance and an optional carrier length [m], with its misses at poses.
 
-    Raises ComputationError where the slope of the curve reaches zero, InputError where the carrier does not fit.
+    Raises ComputationError if the slope of the curve reaches zero, InputError if the carrier does not fit.
     """
     dyad = None if file is None else _carrier(file, carrier)
     if crank is None and dyad is not None:
@@ -50,12 +50,10 @@ def _carrier(file: PoseFile, number: int) -> Dyad:
     """The dyad that a file names for its carrier, or a real one of its poses, counted by radius."""
     if file.carrier_dyad is not None and number == 1:
         return file.carrier_dyad
-    found = solve(file.poses).dyads if len(distinct(file.poses)) > 1 else []
-    if not 1 <= number <= len(found):
-        raise InputError(
-            f"--carrier {number} is not allowed: it must be a dyad of {file.source}, which has {len(found)} real ones"
-        )
-    return found[number - 1]
+    dyads = solve_dyads(file.poses).dyads if len(distinct(file.poses)) > 1 else []
+    if not 1 <= number <= len(dyads):
+        raise InputError(f"--carrier {number}: {file.source} has {len(dyads)} real dyads; choose one of these numbers")
+    return dyads[number - 1]
 
 
 def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFound:
@@ -66,18 +64,20 @@ def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFoun
         x_s_under_root=train.x_s**2,
         slope_min=lowest.value,
         slope_max=largest.value,
-        slope_min_at_deg=shown.degrees(lowest.angle % TURN),
-        slope_max_at_deg=shown.degrees(largest.angle % TURN),
+        slope_min_at_deg=conversion.to_degrees(lowest.angle % TURN),
+        slope_max_at_deg=conversion.to_degrees(largest.angle % TURN),
         monotone=train.curve.monotone,
         ratio_min=1 / largest.value,
         ratio_max=1 / lowest.value,
         closure_error_rad=train.closure_errors,
-        carrier_bend_deg=None if bend is None else shown.degrees(bend),
+        carrier_bend_deg=None if bend is None else conversion.to_degrees(bend),
         convex=train.convex,
-        concave_deg=[[(shown.degrees(a), shown.degrees(b)) for a, b in train.concave(k)] for k in range(4)],
-        radius_min_mm=shown.four(smallest),
-        radius_max_mm=shown.four(biggest),
-        curvature_radius_min_mm=shown.four(train.least_curvature_radius),
+        concave_deg=[
+            [(conversion.to_degrees(a), conversion.to_degrees(b)) for a, b in train.concave(k)] for k in range(4)
+        ],
+        radius_min_mm=conversion.to_four(smallest),
+        radius_max_mm=conversion.to_four(biggest),
+        curvature_radius_min_mm=conversion.to_four(train.least_curvature_radius),
         module_max_mm=faults.largest_module(train) * 1e3,
         poses=missed,
         warnings=faults.warnings(train),
@@ -85,7 +85,7 @@ def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFoun
 
 
 def _missed(curve: AngleCurve, dyad: Dyad, poses: Array) -> list[Missed]:
-    return [shown.miss(k, miss) for k, miss in enumerate(met_by(dyad, poses, curve), 1)]
+    return [conversion.miss_result(k, miss) for k, miss in enumerate(find_misses(dyad, poses, curve), 1)]
 
 
 def polar_curves(train: Train, samples: int = 361) -> tuple[Array, Array]:

@@ -1,1 +1,1 @@
-"""Printed numbers of the patent on kinematic mapping, and the formulas that compute them anew."""
+"""Printed numbers of the patent on kinematic mapping, and the formulas that recompute them."""

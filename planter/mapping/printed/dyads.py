@@ -1,4 +1,4 @@
-"""Five poses of a body: their images, null space and dyads beside the print, which has all lengths in mm."""
+"""Five poses of a body: their images, null space and dyads as the patent prints them, with all lengths in mm."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from planter.audit.registry import MM, Inputs, Value, formula
 from planter.files.units import factor
 from planter.kernels import Array
 from planter.mapping import model
-from planter.mapping.dyads import Dyad, Solution, null_space, solve
+from planter.mapping.dyads import Dyad, Solution, null_space, solve_dyads
 
 LENGTHS = np.array([2, 1, 1, 1, 1, 0, 0, 0])
-"""How many lengths are multiplied in each column of the linear system: its entries p in mm follow from those in m."""
+"""Number of lengths that are multiplied in each column of the linear system: entries in mm follow from those in m."""
 _POSE = np.array([MM, MM, factor("phi_deg")])
 
 
@@ -22,29 +22,29 @@ def poses(inputs: Inputs) -> Array:
     return np.array([inputs[name] for name in inputs[inputs["poses"]]]) * _POSE
 
 
-def solved(inputs: Inputs) -> Solution:
+def solve_poses(inputs: Inputs) -> Solution:
     """All dyads of the poses; many numbers of a paper are those of the same ones."""
     return _solved(tuple(map(tuple, poses(inputs).tolist())))
 
 
 @lru_cache
-def _solved(own: tuple[tuple[float, ...], ...]) -> Solution:
-    return solve(np.array(own))
+def _solved(rows: tuple[tuple[float, ...], ...]) -> Solution:
+    return solve_dyads(np.array(rows))
 
 
-def chosen(inputs: Inputs) -> Dyad | None:
-    """The dyad of a number, counted by radius, if there are so many."""
-    found = solved(inputs).dyads
+def choose_dyad(inputs: Inputs) -> Dyad | None:
+    """Return the dyad of a number, counted by radius, or None if there are fewer."""
+    dyads = solve_poses(inputs).dyads
     number = inputs["dyad"]
-    return found[number - 1] if number <= len(found) else None
+    return dyads[number - 1] if number <= len(dyads) else None
 
 
 @formula("kinematic image")
 def kinematic_image(inputs: Inputs) -> float:
     """A component of the image of one pose: Z1 and Z2 [mm], Z3 and Z4."""
     number = inputs["component"]
-    found = model.image(_pose(inputs))[0, number - 1]
-    return float(found / MM if number <= 2 else found)
+    entry = model.image(_pose(inputs))[0, number - 1]
+    return float(entry / MM if number <= 2 else entry)
 
 
 @formula("entry of the null space")
@@ -73,27 +73,27 @@ def nearest_basis_entry(inputs: Inputs) -> float:
 
 @formula("eigenvalues that vanish")
 def vanishing_eigenvalues(inputs: Inputs) -> float:
-    """How many eigenvalues of A^T A are zero: columns of A less its rank."""
+    """Return the number of zero eigenvalues of A^T A: columns of A less its rank."""
     return float(null_space(poses(inputs))[0].shape[1])
 
 
 @formula("real dyads")
 def real_dyads(inputs: Inputs) -> float:
-    """How many dyads of the five poses are real."""
-    return float(len(solved(inputs).dyads))
+    """Return the number of real dyads of the five poses."""
+    return float(len(solve_poses(inputs).dyads))
 
 
 @formula("dyad")
 def dyad_part(inputs: Inputs) -> Value:
     """A coordinate of a dyad [mm]."""
-    dyad = chosen(inputs)
+    dyad = choose_dyad(inputs)
     return None if dyad is None else _to_numbers(dyad)[inputs["part"]]
 
 
 @formula("circle coefficient")
 def circle_coefficient(inputs: Inputs) -> Value:
     """A coefficient of a0 (X^2 + Y^2) = 2 a1 X + 2 a2 Y + a3, at the scale of a printed one of them."""
-    dyad = chosen(inputs)
+    dyad = choose_dyad(inputs)
     if dyad is None:
         return None
     part = _to_numbers(dyad)
@@ -104,10 +104,10 @@ def circle_coefficient(inputs: Inputs) -> Value:
 @formula("moving hinge")
 def moving_hinge(inputs: Inputs) -> Value:
     """Coordinate of a dyad's moving hinge in one of the poses [mm]."""
-    dyad = chosen(inputs)
+    dyad = choose_dyad(inputs)
     if dyad is None:
         return None
-    return float(model.placed(_pose(inputs), dyad.point)[0, inputs["axis"] - 1] / MM)
+    return float(model.place_point(_pose(inputs), dyad.point)[0, inputs["axis"] - 1] / MM)
 
 
 @formula("distance of a point")
@@ -122,8 +122,8 @@ def _pose(inputs: Inputs) -> Array:
 
 def _basis(inputs: Inputs) -> Array:
     """Basis (8, 3) of the null space of the linear system of poses in mm."""
-    found = null_space(poses(inputs))[0]
-    return np.asarray(found * MM ** LENGTHS[:, None])
+    basis = null_space(poses(inputs))[0]
+    return np.asarray(basis * MM ** LENGTHS[:, None])
 
 
 def _to_numbers(dyad: Dyad) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""The four-bar linkage of the two smallest dyads in the poses that it was made for."""
+"""The four-bar linkage of the two smallest dyads in the poses of its synthesis."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from planter.audit.registry import MM, Inputs, Value, formula
 from planter.kernels import Array
 from planter.mapping.defects import reversals, standings
 from planter.mapping.linkage import FourBar
-from planter.mapping.printed.dyads import chosen, poses, solved
+from planter.mapping.printed.dyads import choose_dyad, poses, solve_poses
 
 
 @formula("poses in the assembly of one of them")
 def in_assembly(inputs: Inputs) -> Value:
-    """How many of some poses the linkage passes in the assembly of the first of them."""
+    """Return the number of poses that the linkage passes in the assembly of the first of them."""
     linkage = _linkage(inputs)
     if linkage is None:
         return None
     names: Sequence[str] = inputs[inputs["poses"]]
-    found = dict(zip(names, standings(linkage, poses(inputs)), strict=True))
-    wanted = [name for name in names if name in inputs["counted"]]
-    return float(sum(found[name].assembly == found[wanted[0]].assembly for name in wanted))
+    by_name = dict(zip(names, standings(linkage, poses(inputs)), strict=True))
+    counted = [name for name in names if name in inputs["counted"]]
+    return float(sum(by_name[name].assembly == by_name[counted[0]].assembly for name in counted))
 
 
 @formula("driver is a crank")
@@ -47,9 +47,9 @@ def largest_reversal(inputs: Inputs) -> Value:
 
 
 @formula("distance of a hinge outside the poses")
-def outside(inputs: Inputs) -> Value:
+def outside_distance(inputs: Inputs) -> Value:
     """Distance of a dyad's fixed hinge from the polygon through the poses' points [mm]; negative inside."""
-    dyad = chosen(inputs)
+    dyad = choose_dyad(inputs)
     return None if dyad is None else _distance(poses(inputs)[:, :2], dyad.centre) / MM
 
 
@@ -66,5 +66,5 @@ def _distance(corners: Array, point: Array) -> float:
 
 
 def _linkage(inputs: Inputs) -> FourBar | None:
-    found = solved(inputs).dyads
-    return FourBar(found[0], found[1]) if len(found) > 1 else None
+    dyads = solve_poses(inputs).dyads
+    return FourBar(dyads[0], dyads[1]) if len(dyads) > 1 else None

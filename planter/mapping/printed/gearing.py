@@ -8,7 +8,7 @@ from planter.mapping.train import Train
 
 
 @formula("split of the ratio")
-def split(inputs: Inputs) -> Value:
+def split_parameter(inputs: Inputs) -> Value:
     """Parameter that closes the first of two stages of a ratio: the mean of its inverse root over a turn.
 
     None where the curve is not monotone. The centre distance has no part in it.

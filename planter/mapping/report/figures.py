@@ -34,11 +34,11 @@ _WIDEST = 4
 def drawn_shares(bar: FourBar, circuit: int) -> Array:
     """Shares (n,) of the way along a circuit, from 0 to below 1, at which straight pieces follow its curves."""
 
-    def drawn(shares: Array) -> list[Array]:
+    def sample(shares: Array) -> list[Array]:
         path = bar.path_at(circuit, shares)
         return [*path.tip, path.phi, path.transmission]
 
-    return refine_places(drawn, np.linspace(0.0, 1.0, MOMENTS + 1))[:-1]
+    return refine_places(sample, np.linspace(0.0, 1.0, MOMENTS + 1))[:-1]
 
 
 @style.drawn
@@ -69,7 +69,7 @@ def _circle(axes: Axes, dyad: Dyad, poses: Array, shade: str, label: str) -> Non
     x, y = MM * (dyad.centre[:, None] + dyad.radius * np.array([np.cos(DENSE), np.sin(DENSE)]))
     axes.plot(x, y, color=shade, linewidth=0.9, label=label)
     axes.plot(*MM * dyad.centre, "+", color=shade, markersize=8)
-    hinges = MM * model.placed(poses, dyad.point)
+    hinges = MM * model.place_point(poses, dyad.point)
     axes.plot(*hinges.T, "o", color=style.PAPER, markeredgecolor=shade, markersize=4)
     for tip, hinge in zip(MM * poses[:, :2], hinges, strict=True):
         axes.plot(*np.array([tip, hinge]).T, color=shade, linewidth=0.5, alpha=0.6)
@@ -107,7 +107,7 @@ def linkage(solution: Linkage, pose_rows: Array) -> Figure:
         path = solution.bar.path_at(circuit, drawn_shares(solution.bar, circuit))
         tip = MM * np.column_stack([path.tip, path.tip[:, :1]])
         axes.plot(*tip, color=style.PALETTE[circuit - 1], label=f"path of the tip, circuit {circuit}")
-    for standing, tip in zip(solution.found, pose_rows[:, :2], strict=True):
+    for standing, tip in zip(solution.standings, pose_rows[:, :2], strict=True):
         shade = style.PALETTE[standing.circuit - 1]
         chain = np.array([solution.bar.crank.centre, *standing.hinges, solution.bar.follower.centre])
         axes.plot(*MM * chain.T, color=shade, linewidth=0.7, alpha=0.7)
@@ -131,7 +131,7 @@ def angle_curve(synthesis: Synthesis) -> Figure:
     curves = [
         ("through the poses", synthesis.exact, style.SOFT, (0, (4, 3))),
         ("closest monotone", synthesis.nearest.curve if synthesis.nearest else None, style.BLUE, "-"),
-        ("points of both paths", synthesis.of_paths, style.VERMILION, "-"),
+        ("points of both paths", synthesis.path_curve, style.VERMILION, "-"),
     ]
     start = _start(synthesis)
     for label, curve, shade, dashes in curves:
@@ -150,7 +150,7 @@ def angle_curve(synthesis: Synthesis) -> Figure:
 
 
 def _start(synthesis: Synthesis) -> float:
-    curve = synthesis.exact or (synthesis.nearest.curve if synthesis.nearest else None) or synthesis.of_paths
+    curve = synthesis.exact or (synthesis.nearest.curve if synthesis.nearest else None) or synthesis.path_curve
     return 0.0 if curve is None else float(curve.at(np.array([0.0]))[0])
 
 
@@ -161,7 +161,7 @@ def _falling(curve: AngleCurve, start: float) -> Array:
 
 
 def _exact_poses(axes: Axes, curve: AngleCurve, dyad: Dyad, poses: Array, start: float) -> None:
-    away = model.placed(poses, dyad.point) - dyad.centre
+    away = model.place_point(poses, dyad.point) - dyad.centre
     theta = np.mod(np.arctan2(away[:, 1], away[:, 0]), TURN)
     shift = TURN * np.round((float(curve.at(np.array([0.0]))[0]) - start) / TURN)
     relative = np.degrees(curve.at(theta) - shift)

@@ -41,7 +41,7 @@ def synthesis_page(synthesis: Synthesis, figures: Mapping[str, str], provenance:
     moving = [
         Motion(scene.linkage(linkage, synthesis.poses, circuit))
         for linkage in synthesis.linkages
-        for circuit in sorted({standing.circuit for standing in linkage.found})
+        for circuit in sorted({standing.circuit for standing in linkage.standings})
     ]
     if moving:
         sections.append(Section("Motion", moving))
@@ -110,12 +110,12 @@ def _linkage(linkage: LinkageFound) -> Iterator[Block]:
 
 
 def _curves(result: SynthesisFound) -> Iterator[Block]:
-    found = result.monotone
-    if found is None:
+    rotation = result.monotone
+    if rotation is None:
         yield Text("There is no dyad, and so no carrier.")
         return
     carrier = f"Carrier on dyad {result.carrier_dyad}"
-    if found.possible:
+    if rotation.possible:
         yield Text(f"{carrier}: a one-way rotation of the arm against the carrier passes all poses.")
     else:
         yield Text(
@@ -123,7 +123,7 @@ def _curves(result: SynthesisFound) -> Iterator[Block]:
             "warning",
         )
         yield Items([f"by {r.deg:.6g} deg between poses {r.from_pose} and {r.to_pose}"
-                     for r in found.reversals])  # fmt: skip
+                     for r in rotation.reversals])  # fmt: skip
     curves = (result.nearest, "Closest monotone curve"), (result.curve, "Curve through points of both paths")
     for curve, title in curves:
         if curve:

@@ -34,9 +34,9 @@ _TABLE = 721
 
 
 def write_synthesis(out: Path, synthesis: Synthesis, progress: Listener | None = None) -> None:
-    """Writes summary.json, curves and coupler paths as CSV, figures and report.html, whole or not at all.
+    """Write summary.json, curves and coupler paths as CSV, figures and report.html, whole or not at all.
 
-    Raises InputError for a folder that it cannot write.
+    Raises InputError if the folder cannot be written.
     """
     files.output_folder(out)
     provenance = files.provenance(synthesis.file)
@@ -53,7 +53,7 @@ def write_synthesis(out: Path, synthesis: Synthesis, progress: Listener | None =
 def _synthesis_tables(synthesis: Synthesis) -> Iterator[tuple[str, dict[str, Array]]]:
     for name, curve in (
         ("nearest", synthesis.nearest.curve if synthesis.nearest else None),
-        ("points", synthesis.of_paths),
+        ("points", synthesis.path_curve),
     ):
         if curve is not None:
             yield f"{name}_curve.csv", _points(curve)
@@ -73,9 +73,9 @@ def _synthesis_figures(synthesis: Synthesis) -> dict[str, Figure]:
 
 
 def write_train(out: Path, training: Training, source: str, progress: Listener | None = None) -> None:
-    """Writes summary.json, the turn and the pitch curves as CSV, figures and report.html, whole or not at all.
+    """Write summary.json, the turn and the pitch curves as CSV, figures and report.html, whole or not at all.
 
-    Raises InputError for a folder that it cannot write.
+    Raises InputError if the folder cannot be written.
     """
     files.output_folder(out)
     provenance = _provenance(training, source)
@@ -146,7 +146,7 @@ def _provenance(training: Training, source: str) -> dict[str, Any]:
 
 
 def _list_sources(training: Training, source: str) -> Iterator[tuple[str, Any]]:
-    """What the run can be repeated from: versions, options, a hash of the points."""
+    """Yield what repeats the run: versions, options, a hash of the points."""
     curve = training.train.curve
     yield "planter", __version__
     yield from ((name, metadata.version(name)) for name in ("casadi", "numpy", "scipy"))

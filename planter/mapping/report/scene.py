@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from planter.mapping.training import Training
 
 SECONDS = 6.0
-"""How long a cycle is shown: poses have no speed."""
+"""Duration of a cycle [s]: poses have no speed."""
 _ARROW = 0.13
 """Length of a pose's arrow in parts of the extent of the poses."""
 
@@ -28,7 +28,7 @@ def linkage(solution: Linkage, poses: Array, circuit: int) -> Scene:
     bar, shares = solution.bar, drawn_shares(solution.bar, circuit)
     path = bar.path_at(circuit, shares)
     at = np.column_stack([path.tip.T, path.phi])
-    crank, follower = (MM * model.placed(at, dyad.point).T for dyad in (bar.crank, bar.follower))
+    crank, follower = (MM * model.place_point(at, dyad.point).T for dyad in (bar.crank, bar.follower))
     tip, fixed = MM * path.tip, (MM * bar.crank.centre, MM * bar.follower.centre)
     points = MM * np.array([bar.crank.point, bar.follower.point, [0.0, 0.0]])
     bodies = (
@@ -53,7 +53,7 @@ def linkage(solution: Linkage, poses: Array, circuit: int) -> Scene:
 
 
 def train(training: Training) -> Scene | None:
-    """A gear train on its carrier, with the arm and the poses where they are known.
+    """A gear train on its carrier, with the arm and the poses if there are any.
 
     None for a curve along which the arm gains on the carrier: two external meshes do not drive it so.
     """
@@ -61,10 +61,10 @@ def train(training: Training) -> Scene | None:
     if curve.sense > 0:
         return None
 
-    def drawn(theta: Array) -> list[Array]:
+    def sample(theta: Array) -> list[Array]:
         return [curve.at(theta), *(np.asarray(axis) for point in _tip(training, theta) for axis in (point.x, point.y))]
 
-    theta = refine_places(drawn, np.linspace(curve.carrier[0], curve.carrier[-1], MOMENTS + 1))[:-1]
+    theta = refine_places(sample, np.linspace(curve.carrier[0], curve.carrier[-1], MOMENTS + 1))[:-1]
     at, psi = training.train.polar_angles()
     middle, relative = np.degrees(np.interp(theta, at, psi[1])), np.degrees(curve.at(theta))
     hinges, (sun, second, third, planet) = MM * centres(training).T, (part.T for part in outlines(training))
@@ -91,10 +91,10 @@ def train(training: Training) -> Scene | None:
 
 def _bar(name: str, fixed: Array, moving: Array) -> Body:
     """A link from a fixed hinge (2,) to a moving one (2, n)."""
-    along, up = moving - fixed[:, None]
-    length = float(np.hypot(along[0], up[0]))
+    dx, dy = moving - fixed[:, None]
+    length = float(np.hypot(dx[0], dy[0]))
     bar = Outline(np.array([[0.0, 0.0], [length, 0.0]]), "frame", closed=False)
-    return Body(name, (bar,), fixed.tolist(), np.degrees(np.unwrap(np.arctan2(up, along))))
+    return Body(name, (bar,), fixed.tolist(), np.degrees(np.unwrap(np.arctan2(dy, dx))))
 
 
 def _gear(points: Array, shade: int) -> Outline:
@@ -105,26 +105,26 @@ def _poses(poses: Array) -> Body:
     """The poses as arrows along the arm's x axis."""
     length = _ARROW * MM * (float(np.ptp(poses[:, :2], axis=0).max()) or 1.0)
     arrow = length * np.array([[0.0, 0.0], [1.0, 0.0], [0.8, 0.08], [1.0, 0.0], [0.8, -0.08]])
-    found = []
+    arrows = []
     for x, y, angle in poses:
         c, s = np.cos(angle), np.sin(angle)
-        found.append(Outline(arrow @ np.array([[c, s], [-s, c]]) + [MM * x, MM * y], "mark", closed=False))
-    return Body("poses", found)
+        arrows.append(Outline(arrow @ np.array([[c, s], [-s, c]]) + [MM * x, MM * y], "mark", closed=False))
+    return Body("poses", arrows)
 
 
 def _reached(poses: Array, at: Array, places: Array) -> list[Event]:
-    """Where the arm comes closest to each pose, tip and direction together."""
+    """Return the crank angles [deg] at which the arm is closest to each pose, tip and direction together."""
     size = float(np.ptp(poses[:, :2], axis=0).max()) or 1.0
-    found = []
+    events = []
     for number, pose in enumerate(poses, 1):
         turned = np.sin((at[:, 2] - pose[2]) / 2)
         away = np.hypot(*(at[:, :2] - pose[:2]).T) / size + np.abs(turned)
-        found.append(Event(f"closest to pose {number}", float(places[int(np.argmin(away))])))
-    return found
+        events.append(Event(f"closest to pose {number}", float(places[int(np.argmin(away))])))
+    return events
 
 
 def _mounted(training: Training, moving: Array) -> tuple[list[float], float]:
-    """Where the sun's centre is [mm], and how the carrier's first centre line is turned at its first angle [deg]."""
+    """Return the centre of the sun [mm] and the direction of the first centre line at the first carrier angle [deg]."""
     if training.dyad is None:
         return [0.0, 0.0], 0.0
     direction = float(np.degrees(training.train.curve.carrier[0] - np.arctan2(moving[1], moving[0])))
@@ -132,7 +132,7 @@ def _mounted(training: Training, moving: Array) -> tuple[list[float], float]:
 
 
 def _arm(training: Training, start: float) -> list[Outline]:
-    """From the moving hinge to the tip, in the planet's frame."""
+    """Return the line from the moving hinge to the tip, in the frame of the planet."""
     if training.dyad is None:
         return []
     places = MM * training.train.motion(training.dyad)["places"][:, 0]

@@ -27,10 +27,10 @@ def sheets(synthesis: Synthesis, train: Training | None) -> list[Sheet]:
 
 
 def _linkage(linkage: Linkage, pose: Array, poses: Array) -> Sheet:
-    """The first linkage in a pose; the moving frame stands in the tip."""
+    """The first linkage in a pose; the origin of the moving frame is the tip."""
     tip, heading = MM * pose[:2], float(np.degrees(pose[2]))
     crank, follower = (
-        MM * model.placed(pose[None, :], dyad.point)[0] for dyad in (linkage.bar.crank, linkage.bar.follower)
+        MM * model.place_point(pose[None, :], dyad.point)[0] for dyad in (linkage.bar.crank, linkage.bar.follower)
     )
     fixed = [MM * dyad.centre for dyad in (linkage.bar.crank, linkage.bar.follower)]
     bodies = (

@@ -32,11 +32,11 @@ def ratios(training: Training) -> Figure:
     curve = training.train.curve
     named = (("i", "total"), ("i1", "stage 1"), ("i2", "stage 2"))
 
-    def drawn(theta: Array) -> list[Array]:
+    def sample(theta: Array) -> list[Array]:
         gears = training.train.gears(theta)
         return [curve.at(theta), *(np.log(gears[name]) for name, _ in named)]
 
-    theta = refine_places(drawn, np.linspace(curve.carrier[0], curve.carrier[-1], 721))
+    theta = refine_places(sample, np.linspace(curve.carrier[0], curve.carrier[-1], 721))
     degrees, gears = np.degrees(theta), training.train.gears(theta)
     figure = style.new_figure(6.2)
     top, bottom = figure.subplots(2, 1, sharex=True)
@@ -106,12 +106,12 @@ def tip_path(training: Training) -> Figure:
     assert training.poses is not None
     curve, vector = training.train.curve, training.dyad.vector
 
-    def drawn(theta: Array) -> Array:
+    def sample(theta: Array) -> Array:
         """Tip and moving hinge (4, n) [mm]."""
         return MM * model.arm(theta, curve.at(theta) + theta, vector)
 
-    theta = refine_places(drawn, training.train.motion(training.dyad)["theta"])
-    places = drawn(theta)
+    theta = refine_places(sample, training.train.motion(training.dyad)["theta"])
+    places = sample(theta)
     figure = style.new_figure(6.4)
     axes = figure.subplots()
     axes.plot(*places[2:], color=style.FAINT, linewidth=0.8, linestyle=(0, (4, 3)), label="moving hinge")

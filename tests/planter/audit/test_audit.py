@@ -447,10 +447,10 @@ def test_split_of_a_ratio_with_a_known_mean() -> None:
     """slope 1 + e cos: the mean of its root is 1 - e^2/16 - 15 e^4/1024 - ..."""
     e, t = 0.2, np.linspace(0, 360, 181)
     relative = -(t + np.degrees(e * np.sin(np.radians(t))))
-    found_mean = gearing.split(Inputs({"carrier_deg": t, "relative_deg": relative}, {}, {}))
+    found_mean = gearing.split_parameter(Inputs({"carrier_deg": t, "relative_deg": relative}, {}, {}))
     assert found_mean == pytest.approx(1 - e**2 / 16 - 15 * e**4 / 1024, abs=2e-6)
     back = -(t + np.degrees(1.5 * np.sin(np.radians(t))))
-    assert gearing.split(Inputs({"carrier_deg": t, "relative_deg": back}, {}, {})) is None
+    assert gearing.split_parameter(Inputs({"carrier_deg": t, "relative_deg": back}, {}, {})) is None
 
 
 BLANK = [1, 2, 3, 3, 1, 2, 2, 3, 1]

@@ -290,8 +290,8 @@ def test_curves_of_other_kinds_are_suspected(rows: list, said: str, tmp_path: Pa
 
 def test_files_of_the_other_kind_say_what_they_are_for(tmp_path: Path) -> None:
     path = curve_file(tmp_path / "curve.csv", TURN)
-    assert "poses must stand in a TOML file" in refusal("synthesise", path)
-    assert "poses must stand in a TOML file" in refusal("train", "sun2019-curve", "--poses", path)
+    assert "poses are read from a TOML file" in refusal("synthesise", path)
+    assert "poses are read from a TOML file" in refusal("train", "sun2019-curve", "--poses", path)
     (tmp_path / "poses.toml").write_text(examples.example("sun2019"))
     assert "this is a .toml file, but it must be a .csv file" in refusal("train", str(tmp_path / "poses.toml"))
 

@@ -7,16 +7,16 @@ import scipy
 from planter.errors import ComputationError
 from planter.files import examples
 from planter.mapping import model
-from planter.mapping.curve import AngleCurve, closed_turn, unwrapped
+from planter.mapping.curve import AngleCurve, closed_turn, unwrap_rotations
 from planter.mapping.curve_file import load_curve
-from planter.mapping.dyads import Dyad, solve
+from planter.mapping.dyads import Dyad, solve_dyads
 from planter.mapping.linkage import FourBar
-from planter.mapping.nearest import Nearest, met_by, missed, nearest, through_poses
-from planter.mapping.paths import Choice, of_paths
+from planter.mapping.nearest import Nearest, find_misses, find_nearest, interpolate_poses, list_misses
+from planter.mapping.paths import Choice, build_path_curve
 from planter.numerics.angles import TURN
 from tests.planter.mapping.data import CORRECTED, si
 
-DYADS = solve(si(CORRECTED)).dyads
+DYADS = solve_dyads(si(CORRECTED)).dyads
 LINKAGE = FourBar(*DYADS)
 CHOICE = Choice(
     1, np.radians(np.arange(0, 61, 10)), -1, np.radians([230, 240, 250]), np.radians(30),
@@ -65,7 +65,7 @@ def test_extremes_are_the_true_ones() -> None:
 
 def test_points_of_both_paths_and_between_give_the_default_curve() -> None:
     """The built-in points, made from the dyads alone; they are printed to 1e-6 deg."""
-    made = of_paths(LINKAGE, CHOICE)
+    made = build_path_curve(LINKAGE, CHOICE)
     printed = load_curve("sun2019-curve")
     assert np.degrees(made.carrier) == pytest.approx(np.degrees(printed.carrier), abs=1e-9)
     assert np.degrees(made.relative) == pytest.approx(np.degrees(printed.relative), abs=6e-7)
@@ -73,11 +73,11 @@ def test_points_of_both_paths_and_between_give_the_default_curve() -> None:
 
 
 def test_points_of_a_path_are_on_the_linkage() -> None:
-    made = of_paths(LINKAGE, CHOICE)
+    made = build_path_curve(LINKAGE, CHOICE)
     phi = made.relative[:7] + made.carrier[:7]
-    closure = model.closed(made.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector)[0]
+    closure = model.evaluate_closure(made.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector)[0]
     assert np.abs(closure).max() < 1e-15
-    wrong = model.closed(made.carrier[7:9], made.relative[7:9] + made.carrier[7:9], LINKAGE.crank.vector,
+    wrong = model.evaluate_closure(made.carrier[7:9], made.relative[7:9] + made.carrier[7:9], LINKAGE.crank.vector,
                             LINKAGE.follower.vector)[0]  # fmt: skip
     assert np.abs(wrong).min() > 1e-4
 
@@ -86,24 +86,24 @@ def test_the_arm_must_not_turn_more_than_once() -> None:
     """Points of the second path between those of the first would take a turn each."""
     too_far = Choice(1, CHOICE.first, -1, np.radians([5, 15]), 0.0, np.array([]))
     with pytest.raises(ComputationError, match="one closed turn"):
-        of_paths(LINKAGE, too_far)
+        build_path_curve(LINKAGE, too_far)
 
 
 def test_turns_are_added_so_that_the_curve_falls() -> None:
-    assert unwrapped(np.radians([10, -100, 120, -350])) == pytest.approx(np.radians([10, -100, -240, -350]))
-    assert unwrapped(np.radians([10, 100, -120]), 1) == pytest.approx(np.radians([10, 100, 240]))
+    assert unwrap_rotations(np.radians([10, -100, 120, -350])) == pytest.approx(np.radians([10, -100, -240, -350]))
+    assert unwrap_rotations(np.radians([10, 100, -120]), 1) == pytest.approx(np.radians([10, 100, 240]))
 
 
 def test_curve_through_the_poses_passes_them_and_turns_back() -> None:
     poses = si(CORRECTED)
-    curve = through_poses(DYADS[0], poses)
-    assert max(m.tip for m in met_by(DYADS[0], poses, curve)) < 1e-8
+    curve = interpolate_poses(DYADS[0], poses)
+    assert max(m.tip for m in find_misses(DYADS[0], poses, curve)) < 1e-8
     assert not curve.monotone
 
 
 @pytest.fixture(scope="module")
 def closest() -> Nearest:
-    return nearest(DYADS[0], si(CORRECTED))
+    return find_nearest(DYADS[0], si(CORRECTED))
 
 
 def test_closest_curve_is_monotone_and_within_its_slopes(closest: Nearest) -> None:
@@ -133,7 +133,7 @@ def test_misses_are_those_of_the_curve(closest: Nearest) -> None:
 def test_no_other_monotone_turn_is_closer(closest: Nearest) -> None:
     """Random steps and a second optimiser from many starts, on the two poses in conflict, find nothing better."""
     poses, dyad = si(CORRECTED), DYADS[0]
-    wanted = np.vstack([poses[:, :2].T, model.placed(poses, dyad.point).T])
+    wanted = np.vstack([poses[:, :2].T, model.place_point(poses, dyad.point).T])
     least = 0.125
 
     def cost(theta: np.ndarray, phi: np.ndarray) -> float:
@@ -165,7 +165,7 @@ def test_poses_that_allow_it_are_passed_exactly() -> None:
     dyad = Dyad(np.array([-0.2, -0.05]), np.array([0.1, 0.0]), 0.1)
     theta, phi = np.radians([0, 70, 150, 230, 300]), np.radians([0, 10, 5, -10, -5])
     tips = model.arm(theta, phi, dyad.vector)[:2]
-    found = nearest(dyad, np.column_stack([tips.T, phi]))
+    found = find_nearest(dyad, np.column_stack([tips.T, phi]))
     assert max(m.tip + m.hinge for m in found.misses) < 1e-7
     assert found.curve.monotone
 
@@ -174,7 +174,7 @@ def test_a_wider_bound_comes_closer(closest: Nearest) -> None:
     def total(found: Nearest) -> float:
         return sum(m.tip**2 + m.hinge**2 for m in found.misses)
 
-    assert total(nearest(DYADS[0], si(CORRECTED), (0.02, 10))) < total(closest)
+    assert total(find_nearest(DYADS[0], si(CORRECTED), (0.02, 10))) < total(closest)
 
 
 def test_gradient_of_the_places_is_exact() -> None:
@@ -188,10 +188,10 @@ def test_gradient_of_the_places_is_exact() -> None:
 
 def test_a_shifted_curve_misses_by_the_shift() -> None:
     poses = si(CORRECTED)
-    curve = through_poses(DYADS[0], poses)
+    curve = interpolate_poses(DYADS[0], poses)
     shifted = AngleCurve(curve.carrier, curve.relative + 0.01, curve.sense)
     theta = np.sort(np.mod(curve.carrier[:-1], TURN))
-    found = list(missed(DYADS[0], poses[[1, 0, 4, 3, 2]], shifted, theta))
+    found = list(list_misses(DYADS[0], poses[[1, 0, 4, 3, 2]], shifted, theta))
     assert [m.angle for m in found] == pytest.approx([0.01] * 5, abs=1e-9)
 
 

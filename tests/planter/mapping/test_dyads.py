@@ -6,16 +6,25 @@ import scipy
 
 from planter.errors import InputError
 from planter.mapping import model
-from planter.mapping.dyads import Dyad, Scale, Solution, distinct, misses, null_space, solve
-from planter.mapping.family import family, parameters
-from planter.mapping.fit import fit
+from planter.mapping.dyads import (
+    Dyad,
+    Scale,
+    Solution,
+    count_free_parameters,
+    distinct,
+    find_family,
+    fit_dyads,
+    misses,
+    null_space,
+    solve_dyads,
+)
 from tests.planter.mapping.data import CORRECTED, inverse, random_poses, si
 
 
 def worst(poses: np.ndarray, dyads: list[Dyad]) -> float:
     """Largest miss in parts of the poses' size, by complex numbers."""
     place, turn = poses[:, 0] + 1j * poses[:, 1], np.exp(1j * poses[:, 2])
-    size = Scale.of(poses).size
+    size = Scale.from_poses(poses).size
     gaps = [abs(place + turn * complex(*d.point) - complex(*d.centre)) - d.radius for d in dyads]
     return max(np.abs(gap).max() / (size + d.radius) for gap, d in zip(gaps, dyads, strict=True))
 
@@ -25,7 +34,7 @@ def by_number(found: Solution) -> int:
 
 
 def seeds_with(count: int) -> list[int]:
-    return [seed for seed in range(40) if len(solve(random_poses(seed)).dyads) == count][:4]
+    return [seed for seed in range(40) if len(solve_dyads(random_poses(seed)).dyads) == count][:4]
 
 
 @pytest.mark.parametrize("count", [0, 2, 4])
@@ -33,7 +42,7 @@ def test_random_poses_have_none_two_or_four_dyads(count: int) -> None:
     seeds = seeds_with(count)
     assert len(seeds) == 4
     for seed in seeds:
-        found = solve(random_poses(seed))
+        found = solve_dyads(random_poses(seed))
         assert by_number(found) + found.complex_roots == 4
         if count:
             assert worst(random_poses(seed), found.dyads) < 1e-10
@@ -41,7 +50,7 @@ def test_random_poses_have_none_two_or_four_dyads(count: int) -> None:
 
 def test_a_moved_hinge_misses() -> None:
     poses = si(CORRECTED)
-    dyad = solve(poses).dyads[0]
+    dyad = solve_dyads(poses).dyads[0]
     moved = Dyad(dyad.point + np.array([1e-6, 0]), dyad.centre, dyad.radius)
     assert worst(poses, [dyad]) < 1e-14
     assert worst(poses, [moved]) > 1e-8
@@ -56,7 +65,7 @@ def test_none_is_missing(seed: int) -> None:
     def differences(z: np.ndarray) -> np.ndarray:
         return np.diff(np.abs(place + turn * complex(*z[:2]) - complex(*z[2:])) ** 2)
 
-    found = solve(poses).dyads
+    found = solve_dyads(poses).dyads
     known = [np.array([*d.point, *d.centre]) for d in found]
     reached = set()
     for start in np.random.default_rng(seed).normal(scale=0.5, size=(60, 4)):
@@ -72,7 +81,7 @@ def test_none_is_missing(seed: int) -> None:
 def test_units_do_not_matter(scale: float) -> None:
     poses = si(CORRECTED)
     scaled = poses * [scale, scale, 1]
-    for one, other in zip(solve(poses).dyads, solve(scaled).dyads, strict=True):
+    for one, other in zip(solve_dyads(poses).dyads, solve_dyads(scaled).dyads, strict=True):
         assert other.vector == pytest.approx(scale * one.vector, rel=1e-10)
 
 
@@ -82,7 +91,7 @@ def test_frames_do_not_matter() -> None:
     z = poses[:, 0] + 1j * poses[:, 1]
     moved = np.exp(0.7j) * z + (0.4 - 0.2j) + np.exp(1j * (poses[:, 2] + 0.7)) * (0.03 + 0.05j)
     there = np.column_stack([moved.real, moved.imag, poses[:, 2] + 0.7])
-    for one, other in zip(solve(poses).dyads, solve(there).dyads, strict=True):
+    for one, other in zip(solve_dyads(poses).dyads, solve_dyads(there).dyads, strict=True):
         assert other.radius == pytest.approx(one.radius, rel=1e-10)
         assert complex(*other.centre) == pytest.approx(np.exp(0.7j) * complex(*one.centre) + 0.4 - 0.2j, rel=1e-10)
         assert complex(*other.point) == pytest.approx(complex(*one.point) - 0.03 - 0.05j, rel=1e-10)
@@ -90,29 +99,29 @@ def test_frames_do_not_matter() -> None:
 
 def test_the_order_of_the_poses_does_not_matter() -> None:
     poses = random_poses(seeds_with(4)[0])
-    for one, other in zip(solve(poses).dyads, solve(poses[[3, 0, 4, 2, 1]]).dyads, strict=True):
+    for one, other in zip(solve_dyads(poses).dyads, solve_dyads(poses[[3, 0, 4, 2, 1]]).dyads, strict=True):
         assert other.vector == pytest.approx(one.vector, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_kinematic_inversion_swaps_the_hinges(seed: int) -> None:
     poses = random_poses(seed)
-    for one, other in zip(solve(poses).dyads, solve(inverse(poses)).dyads, strict=True):
+    for one, other in zip(solve_dyads(poses).dyads, solve_dyads(inverse(poses)).dyads, strict=True):
         assert other.vector == pytest.approx([*one.centre, *one.point, one.radius], rel=1e-8)
 
 
 def test_roots_with_gamma_zero_are_found() -> None:
     """A basis of the null space whose third vector is not needed for a dyad: there the patent would divide by zero."""
     poses = random_poses(seeds_with(4)[1])
-    scale = Scale.of(poses)
-    basis = null_space(scale.inside(poses))[0]
-    dyad = scale.outside(solve(poses).dyads[0])
+    scale = Scale.from_poses(poses)
+    basis = null_space(scale.normalise(poses))[0]
+    dyad = scale.normalise_dyad(solve_dyads(poses).dyads[0])
     p = basis @ (basis.T @ of_dyad(dyad))
     assert p == pytest.approx(of_dyad(dyad), rel=1e-9)
     turned = np.column_stack([p / np.linalg.norm(p), np.linalg.qr(np.column_stack([p, basis]))[0][:, 1:3]])
-    found = solve(poses, turned)
+    found = solve_dyads(poses, turned)
     assert worst(poses, found.dyads) < 1e-10
-    for one, other in zip(solve(poses).dyads, found.dyads, strict=True):
+    for one, other in zip(solve_dyads(poses).dyads, found.dyads, strict=True):
         assert other.vector == pytest.approx(one.vector, rel=1e-9)
 
 
@@ -124,9 +133,9 @@ def of_dyad(dyad: np.ndarray) -> np.ndarray:
 
 
 def test_squaring_the_matrix_would_cost_half_the_digits() -> None:
-    values = solve(si(CORRECTED)).singular_values
+    values = solve_dyads(si(CORRECTED)).singular_values
     assert len(values) == 5
-    rows = model.rows(Scale.of(si(CORRECTED)).inside(si(CORRECTED)))
+    rows = model.rows(Scale.from_poses(si(CORRECTED)).normalise(si(CORRECTED)))
     assert np.linalg.eigvalsh(rows @ rows.T)[::-1] == pytest.approx(values**2, rel=1e-9)
 
 
@@ -140,18 +149,18 @@ PRINTED = {
 @pytest.mark.parametrize("number", [0, 1])
 def test_printed_dyads_and_hinges(number: int) -> None:
     poses = si(CORRECTED)
-    dyad = solve(poses).dyads[number]
+    dyad = solve_dyads(poses).dyads[number]
     point, centre, radius, first, fourth = PRINTED[number]
     assert dyad.point * 1e3 == pytest.approx(point, abs=6e-5)
     assert dyad.centre * 1e3 == pytest.approx(centre, abs=6e-4)
     assert dyad.radius * 1e3 == pytest.approx(radius, abs=6e-4 if number == 0 else 1e-4)
-    hinges = model.placed(poses, dyad.point) * 1e3
+    hinges = model.place_point(poses, dyad.point) * 1e3
     assert hinges[0] == pytest.approx(first, abs=6e-4)
     assert hinges[3] == pytest.approx(fourth, abs=6e-5)
 
 
 def test_the_first_pose_as_printed_gives_none_of_them() -> None:
-    found = solve(si([(235, 120, 10), *CORRECTED[1:]]))
+    found = solve_dyads(si([(235, 120, 10), *CORRECTED[1:]]))
     assert len(found.dyads) == 4
     for point, _, _, _, _ in PRINTED.values():
         assert min(np.hypot(*(d.point * 1e3 - point)) for d in found.dyads) > 10
@@ -162,14 +171,14 @@ def on_line(poses: np.ndarray, found: Solution) -> float:
     gaps = []
     for s in found.straights:
         where = poses if s.kind == "slider" else inverse(poses)
-        gaps.append(np.abs(model.placed(where, s.point) @ s.normal - s.offset).max())
+        gaps.append(np.abs(model.place_point(where, s.point) @ s.normal - s.offset).max())
     return max(gaps)
 
 
 def test_collinear_poses_have_a_slider() -> None:
     poses = random_poses(3)
     poses[:, 1] = 0.1 + 0.5 * poses[:, 0]
-    found = solve(poses)
+    found = solve_dyads(poses)
     (slider,) = found.straights
     assert slider.kind == "slider"
     assert slider.point == pytest.approx([0, 0], abs=1e-12)
@@ -182,7 +191,7 @@ def test_collinear_poses_have_a_slider() -> None:
 def test_inverse_of_collinear_poses_has_a_swinging_line() -> None:
     poses = random_poses(3)
     poses[:, 1] = 0.1 + 0.5 * poses[:, 0]
-    found = solve(inverse(poses))
+    found = solve_dyads(inverse(poses))
     assert [s.kind for s in found.straights] == ["swinging line"]
     assert on_line(inverse(poses), found) < 1e-12
 
@@ -190,7 +199,7 @@ def test_inverse_of_collinear_poses_has_a_swinging_line() -> None:
 def test_a_nearly_straight_circle_is_still_a_circle() -> None:
     poses = random_poses(3)
     poses[:, 1] = 1e-6 * poses[:, 0] ** 2
-    found = solve(poses)
+    found = solve_dyads(poses)
     large = max(found.dyads, key=lambda d: d.radius)
     assert not found.straights
     assert large.radius == pytest.approx(0.5e6, rel=1e-2)
@@ -199,16 +208,16 @@ def test_a_nearly_straight_circle_is_still_a_circle() -> None:
 @pytest.mark.parametrize("count", [2, 3, 4])
 def test_fewer_poses_leave_a_family(count: int) -> None:
     poses = si(CORRECTED)[:count]
-    assert parameters(poses) == 5 - count
-    dyads, _ = family(poses)
+    assert count_free_parameters(poses) == 5 - count
+    dyads, _ = find_family(poses)
     assert len(dyads) > 50
     assert worst(poses, dyads) < 1e-10
 
 
 def test_members_of_the_family_of_four_poses_pass_any_fifth_that_one_of_them_passes() -> None:
     poses = si(CORRECTED)
-    members, _ = family(poses[:4])
-    both = solve(poses).dyads
+    members, _ = find_family(poses[:4])
+    both = solve_dyads(poses).dyads
     for dyad in both:
         nearest = min(members, key=lambda m: np.hypot(*(m.point - dyad.point)))
         assert np.hypot(*(nearest.point - dyad.point)) < 0.02
@@ -218,25 +227,27 @@ def test_repeated_poses_count_once() -> None:
     poses = si(CORRECTED)
     twice = np.vstack([poses, poses[1] + [0, 0, 2 * np.pi]])
     assert len(distinct(twice)) == 5
-    assert [d.radius for d in solve(twice).dyads] == pytest.approx([d.radius for d in solve(poses).dyads], rel=1e-9)
-    assert solve(poses[[0, 1, 2, 3, 3]]).free == 1
+    assert [d.radius for d in solve_dyads(twice).dyads] == pytest.approx(
+        [d.radius for d in solve_dyads(poses).dyads], rel=1e-9
+    )
+    assert solve_dyads(poses[[0, 1, 2, 3, 3]]).free == 1
     with pytest.raises(InputError, match="one and the same"):
-        family(poses[[0, 0]])
+        find_family(poses[[0, 0]])
 
 
 def test_a_body_that_only_shifts_has_no_dyads() -> None:
     poses = random_poses(4)
     poses[:, 2] = 0.3
-    assert parameters(poses) == 1
-    assert family(poses) == ([], [])
+    assert count_free_parameters(poses) == 1
+    assert find_family(poses) == ([], [])
 
 
 def test_a_body_that_only_turns_takes_every_point_round_the_pole() -> None:
     """But for the point at the pole itself, which keeps its distance from everything."""
     poses = random_poses(4)
     poses[:, :2] = (0.1, 0.2)
-    assert parameters(poses) == 2
-    dyads, _ = family(poses)
+    assert count_free_parameters(poses) == 2
+    dyads, _ = find_family(poses)
     assert worst(poses, dyads) < 1e-10
     assert max(min(np.hypot(*(d.centre - (0.1, 0.2))), np.hypot(*d.point)) for d in dyads) < 1e-6
 
@@ -244,7 +255,7 @@ def test_a_body_that_only_turns_takes_every_point_round_the_pole() -> None:
 def test_a_body_that_shifts_on_a_circle_takes_every_point_along() -> None:
     turn = np.array([0.1, 1.0, 2.5, 3.0, 5.0])
     poses = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
-    dyads, _ = family(poses)
+    dyads, _ = find_family(poses)
     assert worst(poses, dyads) < 1e-10
     assert [d.radius for d in dyads] == pytest.approx([1.0] * len(dyads), rel=1e-9)
 
@@ -260,14 +271,14 @@ def on_a_dyad(seed: int, count: int, noise: float = 0.0) -> tuple[np.ndarray, np
 
 def test_more_poses_on_one_dyad_give_it_back() -> None:
     dyad, poses = on_a_dyad(1, 9)
-    found = fit(poses)
+    found = fit_dyads(poses)
     best = min(found.dyads, key=lambda d: misses(poses, d.vector).max())
     assert best.vector == pytest.approx(dyad, abs=1e-9)
 
 
 def test_more_poses_are_fitted_by_least_squares() -> None:
     dyad, poses = on_a_dyad(2, 12, noise=1e-3)
-    found = fit(poses)
+    found = fit_dyads(poses)
 
     def cost(vector: np.ndarray) -> float:
         return float(np.sum(misses(poses, vector) ** 2))
@@ -283,9 +294,9 @@ def test_cardan_motion_takes_a_whole_circle_of_points_along_lines() -> None:
     """Cardan circles: five poses in general, and yet a family, the conics having a curve in common."""
     turn = np.array([0.2, 0.9, 1.7, 2.6, 4.0])
     poses = np.column_stack([0.1 * np.cos(turn), 0 * turn, turn])
-    found = solve(poses)
-    assert (found.free, parameters(poses)) == (1, 0)
-    dyads, straights = family(poses)
+    found = solve_dyads(poses)
+    assert (found.free, count_free_parameters(poses)) == (1, 0)
+    dyads, straights = find_family(poses)
     assert dyads == []
     assert {s.kind for s in straights} == {"slider"}
     assert len(straights) > 50

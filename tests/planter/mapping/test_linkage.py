@@ -5,7 +5,7 @@ import pytest
 
 from planter.mapping import model
 from planter.mapping.defects import defects, in_order, one_turn, reversals, standings
-from planter.mapping.dyads import solve
+from planter.mapping.dyads import solve_dyads
 from planter.mapping.linkage import FourBar
 from planter.numerics.angles import TURN
 from tests.planter.mapping.data import CORRECTED, bar, si
@@ -17,7 +17,7 @@ LINKAGES = {
     "double-rocker": (0.20, 0.17, 0.08, 0.19),
     "non-grashof": (0.20, 0.12, 0.10, 0.13),
 }
-PATENT = FourBar(*solve(si(CORRECTED)).dyads)
+PATENT = FourBar(*solve_dyads(si(CORRECTED)).dyads)
 
 
 def hinges(linkage: FourBar, theta: np.ndarray, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -107,7 +107,7 @@ def test_rate_of_the_arm_is_that_of_the_closed_loop() -> None:
     theta, step = np.linspace(0, TURN, 20), 1e-5
     ones = np.ones(20)
     phi = PATENT.arm_angle(theta, ones)
-    _, by_theta, by_phi = model.closed(theta, phi, PATENT.crank.vector, PATENT.follower.vector)
+    _, by_theta, by_phi = model.evaluate_closure(theta, phi, PATENT.crank.vector, PATENT.follower.vector)
     ahead, behind = (PATENT.arm_angle(theta + s, ones) for s in (step, -step))
     assert -by_theta / by_phi == pytest.approx((ahead - behind) / (2 * step), rel=1e-7)
 

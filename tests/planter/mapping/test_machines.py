@@ -52,9 +52,9 @@ def values_of(machine: Machine, angles: np.ndarray = ANGLES, x: np.ndarray | Non
 def test_a_linkage_moves_as_the_room_s_own(number: int) -> None:
     linkage = find_linkages(file_of(PRINTED).poses)[1][number - 1]
     bar, values = linkage.bar, values_of(linkage_machine(number))
-    phi = bar.arm_angle(ANGLES, np.full(len(ANGLES), linkage.found[0].assembly))
+    phi = bar.arm_angle(ANGLES, np.full(len(ANGLES), linkage.standings[0].assembly))
     tip = bar.tip(ANGLES, phi)
-    hinge = model.placed(np.column_stack([tip.T, phi]), bar.follower.point)
+    hinge = model.place_point(np.column_stack([tip.T, phi]), bar.follower.point)
     assert np.abs(wrapped(values["phi"] - phi)).max() < 1e-12
     assert np.abs(np.diff(values["phi"])).max() < 3
     np.testing.assert_allclose([values["d1"], values["d2"]], tip, rtol=0, atol=1e-12)
@@ -65,8 +65,8 @@ def test_a_linkage_moves_as_the_room_s_own(number: int) -> None:
 def test_a_linkage_passes_its_poses_and_keeps_its_lengths() -> None:
     file = load_poses("sun2019-corrected")
     linkage = find_linkages(file.poses)[1][0]
-    visited = [k for k, standing in enumerate(linkage.found) if standing.assembly == linkage.found[0].assembly]
-    values = values_of(load_machine("sun2019-corrected"), np.array([linkage.found[k].crank_angle for k in visited]))
+    visited = [k for k, standing in enumerate(linkage.standings) if standing.assembly == linkage.standings[0].assembly]
+    values = values_of(load_machine("sun2019-corrected"), np.array([linkage.standings[k].crank_angle for k in visited]))
     np.testing.assert_allclose(np.column_stack([values["d1"], values["d2"]]), file.poses[visited, :2], atol=1e-12)
     rod = np.hypot(values["X_f"] - linkage.bar.follower.centre[0], values["Y_f"] - linkage.bar.follower.centre[1])
     np.testing.assert_allclose(rod, linkage.bar.follower.radius, rtol=1e-12)
@@ -136,7 +136,7 @@ def test_more_than_five_poses_are_passed_as_closely_as_can_be() -> None:
     file = file_of([(float(x), float(y), float(angle)) for x, y, angle in poses])
     linkages = find_linkages(file.poses)[1]
     chosen = next(linkage for linkage in linkages if linkage.bar.turns_round)
-    expected = chosen.bar.tip(ANGLES, chosen.bar.arm_angle(ANGLES, np.full(61, chosen.found[0].assembly)))
+    expected = chosen.bar.tip(ANGLES, chosen.bar.arm_angle(ANGLES, np.full(61, chosen.standings[0].assembly)))
     values = values_of(build_linkage(file))
     np.testing.assert_allclose([values["d1"], values["d2"]], expected, atol=1e-6)
 

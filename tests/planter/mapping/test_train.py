@@ -8,7 +8,7 @@ from planter.errors import ComputationError, GeometryError
 from planter.mapping import model
 from planter.mapping.curve import AngleCurve
 from planter.mapping.curve_file import load_curve
-from planter.mapping.dyads import solve
+from planter.mapping.dyads import solve_dyads
 from planter.mapping.train import RADII, Train
 from planter.mapping.training import polar_curves
 from planter.numerics.angles import TURN
@@ -120,7 +120,7 @@ def test_swapping_driver_and_driven_gives_the_inverse_train() -> None:
 
 
 def test_the_train_drives_the_arm_along_the_curve() -> None:
-    dyad = solve(si(CORRECTED)).dyads[0]
+    dyad = solve_dyads(si(CORRECTED)).dyads[0]
     motion = DEFAULT.motion(dyad)
     relative = motion["phi"] - motion["theta"]
     assert relative == pytest.approx(DEFAULT.curve.at(motion["theta"]), abs=1e-12)

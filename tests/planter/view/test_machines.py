@@ -81,7 +81,7 @@ def test_the_bars_of_a_linkage_meet_in_its_hinges() -> None:
 
 def test_the_gears_of_a_train_touch_and_its_arm_ends_at_the_tip() -> None:
     given = poses.load_poses("sun2019-corrected")
-    shown = mapping.train(training.train_of(curve_file.load_curve("sun2019-curve"), 0.07, file=given))
+    shown = mapping.train(training.build_training(curve_file.load_curve("sun2019-curve"), 0.07, file=given))
     assert shown is not None
     for moment in range(0, shown.moments, 13):
         at = placed(shown, moment)
