@@ -1,4 +1,4 @@
-"""What would make an installation faster, or whole."""
+"""Advice that makes an installation faster or complete."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from planter.doctor.results import Advice, Cache, CompilerFound, KernelFound, No
 from planter.kernels import backends, bundled
 
 VECTOR_ARCTANGENT = (2, 35)
-"""The version of the C library from which on it has an arc tangent for vectors."""
+"""First version of the GNU C library with an arc tangent for vectors."""
 
 
 def advice(
     machine: str, compiler: CompilerFound | NoCompilerFound, cache: Cache, kernels: Sequence[KernelFound]
 ) -> Iterator[Advice]:
-    """What is missing, and what to do about it."""
+    """Yield what is missing in an installation, each with a remedy."""
     limited = os.environ.get("PLANTER_KERNELS")
     if isinstance(compiler, NoCompilerFound):
         yield Advice(
@@ -58,6 +58,6 @@ def advice(
 
 
 def _library() -> tuple[int, ...]:
-    """Version of the GNU C library; (0,) where another one is in its place."""
+    """Return the version of the GNU C library; (0,) for another library."""
     name, version = platform.libc_ver()
     return tuple(map(int, version.split(".")[:2])) if name == "glibc" else (0,)

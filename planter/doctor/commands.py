@@ -22,5 +22,5 @@ def doctor(
     with console.outcome():
         from planter.doctor import examination, tables
 
-        found = examination.examine(build)
-        console.result(found, lambda: tables.tables(console, found))
+        examined = examination.examine(build)
+        console.result(examined, lambda: tables.tables(console, examined))

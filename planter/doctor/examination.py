@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from planter.doctor import found
+from planter.doctor import installation
 from planter.doctor.advice import advice
 from planter.doctor.extras import list_extras
 from planter.doctor.results import Advice, CompilerFound, Examination, KernelFound, Processor, Versions
@@ -25,7 +25,7 @@ MACHINE = "wang2017"
 
 
 def examine(build: bool = False) -> Examination:
-    """Versions, compiler, cache, the way of each function of the built-in machine, and advice.
+    """Return versions, compiler, cache, the way of each function of the built-in machine, and advice.
 
     Compiles only with `build`.
     """
@@ -33,7 +33,7 @@ def examine(build: bool = False) -> Examination:
     if build:
         for device in devices.values():
             _build(device)
-    compiler, (cache, refused) = found.compiler(), found.cache()
+    compiler, (cache, refused) = installation.compiler(), installation.cache()
     usable, filled = isinstance(compiler, CompilerFound) and cache.problem is None, cache.files > 0
     kernels = [row for model, device in devices.items() for row in _kernels(model, device, usable, filled, refused)]
     return Examination(
@@ -42,7 +42,7 @@ def examine(build: bool = False) -> Examination:
             numpy=np.__version__, c_library=" ".join(platform.libc_ver()).strip() or None,
         ),
         processor=Processor(platform.machine(), os.cpu_count()),
-        compiler=compiler, cache=cache, machine=MACHINE, kernels=kernels, cuda=found.cuda(),
+        compiler=compiler, cache=cache, machine=MACHINE, kernels=kernels, cuda=installation.cuda(),
         extras=list_extras(),
         advice=[*(Advice(reason, "remove it") for reason in refused.values()),
                 *advice(MACHINE, compiler, cache, kernels)],

@@ -1,4 +1,4 @@
-"""What an installation finds: the C compiler, the folder of compiled functions, graphics processors."""
+"""Parts of an installation: the C compiler, the folder of compiled functions, graphics processors."""
 
 from __future__ import annotations
 
@@ -13,40 +13,41 @@ from planter.kernels import builds, platforms, toolchain
 from planter.kernels.toolchain import Compiler, NoCompiler, Refused
 
 VECTORS = {"__AVX512F__": 512, "__AVX__": 256, "__SSE2__": 128, "__ARM_NEON": 128}
-"""Bits of a vector, by what a compiler defines; the first that it defines counts."""
+"""Width of a vector [bit] by the macro of the compiler; the first macro that it defines counts."""
 WAIT_S = 20
 
 
 def compiler() -> CompilerFound | NoCompilerFound:
+    """Return the C compiler, or the reason why there is none."""
     try:
-        found = toolchain.compiler()
+        cc = toolchain.compiler()
     except NoCompiler as reason:
         return NoCompilerFound(str(reason))
-    return CompilerFound(found.path, found.version, [*found.flags, *found.order], _bits(found), found.bundled)
+    return CompilerFound(cc.path, cc.version, [*cc.flags, *cc.order], _bits(cc), cc.bundled)
 
 
 def _bits(compiler: Compiler) -> int:
-    """Width of the vectors that compiled functions use; 64 where there are none."""
-    said = " ".join(_said([*compiler.command, *compiler.flags, "-dM", "-E", "-x", "c", os.devnull])).split()
-    return next((bits for name, bits in VECTORS.items() if name in said), 64)
+    """Return the width [bit] of the vectors that compiled functions use, 64 without vectors."""
+    macros = " ".join(_output_lines([*compiler.command, *compiler.flags, "-dM", "-E", "-x", "c", os.devnull])).split()
+    return next((bits for name, bits in VECTORS.items() if name in macros), 64)
 
 
 def cache() -> tuple[Cache, dict[Path, str]]:
-    """The folder as it is, which is not made here; and of each strange thing in it what it is."""
+    """Return the folder, which is not created, and the reason for each file in it that is refused."""
     try:
         folder = toolchain.cache_path()
-        there = folder.exists()
-        problem = _obstacle(folder) if there else _unmakeable(folder)
+        exists = folder.exists()
+        problem = _obstacle(folder) if exists else _unmakeable(folder)
     except (OSError, RuntimeError) as error:
         return Cache(folder=None, exists=False, files=0, bytes=0, damaged=0, problem=str(error)), {}
-    libraries = sorted(folder.resolve().glob(f"*{platforms.here().suffix}")) if there and problem is None else []
+    libraries = sorted(folder.resolve().glob(f"*{platforms.here().suffix}")) if exists and problem is None else []
     damaged, refused = _strange(libraries)
     size = sum(path.lstat().st_size for path in libraries)
-    return Cache(str(folder), there, len(libraries), size, damaged, problem), refused
+    return Cache(str(folder), exists, len(libraries), size, damaged, problem), refused
 
 
 def _strange(libraries: Iterable[Path]) -> tuple[int, dict[Path, str]]:
-    """How many libraries are damaged, and which are refused, with the reasons."""
+    """Return the number of damaged libraries, and those that are refused, with the reasons."""
     damaged, refused = 0, {}
     for path in libraries:
         try:
@@ -57,7 +58,7 @@ def _strange(libraries: Iterable[Path]) -> tuple[int, dict[Path, str]]:
 
 
 def _obstacle(folder: Path) -> str | None:
-    """Why libraries cannot be kept in a folder, or loaded from it."""
+    """Return why libraries cannot be written to a folder, or loaded from it; None if they can."""
     try:
         toolchain.cache_folder()
     except NoCompiler as reason:
@@ -75,16 +76,16 @@ def _unmakeable(folder: Path) -> str | None:
 
 
 def cuda() -> Cuda:
-    """The compiler of CUDA, and the devices that its driver lists."""
+    """Return the compiler of CUDA, and the devices that its driver lists."""
     nvcc = shutil.which("nvcc")
-    version = _said([nvcc, "--version"]) if nvcc else []
-    devices = [line.strip() for line in _said(["nvidia-smi", "-L"]) if line.startswith("GPU")]
+    version = _output_lines([nvcc, "--version"]) if nvcc else []
+    devices = [line.strip() for line in _output_lines(["nvidia-smi", "-L"]) if line.startswith("GPU")]
     release = next((line.strip() for line in version if "release" in line), None)
     return Cuda(nvcc, release, devices)
 
 
-def _said(command: list[str]) -> list[str]:
-    """Lines of a command's output; none where there is no such command, or it fails."""
+def _output_lines(command: list[str]) -> list[str]:
+    """Return the lines of a command's output; an empty list if it is missing or fails."""
     try:
         return builds.run(command, WAIT_S).stdout.decode(errors="replace").splitlines()
     except (OSError, subprocess.SubprocessError):
