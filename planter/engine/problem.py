@@ -22,6 +22,7 @@ from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.optimise.box import Box
 from planter.optimise.constraints import Constraints, joined
+from planter.optimise.directions import find_insensitive
 from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import RangeAndSpread, Sampling
 from planter.optimise.refined import Refined
@@ -139,6 +140,13 @@ class GoalProblem(DesignProblem):
     def find_point(self, x: Array) -> Array:
         """Return the point of a machine's design with tight variables. Raises ComputationError without a cycle."""
         return self.box.point(self.goal.start(x))
+
+    def flat(self, u: Array) -> Array:
+        """Return orthonormal directions (k, p) in which no quantity of the sum or limits changes, to first order."""
+        x, width = self.find_design(u), self.machine.upper - self.machine.lower
+        columns = np.vstack([nodes(x).slopes.reshape(-1, len(x)) * width for nodes in self.goal.nodes.values()])
+        directions = find_insensitive(self.machine.design_names, columns).space
+        return np.pad(directions, ((0, 0), (0, len(u) - len(x))))
 
     def _with_goal(self, goal: Goal) -> GoalProblem:
         return GoalProblem(goal, self.sampling, self.further)

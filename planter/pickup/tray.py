@@ -163,7 +163,8 @@ def _gaps(corners: Array, walls: Any, free: Any) -> Array:
     import shapely
 
     needles = shapely.polygons(corners * 1000)
-    distances: Array = shapely.distance(needles, walls)
+    with np.errstate(invalid="ignore"):  # Shapely 2.0 reports very thin needles, whose distance is right
+        distances: Array = shapely.distance(needles, walls)
     for i in np.flatnonzero(shapely.intersects(needles, walls)):
         cut = shapely.points(shapely.get_coordinates(shapely.intersection(needles[i], walls)))
         distances[i] = -shapely.distance(cut, free).max()

@@ -19,12 +19,14 @@ from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.optimisation import optimise
 from planter.optimise.hybrid import METHODS
+from planter.optimise.problem import Problem
 from planter.parallel.task import Means
 from planter.planting.file import Machine as PlantingFile
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
 from planter.records import schema
 from tests.planter.optimise.test_smooth import SHORT
+from tests.support import own
 from tests.support.cli import answer, refusal
 
 STATEMENT = '''
@@ -228,6 +230,18 @@ def test_goals_of_files_are_refused_by_their_place(file: Path, tmp_path: Path, g
     with pytest.raises(InputError) as caught:
         load(with_goal(file, tmp_path, goal))
     assert part in caught.value.message
+
+
+def test_value_without_effect_stays_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where the tip of the arm goes does not depend on its spring."""
+    machine, spec = own.machine("transplanting_arm"), SearchSpec(sampling=24, starts=3, seed=1)
+    result = optimise(machine, "-mean x_tip", spec=spec).result
+    assert result.design["k_N_m"] == pytest.approx(result.start_design["k_N_m"], rel=1e-9)
+    assert [{"k_N_m": 1.0}] in result.insensitive
+    monkeypatch.setattr(GoalProblem, "flat", Problem.flat)
+    wandering = optimise(machine, "-mean x_tip", spec=spec).result
+    assert wandering.objective == pytest.approx(result.objective, rel=1e-9)
+    assert abs(wandering.design["k_N_m"] - result.design["k_N_m"]) > 1
 
 
 def test_device_has_an_optimum_of_any_sum() -> None:
