@@ -40,8 +40,8 @@ ALLOWED = {
     "report/folder_lock.py": "the lock of a folder, opened without following links",
     "terminal/streams.py": "the null device",
     "view/frames.py": "an animation that was written a moment before",
+    "studio/live.py": "what a command of this program printed",
     "studio/remote.py": "answers of a process that this one started",
-    "studio/search.py": "what a command of this program printed",
     "studio/worker.py": "requests of the process that started this one",
     "workers.py": "messages between a process and one that it started",
 }

@@ -28,11 +28,11 @@ MISSING = "\n*This build of the documentation is without it: planter[compiler] w
 
 def page() -> str:
     """The page's text; the machine's own page is written beside it."""
-    from planter.studio.static.file import write
+    from planter.studio.static.page import write_page
 
     FOLDER.mkdir(parents=True, exist_ok=True)
     try:
-        write(MACHINE, FOLDER / f"{MACHINE}.html")
+        write_page(MACHINE, FOLDER / f"{MACHINE}.html")
     except InputError:
         return TEXT + MISSING
     return TEXT + THERE

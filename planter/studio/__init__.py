@@ -1,1 +1,1 @@
-"""The studio: an interactive page in the browser where drawing, curves and results follow sliders at once."""
+"""The studio: an interactive page in the browser, where sliders update drawing, curves and results immediately."""

@@ -1,4 +1,4 @@
-"""The studio's pages: one page, its files, one live line for each tab."""
+"""The web application of the studio: a page, its files, and one WebSocket connection for each tab."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from planter.studio.exports import written
+from planter.studio.exports import find_export
 from planter.studio.guard import Guard
 from planter.studio.live import Live
 
@@ -25,20 +25,20 @@ FILES = {
     "view.js": ("planter.view", "view.js", "text/javascript"),
     "view.css": ("planter.view", "view.css", "text/css"),
 }
-"""What a page fetches, below its token."""
+"""Files that a page loads, by name below its token."""
 EXPORTED = {"content-security-policy": "sandbox allow-scripts allow-downloads"}
-"""Policy of what was exported: it can reach neither the studio nor its address; a report brings a stricter one."""
+"""Policy of exported files, which cannot reach the studio or its address; a report has a stricter one."""
 
 
 def application(folder: Path, token: str, port: int, explicit: Path | None = None) -> Guard:
-    """The studio of a folder, and of the file that the user named, for whoever knows the token, at a port."""
+    """Return the studio of a folder and of the file that the user named, at a port, protected by a token."""
 
     async def live(socket: WebSocket) -> None:
         await Live(socket, folder, explicit).run()
 
     async def exported(request: Request) -> Response:
-        found = written(folder, request.path_params["path"])
-        return FileResponse(found, headers=EXPORTED) if found else Response(status_code=404)
+        path = find_export(folder, request.path_params["path"])
+        return FileResponse(path, headers=EXPORTED) if path else Response(status_code=404)
 
     files = [Route(f"/{{token}}/{name}", _file(*place)) for name, place in FILES.items()]
     return Guard(

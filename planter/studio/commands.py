@@ -13,7 +13,7 @@ from planter.terminal.console import Console
 
 app = typer.Typer()
 DEFAULT = "wang2017"
-"""The machine of a page that is written for none."""
+"""Machine of a static page if none is named."""
 
 
 @app.command()
@@ -43,9 +43,9 @@ def studio(
     console = Console(as_json=False)
     with console.outcome():
         if static is not None:
-            from planter.studio.static.file import write
+            from planter.studio.static.page import write_page
 
-            print(write(machine or DEFAULT, static))
+            print(write_page(machine or DEFAULT, static))
             return
         try:
             from planter.studio import server

@@ -1,4 +1,4 @@
-"""What the commands write of a machine, written from the page: below the folder of the studio and nowhere else."""
+"""Exports of a machine by commands, which the page starts; they are written only below the folder of the studio."""
 
 from __future__ import annotations
 
@@ -14,65 +14,65 @@ from planter.report.folder import output_folder
 from planter.studio.process import Process
 
 FOLDER = "exports"
-"""Folder, below the studio's, where exports are written."""
+"""Folder for exports, below the folder of the studio."""
 
 
-def place(folder: Path, *parts: str) -> Path:
-    """A place for exports below the folder of a studio, whose parts are names and no paths.
+def export_path(folder: Path, *parts: str) -> Path:
+    """Return a path for exports below the folder of a studio; `parts` are names and not paths.
 
-    Raises InputError where a link would lead out of the folder.
+    Raises InputError if a link leads out of the folder.
     """
-    found = folder.joinpath(FOLDER, *(re.sub(r"[^\w-]+", "_", part) for part in parts))
-    if not found.resolve().is_relative_to(folder.resolve()):
-        raise InputError(f"{found} is not allowed: it must be below {folder}")
-    return found
+    path = folder.joinpath(FOLDER, *(re.sub(r"[^\w-]+", "_", part) for part in parts))
+    if not path.resolve().is_relative_to(folder.resolve()):
+        raise InputError(f"{path}: a link leads out of the studio's folder {folder}; remove the link")
+    return path
 
 
-def written(folder: Path, path: str) -> Path | None:
-    """A file that was exported, by its path below the exports; None for any other path."""
+def find_export(folder: Path, path: str) -> Path | None:
+    """Return an exported file by its path below the exports, or None for any other path."""
     root = (folder / FOLDER).resolve()
     try:
-        found = (root / path).resolve()
-        inside = root.is_relative_to(folder.resolve()) and found.is_relative_to(root)
-        return found if inside and found.is_file() else None
-    except (OSError, ValueError):  # no system has a file of such a name
+        file = (root / path).resolve()
+        inside = root.is_relative_to(folder.resolve()) and file.is_relative_to(root)
+        return file if inside and file.is_file() else None
+    except (OSError, ValueError):  # the name is not valid for a file
         return None
 
 
 @dataclass(frozen=True)
-class Work:
-    """An export: its name, the folder that it is written to, the command that writes it."""
+class ExportTask:
+    """An export: its name, the folder that it is written to, and the command that writes it."""
 
     name: str
-    there: Path
+    folder: Path
     command: Sequence[str]
 
     def state(self) -> dict[Path, tuple[int, int]]:
-        """What is there, each file with marks that change if it is written again."""
-        found = ((path, path.stat()) for path in self.there.rglob("*") if path.is_file() and path.name != LIST)
-        return {path: (stat.st_mtime_ns, stat.st_ino) for path, stat in found}
+        """Return the files of the folder with time and number, which change if a file is written again."""
+        files = ((path, path.stat()) for path in self.folder.rglob("*") if path.is_file() and path.name != LIST)
+        return {path: (stat.st_mtime_ns, stat.st_ino) for path, stat in files}
 
-    def files(self, folder: Path, before: Mapping[Path, tuple[int, int]]) -> list[dict[str, Any]]:
-        """What was written since, by paths below the exports of a studio's folder, with sizes."""
-        found = sorted(path for path, marks in self.state().items() if before.get(path) != marks)
-        root = folder / FOLDER
-        return [{"path": path.relative_to(root).as_posix(), "bytes": path.stat().st_size} for path in found]
+    def written_files(self, studio: Path, before: Mapping[Path, tuple[int, int]]) -> list[dict[str, Any]]:
+        """Return files written after the state `before`: paths below the exports of a studio, and sizes [byte]."""
+        files = sorted(path for path, marks in self.state().items() if before.get(path) != marks)
+        root = studio / FOLDER
+        return [{"path": path.relative_to(root).as_posix(), "bytes": path.stat().st_size} for path in files]
 
 
-async def export(process: Process, folder: Path, works: Sequence[Work]) -> None:
-    """Write exports, and send the files of each when they are there.
+async def export(process: Process, folder: Path, tasks: Sequence[ExportTask]) -> None:
+    """Write exports, and send the files of each after it has been written.
 
-    A command replaces what it wrote before, and refuses to replace anything else.
+    A command replaces files that it wrote before, and refuses to replace others.
 
-    Raises ComputationError with the sentence of the first command that does not succeed, InputError where its folder
-    cannot be written into.
+    Raises ComputationError with the message of the first command that fails, and InputError if a folder cannot be
+    written into.
     """
     await process.send({"exporting": ""})
-    for work in works:
-        output_folder(work.there)
-        await process.send({"exporting": work.name})
-        before = work.state()
-        await process.command(work.command)
-        files = work.files(folder, before)
-        await process.send({"exported": work.name, "folder": str(work.there.parent), "files": files})
+    for task in tasks:
+        output_folder(task.folder)
+        await process.send({"exporting": task.name})
+        before = task.state()
+        await process.command(task.command)
+        files = task.written_files(folder, before)
+        await process.send({"exported": task.name, "folder": str(task.folder.parent), "files": files})
     await process.send({"exporting": None})

@@ -1,4 +1,4 @@
-"""Who may talk to the studio: pages of this machine that know its token, and no page of another host."""
+"""Access control of the studio: only pages of this computer with its token, and no page of another host."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ HEADERS = (
 
 
 def token() -> str:
-    """A new token, which nobody can guess."""
+    """Return a new random token."""
     return secrets.token_urlsafe(24)
 
 
 class Guard:
-    """Lets requests through whose host, origin and token are right; all others are refused with 403."""
+    """Middleware that passes requests with valid host, origin and token, and refuses all others with status 403."""
 
     def __init__(self, app: ASGIApp, token: str, port: int) -> None:
         self.app, self.token = app, token
@@ -51,7 +51,7 @@ class Guard:
 
 
 def _token(scope: Scope) -> str:
-    """Of the first part of the path: addresses are /TOKEN/..."""
+    """Return the token, which is the first part of the path: addresses are /TOKEN/..."""
     path: str = scope["path"]
     return path.split("/")[1] if path.count("/") > 1 else ""
 
@@ -67,9 +67,9 @@ async def _refused(scope: Scope, send: Send) -> None:
 def _with_headers(send: Send) -> Send:
     async def sent(message: dict[str, object]) -> None:
         if message["type"] == "http.response.start":
-            own: list[tuple[bytes, bytes]] = list(message.get("headers", ()))  # type: ignore[call-overload]
-            known = {name.lower() for name, _ in own}
-            message["headers"] = [*own, *(pair for pair in HEADERS if pair[0] not in known)]
+            headers: list[tuple[bytes, bytes]] = list(message.get("headers", ()))  # type: ignore[call-overload]
+            names = {name.lower() for name, _ in headers}
+            message["headers"] = [*headers, *(pair for pair in HEADERS if pair[0] not in names)]
         await send(message)
 
     return sent  # type: ignore[return-value]

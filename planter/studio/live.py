@@ -1,4 +1,4 @@
-"""A page's live line: of what it asks only the newest is computed; what takes longer follows when its hand rests."""
+"""The WebSocket connection of a page: only its newest request is computed, and slow results follow when it pauses."""
 
 from __future__ import annotations
 
@@ -14,39 +14,38 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from planter import legible
 from planter.errors import InputError, PlanterError
 from planter.files.text import LIMIT_BYTES, parse_json
-from planter.studio.exports import Work, export
+from planter.studio.exports import ExportTask, export
 from planter.studio.process import Process
 from planter.studio.remote import GivenUpError, RemoteSession, Request
-from planter.studio.search import search
 from planter.studio.session import Message, sources
 
-RESTS: Mapping[Request, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4, "ends": 0.1}
-"""What is computed when a hand rests, and for how much longer it must [s]."""
+PAUSES: Mapping[Request, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4, "ends": 0.1}
+"""Requests that are computed when the user pauses, with the additional pause before each [s]."""
 LONGEST_MESSAGE = 2 * LIMIT_BYTES
-"""Characters of a message: those of a file, with signs that JSON writes by two."""
+"""Maximum characters of a message: those of a file, in which JSON may escape each by two."""
 ANSWERED: Mapping[str, Request] = {"file": "file", "wish": "wished"}
-"""What is answered at once, by what a page asks."""
+"""Requests that are answered immediately, by the `ask` of a message."""
 
 
 class Live:
-    """One page's line. Two processes have its machine: one follows the hand, one computes when it rests."""
+    """The connection of a page with two processes: one follows the user, and one computes slow results."""
 
     def __init__(self, socket: WebSocket, folder: Path, explicit: Path | None = None) -> None:
         self.socket, self.folder = socket, folder.resolve()
         self._scratch = TemporaryDirectory(prefix="planter-", ignore_cleanup_errors=True)
-        self.front, self.beside = (
-            RemoteSession(self.folder, Path(self._scratch.name, name), explicit) for name in ("front", "beside")
+        self.front, self.background = (
+            RemoteSession(self.folder, Path(self._scratch.name, name), explicit) for name in ("front", "background")
         )
         self.search, self.export = Process("search", self._send), Process("export", self._send)
         self._to_open: Message | None = None
         self._newest: Message | None = None
         self._opening: Message = {}
-        self._asked = asyncio.Event()
-        self._resting: asyncio.Task[None] | None = None
+        self._requested = asyncio.Event()
+        self._details: asyncio.Task[None] | None = None
         self._tasks: set[asyncio.Task[None]] = set()
 
     async def run(self) -> None:
-        """Until the page leaves."""
+        """Serve the page until it disconnects."""
         await self.socket.accept()
         await self._send({"sources": sources(self.folder)})
         self._begin(self.front.begin())
@@ -54,23 +53,23 @@ class Live:
         try:
             while True:
                 try:
-                    await self._take(await self._heard())
+                    await self._take(await self._receive())
                 except InputError as error:
                     await self._send(error_message(error))
         except WebSocketDisconnect:
             pass
         finally:
-            self._rest()
+            self._cancel_details()
             for task in self._tasks:
                 task.cancel()
             self.search.cancel()
             self.export.cancel()
             await self.front.close()
-            await self.beside.close()
+            await self.background.close()
             self._scratch.cleanup()
 
-    async def _heard(self) -> Message:
-        """The next message. Raises InputError for what is no JSON object, or too large."""
+    async def _receive(self) -> Message:
+        """Return the next message. Raises InputError if it is not a JSON object, or if it is too large."""
         try:
             return parse_json(await self.socket.receive_text(), "the message", LONGEST_MESSAGE)
         except KeyError:
@@ -79,16 +78,16 @@ class Live:
     async def _take(self, message: Message) -> None:
         if "values" in message and "ask" not in message:
             self._newest = message
-            self._asked.set()
+            self._requested.set()
         elif message.get("ask") == "cancel":
             (self.export if message.get("work") == "export" else self.search).cancel()
         elif message.get("ask") == "open":
             self._to_open, self._newest = message, None
-            self._asked.set()
-            self._rest()
+            self._requested.set()
+            self._cancel_details()
             self.search.cancel()
             self.front.interrupt()
-            self.beside.interrupt()
+            self.background.interrupt()
         else:
             await self._answer(message)
 
@@ -99,65 +98,66 @@ class Live:
         elif ask == "export":
             self.export.begin(self._export(message))
         elif isinstance(ask, str) and ask in ANSWERED:
-            self._begin(self._told(self.front.ask(ANSWERED[ask], self._opening, message)))
+            self._begin(self._send_answer(self.front.ask(ANSWERED[ask], self._opening, message)))
         else:
-            await self._send({"error": f"ask = {legible.value(ask)} is not allowed"})
+            await self._send({"error": f"ask = {legible.value(ask)}: there is no such request"})
 
-    def _begin(self, work: Coroutine[Any, Any, Any]) -> None:
-        """Do something beside what the page says next; every exception becomes a message."""
-        task = asyncio.create_task(self._guarded(work))
-        self._tasks.add(task)
-        task.add_done_callback(self._tasks.discard)
+    def _begin(self, task: Coroutine[Any, Any, Any]) -> None:
+        """Start a task in the background; an exception becomes an error message."""
+        running = asyncio.create_task(self._guarded(task))
+        self._tasks.add(running)
+        running.add_done_callback(self._tasks.discard)
 
-    async def _guarded(self, work: Coroutine[Any, Any, Any]) -> None:
+    async def _guarded(self, task: Coroutine[Any, Any, Any]) -> None:
         try:
-            await work
+            await task
         except Exception as error:
             await self._send(error_message(error))
 
     async def _search(self, message: Message) -> None:
         machine = self._opening
-        asked = (await self.front.ask("search", machine, message)).table()
-        answer = await search(self.search, asked["command"], asked["labels"])
-        found = await self.front.ask("sought", machine, {"answer": answer})
-        await self.search.send(found.table())
+        task = (await self.front.ask("search", machine, message)).table()
+        await self.search.send({"searching": task["command"][0]})
+        result = json.loads(await self.search.command(task["command"], task["labels"]))
+        optimum = await self.front.ask("sought", machine, {"answer": result})
+        await self.search.send(optimum.table())
 
     async def _export(self, message: Message) -> None:
-        found = (await self.front.ask("works", self._opening, message)).table()
-        works = [Work(one["name"], Path(one["there"]), one["command"]) for one in found["works"]]
-        await export(self.export, self.folder, works)
+        answer = (await self.front.ask("works", self._opening, message)).table()
+        tasks = [ExportTask(work["name"], Path(work["folder"]), work["command"]) for work in answer["works"]]
+        await export(self.export, self.folder, tasks)
 
     async def _follow(self) -> None:
-        """Compute the newest that was asked for, and what takes longer once nothing newer came for a while."""
+        """Compute the newest request, and slow results after a pause without newer ones."""
         while True:
-            await self._asked.wait()
-            self._asked.clear()
-            self._rest()
+            await self._requested.wait()
+            self._requested.clear()
+            self._cancel_details()
             if self._to_open is not None:
                 opening, self._to_open = self._to_open, None
-                if await self._told(self.front.open(opening)):
+                if await self._send_answer(self.front.open(opening)):
                     self._opening = opening
             if self._newest is not None and self._to_open is None:
                 message, self._newest = self._newest, None
-                if await self._told(self.front.ask("seen", self._opening, message)):
-                    self._resting = asyncio.create_task(self._guarded(self._rested(message)))
+                if await self._send_answer(self.front.ask("seen", self._opening, message)):
+                    self._details = asyncio.create_task(self._guarded(self._send_details(message)))
 
-    def _rest(self) -> None:
-        """Compute no more of what was begun when the hand rested."""
-        if self._resting is not None:
-            self._resting.cancel()
+    def _cancel_details(self) -> None:
+        """Cancel the computation of slow results."""
+        if self._details is not None:
+            self._details.cancel()
 
-    async def _rested(self, message: Message) -> None:
-        """Requirements, all that there is to see, details: one after another, until the hand moves on."""
-        for what, rest in RESTS.items():
-            await asyncio.sleep(rest)
-            if not await self._told(self.beside.ask(what, self._opening, message)):
+    async def _send_details(self, message: Message) -> None:
+        """Send requirements, complete scenes and details, one after another, until the user continues."""
+        for request, pause in PAUSES.items():
+            await asyncio.sleep(pause)
+            if not await self._send_answer(self.background.ask(request, self._opening, message)):
                 return
 
-    async def _told(self, asked: Coroutine[Any, Any, Any]) -> bool:
-        """Send an answer, or the sentence of an error; whether there was none."""
+    async def _send_answer(self, request: Coroutine[Any, Any, Any]) -> bool:
+        """Send the answer of a request, or its error message; return whether it succeeded."""
         try:
-            answer = await asked
+            answer = await request
         except GivenUpError:
             return False
         except Exception as error:
@@ -177,7 +177,7 @@ class Live:
 
 
 def error_message(error: Exception) -> dict[str, str]:
-    """An exception as a message: the sentence of an error of this project, and the kind of any other."""
+    """Return an exception as a message: the message of an error of planter, or type and text of any other."""
     if isinstance(error, PlanterError):
         return {"error": error.message}
     return {"error": legible.line(f"this cannot be done ({type(error).__name__}: {error})")}

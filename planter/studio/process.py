@@ -1,4 +1,4 @@
-"""Commands of the command line in a process of their own: their progress is told, and they can be given up."""
+"""Commands in separate processes, whose progress a page displays and which it can cancel."""
 
 from __future__ import annotations
 
@@ -9,13 +9,25 @@ from typing import Any
 
 from planter import legible, workers
 from planter.errors import ComputationError, PlanterError
-from planter.studio.words import to_page_words
+from planter.files.complaints import SET
 
 Send = Callable[[dict[str, Any]], Awaitable[None]]
+HINTS = {
+    f" ({SET})": "",
+    "rename it, choose another --out, or add --overwrite": "rename it, or move it elsewhere",
+}
+"""Parts of messages that refer to the command line, and their replacements on a page."""
+
+
+def to_page_words(sentence: str, labels: Mapping[str, str]) -> str:
+    """Return a message for a page, without references to the command line, and with `labels` for paths of files."""
+    for before, after in {**labels, **HINTS}.items():
+        sentence = sentence.replace(before, after)
+    return sentence
 
 
 class Process:
-    """At most one work of a name for a page at a time: commands one after another."""
+    """A task of a page, such as a search or an export, which runs commands one after another."""
 
     def __init__(self, name: str, send: Send) -> None:
         self.name, self._send = name, send
@@ -23,16 +35,16 @@ class Process:
         self._work: asyncio.Task[None] | None = None
 
     async def send(self, message: Mapping[str, Any]) -> None:
-        """Send a message of this work."""
+        """Send a message of this task."""
         await self._send({"work": self.name, **message})
 
     def begin(self, work: Coroutine[Any, Any, None]) -> None:
-        """Do a work; the one before it is given up. The sentence of its error is sent."""
+        """Start a task after cancelling the previous one; if it fails, its error message is sent."""
         self.cancel()
         self._work = asyncio.create_task(self._done(work))
 
     def cancel(self) -> None:
-        """Give the work up."""
+        """Cancel the task."""
         if self._work is not None:
             self._work.cancel()
         if self._process is not None and self._process.returncode is None:
@@ -40,9 +52,9 @@ class Process:
         self._process = self._work = None
 
     async def command(self, words: Sequence[str], labels: Mapping[str, str] = MappingProxyType({})) -> str:
-        """What `planter WORDS` prints; its progress is sent line by line, files called by their `labels`.
+        """Run `planter WORDS` and return its output; its progress is sent line by line, with `labels` for paths.
 
-        Raises ComputationError with the sentence of a command that does not succeed.
+        Raises ComputationError with the message of the command if it fails.
         """
         process = self._process = await workers.start_async_program("planter", *words)
         assert process.stdout is not None
@@ -55,7 +67,7 @@ class Process:
                 await self.send({"progress": last})
         text = await answer
         if await process.wait():
-            raise ComputationError(last.removeprefix("planter: ") or f"{words[0]} was given up")
+            raise ComputationError(last.removeprefix("planter: ") or f"{words[0]} was cancelled")
         return text.decode("utf-8")
 
     async def _done(self, work: Coroutine[Any, Any, None]) -> None:
@@ -70,5 +82,5 @@ class Process:
 
 
 def _lines(text: str) -> Iterator[str]:
-    """What is left of a text that writes over its own lines."""
+    """Yield the lines of a text, including those that a carriage return overwrites."""
     yield from (part for part in text.replace("\r", "\n").split("\n") if part.strip())

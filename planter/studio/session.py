@@ -1,4 +1,4 @@
-"""What a page asks and is told: messages in, messages out. Nothing is kept but the machine that is open."""
+"""The session of a page: it answers messages about the machine that is open, which is its only state."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from planter.files.derivation import GENERATED
 from planter.files.text import parse_toml, read_text
 from planter.report import files
 from planter.studio import exports
-from planter.studio.words import to_page_words
+from planter.studio.process import to_page_words
 from planter.view.channels import course, packed
 from planter.view.exports import ANIMATION, Export
 from planter.view.picture import picture
@@ -24,13 +24,13 @@ from planter.view.scene import Scene
 from planter.view.subject import STEPS, Searching, Shown, Values, Wishing, farthest, opened
 
 LARGEST = 1_000_000
-"""Letters of a file that is taken."""
-OWN, PLACE = "functions", "folder"
-"""Keys of a file that say which Python code belongs to it, and in which folder that is."""
+"""Maximum characters of a loaded file."""
+CODE, CODE_FOLDER = "functions", "folder"
+"""Keys of a file that name its Python code, and the folder of that."""
 ENDS_S = 4.0
-"""Time that finding the ends of all numbers may take, as far as the first one tells."""
+"""Maximum time for the ranges of all numbers [s], estimated from the first one."""
 OPENED = "opened.toml"
-"""Name of a loaded file that has none."""
+"""Default name of a loaded file."""
 Message = Mapping[str, Any]
 
 
@@ -40,10 +40,10 @@ def sources(folder: Path) -> list[str]:
 
 
 class Session:
-    """A page's talk with the studio of a `folder`, whose machines are opened by name.
+    """A page's session with the studio of a `folder`, whose machines are opened by name.
 
-    Files that a page loads are put aside in `scratch`. `explicit` is the file that the user named on the command line:
-    what code belongs to it may stand anywhere.
+    Files that a page loads are stored in `scratch`. `explicit` is the file that the user named on the command line: its
+    code may be in any folder.
     """
 
     def __init__(self, folder: Path, scratch: Path, explicit: Path | None = None) -> None:
@@ -54,11 +54,11 @@ class Session:
         self._labels: dict[str, str] = {}
 
     def in_page_words(self, error: PlanterError) -> str:
-        """Return the sentence of an error with files called as the page calls them."""
+        """Return the message of an error with files named as on the page."""
         return to_page_words(error.message, self._labels)
 
     def open(self, message: Message) -> dict[str, Any]:
-        """A machine by name, or by the text of its file: what a page needs to show it."""
+        """Open a machine by name or by the text of its file, and return its description for the page."""
         self.machine = opened(self._source(message))
         return {"opened": self._description()}
 
@@ -69,111 +69,114 @@ class Session:
             "models": list(self.machine.models),
             "handles": [list(pair) for pair in self.machine.handles],
             "search": "Optimise" if isinstance(self.machine, Searching) and self.machine.search else None,
-            "controls": [one.to_json() for one in self.machine.controls],
+            "controls": [control.to_json() for control in self.machine.controls],
             "wishes": isinstance(self.machine, Wishing) and self.machine.wishes,
-            "exports": [asdict(one) for one in self._exports],
+            "exports": [asdict(export) for export in self._exports],
         }
 
     def seen(self, message: Message) -> dict[str, Any]:
-        """The machine with other numbers: scenes and readings."""
-        values, model = self._asked(message)
+        """Return scenes and readings of the machine with changed numbers."""
+        values, model = self._values_and_model(message)
         return {
-            "scenes": _drawn(self._open.scenes(values, model)),
-            "readings": [asdict(one) for one in self._open.readings(values, model)],
+            "scenes": _to_json(self._open.scenes(values, model)),
+            "readings": [asdict(reading) for reading in self._open.readings(values, model)],
         }
 
     def finished(self, message: Message) -> dict[str, Any]:
-        """Its scenes with all that there is to see; nothing where they have that at once."""
-        scenes = self._open.scenes(*self._asked(message))
-        if not any(one.later for one in scenes):
+        """Return the scenes with slow details, or nothing if they have none."""
+        scenes = self._open.scenes(*self._values_and_model(message))
+        if not any(scene.later for scene in scenes):
             return {}
-        return {"finished": _drawn([one.with_details() for one in scenes])}
+        return {"finished": _to_json([scene.with_details() for scene in scenes])}
 
     def checked(self, message: Message) -> dict[str, Any]:
-        """The requirements of the machine with other numbers."""
-        return {"checks": [asdict(one) for one in self._open.checks(*self._asked(message))]}
+        """Return the requirements of the machine with changed numbers."""
+        return {"checks": [asdict(check) for check in self._open.checks(*self._values_and_model(message))]}
 
     def details(self, message: Message) -> dict[str, Any]:
-        """What the machine with other numbers is sized by, and what its other models say."""
-        values, model = self._asked(message)
-        others = [name for name in self._open.models if name != model]
+        """Return the tables for sizing of the machine with changed numbers, and the results of its other models."""
+        values, model = self._values_and_model(message)
+        other_models = [name for name in self._open.models if name != model]
         return {
-            "details": [asdict(one) for one in self._open.details(values, model)],
-            "beside": [{"model": name, **self._beside(values, name)} for name in others],
+            "details": [asdict(table) for table in self._open.details(values, model)],
+            "beside": [{"model": name, **self._compare(values, name)} for name in other_models],
         }
 
     def ends(self, message: Message) -> dict[str, Any]:
-        """How far each number can be moved from where the others are; nothing where finding that takes too long."""
-        values, model = self._asked(message)
+        """Return the range of each number for the present values of the others, or nothing if that takes too long."""
+        values, model = self._values_and_model(message)
 
         def attempt(path: str, number: float) -> None:
             self._open.readings({**values, path: number}, model)
 
         first = self._open.controls[0]
-        self._open.readings(values, model)  # what is computed once is not counted
+        self._open.readings(values, model)  # excludes the time of what is computed only once
         begun = time.process_time()
         attempt(first.path, values[first.path] + (first.upper - values[first.path]) / STEPS)
         if 2 * len(values) * (time.process_time() - begun) > ENDS_S:
             return {}
-        found = {}
-        for one in self._open.controls:
-            try_number = partial(attempt, one.path)
-            found[one.path] = [farthest(values[one.path], end, try_number) for end in (one.lower, one.upper)]
-        return {"ends": found}
+        ends = {}
+        for control in self._open.controls:
+            value, try_number = values[control.path], partial(attempt, control.path)
+            ends[control.path] = [farthest(value, end, try_number) for end in (control.lower, control.upper)]
+        return {"ends": ends}
 
-    def _beside(self, values: Values, model: str) -> dict[str, Any]:
-        readings = [asdict(one) for one in self._open.readings(values, model)]
+    def _compare(self, values: Values, model: str) -> dict[str, Any]:
+        readings = [asdict(reading) for reading in self._open.readings(values, model)]
         return {"readings": readings, "course": course(self._open.scenes(values, model)[0])}
 
     def file(self, message: Message) -> dict[str, Any]:
-        """The machine's file with other numbers."""
-        return {"file": self._open.text(self._asked(message)[0])}
+        """Return the machine's file with changed numbers."""
+        return {"file": self._open.text(self._values_and_model(message)[0])}
 
     def wished(self, message: Message) -> dict[str, Any]:
-        """That file with a path that a hand can draw about. Raises InputError for a machine that has none."""
+        """Return the file with points of the tip path that a user can drag.
+
+        Raises InputError if the machine cannot have such points.
+        """
         if not isinstance(self._open, Wishing) or not self._open.wishes:
-            raise InputError(f"{self._open.name} has no path that could be drawn anew")
-        return {"wished": self._open.wished(self._asked(message)[0])}
+            raise InputError(f"{self._open.name} has no path that can be edited by points")
+        return {"wished": self._open.wished(self._values_and_model(message)[0])}
 
     def search(self, message: Message) -> dict[str, Any]:
-        """The command that searches from the machine's file, which is put aside.
+        """Return the command that optimises the machine's file, which is stored in the scratch folder.
 
-        Raises InputError for a machine that has none.
+        Raises InputError if the machine cannot be optimised.
         """
-        machine, model = self._open, self._asked(message)[1]
+        machine, model = self._open, self._values_and_model(message)[1]
         if not isinstance(machine, Searching) or not machine.search:
-            raise InputError(f"{machine.name} has nothing to search for")
-        place = self._put_aside("search", "machine.toml", machine.text(self._asked(message)[0]))
-        chosen = ("--model", model) if len(machine.models) > 1 else ()
-        return {"command": [*machine.search, str(place), *chosen, "--json"], "labels": {str(place): machine.name}}
+            raise InputError(f"{machine.name} cannot be optimised")
+        path = self._store("search", "machine.toml", machine.text(self._values_and_model(message)[0]))
+        options = ("--model", model) if len(machine.models) > 1 else ()
+        return {"command": [*machine.search, str(path), *options, "--json"], "labels": {str(path): machine.name}}
 
     def sought(self, message: Message) -> dict[str, Any]:
-        """What the search has found, from the result of its command."""
+        """Return the optimum from the result of the command."""
         if not isinstance(self._open, Searching):
-            raise InputError(f"{self._open.name} has nothing to search for")
-        found = self._open.sought(_table(message, "answer"))
-        return {"optimum": dict(found.values), "sentence": found.sentence}
+            raise InputError(f"{self._open.name} cannot be optimised")
+        result = self._open.sought(_table(message, "answer"))
+        return {"optimum": dict(result.values), "sentence": result.sentence}
 
     def works(self, message: Message) -> dict[str, Any]:
-        """What is to be written of the machine with other numbers; its file is written first.
+        """Write the file of the machine with changed numbers, and return the tasks of the requested exports.
 
-        Raises InputError for what it does not offer, and where nothing can be written.
+        Raises InputError if an export does not exist, or if the file cannot be written.
         """
-        model, numbers = self._asked(message)[1], _table(message, "numbers")
-        offered = {one.name: one for one in self._exports}
-        wanted = message.get("names")
-        if not isinstance(wanted, list) or not wanted:
-            raise InputError("nothing was ticked to be written")
-        for name in wanted:
+        model, numbers = self._values_and_model(message)[1], _table(message, "numbers")
+        offered = {export.name: export for export in self._exports}
+        names = message.get("names")
+        if not isinstance(names, list) or not names:
+            raise InputError("no export is selected; tick at least one")
+        for name in names:
             if not isinstance(name, str) or name not in offered:
-                raise InputError(f"{name} is not allowed: it must be one of {', '.join(offered)}")
-        file = exports.place(self.folder, self._open.name, "machine").with_suffix(".toml")
-        places = {name: exports.place(self.folder, self._open.name, name) for name in wanted}
-        found = [{"name": name, "there": str(there), "command": offered[name].command(file, there, model, numbers)}
-                 for name, there in places.items()]  # fmt: skip
+                raise InputError(f"{name}: there is no such export; choose one of {', '.join(offered)}")
+        file = exports.export_path(self.folder, self._open.name, "machine").with_suffix(".toml")
+        folders = {name: exports.export_path(self.folder, self._open.name, name) for name in names}
+        works = [{"name": name, "folder": str(folder), "command": offered[name].command(file, folder, model, numbers)}
+                 for name, folder in folders.items()]  # fmt: skip
         files.output_folder(file.parent)
-        files.write_text(file, self._open.text(self._asked(message)[0]))
-        return {"works": found}
+        files.write_text(file, self._open.text(self._values_and_model(message)[0]))
+        return {"works": works}
 
     @property
     def _exports(self) -> list[Export]:
@@ -185,24 +188,24 @@ class Session:
             raise InputError("no machine is open")
         return self.machine
 
-    def _asked(self, message: Message) -> tuple[dict[str, float], str]:
-        """Numbers of all controls, within their ends, and the model. Raises InputError for what is none of these."""
-        machine, given = self._open, _table(message, "values")
-        known = {one.path: one for one in machine.controls}
-        for path, value in given.items():
-            if path not in known:
-                raise InputError(f"{path} is not allowed: it is no number of {machine.name} that can be changed")
+    def _values_and_model(self, message: Message) -> tuple[dict[str, float], str]:
+        """Return values of all controls, and the model. Raises InputError if a number, value or model is invalid."""
+        machine, values = self._open, _table(message, "values")
+        controls = {control.path: control for control in machine.controls}
+        for path, value in values.items():
+            if path not in controls:
+                raise InputError(f"{path}: {machine.name} has no such number, or it cannot be changed")
             if (
                 isinstance(value, bool)
                 or not isinstance(value, int | float)
-                or not known[path].lower <= value <= known[path].upper
+                or not controls[path].lower <= value <= controls[path].upper
             ):
-                low, high = known[path].lower, known[path].upper
-                raise InputError(f"{path} = {value} is not allowed: it must be between {low:g} and {high:g}")
+                low, high = controls[path].lower, controls[path].upper
+                raise InputError(f"{path} = {value}: the value must be between {low:g} and {high:g}")
         model = message.get("model", machine.models[0])
         if model not in machine.models:
-            raise InputError(f"model = {model} is not allowed: it must be one of {', '.join(machine.models)}")
-        return {path: float(given.get(path, one.value)) for path, one in known.items()}, model
+            raise InputError(f"model = {model}: there is no such model; choose one of {', '.join(machine.models)}")
+        return {path: float(values.get(path, control.value)) for path, control in controls.items()}, model
 
     def _source(self, message: Message) -> str:
         if "text" in message:
@@ -210,58 +213,57 @@ class Session:
         name = message.get("name")
         if name in examples.names(None, ".toml"):
             return str(name)
-        known = sources(self.folder)
-        if name not in known:
+        names = sources(self.folder)
+        if name not in names:
             raise InputError(
-                f"{legible.name(str(name))}: there is no such machine here: it must be one of {', '.join(known)}"
+                f"{legible.name(str(name))}: there is no such machine here; choose one of {', '.join(names)}"
             )
-        place = (self.folder / name).resolve()
-        self._labels[str(place)] = name
-        if place.parent != self.folder:
-            raise InputError(f"{name}: there is no such machine here: it is a link to another folder")
-        if place != self._explicit and self._leads_outside(parse_toml(read_text(place), name)):
+        path = (self.folder / name).resolve()
+        self._labels[str(path)] = name
+        if path.parent != self.folder:
+            raise InputError(f"{name}: there is no such machine here; it is a link to another folder")
+        if path != self._explicit and self._leads_outside(parse_toml(read_text(path), name)):
             raise InputError(
-                f"{name} is not allowed here, since its Python code is outside the studio's folder: "
-                f"it must be opened by `planter studio {name}`"
+                f"{name}: its Python code is outside the studio's folder; open it by `planter studio {name}`"
             )
-        return str(place)
+        return str(path)
 
     def _leads_outside(self, table: Mapping[str, Any]) -> bool:
-        """Whether the functions of a mechanism's file may stand outside the folder, by a path or a link."""
-        code = f"{table.get(OWN, '')}.py"
-        places = (self.folder / str(table.get(PLACE, "")), self.folder, self.folder / GENERATED)
-        return OWN in table and not all((one / code).resolve().is_relative_to(self.folder) for one in places)
+        """Return whether the functions of a mechanism's file may be outside the folder, by a path or a link."""
+        code = f"{table.get(CODE, '')}.py"
+        folders = (self.folder / str(table.get(CODE_FOLDER, "")), self.folder, self.folder / GENERATED)
+        return CODE in table and not all((folder / code).resolve().is_relative_to(self.folder) for folder in folders)
 
     def _loaded(self, text: Any, label: Any) -> str:
-        """Where the text of a file was put aside. Raises InputError for one that says where Python code is."""
+        """Store the text of a file and return its path. Raises InputError if Python code belongs to the file."""
         if not isinstance(text, str) or not isinstance(label, str):
-            raise InputError("text and file are not allowed: they must be a file's text and its name")
+            raise InputError("text and file must be strings: the text of a file and its name")
         if len(text) > LARGEST:
-            raise InputError(f"{legible.name(label)} is not allowed: it must have at most {LARGEST} letters")
+            raise InputError(f"{legible.name(label)}: at most {LARGEST} characters can be loaded")
         table = parse_toml(text, legible.name(label))
-        if {OWN, PLACE} & table.keys():
+        if {CODE, CODE_FOLDER} & table.keys():
             raise InputError(
-                f"{legible.name(label)} is not allowed here, since Python code belongs to it ({OWN} or {PLACE}): "
-                "a mechanism of your own is opened by `planter studio FILE`"
+                f"{legible.name(label)}: Python code belongs to this file ({CODE} or {CODE_FOLDER}); "
+                "open it by `planter studio FILE`"
             )
         self._texts += 1
-        place = self._put_aside(str(self._texts), OPENED, text)
-        self._labels[str(place)] = legible.name(label)
-        return str(place)
+        path = self._store(str(self._texts), OPENED, text)
+        self._labels[str(path)] = legible.name(label)
+        return str(path)
 
-    def _put_aside(self, folder: str, name: str, text: str) -> Path:
-        place = self.scratch / folder / name
-        place.parent.mkdir(parents=True, exist_ok=True)
-        place.write_text(text, encoding="utf-8", newline="\n")
-        return place
+    def _store(self, folder: str, name: str, text: str) -> Path:
+        path = self.scratch / folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
+        return path
 
 
 def _table(message: Message, key: str) -> Mapping[str, Any]:
-    found = message.get(key, {})
-    if not isinstance(found, dict):
-        raise InputError(f"{key} = {found} is not allowed: it must be a JSON object")
-    return found
+    table = message.get(key, {})
+    if not isinstance(table, dict):
+        raise InputError(f"{key} = {table}: a JSON object is required")
+    return table
 
 
-def _drawn(scenes: Sequence[Scene]) -> list[dict[str, Any]]:
-    return [{"picture": picture(one), "record": packed(one)} for one in scenes]
+def _to_json(scenes: Sequence[Scene]) -> list[dict[str, Any]]:
+    return [{"picture": picture(scene), "record": packed(scene)} for scene in scenes]

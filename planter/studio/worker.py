@@ -1,6 +1,6 @@
-"""The process in which a page's machine is opened and computed: a request in, an answer out.
+"""The process that opens and computes a page's machine, and answers one request after another.
 
-Its memory is limited, and the server may kill it, so that a poisonous file costs a message and no more.
+Its memory is limited, and the server may kill it, so that a malicious file only causes an error message.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from planter.errors import PlanterError
 from planter.studio.session import Message, Session
 
 MEMORY_BYTES = 2 * 2**30
-"""Address space of a process, with what its libraries take; none of the machines needs half of it."""
+"""Maximum address space of a process, including its libraries; every machine needs less than half of it."""
 REQUESTS = ("open", "seen", "finished", "checked", "details", "ends", "file", "wished", "search", "sought", "works")
-"""Methods of a session that a request may name."""
+"""Methods of a session that a request can name."""
 ECHOED = ("id", "opening")
-"""Keys of a message by which the page knows what an answer belongs to."""
+"""Keys of a message that an answer repeats, so that the page can assign it."""
 DONE, FAILED = "+", "-"
-"""First letter of an answer."""
+"""First character of an answer."""
 
 
 def main() -> None:
-    """Answer requests; the first message says which folders the session has."""
+    """Answer requests; the first message has the folders of the session."""
     list(rooms.brought("show"))
-    import_module("planter.kernels.formulas")  # what takes longest is loaded before anybody waits for it
+    import_module("planter.kernels.formulas")  # takes longest to load, so that it is loaded before the first request
     workers.serve(_open_session, MEMORY_BYTES)
 
 
@@ -44,14 +44,14 @@ def _open_session(first: bytes) -> Callable[[bytes], bytes]:
     return answer
 
 
-def answer_request(session: Session, what: str, message: Message) -> str:
-    """Return what a session answers, as a text; every exception is an answer, too."""
+def answer_request(session: Session, name: str, message: Message) -> str:
+    """Return the answer of a session to the request `name` as text; an exception becomes an error answer."""
     echoed = {key: message[key] for key in ECHOED if key in message}
     try:
-        if what not in REQUESTS:
-            raise ValueError(what)
-        found = getattr(session, what)(message)
-        return DONE + _to_json({**found, **echoed})
+        if name not in REQUESTS:
+            raise ValueError(name)
+        answer = getattr(session, name)(message)
+        return DONE + _to_json({**answer, **echoed})
     except PlanterError as error:
         sentence = session.in_page_words(error)
     except MemoryError:
@@ -61,12 +61,12 @@ def answer_request(session: Session, what: str, message: Message) -> str:
     return FAILED + _to_json({"error": legible.line(sentence), **echoed})
 
 
-def _to_json(found: Any) -> str:
-    """JSON that a browser reads, in ASCII: numbers that are not finite are null."""
+def _to_json(answer: Any) -> str:
+    """Return standard JSON in ASCII; numbers that are not finite become null."""
     try:
-        return json.dumps(found, allow_nan=False)
+        return json.dumps(answer, allow_nan=False)
     except ValueError:
-        return json.dumps(_finite(found), allow_nan=False)
+        return json.dumps(_finite(answer), allow_nan=False)
 
 
 def _finite(value: Any) -> Any:

@@ -1,1 +1,1 @@
-"""The studio without a server: one HTML file that computes a machine by itself."""
+"""The studio without a server: one HTML file that computes a machine in the browser."""

@@ -1,4 +1,4 @@
-"""A model of a machine as a page is told it: programs, the drawing as a template, what of it follows which numbers."""
+"""A model of a machine for a static page: its programs, and its drawing as a template."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from planter.view.scene import Scene
 from planter.view.subject import Values
 
 ALIKE, TRIES = 3, 24
-"""Designs by lot at which numbers are recognised, and how many are tried."""
+"""Number of random designs at which numbers are recognised, and maximum number of attempts."""
 
 
-class Model:
-    """A model of a machine."""
+class StaticPageModel:
+    """A model of a machine for a static page."""
 
     def __init__(self, machine: Movable, name: str) -> None:
         self.machine, self.name = machine, name
         self.portable: Portable = machine.portable(name)
 
     def json(self) -> dict[str, Any]:
-        """What the page's script takes."""
-        designs, scenes = zip(*self._alike, strict=True)
+        """Return the JSON object for the script of the page."""
+        designs, scenes = zip(*self._designs, strict=True)
         seen, first = self.portable.seen, scenes[0]
         picture = Picture(first)
         picture.frames = (self._frame, self._frame)
@@ -46,45 +46,45 @@ class Model:
         }
 
     def _inputs(self, program: Program) -> list[dict[str, Any]]:
-        paths = {one.path for one in self.machine.controls}
-        return [{"path": one.path, "at": program.offsets[one.vector] + one.index, "factor": one.factor}
-                for one in self.portable.inputs if one.path in paths]  # fmt: skip
+        paths = {control.path for control in self.machine.controls}
+        return [{"path": entry.path, "at": program.offsets[entry.vector] + entry.index, "factor": entry.factor}
+                for entry in self.portable.inputs if entry.path in paths]  # fmt: skip
 
     def _readings(self, values: Values) -> list[dict[str, Any]]:
-        """Names and units, and where the numbers are; null for one that no program finds."""
-        start, known = self.portable.seen.offsets["singles"], list(self.portable.singles)
-        found = self.machine.readings(values, self.name)
-        return [{"name": one.name, "unit": one.unit, "at": start + known.index(one.name) if one.name in known else None}
-                for one in found]  # fmt: skip
+        """Return names, units and indices of the readings; the index is null if no program computes the reading."""
+        start = self.portable.seen.offsets["singles"]
+        indices = {name: start + index for index, name in enumerate(self.portable.singles)}
+        readings = self.machine.readings(values, self.name)
+        return [{"name": entry.name, "unit": entry.unit, "at": indices.get(entry.name)} for entry in readings]
 
     def _descent(self) -> dict[str, Any] | None:
         program = self.portable.gradient
         if program is None:
             return None
-        factors = {one.path: one.factor for one in self.portable.inputs}
+        factors = {entry.path: entry.factor for entry in self.portable.inputs}
         return {
             "name": program.name, "inputs": self._inputs(program), "paths": list(self.portable.design),
             "factors": [factors[path] for path in self.portable.design],
             "objective": program.offsets["objective"], "gradient": program.offsets["gradient"],
         }  # fmt: skip
 
-    # --- designs that are looked at -------------------------------------------------------------------
-
     @cached_property
-    def _alike(self) -> list[tuple[Values, Scene]]:
-        """Designs by lot whose drawings have the same lines as the first of them, with their scenes."""
-        found: list[tuple[Values, Scene]] = []
-        for values, scene in self._by_lot():
-            if not found or _shape(scene) == _shape(found[0][1]):
-                found.append((values, scene))
-            if len(found) == ALIKE:
-                return found
-        raise ComputationError(f"{self.machine.name}: {TRIES} designs by lot have too few drawings that are alike")
+    def _designs(self) -> list[tuple[Values, Scene]]:
+        """Random designs whose drawings have the same lines as that of the first, with their scenes."""
+        designs: list[tuple[Values, Scene]] = []
+        for values, scene in self._random_designs():
+            if not designs or _shape(scene) == _shape(designs[0][1]):
+                designs.append((values, scene))
+            if len(designs) == ALIKE:
+                return designs
+        raise ComputationError(
+            f"{self.machine.name}: fewer than {ALIKE} of {TRIES} random designs have similar drawings"
+        )
 
-    def _by_lot(self) -> Iterator[tuple[Values, Scene]]:
-        rng = np.random.default_rng(1)
+    def _random_designs(self) -> Iterator[tuple[Values, Scene]]:
+        rng, controls = np.random.default_rng(1), self.machine.controls
         for _ in range(TRIES):
-            values = {one.path: float(rng.uniform(one.lower, one.upper)) for one in self.machine.controls}
+            values = {control.path: float(rng.uniform(control.lower, control.upper)) for control in controls}
             if (scene := self._scene(values)) is not None:
                 yield values, scene
 
@@ -96,21 +96,22 @@ class Model:
 
     @cached_property
     def _frame(self) -> Frame:
-        """What the drawing shows: all that each number alone moves into sight, so that the frame can stay."""
-        own = {one.path: one.value for one in self.machine.controls}
-        moved = [own | {one.path: end} for one in self.machine.controls for end in (one.lower, one.upper)]
+        """A fixed frame of the drawing, which encloses the scenes at the bounds of every single number."""
+        controls = self.machine.controls
+        initial = {control.path: control.value for control in controls}
+        moved = [initial | {control.path: end} for control in controls for end in (control.lower, control.upper)]
         scenes = [scene for values in moved if (scene := self._scene(values)) is not None]
-        return _around([Picture(scene).frames[0] for scene in (*scenes, *(scene for _, scene in self._alike))])
+        return _join([Picture(scene).frames[0] for scene in (*scenes, *(scene for _, scene in self._designs))])
 
 
-def _around(frames: Sequence[Frame]) -> Frame:
-    """The least frame around some."""
-    left, bottom = min(one.left for one in frames), min(one.bottom for one in frames)
-    right, top = max(one.left + one.width for one in frames), max(one.bottom + one.height for one in frames)
+def _join(frames: Sequence[Frame]) -> Frame:
+    """Return the smallest frame that encloses all frames."""
+    left, bottom = min(frame.left for frame in frames), min(frame.bottom for frame in frames)
+    right, top = max(frame.left + frame.width for frame in frames), max(frame.bottom + frame.height for frame in frames)
     return Frame(left, bottom, right - left, top - bottom)
 
 
 def _shape(scene: Scene) -> list[int]:
-    """What drawings that are alike have in common: how many points each line has, bodies, points, curves."""
+    """Return the numbers of points of each line, and of bodies, points, chains, forces, curves and labels."""
     parts = list(scene.all_bodies()), scene.points, scene.chains, scene.forces, scene.curves, scene.labels
-    return [*(len(one.points) for one in outlines(scene)), *map(len, parts)]
+    return [*(len(outline.points) for outline in outlines(scene)), *map(len, parts)]

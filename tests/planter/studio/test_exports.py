@@ -16,7 +16,7 @@ from websockets.sync.client import ClientConnection
 
 from planter.cli.app import application
 from planter.errors import InputError
-from planter.studio.exports import place, written
+from planter.studio.exports import export_path, find_export
 from planter.studio.session import Session
 from planter.view.subject import opened
 from tests.planter.studio.serving import answer, line, page_of, studio, until
@@ -139,13 +139,13 @@ def test_an_export_can_be_given_up(address: str) -> None:
 @pytest.mark.parametrize(
     ("message", "sentence"),
     [
-        ({"names": ["../report"]}, r"^\.\./report is not allowed: it must be one of report, optimum, gears"),
+        ({"names": ["../report"]}, r"^\.\./report: there is no such export; choose one of report, optimum, gears"),
         ({"names": ["cam"], "numbers": {"--roller-mm": None}}, "radius of the roller.* = null: a positive number"),
         (
             {"names": ["cam"], "numbers": {"--roller-mm": float("inf")}},
             "radius of the roller.* = inf: a positive number",
         ),
-        ({"names": ["report"], "values": {"design.R3_mm": 0}}, "it must be between"),
+        ({"names": ["report"], "values": {"design.R3_mm": 0}}, "must be between"),
     ],
 )
 def test_what_is_not_offered_is_not_written(tmp_path: Path, message: dict[str, Any], sentence: str) -> None:
@@ -160,11 +160,11 @@ def test_a_name_of_a_machine_is_no_path_and_a_link_leads_nowhere(tmp_path: Path)
     studio.mkdir()
     outside.mkdir()
     (outside / "report.html").write_text("", encoding="utf-8")
-    assert place(studio, "../../etc", "report").resolve().is_relative_to(studio)
+    assert export_path(studio, "../../etc", "report").resolve().is_relative_to(studio)
     (studio / "exports").symlink_to(outside)
-    assert written(studio, "report.html") is None
-    with pytest.raises(InputError, match="it must be below"):
-        place(studio, "own", "report")
+    assert find_export(studio, "report.html") is None
+    with pytest.raises(InputError, match="a link leads out"):
+        export_path(studio, "own", "report")
 
 
 @pytest.mark.parametrize("source", MACHINES)

@@ -165,9 +165,9 @@ def test_a_search_can_be_given_up(address: str) -> None:
         ({"text": "name = 1"}, "opened.toml: this file does not describe a machine"),
         ({"text": "a = [1,", "file": "own.toml"}, "own.toml: end of document: this is not valid TOML"),
         ({"text": "x = " + "[" * 2000}, "nested too deep"),
-        ({"text": 5}, "they must be a file's text and its name"),
-        ({"text": 'functions = "x"\nfolder = "/tmp"'}, "opened by `planter studio FILE`"),
-        ({"text": "x" * (LARGEST + 1)}, "at most 1000000 letters"),
+        ({"text": 5}, "text and file must be strings"),
+        ({"text": 'functions = "x"\nfolder = "/tmp"'}, "open it by `planter studio FILE`"),
+        ({"text": "x" * (LARGEST + 1)}, "at most 1000000 characters"),
     ],
 )
 def test_what_cannot_be_opened_is_told_in_a_sentence(tmp_path: Path, message: dict[str, str], sentence: str) -> None:
@@ -181,10 +181,10 @@ def test_what_cannot_be_opened_is_told_in_a_sentence(tmp_path: Path, message: di
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"design.R3_mm": 1e9}, "it must be between 30.46 and 31.01"),
-        ({"design.R3_mm": "30"}, "it must be between"),
-        ({"design.R3_mm": float("nan")}, "it must be between"),
-        ({"mass.nothing_kg": 1.0}, "no number of wang2017"),
+        ({"design.R3_mm": 1e9}, "must be between 30.46 and 31.01"),
+        ({"design.R3_mm": "30"}, "must be between"),
+        ({"design.R3_mm": float("nan")}, "must be between"),
+        ({"mass.nothing_kg": 1.0}, "wang2017 has no such number"),
     ],
 )
 def test_numbers_beyond_their_ends_are_refused(tmp_path: Path, values: dict[str, float], sentence: str) -> None:

@@ -111,7 +111,7 @@ def refused(*arguments: str) -> str:
 @pytest.mark.parametrize("machine", ["yu2023", "shi2021", "sun2019"])
 def test_machines_that_no_page_can_compute_are_refused_in_a_sentence(tmp_path: Path, machine: str) -> None:
     told = refused(machine, "--static", str(tmp_path / "page.html"))
-    assert told == f"planter: --static is not there for {machine}: such a machine is computed in Python alone"
+    assert told == f"planter: --static is not available for {machine}: such a machine is computed in Python only"
     assert list(tmp_path.iterdir()) == []
 
 

@@ -11,9 +11,8 @@ import pytest
 
 from planter.errors import ComputationError
 from planter.mechanism.show import Mechanism
-from planter.studio.static.bundle import bundle
+from planter.studio.static.page import bundle, file_template
 from planter.studio.static.recognised import Recogniser
-from planter.studio.static.written import template
 from planter.view.portable import Movable
 from planter.view.scene import Scene
 from planter.view.subject import Values, opened
@@ -70,7 +69,7 @@ def test_a_curve_that_follows_no_number_is_noticed() -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_file_written_line_by_line_is_that_of_planter(name: str) -> None:
     subject = machine(name)
-    told = template(subject)
+    told = file_template(subject)
     values = {one.path: one.value for one in subject.controls}
     for count in (0, 1, len(values)):
         moved = {one.path: one.value + 0.25 * (one.upper - one.value) for one in list(subject.controls)[:count]}

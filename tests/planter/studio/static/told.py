@@ -70,9 +70,9 @@ class Told:
 
 def written(folder: Path, machine: str) -> Told:
     """A page as the command writes it."""
-    from planter.studio.static.file import write
+    from planter.studio.static.page import write_page
 
-    return Told(write(machine, folder / "page.html"))
+    return Told(write_page(machine, folder / "page.html"))
 
 
 def assert_drawn(plan: Mapping[str, Any], numbers: Array, scene: Scene) -> None:
