@@ -1,4 +1,4 @@
-"""`planter calibrate --data`: models of a machine fitted to a measured curve, and what that says."""
+"""`planter calibrate --data`: models of a machine fitted to a measured curve, with their outcomes."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from planter.progress import Listener, Phase
 
 FORCE = "N"
 ROUNDING, TINY = 1e-9, 1e-30
-"""Noise below this share of the largest value is that of digits that were written."""
+"""Share of the largest value below which noise is rounding of digits in the file, and its offset."""
 EXPLAINS = 1.5
-"""A model explains data that it leaves no more of than this many times their noise."""
+"""Ratio of RMS residual to noise up to which a model explains the data."""
 
 
 @dataclass(frozen=True)
 class Check:
-    """A second measurement, at its own speed [r/min], that nothing is fitted to."""
+    """A second measurement at another speed [r/min], which is predicted and not fitted."""
 
     path: str | Path
     speed_rpm: float
@@ -47,7 +47,7 @@ class Check:
 
 @dataclass(frozen=True)
 class Calibrated:
-    """The fits of all models with their data, the file with the inputs of the first, if it is one, and the result."""
+    """Fits of all models with their data, the machine file with the inputs of the first, if any, and the result."""
 
     measured: Measurement
     fits: dict[str, Fit]
@@ -69,27 +69,27 @@ def calibrate(
 ) -> Calibrated:
     """Fit chosen inputs within `bounds` (display units, by path) to a curve in a CSV file, in one model or several.
 
-    `builders` return the machines of the models by name, the first of which is reported first; pickles can be made of
-    them. `rebuild` returns the file with other numbers, by path, if there is one. `means` says what runs the searches,
-    whose results do not depend on it. Raises InputError for a file, columns or inputs that cannot be used.
+    `builders` return the machines of the models by name, in the order of the report; workers need to pickle them.
+    `rebuild` returns the file with other numbers, by path, if there is one. `means` selects the workers of the searches
+    and does not change their results. Raises InputError for a file, columns or inputs that cannot be used.
     """
     if not bounds:
-        raise InputError("--fit must name at least one input with its bounds, as --fit mass.planet_kg=0.8:1.6")
+        raise InputError("add --fit with an input and its bounds, such as --fit mass.planet_kg=0.8:1.6")
     machines = {name: build() for name, build in builders.items()}
     model, machine = next(iter(machines.items()))
     unit = units.unit(find_measured(machine, quantity).key)
-    chosen = {name: Chosen.of(one, bounds) for name, one in machines.items()}
+    chosen = {name: Chosen.from_bounds(machine, bounds) for name, machine in machines.items()}
     measured = reading.read(data, columns, float(machine.data[machine.speed]), unit)
     phase = Phase("calibration", "start", STARTS * len(machines), progress)
     fits: dict[str, Fit] = {}
-    for name, one in machines.items():
+    for name, machine_of_model in machines.items():
         arguments = {"chosen": chosen[name], "measured": measured, "quantity": quantity}
         task = Task(prepare_starts, {"build": builders[name], **arguments})
-        curve = MeasuredCurve(one, chosen[name], measured, quantity)
+        curve = MeasuredCurve(machine_of_model, chosen[name], measured, quantity)
         fits[name] = fit_curve(curve, seed, STARTS, phase, task, means)
     results = {name: _describe_fit(fit, measured) for name, fit in fits.items()}
-    fitted, why = (None, []) if rebuild is None else rebuild_machine(fits[model], rebuild)
-    first, others = results[model], [fit for name, fit in fits.items() if name != model]
+    fitted, notes = (None, []) if rebuild is None else rebuild_machine(fits[model], rebuild)
+    first, other_fits = results[model], [fit for name, fit in fits.items() if name != model]
     values = measured.values[measured.used]
     return Calibrated(
         measured,
@@ -102,7 +102,7 @@ def calibrate(
             unit=unit,
             outcome=first.outcome,
             statement=_statement(results, measured.noise, unit),
-            treatment=[*measured.told, *why],
+            treatment=[*measured.treatment, *notes],
             warnings=_warnings(first),
             left_out=int((~measured.used).sum()),
             noise=Noise("white", measured.noise, 0.0, unit),
@@ -113,8 +113,8 @@ def calibrate(
             starts=first.starts,
             agreeing_starts=first.agreeing_starts,
             models=dict(results.items()),
-            other_model=_spread(others[0].rms, len(values), unit) if others else None,
-            prediction=None if check is None else _predicted(check, columns, fits, quantity),
+            other_model=_spread(other_fits[0].rms, len(values), unit) if other_fits else None,
+            prediction=None if check is None else _predict(check, columns, fits, quantity),
             noise_N=measured.noise if unit == FORCE else None,
         ),
     )
@@ -132,12 +132,12 @@ def _spread(rms: float, points: int, unit: str) -> Spread:
 
 
 def rebuild_machine(fit: Fit, rebuild: Callable[[Mapping[str, float]], Document]) -> tuple[Document | None, list[str]]:
-    """Return the file with the fitted inputs; None where they are no machine's, and why."""
-    shown = fit.curve.chosen.shown(fit.values)
+    """Return the file with the fitted inputs, or None with the reason if no machine can have them."""
+    values = fit.curve.chosen.to_display(fit.values)
     try:
-        return rebuild({name: value for name, value in shown.items() if not is_nuisance(name)}), []
+        return rebuild({name: value for name, value in values.items() if not is_nuisance(name)}), []
     except InputError as error:
-        return None, [f"the fitted values are no machine's, other bounds are needed: {error.message}"]
+        return None, [f"no machine can have the fitted values; change the bounds: {error.message}"]
 
 
 def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
@@ -164,15 +164,15 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
 
 
 def judge_fit(fit: Fit, ratio: float, neighbours: Correlation) -> Outcome:
-    """What a fit says of its model: it is refuted only if no better fit is likely and noise cannot look like this."""
+    """Return the outcome of a fit; a model is refuted only if a better fit and correlated noise are both unlikely."""
     if ratio <= EXPLAINS:
         return "explained"
     return "not explained" if fit.is_settled and not neighbours.is_autoregressive else "not settled"
 
 
 def describe_inputs(fit: Fit) -> list[FittedInput]:
-    """The fitted inputs with their bounds and intervals, a phase within its period."""
-    curve, start = fit.curve, fit.curve.own()
+    """Return the fitted inputs with their bounds and intervals, a phase within its period."""
+    curve, start = fit.curve, fit.curve.machine_values()
     lower, upper = curve.bounds(fit.values)
     inputs = []
     for i, name in enumerate(curve.chosen.names):
@@ -180,17 +180,17 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
         is_open = low <= lower[i] or high >= upper[i]
         moved = 0.0
         ends = lower[i], upper[i]
-        if name == PHASE:  # into [0, period): a phase means the same after whole periods
+        if name == PHASE:  # into [0, period): phases repeat with the period
             moved = float(np.mod(fit.values[i], curve.period)) % curve.period - float(fit.values[i])
             if curve.is_cyclic:
                 ends = -moved, curve.period - moved
                 start[i] = np.mod(start[i], curve.period) - moved
-        shown = [float((value + moved) / factor) for value in (fit.values[i], *ends, low, high)]
-        value, shown_lower, shown_upper, low95, high95 = shown
+        display = [float((value + moved) / factor) for value in (fit.values[i], *ends, low, high)]
+        value, display_lower, display_upper, low95, high95 = display
         inputs.append(
             FittedInput(
                 name=name, value=value, unit=curve.unit if is_offset(name) else _unit_of(curve, name),
-                lower=shown_lower, upper=shown_upper, start=float((start[i] + moved) / factor),
+                lower=display_lower, upper=display_upper, start=float((start[i] + moved) / factor),
                 low95=low95, high95=high95, interval=[low95, high95], open=bool(is_open), origin="calibrated",
             )
         )  # fmt: skip
@@ -198,8 +198,8 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
 
 
 def _unit_of(curve: MeasuredCurve, name: str) -> str:
-    """Return the display unit of an input; one that its key does not say is that of SI."""
-    return units.unit(name) or next((one.unit for one in curve.machine.values if one.path == name), "1")
+    """Return the display unit of an input, by its key, else the SI unit of the value."""
+    return units.unit(name) or next((entry.unit for entry in curve.machine.values if entry.path == name), "1")
 
 
 FITS: dict[Outcome, str] = {
@@ -210,10 +210,10 @@ FITS: dict[Outcome, str] = {
 
 
 def _statement(results: Mapping[str, ModelMeasured], noise: float, unit: str) -> str:
-    """Which models explain the data, and what of the inputs the data do not determine, in sentences."""
+    """Return sentences on the models that explain the data and on inputs that the data do not determine."""
     sentences = []
-    for one, result in results.items():
-        sentences.append(f"{one.capitalize()} model: {FITS[result.outcome]}")
+    for model, result in results.items():
+        sentences.append(f"{model.capitalize()} model: {FITS[result.outcome]}")
         sentences.append(
             f"RMS residual {result.rms:.3g} {unit}, {result.rms_of_noise:.3g} times the measurement noise "
             f"({noise:.3g} {unit})"
@@ -227,7 +227,7 @@ def _statement(results: Mapping[str, ModelMeasured], noise: float, unit: str) ->
 
 
 def _warnings(result: ModelMeasured) -> list[str]:
-    """What limits the answer of the first model."""
+    """Return the warnings on the fit of the first model."""
     warnings = []
     if not result.white:
         warnings.append(
@@ -245,9 +245,9 @@ def _warnings(result: ModelMeasured) -> list[str]:
     return warnings
 
 
-def _predicted(check: Check, columns: Columns, fits: Mapping[str, Fit], quantity: str) -> Prediction:
-    """Return what all fitted models leave of a measurement at another speed."""
-    left: dict[str, float] = {}
+def _predict(check: Check, columns: Columns, fits: Mapping[str, Fit], quantity: str) -> Prediction:
+    """Return the residuals of all fitted models for a measurement at another speed."""
+    rms: dict[str, float] = {}
     points = 0
     for model, fit in fits.items():
         data, speed = fit.curve.machine.data.copy(), check.speed_rpm * units.factor("speed_rpm")
@@ -255,7 +255,7 @@ def _predicted(check: Check, columns: Columns, fits: Mapping[str, Fit], quantity
         machine = fit.curve.machine.with_data(data)
         measured = reading.read(check.path, columns, speed, fit.curve.unit)
         curve = MeasuredCurve(machine, fit.curve.chosen, measured, quantity)
-        aside: Array = curve.values - curve(fit.values)[0]
-        left[model], points = float(np.sqrt(np.mean(aside**2))), len(aside)
+        residuals: Array = curve.values - curve(fit.values)[0]
+        rms[model], points = float(np.sqrt(np.mean(residuals**2))), len(residuals)
     is_force = fit.curve.unit == FORCE
-    return Prediction(check.speed_rpm, points, left, left if is_force else None)
+    return Prediction(check.speed_rpm, points, rms, rms if is_force else None)

@@ -1,4 +1,4 @@
-"""Whether residuals are white noise, or look like noise in which neighbours are correlated."""
+"""Tests of residuals for white noise and for noise with correlated neighbours."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 from planter.kernels import Array
 
 LAGS = 10
-"""Lags that a test looks at, and at most a fifth of the points."""
+"""Maximum number of lags of a test, which has at most a fifth of the number of points."""
 SIGNIFICANCE, REFUTING = 0.01, 1e-4
-"""Probabilities of a false alarm: of the warning that residuals are correlated, and of the refutation of a model."""
+"""Significance levels of the warning of correlated residuals and of the refutation of a model."""
 
 
 @dataclass(frozen=True)
 class Correlation:
-    """Of residuals in the order of their angles: `rho` between neighbours; tests of Ljung and Box.
+    """Correlation of residuals in the order of their angles: `rho` of neighbours, and tests of Ljung and Box.
 
-    `is_white`: no correlation is seen. `is_autoregressive`: what a first-order autoregression with `rho` leaves is
-    white, as of slowly drifting noise; what a wrong model leaves is hardly ever so.
+    `is_white`: the residuals pass as white noise. `is_autoregressive`: the remainder of a first-order autoregression
+    with `rho` passes as white, as for slowly drifting noise and rarely for a wrong model.
     """
 
     rho: float
@@ -28,7 +28,7 @@ class Correlation:
 
 
 def assess_correlation(residuals: Array) -> Correlation:
-    """How residuals (m,) are correlated."""
+    """Return the correlation of residuals (m,)."""
     total = float(residuals @ residuals)
     if total == 0:
         return Correlation(0.0, True, True)
@@ -48,7 +48,7 @@ def ljung_box_probability(residuals: Array, lags: int, fitted: int = 0) -> float
 
     Ljung and Box (1978), On a measure of lack of fit in time series models, Biometrika 65, 297: m (m + 2) times the sum
     over `lags` of rho_k^2 / (m - k) follows a chi-squared distribution; its degrees of freedom are `lags` less the
-    number of `fitted` coefficients. Equal residuals are correlated without doubt: 0.
+    number of `fitted` coefficients. Equal residuals have the probability 0.
     """
     from scipy import stats
 

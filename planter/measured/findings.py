@@ -1,4 +1,4 @@
-"""What a fit to measured data finds, key by key."""
+"""Results of a fit to measured data."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ Outcome = Literal["explained", "not explained", "not settled"]
 
 @dataclass(frozen=True)
 class FittedInput(Record):
-    """An input that was fitted: `value` with the bounds that it had, and the band that the data leave it.
+    """Fitted input: `value` with its bounds and its confidence interval.
 
-    `low95` and `high95`, together `interval`, are where the profile of the likelihood passes 95 %, for the noise that
-    the result names; a band that ends on a bound is open there. A phase lies between 0 and its period, with its bounds
-    and its band moved by whole periods: measured(phi) = computed(phi + phase).
+    `low95` and `high95`, together `interval`, are the ends of the 95 % interval of the profile likelihood, for the
+    noise of the result; an interval that ends at a bound is open. A phase lies between 0 and its period, with bounds
+    and interval moved by whole periods: measured(phi) = computed(phi + phase).
     """
 
     name: str
@@ -34,12 +34,12 @@ class FittedInput(Record):
 
 @dataclass(frozen=True)
 class ModelMeasured(Record):
-    """The fit of one model: what is left, what the data determine, and how many starts came to it.
+    """Fit of one model: residuals, what the data determine, and the number of starts that agree.
 
     `outcome`: "explained", "not explained", or "not settled" if starts disagree or the residuals look like correlated
-    noise. `rank` counts the combinations of inputs that the data determine; `correlation` is that of the inputs in
-    their order, null where the data do not determine all of them; `rms_of_noise` is what is left over the noise of the
-    data; `autocorrelation` is that of neighbouring residuals, `white` whether a test sees none.
+    noise. `rank` is the number of combinations of inputs that the data determine; `correlation` is the matrix of the
+    inputs in their order, null if the data do not determine all; `rms_of_noise` is the RMS residual over the noise of
+    the data; `autocorrelation` is that of neighbouring residuals, `white` whether they pass a test for white noise.
     """
 
     outcome: Outcome
@@ -60,9 +60,9 @@ class ModelMeasured(Record):
 
 @dataclass(frozen=True)
 class Spread(Record):
-    """Root mean square over points, in the unit of the result: of the data about their mean, or of what a fit leaves.
+    """Root mean square over points, in the unit of the result: of the data about their mean, or of residuals.
 
-    `rms_N` is the same, given if the unit is N.
+    `rms_N` is the same value if the unit is N, else null.
     """
 
     rms: float
@@ -72,7 +72,7 @@ class Spread(Record):
 
 @dataclass(frozen=True)
 class Noise(Record):
-    """The noise that the bands assume: `white`, equal and independent at all points, with `std` from the scatter
+    """Noise that the intervals assume: `white`, equal and independent at all points, with `std` from the scatter
     between neighbouring points; or `ar1`, with the correlation `rho` of neighbours.
     """
 
@@ -84,7 +84,7 @@ class Noise(Record):
 
 @dataclass(frozen=True)
 class Prediction(Record):
-    """A second measurement at another speed, with the inputs of the fit: what is left in each model, nothing fitted."""
+    """Prediction of a second measurement at another speed with the inputs of the fit: residuals of each model."""
 
     speed_rpm: float
     points: int
@@ -94,11 +94,11 @@ class Prediction(Record):
 
 @dataclass(frozen=True)
 class MeasuredFound(Record):
-    """`planter calibrate --data`: inputs fitted to measured data in all models; `model` is the one that is told first.
+    """Result of `planter calibrate --data`: inputs fitted to measured data in all models; `model` is the first of them.
 
     `outcome`, `fitted`, `rank`, `starts` and `agreeing_starts` are those of `model`; `unit` is that of the quantity.
-    `treatment` says how the data were read, what was left out and why; `warnings` what limits the answer; `noise_N` is
-    `noise.std` if the unit is N.
+    `treatment` describes how the data were read and which points were left out; `warnings` are limits of the result;
+    `noise_N` is `noise.std` if the unit is N.
     """
 
     machine: str

@@ -20,28 +20,27 @@ from planter.progress import Phase
 
 STARTS = 8
 CANDIDATES, RESCANS, BETTER = 3, 3, 0.999
-"""Phases from which a start searches, most scans after them, and the share of a sum that is worth another search."""
+"""Number of phases from which a start searches, of later scans, and ratio of sums that is worth another search."""
 MOST_POINTS = 360
-"""Points on which starts are compared."""
-CLOSE, MOST = 1e-10, 40
-"""Relative change at which a search ends, and its most evaluations."""
+"""Maximum number of points of the searches."""
+TOLERANCE, MAX_EVALUATIONS = 1e-10, 40
+"""Relative change at which a search ends, and its maximum number of evaluations."""
 AGREEING = 0.01
-"""Starts agree whose sums of squares differ by less than this share of the residuals' variance: the data cannot tell
-them apart."""
+"""Share of the variance of the residuals by which the sums of squares of agreeing starts may differ."""
 DETERMINED = 1e-8
-"""Singular values below this share of the largest are those of combinations that the data do not determine."""
+"""Share of the largest singular value below which the data do not determine a combination of inputs."""
 LEVEL = 0.95
-"""Confidence of the bands."""
+"""Confidence of the intervals."""
 AT_BOUND = 1e-9
 UNEXPLAINED = 1e6
-"""Sum of squares, in parts of the best, that stands for values without a cycle."""
+"""Sum of squares, relative to the best, of values without a cycle."""
 TINY = 1e-12
-"""Sum of squares [SI] that counts as none."""
+"""Sum of squares [SI] that is rounding."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """The best values (n,) in SI of the chosen inputs; `sums` are the sums of squares that all starts ended at."""
+    """Best values (n,) [SI] of the chosen inputs; `sums` are the sums of squares at the ends of all starts."""
 
     curve: MeasuredCurve
     values: Array
@@ -49,29 +48,30 @@ class Fit:
 
     @cached_property
     def residuals(self) -> Array:
-        """Measured less computed [SI], (m,)."""
-        found: Array = self.curve.values - self.curve(self.values)[0]
-        return found
+        """Residuals (m,) [SI], measured minus computed."""
+        residuals: Array = self.curve.values - self.curve(self.values)[0]
+        return residuals
 
     @property
     def rms(self) -> float:
+        """Root mean square of the residuals [SI]."""
         return float(np.sqrt(np.mean(self.residuals**2)))
 
     @property
     def agreeing(self) -> int:
-        """Starts that ended at the same sum of squares."""
+        """Number of starts that ended at the same sum of squares as the best."""
         points = min(len(self.curve.values), MOST_POINTS)
         return sum(agrees(total, min(self.sums), points) for total in self.sums)
 
     @property
     def is_settled(self) -> bool:
-        """Whether most starts agree, so that no better fit is likely."""
+        """Return whether most starts agree, so that a better fit is unlikely."""
         return 2 * self.agreeing > len(self.sums)
 
     @property
     def _widths(self) -> Array:
-        found: Array = self.curve.chosen.upper - self.curve.chosen.lower
-        return found
+        widths: Array = self.curve.chosen.upper - self.curve.chosen.lower
+        return widths
 
     @cached_property
     def _directions(self) -> tuple[Array, Array]:
@@ -82,79 +82,80 @@ class Fit:
 
     @property
     def rank(self) -> int:
-        """Combinations of inputs that the data determine."""
+        """Number of combinations of inputs that the data determine."""
         values, _ = self._directions
         return int((values > DETERMINED * values[0]).sum())
 
-    def towards(self, own: Array) -> Array:
-        """The values less what the data do not feel of their way from others (n,)."""
+    def project(self, start: Array) -> Array:
+        """Return `start` (n,) changed to the values only in the combinations that the data determine."""
         values, rows = self._directions
-        felt = rows[values > DETERMINED * values[0]]
-        found: Array = own + self._widths * (felt.T @ (felt @ ((self.values - own) / self._widths)))
-        return found
+        determined = rows[values > DETERMINED * values[0]]
+        change = determined.T @ (determined @ ((self.values - start) / self._widths))
+        projected: Array = start + self._widths * change
+        return projected
 
     def correlation(self) -> Array | None:
-        """Of the inputs, (n, n); None where the data do not determine all of them."""
+        """Return the correlation matrix (n, n) of the inputs; None if the data do not determine all of them."""
         if self.rank < len(self.values):
             return None
         values, rows = self._directions
         covariance = (rows.T / values**2) @ rows
         deviation = np.sqrt(np.diag(covariance))
-        found: Array = covariance / np.outer(deviation, deviation)
-        return found
+        correlation: Array = covariance / np.outer(deviation, deviation)
+        return correlation
 
     def band(self, index: int) -> tuple[float, float]:
-        """Where the profile of the likelihood of an input passes `LEVEL`, on each side; its bound where it does not.
+        """Return the interval of an input in which its profile likelihood is within `LEVEL`, cut at the bounds.
 
-        The noise is assumed to be white: equal and independent at all points.
+        The noise is assumed to be white, equal and independent at all points.
         """
         free = max(len(self.residuals) - len(self.values), 1)
         best = float(self.residuals @ self.residuals)
-        allowed = best * (1 + float(f_distribution.ppf(LEVEL, 1, free)) / free) + CLOSE
+        allowed = best * (1 + float(f_distribution.ppf(LEVEL, 1, free)) / free) + TOLERANCE
         lower, upper = (float(ends[index]) for ends in self.curve.bounds(self.values))
         first = self._standard_error(index, best / free) or (upper - lower) / 8
         return self._end(index, lower, -2 * first, allowed), self._end(index, upper, 2 * first, allowed)
 
     def _standard_error(self, index: int, variance: float) -> float | None:
-        """Of an input in the linearised curve; None if the data do not determine it."""
+        """Return the standard error of an input by linearisation; None if the data do not determine it."""
         values, rows = self._directions
         share = np.abs(rows[:, index])
         if (share[values <= DETERMINED * values[0]] > DETERMINED).any():
             return None
-        some = values > DETERMINED * values[0]
-        return float(np.sqrt(variance * ((share[some] / values[some]) ** 2).sum()) * self._widths[index])
+        determined = values > DETERMINED * values[0]
+        return float(np.sqrt(variance * ((share[determined] / values[determined]) ** 2).sum()) * self._widths[index])
 
     def _end(self, index: int, bound: float, step: float, allowed: float) -> float:
-        """The end of a band towards a bound: the first crossing on a way of growing steps, which no far basin hides."""
-        near, value = float(self.values[index]), float(self.values[index])
+        """Return the end of an interval towards a bound: the first crossing in growing steps."""
+        last, value = float(self.values[index]), float(self.values[index])
         while abs(value - bound) > AT_BOUND * self._widths[index]:
-            value = near + step if abs(step) < abs(bound - near) else bound
-            if self._held(index, value) > allowed:
+            value = last + step if abs(step) < abs(bound - last) else bound
+            if self._profile(index, value) > allowed:
                 end = brentq(
-                    lambda at: self._held(index, at) - allowed, near, value,
+                    lambda at: self._profile(index, at) - allowed, last, value,
                     xtol=1e-4 * abs(value - self.values[index]) + 1e-15, rtol=1e-6,
                 )  # fmt: skip
                 return float(end)
-            near, step = value, 2 * step
+            last, step = value, 2 * step
         return bound
 
-    def _held(self, index: int, value: float) -> float:
-        """Least sum of squares with one input held."""
-        others = [i for i in range(len(self.values)) if i != index]
+    def _profile(self, index: int, value: float) -> float:
+        """Return the minimum sum of squares with one input fixed."""
+        free = [i for i in range(len(self.values)) if i != index]
         values = self.values.copy()
         values[index] = value
         try:
-            if others:
-                return search(self.curve, values, others)[1]
-            left = self.curve.values - self.curve(values)[0]
-        except ComputationError:  # there is no cycle, so that the value explains nothing
+            if free:
+                return search(self.curve, values, free)[1]
+            residuals = self.curve.values - self.curve(values)[0]
+        except ComputationError:  # no cycle exists at this value
             return UNEXPLAINED * (1 + float(self.residuals @ self.residuals))
-        return float(left @ left)
+        return float(residuals @ residuals)
 
 
 @dataclass(frozen=True)
 class SearchEnd:
-    """Values (n,) that a search ended at with the sum of squares that they leave, or why it ended without any."""
+    """Values (n,) at the end of a search with their sum of squares, or the reason of its failure."""
 
     values: Array
     total: float
@@ -165,10 +166,10 @@ def fit_curve(
     curve: MeasuredCurve, seed: int = 0, starts: int = STARTS, phase: Phase | None = None, task: Task | None = None,
     means: Means = HERE,
 ) -> Fit:  # fmt: skip
-    """Return the best of searches from the machine's values and from others all over the bounds, the phase by scans.
+    """Return the best fit of searches from the values of the machine and from random ones, with scans of the phase.
 
-    `means` says what runs the searches, whose ends do not depend on it; workers take those of a task, which prepares
-    `prepare_searches`. Raises ComputationError if none of them comes to values that have a cycle.
+    `means` selects the workers, which prepare their searches by `task`, and does not change the results. Raises
+    ComputationError if no search ends at values with a cycle.
     """
     phase = phase or Phase("calibration", "start", starts, None)
     ends = []
@@ -182,15 +183,15 @@ def fit_curve(
 
 
 def find_starts(curve: MeasuredCurve, seed: int, starts: int) -> list[Array]:
-    """Return the machine's own values, then others drawn from the bounds, (n,) each."""
-    rng, own = np.random.default_rng(seed), curve.own()
-    lower, upper = curve.bounds(own)
-    return [own, *(rng.uniform(lower, upper) for _ in range(starts - 1))]
+    """Return the values of the machine, then random ones within the bounds, (n,) each."""
+    rng, first = np.random.default_rng(seed), curve.machine_values()
+    lower, upper = curve.bounds(first)
+    return [first, *(rng.uniform(lower, upper) for _ in range(starts - 1))]
 
 
 def prepare_searches(curve: MeasuredCurve) -> Callable[[Array], SearchEnd]:
     """Return the function that searches from values (n,), on `MOST_POINTS` of the points."""
-    thin = curve.thinned(MOST_POINTS)
+    thin = curve.with_points(MOST_POINTS)
 
     def run(begin: Array) -> SearchEnd:
         thin.restart()
@@ -203,50 +204,50 @@ def prepare_searches(curve: MeasuredCurve) -> Callable[[Array], SearchEnd]:
 
 
 def choose_fit(curve: MeasuredCurve, ends: Sequence[SearchEnd]) -> Fit:
-    """Return the fit on all points from the best end; of those that agree, from the nearest to the machine's values.
+    """Return the fit on all points from the best end, among agreeing ends from the nearest to the machine's values.
 
-    Combinations of values that the data do not determine stay as they were. Raises ComputationError if there is no end.
+    Combinations of values that the data do not determine are unchanged. Raises ComputationError if all searches failed.
     """
-    least = min(ends, key=lambda end: end.total)
-    if least.reason:
-        raise ComputationError(f"no start of the fit leads anywhere; narrow the bounds: {ends[-1].reason}")
+    lowest = min(ends, key=lambda end: end.total)
+    if lowest.reason:
+        raise ComputationError(f"no start of the fit has a cycle; narrow the bounds: {ends[-1].reason}")
     curve.restart()
-    own, points = curve.own(), min(len(curve.values), MOST_POINTS)
-    lower, upper = curve.bounds(own)
-    agreeing = [end for end in ends if agrees(end.total, least.total, points)]
-    best = min(agreeing, key=lambda end: float(np.linalg.norm((end.values - own) / (upper - lower))))
-    values, total = search(curve, best.values, list(range(len(own))))
+    initial, points = curve.machine_values(), min(len(curve.values), MOST_POINTS)
+    lower, upper = curve.bounds(initial)
+    agreeing = [end for end in ends if agrees(end.total, lowest.total, points)]
+    best = min(agreeing, key=lambda end: float(np.linalg.norm((end.values - initial) / (upper - lower))))
+    values, total = search(curve, best.values, list(range(len(initial))))
     fit = Fit(curve, values, tuple(end.total for end in ends))
-    closer = Fit(curve, fit.towards(own), fit.sums)
+    closer = Fit(curve, fit.project(initial), fit.sums)
     lower, upper = curve.bounds(values)
     inside = ((closer.values >= lower) & (closer.values <= upper)).all()
     sum_closer = float(closer.residuals @ closer.residuals)
-    return closer if inside and sum_closer - total <= CLOSE * (1 + total) else fit
+    return closer if inside and sum_closer - total <= TOLERANCE * (1 + total) else fit
 
 
 def _search_from(curve: MeasuredCurve, begin: Array) -> tuple[Array, float]:
-    """A search from one place, on from any better phase that a scan shows at its end."""
-    every = list(range(len(begin)))
+    """Search from one point, and again from each better phase of a scan at its end."""
+    indices = list(range(len(begin)))
     phases = find_phases(curve, begin, CANDIDATES)
-    best = min((search(curve, values, every) for values, _ in phases), key=lambda end: end[1])
+    best = min((search(curve, values, indices) for values, _ in phases), key=lambda end: end[1])
     for _ in range(RESCANS if curve.phase_index is not None else 0):
         values, predicted = find_phases(curve, best[0], 1)[0]
         if predicted > BETTER * best[1]:
             break
-        end = search(curve, values, every)
+        end = search(curve, values, indices)
         if end[1] >= best[1]:
             break
         best = end
     return best
 
 
-def agrees(total: float, least: float, points: int) -> bool:
-    """Whether a sum of squares over so many points is as good as the least one."""
-    return total - least <= AGREEING * least / points + TINY
+def agrees(total: float, minimum: float, points: int) -> bool:
+    """Return whether a sum of squares over a number of points is as good as the minimum."""
+    return total - minimum <= AGREEING * minimum / points + TINY
 
 
 def search(curve: MeasuredCurve, start: Array, moved: list[int]) -> tuple[Array, float]:
-    """Least squares over some of the inputs within their bounds: values (n,) and the sum of squares."""
+    """Return values (n,) and sum of squares of a least-squares fit of the inputs `moved` within their bounds."""
     lower, upper = curve.bounds(start)
     low, width = lower[moved], (upper - lower)[moved]
 
@@ -255,8 +256,9 @@ def search(curve: MeasuredCurve, start: Array, moved: list[int]) -> tuple[Array,
         values[moved] = low + u * width
         return values
 
-    found = least_squares(
+    solution = least_squares(
         lambda u: curve(at(u))[0] - curve.values, np.clip((start[moved] - low) / width, 1e-9, 1 - 1e-9),
-        lambda u: curve(at(u))[1][:, moved] * width, bounds=(0, 1), ftol=CLOSE, xtol=CLOSE, gtol=CLOSE, max_nfev=MOST,
+        lambda u: curve(at(u))[1][:, moved] * width, bounds=(0, 1),
+        ftol=TOLERANCE, xtol=TOLERANCE, gtol=TOLERANCE, max_nfev=MAX_EVALUATIONS,
     )  # fmt: skip
-    return at(found.x), float(2 * found.cost)
+    return at(solution.x), float(2 * solution.cost)

@@ -1,4 +1,4 @@
-"""Files of a fit to measured data: summary, residuals, the fitted machine, one figure, the page."""
+"""Report folder of a fit to measured data: summary, residuals, fitted machine, figure and page."""
 
 from __future__ import annotations
 
@@ -29,47 +29,47 @@ DENSE_DEG = np.linspace(0, 360, 721)
 
 
 @renews
-def write(out: Path, machine: Document, found: Calibrated, meanings: Mapping[str, str], angle: str) -> None:
+def write(out: Path, machine: Document, calibrated: Calibrated, meanings: Mapping[str, str], angle: str) -> None:
     """Write summary.json, residuals.csv, calibrated.toml, figures/measured and report.html.
 
-    `meanings` are those of the file's numbers by path, `angle` is what the drive's is called. Raises InputError for a
-    folder that it cannot write.
+    `meanings` are those of the numbers of the file by path, `angle` is the name of the angle of the drive. Raises
+    InputError if the folder cannot be written.
     """
     folder = files.output_folder(out)
     provenance = files.provenance(machine)
-    summary = {**found.result.table(), "input": machine.table(), "provenance": provenance}
-    written = [*([MACHINE_FILE] if found.machine is not None else []), "residuals.csv", *figure_files("measured")]
+    summary = {**calibrated.result.table(), "input": machine.table(), "provenance": provenance}
+    written = [*([MACHINE_FILE] if calibrated.machine is not None else []), "residuals.csv", *figure_files("measured")]
     check(folder, written)
     files.write_summary(folder / "summary.json", summary)
-    columns = _columns(found)
+    columns = _columns(calibrated)
     files.write_cycle_csv(folder / "residuals.csv", files.comments(machine, "machine"), columns)
-    if found.machine is not None:
-        files.write_text(folder / MACHINE_FILE, machine_text(found))
-    figure = measured(columns, _curves(found), found.result.unit, f"{angle} / deg")
-    drawn = style.save(figure, files.output_folder(folder / "figures"), "measured")
-    files.write_text(folder / "report.html", _page(machine, found, drawn, meanings))
+    if calibrated.machine is not None:
+        files.write_text(folder / MACHINE_FILE, machine_text(calibrated))
+    figure = measured(columns, _curves(calibrated), calibrated.result.unit, f"{angle} / deg")
+    image = style.save(figure, files.output_folder(folder / "figures"), "measured")
+    files.write_text(folder / "report.html", _page(machine, calibrated, image, meanings))
 
 
-def machine_text(found: Calibrated) -> str:
-    """The machine file (TOML) with the fitted inputs; what was fitted beside them stands in its head."""
-    machine = found.machine
+def machine_text(calibrated: Calibrated) -> str:
+    """Return the machine file (TOML) with the fitted inputs, and with nuisance parameters as comments at its top."""
+    machine = calibrated.machine
     assert machine is not None
     table = machine.written_table()
-    how = f"calibrated ({found.result.model} model, {found.result.reached.points} points)"
-    names = [entry.name for entry in found.result.fitted if not is_nuisance(entry.name)]
+    origin = f"calibrated ({calibrated.result.model} model, {calibrated.result.reached.points} points)"
+    names = [entry.name for entry in calibrated.result.fitted if not is_nuisance(entry.name)]
     origins = {name: words for name, words in machine.origins.items() if name not in names}
-    table["origin"] = origins | {name.partition("[")[0]: how for name in names}
-    beside = [f"# {e.name} = {e.value!r}" for e in found.result.fitted if is_nuisance(e.name)]
-    head = [f"# {machine.name}, inputs fitted to measured data: {found.result.statement}.", *beside]
+    table["origin"] = origins | {name.partition("[")[0]: origin for name in names}
+    nuisances = [f"# {e.name} = {e.value!r}" for e in calibrated.result.fitted if is_nuisance(e.name)]
+    head = [f"# {machine.name}, inputs fitted to measured data: {calibrated.result.statement}.", *nuisances]
     return "\n".join([*head, "", *lines(table, {})]) + "\n"
 
 
-def _columns(found: Calibrated) -> dict[str, Array]:
-    """Measured and computed values over the turn, in shown units."""
-    used, unit = found.measured.used, found.result.unit
-    columns = {"phi_deg": np.degrees(found.measured.phi[used])}
-    columns |= {key_of("measured", unit): found.measured.values[used]}
-    return columns | {key_of(model, unit): fit.curve.values - fit.residuals for model, fit in found.fits.items()}
+def _columns(calibrated: Calibrated) -> dict[str, Array]:
+    """Return measured and computed values over the cycle, in display units."""
+    used, unit = calibrated.measured.used, calibrated.result.unit
+    columns = {"phi_deg": np.degrees(calibrated.measured.phi[used])}
+    columns |= {key_of("measured", unit): calibrated.measured.values[used]}
+    return columns | {key_of(model, unit): fit.curve.values - fit.residuals for model, fit in calibrated.fits.items()}
 
 
 def key_of(name: str, unit: str) -> str:
@@ -78,15 +78,15 @@ def key_of(name: str, unit: str) -> str:
     return f"{name}{suffix}"
 
 
-def _curves(found: Calibrated) -> dict[str, Array]:
-    """Fitted curves of both models over the whole turn, whatever part of it was measured."""
+def _curves(calibrated: Calibrated) -> dict[str, Array]:
+    """Return the fitted curves of all models over the whole cycle, also where nothing was measured."""
     phi = np.radians(DENSE_DEG)
-    return {model: fit.curve(fit.values, phi)[0] for model, fit in found.fits.items()}
+    return {model: fit.curve(fit.values, phi)[0] for model, fit in calibrated.fits.items()}
 
 
 @style.drawn
 def measured(columns: dict[str, Array], curves: dict[str, Array], unit: str, angle: str) -> Figure:
-    """Measured points with the fitted curves of both models at `DENSE_DEG`, and the residuals of each."""
+    """Draw measured points with the fitted curves of all models at `DENSE_DEG`, and the residuals of each."""
     figure = style.new_figure(5.0)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
     phi = np.mod(columns["phi_deg"], 360)
@@ -105,8 +105,8 @@ def measured(columns: dict[str, Array], curves: dict[str, Array], unit: str, ang
     return figure
 
 
-def _page(machine: Document, found: Calibrated, drawn: str, meanings: Mapping[str, str]) -> str:
-    result, unit = found.result, found.result.unit
+def _page(machine: Document, calibrated: Calibrated, image: str, meanings: Mapping[str, str]) -> str:
+    result, unit = calibrated.result, calibrated.result.unit
     head = ("input", "value", "from", "to", "unit", "lower", "upper", "open", "origin")
     rows = [
         (e.name, e.value, e.low95, e.high95, e.unit, e.lower, e.upper, "yes" if e.open else "", e.origin)
@@ -122,13 +122,13 @@ def _page(machine: Document, found: Calibrated, drawn: str, meanings: Mapping[st
         Section(f"Fitted inputs, with 95 % intervals for {result.noise.model} noise", [Table(head, rows)]),
         Section("Models", [Table(("model", "outcome", f"rms / {unit}", "over noise", "rank", "starts agree"), models)]),
         Section(
-            "Figure", [FigureSvg(drawn, "Measured and fitted over a revolution, and the residuals of each model.")]
+            "Figure", [FigureSvg(image, "Measured and fitted over a revolution, and the residuals of each model.")]
         ),
     ]
     if result.prediction is not None:
-        left = list(result.prediction.rms.items())
-        caption = f"{result.prediction.points} points at {result.prediction.speed_rpm:g} r/min, nothing fitted to them"
-        parts.append(Section("Prediction", [Table(("model", f"rms / {unit}"), left, caption)]))
+        errors = list(result.prediction.rms.items())
+        caption = f"{result.prediction.points} points at {result.prediction.speed_rpm:g} r/min, not fitted"
+        parts.append(Section("Prediction", [Table(("model", f"rms / {unit}"), errors, caption)]))
     parts.append(Section("Inputs", list(inputs(machine, meanings, besides=("design", "bounds")))))
     parts.append(provenance_section(files.provenance(machine)))
     return page(f"{machine.name}, fitted to measured data", parts, machine.description)

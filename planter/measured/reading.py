@@ -1,4 +1,4 @@
-"""Measured curves from CSV files as they come: any separator, decimal points or commas, units in the header or told."""
+"""Measured curves from CSV files: any separator, decimal points or commas, units in the header or by option."""
 
 from __future__ import annotations
 
@@ -21,26 +21,26 @@ VALUES = {
     "N": {"N": 1.0, "kN": 1e3, "mN": 1e-3},
     "N m": {"N m": 1.0, "Nm": 1.0, "kN m": 1e3, "kNm": 1e3, "N mm": 1e-3, "Nmm": 1e-3},
 }
-"""Units of a column by the unit of the quantity that was measured."""
+"""Units of a column by the unit of the measured quantity."""
 ALIKE = (
     ("mm", "m", "cm", "um"), ("deg", "rad"), ("rad/s", "r/min", "deg/s"), ("rad/s2", "deg/s2"), ("m/s", "mm/s"),
     ("m/s2", "mm/s2"), ("W", "kW", "mW"), ("J", "kJ", "mJ"), ("1", "%"),
 )  # fmt: skip
-"""Units of other quantities that a column may have."""
+"""Units of columns of other quantities."""
 _UNIT = re.compile(r"(?:\[(?P<a>[^\]]+)\]|\((?P<b>[^)]+)\)|/ *(?P<c>[^/]+)|_(?P<d>[A-Za-z°]+))\s*$")
 FEWEST = 12
-"""Points that a fit takes at least."""
+"""Minimum number of points of a fit."""
 REACH, OUTSIDE = 2, 6.0
-"""Neighbours on each side that a point is held against, and the robust deviations beyond which it is left out."""
+"""Number of neighbours on each side of a point, and robust deviations beyond which it is an outlier."""
 GAP, TINY = 12.0, 1e-6
-"""Usual steps that four neighbours may span at most, and share of one that two points are apart at least."""
+"""Maximum span of four neighbours and minimum distance of two points, in median steps."""
 TO_SIGMA = 1.4826
-"""Median of absolute deviations of a normal distribution to its standard deviation."""
+"""Ratio of the standard deviation of a normal distribution to its median absolute deviation."""
 
 
 @dataclass(frozen=True)
 class Columns:
-    """Which columns of a file hold what, and units that its header does not say; `angle` or `time` is given."""
+    """Columns of a file, and units that its header lacks; one of `angle` and `time` is set."""
 
     value: str
     angle: str | None = None
@@ -51,26 +51,26 @@ class Columns:
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measured curve: drive angles (n,) [rad] as counted by the data, values (n,), which points count.
+    """A measured curve: drive angles (n,) [rad] as counted by the data, values (n,), and which points are used.
 
-    `told` says how the file was read; `noise` is the scatter of neighbours. Values and
-    noise are in the display unit of what was measured.
+    `treatment` describes how the file was read; `noise` is the scatter of neighbours. Values and noise are in the
+    display unit of the measured quantity.
     """
 
     phi: Array
     values: Array
     used: Flags
     noise: float
-    told: tuple[str, ...]
+    treatment: tuple[str, ...]
 
 
 def read(path: str | Path, columns: Columns, speed: float, unit: str = "N") -> Measurement:
-    """The curve in a file; `speed` [rad/s] of the drive turns times into angles, `unit` is that of the quantity.
+    """Read a curve from a file; `speed` [rad/s] of the drive converts times to angles, `unit` is that of the quantity.
 
-    Raises InputError, naming file, line and column, for a file that is not read, columns and units that there are not,
-    too few points, and points that are no numbers.
+    Raises InputError, which names file, line and column, if the file cannot be read, a column or unit does not exist,
+    there are too few points, or a cell is not a number.
     """
-    table, how = _table(read_text(path), str(path))
+    table, layout = _table(read_text(path), str(path))
     value = _column(table, columns.value, "--column")
     place, kinds = _place(table, columns)
     value_factor, value_unit = _factor(table, value, list_units(unit), columns.value_unit, "--unit")
@@ -79,15 +79,15 @@ def read(path: str | Path, columns: Columns, speed: float, unit: str = "N") -> M
     places = np.array(table.numbers(place)) * place_factor
     phi = places * speed if kinds is TIMES else places
     if len(phi) < FEWEST:
-        raise InputError(f"{path}: {len(phi)} points are not enough, at least {FEWEST} are needed")
+        raise InputError(f"{path}: {len(phi)} points are too few; a fit needs {FEWEST}")
     order = np.argsort(phi, kind="stable")
     phi, values = phi[order], values[order]
     used, noise = _inliers(phi, values)
-    told = (
-        f"{how}; {value} in {value_unit} over {place} in {place_unit}",
+    treatment = (
+        f"{layout}; {value} in {value_unit} over {place} in {place_unit}",
         f"not smoothed; {_outliers(used)} (test: {OUTSIDE:g} robust sigma from a local cubic)",
     )
-    return Measurement(phi, values, used, noise, told)
+    return Measurement(phi, values, used, noise, treatment)
 
 
 def list_units(unit: str) -> dict[str, float]:
@@ -108,7 +108,7 @@ def _outliers(used: Flags) -> str:
 
 
 def _table(text: str, source: str) -> tuple[csv_rows.Table, str]:
-    """A file with any separator as one with commas and decimal points, and how it stood."""
+    """Return a file with any separator as a table, and a description of its layout."""
     lines = [
         line for line in text.replace("\r\n", "\n").split("\n") if line.strip() and not line.lstrip().startswith("#")
     ]
@@ -132,17 +132,17 @@ def _table(text: str, source: str) -> tuple[csv_rows.Table, str]:
 
 
 def _column(table: csv_rows.Table, name: str, option: str) -> str:
-    """The column of a name, which may be told without its unit."""
+    """Return the column of a name, with or without its unit."""
     if name in table.header:
         return name
     bare = [column for column in table.header if _UNIT.sub("", column).strip() == name]
     if len(bare) == 1:
         return bare[0]
     without_unit = {_UNIT.sub("", column).strip(): column for column in table.header}
-    near = paths.close(name, [*table.header, *without_unit])
-    hint = f"did you mean {without_unit.get(near[0], near[0])!r}? " if near else ""
-    known = ", ".join(map(repr, table.header))
-    raise InputError(f"{table.source}: {option} = {name} is not allowed: {hint}it must be one of {known}")
+    close = paths.close(name, [*table.header, *without_unit])
+    hint = f"did you mean {without_unit.get(close[0], close[0])!r}? " if close else ""
+    columns = ", ".join(map(repr, table.header))
+    raise InputError(f"{table.source}: {option} = {name} is not a column: {hint}it must be one of {columns}")
 
 
 def _place(table: csv_rows.Table, columns: Columns) -> tuple[str, dict[str, float]]:
@@ -150,51 +150,58 @@ def _place(table: csv_rows.Table, columns: Columns) -> tuple[str, dict[str, floa
         return _column(table, columns.time, "--time"), TIMES
     if columns.angle is not None:
         return _column(table, columns.angle, "--angle"), ANGLES
-    raise InputError(f"{table.source}: --angle or --time must name the column that tells where in the turn a point is")
+    raise InputError(f"{table.source}: add --angle or --time with the column of the angle or the time of the points")
 
 
 def _factor(
-    table: csv_rows.Table, name: str, units: dict[str, float], told: str | None, option: str
+    table: csv_rows.Table, name: str, units: dict[str, float], unit_option: str | None, option: str
 ) -> tuple[float, str]:
-    """SI value of a column's unit: as told, else as its name says."""
-    found = _UNIT.search(name)
-    written = next((part.strip() for part in found.groups() if part), None) if found else None
-    unit = told if told is not None else written
+    """Return the factor and the unit of a column, by its option, else by its header."""
+    match = _UNIT.search(name)
+    header_unit = next((part.strip() for part in match.groups() if part), None) if match else None
+    unit = unit_option if unit_option is not None else header_unit
     if unit is None and "1" in units:
         return units["1"], "parts of one"
     if unit is None or unit not in units:
-        given = f"{option} = {told} is not allowed" if told is not None else "has no unit that is known"
-        if told is None and written is not None:
-            given = f"the unit {written} does not fit"
-        raise InputError(f"{table.source}: column {name}: {given}: {option} must be one of {', '.join(units)}")
+        if unit_option is not None:
+            problem = f"{option} = {unit_option} is not allowed"
+        else:
+            problem = "has no unit" if header_unit is None else f"the unit {header_unit} does not fit"
+        raise InputError(f"{table.source}: column {name}: {problem}: {option} must be one of {', '.join(units)}")
     return units[unit], unit
 
 
 def _inliers(phi: Array, values: Array) -> tuple[Flags, float]:
-    """Points that lie near a cubic through their neighbours, and the scatter about such cubics [SI].
+    """Return the mask (n,) of points near the cubic through their neighbours, and the scatter about such cubics.
 
-    An outlier bends its neighbours' cubics too: of points close to each other the worst alone is left out. Points at
-    the ends, beside a gap or measured twice are not judged.
+    An outlier bends the cubics of its neighbours too, so that only the worst of close points is left out. Points at the
+    ends, next to a gap or measured twice are not tested.
     """
-    aside, judged = _aside(phi, values)
-    noise = TO_SIGMA * float(np.median(np.abs(aside[judged]))) if judged.any() else 0.0
-    size = np.where(judged, np.abs(aside), 0.0)
-    around = np.lib.stride_tricks.sliding_window_view(np.pad(size, REACH), 2 * REACH + 1).max(axis=1)
-    return ~((size > OUTSIDE * noise) & (size == around) & (noise > 0)), noise
+    deviations, tested = _deviations(phi, values)
+    noise = TO_SIGMA * float(np.median(np.abs(deviations[tested]))) if tested.any() else 0.0
+    size = np.where(tested, np.abs(deviations), 0.0)
+    largest = np.lib.stride_tricks.sliding_window_view(np.pad(size, REACH), 2 * REACH + 1).max(axis=1)
+    return ~((size > OUTSIDE * noise) & (size == largest) & (noise > 0)), noise
 
 
-def _aside(phi: Array, values: Array) -> tuple[Array, Flags]:
-    """Distance of each point from the cubic through two neighbours on each side, scaled to scatter as a point does."""
+def _deviations(phi: Array, values: Array) -> tuple[Array, Flags]:
+    """Return the scaled distance of each point from the cubic through two neighbours on each side."""
     count = len(phi)
     inner = np.arange(REACH, count - REACH)
-    near = inner + np.array([-2, -1, 1, 2])[:, None]
-    x, steps = phi[near] - phi[inner], np.diff(phi)
-    span, usual = x[-1] - x[0], float(np.median(steps))
-    good = (span < GAP * usual) & (np.diff(phi[near], axis=0) > TINY * usual).all(axis=0) & (x != 0).all(axis=0)
+    neighbours = inner + np.array([-2, -1, 1, 2])[:, None]
+    x, steps = phi[neighbours] - phi[inner], np.diff(phi)
+    span, median_step = x[-1] - x[0], float(np.median(steps))
+    good = (
+        (span < GAP * median_step)
+        & (np.diff(phi[neighbours], axis=0) > TINY * median_step).all(axis=0)
+        & (x != 0).all(axis=0)
+    )
     weights = np.ones_like(x)
     for j, k in ((j, k) for j in range(4) for k in range(4) if j != k):
         weights[j, good] *= -x[k, good] / (x[j, good] - x[k, good])
-    aside, judged = np.zeros(count), np.zeros(count, dtype=bool)
-    aside[inner] = (values[inner] - (weights * values[near]).sum(axis=0)) / np.sqrt(1 + (weights**2).sum(axis=0))
-    judged[inner] = good
-    return aside, judged
+    deviations, tested = np.zeros(count), np.zeros(count, dtype=bool)
+    deviations[inner] = (values[inner] - (weights * values[neighbours]).sum(axis=0)) / np.sqrt(
+        1 + (weights**2).sum(axis=0)
+    )
+    tested[inner] = good
+    return deviations, tested

@@ -1,4 +1,4 @@
-"""A fit to measured data as tables that a person likes to read, no wider than 80 columns."""
+"""Results of a fit to measured data as tables of at most 80 columns."""
 
 from __future__ import annotations
 
@@ -10,31 +10,32 @@ from planter.terminal.console import Console
 WIDTH = 80
 
 
-def measured(console: Console, found: MeasuredFound) -> None:
-    """What was found, how the data were treated, inputs with bands, both models, the prediction."""
-    _say(f"{found.machine}: {found.statement}.")
-    for line in found.treatment:
+def measured(console: Console, result: MeasuredFound) -> None:
+    """Print the statement, the treatment of the data, the inputs with intervals, the models, the prediction."""
+    _say(f"{result.machine}: {result.statement}.")
+    for line in result.treatment:
         _say(f"{line[0].upper()}{line[1:]}.")
     print()
-    rows = [(e.name, e.value, e.low95, e.high95, e.unit, "open" if e.open else "") for e in found.fitted]
+    rows = [(e.name, e.value, e.low95, e.high95, e.unit, "open" if e.open else "") for e in result.fitted]
     console.table(
-        f"Fitted (calibrated), with 95 % intervals for {found.noise.model} noise",
+        f"Fitted (calibrated), with 95 % intervals for {result.noise.model} noise",
         ("input", "value", "from", "to", "unit", ""),
         rows,
     )
-    models = [(name, one.outcome, one.rms, one.rms_of_noise, one.largest_residual, one.largest_residual_deg,
-               f"{one.agreeing_starts} of {one.starts}") for name, one in found.models.items()]  # fmt: skip
-    unit = found.unit
+    models = [(name, fit.outcome, fit.rms, fit.rms_of_noise, fit.largest_residual, fit.largest_residual_deg,
+               f"{fit.agreeing_starts} of {fit.starts}") for name, fit in result.models.items()]  # fmt: skip
+    unit = result.unit
     head = ("model", "outcome", f"rms / {unit}", "/ noise", f"largest / {unit}", "at / deg", "agree")
     console.table("Residuals of the fits", head, models)
-    first = found.models[found.model]
+    first = result.models[result.model]
     if first.correlation is not None:
         names = [str(i) for i in range(1, len(first.fitted) + 1)]
         table = [(str(i), *row) for i, row in enumerate(first.correlation, 1)]
         console.table("Correlation of the inputs, in their order", ("", *names), table)
-    if found.prediction is not None:
-        left = ", ".join(f"{name} {value:.4g} {unit}" for name, value in found.prediction.rms.items())
-        _say(f"Predicted at {found.prediction.speed_rpm:g} r/min ({found.prediction.points} points), left: {left}.")
+    if result.prediction is not None:
+        prediction = result.prediction
+        residuals = ", ".join(f"{name} {value:.4g} {unit}" for name, value in prediction.rms.items())
+        _say(f"Predicted at {prediction.speed_rpm:g} r/min ({prediction.points} points), RMS residuals: {residuals}.")
 
 
 def _say(text: str) -> None:

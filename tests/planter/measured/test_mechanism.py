@@ -79,7 +79,7 @@ def test_restart_forgets_earlier_values(data: Path) -> None:
     """Loops are closed near where they were before, which must not reach from one search into the next."""
     machine = own.machine("slider_crank")
     measured = reading.read(data, Columns("place", time="t"), float(machine.data[machine.speed]), "mm")
-    chosen = Chosen.of(machine, {"r_mm": (40.0, 80.0)})
+    chosen = Chosen.from_bounds(machine, {"r_mm": (40.0, 80.0)})
     curve = MeasuredCurve(machine, chosen, measured, "s_mm")
     first, second = (np.array([r]) for r in (0.043, 0.071))
     alone = curve(second)[0].tobytes()

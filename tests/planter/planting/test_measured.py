@@ -113,9 +113,9 @@ def test_the_fitted_file_gives_the_fitted_force(found: dict[Model, Calibrated], 
 
 
 def test_slopes_are_the_derivatives(tmp_path: Path) -> None:
-    chosen = Chosen.of(wang(), {**BOUNDS, "offset_N": (-5.0, 5.0), "cam.rise_delta_deg[0]": (120.0, 135.0)})
+    chosen = Chosen.from_bounds(wang(), {**BOUNDS, "offset_N": (-5.0, 5.0), "cam.rise_delta_deg[0]": (120.0, 135.0)})
     own = MeasuredCurve(wang(), chosen, read(written(tmp_path / "data.csv", "exact"), COLUMNS, 1.0), SUPPORT)
-    z = own.own()
+    z = own.machine_values()
     slopes = own(z)[1]
     for i, width in enumerate(chosen.upper - chosen.lower):
         step = np.zeros_like(z)
@@ -126,11 +126,11 @@ def test_slopes_are_the_derivatives(tmp_path: Path) -> None:
 def test_a_wrong_zero_that_is_not_fitted_is_seen_and_one_that_is_comes_back(tmp_path: Path) -> None:
     measured = read(written(tmp_path / "data.csv", "exact", machines.machine("wang2017"), offset=4.0), COLUMNS, 1.0)
     without = fit_curve(
-        MeasuredCurve(wang(), Chosen.of(wang(), {"mass.sun_kg": (0.35, 0.45)}), measured, SUPPORT), starts=2
+        MeasuredCurve(wang(), Chosen.from_bounds(wang(), {"mass.sun_kg": (0.35, 0.45)}), measured, SUPPORT), starts=2
     )
     assert without.rms > 20 * measured.noise
     gauge = fit_curve(
-        MeasuredCurve(wang(), Chosen.of(wang(), {"offset_N": (-20.0, 20.0)}), measured, SUPPORT), starts=2
+        MeasuredCurve(wang(), Chosen.from_bounds(wang(), {"offset_N": (-20.0, 20.0)}), measured, SUPPORT), starts=2
     )
     assert gauge.rms == pytest.approx(NOISE, rel=0.2)
     assert gauge.values[0] == pytest.approx(4.0, abs=4 * NOISE / np.sqrt(len(measured.phi)))
@@ -138,7 +138,7 @@ def test_a_wrong_zero_that_is_not_fitted_is_seen_and_one_that_is_comes_back(tmp_
 
 def test_what_the_data_do_not_determine_is_told(tmp_path: Path) -> None:
     """The spring's preload is within the device: the support does not feel it in the exact model."""
-    chosen = Chosen.of(wang(), {"spring.preload_N": (5.0, 60.0), "mass.sun_kg": (0.2, 0.6)})
+    chosen = Chosen.from_bounds(wang(), {"spring.preload_N": (5.0, 60.0), "mass.sun_kg": (0.2, 0.6)})
     data = written(tmp_path / "data.csv", "exact", machines.machine("wang2017"))
     fit = fit_curve(MeasuredCurve(wang(), chosen, read(data, COLUMNS, 1.0), SUPPORT), starts=3)
     assert fit.rank == 1
@@ -183,12 +183,12 @@ def test_an_outlier_is_left_out_and_told(tmp_path: Path) -> None:
     found = read(path, COLUMNS, 1.0)
     assert not found.used[38]
     assert found.used.sum() == len(found.used) - 1
-    assert "1 of 239" in found.told[1]
+    assert "1 of 239" in found.treatment[1]
 
 
 REFUSED = {
     "no such column": (Columns("forse", angle="angle"), "it must be one of 'angle [deg]', 'force [N]'"),
-    "no place": (Columns("force"), "--angle or --time must name the column"),
+    "no place": (Columns("force"), "add --angle or --time"),
     "unit of a moment": (Columns("force", angle="angle", value_unit="N m"), "--unit = N m is not allowed"),
     "odd unit": (Columns("force", angle="angle", value_unit="lb"), "--unit = lb is not allowed"),
 }
@@ -204,7 +204,7 @@ def test_columns_that_cannot_be_are_refused(case: str, tmp_path: Path) -> None:
 def test_options_that_cannot_be_are_refused(tmp_path: Path) -> None:
     data = str(written(tmp_path / "data.csv", "exact"))
     call = ("calibrate", "wang2017", "--data", data, "--column", "force", "--angle", "angle")
-    assert "--fit must name at least one input" in refusal(*call)
+    assert "add --fit" in refusal(*call)
     assert "it must be PATH=LOW:HIGH" in refusal(*call, "--fit", "sun_kg=0.3")
     assert "the lower bound must be below the upper" in refusal(*call, "--fit", "sun_kg=0.5:0.3")
     assert "did you mean mass.sun_kg" in refusal(*call, "--fit", "sun_gk=0.3:0.5")
@@ -222,7 +222,7 @@ def test_too_few_points_are_refused(tmp_path: Path) -> None:
     path.write_text(
         "angle [deg],force [N]\n" + "\n".join(f"{i},9" for i in range(reading.FEWEST - 1)), encoding="utf-8"
     )
-    with pytest.raises(InputError, match="at least 12 are needed"):
+    with pytest.raises(InputError, match="a fit needs 12"):
         read(path, COLUMNS, 1.0)
 
 
@@ -233,9 +233,11 @@ def test_a_motor_s_torque_can_be_fitted_too(tmp_path: Path) -> None:
     path = tmp_path / "torque.csv"
     path.write_text(f"angle [deg],torque [N m]\n{rows}\n", encoding="utf-8")
     measured = read(path, Columns("torque", angle="angle"), 1.0, "N m")
-    chosen = Chosen.of(wang(), {"contact.cam_friction_angle_deg": (2.0, 12.0), "spring.preload_N": (5.0, 60.0)})
+    chosen = Chosen.from_bounds(
+        wang(), {"contact.cam_friction_angle_deg": (2.0, 12.0), "spring.preload_N": (5.0, 60.0)}
+    )
     fit = fit_curve(MeasuredCurve(wang(), chosen, measured, "M_L_Nm"), starts=2)
-    assert chosen.shown(fit.values)["contact.cam_friction_angle_deg"] == pytest.approx(6.0, abs=1e-4)
+    assert chosen.to_display(fit.values)["contact.cam_friction_angle_deg"] == pytest.approx(6.0, abs=1e-4)
 
 
 def measurement(phi_deg: np.ndarray, values: np.ndarray, noise: float) -> reading.Measurement:
@@ -259,7 +261,7 @@ def shifted(degrees: np.ndarray, phase: float, noise: float, seed: int, rho: flo
 def test_the_phase_is_found_from_anywhere(bounds: tuple[float, float]) -> None:
     """A curve with two minima: a search from one phase ends in the wrong one."""
     degrees = np.arange(0, 360, 4.0)
-    chosen = Chosen.of(wang(), {**ANYWHERE, "phase_deg": bounds})
+    chosen = Chosen.from_bounds(wang(), {**ANYWHERE, "phase_deg": bounds})
     own = MeasuredCurve(wang(), chosen, measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.4), SUPPORT)
     noise = own.values - shifted(degrees, 37.0, 0.0, 1)
     fit = fit_curve(own, starts=2)
@@ -275,7 +277,9 @@ def test_the_phase_is_found_from_anywhere(bounds: tuple[float, float]) -> None:
 def test_a_phase_below_zero_is_moved_into_its_period() -> None:
     degrees = np.arange(0, 360, 4.0)
     data = measurement(degrees, shifted(degrees, 179.9, 0.01, 1), 0.01)
-    chosen = Chosen.of(wang(), {"mass.half_C2_kg": (0.2, 0.8), "offset_N": (-9.0, 9.0), "phase_deg": (-10.0, 10.0)})
+    chosen = Chosen.from_bounds(
+        wang(), {"mass.half_C2_kg": (0.2, 0.8), "offset_N": (-9.0, 9.0), "phase_deg": (-10.0, 10.0)}
+    )
     entry = calibration.describe_inputs(fit_curve(MeasuredCurve(wang(), chosen, data, SUPPORT), starts=1))[2]
     assert 178 < entry.value < 180
     assert (entry.lower, entry.start, entry.upper) == pytest.approx((170, 180, 190))
@@ -286,7 +290,7 @@ def test_the_period_of_a_curve_is_what_it_repeats_after(monkeypatch: pytest.Monk
     angles = np.arange(0, 360, 30.0)
     angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
     for parts, periodic in ((1, np.cos(angle)), (3, np.cos(6 * angle) + np.sin(9 * angle)), (1, 0 * angle + 4)):
-        chosen = Chosen.of(wang(), {"phase_deg": (0.0, 200.0)})
+        chosen = Chosen.from_bounds(wang(), {"phase_deg": (0.0, 200.0)})
         own = MeasuredCurve(wang(), chosen, measurement(angles, 0 * angles, 1), SUPPORT)
         monkeypatch.setattr(own, "sample", lambda _, curve=periodic: (curve, np.zeros((720, 1))))
         assert np.degrees(own.period) == pytest.approx(360 / parts)
@@ -297,7 +301,7 @@ def outcome_of(
     values: np.ndarray, degrees: np.ndarray, bounds: dict[str, tuple[float, float]], starts: int = 2
 ) -> tuple[str, Correlation]:
     data = read_inliers(degrees, values)
-    fit = fit_curve(MeasuredCurve(wang(), Chosen.of(wang(), bounds), data, SUPPORT), starts=starts)
+    fit = fit_curve(MeasuredCurve(wang(), Chosen.from_bounds(wang(), bounds), data, SUPPORT), starts=starts)
     neighbours = assess_correlation(fit.residuals)
     return calibration.judge_fit(fit, fit.rms / data.noise, neighbours), neighbours
 
@@ -325,9 +329,9 @@ def test_bounds_without_the_true_phase_refute_the_model() -> None:
 def test_starts_that_disagree_settle_nothing() -> None:
     degrees = np.arange(0, 360, 2.0)
     own = MeasuredCurve(
-        wang(), Chosen.of(wang(), ANYWHERE), measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.1), SUPPORT
+        wang(), Chosen.from_bounds(wang(), ANYWHERE), measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.1), SUPPORT
     )
-    fit = Fit(own, own.own(), (1.0, 1.1, 1.2, 1.0))
+    fit = Fit(own, own.machine_values(), (1.0, 1.1, 1.2, 1.0))
     assert (fit.agreeing, fit.is_settled) == (2, False)
     assert calibration.judge_fit(fit, 4.0, Correlation(0.9, False, False)) == "not settled"
 
