@@ -209,7 +209,7 @@ def test_options_that_cannot_be_are_refused(tmp_path: Path) -> None:
     assert "the lower bound must be below the upper" in refusal(*call, "--fit", "sun_kg=0.5:0.3")
     assert "did you mean mass.sun_kg" in refusal(*call, "--fit", "sun_gk=0.3:0.5")
     assert "--check and --check-rpm belong together" in refusal(*call, "--check-rpm", "50")
-    assert "--quantity = weight is not allowed" in refusal(*call, "--fit", "sun_kg=0.3:0.5", "--quantity", "weight")
+    assert "--quantity = weight is not a quantity" in refusal(*call, "--fit", "sun_kg=0.3:0.5", "--quantity", "weight")
 
 
 def test_the_tables_fit_80_columns(found: dict[Model, Calibrated], capsys: pytest.CaptureFixture[str]) -> None:
