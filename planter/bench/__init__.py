@@ -13,10 +13,10 @@ from planter.progress import Listener, Phase
 __all__ = ["Settings", "run", "settings", "write"]
 
 
-def run(wanted: Settings, progress: Listener | None = None) -> Benchmark:
-    """All works that are wanted and can be done here, as the interface gives them.
+def run(chosen: Settings, progress: Listener | None = None) -> Benchmark:
+    """Return the chosen works that can be done here, as the interface gives them.
 
-    Raises planter.bench.clock.Disagreement where a way finds something else than the others.
+    Raises planter.bench.clock.Disagreement if a way disagrees with the others.
     """
     from planter.bench import rate, surroundings, works
     from planter.bench.case import Absent, Case
@@ -25,12 +25,12 @@ def run(wanted: Settings, progress: Listener | None = None) -> Benchmark:
 
     begun, machine = time.perf_counter(), surroundings.machine()
     case = Case()
-    found, reason = [], "--quick" if wanted.quick else "not asked for (--work)"
-    skipped = [LeftOut(name, reason) for name in WORKS if name not in wanted.works]
-    phase = Phase("bench", "work", len(wanted.works), progress)
-    for name in wanted.works:
+    results, reason = [], "--quick" if chosen.quick else "not asked for (--work)"
+    skipped = [LeftOut(name, reason) for name in WORKS if name not in chosen.works]
+    phase = Phase("bench", "work", len(chosen.works), progress)
+    for name in chosen.works:
         try:
-            found.append(works.run(name, case, wanted))
+            results.append(works.run(name, case, chosen))
         except Absent as missing:
             skipped.append(LeftOut(name, str(missing)))
         phase.next(name)
@@ -38,19 +38,22 @@ def run(wanted: Settings, progress: Listener | None = None) -> Benchmark:
     arithmetic: Arithmetic | None = None
     try:
         peak = rate.Peak()
-        medians = {work.name: {way.way: way.median_us for way in work.ways} for work in found}
+        medians = {work.name: {way.way: way.median_us for way in work.ways} for work in results}
         width, arithmetic = peak.vector_width, peak.table(case, medians)
     except NoCompiler as missing:
         skipped.append(LeftOut("arithmetic", str(missing)))
     return Benchmark(
-        work=found, machine=machine, versions=surroundings.versions(), skipped=skipped, vector_width=width,
+        work=results, machine=machine, versions=surroundings.versions(), skipped=skipped, vector_width=width,
         arithmetic=arithmetic, device=case.device.machine.name, samples=case.turns.samples,
         seconds=time.perf_counter() - begun,
     )  # fmt: skip
 
 
 def write(folder: str | Path, result: Benchmark) -> None:
-    """bench.json, and bench.md: the tables of docs/performance.md. Raises InputError for a folder it cannot write."""
+    """Write bench.json, and bench.md, the tables of docs/performance.md.
+
+    Raises InputError if the folder cannot be written.
+    """
     from planter.bench import page
     from planter.report import files
     from planter.report.folder import renewing

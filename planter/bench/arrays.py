@@ -26,8 +26,8 @@ class ArrayCode:
         self.module = module or emitted_array(f"planting_{device.model}")
         self.contacts = contacts or [emitted_array(f"curve_{s.family}").contact for s in device.stages]
         self.flank = emitted_array(flanks.module_name(device.machine.cam.flank)).law
-        own = [len(stage.names) for stage in device.stages]
-        self._x = np.cumsum([0, device.size - sum(own), *own]).tolist()
+        sizes = [len(stage.names) for stage in device.stages]
+        self._x = np.cumsum([0, device.size - sum(sizes), *sizes]).tolist()
         self._h = np.cumsum([0, *(1 + stage.terms for stage in device.stages)]).tolist()
         names = [entry["name"] for entry in device.sidecar["vectors"]["totals"]]
         self._force = names.index(FORCE)
@@ -41,15 +41,15 @@ class ArrayCode:
         )
 
     def share(self, xp: Any, phi: Any, x: Any, h: Any, c: Any) -> Any:
-        """What one side at `phi` adds to the force, and half of what belongs to neither."""
+        """Return the force of one side at `phi`, with half of the force that belongs to neither side."""
         side = self.side(xp, phi, x, h, c)
         nothing = [0.0] * len(side)
         return self._total(xp, (side, nothing), c) - self._total(xp, (nothing, nothing), c) / 2
 
     def force(self, xp: Any, phi: tuple[Any, Any], x: Any, h: Any, c: Any) -> Any:
         """The force of both sides, each at its own angles."""
-        one, two = (self.side(xp, angles, x, h, c) for angles in phi)
-        return self._total(xp, (one, two), c)
+        first, second = (self.side(xp, angles, x, h, c) for angles in phi)
+        return self._total(xp, (first, second), c)
 
     def _total(self, xp: Any, sides: Sides, c: Any) -> Any:
         return self.module.frame(xp, *sides, c)[self._force]

@@ -59,16 +59,16 @@ class Case:
         """Designs (p,) without end, all different; the same seed gives the same ones."""
         rng = np.random.default_rng(seed)
         while True:
-            yield self.drawn(rng, 1)[0]
+            yield self.draw_designs(rng, 1)[0]
 
-    def drawn(self, rng: np.random.Generator, count: int) -> Array:
+    def draw_designs(self, rng: np.random.Generator, count: int) -> Array:
         """Designs (count, p) in the box."""
         lower, upper = self.device.lower, self.device.upper
-        found: Array = lower + rng.random((count, len(lower))) * (upper - lower)
-        return found
+        designs: Array = lower + rng.random((count, len(lower))) * (upper - lower)
+        return designs
 
     def prologue(self, x: Array) -> tuple[Array, Array]:
-        """h (k,) and dh (k, p) of a design, in CasADi's C, unchecked: for ways without a prologue of their own."""
+        """h (k,) and dh (k, p) of a design, in CasADi's C, unchecked: for ways without a prologue."""
         h, dh = self._prologue(self.values(x))
         return h[:, 0], dh
 
@@ -78,8 +78,8 @@ class Case:
 
     def hoisted(self, x: Array) -> Array:
         """h (k,) alone."""
-        found: Array = self._hoisted(x, self.constants)[0][:, 0]
-        return found
+        invariants: Array = self._hoisted(x, self.constants)[0][:, 0]
+        return invariants
 
     def prologues(self, designs: Array) -> Array:
         """h of designs (m, p), (k, m)."""
@@ -118,7 +118,7 @@ class Case:
 
 
 def _dense(function: ca.Function) -> ca.Function:
-    """The same with dense outputs."""
+    """Return the function with dense outputs."""
     inputs = function.mx_in()
     outputs = function.call(inputs)
     return ca.Function(function.name(), inputs, [ca.densify(output) for output in outputs])

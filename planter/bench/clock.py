@@ -21,7 +21,7 @@ MOST_CALLS = 200
 
 
 class Disagreement(ComputationError):
-    """A way finds something else than the others, so that its time would mean nothing."""
+    """A way disagrees with the others, so that its time would mean nothing."""
 
 
 @dataclass
@@ -53,19 +53,19 @@ def agree(work: str, contenders: Mapping[str, Contender], inputs: Sequence[Array
             parts = _parts(contender.call(x))
             if len(parts) != len(expected):
                 raise Disagreement(f"{work}: {name} gives {len(parts)} results, and {reference} {len(expected)}")
-            for part, wanted, tolerance in zip(parts, expected, contender.tolerances, strict=False):
-                off = difference(part, wanted)
+            for part, target, tolerance in zip(parts, expected, contender.tolerances, strict=False):
+                off = difference(part, target)
                 worst[name] = max(worst[name], off)
                 if not off <= tolerance:
                     raise Disagreement(f"{work}: {name} is off {reference} by {off:.2g}; {tolerance:g} is allowed")
     return worst
 
 
-def difference(found: Array, wanted: Array) -> float:
+def difference(values: Array, target: Array) -> float:
     """Largest difference relative to the largest entry; infinite for other shapes and for what is not finite."""
-    if found.shape != wanted.shape or not np.isfinite(found).all():
+    if values.shape != target.shape or not np.isfinite(values).all():
         return float("inf")
-    return float(np.abs(found - wanted).max() / np.abs(wanted).max())
+    return float(np.abs(values - target).max() / np.abs(target).max())
 
 
 def _parts(result: Any) -> list[Array]:
@@ -99,7 +99,7 @@ def _slot(call: Call, inputs: Sequence[Any], warm: bool, times: Times) -> None:
 
 
 def _calls(call: Call, inputs: Iterator[Any], slot_s: float) -> int:
-    """How many calls fill a slot; one, untried, where it has no length."""
+    """Return the number of calls that fill a slot; 1, without a trial, for a slot of length 0."""
     if slot_s == 0:
         return 1
     taken = min(timed(lambda: call(next(inputs))) for _ in range(2))

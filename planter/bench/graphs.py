@@ -1,7 +1,7 @@
 """CasADi: from a design to objective, gradient and Hessian in one function, in its virtual machine or in its own C.
 
 Both have what our own kernels have: the share of one side at each lane, a hoisted prologue whose tangent crosses the
-cut, and memory of their own, so that a call makes no matrices. The angles are a loop that CasADi prints (`map`).
+cut, and separate memory, so that a call makes no matrices. The angles are a loop that CasADi prints (`map`).
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def own_c(case: Case, work: str) -> Contender:
 
 
 def own_c_fast(case: Case, work: str) -> Contender:
-    """With the floating-point freedom that our lanes have."""
+    """Return CasADi's C with the floating-point freedom of the lanes."""
     return _compiled(case, work, toolchain.FAST_MATH)
 
 
@@ -81,10 +81,10 @@ def _many(function: ca.Function) -> Call:
 
 def _function(case: Case, work: str) -> ca.Function:
     graphs = Graphs(case)
-    made: dict[str, Callable[[], ca.Function]] = {
+    builders: dict[str, Callable[[], ca.Function]] = {
         "cycle": graphs.value, "cycle+gradient": graphs.gradient, "hessian": graphs.hessian, "batch": graphs.value,
     }  # fmt: skip
-    return made[work]()
+    return builders[work]()
 
 
 class Graphs:
@@ -108,7 +108,7 @@ class Graphs:
         return ca.Function("peer_slopes", [self.x], [self._objective(force), ca.densify(gradient)])
 
     def hessian(self) -> ca.Function:
-        """As `Turns.hessian`: the extremes stay at their samples."""
+        """Return the Hessian as `Turns.hessian` has it: the extremes stay at their samples."""
         force, rows, (h, dh) = self._slopes()
         run = self._mapped(self.response.hessian_kernel)
         packed, slope = run(self.lanes, self.d, h, dh, self._tiled(self._weights(force)))
@@ -158,7 +158,7 @@ class Graphs:
 
 
 def _sum(terms: Sequence[ca.MX]) -> ca.MX:
-    first, *others = terms
-    for term in others:
+    first, *rest = terms
+    for term in rest:
         first = first + term
     return first

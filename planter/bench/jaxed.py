@@ -27,9 +27,9 @@ def contender(case: Case, work: str, thorough: bool = True) -> Contender:
     except ModuleNotFoundError:
         raise Absent("jax is not installed") from None
     jax.config.update("jax_enable_x64", True)
-    forms = Forms(case, jax).of(work)
-    found = _fastest(case, work, forms if thorough else dict(list(forms.items())[:1]))
-    return Contender(forms[found], f"jit, float64, prologue hoisted; {found}")
+    forms = Forms(case, jax).build_calls(work)
+    form = _fastest(case, work, forms if thorough else dict(list(forms.items())[:1]))
+    return Contender(forms[form], f"jit, float64, prologue hoisted; {form}")
 
 
 def _fastest(case: Case, work: str, forms: dict[str, Call]) -> str:
@@ -50,14 +50,14 @@ def _seconds(call: Call, designs: list[Array]) -> float:
 
 
 class Forms:
-    """The same mathematics in the forms that suit a compiler of arrays differently."""
+    """Forms of one calculation, which suit a compiler of arrays differently."""
 
     def __init__(self, case: Case, jax: ModuleType) -> None:
         self.case, self.code, self.jax, self.np = case, ArrayCode(case.device), jax, jax.numpy
         self.lanes, self.constants = self.np.asarray(case.lanes), self.np.asarray(case.constants)
 
-    def of(self, work: str) -> dict[str, Call]:
-        """Calls by what they do; the first is mostly the fastest."""
+    def build_calls(self, work: str) -> dict[str, Call]:
+        """Return the calls of a work by their form; the first is mostly the fastest."""
         if work == "cycle":
             return {f"{name}": self._value(force) for name, force in self._forces().items()}
         if work == "cycle+gradient":
@@ -103,11 +103,11 @@ class Forms:
         size = self.case.device.size
 
         def both(x: Any, h: Any, dh: Any) -> Any:
-            def along(step: Any) -> Any:
+            def differentiate(step: Any) -> Any:
                 return self.jax.jvp(lambda s: force(x + s, h + dh @ s), (self.np.zeros(size),), (step,))
 
-            found, rows = self.jax.vmap(along, out_axes=(None, 0))(self.np.eye(size))
-            value, weights = self.jax.value_and_grad(self.objective)(found)
+            response, rows = self.jax.vmap(differentiate, out_axes=(None, 0))(self.np.eye(size))
+            value, weights = self.jax.value_and_grad(self.objective)(response)
             return value, rows @ weights
 
         return self._with_gradient(both)
@@ -125,19 +125,21 @@ class Forms:
             return self.jax.grad(lambda x, h: self.objective(self.share(x, h)), (0, 1))(x, h)
 
         def bent(x: Any, h: Any, dh: Any) -> Any:
-            def along(step: Any) -> Any:
+            def differentiate(step: Any) -> Any:
                 along_x, along_h = slopes(x + step, h + dh @ step)
                 return along_x + dh.T @ along_h, along_h
 
-            rows, (_, along_h) = self.jax.jacfwd(lambda s: (along(s)[0], along(s)), has_aux=True)(self.np.zeros(x.size))
+            rows, (_, along_h) = self.jax.jacfwd(lambda s: (differentiate(s)[0], differentiate(s)), has_aux=True)(
+                self.np.zeros(x.size)
+            )
             return rows, along_h
 
         run = self.jax.jit(bent)
 
         def call(x: Array) -> Array:
             rows, along_h = run(x, *self.case.prologue(x))
-            found: Array = np.asarray(rows) + self.case.bending(x, np.asarray(along_h))
-            return found
+            hessian: Array = np.asarray(rows) + self.case.bending(x, np.asarray(along_h))
+            return hessian
 
         return call
 

@@ -1,4 +1,4 @@
-"""CasADi functions called as lean as CasADi allows: on memory of their own, no checks, interrupts not held back.
+"""CasADi functions called as lean as CasADi allows: on separate memory, no checks, interrupts not held back.
 
 For peers alone: everything else goes through `planter.kernels`. The few microseconds that this layer takes in a call
 of CasADi's, and does not in one of a lane kernel, would stand against them.

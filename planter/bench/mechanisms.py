@@ -1,6 +1,6 @@
-"""Mechanisms of one's own, from their statements: the torque of the motor over a turn, squared, and its gradient.
+"""User-defined mechanisms, from their statements: the torque of the motor over a turn, squared, and its gradient.
 
-The statement is an example of the guide, derived for the benchmark. Every way is given what its loops were found at.
+The statement is an example of the guide, derived for the benchmark. Every way starts from the solved loops.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ TORQUE = "M_in"
 AROUND = 1e-3
 """Designs are drawn so far about the example's own values, in parts of these."""
 STEP, DIFFERENCES = 1e-7, 1e-5
-"""Step of forward differences, and how well what they find must agree."""
+"""Step of forward differences, and how well the derivatives must agree."""
 OWN = ("phi", "loops")
 
 
-class Case:
+class MechanismCase:
     """A mechanism with values drawn about its own: designs (p,) in SI, angles (n,), coordinates of its loops (k, n)."""
 
     def __init__(self, work: str, folder: Path) -> None:
@@ -59,21 +59,21 @@ class Case:
         """(phi, loops, data) -> an angle's share of the mean square, and its gradient in the data."""
         phi, data = ca.SX.sym("phi"), ca.SX.sym("data", len(self.data))
         loops = ca.SX.sym("loops", len(self.places))
-        given = [phi, data, *([loops] if len(self.places) else [])]
+        inputs = [phi, data, *([loops] if len(self.places) else [])]
         hoisted = [self.formulas.function("prologue")(data)] if self.hoists else []
-        share = self.formulas.function("lane")(*given, *hoisted)[self.row] ** 2 / ANGLES
+        share = self.formulas.function("lane")(*inputs, *hoisted)[self.row] ** 2 / ANGLES
         outputs = ca.cse([share, ca.densify(ca.gradient(share, data))])
         return ca.Function(self.name, [phi, loops, data], outputs, [*OWN, "data"], ["value", "gradient"])
 
     @cached_property
     def turn(self) -> ca.Function:
-        """The same over the angles, as a loop that CasADi prints."""
+        """Function of all angles, as a loop that CasADi prints."""
         return self.function.map(f"{self.name}_turn", "serial", ANGLES, [2], [0, 1])
 
     def mean(self, lane: Callable[..., Any], xp: Any, data: Any, prologue: Callable[..., Any]) -> Any:
         """The mean square by array code."""
-        given = [self.angles, data, *([self.places] if len(self.places) else [])]
-        torque = lane(xp, *given, *([prologue(xp, data)] if self.hoists else []))[self.row]
+        inputs = [self.angles, data, *([self.places] if len(self.places) else [])]
+        torque = lane(xp, *inputs, *([prologue(xp, data)] if self.hoists else []))[self.row]
         return (torque**2).mean()
 
     @property
@@ -81,7 +81,7 @@ class Case:
         return generated.module(f"array/{self.name}", self.folder)
 
 
-def lanes(case: Case) -> Contender:
+def lanes(case: MechanismCase) -> Contender:
     """Our own way: the kernel on arrays that stay."""
     kernel = Kernel(case.function, lanes=OWN, summed=True)
     kernel.compile()
@@ -92,24 +92,24 @@ def lanes(case: Case) -> Contender:
 
     def call(x: Array) -> tuple[float, Array]:
         data[:] = x
-        found = bound()
-        return float(found["value"][0, 0]), found["gradient"][:, 0].copy()
+        outputs = bound()
+        return float(outputs["value"][0, 0]), outputs["gradient"][:, 0].copy()
 
     return Contender(call, f"kernel bound to its arrays; {' '.join(toolchain.loop_flags(toolchain.OPTIMISED))}")
 
 
-def virtual_machine(case: Case) -> Contender:
+def virtual_machine(case: MechanismCase) -> Contender:
     return _casadi(case, case.turn, "one function, angles in a loop, own memory")
 
 
-def own_c(case: Case) -> Contender:
+def own_c(case: MechanismCase) -> Contender:
     try:
         return _casadi(case, lean.compiled(case.turn), f"the same in CasADi's C; {' '.join(toolchain.OPTIMISED)}")
     except toolchain.NoCompiler as reason:
         raise Absent(str(reason)) from None
 
 
-def _casadi(case: Case, function: ca.Function, built: str) -> Contender:
+def _casadi(case: MechanismCase, function: ca.Function, built: str) -> Contender:
     run = Lean(function)
 
     def call(x: Array) -> tuple[float, Array]:
@@ -119,7 +119,7 @@ def _casadi(case: Case, function: ca.Function, built: str) -> Contender:
     return Contender(call, built)
 
 
-def numpy(case: Case) -> Contender:
+def numpy(case: MechanismCase) -> Contender:
     module = case.array
 
     def value(x: Array) -> float:
@@ -128,15 +128,17 @@ def numpy(case: Case) -> Contender:
     return _differences(value, "generated array code over all angles")
 
 
-def jax(case: Case) -> Contender:
+def jax(case: MechanismCase) -> Contender:
     try:
-        found = importlib.import_module("jax")
+        library = importlib.import_module("jax")
     except ModuleNotFoundError:
         raise Absent("jax is not installed") from None
-    found.config.update("jax_enable_x64", True)
+    library.config.update("jax_enable_x64", True)
     module = case.array
-    both = found.jit(
-        found.value_and_grad(lambda x: case.mean(module.lane, found.numpy, x, getattr(module, "prologue", _nothing)))
+    both = library.jit(
+        library.value_and_grad(
+            lambda x: case.mean(module.lane, library.numpy, x, getattr(module, "prologue", _nothing))
+        )
     )
 
     def call(x: Array) -> tuple[float, Array]:
@@ -146,23 +148,23 @@ def jax(case: Case) -> Contender:
     return Contender(call, "jit of value_and_grad, float64, over all angles")
 
 
-def lambdify(case: Case) -> Contender:
+def lambdify(case: MechanismCase) -> Contender:
     raise Absent("eliminations with pivots, written out, outgrow the expressions of SymPy")
 
 
 def _nothing(*_: object) -> None:
-    """For a mechanism that hoists nothing."""
+    """Return no invariants, for a mechanism without a prologue."""
 
 
 def _differences(value: Callable[[Array], float], built: str) -> Contender:
     def call(x: Array) -> tuple[float, Array]:
-        here, steps = value(x), STEP * np.maximum(np.abs(x), STEP)
-        return here, (np.array([value(x + step) for step in np.diag(steps)]) - here) / steps
+        centre, steps = value(x), STEP * np.maximum(np.abs(x), STEP)
+        return centre, (np.array([value(x + step) for step in np.diag(steps)]) - centre) / steps
 
     return Contender(call, f"{built}; forward differences", (EXACT, DIFFERENCES))
 
 
-BUILDERS: dict[str, Callable[[Case], Contender]] = {
+BUILDERS: dict[str, Callable[[MechanismCase], Contender]] = {
     "casadi-vm": virtual_machine, "numpy": numpy, "lambdify": lambdify, "jax": jax, "casadi-c": own_c, "lanes": lanes,
 }  # fmt: skip
 """Ways by their names; the first is what the others must agree with."""

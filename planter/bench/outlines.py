@@ -33,20 +33,20 @@ UNIT = f"us per pair of ellipses of eccentricity {ECCENTRICITY} with {TEETH} tee
 
 @dataclass(frozen=True)
 class Maker:
-    """A way to make the pair: a call, how it was built, and what the last call has drawn."""
+    """A way to make the pair: a call, how it was built, and the measures of the last drawing."""
 
     make: Callable[[Any], None]
     built: str
-    drawn: Callable[[], Drawn]
+    measure: Callable[[], Drawn]
 
 
 def ways(case: Case) -> tuple[dict[str, Maker], list[Skipped]]:
-    """Who makes the pair, and who does not, with the reason."""
-    found = {"planter": ours(case)}
+    """Return the ways that make the pair, and those that do not, with the reason."""
+    makers = {"planter": ours(case)}
     try:
-        return {**found, "ncgears": theirs()}, []
+        return {**makers, "ncgears": theirs()}, []
     except Absent as reason:
-        return found, [Skipped("ncgears", str(reason))]
+        return makers, [Skipped("ncgears", str(reason))]
 
 
 def ours(case: Case) -> Maker:
@@ -57,16 +57,16 @@ def ours(case: Case) -> Maker:
     def make(_: Any) -> None:
         curves = pair.build_stage_pair(device.stages[1], device.of_stage(1, device.design))
         order = ToothOrder(module=MODULE, keep="module")
-        found = making.cut_teeth(curves, order, "ellipses", ("inner gear", "outer gear"))
-        fits[:] = [biarcs.fit_arcs(gear.outline().pieces, TOLERANCE) for gear in found.gears]
+        teeth = making.cut_teeth(curves, order, "ellipses", ("inner gear", "outer gear"))
+        fits[:] = [biarcs.fit_arcs(gear.outline().pieces, TOLERANCE) for gear in teeth.gears]
         drawing.format_dxf(DrawingLine("TEETH", fit.arcs) for fit in fits)
-        if found.gears[0].z != TEETH or np.abs(found.contacts.errors).max() > TOLERANCE:
+        if teeth.gears[0].z != TEETH or np.abs(teeth.contacts.errors).max() > TOLERANCE:
             raise Absent("the pair does not mesh")
 
-    def drawn() -> Drawn:
+    def measure_drawing() -> Drawn:
         return Drawn(sum(len(fit.arcs.vertices) for fit in fits), max(fit.deviation for fit in fits) * 1e6)
 
-    return Maker(make, "exact pieces, contacts solved, biarcs within 1 um", drawn)
+    return Maker(make, "exact pieces, contacts solved, biarcs within 1 um", measure_drawing)
 
 
 def theirs() -> Maker:
@@ -80,17 +80,17 @@ def theirs() -> Maker:
     outlines: list[Any] = []
 
     def make(_: Any) -> None:
-        found = ncgears.generate_from_centrode(
+        gears = ncgears.generate_from_centrode(
             f"1/(1-{ECCENTRICITY}*cos(phi))", teeth=TEETH, module=MODULE * 1e3, output_directory=folder.name
         )
-        found.export_dxf(file)
-        outlines[:] = [found.drive_outline, found.placed_driven_outline]
+        gears.export_dxf(file)
+        outlines[:] = [gears.drive_outline, gears.placed_driven_outline]
 
-    def drawn() -> Drawn:
+    def measure_drawing() -> Drawn:
         space = read(io.StringIO(file.read_text(encoding="utf-8"))).modelspace()
         lines = [line for line in space if isinstance(line, LWPolyline)]
         rings = [shapely.LinearRing(np.array(line.get_points("xy"))) for line in lines]
         off = [shapely.distance(shapely.points(dense), ring).max() for dense, ring in zip(outlines, rings, strict=True)]
         return Drawn(sum(len(ring.coords) - 1 for ring in rings), float(max(off)) * 1e3)
 
-    return Maker(make, "generate_from_centrode and export_dxf with their defaults", drawn)
+    return Maker(make, "generate_from_centrode and export_dxf with their defaults", measure_drawing)

@@ -15,7 +15,7 @@ def show(console: Console, result: Benchmark) -> None:
     """The tables on a terminal."""
     for work in result.work:
         console.table(_title(work), HEADER, _rows(work))
-        for line in _drawn(work):
+        for line in _drawing_lines(work):
             print(f"{line}\n")
     if result.arithmetic:
         console.table(_peak(result.arithmetic, result.vector_width), RATES, _rates(result.arithmetic))
@@ -27,7 +27,7 @@ def markdown(result: Benchmark) -> str:
     """The page in Markdown: summary, every work, what was left out, where it ran."""
     parts = ["## Summary", _summary(result)]
     for work in result.work:
-        parts += [f"## {_title(work)}", _markdown(HEADER, _rows(work)), *_exact(work), *_drawn(work)]
+        parts += [f"## {_title(work)}", _markdown(HEADER, _rows(work)), *_exact(work), *_drawing_lines(work)]
     if result.arithmetic:
         parts += ["## Arithmetic", _peak(result.arithmetic, result.vector_width),
                   _markdown(RATES, _rates(result.arithmetic))]  # fmt: skip
@@ -68,8 +68,8 @@ def _summary(result: Benchmark) -> str:
     """Medians of a turn's works, each with its ratio, a row for each way."""
     works = [work for work in result.work if work.name in TURNS]
     named = {work.name: {way.way: way for way in work.ways} for work in works}
-    ways = list(dict.fromkeys(way for found in named.values() for way in found))
-    rows = [(way, *(_with_ratio(found.get(way)) for found in named.values())) for way in ways]
+    ways = list(dict.fromkeys(way for row_ways in named.values() for way in row_ways))
+    rows = [(way, *(_with_ratio(row_ways.get(way)) for row_ways in named.values())) for way in ways]
     return _markdown(("way", *(f"{work.name} / us (ratio)" for work in works)), rows)
 
 
@@ -78,7 +78,7 @@ def _with_ratio(way: Way | None) -> str:
 
 
 def _exact(work: Work) -> Iterator[str]:
-    """What it takes IPOPT to meet the genetic algorithm in the exact model."""
+    """Yield the table of the times until IPOPT meets the genetic algorithm in the exact model."""
     if work.exact is not None:
         header = ("seed", "GA: objective", "GA / s", "IPOPT: objective", "IPOPT / s", "starts", "met")
         rows = [
@@ -89,26 +89,26 @@ def _exact(work: Work) -> Iterator[str]:
         yield _markdown(header, rows)
 
 
-def _drawn(work: Work) -> Iterator[str]:
-    """How much, and how truly, ways to make gears draw."""
-    told = [f"{way.way} draws {way.drawn.vertices} vertices, {way.drawn.deviation_um:.2g} um off at most"
+def _drawing_lines(work: Work) -> Iterator[str]:
+    """Yield the number of vertices and the deviation of the drawn gears."""
+    sentences = [f"{way.way} draws {way.drawn.vertices} vertices, {way.drawn.deviation_um:.2g} um off at most"
             for way in work.ways if way.drawn is not None]  # fmt: skip
-    if told:
-        yield f"{'; '.join(told)}."
+    if sentences:
+        yield f"{'; '.join(sentences)}."
 
 
 RATES = ("work", "way", "operations", "operations per cycle", "share of the peak")
 
 
-def _peak(found: Arithmetic, width: int | None) -> str:
+def _peak(arithmetic: Arithmetic, width: int | None) -> str:
     return (
-        f"Peak of one core, measured: {found.peak_operations_per_cycle:.1f} operations per cycle "
-        f"(vectors of {width} bits, a fused multiply-add is two) at {found.clock_GHz:.2f} GHz"
+        f"Peak of one core, measured: {arithmetic.peak_operations_per_cycle:.1f} operations per cycle "
+        f"(vectors of {width} bits, a fused multiply-add is two) at {arithmetic.clock_GHz:.2f} GHz"
     )
 
 
-def _rates(found: Arithmetic) -> list[Sequence[str]]:
-    return [_rate(row) for row in found.rates]
+def _rates(arithmetic: Arithmetic) -> list[Sequence[str]]:
+    return [_rate(row) for row in arithmetic.rates]
 
 
 def _rate(row: Rate) -> Sequence[str]:

@@ -1,4 +1,4 @@
-"""Works that need a process of their own: a cold start, and the derivation."""
+"""Works in a separate process: a cold start, and the derivation."""
 
 from __future__ import annotations
 
@@ -61,15 +61,15 @@ def _folders(folder: Path) -> Iterator[Path]:
 
 
 def _run(command: Sequence[str], cwd: Path | None = None, **variables: object) -> None:
-    given = {name: str(value) for name, value in variables.items() if value is not None}
-    done = workers.run_command(command, cwd, given)
+    environment = {name: str(value) for name, value in variables.items() if value is not None}
+    done = workers.run_command(command, cwd, environment)
     if done.returncode:
         reason = done.stderr.strip().splitlines()[-1:]
         raise ComputationError(f"a process of Python ended with {done.returncode}: {' '.join(reason)}")
 
 
 def root() -> Path:
-    """The checkout that has `derive/`. Raises Absent where there is none, or no SymPy."""
+    """The checkout that has `derive/`. Raises Absent if it is missing, or SymPy is."""
     for name in ("derive", "sympy"):
         if importlib.util.find_spec(name) is None:
             raise Absent(f"{name} cannot be imported here")
@@ -81,7 +81,7 @@ def root() -> Path:
 
 
 def derive(example: str, folder: Path) -> None:
-    """An example of the guide, derived into a folder. Raises Absent where this is no checkout, or SymPy is lacking."""
+    """An example of the guide, derived into a folder. Raises Absent outside a checkout or without SymPy."""
     source = root() / "docs" / "examples" / f"{example}.py"
     if not source.is_file():
         raise Absent(f"there is no {source.name} here")

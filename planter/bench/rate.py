@@ -36,9 +36,9 @@ ROUNDS, CYCLES, FUSED = 9, 200_000, 200_000
 def operations(kernel: Kernel) -> int:
     """Arithmetic operations of a lane's graph."""
     graph = Graph.of(kernel.function, kernel.lanes)
-    found = [a for a in graph.varying if isinstance(a.source, Operation)]
-    turned = {a.arguments for a in found if _text(a) in SERIES}
-    return sum(_cost(_text(a)) for a in found) + REDUCTION * len(turned)
+    assignments = [a for a in graph.varying if isinstance(a.source, Operation)]
+    turned = {a.arguments for a in assignments if _text(a) in SERIES}
+    return sum(_cost(_text(a)) for a in assignments) + REDUCTION * len(turned)
 
 
 _INSTRUCTION = re.compile(r"^\s+([0-9a-f]+):\s+(\S+)\s*(.*)$", re.MULTILINE)
@@ -75,9 +75,9 @@ def _loop_bodies(instructions: list[tuple[str, str, str]]) -> Iterator[list[tupl
 
 def _vector_operations(body: list[tuple[str, str, str]]) -> int:
     """Operations of the packed arithmetic of a loop on its widest registers; a fused multiply-add is two."""
-    packed = [(found, operands) for _, code, operands in body if (found := _PACKED.fullmatch(code))]
+    packed = [(match, operands) for _, code, operands in body if (match := _PACKED.fullmatch(code))]
     widest = next((width for width in _WIDTHS if any(width in operands for _, operands in packed)), None)
-    return sum(2 if found[2] else 1 for found, operands in packed if widest and widest in operands)
+    return sum(2 if match[2] else 1 for match, operands in packed if widest and widest in operands)
 
 
 def _text(assignment: Assignment) -> str:

@@ -57,13 +57,13 @@ def exact(case: Case, rounds: int) -> Basins:
 
 def _met(device: Device, seed: int) -> Seed:
     sought, begun = problem_of(device, device.machine.objective.samples), time.perf_counter()
-    wanted = genetic.search(sought, device.machine.genetic_algorithm, seed)[0].objective
+    target = genetic.search(sought, device.machine.genetic_algorithm, seed)[0].objective
     ga_s = time.perf_counter() - begun
     problem, begun = problem_of(device, device.machine.objective.samples), time.perf_counter()
     best, starts = float("inf"), 0
     for minimum in descents(problem, MOST_STARTS, seed):
         best, starts = min(best, minimum.objective), starts + 1
-        if best <= wanted * (1 + CLOSE):
+        if best <= target * (1 + CLOSE):
             break
     ipopt_s = time.perf_counter() - begun
-    return Seed(seed, wanted, ga_s, best, ipopt_s, starts, met=best <= wanted * (1 + CLOSE))
+    return Seed(seed, target, ga_s, best, ipopt_s, starts, met=best <= target * (1 + CLOSE))

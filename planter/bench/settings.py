@@ -21,7 +21,7 @@ WORKS = (
 )
 QUICK_WORKS = ("cycle", "cycle+gradient", "optimise")
 WAYS = ("numpy", "lambdify", "jax", "casadi-vm", "casadi-c", "lanes")
-"""Ways to evaluate a turn; the works `optimise`, `gears`, `derive` and `cold start` have their own."""
+"""Ways to evaluate a turn; the works `optimise`, `gears`, `derive` and `cold start` have other ways."""
 
 
 @dataclass(frozen=True)
@@ -47,23 +47,23 @@ def settings(
     ways: Sequence[str] | None = None,
     rounds: int | None = None,
 ) -> Settings:
-    """What a benchmark is to do. Raises InputError for a work or way that there is not."""
-    found = Settings(works=QUICK_WORKS, quick=True, rounds=12, slot_s=0.03, searches=3) if quick else Settings()
+    """Return the settings of a benchmark. Raises InputError for an unknown work or way."""
+    chosen = Settings(works=QUICK_WORKS, quick=True, rounds=12, slot_s=0.03, searches=3) if quick else Settings()
     if works:
-        found = replace(found, works=_known("--work", works, WORKS))
+        chosen = replace(chosen, works=_select_names("--work", works, WORKS))
     if ways:
-        found = replace(found, ways=_known("--way", ways, WAYS))
+        chosen = replace(chosen, ways=_select_names("--way", ways, WAYS))
     if rounds is not None:
         if rounds < 1:
-            raise InputError(f"--rounds = {rounds} is not allowed: it must be at least 1")
-        found = replace(
-            found, rounds=rounds, batches=rounds, searches=rounds, pairs=rounds, derivations=rounds, processes=rounds
+            raise InputError(f"--rounds = {rounds}: the number must be at least 1")
+        chosen = replace(
+            chosen, rounds=rounds, batches=rounds, searches=rounds, pairs=rounds, derivations=rounds, processes=rounds
         )
-    return found
+    return chosen
 
 
-def _known(option: str, given: Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
-    for name in given:
+def _select_names(option: str, names: Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
+    for name in names:
         if name not in allowed:
-            raise InputError(f"{option} = {name} is not allowed: it must be one of {', '.join(allowed)}")
-    return tuple(name for name in allowed if name in given)
+            raise InputError(f"{option} = {name}: choose one of {', '.join(allowed)}")
+    return tuple(name for name in allowed if name in names)

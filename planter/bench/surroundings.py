@@ -28,33 +28,33 @@ def _processor() -> str:
     except OSError:
         return platform.processor()
     first = text.partition("\n\n")[0]
-    known = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in first.splitlines())}
-    if "model name" not in known:
+    fields = {key.strip(): value.strip() for key, _, value in (line.partition(":") for line in first.splitlines())}
+    if "model name" not in fields:
         return platform.processor()
-    numbers = [f"{key.split()[-1]} {known[key]}" for key in ("cpu family", "model", "stepping") if key in known]
-    return f"{known['model name']} ({', '.join(numbers)})" if numbers else known["model name"]
+    numbers = [f"{key.split()[-1]} {fields[key]}" for key in ("cpu family", "model", "stepping") if key in fields]
+    return f"{fields['model name']} ({', '.join(numbers)})" if numbers else fields["model name"]
 
 
 def versions() -> dict[str, str]:
     """Version of everything that takes part; what is not installed is left out."""
-    found = {"planter": __version__, "python": platform.python_version()}
+    versions_by_name = {"planter": __version__, "python": platform.python_version()}
     for name in PACKAGES:
         try:
-            found[name] = metadata.version(name)
+            versions_by_name[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
             continue
     libc = " ".join(platform.libc_ver()).strip()
-    return {**found, **({"libc": libc} if libc else {}), **_compiler()}
+    return {**versions_by_name, **({"libc": libc} if libc else {}), **_compiler()}
 
 
 def _compiler() -> dict[str, str]:
     try:
-        found = toolchain.compiler()
+        cc = toolchain.compiler()
     except toolchain.NoCompiler:
         return {}
-    flags = " ".join((*toolchain.OPTIMISED, *found.flags))
+    flags = " ".join((*toolchain.OPTIMISED, *cc.flags))
     return {
-        "compiler": found.version,
+        "compiler": cc.version,
         "flags": flags,
-        "flags of lanes": " ".join((*toolchain.loop_flags(toolchain.OPTIMISED), *found.flags)),
+        "flags of lanes": " ".join((*toolchain.loop_flags(toolchain.OPTIMISED), *cc.flags)),
     }

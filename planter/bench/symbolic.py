@@ -125,24 +125,24 @@ class Symbolic:
             bar = bars.pop(symbol, None)
             if bar is None or value.is_Relational:
                 continue
-            own = self.sympy.Symbol(f"bar_{symbol}", real=True)
-            more.append((own, bar))
+            adjoint = self.sympy.Symbol(f"bar_{symbol}", real=True)
+            more.append((adjoint, bar))
             for other in sorted(value.free_symbols, key=str):
                 slope = value.diff(other)
                 if slope != 0:
-                    bars[other] = bars.get(other, 0) + own * slope
+                    bars[other] = bars.get(other, 0) + adjoint * slope
         return bars, more
 
     def _printed(self, outputs: Sequence[Any], steps: Sequence[Step]) -> Callable[..., Any]:
         """Compiled by `lambdify`: equal subexpressions once, steps that no output needs left out."""
         symbols, values = zip(*steps, strict=True)
         fresh = self.sympy.numbered_symbols("q", real=True)
-        found, reduced = self.sympy.cse([*values, *outputs], symbols=fresh, order="none")
-        meanings = dict([*found, *zip(symbols, reduced, strict=False)])
+        common, reduced = self.sympy.cse([*values, *outputs], symbols=fresh, order="none")
+        meanings = dict([*common, *zip(symbols, reduced, strict=False)])
         ordered = [(symbol, meanings[symbol]) for symbol in _needed(meanings, reduced[len(symbols) :])]
-        known = {"where": np.where, "logical_or": np.logical_or, "whole": np.floor}
+        functions = {"where": np.where, "logical_or": np.logical_or, "whole": np.floor}
         arguments = [self.phi, self.x, self.h, self.c]
-        modules = [known, "numpy"]
+        modules = [functions, "numpy"]
         return self.sympy.lambdify(arguments, list(outputs), modules, cse=lambda _: (ordered, reduced[len(symbols) :]))
 
 

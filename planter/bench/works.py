@@ -61,7 +61,7 @@ def run(name: str, case: Case, settings: Settings) -> Work:
 
 def _turn(name: str, case: Case, settings: Settings) -> Work:
     """A new design at every call, through what each way calls its public function."""
-    contenders, skipped = entered(name, case, settings)
+    contenders, skipped = list_contenders(name, case, settings)
     designs = case.designs()
     off = agree(name, contenders, [next(designs) for _ in range(CHECKED)])
     calls = {way: contender.call for way, contender in contenders.items()}
@@ -70,12 +70,12 @@ def _turn(name: str, case: Case, settings: Settings) -> Work:
 
 
 def _batch(case: Case, settings: Settings) -> Work:
-    contenders, skipped = entered("batch", case, settings)
+    contenders, skipped = list_contenders("batch", case, settings)
     rng = np.random.default_rng(0)
 
     def inputs() -> Iterator[Array]:
         while True:
-            yield case.drawn(rng, settings.designs)
+            yield case.draw_designs(rng, settings.designs)
 
     off = agree("batch", contenders, [next(inputs())])
     times = race({way: c.call for way, c in contenders.items()}, inputs(), settings.batches, 0)
@@ -86,23 +86,23 @@ def _batch(case: Case, settings: Settings) -> Work:
 
 def _optimise(case: Case, settings: Settings) -> Work:
     times, reached = searches.printed(case, settings.searches)
-    found = table("optimise", times, searches.REFERENCE, searches.BUILT)
-    ways = [replace(w, objectives=Reached(min(reached[w.way]), max(reached[w.way]))) for w in found.ways]
-    return replace(found, ways=ways, exact=None if settings.quick else searches.exact(case, settings.searches))
+    work = table("optimise", times, searches.REFERENCE, searches.BUILT)
+    ways = [replace(w, objectives=Reached(min(reached[w.way]), max(reached[w.way]))) for w in work.ways]
+    return replace(work, ways=ways, exact=None if settings.quick else searches.exact(case, settings.searches))
 
 
 def _gears(case: Case, settings: Settings) -> Work:
     ways, skipped = outlines.ways(case)
     times = race({name: way.make for name, way in ways.items()}, _nothing(), settings.pairs, 0)
-    found = table("gears", times, "planter", {name: way.built for name, way in ways.items()}, skipped=skipped)
-    return replace(found, ways=[replace(row, drawn=ways[row.way].drawn()) for row in found.ways])
+    work = table("gears", times, "planter", {name: way.built for name, way in ways.items()}, skipped=skipped)
+    return replace(work, ways=[replace(row, drawn=ways[row.way].measure()) for row in work.ways])
 
 
 def _mechanism(name: str, settings: Settings) -> Work:
-    """A mechanism of one's own, and how long it takes from its statement to functions."""
+    """Measure a user-defined mechanism, and the time from its statement to functions."""
     with tempfile.TemporaryDirectory(prefix="planter-") as folder:
         begun = time.perf_counter()
-        case = mechanisms.Case(name, Path(folder))
+        case = mechanisms.MechanismCase(name, Path(folder))
         seconds = time.perf_counter() - begun
         contenders: dict[str, Contender] = {}
         skipped: list[Skipped] = []
@@ -141,20 +141,20 @@ def _nothing() -> Iterator[None]:
         yield None
 
 
-def entered(name: str, case: Case, settings: Settings) -> tuple[dict[str, Contender], list[Skipped]]:
-    """Who takes part in a work, CasADi's virtual machine first, and who does not, with the reason."""
-    found: dict[str, Contender] = {}
+def list_contenders(name: str, case: Case, settings: Settings) -> tuple[dict[str, Contender], list[Skipped]]:
+    """Return the ways of a work, CasADi's virtual machine first, and those left out, with the reason."""
+    contenders: dict[str, Contender] = {}
     skipped: list[Skipped] = []
     variants = {} if settings.quick or settings.ways != WAYS else VARIANTS
     for way, builder in {**BUILDERS, **variants}.items():
         try:
             if way not in settings.ways and way not in variants:
                 raise Absent("not asked for (--way)")
-            found[way] = _thrifty(case, name) if way == "jax" and settings.quick else builder(case, name)
+            contenders[way] = _thrifty(case, name) if way == "jax" and settings.quick else builder(case, name)
         except Absent as reason:
             if way not in variants:
                 skipped.append(Skipped(way, str(reason)))
-    return dict(sorted(found.items(), key=lambda item: item[0] != "casadi-vm")), skipped
+    return dict(sorted(contenders.items(), key=lambda item: item[0] != "casadi-vm")), skipped
 
 
 def _thrifty(case: Case, name: str) -> Contender:
@@ -179,5 +179,5 @@ def table(
     ]  # fmt: skip
     order = (*WAYS, *times)
     rows.sort(key=lambda row: order.index(row.way))
-    own, variants = ([r for r in rows if (r.way in VARIANTS) is other] for other in (False, True))
-    return Work(name, UNITS.get(name, ""), reference, own, variants, skipped or [])
+    ways, variants = ([r for r in rows if (r.way in VARIANTS) is other] for other in (False, True))
+    return Work(name, UNITS.get(name, ""), reference, ways, variants, skipped or [])

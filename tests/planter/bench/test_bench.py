@@ -139,7 +139,7 @@ def test_hessians_agree_and_are_the_slope_of_the_gradient(case: Case) -> None:
 
 
 def test_batches_agree_with_single_designs(case: Case) -> None:
-    drawn = case.drawn(np.random.default_rng(2), plain.CHUNK + 3)
+    drawn = case.draw_designs(np.random.default_rng(2), plain.CHUNK + 3)
     singles = np.array([case.turns.value(x) for x in drawn])
     for builder in (plain.contender, graphs.virtual_machine):
         assert clock.difference(builder(case, "batch").call(drawn), singles) < 1e-10
@@ -201,7 +201,7 @@ def test_a_slot_holds_more_calls_of_what_is_fast() -> None:
 def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: Case) -> None:
     for name in ("jax", "sympy"):
         monkeypatch.setitem(__import__("sys").modules, name, None)
-    found, skipped = works.entered("cycle", case, bench.settings(quick=True))
+    found, skipped = works.list_contenders("cycle", case, bench.settings(quick=True))
     assert "numpy" in found
     reasons = {entry.way: entry.reason for entry in skipped}
     assert reasons["jax"] == "jax is not installed"
@@ -210,7 +210,9 @@ def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: C
 
 def test_without_a_compiler_its_ways_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "")
-    found, skipped = works.entered("cycle", Case(), bench.settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"]))
+    found, skipped = works.list_contenders(
+        "cycle", Case(), bench.settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"])
+    )
     assert set(found) == {"casadi-vm"}
     assert {"casadi-c", "lanes"} <= {entry.way for entry in skipped}
 
