@@ -1,4 +1,4 @@
-"""A variable as other programs are told of it: name, units, meaning, range."""
+"""A variable for other programs: name, units, meaning, range."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FACTOR = re.compile(r"([A-Za-z]+|1)(\d*)")
 class Variable:
     """A number of a simulation unit, in SI units and radians.
 
-    `shown` is the unit that people see it in, `factor` what one of these is in SI; `start` and the range from `low` to
+    `shown` is the display unit, `factor` what one of these is in SI; `start` and the range from `low` to
     `high` are in SI, None where there is none. A parameter that is `fixed` keeps its value from the start on.
     """
 
@@ -43,12 +43,12 @@ def powers(unit: str) -> dict[str, int]:
     ({'kg': 1, 'm': 2, 's': -2}, {'rad': 1, 's': -2}, {})
     """
     above, _, below = unit.partition("/")
-    found: dict[str, int] = {}
+    exponents: dict[str, int] = {}
     for text, sign in ((above, 1), (below, -1)):
         for word in text.split():
             factor = _FACTOR.fullmatch(word)
             if factor is None or factor[1] not in _POWERS:
-                raise ValueError(f"{unit} is no unit that is made of {', '.join(_POWERS)}")
+                raise ValueError(f"{unit} is not a product of {', '.join(_POWERS)}")
             for base, power in _POWERS[factor[1]].items():
-                found[base] = found.get(base, 0) + sign * power * int(factor[2] or 1)
-    return {base: power for base, power in found.items() if power}
+                exponents[base] = exponents.get(base, 0) + sign * power * int(factor[2] or 1)
+    return {base: power for base, power in exponents.items() if power}

@@ -42,12 +42,12 @@ def sources(version: Version, model: Model, texts: Mapping[str, str]) -> tuple[s
     `texts` are the model's own; among them `MAIN`, which holds the word `TOKEN`.
     """
     folder = resources.files(__package__)
-    own = {INTERFACE: version.INTERFACE, "core.c": "core.c"}
-    whole = dict(texts) | {name: folder.joinpath(file).read_text(encoding="utf-8") for name, file in own.items()}
-    parts = [*version.files(model, TOKEN).values(), *(part.encode() for pair in sorted(whole.items()) for part in pair)]
+    fixed = {INTERFACE: version.INTERFACE, "core.c": "core.c"}
+    code = dict(texts) | {name: folder.joinpath(file).read_text(encoding="utf-8") for name, file in fixed.items()}
+    parts = [*version.files(model, TOKEN).values(), *(part.encode() for pair in sorted(code.items()) for part in pair)]
     digest = hashlib.sha256(b"\0".join(parts)).hexdigest()
     token = "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]))
-    return token, whole | {MAIN: whole[MAIN].replace(TOKEN, token)}
+    return token, code | {MAIN: code[MAIN].replace(TOKEN, token)}
 
 
 def archive(

@@ -25,13 +25,13 @@ FLAGS = ("-O2", "-fvisibility=hidden", "-Werror=implicit-function-declaration")
 def build(place: str, texts: Mapping[str, str], name: str) -> tuple[str, bytes]:
     """File name and content of a unit's library for a platform, from its sources. Raises NoCompiler."""
     target, system = PLATFORMS[place]
-    own = _is_here(place) and not toolchain.compiler().bundled
+    native = _is_here(place) and not toolchain.compiler().bundled
     file = f"{name}{system.suffix}"
-    with tempfile.TemporaryDirectory(prefix="planter-") as made:
-        folder = Path(made)
+    with tempfile.TemporaryDirectory(prefix="planter-") as temporary:
+        folder = Path(temporary)
         for source, text in texts.items():
             (folder / source).write_text(text, encoding="utf-8")
-        command = toolchain.compiler().command if own else bundled.command(target)
+        command = toolchain.compiler().command if native else bundled.command(target)
         if not command:
             raise NoCompiler("planter[compiler] is not installed, which builds for other systems")
         compiled = folder / "fmu.o"
@@ -41,7 +41,7 @@ def build(place: str, texts: Mapping[str, str], name: str) -> tuple[str, bytes]:
         )
         try:
             for step in steps:
-                _run(step, folder, "" if own else target)
+                _run(step, folder, "" if native else target)
             return file, (folder / file).read_bytes()
         except (OSError, subprocess.SubprocessError) as error:
             raise NoCompiler(f"{command[0]} did not build {file}: {toolchain.said(error)}") from error

@@ -35,32 +35,32 @@ class Model:
 
 
 def described(model: Model, version: str, token: dict[str, str], slave: dict[str, str]) -> tuple[Element, Element]:
-    """The root of a description, up to its variables, and the element of co-simulation."""
+    """Return the root of a description, up to its variables, and the element of co-simulation."""
     root = Element("fmiModelDescription", {
         "fmiVersion": version, "modelName": model.title, **token, "description": model.meaning,
         "generationTool": model.tool, "variableNamingConvention": "structured",
     })  # fmt: skip
     able = {"modelIdentifier": model.name, "canHandleVariableCommunicationStepSize": "true", **slave}
-    found = SubElement(root, "CoSimulation", able)
+    co_simulation = SubElement(root, "CoSimulation", able)
     _units(SubElement(root, "UnitDefinitions"), model.variables)
     categories = SubElement(root, "LogCategories")
     SubElement(categories, "Category", name="logStatusError", description="what went wrong")
     SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(model.period),
                stepSize=repr(model.period / model.steps))  # fmt: skip
-    return root, found
+    return root, co_simulation
 
 
 def _units(parent: Element, variables: Sequence[Variable]) -> None:
-    """Each unit by its powers of base units, and the units that people see it in: shown = factor * SI."""
-    shown: dict[str, dict[str, float]] = {}
+    """Write each unit by its powers of base units, and its display units: display value = factor * SI value."""
+    display_units: dict[str, dict[str, float]] = {}
     for variable in variables:
-        units = shown.setdefault(variable.unit, {})
+        units = display_units.setdefault(variable.unit, {})
         if variable.shown:
             units[variable.shown] = 1 / variable.factor
-    for unit, others in sorted(shown.items()):
+    for unit, factors in sorted(display_units.items()):
         element = SubElement(parent, "Unit", name=unit)
         SubElement(element, "BaseUnit", {base: str(power) for base, power in powers(unit).items()})
-        for name, factor in sorted(others.items()):
+        for name, factor in sorted(factors.items()):
             SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
 
 
@@ -68,21 +68,21 @@ _VARIABILITY = {"input": "continuous", "output": "continuous", "parameter": "tun
 
 
 def role(place: int, variable: Variable) -> dict[str, str]:
-    """What a variable is."""
-    found = {
+    """Return name, reference, causality and variability of a variable."""
+    attributes = {
         "name": variable.name, "valueReference": str(place), "description": variable.meaning,
         "causality": variable.causality, "variability": "fixed" if variable.fixed else _VARIABILITY[variable.causality],
     }  # fmt: skip
     if variable.causality != "input":
-        found["initial"] = "calculated" if variable.start is None else "exact"
-    return found
+        attributes["initial"] = "calculated" if variable.start is None else "exact"
+    return attributes
 
 
 def numbers(variable: Variable) -> dict[str, str]:
-    """Its units, range and start."""
-    known = {"min": variable.low, "max": variable.high, "start": variable.start}
-    found = {"unit": variable.unit} | ({"displayUnit": variable.shown} if variable.shown else {})
-    return found | {name: repr(value) for name, value in known.items() if value is not None}
+    """Return units, range and start of a variable."""
+    limits = {"min": variable.low, "max": variable.high, "start": variable.start}
+    attributes = {"unit": variable.unit} | ({"displayUnit": variable.shown} if variable.shown else {})
+    return attributes | {name: repr(value) for name, value in limits.items() if value is not None}
 
 
 def text(root: Element) -> bytes:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterator, Sequence
 
-from planter.interchange.tables.motion import DICTIONARY, Motion, Told, dictionary, in_millimetres
+from planter.interchange.tables.motion import DICTIONARY, Motion, PlacedColumn, dictionary, in_millimetres
 
 NUMBERS = 4
 """How many numbers stand in a line."""
@@ -18,23 +18,23 @@ WIDTH = 110
 
 def files(motion: Motion) -> dict[str, bytes]:
     """`motion.cmd` and the dictionary of its splines."""
-    told = [in_millimetres(column, f"{motion.name}_{column.name}") for column in motion.columns[1:]]
+    columns = [in_millimetres(column, f"{motion.name}_{column.name}") for column in motion.columns[1:]]
     notes = (*motion.notes, "Units: mm, N, N mm, deg, s.")
     lines = [f"! {line}" for note in notes for line in textwrap.wrap(note, WIDTH)]
     time = motion.time.tolist()
-    for one in told:
-        lines += ["!", *_spline(one, time)]
+    for column in columns:
+        lines += ["!", *_spline(column, time)]
     text = "\n".join(lines) + "\n"
-    return {"motion.cmd": text.encode("ascii", "replace"), DICTIONARY: dictionary("spline", motion.notes, told)}
+    return {"motion.cmd": text.encode("ascii", "replace"), DICTIONARY: dictionary("spline", motion.notes, columns)}
 
 
-def _spline(told: Told, time: Sequence[float]) -> Iterator[str]:
-    meaning = told.column.meaning.replace('"', "'")
+def _spline(spline: PlacedColumn, time: Sequence[float]) -> Iterator[str]:
+    meaning = spline.column.meaning.replace('"', "'")
     yield "data_element create spline &"
-    yield f"   spline_name = {told.place} &"
-    yield f'   comments = "{meaning} [{told.unit}] over time [s]" &'
+    yield f"   spline_name = {spline.place} &"
+    yield f'   comments = "{meaning} [{spline.unit}] over time [s]" &'
     yield from _numbers("x", time)
-    yield from _numbers("y", told.values.tolist())
+    yield from _numbers("y", spline.values.tolist())
     yield "   linear_extrapolate = no"
 
 

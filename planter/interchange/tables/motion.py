@@ -18,7 +18,7 @@ _MILLIMETRES = {"m": ("mm", 1e3), "rad": ("deg", 180 / math.pi), "J": ("N mm", 1
 
 @dataclass(frozen=True)
 class Column:
-    """A quantity over time: values (n,) in SI; `name` is a plain word, `key` ends in the unit that people see."""
+    """A quantity over time: values (n,) in SI; `name` is a plain word, `key` ends in the display unit."""
 
     name: str
     key: str
@@ -42,8 +42,8 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Told:
-    """A column as a format has it: where it stands there, its values (n,) in a unit, and what one of these is in SI."""
+class PlacedColumn:
+    """A column of a format: its place there, its values (n,) in a unit, and the factor of this unit to SI."""
 
     place: str
     unit: str
@@ -56,21 +56,21 @@ class Told:
         return values
 
 
-def in_si(column: Column, place: str) -> Told:
-    """In SI units and radians."""
-    return Told(place, column.unit, 1.0, column)
+def in_si(column: Column, place: str) -> PlacedColumn:
+    """Return a column in SI units and radians."""
+    return PlacedColumn(place, column.unit, 1.0, column)
 
 
-def as_shown(column: Column, place: str) -> Told:
-    """In the unit that its key ends in."""
-    return Told(place, units.unit(column.key) or "1", units.factor(column.key), column)
+def in_key_unit(column: Column, place: str) -> PlacedColumn:
+    """Return a column in the unit that its key ends in."""
+    return PlacedColumn(place, units.unit(column.key) or "1", units.factor(column.key), column)
 
 
-def in_millimetres(column: Column, place: str) -> Told:
-    """In millimetres, newtons, degrees, seconds, and what follows from them, as torques in N mm."""
+def in_millimetres(column: Column, place: str) -> PlacedColumn:
+    """Return a column in millimetres, newtons, degrees, seconds and units of these, as torques in N mm."""
     above, slash, below = column.unit.partition("/")
     (top, up), (bottom, down) = (_in_millimetres(part) for part in (above, below))
-    return Told(place, f"{top}{slash}{bottom}", down / up, column)
+    return PlacedColumn(place, f"{top}{slash}{bottom}", down / up, column)
 
 
 def _in_millimetres(product: str) -> tuple[str, float]:
@@ -83,9 +83,10 @@ def _in_millimetres(product: str) -> tuple[str, float]:
     return " ".join(words), factor
 
 
-def dictionary(title: str, notes: Iterable[str], told: Iterable[Told]) -> bytes:
-    """What stands where, in which unit, what it means, and where it comes from; as CSV."""
+def dictionary(title: str, notes: Iterable[str], columns: Iterable[PlacedColumn]) -> bytes:
+    """Return place, unit, meaning and source of each column as CSV."""
     rows = (
-        (one.place, one.column.name, one.unit, repr(one.factor), one.column.meaning, one.column.source) for one in told
+        (entry.place, entry.column.name, entry.unit, repr(entry.factor), entry.column.meaning, entry.column.source)
+        for entry in columns
     )
     return csv_rows.written(notes, (title, *_HEAD), rows).encode()

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from planter.files import csv_rows
-from planter.interchange.tables.motion import DICTIONARY, Motion, as_shown, dictionary
+from planter.interchange.tables.motion import DICTIONARY, Motion, dictionary, in_key_unit
 
 
 def files(motion: Motion) -> dict[str, bytes]:
     """`motion.csv` and its dictionary."""
-    told = [as_shown(column, column.key) for column in motion.columns]
-    rows = zip(*(one.values.tolist() for one in told), strict=True)
-    table = csv_rows.written(motion.notes, [one.place for one in told], rows)
-    return {"motion.csv": table.encode(), DICTIONARY: dictionary("column", motion.notes, told)}
+    columns = [in_key_unit(column, column.key) for column in motion.columns]
+    rows = zip(*(column.values.tolist() for column in columns), strict=True)
+    table = csv_rows.written(motion.notes, [column.place for column in columns], rows)
+    return {"motion.csv": table.encode(), DICTIONARY: dictionary("column", motion.notes, columns)}

@@ -19,9 +19,9 @@ TEXT_BYTES = 116
 
 def files(motion: Motion) -> dict[str, bytes]:
     """`motion.mat` with the matrix `motion` in SI units, and the dictionary of its rows."""
-    told = [in_si(column, str(row)) for row, column in enumerate(motion.columns, 1)]
+    columns = [in_si(column, str(row)) for row, column in enumerate(motion.columns, 1)]
     stream = io.BytesIO()
-    savemat(stream, {"motion": np.array([one.values for one in told])}, format="5")
+    savemat(stream, {"motion": np.array([column.values for column in columns])}, format="5")
     text = f"MATLAB 5.0 MAT-file, {motion.name}, rows: see {DICTIONARY}".encode("ascii", "replace")[:TEXT_BYTES]
     content = text.ljust(TEXT_BYTES) + stream.getvalue()[TEXT_BYTES:]
-    return {"motion.mat": content, DICTIONARY: dictionary("row", motion.notes, told)}
+    return {"motion.mat": content, DICTIONARY: dictionary("row", motion.notes, columns)}

@@ -6,15 +6,15 @@ of a file ends in the unit.
 
 from __future__ import annotations
 
-from planter.interchange.tables.motion import DICTIONARY, Motion, as_shown, dictionary
+from planter.interchange.tables.motion import DICTIONARY, Motion, dictionary, in_key_unit
 
 
 def files(motion: Motion) -> dict[str, bytes]:
     """A file for each quantity, and the dictionary of all."""
-    told = [as_shown(column, f"{column.key}.csv") for column in motion.columns[1:]]
+    columns = [in_key_unit(column, f"{column.key}.csv") for column in motion.columns[1:]]
     time = motion.time.tolist()
     points = {
-        one.place: "".join(f"{t!r},{v!r}\n" for t, v in zip(time, one.values.tolist(), strict=True)).encode()
-        for one in told
+        column.place: "".join(f"{t!r},{v!r}\n" for t, v in zip(time, column.values.tolist(), strict=True)).encode()
+        for column in columns
     }
-    return points | {DICTIONARY: dictionary("file", motion.notes, told)}
+    return points | {DICTIONARY: dictionary("file", motion.notes, columns)}
