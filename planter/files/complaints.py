@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with a file, in plain words: file, key, value given, what is allowed."""
+"""Messages of validation errors: file, key, value, and the allowed values."""
 
 from collections.abc import Collection, Sequence
 from typing import Any
@@ -34,12 +34,12 @@ _ALLOWED: dict[str, str] = {
 }
 _OTHERWISE = "it must be a value of another kind"
 _LISTED = 8
-"""Problems that are told at most."""
+"""Maximum number of problems in a message."""
 SET = "set on the command line"
 
 
 def refused(key: str, value: object, allowed: str) -> PydanticCustomError:
-    """The error for a validator to raise on the value at `key`, relative to where the validator stands.
+    """Return the error of a validator for an invalid value at `key`, relative to the table of the validator.
 
     `allowed` continues the sentence "... is not allowed: ", so it reads "it must ...".
     """
@@ -47,18 +47,18 @@ def refused(key: str, value: object, allowed: str) -> PydanticCustomError:
 
 
 def lacking(key: str, allowed: str) -> PydanticCustomError:
-    """The error for a validator to raise when a key is missing that another part of the file calls for."""
+    """Return the error of a validator for a missing key that another part of the file requires."""
     return PydanticCustomError("refused", "{allowed}", {"key": key, "allowed": allowed})
 
 
 def refuse(problems: Sequence[PydanticCustomError]) -> None:
-    """Raise all problems that a validator has found, together; nothing where there are none."""
+    """Raise all problems of a validator together, if any."""
     if problems:
-        raise ValidationError.from_exception_data("", [InitErrorDetails(type=one, input=None) for one in problems])
+        raise ValidationError.from_exception_data("", [InitErrorDetails(type=error, input=None) for error in problems])
 
 
 def not_allowed(source: str, path: str, value: object, allowed: str, *, changed: bool = False) -> str:
-    """The sentence for a value that cannot be used.
+    """Return the message for an invalid value.
 
     >>> not_allowed("my.toml", "mass.sun_kg", -0.4, "it must be greater than 0")
     'my.toml: mass.sun_kg = -0.4 is not allowed: it must be greater than 0'
@@ -67,42 +67,42 @@ def not_allowed(source: str, path: str, value: object, allowed: str, *, changed:
 
 
 def explain(error: ValidationError, source: str, model: type[BaseModel], changed: Collection[str] = ()) -> InputError:
-    """All that pydantic found wrong in `source`, one after another; of very many the first, and how many more.
+    """Return an error with the problems of `source` that pydantic reports, at most 8, and the number of the others.
 
-    Unknown keys come first: a misspelt one is usually also the reason why another is missing. A value whose path is in
-    `changed` is said to come from the command line.
+    Unknown keys come first, since a misspelt key usually explains a missing one. The message marks values whose path is
+    in `changed` as set on the command line.
     """
-    errors = sorted(error.errors(include_url=False), key=lambda found: found["type"] != "extra_forbidden")
-    told = "; ".join(_problem(found, model, changed) for found in errors[:_LISTED])
+    errors = sorted(error.errors(include_url=False), key=lambda details: details["type"] != "extra_forbidden")
+    problems = "; ".join(_problem(details, model, changed) for details in errors[:_LISTED])
     more = len(errors) - _LISTED
     tail = f" (and {more} more problem{'s' if more > 1 else ''})" if more > 0 else ""
-    return InputError(f"{source}: {told}{tail}")
+    return InputError(f"{source}: {problems}{tail}")
 
 
 def problem(path: str, value: object, allowed: str, changed: bool = False) -> str:
-    """What is wrong with a value, without the file that it stands in."""
+    """Return the message for an invalid value, without its file."""
     note = f" ({SET})" if changed else ""
     return f"{legible.name(path)} = {legible.value(value)}{note} is not allowed: {allowed}"
 
 
-def _problem(found: ErrorDetails, model: type[BaseModel], changed: Collection[str]) -> str:
-    context: dict[str, Any] = found.get("ctx", {})
-    location = (*found["loc"], context["key"]) if context.get("key") else found["loc"]
+def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[str]) -> str:
+    context: dict[str, Any] = details.get("ctx", {})
+    location = (*details["loc"], context["key"]) if context.get("key") else details["loc"]
     path = paths.join(location)
-    if found["type"] == "missing":
+    if details["type"] == "missing":
         return f"{legible.name(path)} is missing: it must be given{_in_unit(path)}"
-    if found["type"] == "refused" and "value" not in context:
+    if details["type"] == "refused" and "value" not in context:
         return f"{legible.name(path)} is missing: {context['allowed']}"
-    given = context.get("value", found["input"])
-    if found["type"] == "extra_forbidden":
+    value = context.get("value", details["input"])
+    if details["type"] == "extra_forbidden":
         allowed = _known_keys(model, location)
     else:
-        allowed = _ALLOWED.get(found["type"], _OTHERWISE).format(**context)
-    if found["type"] in ("float_type", "int_type") and isinstance(given, str):
-        pointed = legible.with_point(given)
+        allowed = _ALLOWED.get(details["type"], _OTHERWISE).format(**context)
+    if details["type"] in ("float_type", "int_type") and isinstance(value, str):
+        pointed = legible.with_point(value)
         allowed += f" without quotes, with a decimal point: {pointed}" if pointed else ", without quotes"
     set_here = any(name == path or name.startswith(f"{path}[") for name in changed)
-    return problem(path, given, allowed, set_here)
+    return problem(path, value, allowed, set_here)
 
 
 def _in_unit(path: str) -> str:
@@ -113,8 +113,8 @@ def _in_unit(path: str) -> str:
 def _known_keys(model: type[BaseModel], location: tuple[str | int, ...]) -> str:
     *inner, unknown = location
     table = schema.section(schema.annotation(model, tuple(inner)))
-    known = list(schema.fields(table)) if table else []
-    similar = paths.close(str(unknown), known)
+    keys = list(schema.fields(table)) if table else []
+    similar = paths.close(str(unknown), keys)
     hint = f": did you mean {similar[0]}?" if similar else ""
-    allowed = f" (allowed here: {', '.join(known)})" if known else ""
+    allowed = f" (allowed here: {', '.join(keys)})" if keys else ""
     return f"there is no such key{hint}{allowed}"

@@ -1,7 +1,7 @@
-"""CSV text as rows that know their lines, so that every complaint can name its place; and rows as such a text.
+"""CSV text read as rows with line numbers for messages, and rows formatted as CSV text.
 
-Lines that start with `#` are comments wherever they stand, and empty lines do not count. The first line that is left is
-the header; columns are separated by commas, and decimals written with a point.
+Lines that start with `#` are comments, and empty lines are skipped. The first other line is the header; columns are
+separated by commas, and decimals written with a point.
 """
 
 from __future__ import annotations
@@ -17,16 +17,16 @@ from planter import legible
 from planter.errors import InputError
 
 LARGEST = 1e100
-"""Numbers beyond this are refused where nothing else is said: their squares would not be finite."""
+"""Default limit of the size of numbers, whose squares stay finite."""
 LONGEST = 1000
-"""Characters of a cell at most."""
+"""Maximum number of characters of a cell."""
 _SHOWN = 60
 _OTHER_KIND = re.compile(r"\s*(\[[^\],]*\]\s*(#.*)?|\[\[.*|[\w.-]+\s*=.*|\{.*)")
 """The first line of a TOML or JSON file."""
 
 
 def written(comments: Iterable[str], head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    """Comment lines that start with `#`, the header and rows; None is an empty cell."""
+    """Return CSV text with comment lines that start with `#`, the header and rows; None is an empty cell."""
     text = io.StringIO()
     for comment in comments:
         text.writelines(f"# {line}".rstrip() + "\n" for line in legible.text(comment).split("\n"))
@@ -47,7 +47,7 @@ class Table:
     rows: tuple[tuple[str, ...], ...]
 
     def column(self, name: str) -> list[str]:
-        """The cells of a column. Raises InputError for the first empty one."""
+        """Return the cells of a column. Raises InputError for the first empty one."""
         index = self.header.index(name)
         cells = [row[index] for row in self.rows]
         if "" in cells:
@@ -57,11 +57,11 @@ class Table:
         return cells
 
     def numbers(self, name: str, largest: float = LARGEST) -> list[float]:
-        """The cells of a column as numbers of at most `largest` in size. Raises InputError for the first other."""
+        """Return the cells of a column as numbers of at most `largest` in size. Raises InputError for other cells."""
         return [self._number(row, name, cell, largest) for row, cell in enumerate(self.column(name))]
 
     def place(self, row: int, name: str) -> str:
-        """Where a cell stands, in words."""
+        """Return the file, line and column of a cell, for messages."""
         return f"{self.source}: line {self.lines[row]}, column {name}"
 
     def _number(self, row: int, name: str, cell: str, largest: float) -> float:
@@ -75,7 +75,7 @@ class Table:
 
 
 def number(cell: str) -> float | None:
-    """The number that a cell holds, NaN and infinities included; None if it holds none.
+    """Return the number in a cell, NaN and infinities included; None if the cell is not a number.
 
     >>> number("1.5"), number("1_5"), number("high")
     (1.5, None, None)
@@ -87,31 +87,31 @@ def number(cell: str) -> float | None:
 
 
 def finite(cell: str) -> bool:
-    """Whether a cell holds a finite number."""
+    """Return whether a cell is a finite number."""
     value = number(cell)
     return value is not None and math.isfinite(value)
 
 
 def shortened(text: str) -> str:
-    """Text in quotes, cut to a reasonable length."""
+    """Return text in quotes, cut to a reasonable length."""
     return repr(text if len(text) <= _SHOWN else f"{text[:_SHOWN]}...")
 
 
 def read(text: str, source: str, columns: Sequence[str] = ()) -> Table:
-    """The table of a CSV text; `columns` names those that it must have, in any order, where it may have no others.
+    """Read the table of a CSV text, which must have exactly the `columns`, if any are named, in any order.
 
-    Raises InputError, naming source and line, for a text without header or rows, column names that are empty, occur
-    twice or are not those of `columns`, rows that are not as long as the header, and what is no CSV.
+    Raises InputError, which names source and line, if the header or the rows are missing, column names are empty, occur
+    twice or differ from `columns`, a row and the header differ in length, or the text is not CSV.
     """
-    wanted = f"the header {','.join(columns)}" if columns else "a header"
+    expected = f"the header {','.join(columns)}" if columns else "a header"
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     comments = tuple((i, line.lstrip()[1:].strip()) for i, line in enumerate(lines, 1) if _is_comment(line))
     records = _records(["" if _is_comment(line) else line for line in lines], source)
     first = next(records, None)
     if first is None:
-        raise InputError(f"{source}: the file is empty, it must have {wanted} and rows")
+        raise InputError(f"{source}: the file is empty, it must have {expected} and rows")
     line, header = first
-    _check_kind(lines[line - 1], source, line, wanted)
+    _check_kind(lines[line - 1], source, line, expected)
     _check_header(header, f"{source}: line {line}", columns)
     rows = list(records)
     if not rows:
@@ -150,11 +150,11 @@ def _too_long(source: str, line: int) -> str:
     )
 
 
-def _check_kind(line: str, source: str, at: int, wanted: str) -> None:
+def _check_kind(line: str, source: str, at: int, expected: str) -> None:
     if _OTHER_KIND.fullmatch(line):
         raise InputError(
             f"{source}: line {at} is {shortened(line)}, as in a file of another kind, but it must be a CSV file: "
-            f"{wanted}, then rows"
+            f"{expected}, then rows"
         )
 
 
@@ -182,8 +182,8 @@ def _all_numbers(header: Sequence[str]) -> bool:
     return all(number(cell) is not None for cell in header)
 
 
-def _cut_by_commas(row: Sequence[str], wanted: int) -> str:
-    """A hint for a row that decimal commas have cut in two."""
-    if len(row) > wanted and all(cell.lstrip("+-").isdigit() for cell in row):
+def _cut_by_commas(row: Sequence[str], length: int) -> str:
+    """Return a hint for a row that decimal commas have split."""
+    if len(row) > length and all(cell.lstrip("+-").isdigit() for cell in row):
         return " (are there decimal commas? write 1.5, not 1,5)"
     return ""

@@ -1,4 +1,4 @@
-"""Derives a user's file: it is run as Python by a process of its own, and text comes back."""
+"""Derivation of a file of a user, which runs as Python in a separate process that returns text."""
 
 from __future__ import annotations
 
@@ -13,11 +13,10 @@ GENERATED = "generated"
 
 
 def derived(source: Path, out: Path | None = None, targets: Iterable[str] = (), overwrite: bool = False) -> Path:
-    """The folder with what was derived of a file or folder: that which is given, else ``generated`` beside it.
+    """Derive a file or folder and return the folder of the results: `out`, else ``generated`` next to the file.
 
-    ``targets`` are languages that are written besides those that always are; ``overwrite`` replaces files that were not
-    derived, or were edited since.
-    Raises InputError for what is wrong with the user's file, with the place in it, ComputationError for anything else.
+    ``targets`` are additional languages; ``overwrite`` replaces files that were not derived, or were edited since.
+    Raises InputError for an error in the file, with its line, and ComputationError for any other failure.
     """
     if not source.exists():
         raise InputError(f"{source}: there is no such file or folder")
@@ -27,9 +26,9 @@ def derived(source: Path, out: Path | None = None, targets: Iterable[str] = (), 
     options = ["--overwrite"] if overwrite else []
     options += [part for name in targets for part in ("--target", name)]
     done = workers.run_command(workers.program_command("derive", str(source), "--out", str(folder), *options))
-    said = done.stderr.strip().splitlines() or [f"{source}: deriving ended with code {done.returncode}"]
+    messages = done.stderr.strip().splitlines() or [f"{source}: deriving ended with code {done.returncode}"]
     if done.returncode == InputError.exit_code:
-        raise InputError(said[0])
+        raise InputError(messages[0])
     if done.returncode:
-        raise ComputationError(said[-1])
+        raise ComputationError(messages[-1])
     return folder

@@ -1,4 +1,4 @@
-"""Units as papers print them: what one is in SI, and whether two measure the same kind of thing.
+"""Units as printed in papers: factors to SI, and dimensions.
 
 >>> measured("kN m").factor, measured("mm/s2").factor, measured("r/min").same_kind(measured("rad/s"))
 (1000.0, 0.001, True)
@@ -38,42 +38,43 @@ _FACTOR = re.compile(r"([^\W\d]+|%|°|1)\^?(-?\d+(?:\.\d+)?)?")
 
 @dataclass(frozen=True)
 class Unit:
-    """A unit as it is written, one of it in SI, and its dimension."""
+    """A unit: its text, its factor to SI, and its dimension."""
 
     text: str
     factor: float
     dimension: Dimension
 
     def same_kind(self, other: Unit) -> bool:
-        """Whether both measure the same kind of thing: an angle is none with a pure number."""
+        """Return whether both have the same dimension; an angle differs from a pure number."""
         return self.dimension == other.dimension
 
     def squared(self) -> Unit:
+        """Return the square of the unit."""
         kg, m, s, rad = (2 * power for power in self.dimension)
         return Unit(f"({self.text})2", self.factor**2, (kg, m, s, rad))
 
 
 def measured(text: str) -> Unit:
-    """A unit such as ``N m``, ``kg m2``, ``mm/s2`` or ``r/min``; an empty one is that of a pure number.
+    """Parse a unit such as ``N m``, ``kg m2``, ``mm/s2`` or ``r/min``; an empty text is a pure number.
 
-    What stands after a stroke divides. Raises ValueError, which names the part, for what is no unit.
+    Units after a stroke divide. Raises ValueError, which names the part, if the text is not a unit.
     """
     factor, total = 1.0, [0.0, 0.0, 0.0, 0.0]
     above, _, below = _ALSO.get(text.strip(), text).partition("/")
     for sign, part in ((1, above), (-1, below)):
         for name in part.replace("*", " ").replace("·", " ").split():
-            own, dimension, power = _one(name)
-            factor *= own ** (sign * power)
+            scale, dimension, power = _parse_factor(name)
+            factor *= scale ** (sign * power)
             total = [t + sign * power * d for t, d in zip(total, dimension, strict=True)]
     kg, m, s, rad = total
     return Unit(text, factor, (kg, m, s, rad))
 
 
-def _one(text: str) -> tuple[float, Dimension, float]:
-    found = _FACTOR.fullmatch(text)
-    if found is None:
+def _parse_factor(text: str) -> tuple[float, Dimension, float]:
+    match = _FACTOR.fullmatch(text)
+    if match is None:
         raise ValueError(f"{text} is no unit")
-    name, power = "deg" if found[1] == "°" else found[1], float(found[2] or 1)
+    name, power = "deg" if match[1] == "°" else match[1], float(match[2] or 1)
     if name in _BASE:
         return (*_BASE[name], power)
     prefix, base = name[:1], name[1:]

@@ -1,4 +1,4 @@
-"""Files whose numbers know where they come from: TOML in, validated sections out, every value with unit and origin."""
+"""TOML files as validated sections, whose values have units and origins."""
 
 import re
 from collections.abc import Mapping
@@ -27,9 +27,9 @@ Origins = Annotated[dict[str, Words], BeforeValidator(_flat)]
 
 
 class Document(Section):
-    """The whole of a file: its sections, and where each of their numbers comes from.
+    """A file: its sections, and the origins of their numbers.
 
-    Sections hold the values as the file shows them; `si` gives the value inside. A file's class ends with the field
+    Sections have values in the units of the file; `si` converts them. The class of a file ends with the field
     `origins: Origins = Field(alias="origin")`.
     """
 
@@ -43,9 +43,9 @@ class Document(Section):
 
     @classmethod
     def load(cls, source: str | Path, kind: str, changes: Mapping[str, float] | None = None) -> Self:
-        """The content of the file at a path, or of the built-in one of that name in a room; `changes` as in `read`.
+        """Load the file at a path, or the built-in file of that name; `changes` as in `read`.
 
-        Raises InputError as `read` does, and for a file that cannot be read or belongs to another kind of machine.
+        Raises InputError as `read`, and if the file cannot be read or belongs to another kind of machine.
         """
         label = str(source)
         table = parse_toml(examples.text(source, kind), label)
@@ -63,24 +63,24 @@ class Document(Section):
         changes: Mapping[str, float] | None = None,
         changed: tuple[str, ...] = (),
     ) -> Self:
-        """The validated content of a file; `source` names it in the error, `changed` what was set in `table` before.
+        """Validate the table of a file; `source` is its name in messages, `changed` the paths set in `table` before.
 
-        `changes` are numbers set on the command line, before anything is checked: what the file itself has in their
-        place need not be allowed. A name is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that
-        fits one path only; values are in the unit that the name ends in.
+        `changes` are numbers set on the command line, which replace those of the file before validation. A name
+        is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one path only; values are in the
+        unit that the name ends in.
 
-        Raises InputError, one sentence that names file, key, value and what is allowed.
+        Raises InputError, which names file, key, value and the allowed values.
         """
         if changes:
             table, paths_set = applied(cls, table, source, changes)
             changed = tuple(dict.fromkeys((*changed, *paths_set)))
         try:
-            found = cls.model_validate(table)
+            document = cls.model_validate(table)
         except ValidationError as error:
             raise explain(error, source, cls, changed) from None
-        found._source = source
-        found._changed = changed
-        return found
+        document._source = source
+        document._changed = changed
+        return document
 
     @property
     def source(self) -> str:
@@ -93,31 +93,31 @@ class Document(Section):
         return self._changed
 
     def si(self, name: str) -> float:
-        """The number at a path such as `mass.sun_kg` or `nozzle.hinge_A_mm[0]`, in SI units and radians.
+        """Return the number at a path such as `mass.sun_kg` or `nozzle.hinge_A_mm[0]`, in SI units and radians.
 
-        The last part of a path is enough where it fits one only. Raises InputError for anything else.
+        The last part of a path suffices if it is unique. Raises InputError for other names.
         """
         numbers = self.numbers()
         path = self._path(name, numbers)
         return float(numbers[path]) * units.factor(path)
 
     def origin(self, name: str) -> str:
-        """Where a value comes from: its own entry in [origin], else its section's, else the default."""
+        """Return the origin of a value: its entry in [origin], else that of its section, else the default."""
         values = self._values()
         return self._origin(self._path(name, values), self._entries(values))
 
     def number_origins(self) -> dict[str, str]:
-        """Where every number of the file comes from, by its full path."""
+        """Return the origins of all numbers of the file by full path."""
         values = self._values()
         entries = self._entries(values)
         return {path: self._origin(path, entries) for path, value in values.items() if isinstance(value, int | float)}
 
     def numbers(self) -> dict[str, float]:
-        """Every number of the file by its full path, as shown in the file."""
+        """Return all numbers of the file by full path, in the units of the file."""
         return {path: value for path, value in self._values().items() if isinstance(value, int | float)}
 
     def table(self) -> dict[str, Any]:
-        """The nested table of the file, changes included."""
+        """Return the nested table of the file, with changes."""
         return self.model_dump(mode="json", by_alias=True, exclude_none=True)
 
     def written_table(self) -> dict[str, Any]:
@@ -125,16 +125,16 @@ class Document(Section):
         return self.table()
 
     def input_error(self, name: str, allowed: str, kind: type[InputError] = InputError) -> InputError:
-        """The error that a value cannot be used, for checks that need more than its file.
+        """Return the error for an invalid value, for checks that need more than its file.
 
-        `allowed` says what would be right: "it must be ...".
+        `allowed` states the condition: "it must be ...".
         """
         values = self._values()
         path = self._path(name, values)
         return kind(not_allowed(self.source, path, values[path], allowed, changed=path in self.changed))
 
     def with_numbers(self, changes: Mapping[str, float]) -> Self:
-        """A copy with some numbers set on the command line, as in `read`, and what else was read beside the file."""
+        """Return a copy with numbers set on the command line, as in `read`, and with the other files that were read."""
         copy = self.read(self.table(), self.source, changes, self.changed)
         for name, value in (self.__pydantic_private__ or {}).items():
             if name not in ("_source", "_changed"):
@@ -148,7 +148,7 @@ class Document(Section):
         return next(entries[holder] for holder in holders if holder in entries)
 
     def _entries(self, values: Mapping[str, Any]) -> dict[str, str]:
-        """The entries of [origin] by the full path of what they name."""
+        """Return the entries of [origin] by full path."""
         names = paths.Names(values)
         return {(names.candidates(entry) or [entry])[0]: text for entry, text in self.origins.items()}
 
@@ -157,10 +157,10 @@ class Document(Section):
 
     def _path(self, name: str, values: Mapping[str, Any]) -> str:
         names = paths.Names(values)
-        found = names.candidates(name)
-        if len(found) != 1:
+        candidates = names.candidates(name)
+        if len(candidates) != 1:
             raise InputError(f"{self.source}: {name} is not allowed: {names.complaint(name)}")
-        return found[0]
+        return candidates[0]
 
     @field_validator("origins", check_fields=False)
     @classmethod

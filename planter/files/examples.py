@@ -1,4 +1,4 @@
-"""Files to start from, each by its name: what the rooms of the machines bring in their folder `examples`."""
+"""Built-in files by name, from the folders `examples` of the packages of machines."""
 
 from __future__ import annotations
 
@@ -17,50 +17,49 @@ from planter.files.text import parse_toml, read_text, read_toml
 Suffix = Literal[".toml", ".csv"]
 SUFFIXES: tuple[Suffix, ...] = (".toml", ".csv")
 _EVERYWHERE = {"name", "description", "origin"}
-"""Keys that say nothing of what kind of file it is."""
+"""Keys that all kinds of files have."""
 _ALIKE = 0.5
-"""Share of common tables from which on a file is taken for one of a kind."""
+"""Share of common tables above which a file counts as one of a kind."""
 
 
 def names(kind: str | None = None, suffix: Suffix | None = None) -> list[str]:
-    """Names of what is built in, sorted: all, or those of one room or one kind of file."""
+    """Return the sorted names of built-in files: all, or those of one package or of one suffix."""
     return sorted(file.name.rpartition(".")[0] for file in _files(kind) if file.name.endswith(suffix or ""))
 
 
 def example(name: str, kind: str | None = None, suffix: Suffix | None = None) -> str:
-    """The commented text of a built-in file, to start from. Raises InputError for an unknown name."""
+    """Return the commented text of a built-in file. Raises InputError for an unknown name."""
     for file in _files(kind):
         if file.name.rpartition(".")[0] == name and file.name.endswith(suffix or ""):
             return file.read_text(encoding="utf-8")
-    known = names(kind, suffix)
-    similar = paths.close(name, known)
-    what = "machine" if suffix == ".toml" else "example"
+    builtin = names(kind, suffix)
+    similar = paths.close(name, builtin)
+    noun = "machine" if suffix == ".toml" else "example"
     if kind and (other := _elsewhere(name)):
-        raise InputError(f"{name}: {other}, but it must be one of {', '.join(known)} or the path of a {suffix} file")
+        raise InputError(f"{name}: {other}, but it must be one of {', '.join(builtin)} or the path of a {suffix} file")
     hint = f": did you mean {similar[0]}?" if similar else ""
     raise InputError(
-        f"{name or legible.name(name)}: there is no built-in {what} of that name{hint} (built in: {', '.join(known)}; "
-        f"anything else must be the path of a {suffix or '.toml or .csv'} file)"
+        f"{name or legible.name(name)}: there is no built-in {noun} of that name{hint} (built in: {', '.join(builtin)}"
+        f"; anything else must be the path of a {suffix or '.toml or .csv'} file)"
     )
 
 
 def text(source: str | Path, kind: str | None = None, suffix: Suffix = ".toml") -> str:
-    """The text of the file at a path, or of the built-in one of that name, of any room or of one.
+    """Return the text of the file at a path, or of the built-in file of that name, of any package or of one.
 
-    Raises InputError where there is neither, where the file cannot be read, or where it is a CSV file and no TOML file
-    by its name, or the other way round.
+    Raises InputError if there is neither, if the file cannot be read, or if its name has the other suffix.
     """
     if _is_name(source, kind, suffix):
         return example(str(source), kind, suffix)
-    other = next((one for one in SUFFIXES if one != suffix and str(source).lower().endswith(one)), None)
+    other = next((ending for ending in SUFFIXES if ending != suffix and str(source).lower().endswith(ending)), None)
     if other is not None:
-        known = ", ".join(names(kind, suffix))
-        raise InputError(f"{source}: this is a {other} file, but it must be a {suffix} file or built in ({known})")
+        builtin = ", ".join(names(kind, suffix))
+        raise InputError(f"{source}: this is a {other} file, but it must be a {suffix} file or built in ({builtin})")
     return read_text(source)
 
 
 def belongs(source: str, kind: str, tables: set[str]) -> bool:
-    """Whether a source is a built-in machine of a room, or a TOML file with the tables that no other room's have."""
+    """Return whether a source is a built-in machine of a package, or a TOML file with the tables of its machines."""
     if source in names(kind, ".toml"):
         return True
     try:
@@ -70,7 +69,7 @@ def belongs(source: str, kind: str, tables: set[str]) -> bool:
 
 
 def resembles(source: str, kind: str) -> bool:
-    """Whether a source is a built-in machine of a room, or a TOML file that is more like its than any other's."""
+    """Return whether a source is a built-in machine of a package, or a TOML file most similar to its files."""
     if source in names(kind, ".toml"):
         return True
     try:
@@ -81,16 +80,16 @@ def resembles(source: str, kind: str) -> bool:
 
 
 def check_kind(table: Mapping[str, Any], source: str, kind: str) -> None:
-    """Raises InputError for the table of a file that belongs to another room, by the names of its tables."""
+    """Raise InputError if a file belongs to another kind of machine, by the names of its tables."""
     alike = _alike(table)
     best = max(alike, key=lambda room: alike[room])
     if best != kind and alike[best] > max(_ALIKE, alike.get(kind, 0)):
-        known = ", ".join(names(kind, ".toml"))
-        raise InputError(f"{source}: this is a file for {_takers(best)}, but it must be one like {known}")
+        builtin = ", ".join(names(kind, ".toml"))
+        raise InputError(f"{source}: this is a file for {_takers(best)}, but it must be one like {builtin}")
 
 
 def _elsewhere(name: str) -> str | None:
-    """What a name is that is built in for another command, or as another kind of file."""
+    """Return a description of a built-in file of another command, or of another kind; None without one."""
     for room in sorted(rooms.folders("examples")):
         for file in _files(room):
             if file.name.rpartition(".")[0] == name:
@@ -103,19 +102,19 @@ def _takers(room: str) -> str:
 
 
 def _alike(table: Mapping[str, Any]) -> dict[str, float]:
-    """How much a table is like the files of each room."""
+    """Return the similarity of a table to the files of each package."""
     return {room: _likeness(table, room) for room in rooms.folders("examples")}
 
 
 def _likeness(table: Mapping[str, Any], room: str) -> float:
-    """Largest share of top-level keys that a table has in common with a built-in file of a room."""
-    own = set(table) - _EVERYWHERE
-    return max((len(own & other) / len(own | other) for other in _tables(room) if own | other), default=0)
+    """Return the largest share of top-level keys that a table has in common with a built-in file of a package."""
+    keys = set(table) - _EVERYWHERE
+    return max((len(keys & other) / len(keys | other) for other in _tables(room) if keys | other), default=0)
 
 
 @cache
 def _tables(room: str) -> list[set[str]]:
-    """What the tables of each built-in file of a room are called."""
+    """Return the names of the tables of each built-in file of a package."""
     builtin = ((file.read_text(encoding="utf-8"), file.name) for file in _files(room) if file.name.endswith(".toml"))
     return [set(parse_toml(content, name)) - _EVERYWHERE for content, name in builtin]
 
@@ -130,6 +129,6 @@ def _is_name(source: str | Path, kind: str | None, suffix: Suffix) -> bool:
 
 @cache
 def _files(kind: str | None) -> list[Traversable]:
-    found = rooms.folders("examples")
-    folders = [found[kind]] if kind else [found[room] for room in sorted(found)]
+    by_room = rooms.folders("examples")
+    folders = [by_room[kind]] if kind else [by_room[room] for room in sorted(by_room)]
     return [file for folder in folders for file in folder.iterdir() if file.name.endswith(SUFFIXES)]

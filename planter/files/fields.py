@@ -30,20 +30,20 @@ Real = Annotated[float, Field(strict=True, ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[Real, Field(gt=0), AfterValidator(_not_tiny)]
 NotNegative = Annotated[Real, Field(ge=0)]
 Angle = Annotated[Real, Field(ge=-1e6, le=1e6)]
-"""An angle [deg] that still tells where in a turn it is."""
+"""An angle [deg] whose rounding is far below a revolution."""
 Share = Annotated[Positive, Field(le=1)]
 Probability = Annotated[Real, Field(ge=0, le=1)]
 Whole = Annotated[int, Field(strict=True)]
 
 
 def _words(text: str) -> str:
-    if any(legible.hidden(one) and one not in legible.KEPT for one in text):
+    if any(legible.hidden(char) and char not in legible.KEPT for char in text):
         raise refused("", text, "it must hold no control characters")
     return text
 
 
 def _line(text: str) -> str:
-    if any(one in legible.KEPT for one in text):
+    if any(char in legible.KEPT for char in text):
         raise refused("", text, "it must be one line")
     return _words(text)
 
@@ -74,13 +74,13 @@ Problems = Iterator[PydanticCustomError]
 
 
 def check(method: Callable[[Any], Problems]) -> Callable[[Any], Problems]:
-    """Marks a method of a section that yields what does not fit together there: `refused` and `lacking` values."""
+    """Mark a method of a section as a check, which yields problems: results of `refused` and `lacking`."""
     method.checks = True  # type: ignore[attr-defined]
     return method
 
 
 def _numbers(place: str, value: object) -> Iterator[tuple[str, float]]:
-    """Numbers of a value that is one or holds some, each with its place; those of a section are its own."""
+    """Yield the numbers in a value with their paths; sections in it check their own numbers."""
     if isinstance(value, float):
         yield place, value
     elif isinstance(value, dict):
@@ -92,9 +92,9 @@ def _numbers(place: str, value: object) -> Iterator[tuple[str, float]]:
 
 
 class Section(BaseModel):
-    """A table of the file: its keys are known, its numbers finite, and it cannot be changed.
+    """An immutable table of a file, with a fixed set of keys and finite numbers.
 
-    Once each of its values is right by itself all methods marked as `check` are asked, and every problem is told.
+    After the validation of each value all methods marked as `check` run, and all their problems are reported.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

@@ -38,7 +38,7 @@ _STEPS = {"[": 1, "{": 1, "]": -1, "}": -1}
 
 
 def check_nesting(text: str, source: str, most_values: int = MOST_VALUES) -> None:
-    """Raises InputError for a TOML or JSON text nested too deep, in brackets or by dots, or with too many values.
+    """Raise InputError for a TOML or JSON text nested too deep, in brackets or by dots, or with too many values.
 
     Parsing dots takes memory without end, parsing brackets the stack. An open string ends with the file or its line;
     that it is open the parser will tell. What is a comment or a string in TOML alone is where a parser of JSON stops.
@@ -60,7 +60,7 @@ def check_nesting(text: str, source: str, most_values: int = MOST_VALUES) -> Non
 
 
 def check_values(table: Mapping[str, Any], source: str, most_values: int = MOST_VALUES) -> None:
-    """Raises InputError for a parsed table that is too deep or too large, for long names and numbers beyond 64 bits."""
+    """Raise InputError for a parsed table that is too deep or too large, for long names and numbers beyond 64 bits."""
     for count, (location, value) in enumerate(paths.places(table), 1):
         name = str(location[-1])
         if len(name) > LONGEST_NAME:
@@ -69,8 +69,8 @@ def check_values(table: Mapping[str, Any], source: str, most_values: int = MOST_
         if len(location) > DEEPEST:
             raise InputError(f"{source}: {name} is nested too deep, it must not exceed {DEEPEST} levels")
         if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
-            given = f"{legible.name(paths.join(location))} = {legible.value(value)}"
-            raise InputError(f"{source}: {given} is not allowed: it must be a number of less digits, or have a point")
+            entry = f"{legible.name(paths.join(location))} = {legible.value(value)}"
+            raise InputError(f"{source}: {entry} is not allowed: it must be a number of fewer digits, or have a point")
         if count > most_values:
             raise InputError(f"{source}: {_too_many(most_values)}")
 
@@ -80,10 +80,10 @@ def _too_many(most_values: int) -> str:
 
 
 def check_json_scalars(table: Mapping[str, Any], source: str) -> None:
-    """Raises InputError for what JSON can write and nothing here can take: 1e999, a surrogate, a control character."""
+    """Raise InputError for what JSON can write and nothing here can take: 1e999, a surrogate, a control character."""
     for location, value in paths.places(table):
-        for given in (location[-1], value):
-            if isinstance(given, str) and CONTROL.search(given):
+        for text in (location[-1], value):
+            if isinstance(text, str) and CONTROL.search(text):
                 raise InputError(f"{source}: {legible.name(paths.join(location))} holds a character that no text has")
         if isinstance(value, float) and not math.isfinite(value):
             raise InputError(f"{source}: {legible.name(paths.join(location))} is not a finite number")

@@ -8,30 +8,30 @@ from typing import Any
 
 Table = Mapping[str, Any]
 Location = tuple[str | int, ...]
-"""Where a value stands: keys and indices, as `("cam", "rise", 0)`."""
+"""Location of a value: keys and indices, as `("cam", "rise", 0)`."""
 
 _COMPARED, _LONGEST = 2000, 80
-"""Names that are looked through for a similar one at most, and how long they may be."""
+"""Maximum number and length of names that are compared with a misspelt one."""
 
 
 def join(location: Location) -> str:
-    """Path of a location: `("cam", "rise", 0)` is `cam.rise[0]`."""
+    """Return the path of a location: `("cam", "rise", 0)` is `cam.rise[0]`."""
     parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
     return "".join(parts).removeprefix(".")
 
 
 def last_part(path: str) -> str:
-    """What follows the last dot, with its index."""
+    """Return the part after the last dot, with its index."""
     return path.rpartition(".")[2]
 
 
 def walk(table: Table) -> Iterator[tuple[str, Any]]:
-    """Every path of a nested table with its value: tables, keys and the items of lists, outer ones first."""
+    """Yield every path of a nested table with its value: tables, keys and the items of lists, outer ones first."""
     return ((join(location), value) for location, value in places(table))
 
 
 def places(value: Any, location: Location = ()) -> Iterator[tuple[Location, Any]]:
-    """Every location below a value with what stands there, outer ones first."""
+    """Yield every location below a value with its content, outer ones first."""
     items: Collection[tuple[str | int, Any]] = ()
     if isinstance(value, Mapping):
         items = value.items()
@@ -43,7 +43,7 @@ def places(value: Any, location: Location = ()) -> Iterator[tuple[Location, Any]
 
 
 def with_values(table: Table, values: Mapping[Location, Any]) -> dict[str, Any]:
-    """A copy of a table of dicts and lists in which the values at existing locations are replaced."""
+    """Return a copy of a table of dicts and lists in which the values at existing locations are replaced."""
     changed = copy.deepcopy(dict(table))
     for (*inner, last), value in values.items():
         holder: Any = changed
@@ -54,7 +54,7 @@ def with_values(table: Table, values: Mapping[Location, Any]) -> dict[str, Any]:
 
 
 class Names:
-    """Names by which the values at some paths may be called: the whole path, or its last part."""
+    """Names of the values at some paths: the full path, or its last part."""
 
     def __init__(self, paths: Collection[str]) -> None:
         self._paths = paths
@@ -63,26 +63,26 @@ class Names:
             self._ends.setdefault(last_part(path), []).append(path)
 
     def candidates(self, name: str) -> list[str]:
-        """The paths that a name may mean: itself if it is one, else those that end in it, bounds last of all."""
-        found = [name] if name in self._paths else self._ends.get(name, [])
-        return [path for path in found if not path.startswith("bounds.")] or found
+        """Return the paths that a name may mean: itself, else those that end in it, bounds only without others."""
+        matches = [name] if name in self._paths else self._ends.get(name, [])
+        return [path for path in matches if not path.startswith("bounds.")] or matches
 
     def complaint(self, name: str) -> str:
-        """What to say of a name that means no path, or several."""
-        found = self.candidates(name)
-        if found:
-            return f"it fits several values, name one of {', '.join(found)}"
+        """Return the message for a name that means no path, or several."""
+        candidates = self.candidates(name)
+        if candidates:
+            return f"it fits several values, name one of {', '.join(candidates)}"
         similar = close(name, self._paths)
         first = next(iter(self._paths), "section.length_mm")
-        wanted = f"did you mean {' or '.join(similar)}?" if similar else f"names look like {first}"
-        return f"the file has no such value, {wanted}"
+        hint = f"did you mean {' or '.join(similar)}?" if similar else f"names look like {first}"
+        return f"the file has no such value, {hint}"
 
 
 def close(name: str, paths: Collection[str]) -> list[str]:
-    """At most three paths that look like a name which matches none."""
+    """Return at most three paths that are similar to a name."""
     if len(name) > _LONGEST:
         return []
     compared = [path for path in islice(paths, _COMPARED) if len(path) <= _LONGEST]
     by_name = {last_part(path): path for path in compared} | {path: path for path in compared}
     similar = difflib.get_close_matches(name, by_name, n=3, cutoff=0.6)
-    return list(dict.fromkeys(by_name[found] for found in similar))
+    return list(dict.fromkeys(by_name[match] for match in similar))

@@ -1,4 +1,4 @@
-"""What range the number at a path of a file may have, as its class says."""
+"""Ranges of the numbers of a file, as its class defines them."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ from planter.files.fields import LARGEST
 
 
 def of(model: type[BaseModel], path: str) -> tuple[float | None, float | None]:
-    """The least and the largest number at a path such as `mass.sun_kg` or `nozzle.hinge_A_mm[0]`, in its unit.
+    """Return the smallest and largest number at a path such as `mass.sun_kg` or `nozzle.hinge_A_mm[0]`, in its unit.
 
-    None where only the size of all numbers is limited. Raises KeyError for a path that the class does not know.
+    None stands for the general limit of all numbers. Raises KeyError if the class does not have the path.
     """
-    whole = _schema(model)
-    found = whole
+    root = _schema(model)
+    node = root
     for part in re.findall(r"[^.\[\]]+", path):
-        found = _followed(found, whole)
-        found = found["prefixItems"][int(part)] if "prefixItems" in found else found["properties"][part]
-    low = max(found.get(key, -LARGEST) for key in ("minimum", "exclusiveMinimum"))
-    high = min(found.get(key, LARGEST) for key in ("maximum", "exclusiveMaximum"))
+        node = _followed(node, root)
+        node = node["prefixItems"][int(part)] if "prefixItems" in node else node["properties"][part]
+    low = max(node.get(key, -LARGEST) for key in ("minimum", "exclusiveMinimum"))
+    high = min(node.get(key, LARGEST) for key in ("maximum", "exclusiveMaximum"))
     return None if low == -LARGEST else float(low), None if high == LARGEST else float(high)
 
 
 @cache
 def _schema(model: type[BaseModel]) -> dict[str, Any]:
-    """What the class says of its numbers, put together once."""
+    """Return the JSON schema of a class."""
     return model.model_json_schema()
 
 
-def _followed(schema: dict[str, Any], whole: dict[str, Any]) -> dict[str, Any]:
-    """What a reference points to; what is none stays."""
+def _followed(schema: dict[str, Any], root: dict[str, Any]) -> dict[str, Any]:
+    """Return the target of a reference; other schemas are returned unchanged."""
     reference: str = schema.get("$ref", "")
-    return whole["$defs"][reference.rpartition("/")[2]] if reference else schema
+    return root["$defs"][reference.rpartition("/")[2]] if reference else schema

@@ -12,20 +12,20 @@ from planter.files.paths import Location
 
 
 def annotation(model: type[BaseModel], location: Location) -> Any:
-    """The type that the class has for the value at a location, items of lists as their list; None where it has none."""
-    found: Any = model
+    """Return the type of the value at a location, for items that of their list; None for an unknown location."""
+    kind: Any = model
     for part in location:
-        if isinstance(part, str) and get_origin(found) is dict:
-            found = get_args(found)[1]
+        if isinstance(part, str) and get_origin(kind) is dict:
+            kind = get_args(kind)[1]
         elif isinstance(part, str):
-            table = section(found)
+            table = section(kind)
             field = fields(table).get(part) if table else None
-            found = field.annotation if field else None
-    return found
+            kind = field.annotation if field else None
+    return kind
 
 
 def section(kind: Any) -> type[BaseModel] | None:
-    """The class of a table in a type such as `Section`, `Section | None` or `list[Section]`."""
+    """Return the class of a table in a type such as `Section`, `Section | None` or `list[Section]`."""
     if isinstance(kind, type) and issubclass(kind, BaseModel):
         return kind
     inner = () if get_origin(kind) is dict else get_args(kind)
@@ -33,13 +33,13 @@ def section(kind: Any) -> type[BaseModel] | None:
 
 
 def fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
-    """The fields of a table under the keys that a file gives them."""
+    """Return the fields of a table by their keys in a file."""
     return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def filled(model: type[BaseModel], table: Mapping[str, Any]) -> dict[str, Any]:
-    """A table with the values that it leaves out, where its class has one for them."""
-    found = dict(table)
+    """Return a table with the default values of missing keys."""
+    values = dict(table)
     for key, field in fields(model).items():
         inner = section(field.annotation)
         if key not in table:
@@ -47,7 +47,7 @@ def filled(model: type[BaseModel], table: Mapping[str, Any]) -> dict[str, Any]:
             if isinstance(value, BaseModel):
                 value = value.model_dump(mode="json", by_alias=True, exclude_none=True)
             if value is not None:
-                found[key] = value
+                values[key] = value
         elif inner is not None and isinstance(table[key], dict):
-            found[key] = filled(inner, table[key])
-    return found
+            values[key] = filled(inner, table[key])
+    return values

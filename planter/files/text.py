@@ -194,13 +194,13 @@ def _decoded(content: bytes, path: str | Path) -> str:
     return text
 
 
-def _syntax_error(told: str, text: str) -> str:
+def _syntax_error(message: str, text: str) -> str:
     """Place and reason of a syntax error, with what is probably meant."""
-    place = re.search(r" \(at (?:line (\d+).*|end of document)\)$", told)
+    place = re.search(r" \(at (?:line (\d+).*|end of document)\)$", message)
     if place is None:
-        return f"this is not valid TOML: {told}"
+        return f"this is not valid TOML: {message}"
     line = text.splitlines()[int(place[1]) - 1] if place[1] else ""
-    given = _DECIMAL_COMMA.search(line)
-    pointed = legible.with_point(given[1]) if given else None
+    match = _DECIMAL_COMMA.search(line)
+    pointed = legible.with_point(match[1]) if match else None
     hint = f" (with a decimal point: {pointed})" if pointed else ""
-    return f"{place[0][5:-1]}: this is not valid TOML: {told[: place.start()]}{hint}"
+    return f"{place[0][5:-1]}: this is not valid TOML: {message[: place.start()]}{hint}"

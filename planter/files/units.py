@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 
 class _Unit(NamedTuple):
-    shown: str
+    display: str
     si: float
 
 
@@ -45,7 +45,7 @@ _UNITS: dict[str, _Unit] = {
     "W": _Unit("W", 1.0),
 }
 SUFFIXES = tuple(f"_{suffix}" for suffix in _UNITS)
-"""Endings of keys that say a unit."""
+"""Endings of keys that name a unit."""
 _SHOWN_IN = {"m": "mm", "rad": "deg", "1": "", "1/m": "per_mm"}
 _NONE = _Unit("", 1.0)
 _LONGEST_FIRST = "|".join(sorted(_UNITS, key=len, reverse=True))
@@ -53,46 +53,46 @@ _SUFFIX = re.compile(rf"_({_LONGEST_FIRST})(?:\[\d+\])*$")
 
 
 def factor(key: str) -> float:
-    """SI value of one shown unit of a key: SI = shown * factor; 1 for a key without a unit.
+    """Return the factor of the display unit of a key to SI, 1 for a key without a unit.
 
-    The longest unit that the key ends in counts: `J7_about_B1_kg_m2` is in kg m2. The key may carry an index,
+    The longest matching ending counts: `J7_about_B1_kg_m2` is in kg m2. The key may carry an index,
     as in `hinge_A_mm[0]`, and the path before it.
     """
     return _unit(key).si
 
 
 def unit(key: str) -> str:
-    """Unit of a key as it is shown to people, empty for a number without a unit."""
-    return _unit(key).shown
+    """Return the display unit of a key, empty for a number without a unit."""
+    return _unit(key).display
 
 
 def suffix(key: str) -> str:
-    """Ending of a key that says its unit, empty for a number without a unit.
+    """Return the ending of a key that names its unit, empty for a number without a unit.
 
     >>> suffix("omega_rad_s"), suffix("hinge_A_mm[0]"), suffix("m31")
     ('_rad_s', '_mm', '')
     """
-    found = _SUFFIX.search(key)
-    return f"_{found[1]}" if found else ""
+    match = _SUFFIX.search(key)
+    return f"_{match[1]}" if match else ""
 
 
 def key(name: str, si_unit: str) -> str:
-    """Key under which a quantity is shown: lengths in mm, angles in deg, the rest in SI.
+    """Return the key of a quantity in its display unit: lengths in mm, angles in deg, others in SI.
 
     >>> key("phi52", "rad"), key("M_Q", "N m"), key("ratio", "1")
     ('phi52_deg', 'M_Q_Nm', 'ratio')
     """
     suffix = _SHOWN_IN.get(si_unit)
     if suffix is None:
-        suffix = next(s for s, unit in _UNITS.items() if unit.shown == si_unit and unit.si == 1.0)
+        suffix = next(s for s, unit in _UNITS.items() if unit.display == si_unit and unit.si == 1.0)
     return f"{name}_{suffix}" if suffix else name
 
 
 def has_key(si_unit: str) -> bool:
-    """Whether quantities of an SI unit have a key under which they are shown."""
-    return si_unit in _SHOWN_IN or any(unit.shown == si_unit and unit.si == 1.0 for unit in _UNITS.values())
+    """Return whether quantities of an SI unit have a display unit."""
+    return si_unit in _SHOWN_IN or any(unit.display == si_unit and unit.si == 1.0 for unit in _UNITS.values())
 
 
 def _unit(key: str) -> _Unit:
-    found = _SUFFIX.search(key)
-    return _UNITS[found[1]] if found else _NONE
+    match = _SUFFIX.search(key)
+    return _UNITS[match[1]] if match else _NONE

@@ -1,4 +1,4 @@
-"""Tables as the text of a TOML file, with a note behind a value where there is one."""
+"""TOML text of tables, with notes as comments after values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def lines(table: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
-    """The keys outside sections, then the sections; `notes` by full path stand behind their values as comments."""
+    """Yield the lines of the keys outside sections, then of the sections; `notes` by full path become comments."""
     sections = {key: value for key, value in table.items() if _sections(value)}
     yield from (f"{_key(key)} = {_value(value)}" for key, value in table.items() if key not in sections)
     for section, values in sections.items():
@@ -20,7 +20,7 @@ def lines(table: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
 
 
 def _sections(value: Any) -> bool:
-    """Whether a value is a section, or a list of them."""
+    """Return whether a value is a section, or a list of sections."""
     return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
 
 

@@ -6,13 +6,13 @@ from planter.records.schema import FOLDER, texts
 
 
 def main() -> None:
-    """Writes every schema, and removes those of commands that are no more."""
+    """Write all schemas, and remove those of commands that no longer exist."""
     FOLDER.mkdir(exist_ok=True)
-    wanted = texts()
+    schemas = texts()
     for path in FOLDER.glob("*.json"):
-        if path.name not in wanted:
+        if path.name not in schemas:
             path.unlink()
-    for name, text in wanted.items():
+    for name, text in schemas.items():
         (FOLDER / name).write_text(text, encoding="utf-8", newline="\n")
 
 

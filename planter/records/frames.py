@@ -1,4 +1,4 @@
-"""Rows and columns as tables of pandas, which is loaded when the first is asked for."""
+"""Rows and columns as tables of pandas, which is loaded at the first call."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def of(rows: Sequence[Mapping[str, Any]] | Mapping[str, Any]) -> DataFrame:
-    """A table of pandas from rows, or from columns by their names. Raises InputError where pandas is missing."""
+    """Return a table of pandas from rows, or from columns by name. Raises InputError if pandas is not installed."""
     try:
         pandas = import_module("pandas")
     except ImportError:
@@ -22,24 +22,24 @@ def of(rows: Sequence[Mapping[str, Any]] | Mapping[str, Any]) -> DataFrame:
     return pandas.DataFrame(rows)
 
 
-def frame(what: str, table: Mapping[str, Any], name: str | None) -> DataFrame:
-    """The rows at a key of a result, groups within a row flattened; the first rows there are without a key.
+def frame(title: str, table: Mapping[str, Any], name: str | None) -> DataFrame:
+    """Return the rows at a key of a result, by default the first rows, with groups within a row flattened.
 
-    Raises InputError for a key without rows.
+    Raises InputError if the key has no rows.
     """
-    found = dict(_lists(table))
-    if not found:
-        raise InputError(f"{what} has no rows to make a table of")
-    chosen = next(iter(found)) if name is None else name
-    if chosen not in found:
-        near = difflib.get_close_matches(chosen, found, n=1)
-        hint = f"did you mean {near[0]}?" if near else f"it must be one of {', '.join(found)}"
-        raise InputError(f"{what} has no rows {chosen}: {hint}")
-    return of([dict(flat(row)) for row in found[chosen]])
+    lists = dict(_lists(table))
+    if not lists:
+        raise InputError(f"{title} has no rows to make a table of")
+    key = next(iter(lists)) if name is None else name
+    if key not in lists:
+        close = difflib.get_close_matches(key, lists, n=1)
+        hint = f"did you mean {close[0]}?" if close else f"it must be one of {', '.join(lists)}"
+        raise InputError(f"{title} has no rows {key}: {hint}")
+    return of([dict(flat(row)) for row in lists[key]])
 
 
 def flat(table: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Keys and values of nested tables, the keys of groups joined by points.
+    """Yield keys and values of nested tables, the keys of groups joined by points.
 
     >>> dict(flat({"a": 1, "b": {"c_mm": 2}}))
     {'a': 1, 'b.c_mm': 2}
@@ -58,5 +58,5 @@ def _lists(table: Mapping[str, Any]) -> Iterator[tuple[str, list[Mapping[str, An
 
 
 def is_rows(value: object) -> bool:
-    """Whether a value is a list of tables, and not empty."""
+    """Return whether a value is a list of tables, and not empty."""
     return isinstance(value, list) and bool(value) and all(isinstance(row, Mapping) for row in value)

@@ -1,4 +1,4 @@
-"""Results as a notebook shows them: small tables, every text escaped."""
+"""HTML of results in notebooks: small tables with all texts escaped."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from planter import legible
 from planter.records import frames
 
 MOST_ROWS = 8
-"""Rows of a list that are shown."""
+"""Maximum number of rows of a list."""
 
 
 def record(title: str, table: Mapping[str, Any]) -> str:
-    """A result: its single values, then the first rows of its lists."""
+    """Return a result as HTML: its single values, then the first rows of its lists."""
     entries = dict(frames.flat(table))
     lists = {key: value for key, value in entries.items() if frames.is_rows(value)}
     single = [(key, value) for key, value in entries.items() if key not in lists]
@@ -22,7 +22,7 @@ def record(title: str, table: Mapping[str, Any]) -> str:
 
 
 def shown(title: str, head: Sequence[str], rows: Iterable[Sequence[object]], figure: str = "") -> str:
-    """A table with a caption, and the SVG text of a figure below it."""
+    """Return an HTML table with a caption, and the SVG text of a figure below it."""
     top = "".join(f"<th>{_text(name)}</th>" for name in head)
     body = "".join(f"<tr>{''.join(f'<td>{_text(cell)}</td>' for cell in row)}</tr>" for row in rows)
     return (
@@ -39,7 +39,7 @@ def _rows(key: str, rows: Sequence[Mapping[str, Any]]) -> str:
 
 
 def _text(value: object) -> str:
-    """A value as text of a page: numbers to six digits, nothing hidden, nothing that is markup.
+    """Return a value as text of a page: numbers to six digits, nothing hidden, nothing that is markup.
 
     >>> _text(211.3237944), _text([1.0, 2.5]), _text("<b>")
     ('211.324', '1, 2.5', '&lt;b&gt;')

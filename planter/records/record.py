@@ -1,4 +1,4 @@
-"""What commands and calls find: attributes are the keys of a command's JSON, in their order and with their units."""
+"""Results of commands and calls: attributes are the keys of the JSON, in their order and with their units."""
 
 from __future__ import annotations
 
@@ -17,35 +17,35 @@ if TYPE_CHECKING:
 class Record:
     """A result, or a part of one.
 
-    A field whose default is None is a key that may be missing: it is left out while it is None. Any other None is null.
+    A field with the default None is an optional key, left out if it is None. Any other None is null.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = {"extra": "forbid"}
 
     def table(self) -> dict[str, Any]:
-        """The record as its JSON has it: dicts, lists, numbers in the units that their keys end in, texts."""
+        """Return the record as in its JSON: dicts, lists, texts, numbers in the units of their keys."""
         values = ((field, getattr(self, field.name)) for field in fields(self))
         return {field.name: _plain(value) for field, value in values if field.default is MISSING or value is not None}
 
     @classmethod
     def read(cls, table: Mapping[str, Any]) -> Self:
-        """The record that `table` gives, or that its JSON has. Raises ValueError for keys and types of another."""
+        """Build a record from its `table` or its JSON. Raises ValueError for other keys or types."""
         from pydantic import TypeAdapter
 
         return TypeAdapter(cls).validate_python(table)
 
     def to_frame(self, rows: str | None = None) -> DataFrame:
-        """The rows of a list of this record as a table of pandas, columns in the units that their names end in.
+        """Return a list of this record as a table of pandas, columns in the units of their names.
 
-        `rows` names the list; without it the first list of rows is meant. Raises InputError where there is none, and
-        where pandas is missing (`planter[notebook]` brings it).
+        `rows` is the key of the list, by default the first list of rows. Raises InputError if there is no such list, or
+        if pandas is not installed (`pip install planter[notebook]`).
         """
         return frames.frame(type(self).__name__, self.table(), rows)
 
     def _repr_html_(self) -> str:
-        """The record as a notebook shows it."""
-        said = (type(self).__doc__ or "").partition("\n")[0].partition(";")[0]
-        return html.record(said.replace("`", "").rstrip("."), self.table())
+        """Return the record as HTML for notebooks."""
+        title = (type(self).__doc__ or "").partition("\n")[0].partition(";")[0]
+        return html.record(title.replace("`", "").rstrip("."), self.table())
 
 
 def _plain(value: Any) -> Any:

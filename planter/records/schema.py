@@ -1,4 +1,4 @@
-"""The JSON schema of every command's result, made of its record's types."""
+"""JSON schemas of the results of commands, built from the types of records."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from pydantic_core import core_schema
 from planter import rooms
 
 FOLDER = Path(str(resources.files("planter"))) / "schemas"
-"""Where the schemas stand, a file for each command: that of `planter clutch geometry` is `clutch-geometry.json`."""
+"""Folder of the schemas, a file for each command: that of `planter clutch geometry` is `clutch-geometry.json`."""
 
 
 class _Keys(GenerateJsonSchema):
-    """A key that may be missing is never null, as `Record` says; keys need no titles beside their names."""
+    """Generator of schemas in which optional keys are never null, as in `Record`, and keys have no titles."""
 
     def field_title_should_be_set(self, schema: object) -> bool:
         return False
@@ -30,29 +30,33 @@ class _Keys(GenerateJsonSchema):
 
 
 def results() -> dict[str, Any]:
-    """What the commands of all rooms return, record or union of records, by the command's name."""
+    """Return the record, or union of records, of each command of all packages, by name."""
     return {name: kind for room in rooms.brought("results") for name, kind in room.COMMANDS.items()}
 
 
 def schema(command: str, kind: Any) -> Mapping[str, Any]:
-    """The JSON schema (2020-12) of a command's result."""
-    found = TypeAdapter(kind).json_schema(mode="serialization", schema_generator=_Keys)
-    return {"$schema": GenerateJsonSchema.schema_dialect, **found, "title": f"planter {command} --json"}
+    """Return the JSON schema (2020-12) of the result of a command."""
+    generated = TypeAdapter(kind).json_schema(mode="serialization", schema_generator=_Keys)
+    return {"$schema": GenerateJsonSchema.schema_dialect, **generated, "title": f"planter {command} --json"}
 
 
 def texts() -> dict[str, str]:
-    """The schemas of this package's own commands as the files of their folder."""
-    own = {room.__name__: room.COMMANDS for room in rooms.brought("results") if room.__name__.startswith("planter.")}
-    return {file_name(command): text(command, kind) for commands in own.values() for command, kind in commands.items()}
+    """Return the texts of the schemas of the commands of planter by file name."""
+    packaged = {
+        room.__name__: room.COMMANDS for room in rooms.brought("results") if room.__name__.startswith("planter.")
+    }
+    return {
+        file_name(command): text(command, kind) for commands in packaged.values() for command, kind in commands.items()
+    }
 
 
 def text(command: str, kind: Any) -> str:
-    """A schema as the text of its file."""
+    """Return the text of the file of a schema."""
     return json.dumps(schema(command, kind), indent=1) + "\n"
 
 
 def file_name(command: str) -> str:
-    """The name of the file of a command's schema.
+    """Return the name of the file of the schema of a command.
 
     >>> file_name("clutch geometry")
     'clutch-geometry.json'

@@ -89,22 +89,22 @@ VaryOption = Annotated[
 ]
 
 
-def changes(texts: Sequence[str] | None, own: Mapping[str, float | None] | None = None) -> dict[str, float]:
-    """Numbers to change for a call, by their names in the file: from `--set NAME=VALUE`, and options of their `own`.
+def changes(texts: Sequence[str] | None, options: Mapping[str, float | None] | None = None) -> dict[str, float]:
+    """Return the changed numbers by name, from texts of `--set NAME=VALUE` and from separate `options`.
 
-    Raises InputError for what is not NAME=VALUE with a number.
+    Raises InputError if a text is not NAME=VALUE with a number.
     """
-    found: dict[str, float] = {}
-    for given in texts or ():
-        name, equals, text = given.partition("=")
+    numbers: dict[str, float] = {}
+    for assignment in texts or ():
+        name, equals, text = assignment.partition("=")
         try:
-            found[name.strip()] = float(text)
+            numbers[name.strip()] = float(text)
         except ValueError:
             pointed = legible.with_point(text)
             hint = f" (with a decimal point: {pointed})" if pointed else ""
             allowed = f"it must be NAME=VALUE with a number{hint}" if equals else "it must be NAME=VALUE"
-            raise InputError(f"--set {legible.line(given, 200)} is not allowed: {allowed}") from None
-    return found | {name: value for name, value in (own or {}).items() if value is not None}
+            raise InputError(f"--set {legible.line(assignment, 200)} is not allowed: {allowed}") from None
+    return numbers | {name: value for name, value in (options or {}).items() if value is not None}
 
 
 def read_ranges(option: str, texts: Sequence[str]) -> dict[str, tuple[float, float]]:
@@ -122,27 +122,27 @@ def read_ranges(option: str, texts: Sequence[str]) -> dict[str, tuple[float, flo
 
 
 def listing(**values: Callable[[], Iterable[str]]) -> type[TyperCommand]:
-    """A command whose help says which values its parameters take, looked up when it is asked for help."""
+    """Return a command whose help lists the allowed values of its parameters, looked up at that time."""
 
     class Listing(TyperCommand):
         def format_help(self, ctx: Any, formatter: Any) -> None:
-            said = {one.name: one for one in self.params if isinstance(one, TyperArgument | TyperOption)}
-            before = {name: said[name].help for name in values}
-            for name, known in values.items():
-                said[name].help = f"{before[name]}: {', '.join(known())}"
+            parameters = {item.name: item for item in self.params if isinstance(item, TyperArgument | TyperOption)}
+            before = {name: parameters[name].help for name in values}
+            for name, list_values in values.items():
+                parameters[name].help = f"{before[name]}: {', '.join(list_values())}"
             try:
                 super().format_help(ctx, formatter)
             finally:
                 for name, text in before.items():
-                    said[name].help = text
+                    parameters[name].help = text
 
     return Listing
 
 
 def joined(*parts: typer.Typer) -> typer.Typer:
-    """One application with the commands and groups of several."""
-    whole = typer.Typer()
+    """Return an application with the commands and groups of several."""
+    app = typer.Typer()
     for part in parts:
-        whole.registered_commands += part.registered_commands
-        whole.registered_groups += part.registered_groups
-    return whole
+        app.registered_commands += part.registered_commands
+        app.registered_groups += part.registered_groups
+    return app

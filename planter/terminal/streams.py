@@ -1,4 +1,4 @@
-"""Standard output and error that take any text, and say in one sentence where they cannot be written to."""
+"""Standard output and error that accept any text, with one-line errors if they cannot be written."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from planter.errors import ComputationError
 
 
 def take_any_text() -> None:
-    """Characters that a stream's encoding lacks are written out instead of raising an error."""
+    """Escape characters that the encoding of a stream lacks, instead of raising an error."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
@@ -20,9 +20,9 @@ def take_any_text() -> None:
 
 @contextmanager
 def written() -> Iterator[None]:
-    """Everything printed within has left the process at the end.
+    """Flush standard output at the end of the context.
 
-    Raises ComputationError where standard output is full or broken, SystemExit(1) where its reader went away.
+    Raises ComputationError if standard output cannot be written, and SystemExit(1) if its reader has closed it.
     """
     try:
         yield
@@ -37,12 +37,12 @@ def written() -> Iterator[None]:
 
 
 def tell(text: str) -> None:
-    """A line on standard error, where that can be written to."""
+    """Print a line on standard error, if it can be written."""
     with suppress(OSError):
         print(text, file=sys.stderr, flush=True)
 
 
 def _drop() -> None:
-    """What standard output still holds goes nowhere, so that nothing complains of it again."""
+    """Discard the buffer of standard output, so that no later flush fails."""
     with suppress(OSError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
