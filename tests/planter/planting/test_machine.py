@@ -627,7 +627,7 @@ def test_text_that_is_not_utf_8_is_refused_with_its_line(tmp_path: Path) -> None
         ("[mass", ["end of document", "not valid TOML"]),
         ("a = " + "[" * 100_000, ["nested too deep"]),
         ("a = " + "9" * 10_000, ["too many digits"]),
-        ("a = 0x" + "f" * 3600, ["a = 0xfff", "less digits"]),
+        ("a = 0x" + "f" * 3600, ["a = 0xfff", "fewer digits"]),
         (".".join("a" * 20_000) + " = 1", ["line 1", "nested too deep"]),
         ("[" + ".".join("a" * 100_000) + "]", ["line 1", "nested too deep"]),
         ("a = " + "{a = " * 17 + "1" + "}" * 17, ["nested too deep"]),
