@@ -25,7 +25,8 @@ def build_recipe(
         "module": resolved.module, "machine": resolved.room.frozen(resolved.machine), "choices": dict(choices),
         "spreads": {name: [spread.kind, spread.low, spread.high] for name, spread in spreads.items()},
         "outputs": list(outputs),
-        "sampling": sampling, **resolved.hash_curves(outputs),
+        "drawn": sampling,  # stores of rows are found by the names in a recipe: those of earlier versions stay
+        **resolved.hash_curves(outputs),
     })  # fmt: skip
 
 
@@ -34,14 +35,14 @@ class Turns:
 
     def __init__(
         self, module: str, machine: Mapping[str, Any], choices: Mapping[str, str], spreads: Mapping[str, Any],
-        outputs: Sequence[str], sampling: Mapping[str, int], curves: Mapping[str, str] | None = None,
+        outputs: Sequence[str], drawn: Mapping[str, int], curves: Mapping[str, str] | None = None,
     ) -> None:  # fmt: skip
         """Build the machine; `curves`, hashes of files that outputs need, distinguish jobs with other files."""
         distributions = {name: Spread(*entry) for name, entry in spreads.items()}
         ends = {name: (spread.low, spread.high) for name, spread in distributions.items()}
         self.subject: Subject = import_module(module).ROOM.subject(machine, choices, ends, outputs)
-        kind = Saltelli if "base" in sampling else RandomPoints
-        self.points: RandomPoints | Saltelli = kind(tuple(distributions.values()), **sampling)
+        kind = Saltelli if "base" in drawn else RandomPoints
+        self.points: RandomPoints | Saltelli = kind(tuple(distributions.values()), **drawn)
         self.rows, self.width = self.points.rows, len(outputs)
 
     def chunk(self, start: int, stop: int, threads: int) -> Array:
