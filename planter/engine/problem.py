@@ -199,12 +199,16 @@ def build_problem(
     """
     if not machine.moved:
         raise InputError(f"{machine.source}: it has no [bounds], so there is nothing to search in")
-    count = None if sampling == "refined" else sampling
     further = [] if machine.requirements is None else [machine.requirements()]
-    curve, goal = find_curve(machine, terms), Goal(machine, (), limits, count, with_events=count is None)
-    if curve is None or goal.variables:
-        return GoalProblem(Goal(machine, terms, limits, count, with_events=count is None), sampling, further)
-    return CurveProblem(curve, find_weights(curve, terms), sampling, goal, further)
+
+    def build_goal(measures: Sequence[Measure]) -> Goal:
+        count = None if sampling == "refined" else sampling
+        return Goal(machine, measures, limits, count, with_events=count is None)
+
+    curve = find_curve(machine, terms)
+    if curve is not None and not (goal := build_goal(())).variables:
+        return CurveProblem(curve, find_weights(curve, terms), sampling, goal, further)
+    return GoalProblem(build_goal(terms), sampling, further)
 
 
 def find_curve(machine: Machine, terms: Sequence[Measure]) -> Curve | None:
