@@ -18,13 +18,13 @@ from contextlib import suppress
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from planter import rooms
+from planter import plugins
 from planter.errors import ComputationError
 
 if TYPE_CHECKING:
     from asyncio.subprocess import Process
 
-PACKAGE = str(Path(rooms.__file__).with_name("__init__.py"))
+PACKAGE = str(Path(plugins.__file__).with_name("__init__.py"))
 _PATHS = """\
 import sys
 sys.path[:0] = {first!r}

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from planter import rooms
+from planter import plugins
 from tests.support import picture
 from tests.support.house import FOUNDATION, ROOT, House, standing
 from tests.support.starts import find_starts
 
-MACHINES = sorted(rooms.folders("examples"))
+MACHINES = sorted(plugins.find_folders("examples"))
 GENERAL = (
     (FOUNDATION,), ("parallel", "records"), ("files",), ("kernels", "terminal"), ("numerics", "report"),
     ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("engine",),
@@ -66,7 +66,7 @@ def test_machines_have_the_same_shape(machine: str) -> None:
 
 def test_the_root_holds_the_interface_and_next_to_nothing_else() -> None:
     assert {path.stem for path in (ROOT / "planter").glob("*.py")} == {
-        "__init__", "__main__", "errors", "legible", "progress", "rooms", "version", "workers",
+        "__init__", "__main__", "errors", "legible", "plugins", "progress", "version", "workers",
     }  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from planter import rooms
+from planter import plugins
 from planter.kernels import generated
 from tests.support.house import ROOT
 
@@ -53,7 +53,7 @@ def called(text: str) -> Iterator[str]:
 
 def modules() -> Iterator[tuple[str, Path]]:
     """Sources of the machines' rooms and of the gears, by their place in the package; what draws or reads is left."""
-    for room in (*sorted(rooms.folders("examples")), "gearing"):
+    for room in (*sorted(plugins.find_folders("examples")), "gearing"):
         for path in sorted((ROOT / "planter" / room).rglob("*.py")):
             if not {DRAWN, READ} & set(path.relative_to(ROOT / "planter").parts):
                 yield path.relative_to(ROOT / "planter").as_posix(), path

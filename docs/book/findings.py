@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from planter import rooms
+from planter import plugins
 from planter.audit import verdicts
 from planter.kernels import generated
 
@@ -125,8 +125,9 @@ def causes(found: Sequence[Entry], by_name: Mapping[str, Entry], laws: Sequence[
 
 def assumed(name: str) -> list[str]:
     """What the derivation assumes that a paper is held against."""
-    room = next(room for room, folder in rooms.folders("printed").items() if folder.joinpath(f"{name}.toml").is_file())
-    return list(generated.sidecar(f"{room}_exact")["assumptions"])
+    folders = plugins.find_folders("printed").items()
+    machine = next(machine for machine, folder in folders if folder.joinpath(f"{name}.toml").is_file())
+    return list(generated.sidecar(f"{machine}_exact")["assumptions"])
 
 
 def paper(name: str, record: Entry) -> Iterator[str]:

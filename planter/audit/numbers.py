@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from planter import rooms
+from planter import plugins
 from planter.audit import slips
 from planter.audit.registry import FORMULAS, Computation, Inputs, Rounded, half_place
 from planter.errors import ComputationError
@@ -86,9 +86,9 @@ def load_numbers() -> dict[str, Any]:
 
     They come from files `NAME.toml` of packages `printed`, whose modules register the formulas.
     """
-    for room in rooms.brought("printed"):
+    for room in plugins.load_modules("printed"):
         load_formulas(room)
-    files = [file for folder in rooms.folders("printed").values() for file in folder.iterdir()]
+    files = [file for folder in plugins.find_folders("printed").values() for file in folder.iterdir()]
     tables = {f.name[: -len(SUFFIX)]: parse_toml(f.read_text(encoding="utf-8"), f.name, Rounded)
             for f in files if f.name.endswith(SUFFIX)}  # fmt: skip
     list_papers = sorted(tables, key=lambda name: (tables[name]["place"], name))

@@ -8,7 +8,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from planter import rooms
+from planter import plugins
 from planter.audit import numbers, question, verdicts
 from planter.errors import InputError
 from planter.files import paths
@@ -63,7 +63,7 @@ def _judge_file(
     model = papers[name]["model"]
     if not model:
         raise InputError(f"{source}: {name} has no mechanism, which is needed to compute numbers")
-    for room in rooms.brought("printed"):
+    for room in plugins.load_modules("printed"):
         numbers.load_formulas(room)
     rows = list(question.list_rows(numbers_file, source, name, folder / f"{model}.toml"))
     table = {"disclosed": {name: numbers_file.disclosed}, "assumed": {name: numbers_file.assumed}, "number": rows}

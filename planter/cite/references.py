@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import resources
 
-from planter import rooms
+from planter import plugins
 from planter.cite.results import Cited
 from planter.errors import InputError
 from planter.files import paths
@@ -34,7 +34,7 @@ def references() -> References:
     """Those of all rooms; of a command that several speak of, works of machines come before what they share."""
     works: dict[str, Mapping[str, str]] = {}
     commands: dict[str, list[str]] = {}
-    for package in sorted(rooms.rooms().values(), key=lambda package: package == __package__):
+    for package in sorted(plugins.find_packages().values(), key=lambda package: package == __package__):
         file = resources.files(package).joinpath(FILE)
         if file.is_file():
             found = parse_toml(file.read_text(encoding="utf-8"), file.name)

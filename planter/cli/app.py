@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from planter import rooms
+from planter import plugins
 from planter.cli import derive, examples, help, schema
 from planter.terminal.options import joined
 from planter.version import __version__
@@ -41,7 +41,8 @@ def application() -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(common)
-    found = joined(examples.app, derive.app, schema.app, help.app, *(room.app for room in rooms.brought("commands")))
+    modules = plugins.load_modules("commands")
+    found = joined(examples.app, derive.app, schema.app, help.app, *(module.app for module in modules))
     app.registered_commands += sorted(found.registered_commands, key=_name)
     app.registered_groups += found.registered_groups
     return app

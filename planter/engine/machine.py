@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import casadi as ca
 import numpy as np
 
-from planter import rooms
+from planter import plugins
 from planter.engine.distance import build_distance, read_curve
 from planter.engine.loops import Loops
 from planter.engine.measures import CurveDistance, Limit, Measure, parse_distance
@@ -417,4 +417,4 @@ def find_machine_room(source: str) -> ModuleType | None:
 
     Such a module has `takes(source)` and `load(source, changes, **choices)`; the choices are those of the room.
     """
-    return next((module for module in rooms.brought("machines") if module.takes(source)), None)
+    return next((module for module in plugins.load_modules("machines") if module.takes(source)), None)

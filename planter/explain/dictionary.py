@@ -13,7 +13,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from planter import rooms
+from planter import plugins
 from planter.audit import verdicts
 from planter.errors import InputError
 from planter.explain import outputs
@@ -97,7 +97,7 @@ def find_meanings(machine: str, requested: Sequence[str], command: str) -> list[
 
 def _list_columns() -> Iterator[Meaning]:
     """Yield the meanings of the columns of CSV files that packages declare."""
-    for module in rooms.brought("columns"):
+    for module in plugins.load_modules("columns"):
         room = module.__name__.split(".")[-2]
         for name, (meaning, source) in module.columns().items():
             yield Meaning(name, "column", room, units.unit(name), meaning, source)
@@ -116,7 +116,7 @@ def _list_figures() -> Iterator[tuple[tuple[str, str], list[str]]]:
 def _load_drawn_columns() -> dict[str, Mapping[str, Sequence[str]]]:
     """Return `DRAWN` of the modules `report.figures` by machine."""
     by_room = {}
-    for report in rooms.brought("report"):
+    for report in plugins.load_modules("report"):
         name = f"{report.__name__}.figures"
         if hasattr(report, "__path__") and find_spec(name) is not None:
             plots = getattr(import_module(name), "DRAWN", None)
@@ -144,7 +144,7 @@ def list_symbols() -> Iterator[Meaning]:
 def find_model_room(model: str) -> str:
     """Return the machine of a generated model by the first part of its name."""
     first = model.partition("_")[0]
-    return first if first in rooms.rooms() else SHARED_ROOM
+    return first if first in plugins.find_packages() else SHARED_ROOM
 
 
 def find_display_key(entry: Mapping[str, str]) -> str | None:
@@ -196,7 +196,7 @@ def _describe_stage(machine: str, vector: Mapping[str, Any]) -> Iterator[Meaning
 def _load_definitions() -> dict[tuple[str, str], list[DefiningEquation]]:
     """Return the equations of the papers with their verdicts, by machine and defined symbol."""
     papers = {
-        file.name.removesuffix(".toml"): room for room, folder in rooms.folders("printed").items()
+        file.name.removesuffix(".toml"): room for room, folder in plugins.find_folders("printed").items()
         for file in folder.iterdir() if file.name.endswith(".toml")
     }  # fmt: skip
     equations: dict[tuple[str, str], list[DefiningEquation]] = {}
@@ -214,7 +214,7 @@ TIGHTEST: dict[str, Callable[..., float]] = {"greater than": max, "at least": ma
 
 def list_input_keys(symbols: Mapping[tuple[str, str], str]) -> Iterator[Meaning]:
     """Yield every key with a value; `symbols` has meanings by machine and path of the value in the file."""
-    for module in rooms.brought("file"):
+    for module in plugins.load_modules("file"):
         room = module.__name__.split(".")[-2]
         for kind in vars(module).values():
             if isinstance(kind, type) and issubclass(kind, Document) and kind is not Document:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
-from planter import rooms
+from planter import plugins
 from planter.errors import InputError
 from planter.explain import dictionary
 from planter.explain.results import DrawnSheet, DrawnSymbol, ExplainedMachine, Meaning
@@ -48,7 +48,7 @@ class LabelledMachine:
 
 def find_drawings() -> dict[str, Draughtsman]:
     """Return the drawing modules by kind of machine."""
-    return {module.__name__.split(".")[-2]: module.LABELS for module in rooms.brought("labelled")}
+    return {module.__name__.split(".")[-2]: module.LABELS for module in plugins.load_modules("labelled")}
 
 
 def takes(source: str) -> bool:

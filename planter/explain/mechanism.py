@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from planter import rooms
+from planter import plugins
 from planter.engine.description import Description, describe
 from planter.engine.machine import Quantity, find_machine_room
 from planter.errors import InputError
@@ -38,7 +38,7 @@ def explain_mechanism(source: str, changes: Mapping[str, float]) -> ExplainedMec
 
 def draw_sheet(source: str, changes: Mapping[str, float]) -> Sheet | None:
     """Return the drawing with its visible symbols, or None if the source has no drawing."""
-    for module in rooms.brought("sheets"):
+    for module in plugins.load_modules("sheets"):
         if module.takes(source):
             sheet: Sheet | None = module.draw(source, changes)
             return sheet

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from planter import rooms
+from planter import plugins
 from planter.explain.results import Meaning
 from planter.files import units
 from planter.records import schema
@@ -20,7 +20,7 @@ def list_result_keys(columns: Mapping[tuple[str, str], str]) -> Iterator[Meaning
 
     `columns` has meanings by machine and column, for records that contain columns.
     """
-    for module in rooms.brought("results"):
+    for module in plugins.load_modules("results"):
         room = module.__name__.split(".")[-2]
         places: dict[tuple[str, str], list[str]] = {}
         for command, kind in module.COMMANDS.items():

@@ -9,7 +9,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, Literal
 
-from planter import legible, rooms
+from planter import legible, plugins
 from planter.errors import InputError
 from planter.files import paths
 from planter.files.text import parse_toml, read_text, read_toml
@@ -90,7 +90,7 @@ def check_kind(table: Mapping[str, Any], source: str, kind: str) -> None:
 
 def _elsewhere(name: str) -> str | None:
     """Return a description of a built-in file of another command, or of another kind; None without one."""
-    for room in sorted(rooms.folders("examples")):
+    for room in sorted(plugins.find_folders("examples")):
         for file in _files(room):
             if file.name.rpartition(".")[0] == name:
                 return f"this is a built-in {file.name.rpartition('.')[2].upper()} file for {_takers(room)}"
@@ -98,12 +98,12 @@ def _elsewhere(name: str) -> str | None:
 
 
 def _takers(room: str) -> str:
-    return f"planter {', '.join(rooms.commands(room))}"
+    return f"planter {', '.join(plugins.list_commands(room))}"
 
 
 def _alike(table: Mapping[str, Any]) -> dict[str, float]:
     """Return the similarity of a table to the files of each package."""
-    return {room: _likeness(table, room) for room in rooms.folders("examples")}
+    return {room: _likeness(table, room) for room in plugins.find_folders("examples")}
 
 
 def _likeness(table: Mapping[str, Any], room: str) -> float:
@@ -129,6 +129,6 @@ def _is_name(source: str | Path, kind: str | None, suffix: Suffix) -> bool:
 
 @cache
 def _files(kind: str | None) -> list[Traversable]:
-    by_room = rooms.folders("examples")
+    by_room = plugins.find_folders("examples")
     folders = [by_room[kind]] if kind else [by_room[room] for room in sorted(by_room)]
     return [file for folder in folders for file in folder.iterdir() if file.name.endswith(SUFFIXES)]

@@ -12,7 +12,7 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from planter import rooms
+from planter import plugins
 from planter.errors import InputError
 from planter.files import csv_rows, examples, text
 from planter.gearing.teeth.order import ToothOrder
@@ -125,7 +125,7 @@ class GearMachineAdapter(Protocol):
 
 def find_adapter(source: str) -> GearMachineAdapter:
     """Return the adapter of a machine file or built-in name. Raises InputError if no adapter takes it."""
-    adapters = [cast(GearMachineAdapter, module) for module in rooms.brought("toothed")]
+    adapters = [cast(GearMachineAdapter, module) for module in plugins.load_modules("toothed")]
     for adapter in adapters:
         if adapter.takes(source):
             return adapter

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from planter import rooms
+from planter import plugins
 from planter.errors import InputError
 from planter.files.text import check_regular, parse_json, read_json
 
@@ -27,8 +27,8 @@ def _package() -> str:
 def _places() -> dict[str, Traversable]:
     """Packages of generated code with their folders: ours first."""
     own = _package()
-    packages = rooms.rooms()
-    found = {f"{packages[room]}.generated": place for room, place in rooms.folders("generated").items()}
+    packages = plugins.find_packages()
+    found = {f"{packages[room]}.generated": place for room, place in plugins.find_folders("generated").items()}
     return {own: files(own)} | found
 
 

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from planter import rooms
+from planter import plugins
 
 FOLDER = Path(str(resources.files("planter"))) / "schemas"
 """Folder of the schemas, a file for each command: that of `planter clutch geometry` is `clutch-geometry.json`."""
@@ -31,7 +31,7 @@ class _Keys(GenerateJsonSchema):
 
 def results() -> dict[str, Any]:
     """Return the record, or union of records, of each command of all packages, by name."""
-    return {name: kind for room in rooms.brought("results") for name, kind in room.COMMANDS.items()}
+    return {name: kind for room in plugins.load_modules("results") for name, kind in room.COMMANDS.items()}
 
 
 def schema(command: str, kind: Any) -> Mapping[str, Any]:
@@ -43,7 +43,7 @@ def schema(command: str, kind: Any) -> Mapping[str, Any]:
 def texts() -> dict[str, str]:
     """Return the texts of the schemas of the commands of planter by file name."""
     packaged = {
-        room.__name__: room.COMMANDS for room in rooms.brought("results") if room.__name__.startswith("planter.")
+        room.__name__: room.COMMANDS for room in plugins.load_modules("results") if room.__name__.startswith("planter.")
     }
     return {
         file_name(command): text(command, kind) for commands in packaged.values() for command, kind in commands.items()

@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from planter import legible, rooms, workers
+from planter import legible, plugins, workers
 from planter.errors import PlanterError
 from planter.studio.session import Message, Session
 
@@ -28,7 +28,7 @@ DONE, FAILED = "+", "-"
 
 def main() -> None:
     """Answer requests; the first message has the folders of the session."""
-    list(rooms.brought("show"))
+    list(plugins.load_modules("show"))
     import_module("planter.kernels.formulas")  # takes longest to load, so that it is loaded before the first request
     workers.serve(_open_session, MEMORY_BYTES)
 

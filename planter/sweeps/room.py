@@ -7,7 +7,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Protocol
 
-from planter import rooms
+from planter import plugins
 from planter.errors import InputError
 from planter.files import paths
 from planter.files.document import Document
@@ -68,7 +68,7 @@ class ResolvedMachine:
     """A machine with the adapter of its kind. Raises InputError if no adapter takes `source`."""
 
     def __init__(self, source: str, changes: Mapping[str, float] | None = None) -> None:
-        adapter = next((module for module in rooms.brought("swept") if module.ROOM.takes(source)), None)
+        adapter = next((module for module in plugins.load_modules("swept") if module.ROOM.takes(source)), None)
         if adapter is None:
             raise InputError(f"{source}: no such machine; name a machine file, or a built-in machine that can be swept")
         self.module, self.room, self.source = adapter.__name__, adapter.ROOM, source

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
-from planter import rooms
+from planter import plugins
 from planter.errors import InputError, PlanterError
 from planter.files import units
 from planter.files.document import Document
@@ -156,7 +156,7 @@ class Drawing(Protocol):
 
 def build_scene(thing: object) -> Scene:
     """Return the motion of an object. Raises InputError if no package can draw it."""
-    for module in rooms.brought("show"):
+    for module in plugins.load_modules("show"):
         scene = module.KIND.build_scene(thing) if isinstance(module.KIND, Drawing) else None
         if scene is not None:
             return scene
@@ -168,7 +168,7 @@ def opened(source: str, changes: Values | None = None) -> Shown:
 
     Raises InputError if it is not a machine, with the position of the error if the file is not valid TOML.
     """
-    for module in rooms.brought("show"):
+    for module in plugins.load_modules("show"):
         kind: Kind = module.KIND
         if kind.takes(source):
             return kind.open(source, changes or {})

@@ -18,7 +18,7 @@ import pytest
 import derive
 import derive.toolkit as toolkit
 import planter
-from planter import Device, InputError, Record, load_machine, rooms
+from planter import Device, InputError, Record, load_machine, plugins
 from tests.support import own
 from tests.support.house import ROOT
 
@@ -88,7 +88,7 @@ def test_derive_is_light_to_import_and_offers_the_toolkit() -> None:
 def test_every_name_is_there_and_no_room_has_it() -> None:
     assert planter.__all__ == sorted(planter.__all__)
     assert set(planter.__all__) <= set(dir(planter))
-    assert not set(planter.__all__) & rooms.rooms().keys()
+    assert not set(planter.__all__) & plugins.find_packages().keys()
     with pytest.raises(AttributeError, match="no attribute 'Devise'"):
         planter.Devise  # noqa: B018
 
