@@ -13,7 +13,7 @@ from tests.support.starts import find_starts
 MACHINES = sorted(plugins.find_folders("examples"))
 GENERAL = (
     (FOUNDATION,), ("parallel", "records"), ("files",), ("kernels", "terminal"), ("numerics", "report"),
-    ("gearing", "optimise", "audit", "view", "workshop", "interchange"), ("engine",),
+    ("gear_geometry", "optimise", "audit", "view", "workshop", "interchange"), ("engine",),
     ("exports", "gears", "measured", "sweeps"), ("tolerance",), ("explain", "mechanism"),
 )  # fmt: skip
 """Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""

@@ -21,8 +21,8 @@ BY_HAND = {
     "clutch/geometry.py": "direction of a line through two generated points",
     "clutch/machines.py": "lift of the link along the crank's angle, compared with the generated model in its test",
     "clutch/rotor.py": "normals of a polygon's sides in a linear programme; the outline that is drawn",
-    "gearing/teeth/incomplete/trimming.py": "points and directions on circles",
-    "gearing/teeth/sampled.py": "how steep a curve of a table is, to refuse it",
+    "gear_geometry/trimming.py": "points and directions on circles",
+    "gear_geometry/pitch_curves.py": "how steep a curve of a table is, to refuse it",
     "mapping/defects.py": "angles of given poses",
     "mapping/dyads.py": "poses as points of a linear system, directions to search in",
     "mapping/linkage.py": "roots of the generated closed loop, intervals between them",
@@ -53,7 +53,7 @@ def called(text: str) -> Iterator[str]:
 
 def modules() -> Iterator[tuple[str, Path]]:
     """Sources of the machines' rooms and of the gears, by their place in the package; what draws or reads is left."""
-    for room in (*sorted(plugins.find_folders("examples")), "gearing"):
+    for room in (*sorted(plugins.find_folders("examples")), "gear_geometry"):
         for path in sorted((ROOT / "planter" / room).rglob("*.py")):
             if not {DRAWN, READ} & set(path.relative_to(ROOT / "planter").parts):
                 yield path.relative_to(ROOT / "planter").as_posix(), path

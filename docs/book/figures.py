@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter import Device, load_machine, simulate
-from planter.gearing.teeth.making import cut_teeth
-from planter.gearing.teeth.order import ToothOrder
-from planter.gearing.teeth.pair import build_circle_pair
-from planter.gearing.teeth.polygons import build_polygon
+from planter.gear_geometry.cutting import ToothOrder, cut_teeth
+from planter.gear_geometry.pitch_curves import build_circle_pair
+from planter.gear_geometry.polygons import build_polygon
 from planter.planting.report.gearing import gearing
 from planter.report import style
 from planter.view.labelling import figure

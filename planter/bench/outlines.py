@@ -21,8 +21,8 @@ from ezdxf.filemanagement import read
 
 from planter.bench.case import Absent, Case
 from planter.bench.results import Drawn, Skipped
-from planter.gearing.teeth import making, pair
-from planter.gearing.teeth.order import ToothOrder
+from planter.gear_geometry import cutting, pitch_curves
+from planter.gear_geometry.cutting import ToothOrder
 from planter.planting.model import Device
 from planter.workshop import biarcs, drawing
 from planter.workshop.drawing import DrawingLine
@@ -55,9 +55,9 @@ def ours(case: Case) -> Maker:
     fits: list[biarcs.ArcFit] = []
 
     def make(_: Any) -> None:
-        curves = pair.build_stage_pair(device.stages[1], device.of_stage(1, device.design))
+        curves = pitch_curves.build_stage_pair(device.stages[1], device.of_stage(1, device.design))
         order = ToothOrder(module=MODULE, keep="module")
-        teeth = making.cut_teeth(curves, order, "ellipses", ("inner gear", "outer gear"))
+        teeth = cutting.cut_teeth(curves, order, "ellipses", ("inner gear", "outer gear"))
         fits[:] = [biarcs.fit_arcs(gear.outline().pieces, TOLERANCE) for gear in teeth.gears]
         drawing.format_dxf(DrawingLine("TEETH", fit.arcs) for fit in fits)
         if teeth.gears[0].z != TEETH or np.abs(teeth.contacts.errors).max() > TOLERANCE:

@@ -21,7 +21,7 @@ from planter.explain.results import DefiningEquation, Explained, KnownNames, Mea
 from planter.files import paths, schema, units
 from planter.files.document import Document
 from planter.files.fields import LARGEST
-from planter.gearing import families, stage
+from planter.gear_geometry import families, stage
 from planter.kernels import generated
 
 

@@ -8,9 +8,7 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.files import csv_rows, text
-from planter.gearing.teeth.curve import POLAR
-from planter.gearing.teeth.pair import CurvePair
-from planter.gearing.teeth.sampled import build_sampled_pair
+from planter.gear_geometry.pitch_curves import POLAR, CurvePair, build_sampled_pair
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 from planter.numerics.spacing import WIDEST, find_gap

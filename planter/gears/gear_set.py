@@ -11,10 +11,10 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.files.text import hash_file
-from planter.gearing.teeth import limits, making
-from planter.gearing.teeth.contacts import Contacts
-from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.making import ToothedPair, cut_teeth
+from planter.gear_geometry import cutting
+from planter.gear_geometry.contacts import Contacts
+from planter.gear_geometry.cutting import ToothedPair, cut_teeth
+from planter.gear_geometry.gear import Gear
 from planter.gears.curves import find_curve_path, load_pair
 from planter.gears.friction import FrictionCurves
 from planter.gears.options import Keep
@@ -105,7 +105,7 @@ def summarise_stage(number: int, pair: ToothedPair, parts: Sequence[GearPart], f
 
     Raises GeometryError if the polygons of its teeth overlap.
     """
-    making.check_pair_penetration(pair)
+    cutting.check_pair_penetration(pair)
     farther_pair = pair.farther(farther) if farther else None
     return StageCut(
         stage=number,
@@ -135,7 +135,7 @@ def summarise_stage(number: int, pair: ToothedPair, parts: Sequence[GearPart], f
 def _summarise_gear(gear: Gear, part: GearPart) -> GearCut:
     margins, lands = gear.flanks.margins, gear.top_lands
     weakest, thin = int(np.argmin(margins)), int(np.argmin(lands))
-    kappa = limits.sample_curvature(gear.curve)[1]
+    kappa = cutting.sample_curvature(gear.curve)[1]
     tooth, side = gear.flanks.tooth, gear.flanks.side
     return GearCut(
         name=gear.name,
@@ -148,7 +148,7 @@ def _summarise_gear(gear: Gear, part: GearPart) -> GearCut:
         top_land_tooth=thin,
         root_radius_min_mm=gear.root_radius * _MM,
         curvature_radius_min_mm=_MM / float(kappa.max()),
-        hollow_radius_mm=-_MM / float(kappa.min()) if limits.is_concave(kappa) else None,
+        hollow_radius_mm=-_MM / float(kappa.min()) if cutting.is_concave(kappa) else None,
         profile_shift=gear.rack.shift,
         keyway_phase_deg=None if part.placed.key is None else float(np.degrees(part.placed.key)),
         rim=part.rim,

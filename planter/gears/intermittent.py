@@ -10,8 +10,8 @@ import numpy as np
 import shapely
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.incomplete.locking import IncompleteGear, IntermittentPair
-from planter.gearing.teeth.incomplete.proof import FREE_ANGLE, POSITIONS, IncompleteGearCycle, LooseAngles
+from planter.gear_geometry.intermittent_gears import IncompleteGear, IntermittentPair
+from planter.gear_geometry.intermittent_proof import FREE_ANGLE, POSITIONS, IncompleteGearCycle, LooseAngles
 from planter.gears import results
 from planter.gears.parts import GearPart, PartSettings, PlacedGear, check_parts
 from planter.gears.request import Teeth

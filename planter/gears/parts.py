@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from planter.files import csv_rows
-from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.incomplete.locking import IncompleteGear
+from planter.gear_geometry.gear import Gear
+from planter.gear_geometry.intermittent_gears import IncompleteGear
 from planter.gears.results import Rim
 from planter.kernels import Array
 from planter.workshop import biarcs, bores, drawing, outline, solids

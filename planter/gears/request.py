@@ -15,7 +15,7 @@ import numpy as np
 from planter import plugins
 from planter.errors import InputError
 from planter.files import csv_rows, examples, text
-from planter.gearing.teeth.order import ToothOrder
+from planter.gear_geometry.cutting import ToothOrder
 from planter.gears.options import Keep, Process
 from planter.gears.parts import PartSettings
 from planter.gears.results import GearsFound

@@ -9,9 +9,8 @@ import numpy as np
 
 from planter.engine.machine import load_machine
 from planter.errors import InputError
-from planter.gearing.teeth.making import ToothedPair, cut_teeth
-from planter.gearing.teeth.pair import CurvePair
-from planter.gearing.teeth.sampled import build_sampled_pair
+from planter.gear_geometry.cutting import ToothedPair, cut_teeth
+from planter.gear_geometry.pitch_curves import CurvePair, build_sampled_pair
 from planter.gears.parts import PlacedGear
 from planter.gears.request import GearOptions
 from planter.gears.results import GearsFound

@@ -8,8 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.incomplete.arcs import ARCS, compute_arc_radius, compute_horn_reaches
-from planter.gearing.teeth.incomplete.rolling import Rolling
+from planter.gear_geometry.locking_arcs import ARCS, Rolling, compute_arc_radius, compute_horn_reaches
 from planter.kernels import Array
 from planter.pickup.model import PickupTrain
 

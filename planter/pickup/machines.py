@@ -13,7 +13,7 @@ from planter.engine.machine import Documentation, Machine, Quantity, Value, buil
 from planter.engine.splines import compose_pieces
 from planter.errors import InputError
 from planter.files import csv_rows, examples, units
-from planter.gearing.teeth.rack import TEETH
+from planter.gear_geometry.flanks import TEETH
 from planter.kernels.formulas import load as load_formulas
 from planter.numerics.angles import TURN
 from planter.pickup import file

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.rack import TEETH
+from planter.gear_geometry.flanks import TEETH
 from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.numerics import extremes, quadrature

@@ -10,7 +10,7 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.files import examples
-from planter.gearing.teeth.incomplete.locking import IntermittentPair, build_intermittent_pair
+from planter.gear_geometry.intermittent_gears import IntermittentPair, build_intermittent_pair
 from planter.gears import intermittent as made_known
 from planter.gears.options import Keep
 from planter.gears.request import GearOptions, Teeth

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from planter.gearing.stage import Stage
+from planter.gear_geometry.stage import Stage
 from planter.kernels import Array, generated
 from planter.numerics.arrays import Integers
 from planter.optimise.proof.arithmetic import Enclosing

@@ -12,7 +12,7 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
-from planter.gearing.stage import Stage
+from planter.gear_geometry.stage import Stage
 from planter.kernels import generated
 
 Model = Literal["exact", "printed"]

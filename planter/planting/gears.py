@@ -12,10 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from planter.errors import InputError
-from planter.gearing import families
-from planter.gearing.teeth.making import ToothedPair, cut_teeth
-from planter.gearing.teeth.order import ToothOrder
-from planter.gearing.teeth.pair import build_stage_pair
+from planter.gear_geometry import families
+from planter.gear_geometry.cutting import ToothedPair, ToothOrder, cut_teeth
+from planter.gear_geometry.pitch_curves import build_stage_pair
 from planter.gears.gear_set import GearSet
 from planter.gears.options import Keep
 from planter.gears.parts import PlacedGear

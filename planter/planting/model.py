@@ -15,8 +15,8 @@ from planter.engine.curve import Curve
 from planter.engine.response import DesignPoint
 from planter.errors import InputError
 from planter.files import paths, units
-from planter.gearing import families, stage
-from planter.gearing.stage import StageCandidate
+from planter.gear_geometry import families, stage
+from planter.gear_geometry.stage import StageCandidate
 from planter.kernels import Array, Kernel, formulas
 from planter.planting import flanks
 from planter.planting.composition import FORCE, build_machine

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from planter.errors import GeometryError
-from planter.gearing import families
-from planter.gearing.stage import SERIES_TOLERANCE, StageCandidate
+from planter.gear_geometry import families
+from planter.gear_geometry.stage import SERIES_TOLERANCE, StageCandidate
 from planter.kernels import Kernel
 from planter.numerics import extremes
 from planter.planting.model import Device

@@ -8,8 +8,8 @@ import numpy as np
 
 from derive.gearing.meshing import FAMILIES
 from planter.files import units
-from planter.gearing import families
-from planter.gearing.stage import Stage, StageCandidate, converge_series
+from planter.gear_geometry import families
+from planter.gear_geometry.stage import Stage, StageCandidate, converge_series
 from planter.planting.file import Machine, load
 from tests.support.sizing import Size, Sizing
 

@@ -12,8 +12,8 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from planter.gearing import families
-from planter.gearing.stage import FIRST_TERMS, MAX_TERMS, SERIES_TOLERANCE, Stage, StageCandidate, converge_series
+from planter.gear_geometry import families
+from planter.gear_geometry.stage import FIRST_TERMS, MAX_TERMS, SERIES_TOLERANCE, Stage, StageCandidate, converge_series
 from planter.kernels import Array, Kernel
 
 NODES = 256

@@ -9,12 +9,10 @@ from functools import cache
 import numpy as np
 import shapely
 
-from planter.gearing.teeth import pair
-from planter.gearing.teeth.flanks import Flanks
-from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.making import ToothedPair, cut_teeth
-from planter.gearing.teeth.order import ToothOrder
-from planter.gearing.teeth.rack import Rack
+from planter.gear_geometry.cutting import ToothedPair, ToothOrder, cut_teeth
+from planter.gear_geometry.flanks import Flanks, Rack
+from planter.gear_geometry.gear import Gear
+from planter.gear_geometry.pitch_curves import build_circle_pair, build_stage_pair
 from planter.kernels import Array
 from tests.support import pairs
 
@@ -29,19 +27,19 @@ REFUSED = {
 
 def circle(z: int, rack: Rack) -> Gear:
     """A gear on a circle."""
-    curves = pair.build_circle_pair(z * rack.module / 2, z * rack.module / 2)
+    curves = build_circle_pair(z * rack.module / 2, z * rack.module / 2)
     return Gear("gear", Flanks(curves.gear, rack, z, 0.0))
 
 
 def circles(z: int, mate: int, order: ToothOrder) -> ToothedPair:
     """Two circular gears of module 2 mm."""
-    return cut_teeth(pair.build_circle_pair(1e-3 * z, 1e-3 * mate), replace(order, teeth=z), "pair", ("gear", "mate"))
+    return cut_teeth(build_circle_pair(1e-3 * z, 1e-3 * mate), replace(order, teeth=z), "pair", ("gear", "mate"))
 
 
 @cache
 def stage(family: str, seed: int, z: int, order: ToothOrder = FREE, sense: int = 1) -> ToothedPair:
     """A pair of a family at a size that is drawn at random."""
-    curves = pair.build_stage_pair(pairs.stage(family, seed), pairs.parameters(family, seed), sense)
+    curves = build_stage_pair(pairs.stage(family, seed), pairs.parameters(family, seed), sense)
     return cut_teeth(curves, replace(order, teeth=z), family, ("gear", "mate"))
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.gearing.teeth.incomplete.proof import FREE_ANGLE, SIDES, IncompleteGearCycle
+from planter.gear_geometry.intermittent_proof import FREE_ANGLE, SIDES, IncompleteGearCycle
 from planter.gears.parts import PlacedGear
 from planter.gears.report.figures import MOMENTS, SECONDS, build_outline, plot_assembly
 from planter.kernels import Array

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.files import units
-from planter.gearing.teeth.contacts import Contacts
-from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.incomplete.locking import IncompleteGear
-from planter.gearing.teeth.making import ToothedPair
-from planter.gearing.teeth.polygons import build_polygon
+from planter.gear_geometry.contacts import Contacts
+from planter.gear_geometry.cutting import ToothedPair
+from planter.gear_geometry.gear import Gear
+from planter.gear_geometry.intermittent_gears import IncompleteGear
+from planter.gear_geometry.polygons import build_polygon
 from planter.gears.friction import FrictionCurves
 from planter.gears.parts import AnyGear, PlacedGear
 from planter.kernels import Array

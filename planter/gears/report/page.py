@@ -7,9 +7,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planter.gearing.teeth.incomplete.proof import IncompleteGearCycle
-from planter.gearing.teeth.making import ToothedPair
-from planter.gearing.teeth.rack import RACK
+from planter.gear_geometry.cutting import ToothedPair
+from planter.gear_geometry.intermittent_proof import IncompleteGearCycle
+from planter.gear_geometry.pitch_curves import RACK
 from planter.gears import tables
 from planter.gears.friction import HEAD, FrictionCurves, tabulate_friction
 from planter.gears.parts import GearPart, build_part_files

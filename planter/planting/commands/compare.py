@@ -24,7 +24,7 @@ app = typer.Typer()
 
 
 def _families() -> Iterable[str]:
-    from planter.gearing import families
+    from planter.gear_geometry import families
 
     return families.list_families()
 

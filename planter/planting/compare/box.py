@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from planter.errors import InputError
-from planter.gearing import families
-from planter.gearing.families import SUFFIX
+from planter.gear_geometry import families
+from planter.gear_geometry.families import SUFFIX
 from planter.planting import file
 from planter.planting.file import Machine
 from planter.planting.model import Device

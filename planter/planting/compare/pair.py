@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from planter.errors import ComputationError
-from planter.gearing.families import compute_family_parameters
-from planter.gearing.stage import list_design_names
+from planter.gear_geometry.families import compute_family_parameters
+from planter.gear_geometry.stage import list_design_names
 from planter.kernels import Array
 from planter.optimise import flat
 from planter.optimise.constraints import KEPT
@@ -144,7 +144,7 @@ def _found(problem: Problem, required: Required, u: Array) -> dict[str, Any]:
 def own_design(device: Device, x: Array) -> dict[str, float]:
     """The families' own parameters of a described design, under their own names."""
     from planter.files import units
-    from planter.gearing import families
+    from planter.gear_geometry import families
 
     start = len(device.sidecar["vectors"]["mounting"])
     found: dict[str, float] = {}

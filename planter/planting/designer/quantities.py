@@ -9,7 +9,7 @@ import numpy as np
 
 from planter.engine.machine import Machine, Quantity
 from planter.engine.summary import Row, build_vector_row
-from planter.gearing.stage import Stage
+from planter.gear_geometry.stage import Stage
 from planter.kernels import formulas
 from planter.planting.model import Device
 

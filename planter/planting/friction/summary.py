@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from planter.files import units
-from planter.gearing.teeth.making import ToothedPair
+from planter.gear_geometry.cutting import ToothedPair
 from planter.gears.friction import KINDS, FrictionCurves
 from planter.gears.results import Extent, Friction, FrictionTurn
 from planter.kernels import Array

@@ -11,10 +11,9 @@ from functools import cached_property
 
 import numpy as np
 
-from planter.gearing.teeth import bearing
-from planter.gearing.teeth.bearing import BearingPairs, SharedLoad
-from planter.gearing.teeth.curve import POLAR
-from planter.gearing.teeth.making import ToothedPair
+from planter.gear_geometry.cutting import ToothedPair
+from planter.gear_geometry.mesh import SIDES, BearingPairs, SharedLoad, find_changes
+from planter.gear_geometry.pitch_curves import POLAR
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 from planter.optimise import joints
@@ -24,7 +23,7 @@ from planter.planting.model import Device
 
 MESHES = "PQ"
 FLANKS = ("plus", "minus")
-"""Flanks as the model names them, in the order of `bearing.SIDES`."""
+"""Flanks as the model names them, in the order of `mesh.SIDES`."""
 FRICTION, PRESSURE = "contact.tooth_friction_angle_deg", "contact.pressure_angle_deg"
 _DENSE = np.linspace(0, TURN, 2881)
 """Angles between which the angle of a contact is looked for."""
@@ -51,7 +50,7 @@ class ToothedTurn:
         dense = self._model.turn(_DENSE).one
         for k, (tag, stage) in enumerate(zip(MESHES, self.stages, strict=True), 1):
             mesh, t = stage.mesh, f"t{k}"
-            at, side = bearing.find_changes(mesh)
+            at, side = find_changes(mesh)
             sense = mesh.pair.sense
             polar = sense * mesh.gear.curve.at(sense * at)[POLAR]
             start = dense[t][0]
@@ -60,7 +59,7 @@ class ToothedTurn:
             slope = np.interp(wanted, dense[t], np.gradient(_DENSE, dense[t]))
             for _ in range(_CORRECTIONS):
                 phi += (wanted - self._model.turn(phi).one[t]) * slope
-            pushing = np.where(self._model.turn(phi).one[f"M_{tag}"] >= 0, *bearing.SIDES)
+            pushing = np.where(self._model.turn(phi).one[f"M_{tag}"] >= 0, *SIDES)
             yield phi[side == pushing]
 
     def turn(self, lifted: Lifting | None = None, friction: float | None = None, behind: Lifting | None = None) -> Turn:

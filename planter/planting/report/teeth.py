@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from planter.errors import GeometryError, InputError
-from planter.gearing.teeth.order import DEFAULT_MODULE, ToothOrder
-from planter.gearing.teeth.polygons import build_polygon
+from planter.gear_geometry.cutting import DEFAULT_MODULE, ToothOrder
+from planter.gear_geometry.polygons import build_polygon
 from planter.kernels import Array
 from planter.planting.gears import train
 from planter.planting.model import Device

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from planter.gearing.stage import Stage
-from planter.gearing.teeth.rack import TEETH
+from planter.gear_geometry.flanks import TEETH
+from planter.gear_geometry.stage import Stage
 from planter.kernels import Kernel
 
 TOOTH = ("pitch_curvature", "curvature_radius", "contact_ratio")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planter.errors import InputError
-from planter.gearing.teeth.order import MIN_TEETH
+from planter.gear_geometry.cutting import MIN_TEETH
 from planter.gears import request
 from planter.planting.whole.wanted import Wanted
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planter.errors import InputError
-from planter.gearing.stage import PitchLength
+from planter.gear_geometry.stage import PitchLength
 from planter.kernels import Array
 from planter.optimise.box import Box
 from planter.optimise.problem import Problem

@@ -7,7 +7,7 @@ import itertools
 
 import numpy as np
 
-from planter.gearing.stage import PitchLength, StageCandidate
+from planter.gear_geometry.stage import PitchLength, StageCandidate
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
 from planter.optimise.constraints import Constraints, Named

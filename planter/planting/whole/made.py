@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from planter.errors import GeometryError
-from planter.gearing.teeth import limits
-from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.making import ToothedPair, cut_teeth
-from planter.gearing.teeth.order import ToothOrder
-from planter.gearing.teeth.pair import build_stage_pair
+from planter.gear_geometry import cutting
+from planter.gear_geometry.cutting import ToothedPair, ToothOrder, cut_teeth
+from planter.gear_geometry.gear import Gear
+from planter.gear_geometry.pitch_curves import build_stage_pair
 from planter.kernels import Array
 from planter.optimise.certificate import ActiveConstraint
 from planter.planting.gears import NAMES, SENSES
@@ -55,7 +54,7 @@ def _made(lengths: Lengths, stage: int, x: Array, order: ToothOrder) -> tuple[To
     for way in ways:
         try:
             found = cut_teeth(pair, way, f"stage {stage + 1}", NAMES[stage])
-            limits.check_penetration(found.mesh, found.deepest, found.name)
+            cutting.check_penetration(found.mesh, found.deepest, found.name)
             return found, refused
         except GeometryError as error:
             refused = refused or str(error)

@@ -15,7 +15,7 @@ import pytest
 from planter.audit import numbers
 from planter.bench.settings import WAYS, WORKS
 from planter.files import examples, units
-from planter.gearing import families
+from planter.gear_geometry import families
 from planter.planting import file
 from planter.report import files
 from tests.support.cli import answer, refusal, run

@@ -12,8 +12,8 @@ import pytest
 import shapely
 
 from planter.files import examples
-from planter.gearing.teeth.order import ToothOrder
-from planter.gearing.teeth.polygons import build_polygon
+from planter.gear_geometry.cutting import ToothOrder
+from planter.gear_geometry.polygons import build_polygon
 from planter.gears.parts import PlacedGear
 from planter.mapping.curve import AngleCurve
 from planter.mapping.train import Train

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planter.errors import PlanterError
-from planter.gearing.teeth.sampled import build_sampled_pair
+from planter.gear_geometry.pitch_curves import build_sampled_pair
 from planter.gears.curves import load_pair
 from planter.kernels import Array
 from planter.numerics import chebyshev

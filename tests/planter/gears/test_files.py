@@ -12,8 +12,8 @@ import pytest
 import trimesh
 from scipy.spatial import cKDTree
 
-from planter.gearing.teeth import making, pair
-from planter.gearing.teeth.order import ToothOrder
+from planter.gear_geometry import cutting, pitch_curves
+from planter.gear_geometry.cutting import ToothOrder
 from planter.gears.parts import GearPart, PartSettings, PlacedGear
 from planter.kernels import Array
 from planter.planting import file
@@ -33,8 +33,8 @@ def parts() -> list[GearPart]:
     device = Device(file.load("wang2017"))
     found = []
     for number, stage in enumerate(device.stages):
-        curves = pair.build_stage_pair(stage, device.of_stage(number, device.design))
-        gears = making.cut_teeth(
+        curves = pitch_curves.build_stage_pair(stage, device.of_stage(number, device.design))
+        gears = cutting.cut_teeth(
             curves, ToothOrder(teeth=31), f"stage {number}", (f"inner {number}", f"outer {number}")
         ).gears
         found += [GearPart(PlacedGear(gear, key=0.3), MADE) for gear in gears]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.incomplete.arcs import compute_arc_radius, compute_horn_reaches
+from planter.gear_geometry.locking_arcs import compute_arc_radius, compute_horn_reaches
 from planter.pickup import locking as locks
 from planter.pickup.analysis import build_result
 from planter.pickup.file import load_pickup

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from planter.errors import InputError
-from planter.gearing import families
+from planter.gear_geometry import families
 from planter.optimise.conditions import Look
 from planter.optimise.descent import Minimum
 from planter.optimise.objective import Evaluation

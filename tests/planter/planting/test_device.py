@@ -19,7 +19,7 @@ from derive.gearing import families
 from derive.gearing.meshing import FAMILIES, PitchCurve
 from planter.errors import GeometryError, InputError
 from planter.files import examples
-from planter.gearing import families as curves
+from planter.gear_geometry import families as curves
 from planter.kernels import generated
 from planter.planting import file
 from planter.planting.functions import MODELS, Model
@@ -189,7 +189,7 @@ def test_without_its_file_there_is_no_such_family(tmp_path: Path) -> None:
 def test_a_radius_beyond_the_centre_distance_is_named_with_its_angle() -> None:
     """A stage whose prologue is told a centre distance that is too short."""
     stage = Device(file.load("wang2017")).stages[1]
-    from planter.gearing.stage import StageCandidate
+    from planter.gear_geometry.stage import StageCandidate
 
     class Short(type(stage)):  # type: ignore[misc]
         @property

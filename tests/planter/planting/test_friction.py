@@ -7,9 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from planter.gearing.teeth.bearing import SIDES, BearingPairs, SharedLoad
-from planter.gearing.teeth.contacts import Contacts
-from planter.gearing.teeth.order import ToothOrder
+from planter.gear_geometry.contacts import Contacts
+from planter.gear_geometry.cutting import ToothOrder
+from planter.gear_geometry.mesh import SIDES, BearingPairs, SharedLoad
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 from planter.planting import columns as known

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from planter.cli.app import application
-from planter.gearing.teeth.pair import build_stage_pair
+from planter.gear_geometry.pitch_curves import build_stage_pair
 from planter.optimise.certificate import kkt_residual
 from planter.optimise.descent import STATIONARY
 from planter.optimise.hybrid import METHODS

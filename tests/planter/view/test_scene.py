@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from shapely import Polygon
 
-from planter.gearing.teeth.order import ToothOrder
+from planter.gear_geometry.cutting import ToothOrder
 from planter.kernels import Array
 from planter.planting import cycle
 from planter.planting.file import load

@@ -9,10 +9,9 @@ import pytest
 import shapely
 
 from planter.errors import GeometryError
-from planter.gearing.teeth import pair
-from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.order import size_pair
-from planter.gearing.teeth.outline import KINDS
+from planter.gear_geometry import pitch_curves
+from planter.gear_geometry.cutting import size_pair
+from planter.gear_geometry.gear import KINDS, Gear
 from tests.support import pairs
 from tests.support.toothed import FREE, REFUSED, Rack, circle, stage, swept
 
@@ -105,15 +104,15 @@ def test_a_swept_rack_leaves_every_space(family: str, seed: int, z: int) -> None
 
 def test_scaled_gears_are_similar() -> None:
     one = stage("limacon", 8, 25)
-    curves = pair.build_stage_pair(pairs.stage("limacon", 8), pairs.parameters("limacon", 8))
+    curves = pitch_curves.build_stage_pair(pairs.stage("limacon", 8), pairs.parameters("limacon", 8))
     other = stage_scaled(curves.scaled(1.7))
     for a, b in zip(one.gears, other, strict=True):
         assert b.area == pytest.approx(1.7**2 * a.area, rel=1e-12)
         np.testing.assert_allclose(b.flanks.margins, a.flanks.margins, atol=1e-12)
 
 
-def stage_scaled(curves: pair.CurvePair) -> tuple[Gear, Gear]:
-    from planter.gearing.teeth.making import cut_teeth
+def stage_scaled(curves: pitch_curves.CurvePair) -> tuple[Gear, Gear]:
+    from planter.gear_geometry.cutting import cut_teeth
 
     return cut_teeth(curves, replace(FREE, teeth=25), "pair", ("gear", "mate")).gears
 
@@ -130,7 +129,7 @@ def test_ellipses_with_odd_teeth_make_congruent_gears() -> None:
     family = "ellipse"
     own = pairs.parameters(family, 0).copy()
     own[-1] = 1.0
-    curves = pair.build_stage_pair(pairs.stage_of(family, own), own)
+    curves = pitch_curves.build_stage_pair(pairs.stage_of(family, own), own)
     congruent = {}
     for z in (31, 32):
         one, two = stage_of(curves, z)
@@ -140,15 +139,15 @@ def test_ellipses_with_odd_teeth_make_congruent_gears() -> None:
     assert congruent == {31: True, 32: False}
 
 
-def stage_of(curves: pair.CurvePair, z: int) -> tuple[Gear, Gear]:
-    from planter.gearing.teeth.making import cut_teeth
+def stage_of(curves: pitch_curves.CurvePair, z: int) -> tuple[Gear, Gear]:
+    from planter.gear_geometry.cutting import cut_teeth
 
     return cut_teeth(curves, replace(FREE, teeth=z), "pair", ("gear", "mate")).gears
 
 
 @pytest.mark.parametrize("family", sorted(pairs.FAMILIES))
 def test_whole_teeth_go_round(family: str) -> None:
-    curves = pair.build_stage_pair(pairs.stage(family, 1), pairs.parameters(family, 1))
+    curves = pitch_curves.build_stage_pair(pairs.stage(family, 1), pairs.parameters(family, 1))
     kept = size_pair(curves, replace(FREE, module=1.5e-3, keep="size"), family)
     scaled = size_pair(curves, replace(FREE, module=1.5e-3), family)
     for found in (kept, scaled):

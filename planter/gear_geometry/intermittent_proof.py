@@ -8,14 +8,12 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from planter.gearing.teeth.contacts import Contacts
-from planter.gearing.teeth.curve import POLAR
-from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.incomplete.locking import IntermittentPair, ToothRow
-from planter.gearing.teeth.meshing import FacingFlanks
-from planter.gearing.teeth.pair import CurvePair
-from planter.gearing.teeth.polygons import Shapes, move_shapes
-from planter.gearing.teeth.rack import RACK
+from planter.gear_geometry.contacts import Contacts
+from planter.gear_geometry.gear import Gear
+from planter.gear_geometry.intermittent_gears import IntermittentPair, ToothRow
+from planter.gear_geometry.mesh import FacingFlanks
+from planter.gear_geometry.pitch_curves import POLAR, RACK, CurvePair
+from planter.gear_geometry.polygons import Shapes, move_shapes
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
 

@@ -12,8 +12,8 @@ from itertools import pairwise
 import numpy as np
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.curve import KAPPA, TX, TY, PitchCurve, X, Y
-from planter.gearing.teeth.outline import Kind, OutlinePiece
+from planter.gear_geometry.gear import Kind, OutlinePiece
+from planter.gear_geometry.pitch_curves import KAPPA, TX, TY, PitchCurve, X, Y
 from planter.kernels import Array
 from planter.numerics.angles import TURN
 

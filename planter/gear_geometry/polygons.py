@@ -11,9 +11,8 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.meshing import POSITIONS, Mesh
-from planter.gearing.teeth.outline import KINDS
+from planter.gear_geometry.gear import KINDS, Gear
+from planter.gear_geometry.mesh import POSITIONS, Mesh
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.numerics.extremes import Extreme

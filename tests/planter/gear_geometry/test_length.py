@@ -7,10 +7,10 @@ import pytest
 from scipy.special import ellipe
 
 from planter.errors import GeometryError
-from planter.gearing import families
-from planter.gearing import stage as stage_functions
-from planter.gearing.stage import PitchLength, Stage, StageCandidate
-from planter.gearing.teeth.pair import build_stage_pair
+from planter.gear_geometry import families
+from planter.gear_geometry import stage as stage_functions
+from planter.gear_geometry.pitch_curves import build_stage_pair
+from planter.gear_geometry.stage import PitchLength, Stage, StageCandidate
 from tests.support import pairs
 
 

@@ -11,13 +11,12 @@ import shapely
 from scipy.optimize import brentq
 
 from planter.errors import GeometryError
-from planter.gearing.teeth import limits, pair
-from planter.gearing.teeth.contacts import Contacts
-from planter.gearing.teeth.gear import Gear
-from planter.gearing.teeth.making import ToothedPair, cut_teeth
-from planter.gearing.teeth.meshing import Mesh
-from planter.gearing.teeth.order import ToothOrder
-from planter.gearing.teeth.polygons import FINE_CHORDS, Overlay
+from planter.gear_geometry import cutting, pitch_curves
+from planter.gear_geometry.contacts import Contacts
+from planter.gear_geometry.cutting import ToothedPair, ToothOrder, cut_teeth
+from planter.gear_geometry.gear import Gear
+from planter.gear_geometry.mesh import Mesh
+from planter.gear_geometry.polygons import FINE_CHORDS, Overlay
 from planter.kernels import Array
 from tests.support import pairs
 from tests.support.toothed import FREE, REFUSED, circles, involute, stage
@@ -149,7 +148,7 @@ def test_sliding_is_that_of_the_contact_about_the_pitch_point() -> None:
 
 
 def test_a_mate_turns_once_in_several_turns_of_its_gear() -> None:
-    curves = pair.build_contact_pair(lobe(2), 0.09, np.linspace(0, 2 * np.pi, 3), turns=2)
+    curves = pitch_curves.build_contact_pair(lobe(2), 0.09, np.linspace(0, 2 * np.pi, 3), turns=2)
     assert curves.mate.length == pytest.approx(2 * curves.gear.length, rel=1e-13)
     found = cut_teeth(curves, replace(FREE, teeth=30), "pair", ("gear", "mate"))
     assert found.sized.teeth == (30, 60)
@@ -192,7 +191,7 @@ def test_half_a_tooth_of_slip_is_found(sound: ToothedPair) -> None:
     assert not refused(tampered(sound))
     slipped = tampered(sound, phase=0.0)
     with pytest.raises(GeometryError, match=r"the teeth overlap by 0\.\d+ modules"):
-        limits.check_penetration(slipped.mesh, slipped.deepest, "pair")
+        cutting.check_penetration(slipped.mesh, slipped.deepest, "pair")
 
 
 def test_depth_is_that_of_the_axes_brought_nearer() -> None:
@@ -201,9 +200,9 @@ def test_depth_is_that_of_the_axes_brought_nearer() -> None:
     close = replace(mesh, pair=replace(mesh.pair, distance=mesh.pair.distance - nearer))
     depths = Overlay.from_mesh(close, FINE_CHORDS).depths(mesh.positions[:20])
     np.testing.assert_allclose(depths, nearer * math.sin(math.radians(20)), rtol=0.1)
-    limits.check_penetration(mesh, Overlay.from_mesh(mesh, FINE_CHORDS).deepest, "pair")
+    cutting.check_penetration(mesh, Overlay.from_mesh(mesh, FINE_CHORDS).deepest, "pair")
     with pytest.raises(GeometryError, match=r"the teeth overlap by 0\.001\d+ modules"):
-        limits.check_penetration(close, Overlay.from_mesh(close, FINE_CHORDS).deepest, "pair")
+        cutting.check_penetration(close, Overlay.from_mesh(close, FINE_CHORDS).deepest, "pair")
 
 
 def test_a_gear_that_is_turned_by_little_is_found(sound: ToothedPair) -> None:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from planter.errors import GeometryError
-from planter.gearing.stage import Stage
-from planter.gearing.teeth import limits, making, polygons
-from planter.gearing.teeth.making import ToothedPair, cut_teeth
-from planter.gearing.teeth.pair import build_stage_pair
+from planter.gear_geometry import cutting, polygons
+from planter.gear_geometry.cutting import ToothedPair, cut_teeth
+from planter.gear_geometry.pitch_curves import build_stage_pair
+from planter.gear_geometry.stage import Stage
 from tests.support import pairs
 from tests.support.toothed import FREE, circles
 
@@ -31,12 +31,12 @@ def hollow(eccentricity: float, teeth: int, tip_radius: float = 1.0) -> ToothedP
 def test_the_racks_that_are_offered_pass_and_a_hundredth_less_does_not() -> None:
     found = hollow(0.012, 31)
     with pytest.raises(GeometryError, match=r"overlap by .* modules, .* mm, at the polar angle .* would do$") as told:
-        making.check_pair_penetration(found)
+        cutting.check_pair_penetration(found)
     first, clearance, second = map(float, re.findall(r"(?:radius|clearance) of ([\d.]+)", str(told.value)))
     offered = [replace(FREE, tip_radius=first), replace(FREE, clearance=clearance, tip_radius=second)]
     short = [replace(FREE, tip_radius=first + 0.01), replace(offered[1], clearance=clearance - 0.01)]
     assert second == 0.37
-    assert [making.passes_limits(found, order) for order in (*offered, *short)] == [True, True, False, False]
+    assert [cutting.passes_limits(found, order) for order in (*offered, *short)] == [True, True, False, False]
 
 
 def test_advised_rack_does_not_interfere_when_cut_again() -> None:
@@ -45,7 +45,7 @@ def test_advised_rack_does_not_interfere_when_cut_again() -> None:
     fine = {kind: 4 * count for kind, count in polygons.FINE_CHORDS.items()}
     at = np.linspace(-2, 2, 801) * found.mesh.pitch + found.deepest.place
     depth = polygons.Overlay.from_mesh(found.mesh, fine).depths(at).max()
-    assert 0 < depth < limits.MAX_PENETRATION * found.sized.module
+    assert 0 < depth < cutting.MAX_PENETRATION * found.sized.module
     assert depth == pytest.approx(found.deepest.value, abs=2e-4 * found.sized.module)
 
 
@@ -58,13 +58,13 @@ def test_penetration_is_the_same_at_any_size(module_mm: float) -> None:
     assert made.sized.module == pytest.approx(module_mm * 1e-3, rel=1e-12)
     assert made.deepest.value / made.sized.module == pytest.approx(DEPTH, rel=1e-8)
     with pytest.raises(GeometryError, match=r"overlap by 0\.008\d+ modules"):
-        limits.check_penetration(made.mesh, made.deepest, "pair")
+        cutting.check_penetration(made.mesh, made.deepest, "pair")
 
 
 def test_what_no_rack_clears_is_said_to_be_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(making, "MAX_CLEARANCE", 0.3)
-    assert making.suggest_racks(hollow(0.015, 41)).startswith("no smaller tip radius of the rack and no clearance")
+    monkeypatch.setattr(cutting, "MAX_CLEARANCE", 0.3)
+    assert cutting.suggest_racks(hollow(0.015, 41)).startswith("no smaller tip radius of the rack and no clearance")
 
 
 def test_teeth_that_pass_need_none() -> None:
-    making.check_pair_penetration(circles(31, 31, FREE))
+    cutting.check_pair_penetration(circles(31, 31, FREE))

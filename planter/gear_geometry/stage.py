@@ -16,7 +16,7 @@ import numpy as np
 
 from planter.errors import GeometryError
 from planter.files import units
-from planter.gearing import families
+from planter.gear_geometry import families
 from planter.kernels import Array, Kernel
 from planter.numerics.latest import Latest
 

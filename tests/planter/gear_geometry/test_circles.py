@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.order import ToothOrder
-from planter.gearing.teeth.rack import Rack
+from planter.gear_geometry.cutting import ToothOrder
+from planter.gear_geometry.flanks import Rack
 from tests.support.toothed import FREE, circle, circles, involute
 
 ROUNDING = 1e-9

@@ -7,11 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from planter.gearing.teeth.bearing import SIDES, BearingPairs, find_changes
-from planter.gearing.teeth.contacts import Contacts
-from planter.gearing.teeth.curve import POLAR
-from planter.gearing.teeth.making import ToothedPair
-from planter.gearing.teeth.order import ToothOrder
+from planter.gear_geometry.contacts import Contacts
+from planter.gear_geometry.cutting import ToothedPair, ToothOrder
+from planter.gear_geometry.mesh import SIDES, BearingPairs, find_changes
+from planter.gear_geometry.pitch_curves import POLAR
 from planter.kernels import Array
 from planter.numerics import quadrature
 from tests.support.toothed import FREE, circles, stage

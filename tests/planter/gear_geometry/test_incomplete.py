@@ -11,11 +11,11 @@ from scipy.integrate import simpson
 from scipy.optimize import brentq
 
 from planter.errors import GeometryError
-from planter.gearing.teeth.contacts import Contacts
-from planter.gearing.teeth.incomplete.locking import IntermittentPair, build_intermittent_pair
-from planter.gearing.teeth.incomplete.proof import SIDES, IncompleteGearCycle, RowMesh
-from planter.gearing.teeth.incomplete.rolling import Rolling
-from planter.gearing.teeth.order import ToothOrder
+from planter.gear_geometry.contacts import Contacts
+from planter.gear_geometry.cutting import ToothOrder
+from planter.gear_geometry.intermittent_gears import IntermittentPair, build_intermittent_pair
+from planter.gear_geometry.intermittent_proof import SIDES, IncompleteGearCycle, RowMesh
+from planter.gear_geometry.locking_arcs import Rolling
 
 R, WAVE, SHIFT, FIRST, LAST = 0.03, 0.1, 0.2, -2.4, 2.5
 _T = np.linspace(FIRST, LAST, 20001)

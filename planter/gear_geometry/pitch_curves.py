@@ -1,0 +1,313 @@
+"""Pitch curves by arc length, and pairs of them: of a stage, of circles, of measured radii."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+
+from planter.errors import GeometryError
+from planter.gear_geometry.stage import Stage
+from planter.kernels import Array, formulas
+from planter.numerics import roots
+from planter.numerics.angles import TURN, turn_deg
+from planter.numerics.chebyshev import Panels, RoughFunctionError
+
+RACK = formulas.load("rack_teeth")
+"""Functions of pitch curves, and of the curves that a rack cuts on them."""
+X, Y, TX, TY, KAPPA, POLAR = range(6)
+"""Rows of a curve: point [m], unit tangent, curvature [1/m], polar angle [rad]."""
+_JUMP_TOLERANCE = 1e-9
+"""Share of the largest curvature below which a jump is rounding."""
+_SIDE_SHIFT = 1e-9
+"""Shift towards the requested side of a breakpoint, as a share."""
+
+Trace = Callable[[Array], tuple[Array, Array]]
+"""Polar places (4, n) of a curve at parameters (n,), as `rack_teeth` takes them, and polar angle per parameter (n,)."""
+
+
+@dataclass(frozen=True)
+class PitchCurve:
+    """A closed curve round its gear's axis, anticlockwise; `joints` are arc lengths in [0, L) where curvature jumps."""
+
+    rows: Panels
+    joints: Array
+
+    @classmethod
+    def from_trace(cls, trace: Trace, breaks: Array, sense: int) -> PitchCurve:
+        """Return a curve whose polar angle runs anticlockwise (sense +1) or clockwise (-1) with its parameter.
+
+        `breaks` are the parameters (m,) from its start to its end between which it is smooth.
+        """
+
+        def speed(u: Array) -> Array:
+            polar, pace = trace(u)
+            return RACK("pitch", polar_place=polar, sense=sense)["speed"][None] * pace
+
+        length = Panels.of(speed, breaks).integral
+        at_ends = length(length.ends)[0]
+        at_ends[0] = 0.0
+        total = at_ends[-1]
+
+        def parameter(s: Array) -> Array:
+            index = np.clip(np.searchsorted(at_ends, s, "right") - 1, 0, len(at_ends) - 2)
+            low, high = length.ends[index], length.ends[index + 1]
+            ends = np.minimum(at_ends[index] - s, -0.0), np.maximum(at_ends[index + 1] - s, 0.0)
+
+            def rates(u: Array) -> tuple[Array, Array]:
+                return length(u, index)[0] - s, speed(u)[0]
+
+            return roots.newton(rates, low, high, ends)
+
+        def rows(arcs: Array) -> Array:
+            polar, _ = trace(parameter(arcs if sense > 0 else total - arcs))
+            columns = list(RACK("pitch", polar_place=polar, sense=sense).values())[:5]
+            angle = polar[0] if sense > 0 else TURN - polar[0]
+            return np.array([*columns, angle])
+
+        ends = at_ends if sense > 0 else total - at_ends[::-1]
+        return cls.from_panels(Panels.of(rows, ends))
+
+    @classmethod
+    def from_panels(cls, rows: Panels) -> PitchCurve:
+        """Return a curve with breakpoints at the ends of panels with different curvature."""
+        count = np.arange(len(rows.series))
+        start, end = rows(rows.ends[:-1], count)[KAPPA], rows(rows.ends[1:], count)[KAPPA]
+        jump = np.abs(start - np.roll(end, 1)) > _JUMP_TOLERANCE * np.abs(start).max()
+        return cls(rows, rows.ends[:-1][jump])
+
+    @property
+    def length(self) -> float:
+        return float(self.rows.ends[-1])
+
+    def at(self, s: Array, towards: Array | None = None) -> Array:
+        """Return rows (6, n) at arc lengths (n,) [m] of any turn, on the side of breakpoints that lies `towards` (n,) "
+        "[m]."""
+        seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
+        turns = np.floor(seen / self.length)
+        past = turns * self.length
+        rows = self.rows(s - past, self.rows.panel(seen - past))
+        rows[POLAR] += TURN * turns
+        return rows
+
+    def arc(self, polar: Array) -> Array:
+        """Return arc lengths (n,) [m] at polar angles (n,) [rad] of any turn."""
+        turns = np.floor(polar / TURN)
+        return np.asarray(self.arc_within(polar - TURN * turns) + turns * self.length)
+
+    def arc_within(self, polar: Array) -> Array:
+        """Return arc lengths (n,) [m] at polar angles (n,) [rad] between those of its ends."""
+        starts = self._starts
+        index = np.clip(np.searchsorted(starts, polar, "right") - 1, 0, len(starts) - 2)
+        slope = self.rows.slope
+
+        def rates(s: Array) -> tuple[Array, Array]:
+            return self.rows(s, index)[POLAR] - polar, slope(s, index)[POLAR]
+
+        ends = np.minimum(starts[index] - polar, -0.0), np.maximum(starts[index + 1] - polar, 0.0)
+        return roots.newton(rates, self.rows.ends[index], self.rows.ends[index + 1], ends)
+
+    @cached_property
+    def _starts(self) -> Array:
+        """Polar angles at the ends of the panels."""
+        count = np.arange(len(self.rows.series))
+        return np.append(self.rows(self.rows.ends[:-1], count)[POLAR], self.rows(self.rows.ends[-1:])[POLAR])
+
+    def bends(self, s: Array, towards: Array | None = None) -> Array:
+        """Return curvature [1/m] and its first two derivatives by arc length (3, n), on the side that lies "
+        "`towards`."""
+        seen = s if towards is None else s + _SIDE_SHIFT * (towards - s)
+        past = np.floor(seen / self.length) * self.length
+        panel, arcs = self.rows.panel(seen - past), s - past
+        first = self.rows.slope
+        return np.array([part(arcs, panel)[KAPPA] for part in (self.rows, first, first.slope)])
+
+    def scaled(self, factor: float) -> PitchCurve:
+        """Return the curve with all lengths multiplied by a factor."""
+        factors = np.array([factor, factor, 1.0, 1.0, 1 / factor, 1.0])
+        return PitchCurve(Panels(self.rows.ends * factor, self.rows.series * factors[:, None]), self.joints * factor)
+
+    def places(self, share: Array) -> Array:
+        """Return points (n, 2) [m] at shares (n,) of the length."""
+        return self.at(share * self.length)[[X, Y]].T
+
+
+Contact = Callable[[Array], Array]
+"""Radius, its two derivatives, ratio, its derivative, and the mate's rotation (6, n) at polar angles (n,) of a gear."""
+
+
+@dataclass(frozen=True)
+class CurvePair:
+    """A gear's pitch curve and its mate's, the distance of their axes [m], and the sense of the gear's polar angle.
+
+    At rolling length s the gear touches at its arc length sense * s, the mate at -sense * s.
+    """
+
+    gear: PitchCurve
+    mate: PitchCurve
+    distance: float
+    sense: int = 1
+
+    @property
+    def curves(self) -> tuple[PitchCurve, PitchCurve]:
+        return self.gear, self.mate
+
+    @property
+    def senses(self) -> tuple[int, int]:
+        """Signs of both curves' arc length relative to the rolling length."""
+        return self.sense, -self.sense
+
+    def scaled(self, factor: float) -> CurvePair:
+        """Return the pair with all lengths multiplied by a factor."""
+        return CurvePair(self.gear.scaled(factor), self.mate.scaled(factor), self.distance * factor, self.sense)
+
+
+def build_contact_pair(contact: Contact, distance: float, breaks: Array, sense: int = 1, turns: int = 1) -> CurvePair:
+    """Build the pair of a contact that is smooth between breaks (m,) [rad]; the mate turns once in `turns`."""
+
+    def gear(t: Array) -> tuple[Array, Array]:
+        return np.vstack([t, contact(t)[:3]]), np.ones_like(t)
+
+    def mate(t: Array) -> tuple[Array, Array]:
+        columns = contact(t)
+        return np.array(list(RACK("mate", contact=columns, a=distance).values())), columns[3]
+
+    all_turns = np.concatenate([breaks[:-1] + TURN * k for k in range(turns)] + [[breaks[0] + TURN * turns]])
+    return CurvePair(
+        PitchCurve.from_trace(gear, breaks, sense),
+        PitchCurve.from_trace(mate, all_turns, -sense),
+        float(distance),
+        sense,
+    )
+
+
+def build_stage_pair(stage: Stage, parameters: Array, sense: int = 1) -> CurvePair:
+    """Build the pair of a gear stage with its parameters (q,) in SI, with separate segments of the deformed curve."""
+    hoisted = stage.prologue(parameters=parameters)["hoisted"]
+
+    def contact(t: Array) -> Array:
+        return np.vstack(list(stage.contact(t=t, parameters=parameters, hoisted=hoisted).values()))
+
+    joint = stage.polar(u=np.array([np.pi]), parameters=parameters)["t_first"][0, 0]
+    return build_contact_pair(contact, hoisted[0, 0], np.array([0.0, joint, TURN]), sense)
+
+
+def build_circle_pair(radius: float, mate: float) -> CurvePair:
+    """Build the pair of two circles by their radii [m]."""
+
+    def trace_circle(r: float, sense: int) -> PitchCurve:
+        def trace(t: Array) -> tuple[Array, Array]:
+            return np.array([t, np.full_like(t, r), np.zeros_like(t), np.zeros_like(t)]), np.ones_like(t)
+
+        return PitchCurve.from_trace(trace, np.linspace(0, TURN, 3), sense)
+
+    return CurvePair(trace_circle(radius, 1), trace_circle(mate, -1), radius + mate)
+
+
+_SLOPE_SAMPLES = 9
+"""Points between neighbouring samples at which the curve is checked."""
+_BRACKET_MARGIN = 1e-9
+"""Share by which the bracket of the centre distance is widened, because that of a circle is at its end."""
+
+
+class RadiusFunction(Protocol):
+    """Function that returns radii (n,) [m] at angles (n,) [rad] from the first point, or their derivatives."""
+
+    def __call__(self, at: Array, derivative: int = 0, /) -> Array: ...
+
+
+MAX_SLOPE_ANGLE = np.radians(80)
+"""Largest angle [rad] between a pitch curve and the circle about its axis: at a pressure angle of 10 deg the normals
+of flanks then pass through the axis, and no torque turns the gear."""
+MAX_HALVINGS = 8
+"""How often the gap between the gear's largest radius and the mate's axis is halved, from `turns` of those radii, until
+the mate turns too far: a pitch curve closer to its axis cannot carry teeth."""
+
+
+def build_sampled_pair(polar: Array, radius: Array, name: str, turns: int = 1, sense: int = 1) -> CurvePair:
+    """Return the pair of radii (n,) [m] at polar angles (n,) [rad] that rise by less than a turn.
+
+    The mate turns once in `turns` of the gear; errors begin with `name`. Raises GeometryError
+    if the curve through the points reaches its axis, is too steep for any teeth, or has no centre distance that
+    closes the mate.
+    """
+    from scipy.interpolate import CubicSpline
+
+    knots = np.append(polar, polar[0] + TURN) - polar[0]
+    curve = CubicSpline(knots, np.append(radius, radius[0]), bc_type="periodic")
+    _check_slope(curve, knots, polar[0], sense, name)
+    try:
+        return _build_pair(curve, knots, _find_centre_distance(curve, knots, turns, name), turns, sense)
+    except RoughFunctionError as error:
+        raise GeometryError(f"{name}: the curve through the points is too rough to be rolled on: {error}") from error
+
+
+def _build_pair(curve: RadiusFunction, knots: Array, distance: float, turns: int, sense: int) -> CurvePair:
+    """Return the pair of a curve smooth between knots (n + 1,) [rad], at a distance of the axes [m]."""
+
+    def ratios(t: Array) -> Array:
+        u = np.mod(t, TURN)
+        return np.array(list(RACK("rolling", r=curve(u), dr=curve(u, 1), a=distance).values()))
+
+    turned = Panels.of(lambda t: ratios(t)[:1], knots).integral
+
+    def contact(t: Array) -> Array:
+        u, past = np.mod(t, TURN), np.floor(t / TURN)
+        rotation = turned(u)[0] + past * TURN / turns
+        return np.vstack([curve(u), curve(u, 1), curve(u, 2), ratios(t), rotation])
+
+    return build_contact_pair(contact, distance, knots, sense, turns)
+
+
+def _sample_angles(knots: Array) -> Array:
+    """Return angles [rad] between knots (n + 1,) at which a curve is checked."""
+    return np.asarray((knots[:-1, None] + np.diff(knots)[:, None] * np.linspace(0, 1, _SLOPE_SAMPLES)).ravel())
+
+
+def _check_slope(curve: RadiusFunction, knots: Array, first: float, sense: int, name: str) -> None:
+    """Raise GeometryError, with the polar angle, if the curve reaches its axis or is too steep for teeth."""
+    places = _sample_angles(knots)
+    radius, slope = curve(places), curve(places, 1)
+
+    def at(k: int) -> str:
+        return f"at the polar angle {turn_deg(sense * (first + places[k])):.4g} deg"
+
+    smallest, steep = int(np.argmin(radius)), int(np.argmax(np.abs(slope) / radius))
+    if radius[smallest] <= 0:
+        raise GeometryError(
+            f"{name}: the curve through the points has a radius of {radius[smallest] * 1e3:.4g} mm {at(smallest)}: it "
+            f"must be above 0"
+        )
+    angle = np.arctan(np.abs(slope[steep]) / radius[steep])
+    if angle > MAX_SLOPE_ANGLE:
+        raise GeometryError(
+            f"{name}: the curve through the points is {np.degrees(angle):.4g} deg from a circle about its axis "
+            f"{at(steep)}, which is not allowed: it must be at most {np.degrees(MAX_SLOPE_ANGLE):g} deg for teeth to "
+            "turn it"
+        )
+
+
+def _find_centre_distance(curve: RadiusFunction, knots: Array, turns: int, name: str) -> float:
+    """Return the centre distance [m] at which the mate turns once in `turns`. Raises GeometryError without one."""
+    from scipy.optimize import brentq
+
+    high = float(curve(_sample_angles(knots)).max())
+
+    def over(distance: float) -> float:
+        rates = Panels.of(lambda t: RACK("rolling", r=curve(t), dr=curve(t, 1), a=distance)["ratio"][None], knots)
+        return float(rates.integral(knots[-1:])[0, 0] - TURN / turns)
+
+    # Near the largest radius the ratio has a pole, so the bracket is searched from the other end.
+    farther = high * (1 + turns) * (1 + _BRACKET_MARGIN)
+    for gap in turns * 0.5 ** np.arange(1, MAX_HALVINGS + 1):
+        nearer = high * (1 + gap)
+        if over(nearer) >= 0:
+            return float(brentq(over, nearer, farther, xtol=1e-18, rtol=1e-15))
+        farther = nearer
+    raise GeometryError(
+        f"{name}: no mate rolls on this curve: where its radius is largest, {high * 1e3:.4g} mm, the mate's would be "
+        f"below {gap * high * 1e3:.3g} mm; reduce the largest radius"
+    )

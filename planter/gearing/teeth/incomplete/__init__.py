@@ -1,1 +1,0 @@
-"""Incomplete gears: teeth on part of the turn, and locking arcs on the rest."""
