@@ -1,31 +1,31 @@
-"""What can go wrong, as the user sees it: every error is one sentence and knows its exit code."""
+"""Errors that users see: each is one sentence with an exit code."""
 
 from typing import Any, ClassVar
 
-from planter import legible
+from planter import safe_text
 
 
 class PlanterError(Exception):
-    """Any failure that the user is told about without a traceback."""
+    """Failure which is reported to the user without a traceback."""
 
     exit_code: ClassVar[int] = 1
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle any error with its attributes, whatever its constructor takes: workers send their errors."""
+        """Support pickling with all attributes and any constructor, because worker processes send their errors."""
         return _restore_error, (type(self), self.args, vars(self))
 
     @property
     def name(self) -> str:
-        """The kind of error, as results and JSON output call it."""
+        """Name of the error in results and JSON output."""
         return type(self).__name__
 
     @property
     def message(self) -> str:
-        """One sentence that says what is wrong and what would be right, on one line."""
-        return legible.line(str(self))
+        """Sentence on one line which states the fault and the remedy."""
+        return safe_text.sanitise_line(str(self))
 
     def table(self) -> dict[str, Any]:
-        """What `--json` prints of it: the error, and what was reached before it."""
+        """Return the object which `--json` prints: the error, and any partial result."""
         return {"error": {"name": self.name, "message": self.message}, "partial": getattr(self, "partial", None)}
 
 
@@ -36,21 +36,21 @@ def _restore_error(kind: type[PlanterError], args: tuple[Any, ...], attributes: 
 
 
 class InputError(PlanterError):
-    """Bad input: the sentence names file, key, value given and what is allowed."""
+    """Invalid input: the message names the file, key, value and what is allowed."""
 
     exit_code: ClassVar[int] = 2
 
 
 class GeometryError(InputError):
-    """A curve that cannot be built: the sentence names curve, angle and the bound that is broken."""
+    """Curve which cannot be built: the message names the curve, angle and violated bound."""
 
 
 class ComputationError(PlanterError):
-    """Valid input, but the computation did not succeed."""
+    """Failure of a computation with valid input."""
 
 
 class NotFiniteError(ComputationError):
-    """A function gives what is no number, or beyond all numbers: the first row and lane of its output."""
+    """Output of a function which is NaN or infinite: `row` and `lane` of the first such entry."""
 
     def __init__(self, function: str, output: str, row: int, lane: int) -> None:
         super().__init__(f"{function}: output {output}[{row}] is not finite in lane {lane}")
@@ -58,7 +58,7 @@ class NotFiniteError(ComputationError):
 
 
 class Interrupted(PlanterError):
-    """The user stopped a computation; `partial` holds what was found so far."""
+    """Computation stopped by the user; `partial` is the result so far, if any."""
 
     exit_code: ClassVar[int] = 130
 

@@ -76,7 +76,7 @@ class Worker:
         self._messages, self._longest_answer = [first], longest_answer
         self._process = subprocess.Popen(
             python_command(_WORKER, module), stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            env={**os.environ, **ONE_THREAD}, **apart(),
+            env={**os.environ, **ONE_THREAD}, **detached_process_options(),
         )  # fmt: skip
 
     @property
@@ -176,7 +176,7 @@ def run_command(
     )  # fmt: skip
 
 
-def apart() -> dict[str, Any]:
+def detached_process_options() -> dict[str, Any]:
     """Return what `subprocess.Popen` takes for a process that Ctrl-C in this one's terminal does not reach."""
     if sys.platform == "win32":
         return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}

@@ -66,7 +66,7 @@ def test_machines_have_the_same_shape(machine: str) -> None:
 
 def test_the_root_holds_the_interface_and_next_to_nothing_else() -> None:
     assert {path.stem for path in (ROOT / "planter").glob("*.py")} == {
-        "__init__", "__main__", "errors", "legible", "plugins", "progress", "version", "workers",
+        "__init__", "__main__", "errors", "safe_text", "plugins", "progress", "version", "workers",
     }  # fmt: skip
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from planter.bench.results import Arithmetic, Benchmark, LeftOut
 from planter.bench.settings import Settings, settings
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 __all__ = ["Settings", "run", "settings", "write"]
 
@@ -27,13 +27,13 @@ def run(chosen: Settings, progress: Listener | None = None) -> Benchmark:
     case = Case()
     results, reason = [], "--quick" if chosen.quick else "not asked for (--work)"
     skipped = [LeftOut(name, reason) for name in WORKS if name not in chosen.works]
-    phase = Phase("bench", "work", len(chosen.works), progress)
+    phase = ProgressPhase("bench", "work", len(chosen.works), progress)
     for name in chosen.works:
         try:
             results.append(works.run(name, case, chosen))
         except Absent as missing:
             skipped.append(LeftOut(name, str(missing)))
-        phase.next(name)
+        phase.advance(name)
     width: int | None = None
     arithmetic: Arithmetic | None = None
     try:

@@ -51,8 +51,8 @@ def _called() -> int:
 
 def _hint() -> str:
     """What is probably meant where an option's number has a decimal comma."""
-    from planter import legible
+    from planter import safe_text
 
-    pointed = (legible.with_point(argument.rpartition("=")[2]) for argument in sys.argv[1:])
+    pointed = (safe_text.replace_decimal_comma(argument.rpartition("=")[2]) for argument in sys.argv[1:])
     found = next(filter(None, pointed), None)
     return f" (with a decimal point: {found})" if found else ""

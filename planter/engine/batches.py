@@ -13,7 +13,7 @@ from planter.engine.machine import Machine
 from planter.engine.outputs import SampledOutputs, find_output, list_outputs
 from planter.errors import InputError
 from planter.kernels import Array, CallError
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 from planter.records import frames
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def evaluate_outputs(
     sampled, count = SampledOutputs(machine, inputs, outputs, samples), threads or os.cpu_count() or 1
     values = np.empty((len(designs), len(outputs)))
     slopes = np.empty((*values.shape, len(inputs))) if gradients else None
-    phase = Phase("evaluate", "design", len(designs), progress)
+    phase = ProgressPhase("evaluate", "design", len(designs), progress)
     for start in range(0, len(designs), CHUNK):
         part = slice(start, start + CHUNK)
         points = np.array(designs[part], dtype=float) / machine.scale
@@ -71,7 +71,7 @@ def evaluate_outputs(
         else:
             values[part], chunk = sampled.gradients(points, count)
             slopes[part] = chunk / machine.scale
-        phase.reached(start + len(points))
+        phase.report(start + len(points))
     return OutputBatch(tuple(outputs), values, slopes)
 
 

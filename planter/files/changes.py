@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 from pydantic import BaseModel
 
-from planter import legible
+from planter import safe_text
 from planter.errors import InputError
 from planter.files import paths, schema
 from planter.files.complaints import not_allowed
@@ -46,7 +46,7 @@ def _numbers(table: Mapping[str, Any]) -> dict[str, Location]:
 def _is_number(value: Any) -> bool:
     if isinstance(value, str):
         try:
-            float(legible.with_point(value) or value)
+            float(safe_text.replace_decimal_comma(value) or value)
         except ValueError:
             return False
         return True

@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails, InitErrorDetails, PydanticCustomError
 
-from planter import legible
+from planter import safe_text
 from planter.errors import InputError
 from planter.files import paths, schema, units
 
@@ -82,7 +82,7 @@ def explain(error: ValidationError, source: str, model: type[BaseModel], changed
 def problem(path: str, value: object, allowed: str, changed: bool = False) -> str:
     """Return the message for an invalid value, without its file."""
     note = f" ({SET})" if changed else ""
-    return f"{legible.name(path)} = {legible.value(value)}{note} is not allowed: {allowed}"
+    return f"{safe_text.quote_name(path)} = {safe_text.format_value(value)}{note} is not allowed: {allowed}"
 
 
 def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[str]) -> str:
@@ -90,16 +90,16 @@ def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[
     location = (*details["loc"], context["key"]) if context.get("key") else details["loc"]
     path = paths.join(location)
     if details["type"] == "missing":
-        return f"{legible.name(path)} is missing: it must be given{_in_unit(path)}"
+        return f"{safe_text.quote_name(path)} is missing: it must be given{_in_unit(path)}"
     if details["type"] == "refused" and "value" not in context:
-        return f"{legible.name(path)} is missing: {context['allowed']}"
+        return f"{safe_text.quote_name(path)} is missing: {context['allowed']}"
     value = context.get("value", details["input"])
     if details["type"] == "extra_forbidden":
         allowed = _known_keys(model, location)
     else:
         allowed = _ALLOWED.get(details["type"], _OTHERWISE).format(**context)
     if details["type"] in ("float_type", "int_type") and isinstance(value, str):
-        pointed = legible.with_point(value)
+        pointed = safe_text.replace_decimal_comma(value)
         allowed += f" without quotes, with a decimal point: {pointed}" if pointed else ", without quotes"
     set_here = any(name == path or name.startswith(f"{path}[") for name in changed)
     return problem(path, value, allowed, set_here)

@@ -13,7 +13,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
-from planter import legible
+from planter import safe_text
 from planter.errors import InputError
 
 LARGEST = 1e100
@@ -29,9 +29,9 @@ def written(comments: Iterable[str], head: Iterable[str], rows: Iterable[Iterabl
     """Return CSV text with comment lines that start with `#`, the header and rows; None is an empty cell."""
     text = io.StringIO()
     for comment in comments:
-        text.writelines(f"# {line}".rstrip() + "\n" for line in legible.text(comment).split("\n"))
+        text.writelines(f"# {line}".rstrip() + "\n" for line in safe_text.sanitise_text(comment).split("\n"))
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(map(legible.line, head))
+    writer.writerow(map(safe_text.sanitise_line, head))
     writer.writerows(rows)
     return text.getvalue()
 

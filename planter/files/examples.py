@@ -9,7 +9,7 @@ from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Any, Literal
 
-from planter import legible, plugins
+from planter import plugins, safe_text
 from planter.errors import InputError
 from planter.files import paths
 from planter.files.text import parse_toml, read_text, read_toml
@@ -39,8 +39,8 @@ def example(name: str, kind: str | None = None, suffix: Suffix | None = None) ->
         raise InputError(f"{name}: {other}, but it must be one of {', '.join(builtin)} or the path of a {suffix} file")
     hint = f": did you mean {similar[0]}?" if similar else ""
     raise InputError(
-        f"{name or legible.name(name)}: there is no built-in {noun} of that name{hint} (built in: {', '.join(builtin)}"
-        f"; anything else must be the path of a {suffix or '.toml or .csv'} file)"
+        f"{name or safe_text.quote_name(name)}: there is no built-in {noun} of that name{hint} "
+        f"(built in: {', '.join(builtin)}; anything else must be the path of a {suffix or '.toml or .csv'} file)"
     )
 
 

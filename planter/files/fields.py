@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
-from planter import legible
+from planter import safe_text
 from planter.files.complaints import refuse, refused
 
 LEAST, LARGEST = 1e-15, 1e15
@@ -37,13 +37,13 @@ Whole = Annotated[int, Field(strict=True)]
 
 
 def _words(text: str) -> str:
-    if any(legible.hidden(char) and char not in legible.KEPT for char in text):
+    if any(safe_text.is_invisible(char) and char not in safe_text.ALLOWED_CONTROLS for char in text):
         raise refused("", text, "it must hold no control characters")
     return text
 
 
 def _line(text: str) -> str:
-    if any(char in legible.KEPT for char in text):
+    if any(char in safe_text.ALLOWED_CONTROLS for char in text):
         raise refused("", text, "it must be one line")
     return _words(text)
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from planter import legible
+from planter import safe_text
 from planter.errors import InputError
 from planter.files import paths
 
@@ -64,12 +64,12 @@ def check_values(table: Mapping[str, Any], source: str, most_values: int = MOST_
     for count, (location, value) in enumerate(paths.places(table), 1):
         name = str(location[-1])
         if len(name) > LONGEST_NAME:
-            short = legible.name(name)
+            short = safe_text.quote_name(name)
             raise InputError(f"{source}: the name {short} is too long, it must not exceed {LONGEST_NAME} characters")
         if len(location) > DEEPEST:
             raise InputError(f"{source}: {name} is nested too deep, it must not exceed {DEEPEST} levels")
         if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
-            entry = f"{legible.name(paths.join(location))} = {legible.value(value)}"
+            entry = f"{safe_text.quote_name(paths.join(location))} = {safe_text.format_value(value)}"
             raise InputError(f"{source}: {entry} is not allowed: it must be a number of fewer digits, or have a point")
         if count > most_values:
             raise InputError(f"{source}: {_too_many(most_values)}")
@@ -84,6 +84,8 @@ def check_json_scalars(table: Mapping[str, Any], source: str) -> None:
     for location, value in paths.places(table):
         for text in (location[-1], value):
             if isinstance(text, str) and CONTROL.search(text):
-                raise InputError(f"{source}: {legible.name(paths.join(location))} holds a character that no text has")
+                raise InputError(
+                    f"{source}: {safe_text.quote_name(paths.join(location))} holds a character that no text has"
+                )
         if isinstance(value, float) and not math.isfinite(value):
-            raise InputError(f"{source}: {legible.name(paths.join(location))} is not a finite number")
+            raise InputError(f"{source}: {safe_text.quote_name(paths.join(location))} is not a finite number")

@@ -18,7 +18,7 @@ from io import BufferedReader
 from pathlib import Path
 from typing import Any, NoReturn
 
-from planter import legible
+from planter import safe_text
 from planter.errors import InputError
 from planter.files import limits
 
@@ -44,7 +44,7 @@ def check_arguments(arguments: Sequence[str]) -> None:
         raise InputError(f"there are {len(arguments)} words on the command line, at most {limits.MOST_VALUES} can be")
     longest = max(arguments, key=len, default="")
     if len(longest) > LONGEST_ARGUMENT:
-        short = legible.name(longest)
+        short = safe_text.quote_name(longest)
         raise InputError(f"{short} is too long, a word on the command line has at most {LONGEST_ARGUMENT} characters")
 
 
@@ -201,6 +201,6 @@ def _syntax_error(message: str, text: str) -> str:
         return f"this is not valid TOML: {message}"
     line = text.splitlines()[int(place[1]) - 1] if place[1] else ""
     match = _DECIMAL_COMMA.search(line)
-    pointed = legible.with_point(match[1]) if match else None
+    pointed = safe_text.replace_decimal_comma(match[1]) if match else None
     hint = f" (with a decimal point: {pointed})" if pointed else ""
     return f"{place[0][5:-1]}: this is not valid TOML: {message[: place.start()]}{hint}"

@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter import legible
+from planter import safe_text
 from planter.errors import InputError
 from planter.files import paths
 from planter.kernels import Array, Kernel, generated
@@ -52,9 +52,8 @@ def check_family(name: str, where: str) -> str:
     if (find_family(name) or name) not in list_families():
         similar = paths.close(name, list_families())
         hint = f"did you mean {similar[0]}? " if similar else ""
-        raise InputError(
-            f"{where} = {legible.value(name)} is not allowed: {hint}it must be one of {', '.join(list_families())}"
-        )
+        entry = f"{where} = {safe_text.format_value(name)}"
+        raise InputError(f"{entry} is not allowed: {hint}it must be one of {', '.join(list_families())}")
     return name
 
 

@@ -86,7 +86,7 @@ def run(
         _open.go_on()
         process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            env=environment | dict(variables), **workers.apart(),
+            env=environment | dict(variables), **workers.detached_process_options(),
         )  # fmt: skip
         _open.processes.add(process)
     with process:

@@ -28,7 +28,7 @@ from planter.measured.findings import (
 from planter.measured.fit import STARTS, Fit, SearchEnd, fit_curve, prepare_searches
 from planter.measured.reading import Columns, Measurement
 from planter.parallel.task import HERE, Means, Task
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 FORCE = "N"
 ROUNDING, TINY = 1e-9, 1e-30
@@ -80,7 +80,7 @@ def calibrate(
     unit = units.unit(find_measured(machine, quantity).key)
     chosen = {name: Chosen.from_bounds(machine, bounds) for name, machine in machines.items()}
     measured = reading.read(data, columns, float(machine.data[machine.speed]), unit)
-    phase = Phase("calibration", "start", STARTS * len(machines), progress)
+    phase = ProgressPhase("calibration", "start", STARTS * len(machines), progress)
     fits: dict[str, Fit] = {}
     for name, machine_of_model in machines.items():
         arguments = {"chosen": chosen[name], "measured": measured, "quantity": quantity}

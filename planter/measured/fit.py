@@ -16,7 +16,7 @@ from planter.measured.curve import MeasuredCurve
 from planter.measured.phase import find_phases
 from planter.parallel.jobs import run_in_order
 from planter.parallel.task import HERE, Means, Task
-from planter.progress import Phase
+from planter.progress import ProgressPhase
 
 STARTS = 8
 CANDIDATES, RESCANS, BETTER = 3, 3, 0.999
@@ -163,22 +163,22 @@ class SearchEnd:
 
 
 def fit_curve(
-    curve: MeasuredCurve, seed: int = 0, starts: int = STARTS, phase: Phase | None = None, task: Task | None = None,
-    means: Means = HERE,
+    curve: MeasuredCurve, seed: int = 0, starts: int = STARTS, phase: ProgressPhase | None = None,
+    task: Task | None = None, means: Means = HERE,
 ) -> Fit:  # fmt: skip
     """Return the best fit of searches from the values of the machine and from random ones, with scans of the phase.
 
     `means` selects the workers, which prepare their searches by `task`, and does not change the results. Raises
     ComputationError if no search ends at values with a cycle.
     """
-    phase = phase or Phase("calibration", "start", starts, None)
+    phase = phase or ProgressPhase("calibration", "start", starts, None)
     ends = []
     for end in run_in_order(
         task, find_starts(curve, seed, starts), means, prepare_searches(curve), lambda end: end,
-        lambda: phase.under_way(None),
+        lambda: phase.report_if_slow(None),
     ):  # fmt: skip
         ends.append(end)
-        phase.next()
+        phase.advance()
     return choose_fit(curve, ends)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 
-from planter import legible
+from planter import safe_text
 from planter.engine.driven import DriveResult
 from planter.engine.sensitivity import SensitivityFound
 from planter.engine.shown import (
@@ -64,7 +64,7 @@ def turn(console: Console, found: Turn) -> None:
 def show_validation(console: Console, source: str, found: MachineValidation) -> None:
     """Print that a file is valid, whether its limits are satisfied, and warnings."""
     design = f"; design values {', '.join(found.design)}" if found.design else ""
-    print(textwrap.fill(legible.line(f"{source}: valid{design}"), WIDTH))
+    print(textwrap.fill(safe_text.sanitise_line(f"{source}: valid{design}"), WIDTH))
     _limits(console, found.holds or ())
     _warnings(console, found.warnings)
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from planter.kernels import Array
 from planter.optimise.problem import Problem
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 Bits = NDArray[np.bool_]
 
@@ -55,17 +55,17 @@ def search(problem: Problem, settings: Settings, seed: int, progress: Listener |
     random = np.random.default_rng(seed)
     length = settings.bits_per_variable
     offspring = max(1, round(settings.selection_ratio * settings.individuals))
-    phase = Phase("ga", "generation", settings.generations, progress)
-    problem.heard = phase.under_way
+    phase = ProgressPhase("ga", "generation", settings.generations, progress)
+    problem.heard = phase.report_if_slow
     chromosomes = random.random((settings.individuals, len(problem.independent) * length)) < 0.5
     merits = _evaluate(problem, chromosomes, length)
-    phase.reached(1, best=problem.least)
+    phase.report(1, best=problem.least)
     for generation in range(2, settings.generations + 1):
         children = breed(random, chromosomes, merits, offspring, settings)
         elite = np.argsort(merits, kind="stable")[: settings.individuals - offspring]
         chromosomes = np.vstack([chromosomes[elite], children])
         merits = np.concatenate([merits[elite], _evaluate(problem, children, length)])
-        phase.reached(generation, best=problem.least)
+        phase.report(generation, best=problem.least)
     points = decode(problem, chromosomes, length)
     individuals = [Individual(u, float(merit)) for u, merit in zip(points, merits, strict=True)]
     return sorted(individuals, key=lambda individual: individual.objective)

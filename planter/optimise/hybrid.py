@@ -19,7 +19,7 @@ from planter.optimise.result import Candidates, Result, result
 from planter.optimise.starts import DEFAULT_STARTS, descents, find_minima, points
 from planter.parallel.jobs import Jobs
 from planter.parallel.task import HERE, Means, Task
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 Method = Literal["hybrid", "ipopt", "ga"]
 METHODS: tuple[Method, ...] = ("hybrid", "ipopt", "ga")
@@ -102,7 +102,10 @@ class Search:
 
     def _polish(self, individuals: Sequence[Individual]) -> list[Array]:
         """Return the local minima near individuals, points u (p,)."""
-        phase, starts = Phase("polish", "individual", len(individuals), self.progress), [one.u for one in individuals]
+        phase, starts = (
+            ProgressPhase("polish", "individual", len(individuals), self.progress),
+            [one.u for one in individuals],
+        )
         if self._jobs is not None:
             self._jobs.add(starts)
         minima = find_minima(self.polish, starts, phase, self.task, self.means, self._jobs)

@@ -22,7 +22,7 @@ from planter.optimise.range_and_spread import problem as over_turn
 from planter.optimise.response import Response
 from planter.optimise.spread import Weights
 from planter.optimise.starts import descents
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 LEAST_RANGE, LEAST_VARIANCE = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper")
 STARTS = 4
@@ -74,13 +74,13 @@ def sweep(
     if most - least <= VIOLATED * most:
         return [Compromise(problem.design(other), problem.evaluate(other))]
     caps = least + (most - least) * np.linspace(SLACK, 1 - SLACK, max(points, 2))
-    found, phase = [], Phase("front", "point", len(caps), progress)
+    found, phase = [], ProgressPhase("front", "point", len(caps), progress)
     for count, cap in enumerate(caps, 1):
         reached = _capped(problem, u, float(cap))
         if reached is not None:
             u = reached
             found.append(Compromise(problem.design(u), problem.evaluate(u)))
-        phase.reached(count, best=found[-1].evaluation.objective if found else None)
+        phase.report(count, best=found[-1].evaluation.objective if found else None)
     return [one for one in found if not any(_beats(other.evaluation, one.evaluation) for other in found)]
 
 

@@ -14,7 +14,7 @@ from planter.optimise.elastic import least_violation
 from planter.optimise.problem import Best, Counts, Problem
 from planter.parallel.jobs import Jobs, run_in_order
 from planter.parallel.task import HERE, Means, Task
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 DEFAULT_STARTS = 8
 ONE = 1e-7
@@ -78,14 +78,14 @@ def descents(
     means: Means = HERE, under_way: Jobs | None = None,
 ) -> Iterator[Minimum]:  # fmt: skip
     """Yield the local minima from `count` points of the box, as `find_minima` those of given points."""
-    phase = Phase("ipopt", "start", count, progress)
+    phase = ProgressPhase("ipopt", "start", count, progress)
     return find_minima(
         problem, points(problem, count, seed) if under_way is None else (), phase, task, means, under_way
     )
 
 
 def find_minima(
-    problem: Problem, starts: Sequence[Array], phase: Phase, task: Task | None = None, means: Means = HERE,
+    problem: Problem, starts: Sequence[Array], phase: ProgressPhase, task: Task | None = None, means: Means = HERE,
     under_way: Jobs | None = None,
 ) -> Iterator[Minimum]:  # fmt: skip
     """Yield the local minima from points u (p,), in their order, as they are reached.
@@ -94,14 +94,14 @@ def find_minima(
     Workers run the descents of a task, whose jobs are points, as `run_in_order`; or they are `under_way`. Raises
     ComputationError if no start leads anywhere.
     """
-    problem.heard = phase.under_way
+    problem.heard = phase.report_if_slow
     minima, error = 0, None
 
     def join(descent: Descent) -> Minimum | ComputationError:
         return descent.join(problem)
 
     def wait() -> None:
-        phase.under_way(problem.least)
+        phase.report_if_slow(problem.least)
 
     ends: Iterator[Minimum | ComputationError]
     if under_way is None:
@@ -114,7 +114,7 @@ def find_minima(
         else:
             minima += 1
             yield end
-        phase.reached(done, best=problem.least)
+        phase.report(done, best=problem.least)
     if error is not None and not minima:
         raise ComputationError(f"no start leads anywhere: {error.message}")
 

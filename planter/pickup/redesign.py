@@ -29,7 +29,7 @@ from planter.pickup.law import NEEDLE
 from planter.pickup.model import PickupTrain
 from planter.pickup.requirements import PickupRequirement, find_push, list_requirements, pick_angle_deg
 from planter.pickup.tray import Cell, CellEntry
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 SAMPLES = 241
 """Carrier angles on the teeth at which requirements are imposed."""
@@ -100,7 +100,7 @@ def redesign_path(machine: Pickup, train: PickupTrain, progress: Listener | None
     reserve = dict.fromkeys(NAMES, 0.0)
     v, iterations, current, after, turns = at.values, 0, train, before, 0
     proof: Certificate | None = None
-    phase = Phase("pickup", "round", ROUNDS, progress)
+    phase = ProgressPhase("pickup", "round", ROUNDS, progress)
     for turns in range(1, ROUNDS + 1):
         if all(requirement.holds for requirement in after):
             turns -= 1
@@ -116,12 +116,12 @@ def redesign_path(machine: Pickup, train: PickupTrain, progress: Listener | None
         rested = find_push(current)[0]
         current = replace(train, law=at.law_of(v), inversion=None)
         after = list_requirements(machine, current)
-        phase.next(f"least margin {min(r.margin for r in after):.4g}")
+        phase.advance(f"least margin {min(r.margin for r in after):.4g}")
         if abs(rested - change.rests) < SETTLED:
             if broken > BROKEN:
                 break
             reserve = _tightened(reserve, after)
-    phase.end()
+    phase.finish()
     steps = np.arange(machine.spline.value_points) * TURN / machine.spline.value_points
     return Redesign(train, current, train.tip(steps), current.tip(steps), before, after, iterations, turns, proof)
 

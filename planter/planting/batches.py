@@ -29,7 +29,7 @@ from planter.records import frames, html
 
 if TYPE_CHECKING:
     from pandas import DataFrame
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def evaluate_many(
     values = np.empty((len(designs), len(FIELDS)))
     slopes = np.empty(np.shape(designs)) if gradients else None
     turns, count = Turns(device, samples), threads or os.cpu_count() or 1
-    phase = Phase("evaluate", "design", len(designs), progress)
+    phase = ProgressPhase("evaluate", "design", len(designs), progress)
     for start in range(0, len(designs), CHUNK):
         part = slice(start, start + CHUNK)
         chunk = np.array(designs[part], dtype=float)
@@ -114,5 +114,5 @@ def evaluate_many(
                 values[part], slopes[part] = turns.many_gradients(chunk, count)
         except (ComputationError, CallError) as error:
             raise ComputationError(f"among the designs from row {start} on: {error}") from error
-        phase.reached(start + len(chunk))
+        phase.report(start + len(chunk))
     return Batch(**dict(zip(FIELDS, values.T, strict=True)), gradient=slopes)

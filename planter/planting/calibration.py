@@ -32,7 +32,7 @@ from planter.planting.undisclosed.attainable import largest_range
 from planter.planting.undisclosed.fit import MET, Figures, Fit, nearest, searched, settled
 from planter.planting.undisclosed.force import Force
 from planter.planting.undisclosed.inputs import DEG, Inputs, data, own_angles
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 SEED = 0
 STARTS = {"lanes": 24}
@@ -58,11 +58,11 @@ def calibrate(
     wanted = _target(target)
     chosen = tuple(_law(law) for law in laws) or flanks.names()
     jobs = [(one, law) for one in MODELS for law in chosen]
-    phase, laws_fits = Phase("calibration", "law", len(jobs), progress), LawFits(machine, wanted)
+    phase, laws_fits = ProgressPhase("calibration", "law", len(jobs), progress), LawFits(machine, wanted)
     points: list[Array] = []
     task = Task(LawFits, {"machine": machine, "wanted": dict(wanted)})
-    for z in run_in_order(task, jobs, means, laws_fits, lambda z: z, lambda: phase.under_way(None)):
-        phase.next(", ".join(jobs[len(points)]))
+    for z in run_in_order(task, jobs, means, laws_fits, lambda z: z, lambda: phase.report_if_slow(None)):
+        phase.advance(", ".join(jobs[len(points)]))
         points.append(z)
     best: dict[Model, Fit] = {}
     found: dict[str, ModelFitted] = {}

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from planter import legible
+from planter import safe_text
 from planter.files import units
 from planter.planting import force_tables
 from planter.planting.designer import shown
@@ -68,7 +68,7 @@ def _lifted(console: Console, found: Sequence[Lifted]) -> None:
 
 def validation(console: Console, source: str, result: Validation) -> None:
     """That a file is valid, what its design makes of its requirements, and values that are unusual."""
-    print(legible.line(f"{source}: valid, design parameters {', '.join(result.design)}"))
+    print(safe_text.sanitise_line(f"{source}: valid, design parameters {', '.join(result.design)}"))
     requirements(console, result.requirements)
     warnings(console, result.warnings)
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from typing import Any
 
-from planter import legible
+from planter import safe_text
 from planter.records import frames
 
 MOST_ROWS = 8
@@ -52,4 +52,4 @@ def _text(value: object) -> str:
         return ", ".join(map(_text, value)) or "\N{EN DASH}"
     if isinstance(value, Mapping):
         return ", ".join(f"{_text(key)} {_text(item)}" for key, item in value.items())
-    return escape(legible.line(str(value)))
+    return escape(safe_text.sanitise_line(str(value)))

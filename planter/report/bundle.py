@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from planter.files.names import file_name
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 from planter.report import files, style
 from planter.report.folder import renews
 
@@ -26,10 +26,10 @@ class Drawn:
 
 def drawn(figures: Mapping[str, Figure], progress: Listener | None = None) -> dict[str, Drawn]:
     """Render figures by name as SVG and PNG, and report the number of rendered figures to `progress`."""
-    rendered, phase = {}, Phase("drawing", "figure", len(figures), progress)
+    rendered, phase = {}, ProgressPhase("drawing", "figure", len(figures), progress)
     for name, figure in figures.items():
         rendered[name] = Drawn(style.svg(figure), style.png(figure))
-        phase.next(name)
+        phase.advance(name)
     return rendered
 
 

@@ -15,7 +15,7 @@ from html import escape as escaped
 from string import Template
 from typing import Protocol, runtime_checkable
 
-from planter import legible
+from planter import safe_text
 from planter.report import style
 
 Cell = str | int | float | bool | None
@@ -126,7 +126,7 @@ class Folded:
 
 def escape(text: str) -> str:
     """Return a text with markup escaped and invisible characters written out."""
-    return escaped(legible.text(text))
+    return escaped(safe_text.sanitise_text(text))
 
 
 def cell_text(value: Cell) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from planter import legible
+from planter import safe_text
 from planter.errors import InputError, PlanterError
 from planter.files.text import LIMIT_BYTES, parse_json
 from planter.studio.exports import ExportTask, export
@@ -100,7 +100,7 @@ class Live:
         elif isinstance(ask, str) and ask in ANSWERED:
             self._begin(self._send_answer(self.front.ask(ANSWERED[ask], self._opening, message)))
         else:
-            await self._send({"error": f"ask = {legible.value(ask)}: there is no such request"})
+            await self._send({"error": f"ask = {safe_text.format_value(ask)}: there is no such request"})
 
     def _begin(self, task: Coroutine[Any, Any, Any]) -> None:
         """Start a task in the background; an exception becomes an error message."""
@@ -180,4 +180,4 @@ def error_message(error: Exception) -> dict[str, str]:
     """Return an exception as a message: the message of an error of planter, or type and text of any other."""
     if isinstance(error, PlanterError):
         return {"error": error.message}
-    return {"error": legible.line(f"this cannot be done ({type(error).__name__}: {error})")}
+    return {"error": safe_text.sanitise_line(f"this cannot be done ({type(error).__name__}: {error})")}

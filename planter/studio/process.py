@@ -7,7 +7,7 @@ from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping, S
 from types import MappingProxyType
 from typing import Any
 
-from planter import legible, workers
+from planter import safe_text, workers
 from planter.errors import ComputationError, PlanterError
 from planter.files.complaints import SET
 
@@ -77,7 +77,11 @@ class Process:
             await self.send({"error": error.message})
         except Exception as error:
             await self.send(
-                {"error": legible.line(f"{self.name}: this cannot be done ({type(error).__name__}: {error})")}
+                {
+                    "error": safe_text.sanitise_line(
+                        f"{self.name}: this cannot be done ({type(error).__name__}: {error})"
+                    )
+                }
             )
 
 

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from planter import legible
+from planter import safe_text
 from planter.errors import InputError, PlanterError
 from planter.files import examples
 from planter.files.derivation import GENERATED
@@ -216,7 +216,7 @@ class Session:
         names = sources(self.folder)
         if name not in names:
             raise InputError(
-                f"{legible.name(str(name))}: there is no such machine here; choose one of {', '.join(names)}"
+                f"{safe_text.quote_name(str(name))}: there is no such machine here; choose one of {', '.join(names)}"
             )
         path = (self.folder / name).resolve()
         self._labels[str(path)] = name
@@ -239,16 +239,16 @@ class Session:
         if not isinstance(text, str) or not isinstance(label, str):
             raise InputError("text and file must be strings: the text of a file and its name")
         if len(text) > LARGEST:
-            raise InputError(f"{legible.name(label)}: at most {LARGEST} characters can be loaded")
-        table = parse_toml(text, legible.name(label))
+            raise InputError(f"{safe_text.quote_name(label)}: at most {LARGEST} characters can be loaded")
+        table = parse_toml(text, safe_text.quote_name(label))
         if {CODE, CODE_FOLDER} & table.keys():
             raise InputError(
-                f"{legible.name(label)}: Python code belongs to this file ({CODE} or {CODE_FOLDER}); "
+                f"{safe_text.quote_name(label)}: Python code belongs to this file ({CODE} or {CODE_FOLDER}); "
                 "open it by `planter studio FILE`"
             )
         self._texts += 1
         path = self._store(str(self._texts), OPENED, text)
-        self._labels[str(path)] = legible.name(label)
+        self._labels[str(path)] = safe_text.quote_name(label)
         return str(path)
 
     def _store(self, folder: str, name: str, text: str) -> Path:

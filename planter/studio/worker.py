@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from planter import legible, plugins, workers
+from planter import plugins, safe_text, workers
 from planter.errors import PlanterError
 from planter.studio.session import Message, Session
 
@@ -58,7 +58,7 @@ def answer_request(session: Session, name: str, message: Message) -> str:
         sentence = f"this needs more memory than the {MEMORY_BYTES / 2**30:g} GB that a page's machine may take"
     except Exception as error:
         sentence = f"this cannot be computed ({type(error).__name__}: {error})"
-    return FAILED + _to_json({"error": legible.line(sentence), **echoed})
+    return FAILED + _to_json({"error": safe_text.sanitise_line(sentence), **echoed})
 
 
 def _to_json(answer: Any) -> str:

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
-from planter import legible
+from planter import safe_text
 from planter.kernels import Array
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 from planter.report import folder
 from planter.sweeps.axes import Axis
 from planter.sweeps.points import Points
@@ -118,15 +118,15 @@ def write_rows(out: Path, rows: Rows, comments: Iterable[str], progress: Listene
 
 
 def _write_csv(path: Path, rows: Rows, comments: Iterable[str], progress: Listener | None) -> None:
-    phase = Phase("writing", "row", rows.points.rows, progress)
+    phase = ProgressPhase("writing", "row", rows.points.rows, progress)
     with folder.replacing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
-        file.writelines(f"# {legible.line(comment)}\n" for comment in comments)
+        file.writelines(f"# {safe_text.sanitise_line(comment)}\n" for comment in comments)
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(rows.columns)
         for table in rows.tables():
             columns = [column if isinstance(column, list) else _cells(column) for column in table.values()]
             writer.writerows(zip(*columns, strict=True))
-            phase.reached(phase.done + len(columns[0]))
+            phase.report(phase.done + len(columns[0]))
 
 
 def _cells(column: Array) -> list[float | None]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from planter.errors import Interrupted
 from planter.parallel.jobs import Jobs
 from planter.parallel.task import HERE, Means, count_cores
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 from planter.sweeps import job
 from planter.sweeps.job import Recipe
 from planter.sweeps.store import Store
@@ -36,16 +36,16 @@ def run_job(recipe: Recipe, store: Store, means: Means = HERE, progress: Listene
     rows, done = store.rows, store.list_finished()
     todo = [number for number in range(job.count_chunks(rows)) if number not in done]
     resumed_rows = _rows(done, rows)
-    phase = Phase("sweep", "row", rows, progress, resumed_rows)
+    phase = ProgressPhase("sweep", "row", rows, progress, resumed_rows)
     if resumed_rows:
-        phase.reached(resumed_rows, "done before")
+        phase.report(resumed_rows, "done before")
     is_local = not todo or (means.cluster is None and rows < FEWEST)
     try:
         with nullcontext() if is_local else Jobs(recipe.task, todo, means) as jobs:
             for number, content in _evaluate(recipe, todo) if jobs is None else _read(jobs, todo):
                 store.save(number, content)
                 start, stop = job.chunk_limits(number, rows)
-                phase.reached(phase.done + stop - start)
+                phase.report(phase.done + stop - start)
     except KeyboardInterrupt:
         raise Interrupted({"rows": rows, "rows_done": phase.done}) from None
     return Run(len(done), 0 if jobs is None else jobs.workers)

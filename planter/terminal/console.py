@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
-from planter import legible
+from planter import safe_text
 from planter.errors import ComputationError, InputError, Interrupted, PlanterError
 from planter.progress import Progress
 from planter.records import Record
@@ -48,23 +48,23 @@ class Console:
         listed = [list(row) for row in rows]
         for index, name in enumerate(header):
             numeric = any(isinstance(row[index], int | float) for row in listed)
-            table.add_column(legible.line(name), justify="right" if numeric else "left")
+            table.add_column(safe_text.sanitise_line(name), justify="right" if numeric else "left")
         for row in listed:
             table.add_row(*(cell_text(cell) for cell in row))
         rich = Rich(highlight=False, markup=False, emoji=False)
         if title:  # not the table's own, which rich breaks where a narrow table ends
-            rich.print(Text(legible.line(title), style="bold"))
+            rich.print(Text(safe_text.sanitise_line(title), style="bold"))
         rich.print(table)
         rich.print()
 
     def say(self, text: str) -> None:
         """Tell something beside the result, on standard error."""
-        streams.tell(legible.line(text))
+        streams.tell(safe_text.sanitise_line(text))
 
     def progress(self, at: Progress) -> None:
         """Tell how far a work is: one line that is written over on a terminal, else ten lines in all."""
         if sys.stderr.isatty():
-            line = legible.line(str(at))[: shutil.get_terminal_size().columns - 1]
+            line = safe_text.sanitise_line(str(at))[: shutil.get_terminal_size().columns - 1]
             print(f"\r\x1b[2K{line}", end="\n" if at.done == at.total else "", file=sys.stderr, flush=True)
         elif at.done * 10 // at.total > (at.done - 1) * 10 // at.total:
             self.say(str(at))
@@ -106,4 +106,4 @@ def cell_text(cell: object) -> str:
         return "-"
     if isinstance(cell, float):
         return f"{cell:.6g}"
-    return legible.line(str(cell))
+    return safe_text.sanitise_line(str(cell))

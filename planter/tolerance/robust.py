@@ -28,7 +28,7 @@ from planter.numerics.arrays import Integers
 from planter.numerics.latest import Latest
 from planter.optimise.constraints import KEPT, Constraints, Kind
 from planter.optimise.spread import Variance
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 from planter.sweeps.points import SobolSequence
 from planter.tolerance.results import RobustFound, Scored
 from planter.tolerance.room import Settings
@@ -142,7 +142,7 @@ def find_robust(robust: RobustGoal, settings: Settings, progress: Listener | Non
     """
     search, sigmas = _Search(robust), settings.sigmas
     starts = [search.initial, *search.random_starts(settings)]
-    phase = Phase("robust design", "descent", 2 * len(starts) + 2, progress)
+    phase = ProgressPhase("robust design", "descent", 2 * len(starts) + 2, progress)
 
     def descend(points: Sequence[Array], deviations: float | None) -> list[Array]:
         return [search.descend(start, deviations, phase) for start in points]
@@ -190,7 +190,7 @@ class _Search:
             return REFUSED * self.scale, np.zeros(len(u))
         return value, slope * self.width
 
-    def descend(self, start: Array, sigmas: float | None, phase: Phase) -> Array:
+    def descend(self, start: Array, sigmas: float | None, phase: ProgressPhase) -> Array:
         """Return the end of a local search from a point."""
         scale = abs(self.value(self.initial, sigmas)[0]) or 1.0
 
@@ -202,7 +202,7 @@ class _Search:
             scaled, start, jac=True, method="SLSQP", bounds=[(0, 1)] * len(start), constraints=self._constraints,
             options={"maxiter": ITERATIONS, "ftol": PRECISION},
         )  # fmt: skip
-        phase.next()
+        phase.advance()
         end: Array = np.clip(result.x, 0, 1)
         return (
             end if self.value(end, sigmas)[0] <= self.value(start, sigmas)[0] or not self.is_feasible(start) else start

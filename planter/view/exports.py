@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from planter import legible
+from planter import safe_text
 from planter.errors import InputError
 
 
@@ -43,7 +43,7 @@ class Export:
         for required in self.asks:
             value = numbers.get(required.option, required.value)
             if not (isinstance(value, int | float) and 0 < value < float("inf")):
-                raise InputError(f"{required.meaning} = {legible.value(value)}: a positive number is required")
+                raise InputError(f"{required.meaning} = {safe_text.format_value(value)}: a positive number is required")
             words += [required.option, repr(float(value))]
         return [*words, "--out", str(folder / self.file)]
 

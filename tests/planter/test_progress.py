@@ -1,4 +1,4 @@
-"""How far long work is: what listeners hear, what of it is shown, and that the time left is that of the rest."""
+"""Progress reports: their text, number and remaining time."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import os
 import pytest
 
 from planter import progress
-from planter.progress import Phase, Progress
+from planter.progress import Progress, ProgressPhase
 from planter.terminal.console import Console
 
 
 class Clock:
-    """Seconds that pass when they are told to."""
+    """Clock that a test sets."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = 100.0
@@ -30,62 +30,62 @@ def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
     return Clock(monkeypatch)
 
 
-def test_the_time_left_goes_on_as_it_went(clock: Clock) -> None:
-    heard: list[Progress] = []
-    phase = Phase("ga", "generation", 10, heard.append)
+def test_remaining_time_is_extrapolated(clock: Clock) -> None:
+    reports: list[Progress] = []
+    phase = ProgressPhase("ga", "generation", 10, reports.append)
     clock.now += 6
-    phase.reached(3, best=1.5)
+    phase.report(3, best=1.5)
     clock.now += 14
-    phase.reached(10, "the last")
-    assert heard[0] == Progress("ga", "generation", 3, 10, best=1.5, left=14.0)
-    assert heard[1].left is None
-    assert str(heard[1]) == "ga: generation 10 of 10, the last"
+    phase.report(10, "the last")
+    assert reports[0] == Progress("ga", "generation", 3, 10, best=1.5, remaining=14.0)
+    assert reports[1].remaining is None
+    assert str(reports[1]) == "ga: generation 10 of 10, the last"
 
 
-def test_what_was_done_before_took_no_time(clock: Clock) -> None:
-    """Of ten devices eight are kept: the ninth took 5 s, and so will the tenth."""
-    heard: list[Progress] = []
-    phase = Phase("compare", "device", 10, heard.append, done=8)
-    phase.reached(8, "done before")
+def test_restored_steps_do_not_count_for_time(clock: Clock) -> None:
+    """Of ten devices eight were restored: the ninth took 5 s, and so will the tenth."""
+    reports: list[Progress] = []
+    phase = ProgressPhase("compare", "device", 10, reports.append, done=8)
+    phase.report(8, "done before")
     clock.now += 5
-    phase.next("ellipse")
-    assert [(at.done, at.left) for at in heard] == [(8, None), (9, 5.0)]
+    phase.advance("ellipse")
+    assert [(report.done, report.remaining) for report in reports] == [(8, None), (9, 5.0)]
 
 
-def test_a_long_step_is_told_once_it_is_long(clock: Clock) -> None:
-    heard: list[Progress] = []
-    phase = Phase("ipopt", "start", 2, heard.append)
-    phase.under_way(3.0)
-    clock.now += progress.QUIET + 1
-    phase.under_way(2.0)
-    phase.under_way(1.0)
-    assert [str(at) for at in heard] == ["ipopt: start 0 of 2, best objective 2"]
+def test_long_step_is_reported_after_interval(clock: Clock) -> None:
+    reports: list[Progress] = []
+    phase = ProgressPhase("ipopt", "start", 2, reports.append)
+    phase.report_if_slow(3.0)
+    clock.now += progress.REPORT_INTERVAL + 1
+    phase.report_if_slow(2.0)
+    phase.report_if_slow(1.0)
+    assert [str(report) for report in reports] == ["ipopt: start 0 of 2, best objective 2"]
 
 
-def test_work_that_ends_early_is_told_to_have_ended(clock: Clock) -> None:
-    heard: list[Progress] = []
-    phase = Phase("pickup", "round", 20, heard.append)
-    phase.end()
-    phase.next()
-    phase.end()
-    phase.end()
-    assert [(at.done, at.total) for at in heard] == [(1, 20), (1, 1)]
+def test_early_end_is_reported_once(clock: Clock) -> None:
+    reports: list[Progress] = []
+    phase = ProgressPhase("pickup", "round", 20, reports.append)
+    phase.finish()
+    phase.advance()
+    phase.finish()
+    phase.finish()
+    assert [(report.done, report.total) for report in reports] == [(1, 20), (1, 1)]
 
 
-def test_nobody_need_listen() -> None:
-    Phase("drawing", "figure", 1, None).next("force")
+def test_phase_without_listener() -> None:
+    ProgressPhase("drawing", "figure", 1, None).advance("force")
 
 
-def test_ten_lines_in_all_where_there_is_no_terminal(capsys: pytest.CaptureFixture[str]) -> None:
-    phase = Phase("drawing", "figure", 200, Console(as_json=False).progress)
+def test_console_without_terminal_prints_ten_lines(capsys: pytest.CaptureFixture[str]) -> None:
+    phase = ProgressPhase("drawing", "figure", 200, Console(as_json=False).progress)
     for _ in range(200):
-        phase.next()
+        phase.advance()
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 10
     assert lines[-1] == "drawing: figure 200 of 200"
 
 
-def test_one_line_as_wide_as_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_console_rewrites_line_of_terminal_width(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = Terminal()
     monkeypatch.setattr("sys.stderr", terminal)
     monkeypatch.setattr("shutil.get_terminal_size", lambda: os.terminal_size((30, 24)))

@@ -17,7 +17,7 @@ from planter.clutch.engagement.modal import FACTORS
 from planter.clutch.engagement.motion import SwitchingRun, simulate_engagement, simulate_switching, sum_energies
 from planter.clutch.file import ClutchFile as File
 from planter.clutch.results.engagement import ContactEngagement, ContactLoadSensitivity, PhaseLoads, TeethInSleeve
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 VARIED: dict[str, tuple[str, ...]] = {
     "stiffness": ("stiffness",),
@@ -56,22 +56,22 @@ def compare_clutches(
     clutches = {"reuleaux": dynamics.build_reuleaux(), "dog": dynamics.build_dog(file.dog.jaws)}
     multipliers = FACTORS if factors is None else factors
     todo = len(clutches) + len(VARIED) * len(multipliers) + len(PHASES_DEG)
-    steps = Phase("engage", "motion", todo, progress)
+    steps = ProgressPhase("engage", "motion", todo, progress)
     runs: dict[str, SwitchingRun] = {}
     for name, clutch in clutches.items():
         runs[name] = simulate_switching(clutch, contact_inputs, phase)
-        steps.next(f"{name} clutch: engagement and cut-off")
+        steps.advance(f"{name} clutch: engagement and cut-off")
     varied: list[ContactLoadSensitivity] = []
     for (name, fields), factor in itertools.product(VARIED.items(), multipliers):
         varied.append(
             ContactLoadSensitivity(name, factor, *_loads(clutches, contact_inputs.times(factor, *fields), phase))
         )
-        steps.next(f"{name} times {factor:.3g}")
+        steps.advance(f"{name} times {factor:.3g}")
     phases: list[PhaseLoads] = []
     for later in PHASES_DEG:
         at = file.contact.phase_deg + later
         phases.append(PhaseLoads(at, *_loads(clutches, contact_inputs, math.radians(at))))
-        steps.next(f"input at {at:g} deg")
+        steps.advance(f"input at {at:g} deg")
     reuleaux, dog = (runs[name].to_result() for name in ("reuleaux", "dog"))
     result = ContactEngagement(
         clutch=file.name,

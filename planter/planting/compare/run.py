@@ -19,7 +19,7 @@ from planter.planting.compare import box, pair
 from planter.planting.compare.proposal import proposal
 from planter.planting.file import Machine
 from planter.planting.results.compared import ComparedPair, ComparisonFound, NarrowBox
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 from planter.report import files
 from planter.report.folder import keep
 from planter.version import __version__
@@ -59,9 +59,9 @@ def compare(
     done = {task: store.load(task) for task in tasks} if resume else dict.fromkeys(tasks)
     todo = [task for task in tasks if done[task] is None]
     kept = len(tasks) - len(todo)
-    phase = Phase("compare", "device", len(tasks), progress, kept)
+    phase = ProgressPhase("compare", "device", len(tasks), progress, kept)
     if kept:
-        phase.reached(kept, "done before")
+        phase.report(kept, "done before")
 
     optimised = Task(pair.prepare_pairs, {"own": own, "required": machine, "starts": starts, "seed": seed})
     with Jobs(optimised, todo, Means(cores, cluster)) as jobs:
@@ -71,7 +71,7 @@ def compare(
                 raise ComputationError(f"{_name(task)}: {answer.content.message}")
             store.save(task, answer.content)
             done[task] = answer.content
-            phase.next(f"{_name(task)} {_said(answer.content)}")
+            phase.advance(f"{_name(task)} {_said(answer.content)}")
     ranked = _ranked([entry for task in chosen if (entry := done[task]) is not None])
     return ComparisonFound(
         machine=own.name,

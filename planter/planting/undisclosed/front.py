@@ -22,7 +22,7 @@ from planter.planting.model import Device
 from planter.planting.undisclosed.attainable import Reached, largest_range, most_variance
 from planter.planting.undisclosed.force import Force
 from planter.planting.undisclosed.inputs import Inputs, data
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 KEPT = "front.json"
 SEED, STARTS = 0, 3
@@ -66,7 +66,7 @@ def key(machine: Machine, own: Mapping[str, Mapping[str, float]]) -> str:
 def sought(machine: Machine, own: Mapping[str, Mapping[str, float]], progress: Listener | None = None) -> Kept:
     """The most variance within each cap on the range, of all laws, with the cam only pushing and with a free sign."""
     caps = sorted({*CAPS, *(point["range_N"] for point in own.values())})
-    phase = Phase("front", "search", len(flanks.names()) * len(CONTACTS) * len(caps), progress)
+    phase = ProgressPhase("front", "search", len(flanks.names()) * len(CONTACTS) * len(caps), progress)
     searches = [Searches(_with_flank(machine, law)) for law in flanks.names()]
     points: dict[str, list[Kept]] = {contact: [] for contact in CONTACTS}
     for cap, (contact, pushing) in product(caps, CONTACTS.items()):
@@ -75,7 +75,7 @@ def sought(machine: Machine, own: Mapping[str, Mapping[str, float]], progress: L
             reached = search.best(cap, pushing)
             if reached is not None and (best is None or reached.variance > best[0].variance):
                 best = reached, search
-            phase.next(f"{contact}, range up to {cap:g} N")
+            phase.advance(f"{contact}, range up to {cap:g} N")
         if best is not None:
             points[contact].append({"cap_N": cap, **best[1].told(best[0])})
     points["free sign"] += points["cam pushing"]

@@ -16,7 +16,7 @@ from planter.planting.whole.extent import Extent, extents
 from planter.planting.whole.lengths import Lengths
 from planter.planting.whole.results import TriedTeeth
 from planter.planting.whole.wanted import Wanted
-from planter.progress import Listener, Phase
+from planter.progress import Listener, ProgressPhase
 
 Numbers = tuple[int, ...]
 """Teeth of each stage that has whole ones."""
@@ -43,10 +43,10 @@ class Choice:
             here = best
 
     def _try(self, several: list[Numbers]) -> None:
-        phase = Phase("teeth", "choice", len(several), self.progress)
+        phase = ProgressPhase("teeth", "choice", len(several), self.progress)
         for teeth in several:
             self.tried[teeth] = self._found(teeth)
-            phase.next(",".join(map(str, teeth)))
+            phase.advance(",".join(map(str, teeth)))
 
     def _found(self, teeth: Numbers) -> TriedTeeth:
         lengths = self.lengths.of(self.lengths.wanted.of(teeth))

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from planter import legible
+from planter import safe_text
 from planter.progress import Listener
 from planter.report import bundle, files
 from planter.report.folder import renews
@@ -51,7 +51,8 @@ def format_tolerances(result: ToleranceFound) -> str:
         f'"{entry.name}" = {{ from = {entry.low!r}, to = {entry.high!r}, distribution = "{entry.distribution}" }}'
         for entry in result.inputs
     )
-    return "\n".join([f"# Tolerances of {legible.line(result.machine)}.", "", "[tolerances]", *entries]) + "\n"
+    title = f"# Tolerances of {safe_text.sanitise_line(result.machine)}."
+    return "\n".join([title, "", "[tolerances]", *entries]) + "\n"
 
 
 def _figures(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:

@@ -39,7 +39,7 @@ def test_a_process_apart_is_one_that_ctrl_c_does_not_reach(monkeypatch: pytest.M
     monkeypatch.setattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 512, raising=False)
     for system, expected in (("win32", {"creationflags": 512}), ("linux", {"start_new_session": True})):
         monkeypatch.setattr(sys, "platform", system)
-        assert workers.apart() == expected
+        assert workers.detached_process_options() == expected
 
 
 @needs_compiler

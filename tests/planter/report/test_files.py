@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter import legible
+from planter import safe_text
 from planter.errors import ComputationError, InputError
 from planter.files import examples
 from planter.planting import file
@@ -95,7 +95,7 @@ def test_a_folder_that_cannot_be_written_is_bad_input(tmp_path: Path) -> None:
         with pytest.raises(InputError) as caught:
             files.output_folder(folder)
         assert caught.value.exit_code == 2
-        assert legible.line(str(folder)) in caught.value.message
+        assert safe_text.sanitise_line(str(folder)) in caught.value.message
         assert "\n" not in caught.value.message
     with pytest.raises(InputError, match="occupied"):
         files.write_cycle_csv(occupied / "cycle.csv", [], {"a": [1.0]})
