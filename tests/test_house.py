@@ -18,7 +18,7 @@ GENERAL = (
 )  # fmt: skip
 """Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""
 DERIVATION = ((FOUNDATION,), ("audit", "mechanics"), ("gearing",), ("emit", "systems"), ("papers",), ("build",))
-SHAPE = ("file", "model", "results", "report", "tables", "commands", "printed", "examples")
+SHAPE = ("file", "model", "results", "commands", "printed", "examples")
 """What every machine's room holds, as a module, a package or a folder."""
 
 

@@ -42,11 +42,8 @@ def analyse_pickup(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.pickup import analysis, tables
+        from planter.pickup import analysis
+        from planter.pickup.presentation import present_pickup
 
         outcome = analysis.analyse_pickup(config, at or (), optimise, changes(set_), console.progress)
-        if out is not None:
-            from planter.pickup.report import results
-
-            results.write_pickup_report(out, outcome, console.progress)
-        console.result(outcome.result, lambda: tables.print_pickup(console, outcome.result))
+        present_pickup(outcome).show(console, out)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape as escaped
 from string import Template
@@ -86,11 +86,15 @@ class Keys:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under column heads; numbers are right-aligned. The first cell of a row is its heading."""
+    """Rows under column heads; numbers are right-aligned. The first cell of a row is its heading.
+
+    A terminal is too narrow for the columns `page_columns`, which only a page has.
+    """
 
     head: Sequence[str]
     rows: Sequence[Sequence[Cell]]
     caption: str = ""
+    page_columns: Collection[str] = ()
 
     def html(self, name: str) -> str:
         caption = f"<caption>{escape(self.caption)}</caption>" if self.caption else ""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from planter.files import units
-from planter.report.html import Cell
+from planter.report.html import Cell, Keys, Table
 
 
 def label(key: str) -> str:
@@ -36,10 +36,37 @@ def spaced(key: str) -> str:
 
 
 def flat(value: Any) -> Cell:
-    """Return a value as one cell of a table."""
+    """Return a value as one cell of a table.
+
+    >>> flat([0.1 + 0.2, 2]), flat({"lower": 1.0}), flat([])
+    ('0.3, 2', 'lower 1', None)
+    """
     if isinstance(value, list | tuple):
-        return ", ".join(str(flat(item)) for item in value) or None
+        return ", ".join(_in_list(item) for item in value) or None
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} {flat(item)}" for key, item in value.items())
+        return ", ".join(f"{key} {_in_list(item)}" for key, item in value.items())
     cell: Cell = value
     return cell
+
+
+def _in_list(value: Any) -> str:
+    cell = flat(value)
+    return f"{cell:.6g}" if isinstance(cell, float) else str(cell)
+
+
+def list_values(values: Mapping[str, Any]) -> Keys:
+    """Return the single values of a result under their labels, those of a group behind its name; lists are left out."""
+    pairs: dict[str, Cell] = {}
+    for key, value in values.items():
+        if isinstance(value, Mapping):
+            unit = f" / {units.unit(key)}" if units.unit(key) else ""
+            pairs |= {f"{name(key)}: {item}{unit}": cell for item, cell in list_values(value).pairs.items()}
+        elif not isinstance(value, list | tuple):
+            pairs[label(key)] = value
+    return Keys(pairs)
+
+
+def tabulate_angles(rows: Sequence[Mapping[str, Any]], angle: str) -> Table:
+    """Return a table of quantities at the angles [deg] that `rows` have under the key `angle`, one column each."""
+    head = ("quantity", *(f"at {row[angle]:.6g} deg" for row in rows))
+    return Table(head, [(label(key), *(flat(row[key]) for row in rows)) for key in rows[0] if key != angle])

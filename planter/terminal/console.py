@@ -47,7 +47,7 @@ class Console:
         table = Table(header_style="dim", box=None, pad_edge=False)
         listed = [list(row) for row in rows]
         for index, name in enumerate(header):
-            numeric = any(isinstance(row[index], int | float) for row in listed)
+            numeric = any(isinstance(row[index], int | float) and not isinstance(row[index], bool) for row in listed)
             table.add_column(safe_text.sanitise_line(name), justify="right" if numeric else "left")
         for row in listed:
             table.add_row(*(cell_text(cell) for cell in row))
@@ -97,13 +97,15 @@ class Console:
 
 
 def cell_text(cell: object) -> str:
-    """A cell as text: numbers to six digits.
+    """Return a cell as text, numbers with at most six digits.
 
-    >>> cell_text(211.3237944), cell_text(12), cell_text(None)
-    ('211.324', '12', '-')
+    >>> cell_text(211.3237944), cell_text(12), cell_text(None), cell_text(True)
+    ('211.324', '12', '-', 'yes')
     """
     if cell is None:
         return "-"
+    if isinstance(cell, bool):
+        return "yes" if cell else "no"
     if isinstance(cell, float):
         return f"{cell:.6g}"
     return safe_text.sanitise_line(str(cell))

@@ -1,0 +1,125 @@
+"""The presentation of `planter pickup`: what the terminal prints and the folder contains."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from planter.kernels.formulas import load
+from planter.pickup import analysis
+from planter.pickup.law import MODEL
+from planter.report import files
+from planter.report.html import Block, Items, Section, Table, Text
+from planter.report.labels import list_values, tabulate_angles
+from planter.report.presentation import ModelAssumptions, ResultPresentation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from planter.kernels import Array
+    from planter.pickup.analysis import PickupOutcome
+    from planter.pickup.results import Demand, Optimised, PickupFound
+
+STEPS = 720
+"""Rows of cycle.csv, path.csv and pitch.csv."""
+CAPTIONS = {
+    "path": "Path of the tip with pick and push, and the pick in the frame of a tray's cell. The tray lies where the "
+    "pick has the required depth; the level line follows from the inclination of the tray box.",
+    "pitch_curves": "Pitch curves of the non-circular pair. In the dwell the locking arcs replace the teeth; they are "
+    "as large as locks the intermediate gear in both directions.",
+    "contact_ratio": "Contact ratio of the non-circular pair along the teeth (yu2023, Fig. 9). The published formulas "
+    "are missing; these are of the circular gears with the curvature radii at the contact.",
+    "tip_motion": "Displacement and speed of the tip (yu2023, Fig. 13).",
+    "law": "Angle of the arm, its slope over the carrier's angle, and total ratio; grey: dwell.",
+}
+
+
+def present_pickup(outcome: PickupOutcome) -> ResultPresentation:
+    """Return the presentation: mechanism, requirements, redesign of the path, and states at single angles."""
+    result, machine = outcome.result, outcome.machine
+    driven_by = f"driven by its {result.driven_by}"
+    return ResultPresentation(
+        title=f"Seedling pick-up {machine.name}, {driven_by}",
+        conclusion=_conclude(result.requirements),
+        record=result,
+        sections=list(_list_sections(result)),
+        document=machine,
+        model=ModelAssumptions.from_sidecar(load(MODEL).sidecar),
+        motions=partial(_animate, outcome),
+        figures=partial(_draw, outcome),
+        captions=CAPTIONS,
+        tables=partial(_tabulate_cycle, outcome),
+        comments=files.comments(machine, "pick-up", [driven_by]),
+    )
+
+
+def _conclude(requirements: Sequence[Demand]) -> str:
+    violated = [row.name for row in requirements if not row.holds]
+    if violated:
+        return f"{len(violated)} of {len(requirements)} requirements are violated: {', '.join(violated)}."
+    return f"All {len(requirements)} requirements are satisfied."
+
+
+def _list_sections(result: PickupFound) -> Iterator[Section]:
+    if result.warnings:
+        yield Section("Warnings", [Items([warning.message for warning in result.warnings], "warning")])
+    table = result.table()
+    del table["machine"], table["driven_by"]
+    note = (
+        "Equation (14) of yu2023 lacks the factor 1/2: with the published 44.6 mm the helix angle is the one above, "
+        "inside the published range. The published contact ratio of the helical pair is 1.9358."
+    )
+    yield Section("Mechanism", [list_values(table), Text(note, "note")])
+    yield Section("Requirements", [_tabulate_requirements(result.requirements)])
+    if result.optimised:
+        yield Section("Redesign", list(_describe_redesign(result.optimised)))
+    if result.at:
+        yield Section("At single angles", [tabulate_angles([state.table() for state in result.at], "t_deg")])
+
+
+def _tabulate_requirements(rows: Sequence[Demand], caption: str = "") -> Table:
+    cells = [(row.name, row.value, row.wanted, row.unit, row.margin, row.holds) for row in rows]
+    return Table(("requirement", "value", "required", "unit", "margin", "satisfied"), cells, caption)
+
+
+def _describe_redesign(redesign: Optimised) -> Iterator[Block]:
+    yield Text(
+        f"The value points were moved by up to {redesign.moved_mm:.4g} mm in {redesign.iterations} iterations; "
+        f"{'all' if redesign.holds else 'not all'} requirements are satisfied."
+    )
+    yield _tabulate_requirements(redesign.requirements_before, "Requirements before the redesign")
+
+
+def _points_before(outcome: PickupOutcome) -> Array | None:
+    return None if outcome.redesigned is None else outcome.redesigned.points_before
+
+
+def _animate(outcome: PickupOutcome) -> Iterator[Block]:
+    from planter.pickup.report.scene import build_pickup_scene
+    from planter.view.block import Motion
+
+    scene = build_pickup_scene(outcome.machine, outcome.train, _points_before(outcome))
+    yield Motion(scene, "The pick-up over a cycle. Thick arcs on the gears lock the arm in the dwell.")
+
+
+def _draw(outcome: PickupOutcome) -> dict[str, Figure]:
+    from planter.pickup.report import figures
+
+    redesign, train = outcome.redesigned, outcome.train
+    return {
+        "path": figures.draw_path(outcome.machine, train, _points_before(outcome)),
+        "pitch_curves": figures.draw_pitch_curves(train),
+        "contact_ratio": figures.draw_contact_ratio(train),
+        "tip_motion": figures.draw_motion(train),
+        "law": figures.draw_law(train, None if redesign is None else redesign.start),
+    }
+
+
+def _tabulate_cycle(outcome: PickupOutcome) -> Mapping[str, Mapping[str, Array]]:
+    cycle, teeth = analysis.sample_cycle(outcome.train, STEPS), analysis.sample_pitch(outcome.train, STEPS)
+    tables = {"cycle.csv": cycle, "pitch.csv": teeth, "path.csv": {k: cycle[f"tip_{k}"] for k in ("x_mm", "y_mm")}}
+    if outcome.redesigned is not None:
+        x, y = outcome.redesigned.points.T * 1000
+        tables["value_points.csv"] = {"x_mm": x, "y_mm": y}
+    return tables

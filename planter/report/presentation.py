@@ -1,0 +1,155 @@
+"""How a result is presented: declared once, from which the terminal, the page and the folder of a command follow."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import zip_longest
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from planter import safe_text
+from planter.files.document import Document
+from planter.kernels import Array
+from planter.progress import Listener
+from planter.records import Record
+from planter.report import bundle, files
+from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
+from planter.report.inputs import inputs, provenance_section
+from planter.terminal.console import Console
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+WIDTH = 80
+"""Columns of a terminal that sentences are filled to."""
+
+
+@dataclass(frozen=True)
+class ModelAssumptions:
+    """The title of a model, its assumptions, and the meanings of the file's numbers by their paths."""
+
+    title: str
+    assumptions: Sequence[str]
+    meanings: Mapping[str, str]
+
+    @classmethod
+    def from_sidecar(cls, sidecar: Mapping[str, Any]) -> ModelAssumptions:
+        """Return the description of a generated model from its sidecar."""
+        entries = (entry for vector in sidecar["vectors"].values() for entry in vector if "shown" in entry)
+        meanings = {entry["shown"]: entry["meaning"] for entry in entries}
+        return cls(f"{sidecar['title']} ({sidecar['source']})", sidecar["assumptions"], meanings)
+
+
+@dataclass(frozen=True)
+class ResultPresentation:
+    """The presentation of one result; `record` is the result as JSON.
+
+    The terminal prints title, `conclusion` (one sentence) and `sections`; the page has all parts. The functions are
+    called only if a folder is written: moving drawings, `figures` by name with their `captions`, sections behind the
+    figures (`details`), `tables` of columns (n,) by CSV file name under the header lines `comments`, and other `texts`
+    by file name.
+    """
+
+    title: str
+    record: Record
+    sections: Sequence[Section]
+    conclusion: str = ""
+    document: Document | None = None
+    model: ModelAssumptions | None = None
+    motions: Callable[[], Iterable[Block]] = tuple
+    figures: Callable[[], Mapping[str, Figure]] = dict
+    captions: Mapping[str, str] = field(default_factory=dict)
+    details: Callable[[], Iterable[Section]] = tuple
+    tables: Callable[[], Mapping[str, Mapping[str, Array]]] = dict
+    comments: Iterable[str] = ()
+    texts: Callable[[], Mapping[str, str | bytes]] = dict
+    seed: int | None = None
+
+    def provenance(self) -> Mapping[str, Any]:
+        """Return what the result can be repeated from."""
+        return {} if self.document is None else files.provenance(self.document, self.seed)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the content of summary.json: the record, what the model assumes, the input and the provenance."""
+        parts: dict[str, Any] = {}
+        if self.model is not None:
+            parts["assumptions"] = self.model.assumptions
+        if self.document is not None:
+            parts["input"] = self.document.table()
+        return {**self.record.table(), **parts, "provenance": self.provenance()}
+
+    def page(self, svgs: Mapping[str, str]) -> str:
+        """Return the page as HTML text, with figures as SVG texts by name."""
+        sections = [Section("Conclusion", [Text(self.conclusion)])] if self.conclusion else []
+        sections += self.sections
+        if motions := list(self.motions()):
+            sections.append(Section("Motion", motions))
+        if svgs:
+            figures = [FigureSvg(svg, self.captions.get(name, "")) for name, svg in svgs.items()]
+            sections.append(Section("Figures", figures))
+        sections += self.details()
+        if self.model is not None:
+            sections.append(Section("Model", [Text(f"{self.model.title}. It assumes:"), Items(self.model.assumptions)]))
+        if self.document is not None:
+            meanings = {} if self.model is None else self.model.meanings
+            sections.append(Section("Inputs", list(inputs(self.document, meanings))))
+        if provenance := self.provenance():
+            sections.append(provenance_section(provenance))
+        return page(self.title, sections, "" if self.document is None else self.document.description)
+
+    def write(self, out: Path, progress: Listener | None = None) -> None:
+        """Write summary.json, tables, figures, texts and report.html, all or none.
+
+        Raises InputError if the folder cannot be written.
+        """
+        files.output_folder(out)
+        images = bundle.drawn(self.figures(), progress)
+        comments = list(self.comments)
+        texts: dict[str, str | bytes] = {
+            "summary.json": files.summary_text(self.summary()),
+            **{name: files.cycle_csv(name, comments, columns) for name, columns in self.tables().items()},
+            "report.html": self.page({name: image.svg for name, image in images.items()}),
+            **self.texts(),
+        }
+        bundle.write(out, texts, images)
+
+    def show(self, console: Console, out: Path | None = None) -> None:
+        """Write the folder if there is one, and print the result as JSON, or title, conclusion and sections."""
+        if out is not None:
+            self.write(out, console.progress)
+        console.result(self.record, lambda: self._print(console))
+
+    def _print(self, console: Console) -> None:
+        for sentence in filter(None, (self.title, self.conclusion)):
+            print_sentence(sentence)
+        print()
+        for section in self.sections:
+            print_section(console, section)
+
+
+def print_section(console: Console, section: Section) -> None:
+    """Print the sentences, keys and tables of a section; drawings and folded parts are left to the page."""
+    title = section.title
+    for block, following in zip_longest(section.blocks, section.blocks[1:]):
+        match block:
+            case Text() | Items():
+                items, mark = ([block.text], "") if isinstance(block, Text) else (block.items, "- ")
+                for item in items:
+                    print_sentence(item, mark)
+                if not isinstance(following, Text | Items):
+                    print()
+            case Keys():
+                console.table(title, ("", "value"), list(block.pairs.items()))
+                title = ""
+            case Table():
+                columns = [index for index, head in enumerate(block.head) if head not in block.page_columns]
+                rows = [[row[index] for index in columns] for row in block.rows]
+                console.table(block.caption or title, [block.head[index] for index in columns], rows)
+                title = ""
+
+
+def print_sentence(text: str, mark: str = "") -> None:
+    """Print a text, filled to the width of a terminal."""
+    print(textwrap.fill(safe_text.sanitise_line(text), WIDTH, initial_indent=mark, subsequent_indent=" " * len(mark)))

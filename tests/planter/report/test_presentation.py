@@ -1,0 +1,79 @@
+"""One presentation of a result gives the terminal, the page and the folder."""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.records import Record
+from planter.report.html import Items, Keys, Section, Table, Text
+from planter.report.labels import list_values, tabulate_angles
+from planter.report.presentation import ModelAssumptions, ResultPresentation
+from planter.terminal.console import Console
+
+
+@dataclass(frozen=True)
+class StrokeResult(Record):
+    """A stroke."""
+
+    stroke_mm: float
+
+
+SECTIONS = [
+    Section("Stroke", [
+        Text("It is measured between the dead centres."), Items(["one jump"], "warning"), Keys({"stroke / mm": 12.5}),
+        Table(("point", "x / mm", "origin"), [("A", 1.5, "assumed")], "Points", page_columns=("origin",)),
+    ])
+]  # fmt: skip
+
+
+@pytest.fixture
+def presentation() -> ResultPresentation:
+    return ResultPresentation(
+        "A slider",
+        StrokeResult(12.5),
+        SECTIONS,
+        conclusion="The stroke is sufficient.",
+        model=ModelAssumptions("Slider (textbook)", ["rigid bodies"], {}),
+        details=lambda: [Section("Symbols", [Text("x is the position.")])],
+        tables=lambda: {"cycle.csv": {"x_mm": np.array([0.0, 12.5])}},
+    )
+
+
+def test_terminal_shows_sections(presentation: ResultPresentation, capsys: pytest.CaptureFixture[str]) -> None:
+    presentation.show(Console(as_json=False))
+    out = capsys.readouterr().out
+    for part in ("A slider", "The stroke is sufficient.", "- one jump", "stroke / mm", "Points", "x / mm"):
+        assert part in out
+    assert "assumed" not in out
+    assert "x is the position" not in out
+
+
+def test_json_is_the_record(presentation: ResultPresentation, capsys: pytest.CaptureFixture[str]) -> None:
+    presentation.show(Console(as_json=True))
+    assert json.loads(capsys.readouterr().out) == {"stroke_mm": 12.5}
+
+
+def test_folder_has_summary_tables_and_page(presentation: ResultPresentation, tmp_path: Path) -> None:
+    presentation.write(tmp_path)
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert summary == {"stroke_mm": 12.5, "assumptions": ["rigid bodies"], "provenance": {}}
+    assert (tmp_path / "cycle.csv").read_text().split() == ["x_mm", "0.0", "12.5"]
+    page = (tmp_path / "report.html").read_text()
+    for part in ("The stroke is sufficient.", "assumed", "x is the position.", "rigid bodies", "one jump"):
+        assert part in page
+
+
+def test_groups_of_values_have_their_unit() -> None:
+    values = {"a_mm": 1.0, "radius_mm": {"min": 2.0, "max": 3.0}, "dwell": {"start_deg": 4.0}, "points": [1, 2]}
+    assert list_values(values).pairs == {
+        "a / mm": 1.0, "radius: min / mm": 2.0, "radius: max / mm": 3.0, "dwell: start / deg": 4.0,
+    }  # fmt: skip
+
+
+def test_angles_are_columns() -> None:
+    table = tabulate_angles([{"t_deg": 0.0, "x_mm": 1.0}, {"t_deg": 90.0, "x_mm": [2.0, 3.0]}], "t_deg")
+    assert table.head == ("quantity", "at 0 deg", "at 90 deg")
+    assert table.rows == [("x / mm", 1.0, "2, 3")]
