@@ -81,7 +81,7 @@ def contact(terms: int) -> Function:
         ddr [m] second derivative of the pitch radius, per polar angle
         ratio [1] rotation of the conjugate per rotation of the gear
         dratio [1] slope of the ratio, per polar angle
-        turned [rad] rotation of the conjugate since t = 0, whole turns included
+        turned [rad] rotation of the conjugate since t = 0, full revolutions included
     """
     t = SX.sym("t")
     parameters = SX.sym("parameters", 3)
@@ -90,7 +90,7 @@ def contact(terms: int) -> Function:
     e = parameters[1]  # [m] eccentricity of the circle
     m = parameters[2]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
-    # deformation: polar angle within the turn
+    # deformation: polar angle within the revolution
     tau = t - 2 * pi * floor(t / 2 / pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
@@ -175,9 +175,9 @@ def curvature(terms: int) -> Function:
     # conjugation, differentiated
     ratio_u = c12 * c9 + c7 * c9 / c11**2
     c13 = r_u / ratio
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_u = -c13
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_uu = (-r_uu + ratio_u * c13) / ratio**2
     c14 = r**2
     c15 = m**2

@@ -85,7 +85,7 @@ def contact(terms: int) -> Function:
         ddr [m] second derivative of the pitch radius, per polar angle
         ratio [1] rotation of the conjugate per rotation of the gear
         dratio [1] slope of the ratio, per polar angle
-        turned [rad] rotation of the conjugate since t = 0, whole turns included
+        turned [rad] rotation of the conjugate since t = 0, full revolutions included
     """
     t = SX.sym("t")
     parameters = SX.sym("parameters", 5)
@@ -96,7 +96,7 @@ def contact(terms: int) -> Function:
     C3 = parameters[3]  # [m] coefficient of cos 3 u in the radius
     m = parameters[4]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
-    # deformation: polar angle within the turn
+    # deformation: polar angle within the revolution
     tau = t - 2 * pi * floor(t / 2 / pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
@@ -177,9 +177,9 @@ def curvature(terms: int) -> Function:
     # conjugation, differentiated
     ratio_u = c6 * c7 / c8**2 + c7 * c9
     c10 = r_u / ratio
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_u = -c10
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_uu = (-r_uu + ratio_u * c10) / ratio**2
     c11 = r**2
     c12 = m**2

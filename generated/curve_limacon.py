@@ -48,7 +48,7 @@ def contact(terms: int) -> Function:
         ddr [m] second derivative of the pitch radius, per polar angle
         ratio [1] rotation of the conjugate per rotation of the gear
         dratio [1] slope of the ratio, per polar angle
-        turned [rad] rotation of the conjugate since t = 0, whole turns included
+        turned [rad] rotation of the conjugate since t = 0, full revolutions included
     """
     t = SX.sym("t")
     parameters = SX.sym("parameters", 3)
@@ -57,7 +57,7 @@ def contact(terms: int) -> Function:
     b = parameters[1]  # [m] amplitude of the limacon's radius
     m = parameters[2]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
-    # deformation: polar angle within the turn
+    # deformation: polar angle within the revolution
     tau = t - 2 * pi * floor(t / 2 / pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
@@ -126,9 +126,9 @@ def curvature(terms: int) -> Function:
     # conjugation, differentiated
     ratio_u = -c2 * c3 / c4**2 - c3 * c5
     c6 = r_u / ratio
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_u = -c6
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_uu = (-r_uu + ratio_u * c6) / ratio**2
     c7 = r**2
     c8 = m**2

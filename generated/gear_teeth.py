@@ -8,12 +8,12 @@ Operations: contact_ratio 49.
 
 Inputs:
 
-kappa1 [1/m] curvature of the one pitch curve, positive where convex
-kappa2 [1/m] curvature of the other pitch curve, positive where convex
+kappa1 [1/m] curvature of the first pitch curve, positive where convex
+kappa2 [1/m] curvature of the second pitch curve, positive where convex
 teeth (4)
     module [m] module
-    ha1 [1] addendum of the one gear's teeth in modules
-    ha2 [1] addendum of the other gear's teeth in modules
+    ha1 [1] addendum of the first gear's teeth in modules
+    ha2 [1] addendum of the second gear's teeth in modules
     alpha0 [rad] pressure angle
 """
 
@@ -34,17 +34,17 @@ def contact_ratio() -> Function:
 
     meshing (5)
         epsilon [1] contact ratio
-        g1 [m] path of action to the tips of the one gear
-        g2 [m] path of action to the tips of the other gear
-        outside1 [1] how far the tips of the one gear lie outside their base circle, in radii of curvature
-        outside2 [1] how far the tips of the other gear lie outside their base circle, in radii of curvature
+        g1 [m] path of action to the tips of the first gear
+        g2 [m] path of action to the tips of the second gear
+        outside1 [1] height of the first gear's tips over their base circle, in radii of curvature
+        outside2 [1] height of the second gear's tips over their base circle, in radii of curvature
     """
     kappa1 = SX.sym("kappa1")
     kappa2 = SX.sym("kappa2")
     teeth = SX.sym("teeth", 4)
     module = teeth[0]  # [m] module
-    ha1 = teeth[1]  # [1] addendum of the one gear's teeth in modules
-    ha2 = teeth[2]  # [1] addendum of the other gear's teeth in modules
+    ha1 = teeth[1]  # [1] addendum of the first gear's teeth in modules
+    ha2 = teeth[2]  # [1] addendum of the second gear's teeth in modules
     alpha0 = teeth[3]  # [rad] pressure angle
     c1 = sin(alpha0)
     c2 = c1**2

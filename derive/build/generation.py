@@ -12,7 +12,8 @@ from ..audit.verdicts import cases, verdicts
 from ..discovery import GROUPS, TARGETS, installed, loaded, modules, offered
 from ..emit.folder import texts
 from ..emit.target import Target, built_in, chosen
-from ..gearing.meshing import FAMILIES, PitchCurve
+from ..gearing.families import FAMILIES
+from ..gearing.pitch_curve import PitchCurve
 from ..model import System
 from .own import OwnError, blamed
 

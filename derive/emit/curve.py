@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from ..gearing import meshing
-from ..gearing.meshing import Condition, PitchCurve
+from ..gearing import pitch_curve
+from ..gearing.pitch_curve import Condition, PitchCurve
 from ..model import Let, SineSeries, Step
 from ..quantity import OpenVector, Quantity, Vector
 from .schedule import share
@@ -17,41 +17,47 @@ from .text import Emitted
 
 LOCALS = frozenset({"cosines", "nodes", "radii", "terms"})
 """Names of the prologues' own."""
-HOISTED = OpenVector("hoisted", "centre distance, then the cosine series of the ratio, if there is one", {0: meshing.a})
+HOISTED = OpenVector(
+    "hoisted", "centre distance, then the cosine series of the ratio, if there is one", {0: pitch_curve.a}
+)
 
 
 def parameters_of(curve: PitchCurve) -> Vector:
-    return Vector("parameters", (*curve.parameters, meshing.m))
+    return Vector("parameters", (*curve.parameters, pitch_curve.m))
 
 
 def all_conditions(curve: PitchCurve) -> list[Condition]:
-    return [*curve.conditions(), Condition("m", meshing.m - sp.Rational(1, 2), "greater than 1/2")]
+    return [*curve.conditions(), Condition("m", pitch_curve.m - sp.Rational(1, 2), "greater than 1/2")]
 
 
 def contact(curve: PitchCurve) -> Emitted:
     """Contact of the deformed curve at the polar angle t."""
     turned = curve.turned()
-    rotation: Step = SineSeries(meshing.ahead, meshing.u, HOISTED, "rotation")
+    rotation: Step = SineSeries(pitch_curve.ahead, pitch_curve.u, HOISTED, "rotation")
     if isinstance(turned, sp.Expr):
-        rotation = Let(meshing.ahead, turned - meshing.u, "rotation in closed form")
-    steps = share((*meshing.parameter_steps(), rotation, *meshing.contact_steps(curve)), prefix="c")
-    return Emitted("contact", (meshing.t, parameters_of(curve), HOISTED), steps, meshing.CONTACT)
+        rotation = Let(pitch_curve.ahead, turned - pitch_curve.u, "rotation in closed form")
+    steps = share((*pitch_curve.parameter_steps(), rotation, *pitch_curve.contact_steps(curve)), prefix="c")
+    return Emitted("contact", (pitch_curve.t, parameters_of(curve), HOISTED), steps, pitch_curve.CONTACT)
 
 
 def curvature(curve: PitchCurve) -> Emitted:
     """Curvatures of the deformed curve and its conjugate at the parameter u, on both segments."""
-    steps = share(meshing.curvature_steps(curve), prefix="c")
-    return Emitted("curvature", (meshing.u, parameters_of(curve), HOISTED), steps, meshing.CURVATURE)
+    steps = share(pitch_curve.curvature_steps(curve), prefix="c")
+    return Emitted("curvature", (pitch_curve.u, parameters_of(curve), HOISTED), steps, pitch_curve.CURVATURE)
 
 
 def polar(curve: PitchCurve) -> Emitted:
     """Polar angles at which the deformed curve has the parameter u, one on each segment."""
-    return Emitted("polar", (meshing.u, parameters_of(curve)), share(meshing.polar_steps(), prefix="c"), meshing.POLAR)
+    return Emitted(
+        "polar", (pitch_curve.u, parameters_of(curve)), share(pitch_curve.polar_steps(), prefix="c"), pitch_curve.POLAR
+    )
 
 
 def speed(curve: PitchCurve) -> Emitted:
     """Arc lengths of the deformed curve per parameter u, on both segments."""
-    return Emitted("speed", (meshing.u, parameters_of(curve)), share(meshing.speed_steps(curve), "c"), meshing.SPEED)
+    return Emitted(
+        "speed", (pitch_curve.u, parameters_of(curve)), share(pitch_curve.speed_steps(curve), "c"), pitch_curve.SPEED
+    )
 
 
 def conditions(curve: PitchCurve) -> Emitted:
@@ -78,7 +84,9 @@ def relative(curve: PitchCurve) -> Emitted:
     """Parameters of a curve of unit size and a given swing, without the deformation coefficient."""
     found = tuple(Quantity(f"{q.name}_", q.unit, q.meaning, q.source) for q in curve.parameters)
     lets = (Let(q, value, "unit size") for q, value in zip(found, curve.relative(), strict=True))
-    return Emitted("relative", (meshing.swing, shapes_of(curve)), share(tuple(lets), "c"), Vector("relative", found))
+    return Emitted(
+        "relative", (pitch_curve.swing, shapes_of(curve)), share(tuple(lets), "c"), Vector("relative", found)
+    )
 
 
 def shapes_of(curve: PitchCurve) -> Vector:

@@ -8,8 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from ..gearing import similarity
-from ..gearing.meshing import PitchCurve
+from ..gearing.pitch_curve import PitchCurve, length_parameters, scale_invariants
 from ..mechanics.turning import DrivenLane
 from ..model import Event, Lane, System
 from ..quantity import OpenVector, Quantity, Vector
@@ -54,8 +53,8 @@ def of_curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
         "parameters": _vector(parameters_of(curve)),
         "series": not isinstance(curve.turned(), sp.Expr),
         "similar": {
-            "lengths": [q.name for q in similarity.lengths(curve)],
-            "unchanged": [q.name for q in similarity.unchanged(curve)],
+            "lengths": [q.name for q in length_parameters(curve)],
+            "unchanged": [q.name for q in scale_invariants(curve)],
         },
         "conditions": [{"name": c.name, "allowed": c.allowed} for c in all_conditions(curve)],
         "shapes": [_entry(s.quantity) | {"lower": float(s.lower), "upper": float(s.upper)} for s in curve.shapes],

@@ -18,7 +18,7 @@ def contact(xp, t, parameters, hoisted):
     k = parameters[1]  # [1] eccentricity of the ellipse
     m = parameters[2]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
-    # deformation: polar angle within the turn
+    # deformation: polar angle within the revolution
     tau = t - 2 * xp.pi * xp.floor(t / 2 / xp.pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
@@ -91,9 +91,9 @@ def curvature(xp, u, parameters, hoisted):
     # conjugation, differentiated
     ratio_u = -A**2 * c5**2 * c9 / c11**2 / c3**3 - c10 * c12
     c13 = r_u / ratio
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_u = -c13
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_uu = (-r_uu + ratio_u * c13) / ratio**2
     c14 = r**2
     c15 = m**2

@@ -56,7 +56,7 @@ def contact(xp, t, parameters, hoisted, sine_series=sine_series):
     C3 = parameters[3]  # [m] coefficient of cos 3 u in the radius
     m = parameters[4]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
-    # deformation: polar angle within the turn
+    # deformation: polar angle within the revolution
     tau = t - 2 * xp.pi * xp.floor(t / 2 / xp.pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
@@ -124,9 +124,9 @@ def curvature(xp, u, parameters, hoisted):
     # conjugation, differentiated
     ratio_u = c6 * c7 / c8**2 + c7 * c9
     c10 = r_u / ratio
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_u = -c10
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_uu = (-r_uu + ratio_u * c10) / ratio**2
     c11 = r**2
     c12 = m**2

@@ -18,7 +18,7 @@ def contact(xp, t, parameters, hoisted):
     b = parameters[1]  # [m] amplitude of the limacon's radius
     m = parameters[2]  # [1] deformation coefficient
     a = hoisted[0]  # [m] centre distance
-    # deformation: polar angle within the turn
+    # deformation: polar angle within the revolution
     tau = t - 2 * xp.pi * xp.floor(t / 2 / xp.pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
@@ -77,9 +77,9 @@ def curvature(xp, u, parameters, hoisted):
     # conjugation, differentiated
     ratio_u = -c2 * c3 / c4**2 - c3 * c5
     c6 = r_u / ratio
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_u = -c6
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_uu = (-r_uu + ratio_u * c6) / ratio**2
     c7 = r**2
     c8 = m**2

@@ -17,7 +17,7 @@ def contact(xp, t, parameters, hoisted):
     D = parameters[0]  # [m] centre distance of the gear pair
     c = parameters[1]  # [1] amplitude of the ratio
     m = parameters[2]  # [1] deformation coefficient
-    # deformation: polar angle within the turn
+    # deformation: polar angle within the revolution
     tau = t - 2 * xp.pi * xp.floor(t / 2 / xp.pi)
     # deformation: closure of the two segments
     m2 = m / (2 * m - 1)
@@ -84,9 +84,9 @@ def curvature(xp, u, parameters, hoisted):
     # conjugation, differentiated
     ratio_u = -c7
     c10 = r_u / ratio
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_u = -c10
-    # conjugate, differentiated in its own angle
+    # conjugate, differentiated by its angle
     mate_uu = (-r_uu + ratio_u * c10) / ratio**2
     c11 = r**2
     c12 = m**2

@@ -9,8 +9,8 @@ inputs are indexed along their first axis, so an entry may itself be an array.
 def contact_ratio(xp, kappa1, kappa2, teeth):
     """meshing: 5 entries in the order of the CasADi function."""
     module = teeth[0]  # [m] module
-    ha1 = teeth[1]  # [1] addendum of the one gear's teeth in modules
-    ha2 = teeth[2]  # [1] addendum of the other gear's teeth in modules
+    ha1 = teeth[1]  # [1] addendum of the first gear's teeth in modules
+    ha2 = teeth[2]  # [1] addendum of the second gear's teeth in modules
     alpha0 = teeth[3]  # [rad] pressure angle
     c1 = xp.sin(alpha0)
     c2 = c1**2

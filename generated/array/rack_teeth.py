@@ -8,8 +8,8 @@ inputs are indexed along their first axis, so an entry may itself be an array.
 
 def pitch(xp, polar_place, sense):
     """pitch_place: 6 entries in the order of the CasADi function."""
-    polar = polar_place[0]  # [rad] polar angle on the pitch curve, in the curve's own sense
-    radius = polar_place[1]  # [m] pitch radius there
+    polar = polar_place[0]  # [rad] polar angle on the pitch curve, in the direction of the curve
+    radius = polar_place[1]  # [m] pitch radius at that angle
     slope = polar_place[2]  # [m] slope of the pitch radius, per polar angle
     bend = polar_place[3]  # [m] second derivative of the pitch radius, per polar angle
     c1 = radius**2
@@ -43,7 +43,7 @@ def mate(xp, contact, a):
     ddr = contact[2]  # [m] second derivative of the pitch radius, per polar angle
     ratio = contact[3]  # [1] rotation of the conjugate per rotation of the gear
     dratio = contact[4]  # [1] slope of the ratio, per polar angle
-    turned = contact[5]  # [rad] rotation of the conjugate since t = 0, whole turns included
+    turned = contact[5]  # [rad] rotation of the conjugate since t = 0, full revolutions included
     # derived: conjugate
     polar = turned
     # derived: conjugate
@@ -74,17 +74,17 @@ def sizes(xp, rack):
     """sizes: 10 entries in the order of the CasADi function."""
     module = rack[0]  # [m] module
     addendum = rack[1]  # [1] height of the rack's straight flank on both sides of its middle line, in modules
-    clearance = rack[2]  # [1] clearance under the tips of the mate, in modules
+    clearance = rack[2]  # [1] clearance under the tips of the mating gear, in modules
     shift = rack[3]  # [1] profile shift, outwards, in modules
     alpha = rack[4]  # [rad] pressure angle
-    play = rack[5]  # [m] circumferential play of a pair, shared by both gears and both flanks
-    largest = rack[6]  # [1] largest radius of the rack's round, in modules
+    play = rack[5]  # [m] circumferential backlash of a pair, shared by both gears and both flanks
+    largest = rack[6]  # [1] largest tip radius of the rack, in modules
     # ISO 53: pitch
     pitch_ = xp.pi * module
     c1 = xp.tan(alpha)
     # ISO 53: thickness
     full = module * shift * c1 + pitch_ / 4
-    # play shared by both flanks of both gears
+    # backlash shared by both flanks of both gears
     half = full - play / 4
     # ISO 53: addendum
     tip = module * (addendum + shift)
@@ -97,16 +97,16 @@ def sizes(xp, rack):
     c4 = 1 / (c3 - 1)
     c5 = xp.cos(alpha)
     c6 = root * c1
-    # derived: round of the rack's tip
+    # derived: tip radius of the rack
     round_ = (
         xp.minimum(xp.minimum(largest * module, c4 * (form - root)), c4 * c5 * (2 * half - pitch_ + 2 * c6) / 2)
     )
     c7 = root - round_
-    # derived: round of the rack's tip
+    # derived: tip radius of the rack
     sunk = c7
-    # derived: round of the rack's tip
+    # derived: tip radius of the rack
     beside = half - round_ * c1 + round_ / c5 + c6
-    # derived: round of the rack's tip
+    # derived: tip radius of the rack
     straight = round_ * c3 + c7
     return (
         pitch_, half, full, tip, root, round_, sunk, beside, straight, form,
@@ -259,22 +259,22 @@ def pressure(xp, place, side, alpha):
 
 def placed(xp, own, where):
     """placed: 4 entries in the order of the CasADi function."""
-    own_px = own[0]  # [m] point of the outline, x, in the gear's own frame
-    own_py = own[1]  # [m] point of the outline, y, in the gear's own frame
-    own_ex = own[2]  # [1] unit tangent of the outline, x, in the gear's own frame
-    own_ey = own[3]  # [1] unit tangent of the outline, y, in the gear's own frame
-    angle = where[0]  # [rad] how far a gear has been turned, anticlockwise
+    own_px = own[0]  # [m] point of the outline, x, in the gear's frame
+    own_py = own[1]  # [m] point of the outline, y, in the gear's frame
+    own_ex = own[2]  # [1] unit tangent of the outline, x, in the gear's frame
+    own_ey = own[3]  # [1] unit tangent of the outline, y, in the gear's frame
+    angle = where[0]  # [rad] rotation of a gear, anticlockwise
     cx = where[1]  # [m] axis of the gear, x
     cy = where[2]  # [m] axis of the gear, y
     c1 = xp.cos(angle)
     c2 = xp.sin(angle)
-    # derived: gear in its place
+    # derived: mounted gear
     px = cx + own_px * c1 - own_py * c2
-    # derived: gear in its place
+    # derived: mounted gear
     py = cy + own_px * c2 + own_py * c1
-    # derived: gear in its place
+    # derived: mounted gear
     ex = own_ex * c1 - own_ey * c2
-    # derived: gear in its place
+    # derived: mounted gear
     ey = own_ex * c2 + own_ey * c1
     return (
         px, py, ex, ey,

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from derive.gearing.meshing import FAMILIES
+from derive.gearing.families import FAMILIES
 from planter.files import units
 from planter.gear_geometry import families
 from planter.gear_geometry.stage import Stage, StageCandidate, converge_series

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...gearing.meshing import PitchCurve
+from ...gearing.pitch_curve import PitchCurve
 from ...model import SineSeries, System
 from ..curve import in_closed_form
 from ..expression import PLAIN, Dialect, Printer

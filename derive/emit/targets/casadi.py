@@ -6,7 +6,7 @@ import re
 import textwrap
 from collections.abc import Callable, Sequence
 
-from ...gearing.meshing import PitchCurve
+from ...gearing.pitch_curve import PitchCurve
 from ...model import System
 from ...quantity import OpenVector, Quantity
 from ..curve import HOISTED, in_closed_form, parameters_of

@@ -11,7 +11,7 @@ from sympy import Basic, Expr
 from sympy.core.alphabets import greeks
 
 from ...branches import Turns
-from ...gearing.meshing import PitchCurve
+from ...gearing.pitch_curve import PitchCurve
 from ...model import Call, Input, LinearSolve, SineSeries, Step, System, entries
 from ...polynomial import Polynomial
 from ...quantity import OpenVector, Quantity

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import sympy as sp
 
-from ...gearing.meshing import PitchCurve
+from ...gearing.pitch_curve import PitchCurve
 from ...model import Call, Input, LinearSolve, SineSeries, Step, System
 from ...quantity import OpenVector, Quantity
 from ..curve import HOISTED, in_closed_form, parameters_of

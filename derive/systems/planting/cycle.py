@@ -13,8 +13,9 @@ from mpmath import mpf
 
 from ...evaluate import DIGITS, GUARD, Point
 from ...formulas import value
-from ...gearing import meshing
-from ...gearing.meshing import FAMILIES, PitchCurve
+from ...gearing import pitch_curve
+from ...gearing.families import FAMILIES
+from ...gearing.pitch_curve import PitchCurve
 from ...machine_file import MachineFile
 from ...model import Call, Lane, Let, Step
 from ...quantity import Quantity
@@ -32,7 +33,7 @@ class Gears:
 
     def __init__(self, curve: PitchCurve, values: dict[sp.Symbol, Any]) -> None:
         self.curve, self.values, self.ratio = curve, values, curve.ratio()
-        self.steps = (*meshing.parameter_steps(), *meshing.contact_steps(curve))
+        self.steps = (*pitch_curve.parameter_steps(), *pitch_curve.contact_steps(curve))
         self.distance = self._closed()
         self.contact = cache(self._contact)
         """r, dr, ddr, ratio, dratio, turned at a polar angle, found once: that at phi = 0 is asked for often."""
@@ -41,27 +42,27 @@ class Gears:
         known = self.curve.centre_distance()
         if isinstance(known, sp.Expr):
             return Point(self.values)(known)
-        most = Point({**self.values, meshing.u: 0})(self.curve.radius())
+        most = Point({**self.values, pitch_curve.u: 0})(self.curve.radius())
         bracket = (most * mpf("1.02"), 4 * most)
         return mpmath.findroot(lambda a: self._turned(mpmath.pi, a) - mpmath.pi, bracket, solver="anderson")
 
     def _turned(self, u: Any, a: Any) -> Any:
-        known = {**self.values, meshing.a: a}
+        known = {**self.values, pitch_curve.a: a}
 
         def ratio(v: Any) -> mpf:
             with mpmath.workdps(DIGITS + GUARD):
-                return value(self.ratio, known | {meshing.u: v})
+                return value(self.ratio, known | {pitch_curve.u: v})
 
         return mpmath.quad(ratio, [0, u])
 
     def _contact(self, t: Any) -> tuple[Any, ...]:
-        point = Point({**self.values, meshing.a: self.distance, meshing.t: t})
+        point = Point({**self.values, pitch_curve.a: self.distance, pitch_curve.t: t})
         for step in self.steps:
-            if step.symbol == meshing.turned:
-                u = point(meshing.u)
-                point.set(meshing.ahead, self._turned(u, self.distance) - u)
+            if step.symbol == pitch_curve.turned:
+                u = point(pitch_curve.u)
+                point.set(pitch_curve.ahead, self._turned(u, self.distance) - u)
             point.set(step.symbol, point(step.expr))
-        return tuple(point(symbol) for symbol in meshing.CONTACT)
+        return tuple(point(symbol) for symbol in pitch_curve.CONTACT)
 
 
 def reference(points: int) -> list[dict[sp.Symbol, mpf]]:
@@ -89,7 +90,7 @@ def composed(machine: MachineFile, gears: Mapping[str, Gears]) -> Composed:
 def distances_and_deformations(gears: Mapping[str, Gears]) -> dict[sp.Symbol, Any]:
     """What the lane takes of both stages beside their contacts."""
     first, second = gears["stage1"], gears["stage2"]
-    coefficients = {q.m31: first.values[meshing.m], q.m61: second.values[meshing.m]}
+    coefficients = {q.m31: first.values[pitch_curve.m], q.m61: second.values[pitch_curve.m]}
     return {q.a1: first.distance, q.a2: second.distance, **coefficients}
 
 
@@ -100,7 +101,7 @@ def stage_gears(machine: MachineFile, stage: int, suffix: str) -> Gears:
     for parameter in curve.parameters:
         base, dash, unit = parameter.shown.partition("_")
         values[parameter] = in_si(machine, f"{base}{suffix}{dash}{unit}")
-    return Gears(curve, values | {meshing.m: in_si(machine, f"m{suffix}1")})
+    return Gears(curve, values | {pitch_curve.m: in_si(machine, f"m{suffix}1")})
 
 
 def in_si(machine: MachineFile, shown: str) -> mpf:

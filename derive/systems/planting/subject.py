@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import random
-import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from sympy import Expr
 from ...audit.laws import Dynamics
 from ...audit.subject import Subject
 from ...equations import Claimed, Equation
-from ...gearing.meshing import FAMILIES
 from . import assumptions, claims, cycle, laws
 
 
@@ -52,9 +50,8 @@ class PlantingDevice(Subject):
         return laws.dynamics()
 
     def files(self) -> Iterable[Path]:
-        """The machine's data, and the families of gears, which are found and not imported."""
-        modules = sorted({type(family).__module__ for family in FAMILIES.values()})
-        return (cycle.MACHINE, *(Path(str(sys.modules[name].__file__)) for name in modules))
+        """Return the machine file, on which the laws depend."""
+        return (cycle.MACHINE,)
 
 
 SUBJECT = PlantingDevice()

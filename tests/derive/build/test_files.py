@@ -14,7 +14,7 @@ import pytest
 
 from derive.__main__ import main
 from derive.build import generation
-from derive.gearing.meshing import FAMILIES
+from derive.gearing.families import FAMILIES
 from derive.quantity import _RESERVED
 from planter.kernels import generated
 from tests.support import centrifuge

@@ -17,7 +17,7 @@ from derive.build.generation import models
 from derive.build.pipeline import VERDICTS, code
 from derive.emit.folder import texts
 from derive.emit.target import built_in, chosen
-from derive.gearing.meshing import FAMILIES
+from derive.gearing.families import FAMILIES
 from derive.systems import disc_cam
 from derive.systems.clutch.engage import dog as contact_dog
 from derive.systems.planting import derivation

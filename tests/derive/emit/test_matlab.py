@@ -11,7 +11,7 @@ import pytest
 from derive.__main__ import main
 from derive.emit.folder import texts
 from derive.emit.target import built_in
-from derive.gearing.meshing import FAMILIES
+from derive.gearing.families import FAMILIES
 from derive.model import ClosedForm, Let, System
 from derive.quantity import Quantity, Vector
 from derive.systems.planting import derivation, flanks

@@ -1,7 +1,6 @@
 """Pitch-curve families: one small class each, checked by closed forms and by the laws of rolling."""
 
 import math
-from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -9,8 +8,9 @@ import pytest
 import sympy as sp
 
 from derive.emit import curve as emit_curve
-from derive.gearing import families, meshing
-from derive.gearing.meshing import FAMILIES, PitchCurve
+from derive.gearing import pitch_curve
+from derive.gearing.families import FAMILIES
+from derive.gearing.pitch_curve import PitchCurve
 from derive.quantity import Quantity
 from generated.array import curve_eccentric_circle, curve_ellipse
 
@@ -22,22 +22,20 @@ TERMS = 48
 
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
 def test_joints_sit_at_extrema(family: PitchCurve) -> None:
-    slope = family.radius().diff(meshing.u)
-    assert sp.simplify(slope.subs(meshing.u, 0)) == 0
-    assert sp.simplify(slope.subs(meshing.u, sp.pi)) == 0
+    slope = family.radius().diff(pitch_curve.u)
+    assert sp.simplify(slope.subs(pitch_curve.u, 0)) == 0
+    assert sp.simplify(slope.subs(pitch_curve.u, sp.pi)) == 0
 
 
-def test_the_five_families_of_the_paper_are_there_each_in_its_file() -> None:
-    assert {"eccentric_circle", "ellipse", "fourier", "limacon", "sine"} <= FAMILIES.keys()
-    files = {path.stem for folder in families.__path__ for path in Path(folder).glob("*.py")} - {"__init__"}
-    assert {type(family).__module__.rpartition(".")[2] for family in FAMILIES.values()} == files == FAMILIES.keys()
+def test_families_of_the_paper_are_registered() -> None:
+    assert {"eccentric_circle", "ellipse", "fourier", "limacon", "sine"} == FAMILIES.keys()
 
 
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
 def test_names_of_parameters_do_not_meet_those_of_the_generated_code(family: PitchCurve) -> None:
     for function in emit_curve.functions_of(family):
         defined = [s.name for step in function.steps for s in step.defines]
-        given = [q.name for q in (*family.parameters, meshing.m, meshing.a)]
+        given = [q.name for q in (*family.parameters, pitch_curve.m, pitch_curve.a)]
         assert len({*defined, *given}) == len(defined) + len(given)
 
 
@@ -52,14 +50,14 @@ def test_a_parameter_with_a_name_of_the_prologue_is_refused() -> None:
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
 def test_radius_is_even(family: PitchCurve) -> None:
     radius = family.radius()
-    assert sp.simplify(radius - radius.subs(meshing.u, -meshing.u)) == 0
+    assert sp.simplify(radius - radius.subs(pitch_curve.u, -pitch_curve.u)) == 0
 
 
 def test_ellipse_rotation_is_the_integral_of_its_ratio() -> None:
     """d/du of the closed form gives the ratio of two equal ellipses (Litvin et al. 2009, chapter 4)."""
     ellipse = FAMILIES["ellipse"]
-    ratio = ellipse.ratio().subs(meshing.a, ellipse.centre_distance())
-    assert sp.simplify(ellipse.turned().diff(meshing.u) - ratio) == 0
+    ratio = ellipse.ratio().subs(pitch_curve.a, ellipse.centre_distance())
+    assert sp.simplify(ellipse.turned().diff(pitch_curve.u) - ratio) == 0
 
 
 def test_ellipse_ratio_extremes_are_those_of_equal_ellipses() -> None:
@@ -72,7 +70,9 @@ def test_ellipse_ratio_extremes_are_those_of_equal_ellipses() -> None:
 @pytest.mark.parametrize("eccentricity", [0.1, 0.5, 0.9])
 def test_eccentric_circle_is_a_circle(eccentricity: float) -> None:
     """Its points are at the distance R from a centre that is e away."""
-    radius = sp.lambdify((meshing.u, *FAMILIES["eccentric_circle"].parameters), FAMILIES["eccentric_circle"].radius())
+    radius = sp.lambdify(
+        (pitch_curve.u, *FAMILIES["eccentric_circle"].parameters), FAMILIES["eccentric_circle"].radius()
+    )
     t = np.linspace(0, 2 * np.pi, 50)
     r = radius(t, 1.0, eccentricity)
     assert np.hypot(r * np.cos(t) - eccentricity, r * np.sin(t)) == pytest.approx(1.0, rel=1e-14)

@@ -9,8 +9,9 @@ import sympy as sp
 from mpmath import mp
 from scipy.special import ellipe
 
-from derive.gearing import meshing
-from derive.gearing.meshing import FAMILIES, PitchCurve
+from derive.gearing import pitch_curve
+from derive.gearing.families import FAMILIES
+from derive.gearing.pitch_curve import PitchCurve
 from generated.array import curve_ellipse, curve_limacon, curve_sine
 from tests.support import pairs
 from tests.support.sizing import Size, Sizing
@@ -23,7 +24,7 @@ VALUES = {"ellipse": (0.03, 0.4), "limacon": (0.03, 0.013), "sine": (0.06, 0.45)
 def with_values(family: PitchCurve, expr: sp.Expr) -> sp.Expr:
     """An expression in u alone, at exact values of the parameters."""
     known = {q: sp.Rational(str(v)) for q, v in zip(family.parameters, VALUES[family.name], strict=True)}
-    return expr.subs(meshing.a, family.centre_distance()).subs(known)
+    return expr.subs(pitch_curve.a, family.centre_distance()).subs(known)
 
 
 def test_families_with_formulas() -> None:
@@ -35,7 +36,7 @@ def test_families_with_formulas() -> None:
 
 def closure_gap(family: PitchCurve, stretched: sp.Expr = sp.S.One) -> float:
     at_distance = family.radius() / (stretched * family.centre_distance() - family.radius())
-    f = sp.lambdify(meshing.u, with_values(family, at_distance), "mpmath")
+    f = sp.lambdify(pitch_curve.u, with_values(family, at_distance), "mpmath")
     with mpmath.workdps(30):
         return abs(float(mp.quad(f, [0, mp.pi / 2, mp.pi]) / mp.pi - 1))
 
@@ -49,7 +50,7 @@ def test_centre_distances_close(family: PitchCurve) -> None:
 @pytest.mark.parametrize("family", BY_FORMULA, ids=lambda f: f.name)
 def test_rotations_are_integrals_of_ratios(family: PitchCurve) -> None:
     ratio, turned = (
-        sp.lambdify(meshing.u, with_values(family, e), "mpmath") for e in (family.ratio(), family.turned())
+        sp.lambdify(pitch_curve.u, with_values(family, e), "mpmath") for e in (family.ratio(), family.turned())
     )
     with mpmath.workdps(30):
         for u in (mp.mpf("0.7"), mp.mpf(2), mp.pi):
@@ -124,7 +125,7 @@ mu = sp.Symbol("mu", positive=True)
 def bend(family: PitchCurve) -> sp.Expr:
     """r^2 + 2 r'^2 - r r'' of the deformed curve where u has the slope mu: the sign of its curvature."""
     r = family.radius()
-    return r**2 + 2 * mu**2 * r.diff(meshing.u) ** 2 - mu**2 * r * r.diff(meshing.u, 2)
+    return r**2 + 2 * mu**2 * r.diff(pitch_curve.u) ** 2 - mu**2 * r * r.diff(pitch_curve.u, 2)
 
 
 @pytest.mark.parametrize("name", ["eccentric_circle", "ellipse", "limacon", "sine"])
@@ -132,9 +133,9 @@ def test_convexity_is_the_curvature_at_the_least_radius(name: str) -> None:
     """Over the closed form, r^2 + 2 r'^2 - r r'' at u = pi leaves a factor without a change of sign."""
     family = FAMILIES[name]
     size, number = family.parameters
-    at_pi = bend(family).subs(meshing.u, sp.pi)
-    closed = family.convexity().subs(meshing.STEEPER, mu)
-    assert not closed.has(meshing.m)
+    at_pi = bend(family).subs(pitch_curve.u, sp.pi)
+    closed = family.convexity().subs(pitch_curve.STEEPER, mu)
+    assert not closed.has(pitch_curve.m)
     quotient = sp.lambdify((size, number, mu), at_pi / closed, "math")
     for share in (0.01, 0.1, 0.3, 0.55, 0.8, 0.97):
         for slope in (1.01, 1.37, 2.1, 4.3):
@@ -154,7 +155,7 @@ TEXTBOOK = [
 @pytest.mark.parametrize(("name", "own", "m", "limit"), TEXTBOOK)
 def test_convexity_limits(name: str, own: tuple[float, float], m: float, limit: str) -> None:
     family = FAMILIES[name]
-    closed = sp.lambdify((*family.parameters, meshing.m), family.convexity())
+    closed = sp.lambdify((*family.parameters, pitch_curve.m), family.convexity())
     assert closed(*own, m) == pytest.approx(0, abs=1e-14), limit
     assert closed(own[0], own[1] * 0.999, m) > 0 > closed(own[0], own[1] * 1.001, m)
     other = m / (2 * m - 1)

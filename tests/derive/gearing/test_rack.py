@@ -95,4 +95,4 @@ def test_the_mate_of_a_circle_is_a_circle() -> None:
 
 
 def test_every_form_is_emitted() -> None:
-    assert {form.name for form in rack.exact().closed_forms} == RACK.sidecar["functions"].keys()
+    assert {form.name for form in rack.build_rack_system().closed_forms} == RACK.sidecar["functions"].keys()

@@ -46,5 +46,5 @@ def test_tips_inside_their_base_circle_are_told() -> None:
 
 def test_paths_in_curvatures_and_in_radii_are_the_same() -> None:
     r, h, alpha = sp.Rational(1, 25), sp.Rational(1, 500), sp.Rational(7, 20)
-    _, path = teeth.by_curvature(1 / r, h, alpha)
+    _, path = teeth.path_by_curvature(1 / r, h, alpha)
     assert sp.N(path - teeth.path_of_action(r, h, alpha), 30) == pytest.approx(0, abs=1e-25)

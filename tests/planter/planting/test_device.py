@@ -12,11 +12,11 @@ import scipy.special
 
 import planter
 from derive.build.folder import GENERATED
-from derive.discovery import modules
+from derive.discovery import loaded
 from derive.emit.folder import of_curve
 from derive.emit.targets import casadi
-from derive.gearing import families
-from derive.gearing.meshing import FAMILIES, PitchCurve
+from derive.gearing.families import FAMILIES
+from derive.gearing.pitch_curve import PitchCurve
 from planter.errors import GeometryError, InputError
 from planter.files import examples
 from planter.gear_geometry import families as curves
@@ -119,10 +119,9 @@ class Exponential(PitchCurve):
 @pytest.fixture
 def with_new_family(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
     """One new file among the families, and what `python -m derive` then writes among what it wrote before."""
-    (tmp_path / "families").mkdir()
-    (tmp_path / "families" / "exponential.py").write_text(NEW_FAMILY)
-    monkeypatch.setattr(families, "__path__", [*families.__path__, str(tmp_path / "families")])
-    modules(families)
+    (tmp_path / "exponential.py").write_text(NEW_FAMILY)
+    with loaded(tmp_path / "exponential.py"):
+        pass
     _generated_beside(tmp_path / "with_new_family", FAMILIES["exponential"])
     monkeypatch.syspath_prepend(str(tmp_path))
     monkeypatch.setattr(generated, "_package", lambda: "with_new_family")
@@ -131,9 +130,7 @@ def with_new_family(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator
         function.cache_clear()
     yield
     del FAMILIES["exponential"]
-    for name in [
-        n for n in sys.modules if n.startswith("with_new_family") or n == "derive.gearing.families.exponential"
-    ]:
+    for name in [n for n in sys.modules if n.startswith("with_new_family") or n == "derive_own_exponential"]:
         del sys.modules[name]
     for function in cached:
         function.cache_clear()
