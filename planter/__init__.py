@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from planter.clutch.file import load_clutch
     from planter.clutch.geometry import compute_geometry as clutch_geometry
     from planter.clutch.optimise import optimise_clutch
-    from planter.engine.batches import OutputBatch
     from planter.engine.machine import load_machine as load_mechanism
+    from planter.engine.outputs import OutputBatch
     from planter.errors import ComputationError, GeometryError, InputError, Interrupted, PlanterError
     from planter.kernels import CallError, Kernel
     from planter.mapping.curve_file import load_curve
@@ -95,7 +95,7 @@ _HOMES = {
     "clutch.file": ("load_clutch",),
     "clutch.geometry": ("clutch_geometry:compute_geometry",),
     "clutch.optimise": ("optimise_clutch",),
-    "engine.batches": ("OutputBatch",),
+    "engine.outputs": ("OutputBatch",),
     "engine.machine": ("load_mechanism:load_machine",),
     "errors": ("ComputationError", "GeometryError", "InputError", "Interrupted", "PlanterError"),
     "kernels": ("CallError", "Kernel"),

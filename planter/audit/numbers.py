@@ -102,8 +102,8 @@ def load_numbers() -> dict[str, Any]:
 
 
 def load_formulas(room: ModuleType) -> None:
-    """Import the modules of a package `printed`, which register their formulas."""
-    for module in sorted(pkgutil.iter_modules(room.__path__)):
+    """Import the modules of `printed`, if it is a package; modules register their formulas when they are imported."""
+    for module in sorted(pkgutil.iter_modules(getattr(room, "__path__", ()))):
         import_module(f"{room.__name__}.{module.name}")
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from planter.engine.lanes import VECTOR
+from planter.engine.loops import VECTOR
 from planter.engine.machine import LEAST_PIVOT
 from planter.kernels import Array, backends, loops, toolchain
 from planter.numerics import statistics

@@ -17,9 +17,9 @@ import casadi as ca
 import numpy as np
 
 from planter import plugins
-from planter.engine.distance import build_distance, read_curve
 from planter.engine.loops import Loops
 from planter.engine.measures import CurveDistance, Limit, Measure, parse_distance
+from planter.engine.piecewise import build_distance, read_curve
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.kernels import Array, Kernel
@@ -35,6 +35,8 @@ Role = Literal["result", "law", "pivot", "states", "distance"]
 distance of two results from a curve."""
 LEAST_PIVOT = 1e-12
 """Simultaneous equations with a smaller pivot determine nothing."""
+MOST_SAMPLES = 100_000
+"""Largest number of samples of a cycle."""
 
 
 @dataclass(frozen=True)
@@ -412,9 +414,79 @@ def load_machine(
     return machine if speed_rpm is None else machine.with_speed(speed_rpm)
 
 
+def check_samples(samples: int | None, fewest: int = 4) -> None:
+    """Raise InputError for a number of samples of a cycle that is out of range; None leaves it to the machine file."""
+    if samples is not None and not fewest <= samples <= MOST_SAMPLES:
+        raise InputError(f"--samples = {samples} is not allowed: it must be between {fewest} and {MOST_SAMPLES}")
+
+
 def find_machine_room(source: str) -> ModuleType | None:
     """Return the module `machines` of the room that takes a source, None if no room does.
 
     Such a module has `takes(source)` and `load(source, changes, **choices)`; the choices are those of the room.
     """
     return next((module for module in plugins.load_modules("machines") if module.takes(source)), None)
+
+
+@dataclass(frozen=True)
+class FunctionSignature:
+    """A function of a machine: what it takes, how many results it has, and of how many operations it is made."""
+
+    name: str
+    inputs: tuple[str, ...]
+    outputs: int
+    operations: int | None = None
+
+
+@dataclass(frozen=True)
+class Description:
+    """What is said of a machine; `data` (v,) are its values in SI, `bounds` in the units of their paths.
+
+    `origins` says by path where a value is from.
+    """
+
+    name: str
+    title: str
+    source: str
+    assumptions: tuple[str, ...]
+    values: tuple[Value, ...]
+    data: Array
+    bounds: Mapping[str, tuple[float, float]]
+    origins: Mapping[str, str]
+    quantities: tuple[Quantity, ...]
+    functions: tuple[FunctionSignature, ...]
+
+
+def describe(source: str, changes: Mapping[str, float]) -> Description:
+    """Return what is said of the machine of a file or a built-in name. Raises InputError as `load_machine`.
+
+    A room whose machines are not all driven by an angle describes them by its own `describe(source, changes)`.
+    """
+    module = find_machine_room(source)
+    own = getattr(module, "describe", None)
+    description: Description = own(source, changes) if own else describe_machine(load_machine(source, changes))
+    return description
+
+
+def describe_machine(machine: Machine) -> Description:
+    """Return what a machine that an angle drives says of itself."""
+    functions = {"prologue": machine.prologue, "lane": machine.lane, "totals": machine.totals, "events": machine.events}
+    if machine.loops is not None:
+        functions |= {"assembly": machine.loops.assembly, "closure": machine.loops.gaps}
+    ends = zip(machine.moved, machine.lower / machine.scale, machine.upper / machine.scale, strict=True)
+    return Description(
+        name=machine.name,
+        title=machine.name,
+        source=machine.source,
+        assumptions=machine.assumptions,
+        values=machine.values,
+        data=machine.data,
+        bounds={machine.values[index].path: (float(low), float(high)) for index, low, high in ends},
+        origins={},
+        quantities=machine.quantities,
+        functions=tuple(
+            FunctionSignature(name, tuple(function.name_in()), function.numel_out(0))
+            for name, function in functions.items()
+            if function is not None
+        ),
+    )

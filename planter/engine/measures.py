@@ -10,7 +10,7 @@ KIND is one of `KINDS`; a measure without one is the quantity at an angle, or ev
 the display unit of the quantity. The text of what is parsed reads back to the same. What a sum minimises are values as
 they are: a greatest value or a range can only be made smaller, a least one only greater, as "-min NAME". A `jump` is
 the size of the greatest jump where a law of the machine changes, a distance that of a point, whose coordinates two
-quantities are, from a curve (`planter.engine.distance`); a FILE with spaces has quotes.
+quantities are, from a curve (`planter.engine.piecewise`); a FILE with spaces has quotes.
 
 >>> for term in parse_sum("range F_Ox + 0.5 rms M_in while y_tip <= 20 mm"): print(term)
 range F_Ox

@@ -15,8 +15,7 @@ import numpy as np
 
 from planter.engine.machine import Machine
 from planter.engine.measures import Condition, Extremum
-from planter.engine.response import DesignPoint, Response
-from planter.engine.switching import Switchings
+from planter.engine.response import DesignPoint, Response, Switchings
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics import extremes, roots

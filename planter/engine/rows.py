@@ -11,8 +11,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter.engine.lanes import VECTOR
-from planter.engine.loops import TURN
+from planter.engine.loops import TURN, VECTOR
 from planter.engine.machine import LEAST_PIVOT, Machine
 from planter.engine.response import INPUTS, Response
 from planter.kernels import Array, Kernel

@@ -15,8 +15,7 @@ import casadi as ca
 import numpy as np
 
 from planter.engine.machine import Machine, Quantity, Vector
-from planter.engine.response import Response
-from planter.engine.switching import Switchings
+from planter.engine.response import Response, Switchings
 from planter.files import units
 from planter.kernels import Array
 from planter.numerics.angles import turn_deg

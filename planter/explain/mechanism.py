@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from planter import plugins
-from planter.engine.description import Description, describe
-from planter.engine.machine import Quantity, find_machine_room
+from planter.engine.machine import Description, Quantity, describe, find_machine_room
 from planter.errors import InputError
 from planter.explain.results import Explained, ExplainedFunction, ExplainedMechanism, Meaning
 from planter.files import paths, units

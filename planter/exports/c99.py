@@ -5,23 +5,34 @@ The templates stand beside this file: `machine.h`, `machine.c`, `loops.c`, `obje
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import textwrap
+from collections.abc import Iterable, Sequence
 from functools import cached_property
+from importlib import resources
 from string import Template
 from typing import Any
 
 import casadi as ca
 
-from planter.engine import lanes as engine_lanes
 from planter.engine import loops as engine_loops
 from planter.engine.loops import Loops
-from planter.engine.machine import LEAST_PIVOT, Machine
-from planter.engine.response import INPUTS, Response
-from planter.exports import listings
-from planter.exports.listings import join_integers, join_numbers, quote, read_template
-from planter.exports.objective import STATISTICS, SampledGoal, list_guards
-from planter.kernels import loops
+from planter.engine.machine import LEAST_PIVOT, Machine, Value
+from planter.engine.response import Response
+from planter.exports.quantities import (
+    STATISTICS,
+    SampledGoal,
+    SideQuantity,
+    build_cycle,
+    build_headline,
+    build_name,
+    build_prologues,
+    list_fixed,
+    list_guards,
+    list_quantities,
+)
+from planter.kernels import Array, loops
 from planter.kernels.loops import functions
+from planter.version import __version__
 
 STATUSES = {
     "NOT_FINITE": "a result is not finite",
@@ -35,6 +46,7 @@ CHUNK = 32
 """Angles at which loops are closed and forces proved determined before all quantities are computed there."""
 PLACES = 361
 """Places of a turn at which loops are closed first."""
+WIDTH = 116
 
 
 def build_source_files(machine: Machine) -> dict[str, str]:
@@ -56,36 +68,12 @@ def build_casadi_text(file: str, both: Iterable[ca.Function]) -> str:
     return str(generator.dump())
 
 
-def build_prologues(machine: Machine, tangent: ca.Function) -> list[ca.Function]:
-    """Return `hoisting` (d) -> h and `prologue` (d) -> h, dh."""
-    symbol: Any = ca.SX if machine.prologue.is_a("SXFunction") else ca.MX
-    d = symbol.sym("d", len(machine.values))
-    return [
-        ca.Function("hoisting", [d], [ca.densify(machine.prologue(d))], ["d"], ["h"]),
-        ca.Function("prologue", [d], list(tangent(d)), ["d"], ["h", "dh"]),
-    ]
-
-
-def build_cycle(machine: Machine) -> ca.Function:
-    """Return (phi, d, h, q) -> results of side 1, of side 2, .., of all sides together."""
-    phi, d, h, q = machine.symbols
-    sides = [machine.lane(phi + offset, d, h, q) for offset in machine.offsets]
-    results, total_results = (
-        [i for i, one in enumerate(one for one in machine.quantities if one.total == total) if one.role == "result"]
-        for total in (False, True)
-    )
-    outputs, names = [side[results] for side in sides], [f"side{index}" for index in range(1, 1 + len(sides))]
-    if machine.totals is not None:
-        outputs, names = [*outputs, machine.totals(*sides, d)[total_results]], [*names, "totals"]
-    return ca.Function("cycle", [phi, d, h, q], [ca.densify(output) for output in outputs], list(INPUTS), names)
-
-
 def build_loops_text(loops_: Loops, name: str) -> str:
     """Return what closes loops, in C, behind the kernels `newton` and `assemble`."""
     known = {
         "coordinates": loops_.size, "angular": ", ".join(str(int(unit == "rad")) for unit in loops_.units),
-        "places": PLACES, "turn": repr(engine_loops.TURN), "largest_step": repr(engine_lanes.LARGEST_STEP),
-        "least_step": repr(engine_lanes.LEAST_STEP), "most_iterations": engine_loops.MOST_ITERATIONS,
+        "places": PLACES, "turn": repr(engine_loops.TURN), "largest_step": repr(engine_loops.LARGEST_STEP),
+        "least_step": repr(engine_loops.LEAST_STEP), "most_iterations": engine_loops.MOST_ITERATIONS,
         "singular": repr(engine_loops.SINGULAR), "closed": repr(engine_loops.CLOSED),
         "returned": repr(engine_loops.RETURNED), "not_closed": f"{name}_NOT_CLOSED",
         "not_returned": f"{name}_NOT_RETURNED",
@@ -97,21 +85,21 @@ class MachineText:
     """What the templates ask for of a machine."""
 
     def __init__(self, machine: Machine) -> None:
-        self.machine, self.name = machine, listings.build_name(machine)
+        self.machine, self.name = machine, build_name(machine)
         self.goal = SampledGoal(machine)
         self.response = self.goal.response
         self.coordinates = machine.loops.size if machine.loops else 0
         self.has_objective = bool(self.goal.measures)
         self.guards = list_guards(machine)
-        self.quantities = listings.list_quantities(machine)
-        self.fixed = listings.list_fixed(machine)
+        self.quantities = list_quantities(machine)
+        self.fixed = list_fixed(machine)
         self.lanes = len(self.response.offsets) * len(self.goal.phi)
 
     @cached_property
     def common(self) -> dict[str, Any]:
         """What several templates ask for."""
         return {
-            **listings.describe(self.machine),
+            **describe(self.machine),
             "name": self.name, "NAME": self.name.upper(),
             "turn": repr(float(self.machine.turn)), "samples": self._samples_field,
             "design_size": self._size("PARAMETERS", len(self.machine.moved)),
@@ -142,7 +130,7 @@ class MachineText:
             "parameters": len(machine.moved), "constants": len(self.fixed), "samples": goal.samples,
             "angles": goal.angles, "side": count, "totals": len(machine.results) - count, "sides": sides,
             "statuses": statuses, "fields": ";\n  ".join(self._fields()), **work,
-            "quantities": listings.describe_quantities(machine), "equations": listings.describe_equations(machine),
+            "quantities": describe_quantities(machine), "equations": describe_equations(machine),
             "sides_order": _fill_comment(f" {order}") if sides > 1 else "",
             "loops_note": _fill_comment(loops_note) if self.coordinates else "",
             "scope": self._scope(), "found": self._found_text(), "after": self._after_text(),
@@ -153,7 +141,7 @@ class MachineText:
         if self.has_objective:
             return "; the objective over a turn, and its gradient."
         reason = self.goal.reason_missing
-        return f".\n{listings.wrap(f'No objective: {reason}')}" if reason else "."
+        return f".\n{wrap(f'No objective: {reason}')}" if reason else "."
 
     def _found_text(self) -> str:
         if not self.has_objective:
@@ -161,7 +149,7 @@ class MachineText:
         names = ", ".join(field.name for field in self.goal.fields)
         sum_ = f"Objective {self.goal.text}, in units of the machine's file; range, variance and mean of rows [SI]."
         return "\n".join([
-            "/* A turn of samples.", listings.wrap(sum_), " */", "typedef struct {", f"  double {names};",
+            "/* A turn of samples.", wrap(sum_), " */", "typedef struct {", f"  double {names};",
             f"}} {self.name}_found;", "", "",
         ])  # fmt: skip
 
@@ -379,4 +367,81 @@ static int check_guards(${name}_memory *m, long count, const double *phi, const 
 
 def _fill_comment(text: str) -> str:
     """Return a sentence that goes on in a comment, in lines of its own."""
-    return f"\n{listings.wrap(text)}"
+    return f"\n{wrap(text)}"
+
+
+def read_template(file: str) -> Template:
+    """Return a file beside this one."""
+    return Template(resources.files(__package__).joinpath(file).read_text(encoding="utf-8"))
+
+
+def describe(machine: Machine) -> dict[str, str]:
+    """Return lines of comments: `headline`, `version`, and each number of `design` and `machine`."""
+    fixed = [machine.values[index] for index in list_fixed(machine)]
+    moved = [machine.values[index] for index in machine.moved]
+    return {
+        "headline": to_plain(build_headline(machine)),
+        "version": __version__,
+        "design": list_lines("Design x:", _number_values(moved, [value.key for value in moved], "x")),
+        "machine": list_lines("Machine:", _number_values(fixed, [value.path for value in fixed], "machine")),
+    }
+
+
+def describe_quantities(machine: Machine) -> str:
+    """Return a line of comment for each quantity."""
+    return list_lines("Quantities q:", _number_quantities(list_quantities(machine)))
+
+
+def describe_equations(machine: Machine) -> str:
+    """Return where the model comes from, what it assumes, and its equations, as lines of comments."""
+    reference, assumptions = machine.documentation.reference, "; ".join(machine.assumptions)
+    parts = [*([f"Source: {reference}."] if reference else []), *([f"Assumes: {assumptions}."] if assumptions else [])]
+    return "\n".join([*map(wrap, parts), list_lines("Equations:", machine.documentation.equations)])
+
+
+def list_lines(title: str, lines: Iterable[str]) -> str:
+    """Return lines of a comment below a title."""
+    wrapped = [wrap(line, "    ") for line in lines]
+    return "\n".join([f" * {title}{'' if wrapped else ' none'}", *wrapped])
+
+
+def wrap(text: str, indent: str = "") -> str:
+    """Return a text as lines of a comment."""
+    return textwrap.fill(
+        to_plain(text), WIDTH, initial_indent=f" * {indent}", subsequent_indent=f" *   {indent}",
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
+
+
+def to_plain(text: str) -> str:
+    """Return a text that ends no comment and starts none."""
+    return " ".join(text.replace("*/", "* /").replace("/*", "/ *").split())
+
+
+def quote(names: Iterable[str]) -> str:
+    """Return names as C strings."""
+    return ", ".join('"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"' for name in names)
+
+
+def join_numbers(values: Array | Sequence[float]) -> str:
+    """Return numbers as they read back, a zero if there are none."""
+    return ", ".join(repr(float(value)) for value in values) or "0.0"
+
+
+def join_integers(numbers: Iterable[int]) -> str:
+    """Return integers for an array, a zero if there are none."""
+    return ", ".join(str(int(number)) for number in numbers) or "0"
+
+
+def _number_values(values: Sequence[Value], shown: Sequence[str], vector: str) -> Iterable[str]:
+    for index, (value, path) in enumerate(zip(values, shown, strict=True)):
+        source = f" ({value.source})" if value.source else ""
+        yield f"{vector}[{index}] {path}: {value.name} [{value.unit}] {value.meaning}{source}"
+
+
+def _number_quantities(quantities: Sequence[SideQuantity]) -> Iterable[str]:
+    for index, one in enumerate(quantities):
+        q = one.quantity
+        side = f"; side {one.side}" if one.side and one.sides > 1 else ""
+        source = f" ({q.source})" if q.source else ""
+        yield f"q[{index}] {one.name} [{q.unit}] {q.meaning}{side}{source}"

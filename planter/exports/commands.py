@@ -123,7 +123,7 @@ def motion(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.exports.motion import build_motion
+        from planter.exports.quantities import build_motion
         from planter.exports.results import MotionWritten
         from planter.interchange.tables.formats import FORMATS
         from planter.report.files import write_all

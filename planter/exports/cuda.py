@@ -20,9 +20,9 @@ import numpy as np
 from planter.engine.machine import LEAST_PIVOT, Machine
 from planter.engine.response import INPUTS, Response
 from planter.errors import ComputationError
-from planter.exports import c99, listings
-from planter.exports.listings import join_integers, read_template
-from planter.exports.objective import SampledGoal, list_guards
+from planter.exports import c99, quantities
+from planter.exports.c99 import join_integers, read_template
+from planter.exports.quantities import SampledGoal, list_guards
 from planter.kernels import Array, CallError, builds, loops, toolchain
 from planter.kernels.loops import functions
 from planter.kernels.loops.graph import Assignment, Graph, Place
@@ -45,8 +45,8 @@ class CudaText:
     """What the template asks for of a machine."""
 
     def __init__(self, machine: Machine) -> None:
-        self.machine, self.name, self.goal = machine, listings.build_name(machine), SampledGoal(machine)
-        self.guards, self.fixed = list_guards(machine), listings.list_fixed(machine)
+        self.machine, self.name, self.goal = machine, quantities.build_name(machine), SampledGoal(machine)
+        self.guards, self.fixed = list_guards(machine), quantities.list_fixed(machine)
         self.coordinates = machine.loops.size if machine.loops else 0
 
     @cached_property
@@ -62,14 +62,14 @@ class CudaText:
     def values(self) -> dict[str, object]:
         """Return the template's words."""
         machine, goal, graph = self.machine, self.goal, self.graph
-        hoisting = c99.build_prologues(machine, goal.response.tangent)[0]
+        hoisting = quantities.build_prologues(machine, goal.response.tangent)[0]
         shared = _list_shared(graph)
         course = 1 + (1 + c99.PLACES) * self.coordinates if self.coordinates else 1
         prepared = len(machine.values) + len(shared) + course
         fields = [f"found[{i}] {field.printed}" for i, field in enumerate(goal.fields)]
         return {
-            **listings.describe(machine), "name": self.name, "purpose": self._purpose(),
-            "fields": listings.list_lines("Results:", fields),
+            **c99.describe(machine), "name": self.name, "purpose": self._purpose(),
+            "fields": c99.list_lines("Results:", fields),
             "prologue": _to_device(c99.build_casadi_text(self.name, [hoisting])),
             "functions": functions.fused(), "kernels": self._kernels(shared), "loops": self._loops(),
             "parameters": len(machine.moved), "constants": len(self.fixed), "values": len(machine.values),
@@ -90,7 +90,7 @@ class CudaText:
 
     def _purpose(self) -> str:
         if self.goal.measures:
-            return f"the objective {listings.to_plain(self.goal.text)}"
+            return f"the objective {c99.to_plain(self.goal.text)}"
         return "range, variance and mean of all results"
 
     def _weighed(self) -> str:
@@ -187,7 +187,7 @@ class Batches:
     def __init__(self, machine: Machine, library: Path, samples: int | None = None) -> None:
         self.machine, self.goal = machine, SampledGoal(machine)
         self.samples = samples or self.goal.samples
-        name, raw = listings.build_name(machine), ctypes.CDLL(str(library))
+        name, raw = quantities.build_name(machine), ctypes.CDLL(str(library))
         self._run, self._error = getattr(raw, f"{name}_cycles"), getattr(raw, f"{name}_error")
         self._error.restype = ctypes.c_char_p
         if not getattr(raw, f"{name}_devices")():
@@ -207,7 +207,7 @@ class Batches:
         nodes = [angle for _, angle in self.goal.nodes]
         phi = np.concatenate([self.machine.turn * np.arange(angles) / self.samples, nodes])
         lanes = np.add.outer(self.goal.response.offsets, phi).ravel()
-        data = self.machine.data[listings.list_fixed(self.machine)]
+        data = self.machine.data[quantities.list_fixed(self.machine)]
         code = self._run(
             ctypes.c_long(len(x)), _pointer(x), _pointer(data), ctypes.c_long(angles), _pointer(lanes), _pointer(found)
         )

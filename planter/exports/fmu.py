@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any
 
 from planter.engine.machine import Machine, Value
 from planter.errors import InputError
-from planter.exports import c99, listings
-from planter.exports.listings import SideQuantity, quote, read_template
+from planter.exports import c99, quantities
+from planter.exports.c99 import quote, read_template
+from planter.exports.quantities import SideQuantity
 from planter.exports.results import LeftOut, UnitWritten
 from planter.files import units
 from planter.interchange.fmi import archive, libraries
@@ -37,10 +38,10 @@ def build_model(machine: Machine) -> Model:
     """Return what the unit says of itself."""
     speed = abs(float(machine.data[machine.speed]))
     return Model(
-        name=listings.build_name(machine),
+        name=quantities.build_name(machine),
         title=machine.name,
-        meaning=f"{listings.build_headline(machine)}. The drive's speed is prescribed: motions and forces are those of "
-        "a constant speed of its value, and loads do not change it; over a step it is constant. "
+        meaning=f"{quantities.build_headline(machine)}. The drive's speed is prescribed: motions and forces are those "
+        "of a constant speed of its value, and loads do not change it; over a step it is constant. "
         f"Assumes: {'; '.join(machine.assumptions)}.",
         tool=f"planter {__version__}",
         variables=tuple(_list_variables(machine)),
@@ -51,11 +52,11 @@ def build_model(machine: Machine) -> Model:
 
 def build_sources(machine: Machine) -> dict[str, str]:
     """Return the C files of the unit by name, but for those of every unit."""
-    name = listings.build_name(machine)
+    name = quantities.build_name(machine)
     settable = [variable for variable in _list_variables(machine) if variable.causality != "output"]
-    order = [*machine.moved, *listings.list_fixed(machine)]
+    order = [*machine.moved, *quantities.list_fixed(machine)]
     values = {
-        **listings.describe(machine), "name": name, "NAME": name.upper(), "speed": order.index(machine.speed),
+        **c99.describe(machine), "name": name, "NAME": name.upper(), "speed": order.index(machine.speed),
         "starts": ", ".join(repr(variable.start) for variable in settable),
         "names": quote(f"{variable.name} is not finite" for variable in settable),
     }  # fmt: skip
@@ -79,13 +80,13 @@ def _list_variables(machine: Machine) -> Iterator[Variable]:
             key = machine.values[index].key
             name = f"design.{key.removesuffix(units.suffix(key))}"
             yield _build_parameter(machine, index, name, min(own, float(low)), max(own, float(high)))
-    for index in listings.list_fixed(machine):
+    for index in quantities.list_fixed(machine):
         if index != machine.speed:
             fixed = machine.values[index]
             least, most = (None if limit is None else limit * fixed.factor for limit in fixed.limits)
             yield _build_parameter(machine, index, f"machine.{fixed.name}", least, most)
     yield Variable("phi", "rad", "angle of the drive", "output", **DEGREES)
-    for one in listings.list_quantities(machine):
+    for one in quantities.list_quantities(machine):
         q = one.quantity
         yield Variable(build_output_name(one), q.unit, q.meaning, "output", **_display(one.key, q.unit))
 

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
-from planter.engine.splines import compose_pieces
+from planter.engine.piecewise import compose_pieces
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array

@@ -11,8 +11,7 @@ from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.files.csv_rows import number
 from planter.kernels import Array, formulas
-from planter.mechanism.model import Model
-from planter.mechanism.periodicity import require_repeating
+from planter.mechanism.model import Model, require_repeating
 from planter.numerics.angles import TURN
 from planter.workshop import solids
 from planter.workshop.bores import Bore

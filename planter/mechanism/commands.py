@@ -1,21 +1,49 @@
-"""Commands for mechanisms of one's own."""
+"""The command `planter move`, and what other commands do for every machine that the engine takes."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from planter.errors import InputError
 from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, changes
 
-app = typer.Typer()
+if TYPE_CHECKING:
+    from planter.engine.drive import Motor
+    from planter.engine.machine import Machine
+    from planter.files.document import Document
+    from planter.measured.calibration import Calibrated, Check
+    from planter.measured.reading import Columns
+    from planter.optimise.hybrid import Method
+    from planter.optimise.range_and_spread import Sampling
+    from planter.parallel.task import Means
+    from planter.progress import Listener
 
+app = typer.Typer()
 
 MechanismArgument = Annotated[
     str, typer.Argument(help="a mechanism's file (TOML), or its name: NAME.toml here or in generated/")
 ]
+
+NO_STAGES = "it has no gear stages"
+REFUSED = {
+    "--flank": "it has no cam whose flanks a paper leaves open",
+    "--target": "no paper reports figures of it; --data takes a measured curve",
+    "--lift": "it lifts assumptions of the planting device",
+    "--model": "it has one model, its statement",
+    "--teeth": NO_STAGES,
+    "--module": NO_STAGES,
+    "--module1": NO_STAGES,
+    "--module2": NO_STAGES,
+}
+"""Options that do not apply to machines of one model, with the reason."""
 
 
 @app.command()
@@ -45,12 +73,168 @@ def move(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mechanism import dynamics, file, motion, tables
+        from planter.mechanism import dynamics, file, motion, report, tables
 
         machine = file.load(mechanism, changes(set_))
         found = motion.move(dynamics.Dynamics(machine), until, points, tolerance, rest, least_squares, stiff)
         if out is not None:
-            from planter.mechanism.report import results
-
-            results.write_motion(out, found, machine, console.progress)
+            report.write_motion(out, found, machine, console.progress)
         console.result(found.result, lambda: tables.motion(console, found.result))
+
+
+def refuse_options(machine: Machine, options: Mapping[str, bool]) -> None:
+    """Raise InputError for the first option that is present, with the reason why it does not apply to the machine."""
+    for option, is_present in options.items():
+        if is_present:
+            raise InputError(f"{option} does not apply to {machine.name}: {REFUSED[option]}")
+
+
+def run_validate(console: Console, source: str, values: Mapping[str, float], speed_rpm: float | None) -> None:
+    """Validate the machine of a file or of a built-in name, and print limits and warnings."""
+    from planter.engine.machine import load_machine
+    from planter.mechanism import cycle, file, machines, tables
+
+    if machines.takes(source) and not (mechanism := file.load(source, values)).is_driven:
+        result = cycle.validate_motion(mechanism)
+    else:
+        result = cycle.validate(load_machine(source, values, speed_rpm))
+    console.result(result, lambda: tables.show_validation(console, source, result))
+
+
+def run_simulate(
+    console: Console, machine: Machine, samples: int | None, at_deg: Sequence[float], out: Path | None
+) -> None:
+    """Simulate a cycle, print it, and write it into a folder if one is named."""
+    from planter.mechanism import cycle, report, tables
+
+    simulated = cycle.simulate(machine, samples, at_deg)
+    if out is not None:
+        report.write_turn(out, simulated, console.progress)
+    console.result(simulated.result, lambda: tables.turn(console, simulated.result))
+
+
+def run_sensitivity(
+    console: Console, machine: Machine, least: str | None, samples: int | None, all_values: bool, out: Path | None
+) -> None:
+    """Compute a sensitivity, print it, and write it into a folder if one is named."""
+    from planter.mechanism import optimisation, report, tables
+
+    result = optimisation.compute(machine, least, samples, all_values)
+    if out is not None:
+        report.write_sensitivity(out, result, machine)
+    console.result(result, lambda: tables.show_sensitivity(console, result))
+
+
+def run_drive(
+    console: Console, machine: Machine, motor: Motor, turns: int, start: float | None, samples: int | None,
+    out: Path | None,
+) -> None:  # fmt: skip
+    """Compute a machine on a motor from a speed [rad/s], print it, and write it into a folder if one is named."""
+    from planter.engine.drive import drive_machine
+    from planter.engine.machine import check_samples
+    from planter.mechanism import report, tables
+
+    check_samples(samples)
+    drive = drive_machine(machine, motor, turns, start, samples)
+    if out is not None:
+        report.write_drive(out, drive, machine, console.progress)
+    console.result(drive.result, lambda: tables.show_drive(console, drive.result))
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """Options of a search; None leaves a value to the file or to defaults, and no `prove_seconds` means no proof."""
+
+    method: Method | None
+    front: bool
+    samples: Sampling | None
+    seed: int
+    starts: int | None
+    prove_seconds: float | None
+    means: Means
+    vary: Mapping[str, tuple[float, float]]
+
+
+def run_optimise(
+    console: Console, machine: Machine, least: str | None, holds: Sequence[str], options: SearchOptions,
+    out: Path | None,
+) -> None:  # fmt: skip
+    """Find an optimum, with its front and its proof if the options ask for them, print and write it."""
+    from planter.engine.search import SearchSpec
+    from planter.mechanism import optimisation, proof, report, tables
+    from planter.mechanism.file import MechanismFile
+    from planter.optimise.sections import DEFAULT_GENETIC
+    from planter.optimise.starts import DEFAULT_STARTS
+
+    spec = SearchSpec(
+        sampling=options.samples or machine.sampling,
+        method=options.method or "ipopt",
+        starts=options.starts or DEFAULT_STARTS,
+        seed=options.seed,
+        genetic=machine.genetic or DEFAULT_GENETIC,
+    )
+    machine = machine.with_ranges(options.vary)
+    file = machine.document
+    if options.prove_seconds is not None and not isinstance(file, MechanismFile):
+        reason = "there are no bounds of its quantities"
+        raise InputError(f"--prove does not apply to {machine.name} with --least: {reason}")
+    goal = optimisation.StatedGoal.read(machine, least, holds)
+    if options.front:
+        goal.require_least()
+        optimisation.require_front(goal.build_problem(spec.sampling))
+    if options.prove_seconds is not None:
+        proof.require_provable(goal, least)
+    optimum = optimisation.optimise(machine, least, holds, spec, console.progress, options.means)
+    if options.prove_seconds is not None and isinstance(file, MechanismFile):
+        optimum = proof.with_proof(file, optimum, goal, spec, options.prove_seconds, console.progress, options.means)
+    if options.front:
+        optimum = optimisation.with_front(optimum, console.progress)
+    if out is not None:
+        report.write_optimum(out, optimum, console.progress)
+    console.result(optimum.result, lambda: tables.optimum(console, optimum.result))
+
+
+def calibrate_machine(
+    machine: Machine,
+    data: str | Path,
+    columns: Columns,
+    bounds: Mapping[str, tuple[float, float]],
+    quantity: str | None,
+    check: Check | None = None,
+    seed: int = 0,
+    progress: Listener | None = None,
+    means: Means | None = None,
+) -> Calibrated:
+    """Fit values within `bounds` (display units, by key) to a measured curve of a quantity.
+
+    `means` are the processes of the searches, on which results do not depend.
+    Raises InputError for a file, columns, values or a quantity that cannot be used, ComputationError for a quantity
+    that does not repeat after a cycle.
+    """
+    from planter.measured.calibration import calibrate
+    from planter.measured.curve import find_measured
+    from planter.mechanism.model import require_repeating
+    from planter.parallel.task import HERE
+
+    if quantity is None:
+        keys = ", ".join(result.key for result in machine.results)
+        raise InputError(f"--quantity must name what was measured: it must be one of {keys}")
+    require_repeating(machine, [find_measured(machine, quantity).name])
+    builders = {"derived": partial(machine.build, machine.document)}
+    rebuild = machine.document.with_numbers
+    return calibrate(builders, data, columns, bounds, quantity, rebuild, check, seed, progress, means or HERE)
+
+
+def run_calibrate(
+    console: Console, document: Document, meanings: Mapping[str, str], calibrated: Calibrated, out: Path | None,
+    angle: str = "angle of the drive",
+) -> None:  # fmt: skip
+    """Print the fit of a file, whose values have `meanings` by path, and write it into a folder if one is named."""
+    from planter.measured import page, tables
+
+    result = calibrated.result
+    if out is not None:
+        page.write(out, document, calibrated, meanings, angle)
+    for warning in result.warnings:
+        console.say(f"planter: warning: {warning}")
+    console.result(result, lambda: tables.measured(console, result))

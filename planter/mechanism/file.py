@@ -96,6 +96,11 @@ class MechanismFile(Document):
         return table
 
     @property
+    def is_driven(self) -> bool:
+        """Whether an angle drives the mechanism; else it moves freely."""
+        return "speed" in self.model.sidecar
+
+    @property
     def place(self) -> Path:
         """The folder of the generated functions."""
         return self._folder

@@ -9,9 +9,19 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from planter.engine.description import Description, FunctionSignature
 from planter.engine.loops import Loops
-from planter.engine.machine import Documentation, Machine, Quantity, Role, Stage, Value, Vector, build_vectors
+from planter.engine.machine import (
+    Description,
+    Documentation,
+    FunctionSignature,
+    Machine,
+    Quantity,
+    Role,
+    Stage,
+    Value,
+    Vector,
+    build_vectors,
+)
 from planter.errors import InputError
 from planter.files import units
 from planter.files.text import read_toml

@@ -11,15 +11,15 @@ from typing import Any
 from planter import errors
 from planter.engine import search
 from planter.engine.goal import Goal, find_display_unit, resolve_limit, resolve_measure
-from planter.engine.machine import Machine
+from planter.engine.machine import Machine, check_samples
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
 from planter.engine.problem import CurveProblem, DesignProblem, build_problem
 from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
-from planter.engine.sensitivity import find_directions
+from planter.engine.sensitivity import SensitivityFound, compute_sensitivity, find_directions, move_all
 from planter.engine.summary import ROUNDING
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.mechanism.periodicity import require_repeating
+from planter.mechanism.model import require_repeating
 from planter.mechanism.results import ActiveLimit, Evaluations, FrontDesign, Held, Optimum, Proof
 from planter.optimise import pareto
 from planter.optimise.constraints import KEPT
@@ -231,3 +231,21 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
         insensitive=directions.named,
     )
     return Found(x, best, problem, result)
+
+
+def compute(
+    machine: Machine, least: str | None = None, samples: int | None = None, all_values: bool = False
+) -> SensitivityFound:
+    """Return the sensitivity of a file's sum, or of `least`, in the values that have bounds, or in all.
+
+    Without `samples` it is that of true extremes, unless the file asks for samples. Raises InputError for a file
+    without a sum or bounds; ComputationError for the mean of what does not repeat after a cycle.
+    """
+    check_samples(samples)
+    goal = StatedGoal.read(machine, least)
+    goal.require_least()
+    if not (machine.moved or all_values):
+        raise InputError(f"{machine.source}: none of its values has bounds: ask for all values by --all")
+    if samples is None and machine.sampling != "refined":
+        samples = machine.sampling
+    return compute_sensitivity(move_all(machine) if all_values else machine, goal.least, samples)

@@ -6,23 +6,37 @@ the proof is then the best design over the file's samples, which is searched fro
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from planter.engine.goal import Goal
+from planter.engine.loops import TURN, Loops
+from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
 from planter.engine.problem import build_problem
 from planter.engine.proof import ProvableObjective, check_provable
 from planter.engine.search import SearchSpec, minimise
-from planter.kernels import Array
-from planter.mechanism.enclosed import EnclosedMechanism
+from planter.kernels import Array, generated
+from planter.kernels.array_code import extract_outputs, find_periodic
+from planter.kernels.formulas import HOISTED, Formulas
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import Found, StatedGoal
+from planter.numerics.arrays import Integers
 from planter.optimise.constraints import KEPT
+from planter.optimise.proof.arithmetic import Enclosing
+from planter.optimise.proof.balls import Ball, Unbounded
 from planter.optimise.proof.bound import SECONDS, Incumbent, prove_bound
+from planter.optimise.proof.branches import Unbranched
+from planter.optimise.proof.jets import ANYWHERE, Jet, Space
+from planter.optimise.proof.linear import solve
+from planter.optimise.proof.paving import has_rootless_lane
+from planter.optimise.proof.roots import roots
 from planter.optimise.proof.shared import share_boxes
 from planter.parallel.task import HERE, Means
 from planter.progress import Listener
@@ -91,3 +105,121 @@ def _find_incumbent(
     start = goal.machine.with_data(goal.machine.data_at(found.x))
     optimum = minimise(build_problem(start, goal.least, goal.limits, sampled.sampling), sampled, listener)
     return optimum.x, goal.evaluate(optimum.x)
+
+
+FARTHEST = 1e3
+"""Size of a coordinate beyond which no assembly is looked for [m or rad]."""
+MOST_NEWTON_STEPS = 9
+"""Newton steps of generated code have numbers of one digit."""
+
+
+class EnclosedMechanism:
+    """Quantities of a mechanism by name, or their sizes, over boxes of designs x (p,). Implements `Enclosed`.
+
+    Coordinates of loops are roots of the gaps, near those of the design at the centre of a box. They vanish there, and
+    so do the Newton steps of the generated lane, whose derivatives those of the roots have already.
+    """
+
+    offsets = (Fraction(0),)
+    period = Fraction(1)
+    is_continuous = False
+
+    def __init__(self, machine: Machine, formulas: Formulas, quantities: Sequence[tuple[str, bool]]) -> None:
+        self.machine = machine
+        self.sizes = tuple(is_size for _, is_size in quantities)
+        self._unclosed = set[bytes]()  # centres of the boxes that were enclosed last at which loops do not close
+        self._module = module = generated.module(f"array.{formulas.name}", formulas.folder)
+        names = formulas.outputs("lane")
+        self._inputs: list[str] = formulas.sidecar["functions"]["lane"]["inputs"]
+        self._prologue: dict[str, Any] = formulas.sidecar["functions"].get("prologue", {})
+        loops = machine.loops.names if machine.loops else ()
+        steps = {f"{name}_step{k}": 0 for name in loops for k in range(1, MOST_NEWTON_STEPS + 1)}
+        outputs = [names.index(name) for name, _ in quantities]
+        self._lane = extract_outputs(module, "lane", outputs, {**steps, "solved": _solve})
+
+    def follow(self, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
+        """Return the quantities over a box as a function of lanes, of angles phi (lanes,) [rad].
+
+        Raises Unbounded where loops do not close at the centre of the box, or may not close within it.
+        """
+        coordinates = self._enclose_loops(space, phi)
+
+        def shares(xp: Enclosing, lanes: Integers) -> Sequence[Jet]:
+            values = {
+                self._inputs[0]: xp.space.constant(phi[lanes]),
+                "data": self._data(xp.space),
+                "loops": [replace(jet.taken(lanes), space=xp.space) for jet in coordinates],
+            }
+            if HOISTED in self._inputs:
+                values[HOISTED] = self._module.prologue(xp, *(values[name] for name in self._prologue["inputs"]))
+            rows = self._lane(xp, *(values[name] for name in self._inputs))
+            jets = [xp.space.lift(row) for row in rows]
+            return [xp.absolute(jet) if is_size else jet for jet, is_size in zip(jets, self.sizes, strict=True)]
+
+        return shares
+
+    def _data(self, space: Space) -> list[Jet]:
+        """Return all values (v,) over a box, those that do not move as constants."""
+        data = [space.constant(Ball.exact([value])) for value in self.machine.data]
+        for index, jet in zip(self.machine.moved, space.parameters(), strict=True):
+            data[index] = jet
+        return data
+
+    def _enclose_loops(self, space: Space, phi: Ball) -> list[Jet]:
+        """Return the coordinates of loops (c,) over a box, in lanes."""
+        loops = self.machine.loops
+        if loops is None:
+            return []
+        start = self._find_coordinates(loops, space, phi.mid)
+        if np.isnan(start).all():
+            raise Unbounded("loops do not close at the centre of a box")
+        smooth = space.asking(Unbranched.none(len(phi.mid)))
+        angles, data = smooth.constant(phi), self._data(smooth)
+
+        def residual(q: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
+            closure = self._module.closure(Enclosing(smooth), angles, data, q)
+            rows = [smooth.lift(row) for row in closure]
+            size = loops.size
+            return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
+
+        return roots(smooth, start, residual)
+
+    def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
+        """Return whether loops close at no design of a box [lower, upper] (p,) at one of the angles phi (n,) [rad].
+
+        It is looked into where they do not close at the centre, after `follow` has found that.
+        Angles of which the gaps only take sine and cosine are looked for in a turn, other coordinates up to `FARTHEST`.
+        """
+        loops = self.machine.loops
+        if loops is None or Space(lower, upper).centre.tobytes() not in self._unclosed:
+            return False
+        space, size = Space(lower, lower), loops.size
+        data = [space.constant(Ball.exact([value])) for value in self.machine.data]
+        for index, low, high in zip(self.machine.moved, lower, upper, strict=True):
+            data[index] = space.constant(Ball.between(np.array([low]), np.array([high])))
+
+        def enclose_gaps(q: Sequence[Ball], lanes: Integers) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:
+            coordinates = [space.constant(ball) for ball in q]
+            closure = self._module.closure(Enclosing(space), space.constant(phi[lanes]), data, coordinates)
+            rows = [space.lift(row).value[ANYWHERE] for row in closure]
+            return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
+
+        periodic = find_periodic(self._module, "closure", "loops", size)
+        most = np.where(periodic, np.pi * (1 + 1e-9), FARTHEST)
+        return has_rootless_lane(enclose_gaps, -most, most, len(phi.mid))
+
+    def _find_coordinates(self, loops: Loops, space: Space, phi: Array) -> Array:
+        """Return coordinates (c, lanes) at the centres of boxes, NaN where a walk from 0 on along closed loops ends."""
+        centres, boxes = np.unique(space.centre.reshape(len(space.centre), -1), axis=1, return_inverse=True)
+        angles, places = np.unique(phi, return_inverse=True)
+        walk = loops.walk(np.array([self.machine.data_at(x) for x in centres.T]).T, np.append(angles, TURN))
+        _, returned = walk.gains()
+        self._unclosed = {x.tobytes() for x in centres.T[~returned]}
+        reached = np.where(returned, np.inf, np.where(walk.assembled & ~walk.alive, walk.reached, -1.0))
+        boxes = np.broadcast_to(boxes.ravel(), phi.shape)
+        return np.where(phi <= reached[boxes], walk.places[:, places, boxes], np.nan)
+
+
+def _solve(xp: Enclosing, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> tuple[Any, ...]:
+    """Return the unknowns of simultaneous equations, and None for the pivot, of which no result is made."""
+    return (*solve(xp.space, matrix, right), None)

@@ -11,8 +11,8 @@ from planter.view.exports import Export
 from planter.view.subject import Check, Control, Reading, Table, Values, controls, written
 
 if TYPE_CHECKING:
+    from planter.mechanism.cycle import Turn
     from planter.mechanism.file import MechanismFile
-    from planter.mechanism.turn import Turn
     from planter.view.portable import Portable
     from planter.view.scene import Scene
 
@@ -41,8 +41,7 @@ class Mechanism:
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Its bodies over a turn."""
-        from planter.mechanism.report.figures import Course
-        from planter.mechanism.report.scene import scene
+        from planter.mechanism.drawing import Course, scene
 
         found = self._turn(values)
         return [scene(self.name, Course.from_cycle(found), found.seconds, found.columns, found.places)]
@@ -69,7 +68,7 @@ class Mechanism:
 
     def portable(self, model: str) -> Portable:
         """What a page needs to compute the mechanism by itself."""
-        from planter.mechanism.portable import Turning
+        from planter.mechanism.drawing import Turning
 
         return Turning(self.file).portable()
 
@@ -81,9 +80,9 @@ class Mechanism:
         return self.file.moved_to({path.removeprefix("values."): value for path, value in values.items()})
 
     def _turn(self, values: Values) -> Turn:
+        from planter.mechanism.cycle import turn
         from planter.mechanism.machines import build_machine
         from planter.mechanism.model import Model
-        from planter.mechanism.turn import turn
 
         if self._latest is None or self._latest[0] != dict(values):
             self._latest = dict(values), turn(Model(build_machine(self._moved(values))))

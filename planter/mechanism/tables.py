@@ -6,9 +6,9 @@ import textwrap
 from collections.abc import Mapping, Sequence
 
 from planter import safe_text
-from planter.engine.driven import DriveResult
+from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import SensitivityFound
-from planter.engine.shown import (
+from planter.engine.tables import (
     describe_directions,
     drive_tables,
     driven_quantities,

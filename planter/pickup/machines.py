@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import PPoly
 
 from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
-from planter.engine.splines import compose_pieces
+from planter.engine.piecewise import compose_pieces
 from planter.errors import InputError
 from planter.files import csv_rows, examples, units
 from planter.gear_geometry.flanks import TEETH

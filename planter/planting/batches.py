@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from planter.engine.batches import CHUNK, OutputBatch, evaluate_outputs
 from planter.engine.machine import Machine
+from planter.engine.outputs import CHUNK, OutputBatch, evaluate_outputs
 from planter.errors import ComputationError
 from planter.kernels import Array, CallError
 from planter.planting.model import Device

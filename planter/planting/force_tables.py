@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from planter.engine.shown import Shown
+from planter.engine.tables import Shown
 
 TITLE = "Vertical support force"
 TRUE = "true"

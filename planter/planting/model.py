@@ -11,7 +11,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter.engine.curve import Curve
+from planter.engine.problem import Curve
 from planter.engine.response import DesignPoint
 from planter.errors import InputError
 from planter.files import paths, units

@@ -12,9 +12,9 @@ from planter.engine.machine import Machine
 from planter.engine.sensitivity import SensitivityFound, build_goal
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.mechanism import simulation as mechanism
-from planter.mechanism.sensitivity import compute
-from planter.mechanism.turn import Turn
+from planter.mechanism import cycle as mechanism
+from planter.mechanism.cycle import Turn
+from planter.mechanism.optimisation import compute
 from planter.optimise.refined import Panels
 from planter.planting import cycle as planting
 from planter.planting import lifted, plausible

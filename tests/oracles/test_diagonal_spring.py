@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from planter.mechanism.small import eigenvalues, equilibrium
+from planter.mechanism.motion import eigenvalues, equilibrium
 from tests.support import own
 
 FOUR_BAR = '''

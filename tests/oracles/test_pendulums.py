@@ -6,7 +6,7 @@ import pytest
 from mpmath import mp
 
 from planter.mechanism.dynamics import Dynamics
-from planter.mechanism.small import eigenvalues, equilibrium
+from planter.mechanism.motion import eigenvalues, equilibrium
 from tests.support import own
 
 DOUBLE = '''

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 from planter.mechanism.dynamics import Dynamics
-from planter.mechanism.small import Linear, linear
+from planter.mechanism.motion import Linear, linear
 from tests.support import own
 
 M = [[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.errors import InputError
-from planter.mechanism.options import refuse_options
+from planter.mechanism.commands import calibrate_machine, refuse_options, run_calibrate
 from planter.planting.commands.options import device_of, kept, load_other
 from planter.report.writing import writes
 from planter.terminal.console import Console
@@ -103,14 +103,12 @@ def calibrate(
         second = None if check is None or check_rpm is None else Check(check, check_rpm)
         columns = Columns(column, angle, time, unit, place_unit)
         bounds = read_ranges("--fit", fit or ())
-        from planter.mechanism.calibration import calibrate as fit_machine
-        from planter.mechanism.calibration import run_calibrate
         from planter.planting import measured
         from planter.planting.report.page import meanings
 
         asked = (data, columns, bounds)
         if other is not None:
-            found = fit_machine(other, *asked, quantity, second, seed, console.progress, means)
+            found = calibrate_machine(other, *asked, quantity, second, seed, console.progress, means)
             with kept(found.result.table()):
                 run_calibrate(console, other.document, other.meanings, found, out)
             return

@@ -9,8 +9,14 @@ import typer
 
 from planter.errors import Interrupted
 from planter.gears.options import Module1Option, Module2Option, ModuleOption
-from planter.mechanism.options import refuse_options
-from planter.mechanism.search import SearchOptions, search
+from planter.mechanism.commands import (
+    SearchOptions,
+    refuse_options,
+    run_optimise,
+    run_sensitivity,
+    run_simulate,
+    run_validate,
+)
 from planter.planting.commands.options import (
     SamplesOption,
     WholeTeethOption,
@@ -89,8 +95,6 @@ def simulate(
     console = Console(as_json)
     with console.outcome():
         if (other := load_other(machine, set_, speed_rpm)) is not None:
-            from planter.mechanism.simulation import run_simulate
-
             refuse_options(other, {"--model": model is not Model.exact, "--lift": lift})
             run_simulate(console, other, samples, at or (), out)
             return
@@ -137,7 +141,6 @@ def sensitivity(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mechanism.sensitivity import run_sensitivity
         from planter.mechanism.tables import show_sensitivity
 
         if (other := load_other(machine, set_, speed_rpm)) is not None:
@@ -223,7 +226,7 @@ def optimise(
                 None if method is None else method.value, front, sampling, seed, starts, seconds, means, ranges
             )
             refuse_options(other, besides)
-            search(console, other, least, hold or (), options, out)
+            run_optimise(console, other, least, hold or (), options, out)
             return
         method = method or Method.hybrid
         if out is not None:
@@ -278,8 +281,6 @@ def validate(
     console = Console(as_json)
     with console.outcome():
         if is_other(machine):
-            from planter.mechanism.validation import run_validate
-
             run_validate(console, machine, changes(set_), speed_rpm)
             return
         device = device_of(machine, "exact", set_, speed_rpm)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from planter.mechanism.commands import run_drive
 from planter.planting.commands.options import SamplesOption, device_of, load_other
 from planter.report.writing import writes
 from planter.terminal.console import Console
@@ -58,8 +59,6 @@ def drive(
         motor = Motor(stall_nm, idle_rpm * rad_s, flywheel_kgm2)
         start = None if start_rpm is None else start_rpm * rad_s
         if (other := load_other(machine, set_, speed_rpm)) is not None:
-            from planter.mechanism.drive import run_drive
-
             run_drive(console, other, motor, turns, start, samples, out)
             return
         from planter.planting.drive import drive as drives

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from planter.engine.shown import Cells, Shown, motor_rows, shock_tables
+from planter.engine.tables import Cells, Shown, motor_rows, shock_tables
 from planter.planting.designer.results import DesignersSummary, GearFound, PeakForce, StageFound
 
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from planter.engine.drive import Motor
-from planter.engine.driven import Drive, DriveResult, drive_machine
+from planter.engine.drive import Drive, DriveResult, Motor, drive_machine
 from planter.kernels import Array
 from planter.planting.cycle import statistics
 from planter.planting.drive.machine import build_driven_machine

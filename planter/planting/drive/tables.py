@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from planter.engine.shown import drive_tables
+from planter.engine.tables import drive_tables
 from planter.planting.results.driven import DriveFound
 from planter.terminal.console import Console
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.engine.shown import drive_tables
+from planter.engine.tables import drive_tables
 from planter.kernels import generated
-from planter.mechanism.report.drive import draw_speeds, draw_turn
+from planter.mechanism.report import draw_speeds, draw_turn
 from planter.planting.cycle import weight
 from planter.planting.drive import tables
 from planter.planting.drive.drive import DeviceDrive

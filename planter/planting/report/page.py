@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from planter.engine.sensitivity import SensitivityFound
 from planter.explain import dictionary
 from planter.files import units
-from planter.mechanism.report.results import sensitivity_sections
+from planter.mechanism.report import sensitivity_sections
 from planter.planting import force_tables, quantities
 from planter.planting.designer import shown
 from planter.planting.designer.results import DesignersSummary

@@ -1,6 +1,6 @@
 """What the planting device's commands return, key by key."""
 
-from planter.engine.driven import DriveResult
+from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import SensitivityFound
 from planter.measured.findings import MeasuredFound
 from planter.mechanism.results import MachineValidation, Turn

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planter.engine.driven import DriveResult
+from planter.engine.drive import DriveResult
 from planter.planting.results.stated import Statistics
 
 

@@ -13,8 +13,8 @@ from planter.engine.machine import load_machine
 from planter.engine.response import Response
 from planter.errors import ComputationError
 from planter.kernels import generated
+from planter.mechanism.cycle import turn
 from planter.mechanism.model import Model
-from planter.mechanism.turn import turn
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "slider_crank.py"
 PHI = np.linspace(0, 2 * np.pi, 721)

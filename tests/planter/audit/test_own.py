@@ -17,7 +17,7 @@ from planter.audit import own as trial
 from planter.audit import question
 from planter.audit.registry import Inputs
 from planter.errors import InputError
-from planter.mechanism.printed import measures
+from planter.mechanism import printed
 from tests.support import own
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import committed
@@ -140,7 +140,7 @@ def test_a_number_that_cannot_be_meant_is_refused_by_its_place(
         question.read_numbers_file(source), source, "invented2026", folder / "generated" / "slider_crank.toml"
     )
     with pytest.raises(InputError, match=said):
-        _ = [measures.measure(Inputs(row["with"], {}, {})) for row in found]
+        _ = [printed.measure(Inputs(row["with"], {}, {})) for row in found]
 
 
 @pytest.mark.parametrize(

@@ -10,20 +10,20 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.engine.distance import build_distance
 from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_measure
 from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.outputs import SampledOutputs
+from planter.engine.piecewise import build_distance
 from planter.engine.proof import check_provable
 from planter.engine.search import SearchSpec
 from planter.errors import ComputationError, InputError
-from planter.exports.objective import SampledGoal
+from planter.exports.quantities import SampledGoal
 from planter.kernels import Array
 from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import evaluate_limits, optimise
-from planter.mechanism.report import optimum_file
+from planter.mechanism.report import format_optimum_file
 from planter.planting.swept import ROOM
 from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
@@ -218,7 +218,7 @@ def test_file_names_its_curve_as_seen_from_its_folder(tmp_path: Path, monkeypatc
     assert hold.met
     optimum = optimise(machine)
     written = tmp_path / "elsewhere" / "optimum.toml"
-    written.write_text(optimum_file.text(optimum), encoding="utf-8")
+    written.write_text(format_optimum_file(optimum), encoding="utf-8")
     assert tomllib.loads(written.read_text())["objective"]["least"] == f"rms {TIP} {tmp_path / 'path.csv'}"
     assert evaluate_limits(build_machine(load(written)))[0].value == pytest.approx(optimum.result.holds[0].value)
 

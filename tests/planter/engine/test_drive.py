@@ -11,12 +11,11 @@ import scipy.integrate
 
 from derive import Mechanism, quantities
 from derive.mechanics.statement import MechanismError
-from planter.engine.drive import Driven, Motor
+from planter.engine.drive import Driven, Motor, drive_machine
 from planter.engine.machine import Machine
 from planter.errors import ComputationError, InputError
-from planter.mechanism import drive
+from planter.mechanism.cycle import simulate
 from planter.mechanism.machines import build_machine
-from planter.mechanism.simulation import simulate
 from tests.support import own
 from tests.support.cli import answer
 
@@ -64,7 +63,7 @@ def test_an_acceleration_is_one_of_an_angle() -> None:
 
 
 def test_motor_gives_to_friction_what_it_takes() -> None:
-    found = drive.drive(own.machine("slider_crank"), MOTOR, turns=2, samples=720)
+    found = drive_machine(own.machine("slider_crank"), MOTOR, turns=2, samples=720)
     turn, result = found.turn, found.result
     assert turn.omega[-1] == pytest.approx(turn.omega[0], rel=1e-9)
     assert result.motor_work_J == pytest.approx(result.friction_work_J, rel=2e-5)
@@ -88,7 +87,7 @@ def test_another_integrator_finds_the_same_speed() -> None:
 
 
 def test_a_heavy_flywheel_keeps_the_speed() -> None:
-    results = [drive.drive(own.machine("slider_crank"), replace(MOTOR, flywheel=j), 1).result for j in (1e3, 1e5)]
+    results = [drive_machine(own.machine("slider_crank"), replace(MOTOR, flywheel=j), 1).result for j in (1e3, 1e5)]
     assert results[0].speed.fluctuation / results[1].speed.fluctuation == pytest.approx(100, rel=1e-2)
     assert max(one.change for one in results[1].quantities.values() if one.unit == "N") < 1e-3
 

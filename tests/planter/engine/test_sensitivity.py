@@ -11,8 +11,8 @@ from planter.engine.measures import Measure, parse_sum
 from planter.engine.response import Response
 from planter.engine.sensitivity import build_goal, compute_sensitivity, find_widths, move_all
 from planter.errors import InputError
-from planter.mechanism import sensitivity
 from planter.mechanism.machines import build_machine
+from planter.mechanism.optimisation import compute
 from tests.support import own
 from tests.support.cli import answer
 
@@ -60,9 +60,9 @@ def test_directions_without_effect_leave_the_curves() -> None:
 def test_what_is_missing_is_refused_plainly() -> None:
     machine = own.machine("slider_crank")
     with pytest.raises(InputError, match=r"objective\.least is missing"):
-        sensitivity.compute(machine)
+        compute(machine)
     with pytest.raises(InputError, match="--all"):
-        sensitivity.compute(machine.with_moved({}), "max M_in")
+        compute(machine.with_moved({}), "max M_in")
     free = machine.with_moved({"values.J_kg_m2": (0.0, 1.0)})
     with pytest.raises(InputError, match="has an effect on s"):
         compute_sensitivity(free, [resolve_measure(free, measure) for measure in parse_sum("max s")], 12)

@@ -10,8 +10,8 @@ import pytest
 from planter.engine.machine import Machine, load_machine
 from planter.engine.response import Response
 from planter.engine.summary import Summary, summarise
+from planter.mechanism.cycle import simulate
 from planter.mechanism.machines import build_machine
-from planter.mechanism.simulation import simulate
 from tests.support import own
 
 DENSE = np.radians(np.arange(0.005, 360, 0.01))

@@ -11,7 +11,7 @@ import pytest
 
 from planter.engine.machine import load_machine
 from planter.exports import fmu
-from planter.exports.motion import build_motion
+from planter.exports.quantities import build_motion
 from planter.interchange.fmi import libraries
 from planter.mechanism import file
 from planter.mechanism.model import Model

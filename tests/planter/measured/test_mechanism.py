@@ -11,7 +11,7 @@ from planter.errors import ComputationError, InputError
 from planter.measured import reading
 from planter.measured.curve import Chosen, MeasuredCurve
 from planter.measured.reading import Columns
-from planter.mechanism import calibration
+from planter.mechanism.commands import calibrate_machine
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
 from planter.parallel.task import HERE, Means
@@ -40,7 +40,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_values_come_back_within_their_intervals(data: Path) -> None:
     bounds = {"m_s_kg": (1.0, 3.0), "k_N_m": (300.0, 1500.0), "r_mm": (40.0, 80.0), "offset_N": (-9.0, 9.0)}
-    found = calibration.calibrate(own.machine("slider_crank"), data, Columns("force", time="t"), bounds, "F_Ox_N")
+    found = calibrate_machine(own.machine("slider_crank"), data, Columns("force", time="t"), bounds, "F_Ox_N")
     truth = {"values.m_s_kg": 1.8, "values.k_N_m": 720.0, "values.r_mm": 60.0, "offset_N": 2.0}
     assert (found.result.outcome, found.result.rank, found.result.other_model) == ("explained", 4, None)
     assert found.result.reached.rms == pytest.approx(NOISE, rel=0.15)
@@ -65,14 +65,14 @@ def test_bounds_beyond_what_closes_cost_starts_only(data: Path) -> None:
     """A crank longer than the rod has a dead point: starts there end nowhere, the others find the truth."""
     columns, machine = Columns("place", time="t"), own.machine("slider_crank")
     result, by_workers = (
-        calibration.calibrate(machine, data, columns, {"r_mm": (40.0, 400.0)}, "s_mm", means=means).result
+        calibrate_machine(machine, data, columns, {"r_mm": (40.0, 400.0)}, "s_mm", means=means).result
         for means in (HERE, Means(2))
     )
     assert by_workers.table() == result.table(), "every digit"
     assert result.fitted[0].low95 < 60.0 < result.fitted[0].high95
     assert result.starts == 8 > result.agreeing_starts
     with pytest.raises(ComputationError, match="narrow the bounds"):
-        calibration.calibrate(machine, data, columns, {"r_mm": (300.0, 400.0)}, "s_mm")
+        calibrate_machine(machine, data, columns, {"r_mm": (300.0, 400.0)}, "s_mm")
 
 
 def test_restart_forgets_earlier_values(data: Path) -> None:
@@ -101,7 +101,7 @@ def test_what_cannot_be_fitted_is_refused(data: Path) -> None:
     assert "--data must name a CSV file" in refusal("calibrate", path)
     assert "--flank does not apply" in refusal("calibrate", path, "--flank", "harmonic")
     with pytest.raises(InputError, match="--quantity must name"):
-        calibration.calibrate(own.machine("slider_crank"), data, Columns("force", time="t"), {"r_mm": (1, 2)}, None)
+        calibrate_machine(own.machine("slider_crank"), data, Columns("force", time="t"), {"r_mm": (1, 2)}, None)
 
 
 def test_units_of_columns_are_those_of_the_kind() -> None:

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from planter.mechanism import tables
+from planter.mechanism.cycle import turn
 from planter.mechanism.model import Model
 from planter.mechanism.motion import move
-from planter.mechanism.turn import turn
 from tests.support import own
 
 GYRO = '''

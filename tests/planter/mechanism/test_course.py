@@ -7,7 +7,7 @@ import pytest
 
 from planter.engine.measures import parse_measure
 from planter.errors import InputError
-from planter.mechanism import course
+from planter.mechanism import printed
 from tests.support import own
 
 LIFT = 0.014
@@ -15,7 +15,7 @@ LIFT = 0.014
 
 
 def found(text: str, samples: int | None = None) -> float:
-    return course.measure(own.file("cam_follower"), parse_measure(text, "test"), samples, None)
+    return printed.evaluate_measure(own.file("cam_follower"), parse_measure(text, "test"), samples, None)
 
 
 @pytest.mark.parametrize(
@@ -35,19 +35,21 @@ def test_of_few_samples_the_extreme_is_theirs() -> None:
 
 def test_a_quantity_feels_what_it_can_depend_on_and_nothing_else() -> None:
     cam, crank = own.file("cam_follower"), own.file("slider_crank")
-    assert course.felt(cam, "s") == {"h_mm"}
-    assert {"mu", "m_s_kg", "k_N_m", "omega_rpm"} <= course.felt(cam, "N_cam")
-    assert course.felt(crank, "s") == {"r_mm", "l_mm", "e_mm"}
-    assert "mu" in course.felt(crank, "F_Ax")
+    assert printed.felt(cam, "s") == {"h_mm"}
+    assert {"mu", "m_s_kg", "k_N_m", "omega_rpm"} <= printed.felt(cam, "N_cam")
+    assert printed.felt(crank, "s") == {"r_mm", "l_mm", "e_mm"}
+    assert "mu" in printed.felt(crank, "F_Ax")
 
 
 def test_a_motion_is_measured_at_a_time_and_over_one() -> None:
     file = own.file("manipulator")
     run = own.dynamics("manipulator").run(np.linspace(0, 0.4, 4001), 1e-11)
     x = run.results["x_G"]
-    assert course.measure(file, parse_measure("x_G at 0.4 s", "test"), None, None) == pytest.approx(x[-1], rel=1e-8)
+    assert printed.evaluate_measure(file, parse_measure("x_G at 0.4 s", "test"), None, None) == pytest.approx(
+        x[-1], rel=1e-8
+    )
     for text, value in (("min x_G", x.min()), ("mean x_G", x.mean()), ("rms x_G", np.sqrt((x**2).mean()))):
-        assert course.measure(file, parse_measure(text, "test"), None, 0.4) == pytest.approx(value, rel=1e-4)
+        assert printed.evaluate_measure(file, parse_measure(text, "test"), None, 0.4) == pytest.approx(value, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -57,7 +59,7 @@ def test_a_motion_is_measured_at_a_time_and_over_one() -> None:
 )  # fmt: skip
 def test_a_turn_has_angles_and_a_motion_times(name: str, text: str, until: float | None) -> None:
     with pytest.raises(InputError, match="is not allowed"):
-        course.measure(own.file(name), parse_measure(text, "test"), None, until)
+        printed.evaluate_measure(own.file(name), parse_measure(text, "test"), None, until)
 
 
 @pytest.mark.parametrize("text", ["s", "2 max s", "most s", "max s at 3", "max s + min s"])

@@ -14,8 +14,7 @@ from planter.engine.machine import load_machine
 from planter.errors import ComputationError, InputError
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import load
-from planter.mechanism.motion import move
-from planter.mechanism.small import eigenvalues, equilibrium
+from planter.mechanism.motion import eigenvalues, equilibrium, move
 from planter.records import schema
 from tests.support.cli import answer
 

@@ -6,9 +6,9 @@ import scipy.integrate
 import scipy.linalg
 import scipy.optimize
 
+from planter.mechanism.cycle import turn
 from planter.mechanism.model import Model
-from planter.mechanism.small import eigenvalues, equilibrium
-from planter.mechanism.turn import turn
+from planter.mechanism.motion import eigenvalues, equilibrium
 from tests.support import own
 
 MOST_LINES = 100

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import load_machine
-from planter.mechanism.simulation import simulate
+from planter.mechanism.cycle import simulate
 from planter.report.files import read_cycle_csv
 from tests.support.cli import answer, refusal
 

@@ -13,14 +13,13 @@ from planter.engine.machine import Machine
 from planter.engine.measures import parse_measure
 from planter.engine.search import SearchSpec
 from planter.errors import ComputationError
-from planter.mechanism import cam, course, optimisation
+from planter.mechanism import cam, optimisation, printed
+from planter.mechanism.cycle import turn, warnings
 from planter.mechanism.file import MechanismFile
-from planter.mechanism.lifting import warnings
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
-from planter.mechanism.report.results import write_turn
+from planter.mechanism.report import write_turn
 from planter.mechanism.swept import ROOM
-from planter.mechanism.turn import turn
 from planter.records import schema
 from tests.support.own import file
 
@@ -96,13 +95,13 @@ def test_turn_whose_next_turn_fails_gives_no_means() -> None:
 def test_averages_of_what_does_not_repeat_are_refused() -> None:
     source, half = belt(Fraction(1, 2), CORD), belt_machine(Fraction(1, 2), CORD)
     with pytest.raises(ComputationError, match="M_in"):
-        course.measure(source, parse_measure("rms M_in", "a"), None, None)
+        printed.evaluate_measure(source, parse_measure("rms M_in", "a"), None, None)
     with pytest.raises(ComputationError, match="M_in"):
         optimisation.optimise(half, "rms M_in", spec=SearchSpec(starts=1))
     with pytest.raises(ComputationError, match="cord"):
         cam.profile(Model(half), 0.001, "cord", "e")
-    assert course.measure(source, parse_measure("max chi", "a"), None, None) == pytest.approx(np.pi)
-    assert course.measure(source, parse_measure("min chi", "a"), None, None) == 0
+    assert printed.evaluate_measure(source, parse_measure("max chi", "a"), None, None) == pytest.approx(np.pi)
+    assert printed.evaluate_measure(source, parse_measure("min chi", "a"), None, None) == 0
     names = ("M_in_mean_Nm", "M_in_max_Nm", "chi_dot_mean_rad_s")
     ends = {"values.e_mm": (50.0, 50.0)}
     rows = ROOM.subject(ROOM.frozen(source), {}, ends, names).evaluated(np.array([[50.0]]), 1)

@@ -15,11 +15,11 @@ from planter.engine.proof import ProvableObjective
 from planter.engine.response import Response
 from planter.kernels import Array
 from planter.kernels.array_code import find_periodic
-from planter.mechanism.enclosed import EnclosedMechanism
+from planter.mechanism.cycle import turn
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
-from planter.mechanism.turn import turn
+from planter.mechanism.proof import EnclosedMechanism
 from planter.numerics.arrays import Integers
 from planter.optimise.proof.arithmetic import Enclosing
 from planter.optimise.proof.balls import Ball, Unbounded

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from planter.cli.app import application
 from planter.errors import InputError
-from planter.mechanism.simulation import simulate
+from planter.mechanism.cycle import simulate
 from tests.support import own
 from tests.support.cli import answer
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from planter.errors import InputError
+from planter.mechanism.cycle import turn
 from planter.mechanism.model import Model
 from planter.mechanism.swept import ROOM
-from planter.mechanism.turn import turn
 from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
 from tests.support import own

@@ -11,9 +11,9 @@ import pytest
 from derive.__main__ import main as derive
 from planter.engine.machine import load_machine
 from planter.errors import ComputationError, InputError
+from planter.mechanism.cycle import turn
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
-from planter.mechanism.turn import turn
 from planter.records import schema
 from tests.support.cli import answer
 

@@ -12,7 +12,7 @@ from planter.cli.app import application
 from planter.engine.machine import load_machine
 from planter.files import examples
 from planter.mechanism import file
-from planter.mechanism.validation import validate, validate_motion
+from planter.mechanism.cycle import validate, validate_motion
 from tests.support import own
 from tests.support.cli import answer
 

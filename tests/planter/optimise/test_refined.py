@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planter.engine.curve import Curve
+from planter.engine.problem import Curve
 from planter.optimise.conditions import Values
 from planter.optimise.refined import Panels, Refined
 from tests.planter.optimise import toys

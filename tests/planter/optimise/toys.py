@@ -5,7 +5,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from planter.engine.curve import Curve
+from planter.engine.problem import Curve
 from planter.kernels import Array
 from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import Sampling

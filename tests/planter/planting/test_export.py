@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.exports import c99, listings
+from planter.exports import c99
+from planter.exports.quantities import build_name, to_identifier
 from planter.files import examples, units
 from planter.planting.cycle import cycle
 from planter.planting.file import load
@@ -143,7 +144,7 @@ def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
 
 
 def test_names_are_identifiers() -> None:
-    assert [listings.to_identifier(n) for n in ("wang2017", "A-b c", "2nd", "Größe", "*/")] == [
+    assert [to_identifier(n) for n in ("wang2017", "A-b c", "2nd", "Größe", "*/")] == [
         "wang2017", "a_b_c", "m_2nd", "gr_e", "m_",
     ]  # fmt: skip
 
@@ -153,9 +154,5 @@ def test_a_folder_that_cannot_be_written_is_refused() -> None:
 
 
 def test_every_built_in_machine_has_a_name_of_its_own() -> None:
-    names = [
-        listings.build_name(build_machine(Device(load(n), m)))
-        for n in examples.names("planting", ".toml")
-        for m in MODELS
-    ]
+    names = [build_name(build_machine(Device(load(n), m))) for n in examples.names("planting", ".toml") for m in MODELS]
     assert len(set(names)) == len(names)

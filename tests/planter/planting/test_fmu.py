@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import Machine
-from planter.exports import fmu, listings
+from planter.exports import fmu
+from planter.exports.quantities import list_quantities
 from planter.files import ranges, units
 from planter.interchange.fmi import archive, libraries
 from planter.kernels import Array
@@ -113,7 +114,7 @@ def running(file: Path, folder: Path, **values: float) -> Iterator[Slave]:
 
 def names(owner: Device) -> list[str]:
     """Names of the outputs but the angle, as the unit has them."""
-    return [fmu.build_output_name(one) for one in listings.list_quantities(build_machine(owner))]
+    return [fmu.build_output_name(one) for one in list_quantities(build_machine(owner))]
 
 
 def expected(owner: Device, phi: Array) -> Array:

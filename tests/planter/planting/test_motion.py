@@ -6,7 +6,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from planter.exports.motion import build_motion
+from planter.exports.quantities import build_motion
 from planter.interchange.tables.formats import FORMATS
 from planter.planting.cycle import angles, cycle
 from planter.planting.file import load

@@ -18,10 +18,10 @@ from planter.gears.report import figures as gears
 from planter.mapping import curve_file, synthesis, training
 from planter.mapping import file as poses
 from planter.mapping.report import scene as mapping
+from planter.mechanism.cycle import turn
+from planter.mechanism.drawing import Course
+from planter.mechanism.drawing import scene as own_scene
 from planter.mechanism.model import Model
-from planter.mechanism.report.figures import Course
-from planter.mechanism.report.scene import scene as own_scene
-from planter.mechanism.turn import turn
 from planter.pickup import file as pickup_file
 from planter.pickup import model as pickup_model
 from planter.pickup.report import scene as pickup

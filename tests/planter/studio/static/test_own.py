@@ -11,10 +11,10 @@ import pytest
 
 from planter.errors import NotFiniteError
 from planter.kernels.programs import webassembly
+from planter.mechanism.cycle import turn
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.show import Mechanism
-from planter.mechanism.turn import turn
 from tests.planter.studio.static.told import Told, written
 from tests.support import own
 from tests.support.cli import run

@@ -1,4 +1,4 @@
-"""The sum of measures that a machine's file minimises, as a function of statistics of samples over a cycle.
+"""What exports take of a machine: quantities of its sides, its sum of measures over samples, motions over time.
 
 A row is a quantity, or its size, at the samples; its statistics are `STATISTICS`. Values at single angles are nodes.
 """
@@ -8,21 +8,114 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from planter.engine.goal import find_display_unit, resolve_measure
-from planter.engine.machine import Machine, Quantity
+from planter.engine.machine import Machine, Quantity, check_samples
 from planter.engine.measures import Measure, format_sum, parse_distance
-from planter.engine.response import Response
-from planter.kernels import Array
+from planter.engine.response import INPUTS, Response
+from planter.errors import InputError
+from planter.files import units
+from planter.interchange.tables.motion import Column, Motion
+from planter.kernels import Array, Kernel
 
 STATISTICS = ("high", "low", "mean", "variance")
 FIELDS = ("range", "variance", "mean")
 """What is reported of each row."""
 TINY = 1e-300
 """Variances below it have the root of it, whose derivative is zero."""
+FEWEST_SAMPLES = 8
+"""Smallest number of samples of a cycle in a table over time."""
+MOST_ROWS = 200_000
+
+
+@dataclass(frozen=True)
+class SideQuantity:
+    """A quantity of side 1, 2, .. of a machine or, with side 0, of all sides together.
+
+    `name` is a plain word, beyond side 1 with the side's number behind it, as `key`, which ends in the unit of tables.
+    `sides` is the number of the machine's sides.
+    """
+
+    name: str
+    key: str
+    side: int
+    sides: int
+    quantity: Quantity
+
+    @property
+    def meaning(self) -> str:
+        """The meaning, with the side if there are several."""
+        return f"{self.quantity.meaning}{f', side {self.side}' if self.side and self.sides > 1 else ''}"
+
+
+def list_quantities(machine: Machine) -> list[SideQuantity]:
+    """Return the results side by side, then those of all sides together."""
+    sides = len(machine.offsets)
+    found = [_of_side(q, side, sides) for side in range(1, sides + 1) for q in machine.results if not q.total]
+    return found + [SideQuantity(q.name, q.key, 0, sides, q) for q in machine.results if q.total]
+
+
+def _of_side(quantity: Quantity, side: int, sides: int) -> SideQuantity:
+    name, key = quantity.name, quantity.key
+    if side > 1:
+        suffix = units.suffix(key)
+        name, key = f"{name}_{side}", f"{key.removesuffix(suffix)}_{side}{suffix}"
+    return SideQuantity(name, key, side, sides, quantity)
+
+
+def list_fixed(machine: Machine) -> list[int]:
+    """Return the indices of the values that a search does not move."""
+    return [index for index in range(len(machine.values)) if index not in machine.moved]
+
+
+def build_name(machine: Machine) -> str:
+    """Return the machine's name as a C identifier, with the model where that is not the usual one."""
+    name, variant = to_identifier(machine.name), machine.documentation.variant
+    return f"{name}_{variant}" if variant else name
+
+
+def to_identifier(text: str) -> str:
+    """Return a text as a C identifier.
+
+    >>> to_identifier("My machine 2!"), to_identifier("2nd")
+    ('my_machine_2', 'm_2nd')
+    """
+    plain = re.sub(r"\W+", "_", text.lower(), flags=re.ASCII).strip("_")
+    return plain if re.match(r"[a-z]", plain) else f"m_{plain}"
+
+
+def build_headline(machine: Machine) -> str:
+    """Return the machine and its model in a line."""
+    title = machine.documentation.title
+    return f"{machine.name}: {title}" if title else machine.name
+
+
+def build_prologues(machine: Machine, tangent: ca.Function) -> list[ca.Function]:
+    """Return `hoisting` (d) -> h and `prologue` (d) -> h, dh."""
+    symbol: Any = ca.SX if machine.prologue.is_a("SXFunction") else ca.MX
+    d = symbol.sym("d", len(machine.values))
+    return [
+        ca.Function("hoisting", [d], [ca.densify(machine.prologue(d))], ["d"], ["h"]),
+        ca.Function("prologue", [d], list(tangent(d)), ["d"], ["h", "dh"]),
+    ]
+
+
+def build_cycle(machine: Machine) -> ca.Function:
+    """Return (phi, d, h, q) -> results of side 1, of side 2, .., of all sides together."""
+    phi, d, h, q = machine.symbols
+    sides = [machine.lane(phi + offset, d, h, q) for offset in machine.offsets]
+    results, total_results = (
+        [i for i, one in enumerate(one for one in machine.quantities if one.total == total) if one.role == "result"]
+        for total in (False, True)
+    )
+    outputs, names = [side[results] for side in sides], [f"side{index}" for index in range(1, 1 + len(sides))]
+    if machine.totals is not None:
+        outputs, names = [*outputs, machine.totals(*sides, d)[total_results]], [*names, "totals"]
+    return ca.Function("cycle", [phi, d, h, q], [ca.densify(output) for output in outputs], list(INPUTS), names)
 
 
 @dataclass(frozen=True)
@@ -176,3 +269,56 @@ def _factor(word: str, power: int) -> str:
 def list_guards(machine: Machine) -> list[str]:
     """Return names of quantities that say whether forces are determined: pivots, then numbers of states."""
     return [q.name for role in ("pivot", "states") for q in machine.quantities if q.role == role]
+
+
+def build_motion(machine: Machine, turns: int = 1, samples: int | None = None) -> Motion:
+    """Return all quantities, and places of the bodies' points, over whole turns at the machine's speed.
+
+    There are `samples` to a turn, and the last turn's end is included. Raises InputError for numbers of turns or
+    samples out of range, or a machine that stands still; ComputationError where loops do not close, or forces are not
+    determined.
+    """
+    count = _check_numbers(machine, turns, samples)
+    speed = float(machine.data[machine.speed])
+    phi = np.copysign(machine.turn, speed) * np.arange(turns * count + 1) / count
+    columns = (
+        Column("time", "time_s", "s", "time", "angle of the drive over its speed", phi / speed),
+        Column("phi", "phi_deg", "rad", "angle of the drive", "given", phi),
+        *_build_columns(machine, phi),
+    )
+    rpm = f"{speed * 30 / np.pi:g} r/min"
+    notes = (
+        f"{build_headline(machine)}; {turns} {'turn' if turns == 1 else 'turns'} at a constant speed of {rpm}",
+        *([f"Assumes: {'; '.join(machine.assumptions)}."] if machine.assumptions else []),
+    )
+    return Motion(build_name(machine), notes, columns)
+
+
+def _check_numbers(machine: Machine, turns: int, samples: int | None) -> int:
+    """Return the samples of a turn."""
+    count = machine.samples if samples is None else samples
+    check_samples(samples, FEWEST_SAMPLES)
+    if not 1 <= turns <= MOST_ROWS // count:
+        allowed = f"it must be between 1 and {MOST_ROWS // count} with {count} samples to a turn"
+        raise InputError(f"--turns = {turns} is not allowed: {allowed}")
+    if not machine.data[machine.speed]:
+        raise InputError(
+            f"{machine.source}: {machine.values[machine.speed].path} = 0: at rest there is no time of a turn"
+        )
+    return count
+
+
+def _build_columns(machine: Machine, phi: Array) -> list[Column]:
+    guards = Response(machine, list_guards(machine))
+    d = machine.data
+    point = guards.at_data(d)
+    q = guards.coordinates(d, phi)
+    guards.check(guards.values(point, phi), phi)
+    quantities = list_quantities(machine)
+    labels = [(one.name, one.key, one.quantity.unit, one.meaning, one.quantity.source) for one in quantities]
+    inputs = {"phi": phi, "d": d, "h": point.h, "q": q}
+    rows = [row for part in Kernel(build_cycle(machine), lanes=["phi", "q"])(**inputs).values() for row in part]
+    if places := machine.stages.get("places"):
+        labels += [(one.name, one.key, one.unit, one.meaning, one.source) for one in places.quantities]
+        rows += list(Kernel(places.function, lanes=["phi", "q"])(**inputs)["y"])
+    return [Column(*label, row) for label, row in zip(labels, rows, strict=True)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from planter.engine.driven import DriveResult
+from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import Direction, SensitivityFound
 from planter.engine.summary import MotorTorque, Shock, Summary
 from planter.files import units

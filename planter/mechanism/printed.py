@@ -1,22 +1,95 @@
-"""Measures of a mechanism's quantities, over a turn or over a time, with true extremes rather than sampled ones."""
+"""Published numbers of papers as measures of a mechanism's quantities: over a cycle, or over the time of a free motion.
+
+Extremes are true ones, unless the question states a number of samples.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from planter.audit.question import MEASURE, Question
+from planter.audit.registry import Inputs, Value, formula
 from planter.engine.goal import Goal, find_display_unit, resolve_measure
-from planter.engine.measures import AVERAGES, Measure
-from planter.errors import InputError
+from planter.engine.measures import AVERAGES, Measure, parse_measure
+from planter.errors import InputError, PlanterError
+from planter.files import paths
+from planter.files.dimensions import Unit, measured
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
-from planter.mechanism.file import MechanismFile
+from planter.mechanism.file import MechanismFile, load
 from planter.mechanism.machines import build_machine
-from planter.mechanism.periodicity import require_repeating
+from planter.mechanism.model import require_repeating
 from planter.numerics import statistics
+
+
+@formula(MEASURE)
+def measure(inputs: Inputs) -> Value:
+    """The value that a question asks for, in its unit.
+
+    Of assumed values those are read that the quantity can depend on. Raises InputError for what cannot be meant,
+    ComputationError where there is no such motion; both name the number.
+    """
+    asked: Question = inputs["question"]
+    file = _file(asked.machine)
+    _check_given(asked, file)
+    one = parse_measure(asked.quantity, f"{asked.label}.quantity =")
+    known_units = told(file)
+    _check_name(asked, one, known_units)
+    unit = _unit(asked, one, known_units[one.name])
+    dependencies = felt(file, one.name)
+    values = {key: float(inputs[key]) for key in file.values if key in dependencies and key in inputs}
+    try:
+        found = evaluate_measure(_with(asked.machine, tuple(sorted(values.items()))), one, asked.samples, asked.until_s)
+    except PlanterError as error:
+        raise type(error)(f"{asked.label}: {error}") from None
+    return found / unit.factor
+
+
+@cache
+def _file(path: Path) -> MechanismFile:
+    return load(path)
+
+
+@cache
+def _with(path: Path, values: tuple[tuple[str, float], ...]) -> MechanismFile:
+    return _file(path).moved_to(dict(values))
+
+
+def _check_given(asked: Question, file: MechanismFile) -> None:
+    for key, place in asked.conditions.items():
+        if key not in file.values:
+            near = paths.close(key, file.values)
+            hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(file.values)}"
+            raise InputError(f"{place} is not allowed: {file.name} has no value {key}; {hint}")
+
+
+def _check_name(asked: Question, one: Measure, told: Mapping[str, str]) -> None:
+    if one.name not in told:
+        near = paths.close(one.name, told)
+        hint = f"did you mean {near[0]}?" if near else f"it has {', '.join(told)}"
+        raise asked.refused("quantity", asked.quantity, f"nothing of the mechanism is called {one.name}; {hint}")
+
+
+def _unit(asked: Question, one: Measure, si: str) -> Unit:
+    """The unit of a number. Raises InputError where it is none, or that of something else."""
+    own = measured(si)
+    own = own.squared() if one.kind == "variance" else own
+    try:
+        found = measured(asked.unit)
+    except ValueError as error:
+        raise asked.refused("unit", asked.unit, f"{error}; {one.name} is in {si}") from None
+    if not found.same_kind(own):
+        shown = f"({si})2" if one.kind == "variance" else si
+        raise asked.refused("unit", asked.unit, f"{one} is in {shown}, or another unit of its kind")
+    return found
+
 
 LOOKED_AT = 720
 """Samples of a turn among which extremes are looked for."""
@@ -33,15 +106,10 @@ def told(file: MechanismFile) -> dict[str, str]:
     return {e["name"]: e["unit"] for part in ("start_state", "outputs") for e in vectors.get(part, ())}
 
 
-def turns(file: MechanismFile) -> bool:
-    """Whether an angle drives the mechanism."""
-    return "speed" in file.model.sidecar
-
-
 def felt(file: MechanismFile, name: str) -> frozenset[str]:
     """Keys of the values that a quantity can depend on; of a free motion all."""
     keys = [entry["shown"].rpartition(".")[2] for entry in file.entries]
-    if not turns(file):
+    if not file.is_driven:
         return frozenset(keys)
     lane = file.model.function("lane")
     given = {key: ca.SX.sym(key, lane.size1_in(key)) for key in lane.name_in()}
@@ -53,12 +121,12 @@ def felt(file: MechanismFile, name: str) -> frozenset[str]:
     return frozenset(key for key, does in zip(keys, ca.which_depends(output, data), strict=True) if does)
 
 
-def measure(file: MechanismFile, one: Measure, samples: int | None, until_s: float | None) -> float:
+def evaluate_measure(file: MechanismFile, one: Measure, samples: int | None, until_s: float | None) -> float:
     """A measure in SI; of so many samples where a number is told, else the true one.
 
     Raises InputError for a measure that the mechanism does not have, ComputationError where it does not move so.
     """
-    return _of_turn(file, one, samples, until_s) if turns(file) else _of_motion(file, one, samples, until_s)
+    return _of_turn(file, one, samples, until_s) if file.is_driven else _of_motion(file, one, samples, until_s)
 
 
 def _of_turn(file: MechanismFile, one: Measure, samples: int | None, until_s: float | None) -> float:

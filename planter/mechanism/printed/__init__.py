@@ -1,1 +1,0 @@
-"""Printed numbers of papers about mechanisms of one's own."""
