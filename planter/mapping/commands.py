@@ -48,8 +48,8 @@ def synthesise(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mapping import tables
         from planter.mapping.file import load_poses
+        from planter.mapping.presentation import present_synthesis
         from planter.mapping.synthesis import synthesise as synthesis
 
         if not 0 < least_slope < 1:
@@ -57,11 +57,7 @@ def synthesise(
         if not 1 < largest_slope <= 1e3:
             raise InputError(f"--largest-slope {largest_slope:g}: the value must be above 1 and at most 1000")
         solution = synthesis(load_poses(poses, changes(set_)), carrier, (least_slope, largest_slope))
-        if out is not None:
-            from planter.mapping.report import results
-
-            results.write_synthesis(out, solution, console.progress)
-        console.result(solution.result, lambda: tables.synthesis(console, solution.result))
+        present_synthesis(solution).show(console, out)
 
 
 @app.command()
@@ -85,9 +81,9 @@ def train(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mapping import tables
         from planter.mapping.curve_file import load_curve
         from planter.mapping.file import load_poses
+        from planter.mapping.presentation import present_train
         from planter.mapping.training import build_training
 
         distance = _length("--centre-distance-mm", centre_distance_mm)
@@ -99,11 +95,7 @@ def train(
             )
         file = None if poses is None else load_poses(poses)
         training = build_training(load_curve(curve), distance, crank, file, carrier)
-        if out is not None:
-            from planter.mapping.report import results
-
-            results.write_train(out, training, curve, console.progress)
-        console.result(training.result, lambda: tables.train(console, training.result))
+        present_train(training, curve).show(console, out)
 
 
 def _length(option: str, value_mm: float) -> float:

@@ -66,6 +66,15 @@ def list_values(values: Mapping[str, Any]) -> Keys:
     return Keys(pairs)
 
 
+def tabulate(
+    rows: Sequence[Mapping[str, Any]], keys: Sequence[str], caption: str = "", page_keys: Sequence[str] = ()
+) -> Table:
+    """Return a table of `rows` with a column for each key; those of `page_keys` come last, and on pages alone."""
+    head = [label(key) for key in (*keys, *page_keys)]
+    cells = [[flat(row[key]) for key in (*keys, *page_keys)] for row in rows]
+    return Table(head, cells, caption, head[len(keys) :])
+
+
 def tabulate_angles(rows: Sequence[Mapping[str, Any]], angle: str) -> Table:
     """Return a table of quantities at the angles [deg] that `rows` have under the key `angle`, one column each."""
     head = ("quantity", *(f"at {row[angle]:.6g} deg" for row in rows))

@@ -65,11 +65,13 @@ class ResultPresentation:
     tables: Callable[[], Mapping[str, Mapping[str, Array]]] = dict
     comments: Iterable[str] = ()
     texts: Callable[[], Mapping[str, str | bytes]] = dict
-    seed: int | None = None
+    provenance: Mapping[str, Any] | None = None
+    """What the result can be repeated from; by default versions, machine and hash of `document`."""
 
-    def provenance(self) -> Mapping[str, Any]:
-        """Return what the result can be repeated from."""
-        return {} if self.document is None else files.provenance(self.document, self.seed)
+    def _provenance(self) -> Mapping[str, Any]:
+        if self.provenance is not None or self.document is None:
+            return self.provenance or {}
+        return files.provenance(self.document)
 
     def summary(self) -> dict[str, Any]:
         """Return the content of summary.json: the record, what the model assumes, the input and the provenance."""
@@ -78,7 +80,7 @@ class ResultPresentation:
             parts["assumptions"] = self.model.assumptions
         if self.document is not None:
             parts["input"] = self.document.table()
-        return {**self.record.table(), **parts, "provenance": self.provenance()}
+        return {**self.record.table(), **parts, "provenance": self._provenance()}
 
     def page(self, svgs: Mapping[str, str]) -> str:
         """Return the page as HTML text, with figures as SVG texts by name."""
@@ -95,7 +97,7 @@ class ResultPresentation:
         if self.document is not None:
             meanings = {} if self.model is None else self.model.meanings
             sections.append(Section("Inputs", list(inputs(self.document, meanings))))
-        if provenance := self.provenance():
+        if provenance := self._provenance():
             sections.append(provenance_section(provenance))
         return page(self.title, sections, "" if self.document is None else self.document.description)
 
