@@ -16,7 +16,7 @@ from planter.mapping.train import GEARS
 from planter.mapping.training import polar_curves
 from planter.report import files
 from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
-from planter.report.labels import list_values, tabulate
+from planter.report.labels import list_values, tabulate_rows
 from planter.report.presentation import ModelAssumptions, ResultPresentation
 from planter.version import __version__
 
@@ -53,16 +53,16 @@ def present_synthesis(synthesis: Synthesis) -> ResultPresentation:
         record=result,
         sections=[
             Section("Dyads", list(_describe_dyads(result))),
-            *(Section(f"Linkage of dyads {one.dyads[0]} and {one.dyads[1]}", list(_describe_linkage(one)))
-              for one in result.linkages),
+            *(Section("Linkage of dyads {} and {}".format(*linkage.dyads), list(_describe_linkage(linkage)))
+              for linkage in result.linkages),
             Section("Angle curve", list(_describe_curves(result))),
         ],
         document=synthesis.file,
         model=_assumptions(),
         motions=partial(_animate_linkages, synthesis),
         figures=partial(_draw_synthesis, synthesis),
-        captions={_figure_name(one.dyads): "Linkage of dyads {} and {} at the poses, with the path of the tip on each "
-                  "circuit.".format(*one.dyads) for one in result.linkages} | CAPTIONS,
+        captions={_figure_name(linkage.dyads): "Linkage of dyads {} and {} at the poses, with the path of the tip on "
+                  "each circuit.".format(*linkage.dyads) for linkage in result.linkages} | CAPTIONS,
         tables=partial(_tabulate_paths, synthesis),
         comments=files.comments(synthesis.file, "poses"),
     )  # fmt: skip
@@ -117,7 +117,7 @@ def _describe_linkage(linkage: LinkageFound) -> Iterator[Block]:
     keys = ("type", "grashof", "frame_mm", "crank_mm", "coupler_mm", "rocker_mm", "arm_length_mm")
     values: dict[str, Cell] = {key: getattr(linkage, key) for key in (*keys, "transmission_min_deg")}
     yield list_values(values | {"defects": ", ".join(defects) or "none"})
-    yield tabulate([pose.table() for pose in linkage.poses], POSE_KEYS, "Poses")
+    yield tabulate_rows([pose.table() for pose in linkage.poses], POSE_KEYS, "Poses")
 
 
 def _describe_curves(result: SynthesisFound) -> Iterator[Block]:
@@ -140,13 +140,13 @@ def _describe_curves(result: SynthesisFound) -> Iterator[Block]:
 
 
 def _tabulate_misses(rows: Sequence[Missed], caption: str) -> Table:
-    return tabulate([row.table() for row in rows], MISS_KEYS, caption)
+    return tabulate_rows([row.table() for row in rows], MISS_KEYS, caption)
 
 
 def _describe_train(result: TrainFound) -> Iterator[Section]:
     if result.warnings:
         yield Section("Warnings", [Items([warning.message for warning in result.warnings], "warning")])
-    keys = ("x_s", "slope_min", "slope_max", "ratio_min", "ratio_max", "carrier_bend_deg", "module_max_mm")
+    keys = ("slope_min", "slope_max", "ratio_min", "ratio_max", "carrier_bend_deg", "module_max_mm")
     values: dict[str, Cell] = {key: getattr(result, key) for key in keys}
     values |= {f"closure_error_{stage}_rad": error for stage, error in enumerate(result.closure_error_rad, 1)}
     by_gear = ("radius_min_mm", "radius_max_mm", "curvature_radius_min_mm", "convex")
@@ -158,8 +158,9 @@ def _describe_train(result: TrainFound) -> Iterator[Section]:
         }
         for k, gear in enumerate(GEARS)
     ]
-    pitch_curves = tabulate(gears, ("gear", *by_gear), "Pitch curves", ("concave_at_deg",))
-    yield Section("Gear train", [list_values(values), pitch_curves])
+    pitch_curves = tabulate_rows(gears, ("gear", *by_gear), "Pitch curves", ("concave_at_deg",))
+    train = Keys({"x_s": result.x_s, **list_values(values).pairs})  # `_s` is no unit here
+    yield Section("Gear train", [train, pitch_curves])
     if result.poses:
         yield Section("Poses", [_tabulate_misses(result.poses, "Poses where the path comes closest to them")])
 
@@ -194,7 +195,8 @@ def _draw_synthesis(synthesis: Synthesis) -> dict[str, Figure]:
     from planter.mapping.report import figures
 
     plots: dict[str, Figure] = {"dyads": figures.dyads(synthesis)}
-    plots |= {_figure_name(one.numbers): figures.linkage(one, synthesis.poses) for one in synthesis.linkages}
+    for linkage in synthesis.linkages:
+        plots[_figure_name(linkage.numbers)] = figures.linkage(linkage, synthesis.poses)
     if synthesis.carrier is not None:
         plots["angle_curve"] = figures.angle_curve(synthesis)
     return plots

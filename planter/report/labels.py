@@ -66,7 +66,7 @@ def list_values(values: Mapping[str, Any]) -> Keys:
     return Keys(pairs)
 
 
-def tabulate(
+def tabulate_rows(
     rows: Sequence[Mapping[str, Any]], keys: Sequence[str], caption: str = "", page_keys: Sequence[str] = ()
 ) -> Table:
     """Return a table of `rows` with a column for each key; those of `page_keys` come last, and on pages alone."""
