@@ -13,7 +13,7 @@ import pytest
 import derive
 import planter
 from planter.audit import verdicts
-from planter.cite.references import references
+from planter.cli.references import load_references
 from planter.explain import dictionary
 from planter.kernels import generated
 from tests.support.cli import run
@@ -50,7 +50,7 @@ def helps() -> dict[str, str]:
 
 def unknown(words: list[str], helps: dict[str, str]) -> list[str]:
     """What a call names that there is not: the command, or options of it."""
-    name = next((known for known in (" ".join(words[:2]), words[0]) if known in helps), None)
+    name = next((index for index in (" ".join(words[:2]), words[0]) if index in helps), None)
     if name is None:
         return words[:1]
     return [word for word in words if word.startswith("--") and not re.search(rf"{word}\b", helps[name] + "--version")]
@@ -156,7 +156,7 @@ def test_figures_that_pages_show_are_made() -> None:
 
 def test_every_work_is_on_its_page_with_its_doi() -> None:
     page = works.page()
-    for key, fields in references().works.items():
+    for key, fields in load_references().works.items():
         assert fields["title"].replace("^", "\\^") in page, key
         assert "doi" not in fields or f"(https://doi.org/{fields['doi']})" in page
 

@@ -18,11 +18,11 @@ PARSERS = {"tomllib", "json", "np", "numpy", "pickle", "yaml", "pandas", "io", "
 """Modules whose `load`, `loads` and `open` read: a method of that name of something else does not."""
 ALLOWED = {
     "audit/numbers.py": "printed numbers of installed rooms",
-    "bench/outlines.py": "a drawing that the measured program wrote a moment before",
-    "bench/processes.py": "copies this program itself",
-    "bench/surroundings.py": "/proc/cpuinfo",
-    "cite/references.py": "references of installed rooms",
-    "cli/help.py": "topics of this program",
+    "bench/tasks.py": "a drawing that the measured program wrote a moment before",
+    "bench/mechanisms.py": "copies this program itself",
+    "bench/measurement.py": "/proc/cpuinfo",
+    "cli/references.py": "references of installed rooms",
+    "cli/commands.py": "topics of this program",
     "clutch/report/shape_figures.py": "an animation that was written a moment before",
     "files/examples.py": "files that installed rooms bring",
     "interchange/fmi/archive.py": "files of this program",

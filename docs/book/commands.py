@@ -12,8 +12,8 @@ from typing import Any
 import typer
 from typer.testing import CliRunner
 
-from planter.cli import help
 from planter.cli.app import application
+from planter.cli.commands import list_topics
 from planter.records import schema
 
 LINES = 20
@@ -71,8 +71,8 @@ def page() -> str:
 def schemas() -> str:
     """The page of schemas."""
     parts = (
-        f"## `planter {name} --json`\n\n```json\n{schema.text(name, kind).strip()}\n```\n"
-        for name, kind in sorted(schema.results().items())
+        f"## `planter {name} --json`\n\n```json\n{schema.format_schema(name, kind).strip()}\n```\n"
+        for name, kind in sorted(schema.load_result_types().items())
     )
     return "# Schemas of results\n\nJSON Schema 2020-12, as `planter schema` prints it.\n\n" + "\n".join(parts)
 
@@ -80,6 +80,6 @@ def schemas() -> str:
 def topics() -> str:
     """The page of topics."""
     folder = resources.files("planter.cli").joinpath("topics")
-    told = {name: folder.joinpath(f"{name}.md").read_text(encoding="utf-8").strip() for name in help.topics()}
+    told = {name: folder.joinpath(f"{name}.md").read_text(encoding="utf-8").strip() for name in list_topics()}
     parts = (f"## {name}\n\n```text\n{text}\n```\n" for name, text in told.items())
     return "# Topics\n\nWhat `planter help TOPIC` prints.\n\n" + "\n".join(parts)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from planter.cite.references import references, work
+from planter.cli.references import cite_work, load_references
 
 HEAD = """\
 # Works
@@ -20,11 +20,11 @@ DOI = "https://doi.org/"
 
 def rows() -> Iterator[str]:
     """A work with its DOI as a link, what it is for, and what rests on it."""
-    known = references()
-    for key, fields in known.works.items():
-        text, doi = work(key).text.replace("|", "\\|").replace("^", "\\^"), fields.get("doi")
+    index = load_references()
+    for key, fields in index.works.items():
+        text, doi = cite_work(key).text.replace("|", "\\|").replace("^", "\\^"), fields.get("doi")
         linked = text.replace(f"doi:{doi}", f"[doi:{doi}]({DOI}{doi})") if doi else text
-        resting = ", ".join(f"`{command}`" for command, keys in sorted(known.commands.items()) if key in keys)
+        resting = ", ".join(f"`{command}`" for command, keys in sorted(index.commands.items()) if key in keys)
         yield f"| {linked} | {fields.get('for', 'this program')} | {resting or 'all'} |"
 
 

@@ -19,8 +19,7 @@ from pydantic import (
 
 from planter.audit.registry import Rounded
 from planter.errors import InputError
-from planter.files.complaints import explain, lacking, refused
-from planter.files.fields import Line, Positive, Problems, Real, Section, Whole, check
+from planter.files.fields import Line, Positive, Problems, Real, Section, Whole, check, explain, lacking, refused
 from planter.files.text import read_toml
 
 MEASURE = "measure of a mechanism"

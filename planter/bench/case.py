@@ -1,21 +1,69 @@
-"""What every way is given: a device, the angles of a turn, designs, and what a design fixes."""
+"""CasADi functions called as lean as CasADi allows: on separate memory, no checks, interrupts not held back.
+
+For peers alone: everything else goes through `planter.kernels`. The few microseconds that this layer takes in a call
+of CasADi's, and does not in one of a lane kernel, would stand against them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from types import ModuleType
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from planter.bench.lean import Lean, fastest
-from planter.kernels import Array
+from planter.errors import ComputationError
+from planter.kernels import Array, generated, toolchain
 from planter.optimise.spread import Weighed
-from planter.planting import file
+from planter.planting import file, flanks
+from planter.planting.composition import FORCE
 from planter.planting.model import Device
 from planter.planting.turns import Turns
+
+
+class Lean:
+    """A function with dense outputs; inputs of any shape with as many numbers as it takes, column by column."""
+
+    def __init__(self, function: ca.Function) -> None:
+        self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
+        shapes: list[tuple[int, int]] = [function.size_out(i) for i in range(function.n_out())]
+        self._outputs: list[Array] = [np.zeros(shape, order="F") for shape in shapes]
+        self._buffer, self._run = function.buffer()
+        buffer: Any = self._buffer
+        for i, memory in enumerate(self._inputs):
+            buffer.set_arg(i, memory.data)
+        for i, place in enumerate(self._outputs):
+            buffer.set_res(i, place.ravel(order="F").data)
+
+    def __call__(self, *arrays: Array) -> list[Array]:
+        """The outputs, (rows, columns) each."""
+        for memory, array in zip(self._inputs, arrays, strict=True):
+            memory[:] = array if array.ndim == 1 else array.ravel(order="F")
+        self._run()
+        if self._buffer.ret():
+            raise ComputationError("a function of CasADi's did not succeed")
+        return [memory.copy() for memory in self._outputs]
+
+
+def compiled(function: ca.Function, flags: tuple[str, ...] = toolchain.OPTIMISED) -> ca.Function:
+    """The function in CasADi's own C. Raises NoCompiler."""
+    generator = ca.CodeGenerator(f"{function.name()}.c")
+    generator.add(function)
+    path = toolchain.library(function.name(), generator.dump(), flags)
+    toolchain.load(path)
+    return ca.external(function.name(), str(path))
+
+
+def fastest(function: ca.Function) -> ca.Function:
+    """The function in CasADi's own C, or, where there is no compiler, as it is."""
+    try:
+        return compiled(function)
+    except toolchain.NoCompiler:
+        return function
+
 
 MACHINE = "wang2017"
 EXACT = 1e-10
@@ -122,3 +170,50 @@ def _dense(function: ca.Function) -> ca.Function:
     inputs = function.mx_in()
     outputs = function.call(inputs)
     return ca.Function(function.name(), inputs, [ca.densify(output) for output in outputs])
+
+
+ContactFunction = Callable[..., Any]
+Sides = tuple[Any, Any]
+
+
+class ArrayCode:
+    """Array code of a device: `module` has its dynamics, `contacts` the pitch curves of both stages."""
+
+    def __init__(
+        self, device: Device, module: ModuleType | None = None, contacts: Sequence[ContactFunction] = ()
+    ) -> None:
+        self.module = module or emitted_array(f"planting_{device.model}")
+        self.contacts = contacts or [emitted_array(f"curve_{s.family}").contact for s in device.stages]
+        self.flank = emitted_array(flanks.module_name(device.machine.cam.flank)).law
+        sizes = [len(stage.names) for stage in device.stages]
+        self._x = np.cumsum([0, device.size - sum(sizes), *sizes]).tolist()
+        self._h = np.cumsum([0, *(1 + stage.terms for stage in device.stages)]).tolist()
+        names = [entry["name"] for entry in device.sidecar["vectors"]["totals"]]
+        self._force = names.index(FORCE)
+
+    def side(self, xp: Any, phi: Any, x: Any, h: Any, c: Any) -> Any:
+        """All quantities of a side at angles `phi`."""
+        mounting, first, second = (x[a:b] for a, b in zip(self._x, self._x[1:], strict=False))
+        curve1, curve2, hoisted = h[: self._h[1]], h[self._h[1] : self._h[2]], h[self._h[2] :]
+        return self.module.lane(
+            xp, phi, mounting, first, curve1, second, curve2, c, hoisted, *self.contacts, self.flank
+        )
+
+    def share(self, xp: Any, phi: Any, x: Any, h: Any, c: Any) -> Any:
+        """Return the force of one side at `phi`, with half of the force that belongs to neither side."""
+        side = self.side(xp, phi, x, h, c)
+        nothing = [0.0] * len(side)
+        return self._total(xp, (side, nothing), c) - self._total(xp, (nothing, nothing), c) / 2
+
+    def force(self, xp: Any, phi: tuple[Any, Any], x: Any, h: Any, c: Any) -> Any:
+        """The force of both sides, each at its own angles."""
+        first, second = (self.side(xp, angles, x, h, c) for angles in phi)
+        return self._total(xp, (first, second), c)
+
+    def _total(self, xp: Any, sides: Sides, c: Any) -> Any:
+        return self.module.frame(xp, *sides, c)[self._force]
+
+
+def emitted_array(name: str) -> ModuleType:
+    """A module of array code."""
+    return generated.module(f"array.{name}")

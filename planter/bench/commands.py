@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from planter.bench.settings import WAYS, WORKS
+from planter.bench.results import WAYS, WORKS, choose_settings
 from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption
@@ -33,10 +33,9 @@ def bench(
     """Time all ways to evaluate a cycle, once they agree."""
     console = Console(as_json)
     with console.outcome():
-        from planter import bench
-        from planter.bench import page
+        from planter.bench import page, tasks
 
-        result = bench.run(bench.settings(quick, work, way, rounds), console.progress)
+        result = tasks.run_benchmark(choose_settings(quick, work, way, rounds), console.progress)
         if out is not None:
-            bench.write(out, result)
+            page.write_benchmark(out, result)
         console.result(result, lambda: page.show(console, result))

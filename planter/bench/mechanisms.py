@@ -6,7 +6,11 @@ The statement is an example of the guide, derived for the benchmark. Every way s
 from __future__ import annotations
 
 import importlib
-from collections.abc import Callable, Iterator
+import importlib.util
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
@@ -15,10 +19,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter.bench import lean, processes
-from planter.bench.case import EXACT, Absent, Contender
-from planter.bench.lean import Lean
+from planter import workers
+from planter.bench.case import EXACT, MACHINE, Absent, Contender, Lean, compiled
 from planter.engine.response import Response
+from planter.errors import ComputationError
 from planter.kernels import Array, Kernel, generated, toolchain
 from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
@@ -39,7 +43,7 @@ class MechanismCase:
 
     def __init__(self, work: str, folder: Path) -> None:
         name = EXAMPLES[work]
-        processes.derive(name, folder)
+        derive(name, folder)
         file = load(folder / f"{name}.toml")
         machine = build_machine(file)
         self.name, self.folder, self.formulas, self.data = name, folder, file.model, file.data()
@@ -104,7 +108,7 @@ def virtual_machine(case: MechanismCase) -> Contender:
 
 def own_c(case: MechanismCase) -> Contender:
     try:
-        return _casadi(case, lean.compiled(case.turn), f"the same in CasADi's C; {' '.join(toolchain.OPTIMISED)}")
+        return _casadi(case, compiled(case.turn), f"the same in CasADi's C; {' '.join(toolchain.OPTIMISED)}")
     except toolchain.NoCompiler as reason:
         raise Absent(str(reason)) from None
 
@@ -168,3 +172,89 @@ BUILDERS: dict[str, Callable[[MechanismCase], Contender]] = {
     "casadi-vm": virtual_machine, "numpy": numpy, "lambdify": lambdify, "jax": jax, "casadi-c": own_c, "lanes": lanes,
 }  # fmt: skip
 """Ways by their names; the first is what the others must agree with."""
+
+
+GRADIENT = f"""\
+from planter import Device, Turns, load_machine
+turns = Turns(Device(load_machine({MACHINE!r})))
+turns.gradient(turns.device.design)
+"""
+"""What a new process does: import, read the machine, compose its functions, objective and gradient of one turn."""
+DERIVED = ("derive", "generated", "planter")
+"""What the derivation reads and writes, in a checkout."""
+
+Start = Callable[[object], None]
+
+
+@contextmanager
+def cold_starts() -> Iterator[tuple[dict[str, Start], dict[str, str]]]:
+    """New processes by name, and what each does; the caches of compiled functions are filled before, but in one."""
+    with tempfile.TemporaryDirectory(prefix="planter-") as folder:
+        first = _folders(Path(folder))
+
+        def gradient(way: str, cache: Callable[[], Path | None] = lambda: None) -> Start:
+            return lambda _: _run(workers.python_command(GRADIENT), PLANTER_KERNELS=way, PLANTER_CACHE=cache())
+
+        starts: dict[str, Start] = {
+            "lanes": gradient("lanes"),
+            "casadi-c": gradient("casadi-c"),
+            "casadi-vm": gradient("casadi-vm"),
+            "first run": gradient("lanes", lambda: next(first)),
+            "simulate": lambda _: _run(workers.program_command("planter", "simulate", MACHINE, "--json")),
+            "import": lambda _: _run(workers.python_command("import planter")),
+            "python": lambda _: _run(workers.python_command("")),
+        }
+        turn = "new process to objective and gradient of a turn"
+        built = {
+            "lanes": f"{turn}, kernels in the cache", "casadi-c": f"{turn}, kernels in the cache",
+            "casadi-vm": f"{turn}, nothing compiled", "first run": f"{turn}, lanes, empty cache: compiles them",
+            "simulate": f"planter simulate {MACHINE} --json", "import": "import planter", "python": "nothing",
+        }  # fmt: skip
+        for way in ("lanes", "casadi-c"):
+            starts[way](None)
+        yield starts, built
+
+
+def _folders(folder: Path) -> Iterator[Path]:
+    """New empty folders without end."""
+    while True:
+        yield Path(tempfile.mkdtemp(dir=folder))
+
+
+def _run(command: Sequence[str], cwd: Path | None = None, **variables: object) -> None:
+    environment = {name: str(value) for name, value in variables.items() if value is not None}
+    done = workers.run_command(command, cwd, environment)
+    if done.returncode:
+        reason = done.stderr.strip().splitlines()[-1:]
+        raise ComputationError(f"a process of Python ended with {done.returncode}: {' '.join(reason)}")
+
+
+def root() -> Path:
+    """The checkout that has `derive/`. Raises Absent if it is missing, or SymPy is."""
+    for name in ("derive", "sympy"):
+        if importlib.util.find_spec(name) is None:
+            raise Absent(f"{name} cannot be imported here")
+    place = importlib.util.find_spec("derive")
+    folder = Path(str(place.origin if place else "")).parents[1]
+    if not all((folder / name).is_dir() for name in DERIVED):
+        raise Absent("this is not a checkout")
+    return folder
+
+
+def derive(example: str, folder: Path) -> None:
+    """An example of the guide, derived into a folder. Raises Absent outside a checkout or without SymPy."""
+    source = root() / "docs" / "examples" / f"{example}.py"
+    if not source.is_file():
+        raise Absent(f"there is no {source.name} here")
+    _run(workers.program_command("derive", str(source), "--out", str(folder)))
+
+
+@contextmanager
+def derivation() -> Iterator[Start]:
+    """`python -m derive` in a copy of the checkout, so that nothing is written there. Raises Absent."""
+    source = root()
+    with tempfile.TemporaryDirectory(prefix="planter-") as folder:
+        copy = Path(folder)
+        for name in DERIVED:
+            shutil.copytree(source / name, copy / name)
+        yield lambda _: _run(workers.program_command("derive", checkout=copy), cwd=copy)

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from planter.bench.results import Arithmetic, Benchmark, Rate, Way, Work
+from planter.report import files
+from planter.report.folder import renewing
 from planter.terminal.console import Console
 
 TURNS = ("cycle", "cycle+gradient", "hessian", "batch", "slider-crank", "four-bar")
@@ -35,6 +39,17 @@ def markdown(result: Benchmark) -> str:
     parts += ["## Left out", "\n".join(f"* {line}" for line in _left_out(result)) or "Nothing."]
     parts += ["## Where it ran", "\n".join(f"* {name}: {value}" for name, value in _surroundings(result))]
     return "\n\n".join(parts) + "\n"
+
+
+def write_benchmark(folder: str | Path, result: Benchmark) -> None:
+    """Write bench.json, and bench.md, the tables of docs/performance.md.
+
+    Raises InputError if the folder cannot be written.
+    """
+    with renewing(folder):
+        place = files.output_folder(folder)
+        files.write_text(place / "bench.json", json.dumps(result.table(), indent=2, allow_nan=False) + "\n")
+        files.write_text(place / "bench.md", markdown(result))
 
 
 def _title(work: Work) -> str:

@@ -1,4 +1,4 @@
-"""The command itself: name, version, help, and the commands that the rooms bring."""
+"""The command itself: name, version, help, and the commands of all packages."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import Annotated
 import typer
 
 from planter import plugins
-from planter.cli import derive, examples, help, schema
 from planter.terminal.options import joined
 from planter.version import __version__
 
@@ -41,10 +40,9 @@ def application() -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(common)
-    modules = plugins.load_modules("commands")
-    found = joined(examples.app, derive.app, schema.app, help.app, *(module.app for module in modules))
-    app.registered_commands += sorted(found.registered_commands, key=_name)
-    app.registered_groups += found.registered_groups
+    commands = joined(*(module.app for module in plugins.load_modules("commands")))
+    app.registered_commands += sorted(commands.registered_commands, key=_name)
+    app.registered_groups += commands.registered_groups
     return app
 
 

@@ -8,9 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from planter.files.complaints import refused
 from planter.files.document import Document, Origins
-from planter.files.fields import NotNegative, Pair, Positive, Problems, Real, Section, Whole, check
+from planter.files.fields import NotNegative, Pair, Positive, Problems, Real, Section, Whole, check, refused
 
 Acute = Annotated[Positive, Field(lt=90)]
 

@@ -17,7 +17,7 @@ from planter.engine.measures import WITHOUT_SIZE, Condition, Extremum, Limit, Me
 from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, JumpNodes, Nodes, NodeValues, SpanNodes
 from planter.errors import InputError
 from planter.files import units
-from planter.files.dimensions import Unit, measured
+from planter.files.units import Unit, measured
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.numerics.statistics import SMOOTH, Statistic

@@ -31,8 +31,8 @@ from pathlib import Path
 from typing import Literal, Never
 
 from planter.errors import InputError
-from planter.files.dimensions import measured
 from planter.files.text import is_file
+from planter.files.units import measured
 
 Kind = Literal["max", "min", "range", "mean", "variance", "std", "rms", "work", "jump", "at", "all"]
 KINDS: tuple[Kind, ...] = ("max", "min", "range", "mean", "variance", "std", "rms", "work", "jump")

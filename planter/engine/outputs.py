@@ -24,7 +24,7 @@ from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.kernels import Array, CallError
 from planter.progress import Listener, ProgressPhase
-from planter.records import frames
+from planter.records.record import build_frame
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -324,7 +324,7 @@ class OutputBatch:
 
     def to_frame(self) -> DataFrame:
         """Return a table of pandas, a row for each design. Raises InputError if pandas is missing."""
-        return frames.of(dict(zip(self.names, self.values.T, strict=True)))
+        return build_frame(dict(zip(self.names, self.values.T, strict=True)))
 
 
 def evaluate_outputs(

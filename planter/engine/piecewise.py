@@ -20,8 +20,8 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.files import csv_rows, units
-from planter.files.dimensions import measured
 from planter.files.text import read_text
+from planter.files.units import measured
 from planter.kernels import Array
 
 DISTANCE_EPS = 1e-12

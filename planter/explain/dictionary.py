@@ -18,7 +18,7 @@ from planter.audit import verdicts
 from planter.errors import InputError
 from planter.explain import outputs
 from planter.explain.results import DefiningEquation, Explained, KnownNames, Meaning
-from planter.files import paths, schema, units
+from planter.files import fields, paths, units
 from planter.files.document import Document
 from planter.files.fields import LARGEST
 from planter.gear_geometry import families, stage
@@ -224,9 +224,9 @@ def list_input_keys(symbols: Mapping[tuple[str, str], str]) -> Iterator[Meaning]
 def _list_section(
     room: str, kind: type[BaseModel], before: str, symbols: Mapping[tuple[str, str], str]
 ) -> Iterator[Meaning]:
-    for key, field in schema.fields(kind).items():
+    for key, field in fields.fields(kind).items():
         path = f"{before}.{key}" if before else key
-        inner = schema.section(field.annotation)
+        inner = fields.section(field.annotation)
         if inner is not None:
             yield from _list_section(room, inner, path, symbols)
         else:

@@ -33,7 +33,7 @@ def list_result_keys(columns: Mapping[tuple[str, str], str]) -> Iterator[Meaning
 
 def _list_numbers(command: str, kind: Any) -> Iterator[tuple[str, str]]:
     """Yield the numeric keys of a command's schema with the descriptions of their records."""
-    root = schema.schema(command, kind)
+    root = schema.build_schema(command, kind)
     for table in (*root.get("$defs", {}).values(), root):
         for key, value in table.get("properties", {}).items():
             if carries_number(value):

@@ -10,11 +10,17 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from planter import safe_text
 from planter.errors import InputError
+from planter.files.fields import Positive, Real, not_allowed
+from planter.files.text import read_text
 
 LARGEST = 1e100
 """Default limit of the size of numbers, whose squares stay finite."""
@@ -187,3 +193,31 @@ def _cut_by_commas(row: Sequence[str], length: int) -> str:
     if len(row) > length and all(cell.lstrip("+-").isdigit() for cell in row):
         return " (are there decimal commas? write 1.5, not 1,5)"
     return ""
+
+
+COLUMNS = ("x_mm", "y_mm", "tube_mm")
+"""Position of a point in the frame of the machine, and maximum distance of the path from it."""
+MOST = 200
+Point = tuple[Real, Real, Positive]
+Points = Annotated[list[Point], Field(min_length=1, max_length=MOST)]
+
+
+def inline_points(table: Mapping[str, Any], section: str, source: str) -> dict[str, Any]:
+    """Return the table of a file with `points_mm` in a section instead of its `points_csv`.
+
+    Raises InputError, which names file and line, if the CSV is invalid or the section has both keys.
+    """
+    values, entries = dict(table), table.get(section)
+    if not isinstance(entries, Mapping) or not isinstance(entries.get("points_csv"), str):
+        return values
+    rest = {key: value for key, value in entries.items() if key != "points_csv"}
+    if "points_mm" in rest:
+        allowed = "points stand in points_mm or in a CSV, not in both"
+        raise InputError(not_allowed(source, f"{section}.points_csv", entries["points_csv"], allowed))
+    return values | {section: rest | {"points_mm": read_points(Path(source).parent / entries["points_csv"])}}
+
+
+def read_points(path: Path) -> list[list[float]]:
+    """Read the points of a CSV with the header `x_mm,y_mm,tube_mm`. Raises InputError for other files."""
+    rows = read(read_text(path), str(path), COLUMNS)
+    return [list(row) for row in zip(*(rows.numbers(name) for name in COLUMNS), strict=True)]

@@ -1,18 +1,111 @@
-"""TOML files as validated sections, whose values have units and origins."""
+"""TOML text of tables, with notes as comments after values."""
 
+import json
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self, get_args
 
-from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError, field_validator
+from pydantic import BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError, field_validator
 
+from planter import safe_text
 from planter.errors import InputError
 from planter.files import examples, paths, units
-from planter.files.changes import applied
-from planter.files.complaints import SET, explain, lacking, not_allowed, refuse, refused
-from planter.files.fields import Line, Problems, Section, Words, check
+from planter.files.fields import (
+    SET,
+    Line,
+    Problems,
+    Section,
+    Words,
+    annotation,
+    check,
+    explain,
+    filled,
+    lacking,
+    not_allowed,
+    refuse,
+    refused,
+)
+from planter.files.paths import Location
 from planter.files.text import parse_toml
+
+
+def lines(table: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
+    """Yield the lines of the keys outside sections, then of the sections; `notes` by full path become comments."""
+    sections = {key: value for key, value in table.items() if _sections(value)}
+    yield from (f"{_key(key)} = {_value(value)}" for key, value in table.items() if key not in sections)
+    for section, values in sections.items():
+        if isinstance(values, Mapping):
+            yield from ("", f"[{_key(section)}]", *_section(section, values, notes))
+        else:
+            for index, entry in enumerate(values):
+                yield from ("", f"[[{_key(section)}]]", *_section(f"{section}[{index}]", entry, notes))
+
+
+def _sections(value: Any) -> bool:
+    """Return whether a value is a section, or a list of sections."""
+    return isinstance(value, Mapping) or (isinstance(value, list) and bool(value) and isinstance(value[0], Mapping))
+
+
+def _section(path: str, values: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
+    for key, value in values.items():
+        note = notes.get(f"{path}.{key}", "")
+        yield f"{_key(key)} = {_value(value)}{f'  # {note}' if note else ''}"
+
+
+def _key(name: str) -> str:
+    plain = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
+    return name if plain else _value(name)
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(_value, value))}]"
+    return repr(value)
+
+
+def applied(
+    model: type[BaseModel], table: Mapping[str, Any], source: str, changes: Mapping[str, float]
+) -> tuple[dict[str, Any], list[str]]:
+    """Return a copy of the table of a file with changed numbers, and their full paths.
+
+    A name is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one path only; values are in
+    the unit that the name ends in. Raises InputError for an unknown or ambiguous name.
+    """
+    full_table = filled(model, table)
+    locations = _numbers(full_table)
+    names = paths.Names(locations.keys())
+    values: dict[Location, float] = {}
+    for name, value in changes.items():
+        candidates = names.candidates(name)
+        if len(candidates) != 1:
+            raise InputError(not_allowed(source, name, value, names.complaint(name), changed=True))
+        location = locations[candidates[0]]
+        kind = annotation(model, location)
+        is_integer = int in (kind, *get_args(kind)) and float(value).is_integer()
+        values[location] = int(value) if is_integer else value
+    return paths.with_values(full_table, values), [paths.join(location) for location in values]
+
+
+def _numbers(table: Mapping[str, Any]) -> dict[str, Location]:
+    """Return the locations of the numbers of a table by path, including numbers in quotes."""
+    rows: Iterable[tuple[Location, Any]] = paths.places({k: v for k, v in table.items() if k != "origin"})
+    return {paths.join(location): location for location, value in rows if _is_number(value)}
+
+
+def _is_number(value: Any) -> bool:
+    if isinstance(value, str):
+        try:
+            float(safe_text.replace_decimal_comma(value) or value)
+        except ValueError:
+            return False
+        return True
+    return isinstance(value, int | float)
+
 
 _ORIGIN = re.compile(r"(paper|assumed|calibrated|measured|optimised)\b")
 

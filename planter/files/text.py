@@ -1,18 +1,15 @@
-"""The one way by which files and texts of users come in: read with a limit, decoded and parsed.
-
-A file must be a regular one, so that nothing that never ends is waited for, and every failure is one sentence.
-`tests/test_door.py` forbids every other way.
-"""
+"""What a file may hold at most: how deep it is nested, how many values, how long a name. All of it in linear time."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 import re
 import stat
 import tomllib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from io import BufferedReader
 from pathlib import Path
@@ -20,7 +17,87 @@ from typing import Any, NoReturn
 
 from planter import safe_text
 from planter.errors import InputError
-from planter.files import limits
+from planter.files import paths
+
+DEEPEST = 16
+"""Levels of nested tables and lists."""
+MOST_VALUES = 10_000
+"""Names of tables and values, and items of lists."""
+MARKS_PER_VALUE = 5
+"""Brackets, points and signs between values for each value: more are told before anything is parsed."""
+LONGEST_NAME = 200
+"""Characters of a name."""
+LARGEST_WHOLE = 2**63
+"""Whole numbers are less than this in size, as TOML has it."""
+
+_TOKENS = re.compile(
+    r'"""(?:[^"\\]++|\\.|"(?!""))*+(?:""")?'
+    r"|'''(?:[^']++|'(?!''))*+(?:''')?"
+    r'|"(?:[^"\\\n]++|\\[^\n])*+"?'
+    r"|'[^'\n]*+'?"
+    r"|#[^\n]*+"
+    r"|[\[\]{}.,=\n]",
+    re.DOTALL,
+)
+CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]")
+"""Characters that no text may hold: control characters and halves of characters."""
+_MARKS = frozenset("[{.,=")
+_STEPS = {"[": 1, "{": 1, "]": -1, "}": -1}
+
+
+def check_nesting(text: str, source: str, most_values: int = MOST_VALUES) -> None:
+    """Raise InputError for a TOML or JSON text nested too deep, in brackets or by dots, or with too many values.
+
+    Parsing dots takes memory without end, parsing brackets the stack. An open string ends with the file or its line;
+    that it is open the parser will tell. What is a comment or a string in TOML alone is where a parser of JSON stops.
+    """
+    brackets = dots = marks = 0
+    for token in _TOKENS.finditer(text):
+        mark = token[0]
+        brackets += _STEPS.get(mark, 0)
+        if mark == ".":
+            dots += 1
+        elif mark in ",=\n":
+            dots = 0
+        marks += mark in _MARKS
+        if marks > MARKS_PER_VALUE * most_values:
+            raise InputError(f"{source}: {_too_many(most_values)}")
+        if max(brackets, dots) > DEEPEST:
+            line = text.count("\n", 0, token.start()) + 1
+            raise InputError(f"{source}: line {line}: this is nested too deep, it must not exceed {DEEPEST} levels")
+
+
+def check_values(table: Mapping[str, Any], source: str, most_values: int = MOST_VALUES) -> None:
+    """Raise InputError for a parsed table that is too deep or too large, for long names and numbers beyond 64 bits."""
+    for count, (location, value) in enumerate(paths.places(table), 1):
+        name = str(location[-1])
+        if len(name) > LONGEST_NAME:
+            short = safe_text.quote_name(name)
+            raise InputError(f"{source}: the name {short} is too long, it must not exceed {LONGEST_NAME} characters")
+        if len(location) > DEEPEST:
+            raise InputError(f"{source}: {name} is nested too deep, it must not exceed {DEEPEST} levels")
+        if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
+            entry = f"{safe_text.quote_name(paths.join(location))} = {safe_text.format_value(value)}"
+            raise InputError(f"{source}: {entry} is not allowed: it must be a number of fewer digits, or have a point")
+        if count > most_values:
+            raise InputError(f"{source}: {_too_many(most_values)}")
+
+
+def _too_many(most_values: int) -> str:
+    return f"there are too many values, they must not exceed {most_values}"
+
+
+def check_json_scalars(table: Mapping[str, Any], source: str) -> None:
+    """Raise InputError for what JSON can write and nothing here can take: 1e999, a surrogate, a control character."""
+    for location, value in paths.places(table):
+        for text in (location[-1], value):
+            if isinstance(text, str) and CONTROL.search(text):
+                raise InputError(
+                    f"{source}: {safe_text.quote_name(paths.join(location))} holds a character that no text has"
+                )
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError(f"{source}: {safe_text.quote_name(paths.join(location))} is not a finite number")
+
 
 LIMIT_BYTES = 1_000_000
 LONGEST_ARGUMENT = 10_000
@@ -40,8 +117,8 @@ def was_read(path: str | Path) -> bool:
 
 def check_arguments(arguments: Sequence[str]) -> None:
     """Raises InputError for more words on a command line, or longer ones, than anybody types."""
-    if len(arguments) > limits.MOST_VALUES:
-        raise InputError(f"there are {len(arguments)} words on the command line, at most {limits.MOST_VALUES} can be")
+    if len(arguments) > MOST_VALUES:
+        raise InputError(f"there are {len(arguments)} words on the command line, at most {MOST_VALUES} can be")
     longest = max(arguments, key=len, default="")
     if len(longest) > LONGEST_ARGUMENT:
         short = safe_text.quote_name(longest)
@@ -98,7 +175,7 @@ def read_toml(path: str | Path, parse_float: Callable[[str], float] = float) -> 
     return parse_toml(read_text(path), str(path), parse_float)
 
 
-def read_json(path: str | Path, limit: int = LIMIT_BYTES, most_values: int = limits.MOST_VALUES) -> dict[str, Any]:
+def read_json(path: str | Path, limit: int = LIMIT_BYTES, most_values: int = MOST_VALUES) -> dict[str, Any]:
     """Return the object of a JSON file. Raises InputError as `read_text` and `parse_json` do."""
     return parse_json(read_text(path, limit), str(path), limit, most_values)
 
@@ -107,7 +184,7 @@ def check_text(text: str, source: str, limit: int = LIMIT_BYTES) -> None:
     """Raises InputError for a text that is too long, or that holds control characters or surrogates."""
     if len(text) > limit:
         raise InputError(f"{source}: the text is too long, it must not exceed {limit} characters")
-    if control := limits.CONTROL.search(text):
+    if control := CONTROL.search(text):
         line = text.count("\n", 0, control.start()) + 1
         raise InputError(f"{source}: line {line} holds the control character {control[0]!r}, which it must not")
 
@@ -116,30 +193,28 @@ def parse_toml(text: str, source: str, parse_float: Callable[[str], float] = flo
     """Return the tables of a TOML text; `source` names it in the error, `parse_float` reads numbers with a point.
 
     Raises InputError with the line of the first syntax error, for control characters, and for what is nested too deep
-    or too large to be such a file (`planter.files.limits`).
+    or too large to be such a file (`planter.files.text`).
     """
     check_text(text, source)
-    limits.check_nesting(text, source)
+    check_nesting(text, source)
     try:
         table = tomllib.loads(text, parse_float=parse_float)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{source}: {_syntax_error(str(error), text)}") from None
     except ValueError:
         raise InputError(f"{source}: this is not usable TOML: a number has too many digits") from None
-    limits.check_values(table, source)
+    check_values(table, source)
     return table
 
 
-def parse_json(
-    text: str, source: str, limit: int = LIMIT_BYTES, most_values: int = limits.MOST_VALUES
-) -> dict[str, Any]:
+def parse_json(text: str, source: str, limit: int = LIMIT_BYTES, most_values: int = MOST_VALUES) -> dict[str, Any]:
     """Return the object of a JSON text; `source` names it in the error.
 
     Raises InputError for what is no JSON or no object, for numbers that are not finite, strings with control characters
-    or surrogates, and for what is nested too deep or too large (`planter.files.limits`).
+    or surrogates, and for what is nested too deep or too large (`planter.files.text`).
     """
     check_text(text, source, limit)
-    limits.check_nesting(text, source, most_values)
+    check_nesting(text, source, most_values)
     try:
         table = json.loads(text, parse_constant=_refuse_constant)
     except json.JSONDecodeError as error:
@@ -148,8 +223,8 @@ def parse_json(
         raise InputError(f"{source}: this is not usable JSON: a number is not finite or has too many digits") from None
     if not isinstance(table, dict):
         raise InputError(f"{source}: this is not a JSON object, which it must be")
-    limits.check_values(table, source, most_values)
-    limits.check_json_scalars(table, source)
+    check_values(table, source, most_values)
+    check_json_scalars(table, source)
     return table
 
 

@@ -10,9 +10,8 @@ import numpy as np
 from pydantic import Field
 
 from planter.errors import InputError
-from planter.files.complaints import refused
 from planter.files.document import Document, Origins
-from planter.files.fields import Angle, Line, Pair, Positive, Problems, Real, Section, Words, check
+from planter.files.fields import Angle, Line, Pair, Positive, Problems, Real, Section, Words, check, refused
 from planter.kernels import Array
 from planter.mapping.dyads import Dyad
 from planter.mapping.paths import Choice, duplicates

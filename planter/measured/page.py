@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.files import units
-from planter.files.written import lines
+from planter.files.document import lines
 from planter.measured.calibration import Calibrated
 from planter.measured.curve import is_nuisance
 from planter.report import files, style

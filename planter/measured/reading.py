@@ -10,8 +10,8 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.files import csv_rows, paths
-from planter.files.dimensions import measured as parse_unit
 from planter.files.text import read_text
+from planter.files.units import measured as parse_unit
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
 

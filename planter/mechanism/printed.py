@@ -20,7 +20,7 @@ from planter.engine.goal import Goal, find_display_unit, resolve_measure
 from planter.engine.measures import AVERAGES, Measure, parse_measure
 from planter.errors import InputError, PlanterError
 from planter.files import paths
-from planter.files.dimensions import Unit, measured
+from planter.files.units import Unit, measured
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import MechanismFile, load

@@ -21,8 +21,7 @@ from planter.engine.tables import (
     summary_tables,
 )
 from planter.files import units
-from planter.files.document import Document
-from planter.files.written import lines
+from planter.files.document import Document, lines
 from planter.kernels import Array
 from planter.mechanism.cycle import Turn, turn
 from planter.mechanism.drawing import Course, curves, scene

@@ -13,10 +13,21 @@ from pydantic import Field, PrivateAttr, field_validator
 
 from planter.errors import InputError
 from planter.files import csv_rows, examples
-from planter.files.complaints import lacking, refused
+from planter.files.csv_rows import Points, inline_points
 from planter.files.document import Document, Origins
-from planter.files.fields import Angle, NotNegative, Pair, Positive, Problems, Real, Section, Whole, check
-from planter.files.tip_path import Points, inlined
+from planter.files.fields import (
+    Angle,
+    NotNegative,
+    Pair,
+    Positive,
+    Problems,
+    Real,
+    Section,
+    Whole,
+    check,
+    lacking,
+    refused,
+)
 from planter.kernels import Array
 from planter.numerics.spacing import WIDEST, find_gap
 
@@ -263,7 +274,7 @@ class Pickup(Document):
         changed: tuple[str, ...] = (),
     ) -> Self:  # fmt: skip
         """The validated content of a file, as `Document.read`; points of the tip's path may be in a CSV next to it."""
-        return super().read(inlined(table, "tip_path", source), source, changes, changed)
+        return super().read(inline_points(table, "tip_path", source), source, changes, changed)
 
     @property
     def points(self) -> Array | None:

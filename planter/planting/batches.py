@@ -25,7 +25,7 @@ from planter.errors import ComputationError
 from planter.kernels import Array, CallError
 from planter.planting.model import Device
 from planter.planting.turns import FIELDS, Turns
-from planter.records import frames, html
+from planter.records.record import build_frame, format_table
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -55,13 +55,13 @@ class Batch:
 
         Raises InputError where pandas is missing (`planter[notebook]` brings it).
         """
-        return frames.of(self._columns)
+        return build_frame(self._columns)
 
     def _repr_html_(self) -> str:
         best = int(self.objective.argmin())
         rows = ((name, values.min(), values[best], values.max()) for name, values in self._columns.items())
         title = f"{len(self.objective)} designs, the best of them row {best}"
-        return html.shown(title, ("", "least", "of the best", "largest"), rows)
+        return format_table(title, ("", "least", "of the best", "largest"), rows)
 
 
 @overload

@@ -11,7 +11,8 @@ import numpy as np
 
 from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
 from planter.engine.measures import Kind, Measure
-from planter.files import ranges, units
+from planter.files import units
+from planter.files.fields import read_range
 from planter.kernels import Array
 from planter.planting import flanks
 from planter.planting.file import Machine as MachineFile
@@ -62,7 +63,7 @@ def build_machine(device: Parts) -> Machine:
         for name, entry in zip(device.names, device.entries, strict=True)
     ]
     data = [
-        Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"], ranges.of(MachineFile, e["shown"]))
+        Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"], read_range(MachineFile, e["shown"]))
         for e in vectors["machine"]
     ]
     values = (*design, *data)

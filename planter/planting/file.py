@@ -7,10 +7,9 @@ from typing import Annotated, Any, Self
 from pydantic import Field, field_validator
 
 from planter.errors import InputError
-from planter.files.complaints import lacking, problem, refuse, refused
+from planter.files.csv_rows import inline_points
 from planter.files.document import Document, Origins
-from planter.files.fields import Pair, Problems, Real, check
-from planter.files.tip_path import inlined
+from planter.files.fields import Pair, Problems, Real, check, lacking, problem, refuse, refused
 from planter.optimise.sections import GeneticAlgorithm
 from planter.planting.requirements.section import Requirements
 from planter.planting.sections import (
@@ -60,7 +59,7 @@ class Machine(Document):
         changed: tuple[str, ...] = (),
     ) -> Self:  # fmt: skip
         """The validated content of a file, as `Document.read`; points of the tip's path may stand in a CSV beside."""
-        return super().read(inlined(table, "requirements", source), source, changes, changed)
+        return super().read(inline_points(table, "requirements", source), source, changes, changed)
 
     def check_names(self, names: tuple[str, ...]) -> None:
         """Raise InputError unless the design holds exactly these names (those that its gear families ask for)."""

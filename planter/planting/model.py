@@ -22,7 +22,7 @@ from planter.planting import flanks
 from planter.planting.composition import FORCE, build_machine
 from planter.planting.file import Machine
 from planter.planting.functions import Functions, Model
-from planter.records import html
+from planter.records.record import format_table
 
 
 class Device:
@@ -174,7 +174,7 @@ class Device:
         rows = ((name, own[name], low[name], high[name], units.unit(name)) for name in self.names)
         families = " and ".join(stage.family for stage in self.stages)
         title = f"{self.machine.name}, {self.model} model, stages {families}"
-        return html.shown(title, ("design", "value", "lower", "upper", "unit"), rows)
+        return format_table(title, ("design", "value", "lower", "upper", "unit"), rows)
 
     @cached_property
     def hoisting_kernel(self) -> Kernel:

@@ -25,7 +25,7 @@ from planter.planting.scores import sampled_score, true_extremes
 from planter.planting.search import Interrupted, Optimum, Table
 from planter.planting.simulation import checked_samples
 from planter.progress import Listener
-from planter.records import frames
+from planter.records.record import build_frame
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -57,7 +57,7 @@ class Optimisation:
         Raises InputError where pandas is missing (`planter[notebook]` brings it).
         """
         start, best = self.result.start_design, self.result.design
-        return frames.of([{"parameter": name, "start": start[name], "optimum": best[name]} for name in best])
+        return build_frame([{"parameter": name, "start": start[name], "optimum": best[name]} for name in best])
 
     def _repr_html_(self) -> str:
         return self.result._repr_html_()

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 
 from planter.files import paths, units
-from planter.files.written import lines
+from planter.files.document import lines
 from planter.optimise.range_and_spread import Sampling
 from planter.planting.file import Machine
 from planter.planting.results.optimised import OptimisationFound

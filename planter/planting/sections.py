@@ -10,7 +10,6 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 
 from planter.files import paths
-from planter.files.complaints import refused
 from planter.files.fields import (
     NotNegative,
     Pair,
@@ -22,6 +21,7 @@ from planter.files.fields import (
     Triple,
     Whole,
     check,
+    refused,
 )
 from planter.planting import flanks
 

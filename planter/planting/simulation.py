@@ -29,7 +29,7 @@ from planter.planting.results.simulated import (
     Work,
 )
 from planter.planting.scores import curve_angles, true_extremes
-from planter.records import frames
+from planter.records.record import build_frame
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -54,7 +54,7 @@ class Simulation:
 
         Raises InputError where pandas is missing (`planter[notebook]` brings it).
         """
-        return frames.of(self.cycle.columns())
+        return build_frame(self.cycle.columns())
 
     def _repr_html_(self) -> str:
         from planter.planting.report.force import support_force

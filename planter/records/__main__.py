@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from planter.records.schema import FOLDER, texts
+from planter.records.schema import FOLDER, format_schemas
 
 
 def main() -> None:
     """Write all schemas, and remove those of commands that no longer exist."""
     FOLDER.mkdir(exist_ok=True)
-    schemas = texts()
+    schemas = format_schemas()
     for path in FOLDER.glob("*.json"):
         if path.name not in schemas:
             path.unlink()

@@ -29,30 +29,32 @@ class _Keys(GenerateJsonSchema):
         return self.generate_inner(inner["schema"] if inner["type"] == "nullable" else inner)
 
 
-def results() -> dict[str, Any]:
+def load_result_types() -> dict[str, Any]:
     """Return the record, or union of records, of each command of all packages, by name."""
     return {name: kind for room in plugins.load_modules("results") for name, kind in room.COMMANDS.items()}
 
 
-def schema(command: str, kind: Any) -> Mapping[str, Any]:
+def build_schema(command: str, kind: Any) -> Mapping[str, Any]:
     """Return the JSON schema (2020-12) of the result of a command."""
     generated = TypeAdapter(kind).json_schema(mode="serialization", schema_generator=_Keys)
     return {"$schema": GenerateJsonSchema.schema_dialect, **generated, "title": f"planter {command} --json"}
 
 
-def texts() -> dict[str, str]:
+def format_schemas() -> dict[str, str]:
     """Return the texts of the schemas of the commands of planter by file name."""
     packaged = {
         room.__name__: room.COMMANDS for room in plugins.load_modules("results") if room.__name__.startswith("planter.")
     }
     return {
-        file_name(command): text(command, kind) for commands in packaged.values() for command, kind in commands.items()
+        file_name(command): format_schema(command, kind)
+        for commands in packaged.values()
+        for command, kind in commands.items()
     }
 
 
-def text(command: str, kind: Any) -> str:
+def format_schema(command: str, kind: Any) -> str:
     """Return the text of the file of a schema."""
-    return json.dumps(schema(command, kind), indent=1) + "\n"
+    return json.dumps(build_schema(command, kind), indent=1) + "\n"
 
 
 def file_name(command: str) -> str:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from planter.files.names import file_name
 from planter.progress import Listener, ProgressPhase
 from planter.report import files, style
 from planter.report.folder import renews
+from planter.safe_text import file_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

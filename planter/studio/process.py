@@ -9,7 +9,7 @@ from typing import Any
 
 from planter import safe_text, workers
 from planter.errors import ComputationError, PlanterError
-from planter.files.complaints import SET
+from planter.files.fields import SET
 
 Send = Callable[[dict[str, Any]], Awaitable[None]]
 HINTS = {

@@ -8,8 +8,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, Field
 
-from planter.files.complaints import refused
-from planter.files.fields import Problems, Real, Section, Whole, check
+from planter.files.fields import Problems, Real, Section, Whole, check, refused
 from planter.kernels import Array
 
 MOST_STEPS = 1_000_000

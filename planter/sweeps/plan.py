@@ -8,8 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
 
 from planter.errors import InputError
-from planter.files.complaints import explain, lacking, refused
-from planter.files.fields import Line, Problems, Section, Whole, Words, check
+from planter.files.fields import Line, Problems, Section, Whole, Words, check, explain, lacking, refused
 from planter.files.text import read_toml
 from planter.sweeps.axes import Axis, to_axis_table
 from planter.sweeps.points import SCHEMES, Grid, Points

@@ -10,8 +10,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, ValidationError
 
 from planter.errors import InputError
-from planter.files.complaints import explain, refused
-from planter.files.fields import Positive, Problems, Real, Section, check
+from planter.files.fields import Positive, Problems, Real, Section, check, explain, refused
 from planter.files.paths import last_part
 from planter.files.text import read_toml
 from planter.sweeps.room import ResolvedMachine

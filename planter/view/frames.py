@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planter.errors import InputError
-from planter.files.names import file_name
 from planter.kernels import Array
 from planter.report import files, style
 from planter.report.folder import check
+from planter.safe_text import file_name
 from planter.view.picture import Picture
 from planter.view.results import Animated
 from planter.view.scene import Scene

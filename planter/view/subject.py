@@ -11,9 +11,8 @@ from typing import Any, Protocol, runtime_checkable
 from planter import plugins
 from planter.errors import InputError, PlanterError
 from planter.files import units
-from planter.files.document import Document
+from planter.files.document import Document, lines
 from planter.files.text import is_file, parse_toml, read_text
-from planter.files.written import lines
 from planter.version import __version__
 from planter.view.exports import Export
 from planter.view.scene import Scene

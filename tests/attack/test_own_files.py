@@ -12,9 +12,9 @@ import typer
 from derive.build.folder import add, strays
 from derive.build.own import OwnError
 from planter.cli.app import application
-from planter.files.names import file_name
 from planter.report import files
 from planter.report.folder import NAME, renewing
+from planter.safe_text import file_name
 from tests.support.cli import run
 from tests.support.house import ROOT
 

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field, create_model
 
 from planter.files import units
-from planter.files.complaints import lacking, refused
-from planter.files.fields import NotNegative, Positive, Problems, Real, Section, check
-from planter.files.tip_path import Points
+from planter.files.csv_rows import Points
+from planter.files.fields import NotNegative, Positive, Problems, Real, Section, check, lacking, refused
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """The benchmark: nobody is timed who is wrong, everybody is told apart, the numbers have their keys."""
 
+import importlib
 import itertools
 import json
 import math
@@ -16,11 +17,26 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter
 
-from planter import bench, workers
-from planter.bench import clock, graphs, jaxed, lanes, mechanisms, page, plain, processes, rate, symbolic, works
+from planter import workers
+from planter.bench import mechanisms, page, tasks
+from planter.bench.array_backends import DESIGNS_PER_ARRAY, build_jax_contender, build_numpy_contender
+from planter.bench.casadi_backends import build_kernel_contender, virtual_machine
 from planter.bench.case import Absent, Case, Contender
-from planter.bench.clock import Disagreement, agree, race
-from planter.bench.results import Benchmark, Skipped
+from planter.bench.measurement import (
+    MOST_CALLS,
+    REDUCTION,
+    SERIES,
+    Disagreement,
+    Peak,
+    agree,
+    difference,
+    executed_operations,
+    operations,
+    race,
+)
+from planter.bench.mechanisms import _run, root
+from planter.bench.results import Benchmark, Skipped, choose_settings
+from planter.bench.sympy_backend import build_sympy_contender
 from planter.errors import ComputationError
 from planter.kernels import Kernel, backends, toolchain
 from planter.planting.simulation import objective_gradient
@@ -64,7 +80,7 @@ def has_compiler() -> bool:
 
 @pytest.mark.long
 def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> None:
-    ways = [word for way in works.WAYS if way != "jax" for word in ("--way", way)]
+    ways = [word for way in tasks.WAYS if way != "jax" for word in ("--way", way)]
     code, out, err = run(*QUICK, *ways, "--json", "--out", str(tmp_path / "here"))
     assert code == 0, err
     found = json.loads(out)
@@ -74,7 +90,7 @@ def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> Non
     for work in found["work"]:
         assert isinstance(work["unit"], str)
         named = {way["way"]: way for way in work["ways"]}
-        assert set(named) <= ({"ga", "ipopt", "hybrid"} if work["name"] == "optimise" else set(works.WAYS))
+        assert set(named) <= ({"ga", "ipopt", "hybrid"} if work["name"] == "optimise" else set(tasks.WAYS))
         over = named[work["over"]]["median_us"]
         for way in named.values():
             assert way["ratio"] == way["median_us"] / over
@@ -94,58 +110,60 @@ def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> Non
 
 
 def test_every_work_has_a_runner_and_a_unit() -> None:
-    assert bench.settings().works == WORKS
-    assert set(works.UNITS) | {"batch", *mechanisms.EXAMPLES} == set(WORKS)
+    assert choose_settings().works == WORKS
+    assert set(tasks.UNITS) | {"batch", *mechanisms.EXAMPLES} == set(WORKS)
 
 
-def _built(builder: works.Builder, case: Case, work: str) -> Contender:
+def _built(builder: tasks.Builder, case: Case, work: str) -> Contender:
     try:
         return builder(case, work)
     except Absent as reason:
         pytest.skip(str(reason))
 
 
-@pytest.mark.parametrize("builder", [graphs.virtual_machine, plain.contender, symbolic.contender, lanes.contender])
-def test_a_way_gives_the_objective_that_simulate_gives(case: Case, builder: works.Builder) -> None:
+@pytest.mark.parametrize(
+    "builder", [virtual_machine, build_numpy_contender, build_sympy_contender, build_kernel_contender]
+)
+def test_a_way_gives_the_objective_that_simulate_gives(case: Case, builder: tasks.Builder) -> None:
     expected, _ = objective_gradient(case.device, case.turns.samples)
     assert _built(builder, case, "cycle").call(case.device.design) == pytest.approx(expected, rel=1e-10)
 
 
 @pytest.mark.parametrize(
     "builder",
-    [graphs.virtual_machine, plain.contender, pytest.param(symbolic.contender, marks=pytest.mark.long),
-     lanes.contender],
+    [virtual_machine, build_numpy_contender, pytest.param(build_sympy_contender, marks=pytest.mark.long),
+     build_kernel_contender],
 )  # fmt: skip
-def test_a_way_gives_the_gradient_that_simulate_gives(case: Case, builder: works.Builder) -> None:
+def test_a_way_gives_the_gradient_that_simulate_gives(case: Case, builder: tasks.Builder) -> None:
     expected, gradient = objective_gradient(case.device, case.turns.samples)
     way = _built(builder, case, "cycle+gradient")
     again, found = way.call(case.device.design)
     assert again == pytest.approx(expected, rel=1e-10)
-    assert clock.difference(found, gradient) <= way.tolerances[1]
+    assert difference(found, gradient) <= way.tolerances[1]
 
 
 def test_jax_agrees(case: Case, designs: list[np.ndarray]) -> None:
     pytest.importorskip("jax")
-    peers = {"casadi-vm": graphs.virtual_machine(case, "cycle"), "jax": jaxed.contender(case, "cycle", thorough=False)}
+    peers = {"casadi-vm": virtual_machine(case, "cycle"), "jax": build_jax_contender(case, "cycle", thorough=False)}
     assert agree("cycle", peers, designs)["jax"] < 1e-10
 
 
 def test_hessians_agree_and_are_the_slope_of_the_gradient(case: Case) -> None:
     x, step = case.device.design, 1e-6 * (case.device.upper - case.device.lower)
-    found = graphs.virtual_machine(case, "hessian").call(x)
-    assert clock.difference(found, case.turns.hessian(x)) < 1e-10
+    found = virtual_machine(case, "hessian").call(x)
+    assert difference(found, case.turns.hessian(x)) < 1e-10
     slopes = np.array([case.turns.gradient(x + d)[1] - case.turns.gradient(x - d)[1] for d in np.diag(step)])
-    assert clock.difference(slopes / (2 * step[:, None]), found) < 1e-4
+    assert difference(slopes / (2 * step[:, None]), found) < 1e-4
 
 
 def test_batches_agree_with_single_designs(case: Case) -> None:
-    drawn = case.draw_designs(np.random.default_rng(2), plain.CHUNK + 3)
+    drawn = case.draw_designs(np.random.default_rng(2), DESIGNS_PER_ARRAY + 3)
     singles = np.array([case.turns.value(x) for x in drawn])
-    for builder in (plain.contender, graphs.virtual_machine):
-        assert clock.difference(builder(case, "batch").call(drawn), singles) < 1e-10
+    for builder in (build_numpy_contender, virtual_machine):
+        assert difference(builder(case, "batch").call(drawn), singles) < 1e-10
 
 
-def tampered(builder: works.Builder, change: Callable[..., object]) -> works.Builder:
+def tampered(builder: tasks.Builder, change: Callable[..., object]) -> tasks.Builder:
     def built(case: Case, work: str) -> Contender:
         honest = builder(case, work)
         return replace(honest, call=lambda x: change(honest.call(x)))
@@ -158,8 +176,8 @@ def test_a_way_that_is_wrong_is_not_timed(monkeypatch: pytest.MonkeyPatch, work:
     def off(result: object) -> object:
         return result * (1 + 1e-9) if isinstance(result, float) else (result[0], -result[1])  # type: ignore[index]
 
-    monkeypatch.setitem(works.BUILDERS, "numpy", tampered(plain.contender, off))
-    monkeypatch.setattr(works, "race", lambda *_: pytest.fail("the clock was started"))
+    monkeypatch.setitem(tasks.BUILDERS, "numpy", tampered(build_numpy_contender, off))
+    monkeypatch.setattr(tasks, "race", lambda *_: pytest.fail("the clock was started"))
     code, out, err = run(*QUICK, "--work", work, "--way", "numpy", "--way", "casadi-vm", "--json")
     assert code == 1
     answer = json.loads(out)["error"]
@@ -195,13 +213,13 @@ def test_the_clock_takes_turns_and_gives_a_new_design_at_every_call() -> None:
 
 def test_a_slot_holds_more_calls_of_what_is_fast() -> None:
     times = race({"fast": lambda _: None, "slow": lambda _: sum(range(20_000))}, itertools.count(), 2, 0.002)
-    assert times["slow"].spread().calls < times["fast"].spread().calls == 2 * clock.MOST_CALLS
+    assert times["slow"].spread().calls < times["fast"].spread().calls == 2 * MOST_CALLS
 
 
 def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: Case) -> None:
     for name in ("jax", "sympy"):
         monkeypatch.setitem(__import__("sys").modules, name, None)
-    found, skipped = works.list_contenders("cycle", case, bench.settings(quick=True))
+    found, skipped = tasks.list_contenders("cycle", case, choose_settings(quick=True))
     assert "numpy" in found
     reasons = {entry.way: entry.reason for entry in skipped}
     assert reasons["jax"] == "jax is not installed"
@@ -210,8 +228,8 @@ def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: C
 
 def test_without_a_compiler_its_ways_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "")
-    found, skipped = works.list_contenders(
-        "cycle", Case(), bench.settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"])
+    found, skipped = tasks.list_contenders(
+        "cycle", Case(), choose_settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"])
     )
     assert set(found) == {"casadi-vm"}
     assert {"casadi-c", "lanes"} <= {entry.way for entry in skipped}
@@ -220,10 +238,10 @@ def test_without_a_compiler_its_ways_are_named(monkeypatch: pytest.MonkeyPatch) 
 def test_operations_are_counted() -> None:
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
     plain_sum = ca.Function("f", [x, y], [x * y + 3 * x - ca.sqrt(y)], ["x", "y"], ["z"])
-    assert rate.operations(Kernel(plain_sum, lanes=["x", "y"])) == 5
-    assert rate.operations(Kernel(plain_sum, lanes=["x"])) == 4  # the root is the same in all lanes
+    assert operations(Kernel(plain_sum, lanes=["x", "y"])) == 5
+    assert operations(Kernel(plain_sum, lanes=["x"])) == 4  # the root is the same in all lanes
     turned = ca.Function("g", [x], [ca.sin(x) + ca.cos(x)], ["x"], ["z"])
-    assert rate.operations(Kernel(turned, lanes=["x"])) == 1 + rate.REDUCTION + sum(rate.SERIES.values())
+    assert operations(Kernel(turned, lanes=["x"])) == 1 + REDUCTION + sum(SERIES.values())
 
 
 @pytest.mark.skipif(not has_compiler() or not shutil.which("objdump"), reason="there is no C compiler or no objdump")
@@ -237,15 +255,15 @@ def test_only_executed_operations_are_counted() -> None:
                                              ["x", "y"], ["z"]), 1)):  # fmt: skip
         kernel = Kernel(function, lanes=["x", "y"])
         kernel.compile()
-        count = rate.executed_operations(backends.lane_library(kernel.work), function.name())
+        count = executed_operations(backends.lane_library(kernel.work), function.name())
         assert count == 4
-        assert rate.operations(kernel) >= 4 + cancelled
-    assert rate.executed_operations(Path("no_such_library.so"), "f") is None
+        assert operations(kernel) >= 4 + cancelled
+    assert executed_operations(Path("no_such_library.so"), "f") is None
 
 
 @pytest.mark.skipif(not has_compiler(), reason="there is no C compiler")
 def test_no_way_beats_the_peak(case: Case) -> None:
-    peak = rate.Peak()
+    peak = Peak()
     assert peak.vector_width in (128, 256, 512)
     assert peak.operations_per_cycle > 1
     times = race({"lanes": case.turns.value}, case.designs(), 3, 0.01)
@@ -255,13 +273,13 @@ def test_no_way_beats_the_peak(case: Case) -> None:
 
 def test_a_process_that_fails_is_an_error() -> None:
     with pytest.raises(ComputationError, match=r"ended with 1: .*nothing like that"):
-        processes._run(workers.python_command("raise ValueError('nothing like that')"))
+        _run(workers.python_command("raise ValueError('nothing like that')"))
 
 
 def test_the_derivation_is_absent_outside_a_checkout(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(processes.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(Absent, match="derive cannot be imported"):
-        processes.root()
+        root()
 
 
 @pytest.mark.parametrize(
@@ -291,7 +309,7 @@ def test_designs_are_in_the_box_and_reproducible(case: Case) -> None:
 
 def test_gears_are_drawn_truly_and_who_is_missing_is_named(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ncgears", None)
-    found = works.run("gears", case, replace(bench.settings(), pairs=1))
+    found = tasks.run_task("gears", case, replace(choose_settings(), pairs=1))
     (way,) = found.ways
     assert way.drawn is not None
     assert 0 < way.drawn.deviation_um <= 1
@@ -301,7 +319,7 @@ def test_gears_are_drawn_truly_and_who_is_missing_is_named(case: Case, monkeypat
 @pytest.mark.long
 def test_gears_are_made_faster_with_fewer_vertices_and_nearer_than_by_ncgears(case: Case) -> None:
     pytest.importorskip("ncgears", reason="ncgears is not installed: pip install 'planter[bench]'")
-    own, other = works.run("gears", case, replace(bench.settings(), pairs=1)).ways
+    own, other = tasks.run_task("gears", case, replace(choose_settings(), pairs=1)).ways
     assert (own.way, other.way) == ("planter", "ncgears")
     assert other.ratio > 5
     assert own.drawn is not None
@@ -312,8 +330,8 @@ def test_gears_are_made_faster_with_fewer_vertices_and_nearer_than_by_ncgears(ca
 
 def test_a_mechanism_of_ones_own_is_timed_where_all_agree() -> None:
     """Its gradient is that of differences, and the ways that are not there say why."""
-    settings = bench.settings(works=["four-bar"], ways=["numpy", "casadi-vm", "lanes"], rounds=1)
-    found = works.run("four-bar", None, settings)
+    settings = choose_settings(works=["four-bar"], ways=["numpy", "casadi-vm", "lanes"], rounds=1)
+    found = tasks.run_task("four-bar", None, settings)
     assert {way.way for way in found.ways} >= {"numpy", "casadi-vm"}
     assert max(way.disagreement for way in found.ways if way.way != "numpy") < 1e-12
     assert {one.way for one in found.skipped} >= {"jax", "casadi-c", "lambdify"}

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from planter.audit import numbers
-from planter.bench.settings import WAYS, WORKS
+from planter.bench.results import WAYS, WORKS
 from planter.files import examples, units
 from planter.gear_geometry import families
 from planter.planting import file

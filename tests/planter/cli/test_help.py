@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from planter.cli.help import topics
+from planter.cli.commands import list_topics
 from planter.kernels import backends
 from tests.support.cli import answer, refusal, run
 
@@ -24,7 +24,7 @@ def commands(text: str) -> set[str]:
 
 
 def test_topics_are_listed_and_told() -> None:
-    assert set(answer("help")["topics"]) == TOPICS == set(topics())
+    assert set(answer("help")["topics"]) == TOPICS == set(list_topics())
     for topic in TOPICS:
         found = answer("help", topic)
         assert found.keys() == {"topic", "text"}

@@ -13,7 +13,7 @@ import pytest
 
 import planter
 from planter.doctor import examination
-from planter.doctor.extras import EXTRAS
+from planter.doctor.examination import EXTRAS
 from planter.kernels import backends, bundled, compiler, toolchain
 from planter.planting.file import load
 from planter.planting.functions import Model

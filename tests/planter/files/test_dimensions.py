@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from planter.files.dimensions import measured
+from planter.files.units import measured
 
 
 @pytest.mark.parametrize(

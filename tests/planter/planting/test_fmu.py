@@ -15,7 +15,8 @@ import pytest
 from planter.engine.machine import Machine
 from planter.exports import fmu
 from planter.exports.quantities import list_quantities
-from planter.files import ranges, units
+from planter.files import units
+from planter.files.fields import read_range
 from planter.interchange.fmi import archive, libraries
 from planter.kernels import Array
 from planter.kernels.toolchain import NoCompiler
@@ -276,7 +277,7 @@ def test_the_description_says_what_the_sidecar_says(written: dict[str, Path]) ->
      ("contact.cam_friction_angle_deg", (0, 45)), ("operation.forward_speed_m_s", (None, None))],
 )  # fmt: skip
 def test_ranges_are_those_of_the_file(path: str, expected: tuple[Any, Any]) -> None:
-    assert ranges.of(MachineFile, path) == expected
+    assert read_range(MachineFile, path) == expected
 
 
 @both_versions

@@ -13,8 +13,7 @@ from pydantic import ValidationError
 
 from planter.errors import GeometryError, InputError
 from planter.files import examples, paths
-from planter.files.complaints import refused
-from planter.files.fields import Problems, Section, check
+from planter.files.fields import Problems, Section, check, refused
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
 

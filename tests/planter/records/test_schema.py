@@ -69,11 +69,11 @@ def fits(command: str, content: object) -> bool:
 
 def test_the_committed_schemas_are_those_of_the_types() -> None:
     found = {path.name: path.read_text(encoding="utf-8") for path in schema.FOLDER.glob("*.json")}
-    assert found == schema.texts(), "python -m planter.records"
+    assert found == schema.format_schemas(), "python -m planter.records"
 
 
 def test_every_command_is_called_here_or_elsewhere() -> None:
-    assert set(CALLS) | ELSEWHERE == set(schema.results())
+    assert set(CALLS) | ELSEWHERE == set(schema.load_result_types())
 
 
 @pytest.mark.parametrize("command", CALLS)
@@ -111,5 +111,5 @@ def test_a_unit_that_changes_is_noticed_deep_down() -> None:
 
 def test_the_command_prints_a_schema_and_suggests_one() -> None:
     assert answer("schema", "clutch", "geometry") == committed("clutch geometry")
-    assert answer("schema")["commands"] == sorted(schema.results())
+    assert answer("schema")["commands"] == sorted(schema.load_result_types())
     assert "did you mean clutch geometry?" in refusal("schema", "clutch", "geometri")

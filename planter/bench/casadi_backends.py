@@ -13,11 +13,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter.bench import lean
-from planter.bench.case import Absent, Call, Case, Contender
-from planter.bench.lean import Lean
+from planter.bench.case import Absent, Call, Case, Contender, Lean, compiled
 from planter.kernels import Array, toolchain
 from planter.optimise.direct import spread
+from planter.planting.batches import evaluate_many
 
 BUILT = "one function, share of a side in a loop over the lanes, prologue and its tangent hoisted, own memory"
 
@@ -39,7 +38,7 @@ def _compiled(case: Case, work: str, more: tuple[str, ...]) -> Contender:
     flags = (*toolchain.OPTIMISED, *more)
     try:
         built = f"{BUILT}; {' '.join((*flags, *toolchain.compiler().flags))}"
-        return _contender(case, work, lean.compiled(_function(case, work), flags), built)
+        return _contender(case, work, compiled(_function(case, work), flags), built)
     except toolchain.NoCompiler as reason:
         raise Absent(str(reason)) from None
 
@@ -162,3 +161,21 @@ def _sum(terms: Sequence[ca.MX]) -> ca.MX:
     for term in rest:
         first = first + term
     return first
+
+
+def build_kernel_contender(case: Case, work: str) -> Contender:
+    turns = case.turns
+    if turns.way != "lanes":
+        raise Absent(f"this machine evaluates turns by {turns.way}")
+    built = " ".join((*toolchain.loop_flags(toolchain.OPTIMISED), *toolchain.compiler().flags))
+    if work == "cycle":
+        return Contender(turns.value, f"Turns.value; {built}")
+    if work == "cycle+gradient":
+        return Contender(turns.gradient, f"Turns.gradient; {built}")
+    if work == "hessian":
+        case.device.compile()
+        kernel = case.device.force.response.hessian_kernel
+        kernel.compile()
+        return Contender(turns.hessian, f"Turns.hessian, {kernel.way}; {built}")
+    return Contender(lambda designs: evaluate_many(case.device, designs, case.turns.samples).objective,
+                     f"evaluate_many, all cores; {built}")  # fmt: skip

@@ -18,15 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from planter.bench.arrays import ArrayCode, emitted_array
-from planter.bench.case import Absent, Case, Contender
+from planter.bench.case import Absent, ArrayCode, Case, Contender, emitted_array
 from planter.kernels import Array
 
 Step = tuple[Any, Any]
 BUILT = "lambdify with cse over the needed steps, one array over the angles"
 
 
-def contender(case: Case, work: str) -> Contender:
+def build_sympy_contender(case: Case, work: str) -> Contender:
     try:
         sympy = importlib.import_module("sympy")
     except ModuleNotFoundError:

@@ -1,4 +1,4 @@
-"""JAX: the generator's array code, jitted in double precision, the prologue hoisted; compile time is not counted."""
+"""NumPy: the generator's array code, vectorised over angles; the gradient by forward differences."""
 
 from __future__ import annotations
 
@@ -11,16 +11,77 @@ from typing import Any
 
 import numpy as np
 
-from planter.bench.arrays import ArrayCode
-from planter.bench.case import Absent, Call, Case, Contender
+from planter.bench.case import EXACT, Absent, ArrayCode, Call, Case, Contender
 from planter.kernels import Array
 
-CHUNK = 500
+STEP = 1e-6
+"""Step of a difference, as a share of the box."""
+DIFFERENCES = 1e-4
+"""What a gradient by differences is allowed to be off, relative to its largest entry."""
+DESIGNS_PER_ARRAY = 16
+"""Designs in one array: what the caches hold."""
+BUILT = "generated array code, one array over the angles"
+
+
+def build_numpy_contender(case: Case, work: str) -> Contender:
+    if work == "cycle":
+        return Contender(Plain(case).value, BUILT)
+    if work == "cycle+gradient":
+        return Contender(Plain(case).gradient, f"{BUILT}; forward differences", (EXACT, DIFFERENCES))
+    if work == "batch":
+        return Contender(
+            Plain(case).values, f"generated array code, arrays over the angles of {DESIGNS_PER_ARRAY} designs"
+        )
+    raise Absent("second differences agree with nothing to 1e-10")
+
+
+def build_stacked_contender(case: Case, work: str) -> Contender:
+    """All designs of a difference in one array: fewer calls of NumPy, larger arrays."""
+    if work != "cycle+gradient":
+        raise Absent("only a gradient has differences")
+    built = "generated array code, one array over angles and steps; forward differences"
+    return Contender(Plain(case).gradient_together, built, (EXACT, DIFFERENCES))
+
+
+class Plain:
+    """Objective and its differences in plain NumPy."""
+
+    def __init__(self, case: Case) -> None:
+        self.case, self.code = case, ArrayCode(case.device)
+        self.steps = STEP * (case.device.upper - case.device.lower)
+
+    def value(self, x: Array) -> float:
+        h = self.case.hoisted(x)
+        share = self.code.share(np, self.case.lanes, x, h, self.case.constants)
+        return self.case.weighed(self.case.folded(share)).value
+
+    def gradient(self, x: Array) -> tuple[float, Array]:
+        value = self.value(x)
+        moved = [self.value(x + step) for step in np.diag(self.steps)]
+        return value, (np.array(moved) - value) / self.steps
+
+    def gradient_together(self, x: Array) -> tuple[float, Array]:
+        value, *moved = self._values(np.vstack([x, x + np.diag(self.steps)]))
+        return float(value), (np.array(moved) - value) / self.steps
+
+    def values(self, designs: Array) -> Array:
+        """Objectives of designs (m, p)."""
+        return np.concatenate(
+            [self._values(designs[i : i + DESIGNS_PER_ARRAY]) for i in range(0, len(designs), DESIGNS_PER_ARRAY)]
+        )
+
+    def _values(self, designs: Array) -> Array:
+        x, h = designs.T[:, :, None], self.case.prologues(designs)[:, :, None]
+        share = self.code.share(np, self.case.lanes[None, :], x, h, self.case.constants)
+        return np.array([self.case.weighed(force).value for force in self.case.folded(share)])
+
+
+DESIGNS_PER_CALL = 500
 """Designs of a batch in one call."""
 TRIALS = 15
 
 
-def contender(case: Case, work: str, thorough: bool = True) -> Contender:
+def build_jax_contender(case: Case, work: str, thorough: bool = True) -> Contender:
     """The fastest of the forms that there are for a work, or, not `thorough`, the one that mostly is."""
     try:
         jax = importlib.import_module("jax")
@@ -68,7 +129,7 @@ class Forms:
             return {**forward, "reverse, share of a side at each lane": self._reverse(share)}
         if work == "hessian":
             return {"forward over reverse, share of a side at each lane": self._hessian()}
-        return {f"vmap over {CHUNK} designs": self._batch()}
+        return {f"vmap over {DESIGNS_PER_CALL} designs": self._batch()}
 
     def _forces(self, share_first: bool = False) -> dict[str, Callable[..., Any]]:
         forms = {"both sides at half the lanes": self.both, "share of a side at each lane": self.share}
@@ -148,7 +209,10 @@ class Forms:
 
         def call(designs: Array) -> Array:
             h = self.case.prologues(designs)
-            parts = [run(designs[i : i + CHUNK], h[:, i : i + CHUNK]) for i in range(0, len(designs), CHUNK)]
+            parts = [
+                run(designs[i : i + DESIGNS_PER_CALL], h[:, i : i + DESIGNS_PER_CALL])
+                for i in range(0, len(designs), DESIGNS_PER_CALL)
+            ]
             return np.concatenate([np.asarray(part) for part in parts])
 
         return call

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from planter.cite.references import bibtex, references, work
+from planter.cli.references import cite_work, format_bibtex, load_references
 from planter.records import schema
 from planter.version import __version__
 from tests.support.cli import answer, refusal, run
@@ -18,13 +18,15 @@ TELLING = {
 
 def missing(commands: dict[str, list[str]]) -> set[str]:
     """Works that are named and not there."""
-    return {key for keys in commands.values() for key in keys} - references().works.keys()
+    return {key for keys in commands.values() for key in keys} - load_references().works.keys()
 
 
 def test_every_command_that_computes_names_its_works() -> None:
-    known = references()
-    assert set(schema.results()) - {"optimise least"} == known.commands.keys() | (TELLING - {"optimise-least"})
-    assert not missing(dict(known.commands))
+    index = load_references()
+    assert set(schema.load_result_types()) - {"optimise least"} == index.commands.keys() | (
+        TELLING - {"optimise-least"}
+    )
+    assert not missing(dict(index.commands))
     assert missing({"simulate": ["wong2017"]}) == {"wong2017"}
 
 
@@ -32,7 +34,7 @@ def test_a_command_s_works_begin_with_this_program() -> None:
     keys = [one["key"] for one in answer("cite", "optimise")["works"]]
     assert keys[0] == "planter"
     assert {"wang2017", "casadi", "ipopt", "goldberg1989", "daqp"} <= set(keys)
-    assert __version__ in work("planter").text
+    assert __version__ in cite_work("planter").text
     assert [one["key"] for one in answer("cite", "clutch", "engage")["works"]][1:3] == ["shi2021", "hunt1975"]
 
 
@@ -40,12 +42,12 @@ def test_entries_of_bibtex_are_whole() -> None:
     entry = re.compile(r"@[a-z]+\{([a-z0-9]+),\n(  [a-z]+ = \{.*\},\n)*  [a-z]+ = \{.*\}\n\}")
     text = run("cite", "simulate", "--bibtex")[1]
     assert [found.group(1) for found in entry.finditer(text)] == ["planter", "wang2017", "casadi"]
-    for key in references().works:
-        one = work(key).bibtex
+    for key in load_references().works:
+        one = cite_work(key).bibtex
         assert entry.fullmatch(one), one
         assert one.count("{") == one.count("}")
         assert "  for = " not in one
-    assert not entry.fullmatch(bibtex("a", {"type": "misc", "title": "x"})[:-1])
+    assert not entry.fullmatch(format_bibtex("a", {"type": "misc", "title": "x"})[:-1])
 
 
 def test_unknown_names_are_refused() -> None:

@@ -1,0 +1,374 @@
+"""Tasks of the benchmark: which ways take part, their agreement, then their times; each ends as a record."""
+
+from __future__ import annotations
+
+import io
+import itertools
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from ezdxf.entities.lwpolyline import LWPolyline
+from ezdxf.filemanagement import read
+
+from planter.bench import casadi_backends, measurement, mechanisms
+from planter.bench.array_backends import build_jax_contender, build_numpy_contender, build_stacked_contender
+from planter.bench.casadi_backends import own_c, own_c_fast, virtual_machine
+from planter.bench.case import Absent, Case, Contender
+from planter.bench.measurement import Peak, Times, agree, race
+from planter.bench.mechanisms import cold_starts, derivation
+from planter.bench.results import (
+    WAYS,
+    WORKS,
+    Arithmetic,
+    Basins,
+    Benchmark,
+    Drawn,
+    LeftOut,
+    Reached,
+    Seed,
+    Settings,
+    Skipped,
+    Way,
+    Work,
+)
+from planter.bench.sympy_backend import build_sympy_contender
+from planter.gear_geometry import cutting, pitch_curves
+from planter.gear_geometry.cutting import ToothOrder
+from planter.kernels import Array
+from planter.kernels.toolchain import NoCompiler
+from planter.optimise import genetic
+from planter.optimise.starts import descents
+from planter.planting import search
+from planter.planting.model import Device
+from planter.planting.objective import problem as problem_of
+from planter.progress import Listener, ProgressPhase
+from planter.workshop import biarcs, drawing
+from planter.workshop.drawing import DrawingLine
+
+REFERENCE = "ipopt"
+SEARCHES = {
+    "ga": "the machine file's settings, a new seed at every call",
+    "ipopt": "from the machine file's design",
+    "hybrid": "both, IPOPT from the default number of starts, and the best individuals polished",
+}
+MOST_STARTS = 64
+CLOSE = 1e-9
+
+
+def compile_device(case: Case, model: str) -> Device:
+    """The device in a model, everything compiled beforehand: compile time is not counted."""
+    device = case.device if model == case.device.model else Device(case.device.machine, "printed")
+    device.compile()
+    device.force.response.hessian_kernel.compile()
+    return device
+
+
+def race_printed(case: Case, rounds: int) -> tuple[dict[str, Times], dict[str, list[float]]]:
+    """The printed model has one basin: durations of each method, and the objectives it reached."""
+    device = compile_device(case, "printed")
+    samples = device.machine.objective.samples
+    reached: dict[str, list[float]] = {name: [] for name in SEARCHES}
+
+    def run(name: Any, starts: int | None) -> Callable[[Any], None]:
+        return lambda seed: reached[name].append(search.run(device, name, samples, seed, starts).objective)
+
+    calls = {"ga": run("ga", None), "ipopt": run("ipopt", 1), "hybrid": run("hybrid", None)}
+    for name in ("ipopt", "hybrid"):  # whatever they compile on the way is not counted either
+        calls[name](0)
+    return race(calls, itertools.count(), rounds, 0), reached
+
+
+def search_exact(case: Case, rounds: int) -> Basins:
+    """The exact model has several basins: time and starts until IPOPT meets what the GA found, for each seed."""
+    device = compile_device(case, "exact")
+    return Basins("exact", [_met(device, seed) for seed in range(rounds)])
+
+
+def _met(device: Device, seed: int) -> Seed:
+    sought, begun = problem_of(device, device.machine.objective.samples), time.perf_counter()
+    target = genetic.search(sought, device.machine.genetic_algorithm, seed)[0].objective
+    ga_s = time.perf_counter() - begun
+    problem, begun = problem_of(device, device.machine.objective.samples), time.perf_counter()
+    best, starts = float("inf"), 0
+    for minimum in descents(problem, MOST_STARTS, seed):
+        best, starts = min(best, minimum.objective), starts + 1
+        if best <= target * (1 + CLOSE):
+            break
+    ipopt_s = time.perf_counter() - begun
+    return Seed(seed, target, ga_s, best, ipopt_s, starts, met=best <= target * (1 + CLOSE))
+
+
+ECCENTRICITY, TEETH, MODULE, TOLERANCE = 0.2, 30, 2e-3, 1e-6
+GEARS_UNIT = f"us per pair of ellipses of eccentricity {ECCENTRICITY} with {TEETH} teeth each: outlines, checks, DXF"
+
+
+@dataclass(frozen=True)
+class Maker:
+    """A way to make the pair: a call, how it was built, and the measures of the last drawing."""
+
+    make: Callable[[Any], None]
+    built: str
+    measure: Callable[[], Drawn]
+
+
+def build_makers(case: Case) -> tuple[dict[str, Maker], list[Skipped]]:
+    """Return the ways that make the pair, and those that do not, with the reason."""
+    makers = {"planter": build_planter_maker(case)}
+    try:
+        return {**makers, "ncgears": build_ncgears_maker()}, []
+    except Absent as reason:
+        return makers, [Skipped("ncgears", str(reason))]
+
+
+def build_planter_maker(case: Case) -> Maker:
+    """Exact pieces, all contacts solved, arcs within a micrometre."""
+    device = Device(case.device.machine.with_numbers({"design.k6": ECCENTRICITY, "design.m61": 1.0}))
+    fits: list[biarcs.ArcFit] = []
+
+    def make(_: Any) -> None:
+        curves = pitch_curves.build_stage_pair(device.stages[1], device.of_stage(1, device.design))
+        order = ToothOrder(module=MODULE, keep="module")
+        teeth = cutting.cut_teeth(curves, order, "ellipses", ("inner gear", "outer gear"))
+        fits[:] = [biarcs.fit_arcs(gear.outline().pieces, TOLERANCE) for gear in teeth.gears]
+        drawing.format_dxf(DrawingLine("TEETH", fit.arcs) for fit in fits)
+        if teeth.gears[0].z != TEETH or np.abs(teeth.contacts.errors).max() > TOLERANCE:
+            raise Absent("the pair does not mesh")
+
+    def measure_drawing() -> Drawn:
+        return Drawn(sum(len(fit.arcs.vertices) for fit in fits), max(fit.deviation for fit in fits) * 1e6)
+
+    return Maker(make, "exact pieces, contacts solved, biarcs within 1 um", measure_drawing)
+
+
+def build_ncgears_maker() -> Maker:
+    """ncgears, as its documentation calls it. Raises Absent where it is not installed."""
+    try:
+        ncgears = import_module("ncgears")
+    except ModuleNotFoundError:
+        raise Absent("ncgears is not installed") from None
+    folder = tempfile.TemporaryDirectory()
+    file = Path(folder.name) / "pair.dxf"
+    outlines: list[Any] = []
+
+    def make(_: Any) -> None:
+        gears = ncgears.generate_from_centrode(
+            f"1/(1-{ECCENTRICITY}*cos(phi))", teeth=TEETH, module=MODULE * 1e3, output_directory=folder.name
+        )
+        gears.export_dxf(file)
+        outlines[:] = [gears.drive_outline, gears.placed_driven_outline]
+
+    def measure_drawing() -> Drawn:
+        space = read(io.StringIO(file.read_text(encoding="utf-8"))).modelspace()
+        lines = [line for line in space if isinstance(line, LWPolyline)]
+        rings = [shapely.LinearRing(np.array(line.get_points("xy"))) for line in lines]
+        off = [shapely.distance(shapely.points(dense), ring).max() for dense, ring in zip(outlines, rings, strict=True)]
+        return Drawn(sum(len(ring.coords) - 1 for ring in rings), float(max(off)) * 1e3)
+
+    return Maker(make, "generate_from_centrode and export_dxf with their defaults", measure_drawing)
+
+
+Builder = Callable[[Case, str], Contender]
+Built = Mapping[str, str]
+
+BUILDERS: dict[str, Builder] = {
+    "numpy": build_numpy_contender,
+    "lambdify": build_sympy_contender,
+    "jax": build_jax_contender,
+    "casadi-vm": virtual_machine,
+    "casadi-c": own_c,
+    "lanes": casadi_backends.build_kernel_contender,
+}
+VARIANTS: dict[str, Builder] = {
+    "numpy, steps in one array": build_stacked_contender,
+    "casadi-c, -ffast-math": own_c_fast,
+}
+"""Other settings of the peers, timed beside them where they do the work."""
+CHECKED = 5
+"""Designs at which the ways must agree."""
+UNITS = {
+    "cycle": "us per turn: objective",
+    "cycle+gradient": "us per turn: objective and gradient",
+    "hessian": "us per turn: Hessian of the objective",
+    "optimise": "us per optimisation of the printed model",
+    "gears": GEARS_UNIT,
+    "derive": "us per derivation, all of generated/",
+    "cold start": "us per new process",
+}
+
+
+def run_task(name: str, case: Case, settings: Settings) -> Work:
+    """One work. Raises Absent where it cannot be done here, Disagreement where a way is wrong."""
+    if name in ("cycle", "cycle+gradient", "hessian"):
+        return _turn(name, case, settings)
+    if name == "batch":
+        return _batch(case, settings)
+    if name == "optimise":
+        return _optimise(case, settings)
+    if name == "gears":
+        return _gears(case, settings)
+    if name in mechanisms.EXAMPLES:
+        return _mechanism(name, settings)
+    return _derive(settings) if name == "derive" else _cold_start(settings)
+
+
+def _turn(name: str, case: Case, settings: Settings) -> Work:
+    """A new design at every call, through what each way calls its public function."""
+    contenders, skipped = list_contenders(name, case, settings)
+    designs = case.designs()
+    off = agree(name, contenders, [next(designs) for _ in range(CHECKED)])
+    calls = {way: contender.call for way, contender in contenders.items()}
+    times = race(calls, designs, settings.rounds, settings.slot_s)
+    return table(name, times, "lanes", {way: c.built for way, c in contenders.items()}, off, skipped)
+
+
+def _batch(case: Case, settings: Settings) -> Work:
+    contenders, skipped = list_contenders("batch", case, settings)
+    rng = np.random.default_rng(0)
+
+    def inputs() -> Iterator[Array]:
+        while True:
+            yield case.draw_designs(rng, settings.designs)
+
+    off = agree("batch", contenders, [next(inputs())])
+    times = race({way: c.call for way, c in contenders.items()}, inputs(), settings.batches, 0)
+    built = {way: c.built for way, c in contenders.items()}
+    unit = f"us per {settings.designs} designs: their objectives, {os.cpu_count()} cores"
+    return replace(table("batch", times, "lanes", built, off, skipped), unit=unit)
+
+
+def _optimise(case: Case, settings: Settings) -> Work:
+    times, reached = race_printed(case, settings.searches)
+    work = table("optimise", times, REFERENCE, SEARCHES)
+    ways = [replace(w, objectives=Reached(min(reached[w.way]), max(reached[w.way]))) for w in work.ways]
+    return replace(work, ways=ways, exact=None if settings.quick else search_exact(case, settings.searches))
+
+
+def _gears(case: Case, settings: Settings) -> Work:
+    ways, skipped = build_makers(case)
+    times = race({name: way.make for name, way in ways.items()}, _nothing(), settings.pairs, 0)
+    work = table("gears", times, "planter", {name: way.built for name, way in ways.items()}, skipped=skipped)
+    return replace(work, ways=[replace(row, drawn=ways[row.way].measure()) for row in work.ways])
+
+
+def _mechanism(name: str, settings: Settings) -> Work:
+    """Measure a user-defined mechanism, and the time from its statement to functions."""
+    with tempfile.TemporaryDirectory(prefix="planter-") as folder:
+        begun = time.perf_counter()
+        case = mechanisms.MechanismCase(name, Path(folder))
+        seconds = time.perf_counter() - begun
+        contenders: dict[str, Contender] = {}
+        skipped: list[Skipped] = []
+        for way, builder in mechanisms.BUILDERS.items():
+            try:
+                if way not in settings.ways:
+                    raise Absent("not asked for (--way)")
+                contenders[way] = builder(case)
+            except Absent as reason:
+                skipped.append(Skipped(way, str(reason)))
+        designs = case.designs()
+        off = agree(name, contenders, [next(designs) for _ in range(CHECKED)])
+        calls = {way: contender.call for way, contender in contenders.items()}
+        times = race(calls, designs, settings.rounds, settings.slot_s)
+        built = {way: c.built for way, c in contenders.items()}
+    unit = (
+        f"us per turn of {mechanisms.ANGLES} angles: mean square of the torque and gradient; derived in {seconds:.2f} s"
+    )
+    return replace(table(name, times, "lanes", built, off, skipped), unit=unit)
+
+
+def _derive(settings: Settings) -> Work:
+    with derivation() as start:
+        times = race({"derive": start}, _nothing(), settings.derivations, 0)
+    return table("derive", times, "derive", {"derive": "python -m derive, in a copy of the checkout"})
+
+
+def _cold_start(settings: Settings) -> Work:
+    with cold_starts() as (starts, built):
+        times = race(starts, _nothing(), settings.processes, 0)
+    return table("cold start", times, "lanes", built)
+
+
+def _nothing() -> Iterator[None]:
+    while True:
+        yield None
+
+
+def list_contenders(name: str, case: Case, settings: Settings) -> tuple[dict[str, Contender], list[Skipped]]:
+    """Return the ways of a work, CasADi's virtual machine first, and those left out, with the reason."""
+    contenders: dict[str, Contender] = {}
+    skipped: list[Skipped] = []
+    variants = {} if settings.quick or settings.ways != WAYS else VARIANTS
+    for way, builder in {**BUILDERS, **variants}.items():
+        try:
+            if way not in settings.ways and way not in variants:
+                raise Absent("not asked for (--way)")
+            contenders[way] = _thrifty(case, name) if way == "jax" and settings.quick else builder(case, name)
+        except Absent as reason:
+            if way not in variants:
+                skipped.append(Skipped(way, str(reason)))
+    return dict(sorted(contenders.items(), key=lambda item: item[0] != "casadi-vm")), skipped
+
+
+def _thrifty(case: Case, name: str) -> Contender:
+    """JAX in one form alone, since each takes it seconds to compile."""
+    return build_jax_contender(case, name, thorough=False)
+
+
+def table(
+    name: str,
+    times: Mapping[str, Times],
+    over: str,
+    built: Built,
+    off: Mapping[str, float] | None = None,
+    skipped: list[Skipped] | None = None,
+) -> Work:
+    """A work as the interface gives it: ratios over the way `over`, or over the first where that is not there."""
+    reference = over if over in times else next(iter(times))
+    rows = [
+        Way(way, taken.median_us, taken.median_us / times[reference].median_us, taken.spread(), built[way],
+            off[way] if off else None)
+        for way, taken in times.items()
+    ]  # fmt: skip
+    order = (*WAYS, *times)
+    rows.sort(key=lambda row: order.index(row.way))
+    ways, variants = ([r for r in rows if (r.way in VARIANTS) is other] for other in (False, True))
+    return Work(name, UNITS.get(name, ""), reference, ways, variants, skipped or [])
+
+
+def run_benchmark(chosen: Settings, progress: Listener | None = None) -> Benchmark:
+    """Return the chosen works that can be done here, as the interface gives them.
+
+    Raises planter.bench.measurement.Disagreement if a way disagrees with the others.
+    """
+    begun, machine = time.perf_counter(), measurement.machine()
+    case = Case()
+    results, reason = list[Work](), "--quick" if chosen.quick else "not asked for (--work)"
+    skipped = [LeftOut(name, reason) for name in WORKS if name not in chosen.works]
+    phase = ProgressPhase("bench", "work", len(chosen.works), progress)
+    for name in chosen.works:
+        try:
+            results.append(run_task(name, case, chosen))
+        except Absent as missing:
+            skipped.append(LeftOut(name, str(missing)))
+        phase.advance(name)
+    width: int | None = None
+    arithmetic: Arithmetic | None = None
+    try:
+        peak = Peak()
+        medians = {work.name: {way.way: way.median_us for way in work.ways} for work in results}
+        width, arithmetic = peak.vector_width, peak.table(case, medians)
+    except NoCompiler as missing:
+        skipped.append(LeftOut("arithmetic", str(missing)))
+    return Benchmark(
+        work=results, machine=machine, versions=measurement.versions(), skipped=skipped, vector_width=width,
+        arithmetic=arithmetic, device=case.device.machine.name, samples=case.turns.samples,
+        seconds=time.perf_counter() - begun,
+    )  # fmt: skip

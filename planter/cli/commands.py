@@ -1,0 +1,164 @@
+"""Commands that belong to no machine: built-in files, derivation, schemas, topics of help, papers to cite."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+from textwrap import fill
+from typing import Annotated
+
+import typer
+
+from planter.cli.results import Citable, Citations, Cited, Derived, Example, Examples, Listed, Topic, Topics
+from planter.errors import InputError
+from planter.files import derivation, examples
+from planter.report.folder import NAME
+from planter.report.writing import OverwriteOption
+from planter.terminal.console import Console
+from planter.terminal.options import JsonOption, listing
+
+app = typer.Typer()
+
+
+@app.command()
+def example(
+    name: Annotated[str | None, typer.Argument(help="a built-in machine or data file", show_default=False)] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List built-in machines and data files, or print one."""
+    console = Console(as_json)
+    with console.outcome():
+        if name is None:
+            builtin = examples.names()
+            console.result(Examples(builtin), lambda: print("\n".join(builtin)))
+        else:
+            text = examples.example(name)
+            console.result(Example(name, text), lambda: print(text, end=""))
+
+
+FileArgument = Annotated[
+    Path, typer.Argument(metavar="FILE", help="a Python file, or a folder of such files", show_default=False)
+]
+FolderOption = Annotated[
+    Path | None, typer.Option("--out", help="folder to write to [default: generated, beside FILE]", show_default=False)
+]
+TargetOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--target",
+        metavar="NAME",
+        help="also write this language (repeatable): matlab (function files for MATLAB and Octave), latex (the "
+        "derivation as a document with numbered equations), or one that an installed package offers",
+        show_default=False,
+    ),
+]
+
+
+def _is_derived(path: Path) -> bool:
+    return path.is_file() and "__pycache__" not in path.parts and path.name != NAME
+
+
+@app.command()
+def derive(
+    source: FileArgument, out: FolderOption = None, target: TargetOption = None, overwrite: OverwriteOption = False,
+    as_json: JsonOption = False,
+) -> None:  # fmt: skip
+    """Derive the equations of your mechanism. FILE is run as Python: only use files you trust."""
+    console = Console(as_json)
+    with console.outcome():
+        folder = derivation.derived(source, out, target or (), overwrite)
+        written = sorted(str(path) for path in folder.rglob("*") if _is_derived(path))
+        console.result(Derived(str(folder), written), lambda: print("\n".join(written)))
+
+
+@app.command()
+def schema(
+    command: Annotated[
+        list[str] | None, typer.Argument(help="a command, as `clutch geometry`", show_default=False)
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List the commands with a JSON schema, or print one schema."""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.files import paths
+        from planter.records import schema as schemas
+
+        kinds, name = schemas.load_result_types(), " ".join(command or ())
+        if not name:
+            listed = sorted(kinds)
+            console.result(Listed(listed), lambda: print("\n".join(listed)))
+            return
+        if name not in kinds:
+            close = paths.close(name, kinds)
+            hint = f"did you mean {close[0]}?" if close else f"it must be one of {', '.join(sorted(kinds))}"
+            raise InputError(f"COMMAND = {name} is not allowed: {hint}")
+        console.result(
+            dict(schemas.build_schema(name, kinds[name])),
+            lambda: print(schemas.format_schema(name, kinds[name]), end=""),
+        )
+
+
+_FOLDER = resources.files(__package__).joinpath("topics")
+
+
+def list_topics() -> list[str]:
+    """Return the names of the topics, sorted."""
+    return sorted(page.name.removesuffix(".md") for page in _FOLDER.iterdir() if page.name.endswith(".md"))
+
+
+def read_topic(topic: str) -> str:
+    """Return the page of a topic. Raises InputError for a name that has none."""
+    from planter.files import paths
+
+    allowed = list_topics()
+    if topic not in allowed:
+        close = paths.close(topic, allowed)
+        hint = f"did you mean {close[0]}?" if close else f"it must be one of {', '.join(allowed)}"
+        raise InputError(f"TOPIC = {topic} is not allowed: {hint}")
+    return _FOLDER.joinpath(f"{topic}.md").read_text(encoding="utf-8")
+
+
+@app.command(name="help", cls=listing(topic=list_topics))
+def help_topics(
+    topic: Annotated[str | None, typer.Argument(help="what to read about", show_default=False)] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List the topics that concern all commands, or print one."""
+    console = Console(as_json)
+    with console.outcome():
+        if topic is None:
+            listed = list_topics()
+            console.result(Topics(listed), lambda: print("\n".join(listed)))
+        else:
+            page = read_topic(topic)
+            console.result(Topic(topic, page), lambda: print(page, end=""))
+
+
+@app.command()
+def cite(
+    name: Annotated[
+        list[str] | None,
+        typer.Argument(help="a command, as `optimise` or `clutch engage`, or a work, as wang2017", show_default=False),
+    ] = None,
+    bibtex: Annotated[bool, typer.Option("--bibtex", help="entries for BibTeX instead of lines")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """List the works to cite for a command's result. For example: planter cite optimise --bibtex"""
+    console = Console(as_json)
+    with console.outcome():
+        from planter.cli import references
+
+        if not name:
+            index = references.load_references()
+            listed = Citable(sorted(index.works), dict(sorted(index.commands.items())))
+            lines = [f"works: {', '.join(listed.works)}", *(f"{k}: {', '.join(v)}" for k, v in listed.commands.items())]
+            console.result(listed, lambda: print("\n".join(lines)))
+            return
+        title = " ".join(name)
+        result = Citations(title, references.cite_works(title))
+        console.result(result, lambda: print("\n\n".join(w.bibtex if bibtex else _wrap(w) for w in result.works)))
+
+
+def _wrap(work: Cited) -> str:
+    return fill(f"{work.key} ({work.behind}): {work.text}", 80, subsequent_indent="  ", break_on_hyphens=False)
