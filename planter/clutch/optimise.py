@@ -19,7 +19,7 @@ from planter.clutch.results.shape import ClutchBindingLimit, FastestSwitching, S
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
-from planter.numerics import extremes
+from planter.numerics import extrema
 from planter.optimise.box import Box
 from planter.optimise.constraints import Named
 from planter.optimise.descent import Minimum
@@ -221,7 +221,7 @@ class SwitchingProblem:
                 at = load_model()("push", shift=c * share, crank=pack_crank(design), F1=design["F1"], r_A=r_A)
                 return 1 - at[name] / self._limits[limit]
 
-            minimum = extremes.least(margin, _DENSE)
+            minimum = extrema.find_minimum(margin, _DENSE)
             margins[limit] = minimum.value, minimum.place
         return margins
 

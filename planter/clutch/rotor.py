@@ -15,7 +15,7 @@ import numpy as np
 from planter.clutch.results.shape import CornerPath, Harmonic, Oval, PolygonFit, Sliding, SlidPath
 from planter.errors import GeometryError
 from planter.kernels import Array, formulas
-from planter.numerics import extremes
+from planter.numerics import extrema
 
 MOST = 99
 """Most vertices and sides."""
@@ -84,7 +84,7 @@ class Rotor:
         """
         period = 2 * math.pi / math.lcm(self.vertices, self.sides)
         rotations = period * np.arange(_SAMPLES) / _SAMPLES
-        return extremes.largest(extremes.each(lambda r: self.tightest(r)[0]), rotations, closed=True).value
+        return extrema.find_maximum(extrema.vectorise(lambda r: self.tightest(r)[0]), rotations, closed=True).value
 
     def misses(self, rotation: Array) -> Array:
         """Return the gaps at the other pairs of sides [m], (pairs, n), while two neighbouring pairs are in contact.
@@ -110,7 +110,7 @@ class Rotor:
 
         period = 2 * math.pi / self.vertices
         rotations = period * np.arange(40 * self.sides) / (40 * self.sides)
-        return extremes.largest(size, rotations, closed=True).value
+        return extrema.find_maximum(size, rotations, closed=True).value
 
     def harmonics(self, count: int) -> list[Harmonic]:
         """The first harmonics of the support function, amplitudes in widths; which of them a rotor may have.

@@ -19,7 +19,7 @@ from planter.numerics import statistics
 if TYPE_CHECKING:
     from planter.engine.rows import Rows
 
-KINDS = tuple(statistics.REDUCED)
+KINDS = tuple(statistics.REDUCTIONS)
 """Kinds of measures, in the order of their numbers in C."""
 SIZES = (
     "values", "hoisted", "coordinates", "lanes", "sides", "stride", "places", "guards", "terms", "outputs", "sloped",
@@ -57,7 +57,9 @@ class Term(NamedTuple):
     def reduce(self, samples: Array) -> Array:
         """Return the measure (rows,) of samples (n, rows)."""
         values = np.abs(samples) if self.size else samples
-        reduced = values[self.sample % len(values)] if self.kind == "at" else statistics.reduce(self.kind, values)
+        reduced = (
+            values[self.sample % len(values)] if self.kind == "at" else statistics.reduce_samples(self.kind, values)
+        )
         return np.asarray(self.scale * reduced)
 
     def differentiate(self, samples: Array) -> Array:
@@ -66,7 +68,7 @@ class Term(NamedTuple):
             slope = np.zeros_like(samples)
             slope[self.sample % len(samples)] = 1
         else:
-            slope = statistics.differentiate(self.kind, np.abs(samples) if self.size else samples)
+            slope = statistics.differentiate_statistic(self.kind, np.abs(samples) if self.size else samples)
         return np.asarray(self.scale * (np.sign(samples) * slope if self.size else slope))
 
 

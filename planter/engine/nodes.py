@@ -18,9 +18,8 @@ from planter.engine.measures import Condition, Extremum
 from planter.engine.response import DesignPoint, Response, Switchings
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.numerics import extremes, roots
-from planter.numerics.arrays import Integers
-from planter.numerics.latest import Latest
+from planter.numerics import extrema, roots
+from planter.numerics.arrays import Integers, LastCallCache
 
 SCANNED = 360
 """Samples of a cycle among which anchors are looked for, at least."""
@@ -60,12 +59,12 @@ class Nodes(ABC):
         self.machine, self.names = machine, tuple(names)
         self.response = Response(machine, names)
         self.units = np.array([quantity.factor for quantity in self.response.quantities])
-        self._latest = Latest(self.evaluate)
+        self._latest = LastCallCache(self.evaluate)
 
     def restart(self) -> None:
         """Forget all designs so far, as `Response.restart`."""
         self.response.restart()
-        self._latest = Latest(self.evaluate)
+        self._latest = LastCallCache(self.evaluate)
 
     def __call__(self, x: Array) -> NodeValues:
         """Return the quantities at a design. Raises ComputationError where loops do not close."""
@@ -93,7 +92,7 @@ class Nodes(ABC):
             first, second = self.response.rates(point, phi)
             return first[row], second[row]
 
-        angles, _ = extremes.stationary(rates, grid, rates(grid)[0])
+        angles, _ = extrema.find_stationary_points(rates, grid, rates(grid)[0])
         values: Array = self.response.values(point, angles)[row] / self.units[row] if len(angles) else np.empty(0)
         return angles, values
 
@@ -211,7 +210,7 @@ class ExtremumNode(MovingNodes):
 
     def place(self, point: DesignPoint) -> Placement:
         values = self.anchors.values(point, self.grid)[0]
-        index = extremes.first_extreme(self.grid, values, self.extremum.sign)
+        index = extrema.index_first_extremum(self.grid, values, self.extremum.sign)
         step = self.grid[1]
         bracket = self.grid[index] + np.array([-step, step])
         ends = self.anchors.values(point, bracket)[1]
@@ -222,7 +221,7 @@ class ExtremumNode(MovingNodes):
 
         is_corner = ends[0] * ends[1] > 0
         if not is_corner:
-            anchor = roots.newton(rate, bracket[:1], bracket[1:], (ends[:1], ends[1:]))
+            anchor = roots.find_bracketed_roots(rate, bracket[:1], bracket[1:], (ends[:1], ends[1:]))
             is_corner = abs(float(rate(anchor)[0][0])) > CORNER * np.abs(ends).max()
         if is_corner:
             angle = np.degrees(self.grid[index])
@@ -384,7 +383,7 @@ class SpanNodes(MovingNodes):
             return value, slope
 
         ends = excess[changes], np.roll(excess, -1)[changes]
-        found = roots.newton(function, low, low + step, ends)
+        found = roots.find_bracketed_roots(function, low, low + step, ends)
         rows = self._excess(point, found)[2]
         first = int(inside[changes[0]])  # the part at the grid's first angle begins before it
         found, rows = np.roll(found, -first), np.roll(rows, -first)

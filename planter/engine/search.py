@@ -24,7 +24,7 @@ from planter.optimise.problem import Best, Counts
 from planter.optimise.range_and_spread import Sampling
 from planter.optimise.result import NoFeasiblePointError, Result, certified
 from planter.optimise.sections import DEFAULT_GENETIC
-from planter.parallel.task import HERE, Means, Task, count_cores
+from planter.parallel.task import AUTO, Means, Task, count_cores
 from planter.progress import Listener, Progress
 
 ROUNDS = 10
@@ -69,7 +69,7 @@ class InterruptedSearch(errors.Interrupted):
 
 def minimise(
     problem: DesignProblem, spec: SearchSpec, listener: Listener | None = None, task: Task | None = None,
-    means: Means = HERE, feasible: Sequence[Array] = (), keep: Keep | None = None,
+    means: Means = AUTO, feasible: Sequence[Array] = (), keep: Keep | None = None,
 ) -> DesignOptimum:  # fmt: skip
     """Return the design within the bounds that minimises the objective of a problem under its constraints.
 
@@ -119,7 +119,7 @@ class _Keeper:
 
 def _choose_early_means(problem: DesignProblem, means: Means) -> Means | None:
     """Return what runs the starts while the genetic algorithm runs here; None if they come after it."""
-    if means != HERE:
+    if means != AUTO:
         return means
     spare = count_cores() - 1
     is_slow = isinstance(problem, CurveProblem) and problem.curve.response.slopes_kernel.way != "lanes"

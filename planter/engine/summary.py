@@ -18,9 +18,9 @@ from planter.engine.machine import Machine, Quantity, Vector
 from planter.engine.response import Response, Switchings
 from planter.files import units
 from planter.kernels import Array
-from planter.numerics.angles import turn_deg
-from planter.numerics.extremes import Extreme
-from planter.numerics.pieces import Pieces
+from planter.numerics.arrays import to_degrees
+from planter.numerics.extrema import ExtremePoint
+from planter.numerics.piecewise import PiecewiseFunctions
 from planter.records import Record
 
 ROUNDING = 1e-9
@@ -134,10 +134,10 @@ class Cycle:
         self._gains = np.abs(samples[:, -1] - samples[:, 0]) > REPEATS * largest
         if self._gains.any():
             breaks = np.unique(np.append(breaks, 0.0))
-        self.pieces = Pieces(lambda phi: response.derivatives(self.point, phi), breaks, machine.turn)
+        self.pieces = PiecewiseFunctions(lambda phi: response.derivatives(self.point, phi), breaks, machine.turn)
 
     @cached_property
-    def _extremes(self) -> dict[str, tuple[Extreme, Extreme]]:
+    def _extremes(self) -> dict[str, tuple[ExtremePoint, ExtremePoint]]:
         chosen = [index for index, row in enumerate(self.rows) if row.has_peaks]
         response = Response(
             self.machine, (), more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen]
@@ -145,24 +145,24 @@ class Cycle:
         extremes = self.pieces.extremes(np.array(chosen), lambda phi: response.rates(self.point, phi))
         return {self.names[index]: both for index, both in zip(chosen, extremes, strict=True)}
 
-    def extreme(self, name: str, sign: int) -> Extreme:
+    def extreme(self, name: str, sign: int) -> ExtremePoint:
         """Return the largest (+1) or least (-1) value of a row; of a square, its root."""
         extreme = self._extremes[name][sign > 0]
         if self.rows[self.names.index(name)].is_square:
-            return Extreme(extreme.place, math.sqrt(max(extreme.value, 0.0)))
+            return ExtremePoint(extreme.place, math.sqrt(max(extreme.value, 0.0)))
         return extreme
 
-    def angle_deg(self, name: str, extreme: Extreme) -> float:
+    def angle_deg(self, name: str, extreme: ExtremePoint) -> float:
         """Return where a row has an extreme, in [0, 360), or at the end of a turn that does not end as it began."""
         at_end = extreme.place >= self.machine.turn * (1 - SAME_ANGLE)
         if at_end and self._gains[self.names.index(name)]:
             return float(np.degrees(self.machine.turn))
-        return turn_deg(extreme.place)
+        return to_degrees(extreme.place)
 
-    def largest(self, name: str) -> Extreme:
+    def largest(self, name: str) -> ExtremePoint:
         """Return the size of the value of a row that is largest in size."""
         extreme = max((self.extreme(name, sign) for sign in (1, -1)), key=lambda one: abs(one.value))
-        return Extreme(extreme.place, abs(extreme.value))
+        return ExtremePoint(extreme.place, abs(extreme.value))
 
     def motor(self, name: str, repeats: bool = True) -> MotorTorque:
         """Return what a torque on the drive asks of its motor."""
@@ -170,9 +170,9 @@ class Cycle:
         high, low = (self.extreme(name, sign) for sign in (1, -1))
         return MotorTorque(
             max_Nm=high.value,
-            max_phi_deg=turn_deg(high.place),
+            max_phi_deg=to_degrees(high.place),
             min_Nm=low.value,
-            min_phi_deg=turn_deg(low.place),
+            min_phi_deg=to_degrees(low.place),
             mean_Nm=float(self.pieces.mean[row]) if repeats else None,
             rms_Nm=float(self.pieces.rms[row]) if repeats else None,
             peak_power_W=max(abs(high.value), abs(low.value)) * abs(speed),
@@ -191,7 +191,7 @@ class Cycle:
                     yield Shock(
                         event=switching.name,
                         side=switching.side,
-                        phi_deg=turn_deg(float(angle)),
+                        phi_deg=to_degrees(float(angle)),
                         quantity=entry.quantity.name,
                         unit=entry.quantity.unit,
                         before=float(before[row, k]),
@@ -199,7 +199,7 @@ class Cycle:
                     )
 
 
-def without_rounding(high: Extreme, low: Extreme) -> tuple[float, float]:
+def without_rounding(high: ExtremePoint, low: ExtremePoint) -> tuple[float, float]:
     """Return the values of two extremes, zero where one is rounding of the other."""
     rounding = ROUNDING * max(abs(high.value), abs(low.value))
     first, second = (one.value if abs(one.value) > rounding else 0.0 for one in (high, low))

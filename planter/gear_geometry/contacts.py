@@ -17,9 +17,8 @@ from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.mesh import FacingFlanks, Mesh
 from planter.gear_geometry.pitch_curves import RACK, CurvePair
 from planter.kernels import Array
-from planter.numerics import simultaneous
-from planter.numerics.angles import wrapped
-from planter.numerics.arrays import Integers
+from planter.numerics import roots
+from planter.numerics.arrays import Integers, wrap_angle
 
 _START_OFFSET = 0.02
 """Displacement of the start of the search from the pitch point, in pitches."""
@@ -102,7 +101,7 @@ class Contacts:
             return np.array([_dot(gap, gear_cut.tangents), sine]), slopes
 
         start = self._start[:2] + _START_OFFSET * self.mesh.pitch
-        at = simultaneous.newton(system, start, np.full(2, _MAX_STEPS[0] * self.mesh.pitch))
+        at = roots.solve_systems(system, start, np.full(2, _MAX_STEPS[0] * self.mesh.pitch))
         gear_cut, mate_cut = self.cut_flanks(self.thinned, at, still)
         return -_cross(gear_cut.tangents, mate_cut.points - gear_cut.points)
 
@@ -129,7 +128,7 @@ class Contacts:
             return self.residuals(*self.cut_flanks(xi, at[:2], at[2]))
 
         step, turn = _MAX_STEPS[0] * self.mesh.pitch, _MAX_STEPS[1]
-        return simultaneous.newton(system, start, np.array([step, step, turn]))
+        return roots.solve_systems(system, start, np.array([step, step, turn]))
 
     def residuals(self, gear_cut: Cut, mate_cut: Cut) -> tuple[Array, Array]:
         """Return the residuals (3, n) of a contact, distance in x and y [m] and sine between the tangents, and the
@@ -211,7 +210,7 @@ class WiderMesh:
         """Turn (p, 2) of the mate from the central position [rad] until each side stops it, at the mesh's positions."""
         mesh, period = self.mesh, self.mesh.period * self.mesh.pitch
         middle, half = (self.first[AT] + self.last[AT]) / 2, (self.last[AT] - self.first[AT]) / 2
-        rolled = wrapped(mesh.positions - middle[:, None], period)
+        rolled = wrap_angle(mesh.positions - middle[:, None], period)
         pair, position = np.nonzero(np.abs(rolled) <= half[:, None])
         offset = rolled[pair, position]
         share = (offset / half[pair] + 1) / 2
@@ -232,7 +231,7 @@ def move_apart(mesh: Mesh, more: float) -> WiderMesh | None:
         wider = replace(mesh, pair=replace(mesh.pair, distance=mesh.pair.distance + further))
         try:
             starts = _find_limits(wider, starts)
-        except simultaneous.NotFoundError:
+        except roots.UnsolvedSystemError:
             return None
         wider_mesh = _limit_contacts(wider, starts)
         if not wider_mesh.touches:
@@ -298,7 +297,7 @@ def _solve_contacts(mesh: Mesh, k: int, fixed: Array, start: Array) -> Array:
         return residuals, np.stack([slopes[:, 1 - k], slopes[:, 2], rolling], axis=1)
 
     largest = np.array([_MAX_CONTACT_STEPS[0] * mesh.pitch, _MAX_CONTACT_STEPS[1], _MAX_CONTACT_STEPS[2] * mesh.pitch])
-    return fill_rows(simultaneous.newton(system, start[unknown], largest))
+    return fill_rows(roots.solve_systems(system, start[unknown], largest))
 
 
 def _rotation_rates(mesh: Mesh, at: Array) -> Array:

@@ -23,10 +23,9 @@ from planter.gear_geometry.mesh import Mesh
 from planter.gear_geometry.pitch_curves import KAPPA, POLAR, RACK, CurvePair, PitchCurve
 from planter.gear_geometry.polygons import FINE_CHORDS, Overlay
 from planter.kernels import Array
-from planter.numerics import extremes
-from planter.numerics.angles import turn_deg
-from planter.numerics.arrays import Flags
-from planter.numerics.extremes import Extreme
+from planter.numerics import extrema
+from planter.numerics.arrays import Flags, to_degrees
+from planter.numerics.extrema import ExtremePoint
 
 Process = Literal["hob", "shaper", "wire"]
 Keep = Literal["size", "module"]
@@ -209,7 +208,7 @@ def check_mesh(mesh: Mesh, name: str) -> None:
         )
 
 
-def check_penetration(mesh: Mesh, deepest: Extreme, name: str) -> None:
+def check_penetration(mesh: Mesh, deepest: ExtremePoint, name: str) -> None:
     """Raise GeometryError if the teeth overlap; `deepest` is the rolling length [m] and the depth [m]."""
     module = mesh.gear.rack.module
     if deepest.value > MAX_PENETRATION * module:
@@ -236,7 +235,7 @@ def sample_curvature(curve: PitchCurve) -> tuple[Array, Array]:
 
 def _describe_place(curve: PitchCurve, s: float) -> str:
     """Return the description of an arc length [m] of a pitch curve."""
-    return f"at the polar angle {turn_deg(curve.at(np.array([s]))[POLAR, 0]):.4g} deg"
+    return f"at the polar angle {to_degrees(curve.at(np.array([s]))[POLAR, 0]):.4g} deg"
 
 
 def _refuse_flanks(gear: Gear, broken: Flags, finding: str) -> None:
@@ -285,7 +284,7 @@ class ToothedPair:
         return Overlay.from_mesh(self.mesh)
 
     @cached_property
-    def deepest(self) -> Extreme:
+    def deepest(self) -> ExtremePoint:
         """Rolling length at which the gears as polygons reach deepest into each other, and that depth [m]."""
         return Overlay.from_mesh(self.mesh, FINE_CHORDS).deepest
 
@@ -309,8 +308,8 @@ class ToothedPair:
             return np.array([column["pressure"] for column in columns])
 
         places = np.linspace(0, curve.length, len(self.mesh.positions), endpoint=False)
-        smallest = extremes.least(lambda s: angle(s).min(axis=0), places, closed=True)
-        largest = extremes.largest(lambda s: angle(s).max(axis=0), places, closed=True)
+        smallest = extrema.find_minimum(lambda s: angle(s).min(axis=0), places, closed=True)
+        largest = extrema.find_maximum(lambda s: angle(s).max(axis=0), places, closed=True)
         return smallest.value, largest.value
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from planter.errors import GeometryError
 from planter.gear_geometry.pitch_curves import KAPPA, POLAR, RACK, PitchCurve
 from planter.kernels import Array, formulas
-from planter.numerics import roots, simultaneous
+from planter.numerics import roots
 from planter.numerics.arrays import Integers
 
 
@@ -164,8 +164,8 @@ class Flanks:
 
         start = np.array([self.xi - self.side * reach, self.xi])
         try:
-            flank, tip = simultaneous.newton(gap, start, np.full(2, self.rack.module))
-        except simultaneous.NotFoundError as error:
+            flank, tip = roots.solve_systems(gap, start, np.full(2, self.rack.module))
+        except roots.UnsolvedSystemError as error:
             raise GeometryError(
                 f"a flank of tooth {self.tooth[error.index]} does not reach its tip on a concave pitch curve: "
                 f"reduce the addendum"
@@ -203,7 +203,7 @@ class Flanks:
         part, cell = np.nonzero((slopes[:, :-1] < 0) & (slopes[:, 1:] > 0))
         if len(part):
             ends = slopes[part, cell], slopes[part, cell + 1]
-            inside = roots.newton(
+            inside = roots.find_bracketed_roots(
                 lambda s: self.compute_rates(s, index[part])[1:], grid[part, cell], grid[part, cell + 1], ends
             )
             owner, places = np.append(owner, index[part]), np.append(places, inside)
@@ -365,7 +365,7 @@ def _find_crossing(
         return a.points - b.points, np.stack([a.rate * a.tangents, -b.rate * b.tangents], axis=1)
 
     rounding = _ROUNDING * np.abs(_select_cut(flanks, line)(start[:1], index[:1]).points).max()
-    at = simultaneous.newton(gap, start[:, None], np.full(2, flanks.rack.module / 20), rounding)
+    at = roots.solve_systems(gap, start[:, None], np.full(2, flanks.rack.module / 20), rounding)
     return number, float(at[0, 0]), float(at[1, 0])
 
 

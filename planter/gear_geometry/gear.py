@@ -12,9 +12,8 @@ import numpy as np
 from planter.gear_geometry.flanks import Cut, FlankLine, Flanks, Rack, build_flank_lines, split_at_breakpoints
 from planter.gear_geometry.pitch_curves import PitchCurve
 from planter.kernels import Array
-from planter.numerics import extremes, quadrature
-from planter.numerics.arrays import Flags, Integers
-from planter.numerics.latest import Latest
+from planter.numerics import extrema, piecewise
+from planter.numerics.arrays import Flags, Integers, LastCallCache
 
 Kind = Literal["tip", "flank", "fillet", "root", "wall", "convex arc", "concave arc", "topping"]
 """Kinds of pieces; the last four occur on incomplete gears only."""
@@ -129,9 +128,9 @@ class GearPiece:
         return self.gear.pieces.select(np.array([self.number]))
 
     @cached_property
-    def _cut(self) -> Latest[Cut]:
+    def _cut(self) -> LastCallCache[Cut]:
         """Evaluation at shares (n,), cached because points and tangents are often requested in turn."""
-        return Latest(lambda s: self.gear.cut(self._pieces.select(np.zeros(len(s), dtype=int)), s))
+        return LastCallCache(lambda s: self.gear.cut(self._pieces.select(np.zeros(len(s), dtype=int)), s))
 
     @property
     def kind(self) -> Kind:
@@ -241,7 +240,7 @@ class Gear:
     @cached_property
     def _quadrature(self) -> tuple[Cut, Array]:
         """All pieces at the nodes of a quadrature, and weights (m, n) of arc lengths of the outline."""
-        shares, weights = quadrature.panels(np.array([0.0, 1.0]), _NODES)
+        shares, weights = piecewise.gauss_panels(np.array([0.0, 1.0]), _NODES)
         cut = self.sampled(shares[0])
         stretch = (self.pieces.end - self.pieces.start)[:, None]
         return cut, cut.rate * stretch * weights[0]
@@ -267,4 +266,4 @@ class Gear:
         shares = np.linspace(0, 1, _SAMPLES)
         distances = np.hypot(*self.sampled(shares).points)
         nearest = GearPiece(self, int(np.argmin(distances.min(axis=1))))
-        return extremes.least(lambda s: np.hypot(*nearest.at(s).T), shares).value
+        return extrema.find_minimum(lambda s: np.hypot(*nearest.at(s).T), shares).value

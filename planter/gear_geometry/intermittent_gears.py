@@ -43,8 +43,7 @@ from planter.gear_geometry.trimming import (
     trim_line,
 )
 from planter.kernels import Array
-from planter.numerics.angles import TURN
-from planter.numerics.arrays import Flags
+from planter.numerics.arrays import TURN, Flags
 
 _PHASES = 96
 """Number of trial phases over a pitch."""

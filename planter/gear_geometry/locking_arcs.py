@@ -13,8 +13,8 @@ import numpy as np
 from planter.errors import GeometryError
 from planter.gear_geometry.pitch_curves import POLAR, RACK, CurvePair, PitchCurve, X, Y
 from planter.kernels import Array, formulas
-from planter.numerics.angles import TURN
-from planter.numerics.chebyshev import Panels
+from planter.numerics.arrays import TURN
+from planter.numerics.piecewise import ChebyshevPanels
 
 ARCS = formulas.load("locking_arcs")
 FRICTION = 0.2
@@ -176,7 +176,7 @@ class Rolling:
         """
         first, last = over
         inner = np.unique(np.concatenate([[first, last], joints[(joints > first) & (joints < last)]]))
-        panels = Panels.of(lambda t: radius(t)[None], inner)
+        panels = ChebyshevPanels.fit(lambda t: radius(t)[None], inner)
         rows = panels, panels.slope, panels.slope.slope
 
         def radii(t: Array) -> Array:
@@ -190,7 +190,7 @@ class Rolling:
             return np.array(list(RACK("rolling", r=r, dr=dr, a=distance).values()))
 
         breaks = np.concatenate([[first - EXTENSION], inner, [last + EXTENSION]])
-        turned = Panels.of(lambda t: ratios(t)[:1], breaks).integral
+        turned = ChebyshevPanels.fit(lambda t: ratios(t)[:1], breaks).integral
 
         def contact(t: Array) -> Array:
             return np.vstack([radii(t), ratios(t), turned(t)])

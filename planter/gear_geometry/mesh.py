@@ -15,8 +15,7 @@ import numpy as np
 from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.pitch_curves import POLAR, RACK, CurvePair
 from planter.kernels import Array
-from planter.numerics.angles import wrapped
-from planter.numerics.arrays import Flags, Integers
+from planter.numerics.arrays import Flags, Integers, wrap_angle
 
 POSITIONS = 720
 """Positions of a period at which a mesh is checked."""
@@ -217,7 +216,7 @@ class BearingPairs:
     def from_mesh(cls, mesh: Mesh, at: Array) -> BearingPairs:
         """Return the pairs of a mesh in contact, without backlash, at rolling lengths (n,) [m]."""
         pairs, (before, behind), sense = mesh.pairs, mesh.spans, mesh.pair.sense
-        rolled = wrapped(at - pairs.at[:, None], mesh.period * mesh.pitch)
+        rolled = wrap_angle(at - pairs.at[:, None], mesh.period * mesh.pitch)
         pair, position = np.nonzero((rolled >= -before[:, None]) & (rolled <= behind[:, None]))
         side, s = pairs.side[pair], sense * rolled[pair, position]
         beyond = RACK("action", s=s, xi=np.zeros_like(s), side=side, alpha=mesh.gear.rack.pressure_angle)["beyond"]

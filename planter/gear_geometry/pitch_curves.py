@@ -13,8 +13,8 @@ from planter.errors import GeometryError
 from planter.gear_geometry.stage import Stage
 from planter.kernels import Array, formulas
 from planter.numerics import roots
-from planter.numerics.angles import TURN, turn_deg
-from planter.numerics.chebyshev import Panels, RoughFunctionError
+from planter.numerics.arrays import TURN, to_degrees
+from planter.numerics.piecewise import ChebyshevPanels, RoughFunctionError
 
 RACK = formulas.load("rack_teeth")
 """Functions of pitch curves, and of the curves that a rack cuts on them."""
@@ -33,7 +33,7 @@ Trace = Callable[[Array], tuple[Array, Array]]
 class PitchCurve:
     """A closed curve round its gear's axis, anticlockwise; `joints` are arc lengths in [0, L) where curvature jumps."""
 
-    rows: Panels
+    rows: ChebyshevPanels
     joints: Array
 
     @classmethod
@@ -47,7 +47,7 @@ class PitchCurve:
             polar, pace = trace(u)
             return RACK("pitch", polar_place=polar, sense=sense)["speed"][None] * pace
 
-        length = Panels.of(speed, breaks).integral
+        length = ChebyshevPanels.fit(speed, breaks).integral
         at_ends = length(length.ends)[0]
         at_ends[0] = 0.0
         total = at_ends[-1]
@@ -60,7 +60,7 @@ class PitchCurve:
             def rates(u: Array) -> tuple[Array, Array]:
                 return length(u, index)[0] - s, speed(u)[0]
 
-            return roots.newton(rates, low, high, ends)
+            return roots.find_bracketed_roots(rates, low, high, ends)
 
         def rows(arcs: Array) -> Array:
             polar, _ = trace(parameter(arcs if sense > 0 else total - arcs))
@@ -69,10 +69,10 @@ class PitchCurve:
             return np.array([*columns, angle])
 
         ends = at_ends if sense > 0 else total - at_ends[::-1]
-        return cls.from_panels(Panels.of(rows, ends))
+        return cls.from_panels(ChebyshevPanels.fit(rows, ends))
 
     @classmethod
-    def from_panels(cls, rows: Panels) -> PitchCurve:
+    def from_panels(cls, rows: ChebyshevPanels) -> PitchCurve:
         """Return a curve with breakpoints at the ends of panels with different curvature."""
         count = np.arange(len(rows.series))
         start, end = rows(rows.ends[:-1], count)[KAPPA], rows(rows.ends[1:], count)[KAPPA]
@@ -108,7 +108,7 @@ class PitchCurve:
             return self.rows(s, index)[POLAR] - polar, slope(s, index)[POLAR]
 
         ends = np.minimum(starts[index] - polar, -0.0), np.maximum(starts[index + 1] - polar, 0.0)
-        return roots.newton(rates, self.rows.ends[index], self.rows.ends[index + 1], ends)
+        return roots.find_bracketed_roots(rates, self.rows.ends[index], self.rows.ends[index + 1], ends)
 
     @cached_property
     def _starts(self) -> Array:
@@ -128,7 +128,9 @@ class PitchCurve:
     def scaled(self, factor: float) -> PitchCurve:
         """Return the curve with all lengths multiplied by a factor."""
         factors = np.array([factor, factor, 1.0, 1.0, 1 / factor, 1.0])
-        return PitchCurve(Panels(self.rows.ends * factor, self.rows.series * factors[:, None]), self.joints * factor)
+        return PitchCurve(
+            ChebyshevPanels(self.rows.ends * factor, self.rows.series * factors[:, None]), self.joints * factor
+        )
 
     def places(self, share: Array) -> Array:
         """Return points (n, 2) [m] at shares (n,) of the length."""
@@ -252,7 +254,7 @@ def _build_pair(curve: RadiusFunction, knots: Array, distance: float, turns: int
         u = np.mod(t, TURN)
         return np.array(list(RACK("rolling", r=curve(u), dr=curve(u, 1), a=distance).values()))
 
-    turned = Panels.of(lambda t: ratios(t)[:1], knots).integral
+    turned = ChebyshevPanels.fit(lambda t: ratios(t)[:1], knots).integral
 
     def contact(t: Array) -> Array:
         u, past = np.mod(t, TURN), np.floor(t / TURN)
@@ -273,7 +275,7 @@ def _check_slope(curve: RadiusFunction, knots: Array, first: float, sense: int, 
     radius, slope = curve(places), curve(places, 1)
 
     def at(k: int) -> str:
-        return f"at the polar angle {turn_deg(sense * (first + places[k])):.4g} deg"
+        return f"at the polar angle {to_degrees(sense * (first + places[k])):.4g} deg"
 
     smallest, steep = int(np.argmin(radius)), int(np.argmax(np.abs(slope) / radius))
     if radius[smallest] <= 0:
@@ -297,7 +299,9 @@ def _find_centre_distance(curve: RadiusFunction, knots: Array, turns: int, name:
     high = float(curve(_sample_angles(knots)).max())
 
     def over(distance: float) -> float:
-        rates = Panels.of(lambda t: RACK("rolling", r=curve(t), dr=curve(t, 1), a=distance)["ratio"][None], knots)
+        rates = ChebyshevPanels.fit(
+            lambda t: RACK("rolling", r=curve(t), dr=curve(t, 1), a=distance)["ratio"][None], knots
+        )
         return float(rates.integral(knots[-1:])[0, 0] - TURN / turns)
 
     # Near the largest radius the ratio has a pole, so the bracket is searched from the other end.

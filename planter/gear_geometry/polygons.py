@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from planter.gear_geometry.gear import KINDS, Gear
 from planter.gear_geometry.mesh import POSITIONS, Mesh
 from planter.kernels import Array
-from planter.numerics.arrays import Integers
-from planter.numerics.extremes import Extreme
-from planter.numerics.latest import Latest
+from planter.numerics.arrays import Integers, LastCallCache
+from planter.numerics.extrema import ExtremePoint
 
 CHORDS = {"fillet": 16, "flank": 24, "tip": 2, "root": 2}
 """Chords of each kind of piece: those of flanks deviate by 1e-4 modules."""
@@ -77,9 +76,9 @@ class Overlay:
         return parts
 
     @cached_property
-    def placed(self) -> Latest[tuple[Shapes, Shapes]]:
+    def placed(self) -> LastCallCache[tuple[Shapes, Shapes]]:
         """Parts (n,) of both gears near the pitch point at rolling lengths (n,), in their positions."""
-        return Latest(self._placed)
+        return LastCallCache(self._placed)
 
     def _placed(self, at: Array) -> tuple[Shapes, Shapes]:
         shapes = []
@@ -113,7 +112,7 @@ class Overlay:
         return depths
 
     @cached_property
-    def deepest(self) -> Extreme:
+    def deepest(self) -> ExtremePoint:
         """Rolling length [m] of the deepest penetration, and the depth [m]."""
         length = self.mesh.period * self.mesh.pitch
         count = int(np.clip(POSITIONS_PER_PITCH * self.mesh.period, POSITIONS, MAX_POSITIONS))
@@ -123,7 +122,7 @@ class Overlay:
         at = (centres + np.linspace(-1, 1, 2 * _BETWEEN + 1) * length / count).ravel()
         depths = self.depths(at)
         worst = int(np.argmax(depths))
-        return Extreme(float(at[worst]), float(depths[worst]))
+        return ExtremePoint(float(at[worst]), float(depths[worst]))
 
     def gaps(self, at: Array) -> Array:
         """Return the smallest distances (n,) [m] of the gears at rolling lengths (n,) [m]."""

@@ -18,7 +18,7 @@ from planter.errors import GeometryError
 from planter.files import units
 from planter.gear_geometry import families
 from planter.kernels import Array, Kernel
-from planter.numerics.latest import Latest
+from planter.numerics.arrays import LastCallCache
 
 SERIES_TOLERANCE = 1e-12
 """Largest coefficient of a series that may be truncated [-]."""
@@ -170,7 +170,7 @@ class PitchLength:
     def __init__(self, stage: Stage, candidates: Sequence[StageCandidate]) -> None:
         self._kernel = Kernel(_build_rates(families.load_functions(stage.family).speed()), lanes=["u"])
         self.nodes = max(self._count_nodes(stage, candidate) for candidate in candidates)
-        self.at = Latest(lambda parameters: self._integrate(parameters, self.nodes))
+        self.at = LastCallCache(lambda parameters: self._integrate(parameters, self.nodes))
 
     def compile(self) -> None:
         """Compile the kernel with the fastest available backend."""

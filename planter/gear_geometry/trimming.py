@@ -15,7 +15,7 @@ from planter.errors import GeometryError
 from planter.gear_geometry.gear import Kind, OutlinePiece
 from planter.gear_geometry.pitch_curves import KAPPA, TX, TY, PitchCurve, X, Y
 from planter.kernels import Array
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 
 _SAMPLES = 65
 """Points of each piece at which its side is checked."""

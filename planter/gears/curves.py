@@ -10,8 +10,7 @@ from planter.errors import InputError
 from planter.files import csv_rows, text
 from planter.gear_geometry.pitch_curves import POLAR, CurvePair, build_sampled_pair
 from planter.kernels import Array
-from planter.numerics.angles import TURN
-from planter.numerics.spacing import WIDEST, find_gap
+from planter.numerics.arrays import MAX_GAP_RATIO, TURN, find_gap
 
 MIN_POINTS = 8
 """Smallest number of points of a curve."""
@@ -97,7 +96,7 @@ def _check_turn(path: str, name: str, polar: Array) -> None:
     if gap is not None:
         ends = f"{polar[gap]:g} to {polar[(gap + 1) % len(polar)]:g}"
         raise InputError(
-            f"{path}: {name} has no row from {ends} deg; no step may exceed {WIDEST:g} times the median step "
+            f"{path}: {name} has no row from {ends} deg; no step may exceed {MAX_GAP_RATIO:g} times the median step "
             f"of one closed turn"
         )
 

@@ -13,7 +13,7 @@ from planter.mapping.defects import Reversal, Standing
 from planter.mapping.dyads import Dyad, Straight, misses
 from planter.mapping.nearest import Miss
 from planter.mapping.results import AtPose, Back, DyadFound, Four, Missed, OneSense, Pair, StraightFound
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 
 
 def to_pair(place: Array) -> Pair:

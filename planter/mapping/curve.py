@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.angles import TURN
-from planter.numerics.extremes import first_extreme
+from planter.numerics.arrays import TURN
+from planter.numerics.extrema import index_first_extremum
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -62,7 +62,7 @@ class AngleCurve:
         inside = np.clip(np.divide(-first, second, out=np.zeros_like(first), where=second != 0), 0, widths)
         angles = np.concatenate([starts, starts + inside])
         values = np.concatenate([slope, slope + first * inside + second * inside**2 / 2])
-        low, high = (first_extreme(angles, values, sign) for sign in (-1, 1))
+        low, high = (index_first_extremum(angles, values, sign) for sign in (-1, 1))
         return (
             SlopeExtreme(float(values[low]), float(angles[low])),
             SlopeExtreme(float(values[high]), float(angles[high])),

@@ -11,8 +11,7 @@ from planter.errors import InputError
 from planter.files import csv_rows, examples
 from planter.kernels import Array
 from planter.mapping.curve import AngleCurve
-from planter.numerics.angles import TURN
-from planter.numerics.spacing import WIDEST, find_gap
+from planter.numerics.arrays import MAX_GAP_RATIO, TURN, find_gap
 
 HEADER = ("carrier_deg", "relative_deg")
 CLOSED = 1e-6
@@ -58,8 +57,8 @@ def close_curve(source: str, places: Sequence[str], points: Array) -> AngleCurve
     gap = find_gap(steps)
     if gap is not None:
         allowed = (
-            f"be at most {WIDEST:g} times the median step, {np.median(steps):.4g} deg, beyond {carrier[gap]:g}, the "
-            "one before: a curve over a gap is a guess"
+            f"be at most {MAX_GAP_RATIO:g} times the median step, {np.median(steps):.4g} deg, beyond {carrier[gap]:g}, "
+            "the one before: a curve over a gap is a guess"
         )
         raise _refused(source, places[gap + 1], "carrier_deg", carrier[gap + 1], allowed)
     sense = 1 if relative[-1] > relative[0] else -1

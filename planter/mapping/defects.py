@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from planter.kernels import Array
 from planter.mapping import model
 from planter.mapping.linkage import FourBar
-from planter.numerics.angles import TURN, wrapped
+from planter.numerics.arrays import TURN, wrap_angle
 
 Whole = NDArray[np.int64]
 
@@ -40,7 +40,7 @@ def standings(linkage: FourBar, poses: Array) -> list[Standing]:
     theta, assembly = np.arctan2(dy, dx), linkage.assembly(first, second)
     phi = linkage.arm_angle(theta, assembly)
     missed = np.hypot(*(linkage.tip(theta, phi) - poses[:, :2].T))
-    turned = wrapped(phi - poses[:, 2])
+    turned = wrap_angle(phi - poses[:, 2])
     transmission = linkage.transmission(theta, phi)
     return [
         Standing(float(theta[k]), int(assembly[k]), linkage.circuit(float(theta[k]), int(assembly[k])),

@@ -8,7 +8,7 @@ import numpy as np
 
 from planter.mapping.results import Warned
 from planter.mapping.train import GEARS, Train
-from planter.numerics.angles import turn_deg
+from planter.numerics.arrays import to_degrees
 
 MOST_RATIO = 3.0
 """Ratio of a stage, or its reciprocal, from which on it is told: a pitch radius is a quarter of the distance."""
@@ -79,7 +79,7 @@ def _hollow(train: Train) -> Iterator[Warned]:
     for gear, name in enumerate(GEARS):
         if not train.convex[gear]:
             worst = int(np.argmin(kappa[gear]))
-            ranges = ", ".join(f"{turn_deg(a):.4g} to {turn_deg(b):.4g}" for a, b in train.concave(gear))
+            ranges = ", ".join(f"{to_degrees(a):.4g} to {to_degrees(b):.4g}" for a, b in train.concave(gear))
             module = _rooms(train, gear)[1]
             limit = f"; the tips of teeth meet there from a module of {module * _MM:.3g} mm on"
             yield _warning(
@@ -91,4 +91,4 @@ def _hollow(train: Train) -> Iterator[Warned]:
 
 
 def _warning(name: str, angle: float, cause: str, consequence: str) -> Warned:
-    return Warned(name, turn_deg(angle), f"at carrier angle {turn_deg(angle):.5g} deg {cause}{consequence}")
+    return Warned(name, to_degrees(angle), f"at carrier angle {to_degrees(angle):.5g} deg {cause}{consequence}")

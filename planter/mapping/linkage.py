@@ -18,7 +18,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.mapping import model
 from planter.mapping.dyads import Dyad
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 
 Type = Literal["crank-rocker", "double-crank", "double-rocker", "non-grashof"]
 _ROUNDING = 1e-12

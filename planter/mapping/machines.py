@@ -21,7 +21,7 @@ from planter.mapping.file import PoseFile, load_poses
 from planter.mapping.show import KIND
 from planter.mapping.synthesis import Linkage, find_linkages
 from planter.mapping.train import Train
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 
 MODEL = "mapping_exact"
 SPEED = "train.carrier_speed_rpm"

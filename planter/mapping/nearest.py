@@ -23,8 +23,8 @@ from planter.mapping import model
 from planter.mapping.curve import AngleCurve, closed_turn
 from planter.mapping.defects import one_turn
 from planter.mapping.dyads import Dyad
-from planter.numerics import extremes
-from planter.numerics.angles import TURN, wrapped
+from planter.numerics import extrema
+from planter.numerics.arrays import TURN, wrap_angle
 
 SLOPES = (0.1, 10.0)
 """Least and largest slope of the curve."""
@@ -87,7 +87,7 @@ def list_misses(dyad: Dyad, poses: Array, curve: AngleCurve, theta: Array) -> It
     phi = curve.at(theta) + theta
     gaps = model.arm(theta, phi, dyad.vector) - _target_places(dyad, poses)
     for k, gap in enumerate(gaps.T):
-        turned = wrapped(phi[k] - poses[k, 2])
+        turned = wrap_angle(phi[k] - poses[k, 2])
         yield Miss(float(theta[k]), float(np.hypot(*gap[:2])), float(np.hypot(*gap[2:])), float(turned))
 
 
@@ -101,7 +101,7 @@ def find_misses(dyad: Dyad, poses: Array, curve: AngleCurve) -> list[Miss]:
             places = model.arm(angles, curve.at(angles) + angles, dyad.vector)
             return ((places - pose[:, None]) ** 2).sum(axis=0)
 
-        theta.append(extremes.least(gap, grid, closed=True).place)
+        theta.append(extrema.find_minimum(gap, grid, closed=True).place)
     return list(list_misses(dyad, poses, curve, np.array(theta)))
 
 

@@ -11,7 +11,7 @@ from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.mapping.curve import AngleCurve, closed_turn, unwrap_rotations
 from planter.mapping.linkage import FourBar
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ from planter.kernels import Array
 from planter.mapping import model
 from planter.mapping.curve import AngleCurve
 from planter.mapping.dyads import Dyad
-from planter.numerics import quadrature
-from planter.numerics.angles import TURN
+from planter.numerics import piecewise
+from planter.numerics.arrays import TURN
 
 GEARS = ("driver 1", "follower 1", "driver 2", "follower 2")
 RADII = ("r1", "r2", "r3", "r4")
@@ -56,13 +56,13 @@ class Train:
 
     def _cumulated(self, nodes: int, of_slope: Callable[[Array], Array]) -> tuple[Array, Array]:
         """Carrier angles (m,) of the ends of the panels and the integral of a function of the slope up to them."""
-        angles, weights = quadrature.panels(self._panels, nodes)
+        angles, weights = piecewise.gauss_panels(self._panels, nodes)
         values = of_slope(self.curve.slopes(angles.ravel())[0]).reshape(angles.shape)
         return self._panels, np.append(0.0, np.cumsum((values * weights).sum(axis=1)))
 
     def panels(self) -> tuple[Array, Array]:
         """Return the carrier angles (m,) [rad] and the weights of the quadrature over a turn."""
-        angles, weights = quadrature.panels(self._panels, _NODES)
+        angles, weights = piecewise.gauss_panels(self._panels, _NODES)
         return angles.ravel(), weights.ravel()
 
     @cached_property

@@ -15,7 +15,7 @@ from planter.mapping.file import PoseFile
 from planter.mapping.nearest import find_misses
 from planter.mapping.results import Missed, TrainFound
 from planter.mapping.train import Train
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 
 
 @dataclass(frozen=True)

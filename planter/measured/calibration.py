@@ -27,7 +27,7 @@ from planter.measured.findings import (
 )
 from planter.measured.fit import STARTS, Fit, SearchEnd, fit_curve, prepare_searches
 from planter.measured.reading import Columns, Measurement
-from planter.parallel.task import HERE, Means, Task
+from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase
 
 FORCE = "N"
@@ -65,7 +65,7 @@ def calibrate(
     check: Check | None = None,
     seed: int = 0,
     progress: Listener | None = None,
-    means: Means = HERE,
+    means: Means = AUTO,
 ) -> Calibrated:
     """Fit chosen inputs within `bounds` (display units, by path) to a curve in a CSV file, in one model or several.
 

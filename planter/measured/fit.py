@@ -15,7 +15,7 @@ from planter.kernels import Array
 from planter.measured.curve import MeasuredCurve
 from planter.measured.phase import find_phases
 from planter.parallel.jobs import run_in_order
-from planter.parallel.task import HERE, Means, Task
+from planter.parallel.task import AUTO, Means, Task
 from planter.progress import ProgressPhase
 
 STARTS = 8
@@ -164,7 +164,7 @@ class SearchEnd:
 
 def fit_curve(
     curve: MeasuredCurve, seed: int = 0, starts: int = STARTS, phase: ProgressPhase | None = None,
-    task: Task | None = None, means: Means = HERE,
+    task: Task | None = None, means: Means = AUTO,
 ) -> Fit:  # fmt: skip
     """Return the best fit of searches from the values of the machine and from random ones, with scans of the phase.
 

@@ -25,7 +25,7 @@ from planter.optimise import pareto
 from planter.optimise.constraints import KEPT
 from planter.optimise.range_and_spread import Sampling
 from planter.optimise.starts import Descent
-from planter.parallel.task import HERE, Means, Task
+from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener
 
 
@@ -95,7 +95,7 @@ def optimise(
     holds: Sequence[str] = (),
     spec: SearchSpec | None = None,
     listener: Listener | None = None,
-    means: Means = HERE,
+    means: Means = AUTO,
 ) -> Found:
     """Return the design within the file's bounds that minimises a sum of measures under limits.
 

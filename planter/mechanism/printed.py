@@ -178,4 +178,4 @@ def _of_spline(one: Measure, times: Array, values: Array) -> float:
 
 
 def _reduce(one: Measure, values: Array) -> float:
-    return float(statistics.reduce(one.kind, values))
+    return float(statistics.reduce_samples(one.kind, values))

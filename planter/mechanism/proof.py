@@ -38,7 +38,7 @@ from planter.optimise.proof.linear import solve
 from planter.optimise.proof.paving import has_rootless_lane
 from planter.optimise.proof.roots import roots
 from planter.optimise.proof.shared import share_boxes
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 
 
@@ -50,7 +50,7 @@ def require_provable(goal: StatedGoal, least: str | None) -> None:
 
 def with_proof(
     file: MechanismFile, found: Found, goal: StatedGoal, spec: SearchSpec, seconds: float = SECONDS,
-    listener: Listener | None = None, means: Means = HERE,
+    listener: Listener | None = None, means: Means = AUTO,
 ) -> Found:  # fmt: skip
     """Return an optimum of a file with the proof of the best design over samples, in so many seconds.
 

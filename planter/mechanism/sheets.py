@@ -16,7 +16,7 @@ from planter.mechanism import machines
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
 from planter.mechanism.show import Mechanism
-from planter.numerics.angles import wrapped
+from planter.numerics.arrays import wrap_angle
 from planter.view.sheet import Angle, Length, Mark, Sheet, Spot
 
 SHOWN_DEG = 50.0
@@ -121,7 +121,7 @@ def _angles(model: Model, angles: Array, bodies: Bodies, size: float) -> Iterato
                 continue
             for first, second in ((start, end), (end, start)):
                 way = np.arctan2(*(second - first)[::-1])
-                names = [name for name, value in turned.items() if np.abs(wrapped(value - way)).max() <= SAME]
+                names = [name for name, value in turned.items() if np.abs(wrap_angle(value - way)).max() <= SAME]
                 if names:
                     turn = float(np.degrees(way[0]))
                     yield Angle(names, 1e3 * first[:, 0], 0.0, turn, 1e3 * RADIUS * size)

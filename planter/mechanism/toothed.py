@@ -18,7 +18,7 @@ from planter.kernels import Array
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.model import Model
 from planter.mechanism.swept import ROOM
-from planter.numerics.angles import TURN, wrapped
+from planter.numerics.arrays import TURN, wrap_angle
 from planter.progress import Listener
 from planter.report import files
 
@@ -93,7 +93,7 @@ class Mesh:
             turned = way + float(angle[0])
             x, y = centre + float(shift[0]) * _along(way)
             key = start["line"] + np.pi * number - start[f"polar_{number + 1}"] - turned
-            yield PlacedGear(gear, turned, (float(x), float(y)), float(wrapped(np.asarray(key))))
+            yield PlacedGear(gear, turned, (float(x), float(y)), float(wrap_angle(np.asarray(key))))
 
     def _turn(self) -> Array:
         """Return angles (n + 1,) [rad] of the drive over a turn of the faster gear against the line of centres."""

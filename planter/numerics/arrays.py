@@ -1,9 +1,59 @@
-"""Arrays of indices and of flags."""
+"""Types of arrays, angles of a cycle, gaps in tables, and a cache of the last call of a function."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from planter.kernels import Array
+
 Integers = NDArray[np.int64]
 Flags = NDArray[np.bool_]
+TURN = 2 * np.pi
+"""One revolution [rad]."""
+MAX_GAP_RATIO = 5.0
+"""Largest step between neighbouring rows, in medians of all steps: the tables of gear trains, which are dense where
+their slope is steep, reach 3; an eighth of a turn that is missing from forty rows makes it 6."""
+Angle = TypeVar("Angle", float, Array)
+T = TypeVar("T")
+
+
+def wrap_angle(angle: Angle, period: float = TURN) -> Angle:
+    """Return an angle, or difference of angles, reduced to [-period/2, period/2) [rad]."""
+    wrapped: Angle = np.mod(angle + period / 2, period) - period / 2
+    return wrapped
+
+
+def to_degrees(angle: float) -> float:
+    """Return an angle [rad] in degrees for display, in [0, 360)."""
+    degrees = float(np.degrees(angle % TURN))
+    return degrees if degrees < 360 else 0.0
+
+
+def find_gap(steps: Array) -> int | None:
+    """Return the index of the largest of the steps (n,) > 0 between neighbouring rows if it is a gap, else None.
+
+    A curve through the points on both sides of a gap would be a guess.
+
+    >>> find_gap(np.array([10.0, 10.0, 162.0, 10.0]))
+    2
+    """
+    largest = int(np.argmax(steps))
+    return largest if steps[largest] > MAX_GAP_RATIO * np.median(steps) else None
+
+
+class LastCallCache(Generic[T]):
+    """Function of an array with the result of the last call cached: solvers ask for value, slope, curvature in turn."""
+
+    def __init__(self, function: Callable[[Array], T]) -> None:
+        self._function = function
+        self._last: tuple[bytes, T] | None = None
+
+    def __call__(self, x: Array) -> T:
+        key = x.tobytes()
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._function(x)
+        return self._last[1]

@@ -15,13 +15,11 @@ import numpy as np
 
 from planter.kernels import Array
 
-Kind = Literal["mean", "variance", "std", "rms", "integral"]
-SMOOTH: tuple[Kind, ...] = ("mean", "variance", "std", "rms", "integral")
-"""Statistics without corners in the values."""
+StatisticKind = Literal["mean", "variance", "std", "rms", "integral"]
+SMOOTH: tuple[StatisticKind, ...] = ("mean", "variance", "std", "rms", "integral")
+"""Statistics which are smooth in the values."""
 ROOTS = ("std", "rms")
-
-
-REDUCED: dict[str, Callable[[Array], Any]] = {
+REDUCTIONS: dict[str, Callable[[Array], Any]] = {
     "max": lambda samples: samples.max(axis=0),
     "min": lambda samples: samples.min(axis=0),
     "range": lambda samples: np.ptp(samples, axis=0),
@@ -30,68 +28,66 @@ REDUCED: dict[str, Callable[[Array], Any]] = {
     "std": lambda samples: samples.std(axis=0),
     "rms": lambda samples: np.sqrt((samples**2).mean(axis=0)),
 }
+EXTREMUM_WEIGHTS = {"max": (1.0, 0.0), "min": (0.0, 1.0), "range": (1.0, -1.0)}
+"""Weights of the largest and of the smallest sample in a statistic."""
 
 
-EXTREMES = {"max": (1.0, 0.0), "min": (0.0, 1.0), "range": (1.0, -1.0)}
-"""Shares of the largest and of the least sample in a statistic."""
+def reduce_samples(kind: str, samples: Array) -> Array:
+    """Return a statistic (...) of samples (n, ...) along the first axis, with equal weights."""
+    return np.asarray(REDUCTIONS[kind](samples))
 
 
-def reduce(kind: str, samples: Array) -> Array:
-    """Return a statistic (...) of samples (n, ...) along the first axis, which all count the same."""
-    return np.asarray(REDUCED[kind](samples))
-
-
-def differentiate(kind: str, samples: Array) -> Array:
-    """Return the derivative (n, ...) of a statistic in each of its samples (n, ...); extremes stay at theirs."""
+def differentiate_statistic(kind: str, samples: Array) -> Array:
+    """Return the derivative (n, ...) of a statistic in each of its samples (n, ...), extrema at fixed samples."""
     count = len(samples)
-    if kind in EXTREMES:
+    if kind in EXTREMUM_WEIGHTS:
         slope = np.zeros_like(samples)
-        for sign, place in zip(EXTREMES[kind], (samples.argmax(axis=0), samples.argmin(axis=0)), strict=True):
+        for sign, place in zip(EXTREMUM_WEIGHTS[kind], (samples.argmax(axis=0), samples.argmin(axis=0)), strict=True):
             index = (place, *np.indices(place.shape))
             slope[index] += sign
         return slope
     if kind == "mean":
         return np.full_like(samples, 1 / count)
-    apart = samples if kind == "rms" else samples - samples.mean(axis=0)
+    deviations = samples if kind == "rms" else samples - samples.mean(axis=0)
     if kind == "variance":
-        return 2 / count * apart
-    size = count * reduce(kind, samples)
-    return np.divide(apart, size, out=np.zeros_like(samples), where=size > 0)
+        return 2 / count * deviations
+    size = count * reduce_samples(kind, samples)
+    return np.divide(deviations, size, out=np.zeros_like(samples), where=size > 0)
 
 
 @dataclass(frozen=True)
-class Moments:
-    """Derivatives of a function of S_0, S_1, S_2 at one point: `first` (3,), `second` (3, 3)."""
+class MomentFunction:
+    """Value of a function of S_0, S_1, S_2 with its derivatives: `first` (3,), `second` (3, 3)."""
 
     value: float
     first: Array
     second: Array
 
     @classmethod
-    def of(cls, kind: Kind, total: float, first: float, square: float) -> Moments:
-        """Return a statistic, of roots its square, at S_0, S_1, S_2.
+    def from_moments(cls, kind: StatisticKind, total: float, first: float, square: float) -> MomentFunction:
+        """Return a statistic (its square, if it is a root) at S_0, S_1, S_2.
 
-        Variances take S_1 = 0, so that they lose no digits: the values are then those about their mean.
+        Variances require S_1 = 0, values about their mean, so that no digits cancel.
         """
-        one, two = np.zeros(3), np.zeros((3, 3))
+        gradient, hessian = np.zeros(3), np.zeros((3, 3))
         if kind == "integral":
-            return cls(first, np.array([0.0, 1.0, 0.0]), two)
+            return cls(first, np.array([0.0, 1.0, 0.0]), hessian)
         row, moment = (1, first) if kind == "mean" else (2, square)
-        one[[0, row]] = -moment / total**2, 1 / total
-        two[0, 0] = 2 * moment / total**3
-        two[0, row] = two[row, 0] = -1 / total**2
+        gradient[[0, row]] = -moment / total**2, 1 / total
+        hessian[0, 0] = 2 * moment / total**3
+        hessian[0, row] = hessian[row, 0] = -1 / total**2
         if kind in ("variance", "std"):
-            two[1, 1] = -2 / total**2
-        return cls(moment / total, one, two)
+            hessian[1, 1] = -2 / total**2
+        return cls(moment / total, gradient, hessian)
 
 
 class Statistic:
-    """A statistic without corners of values (n,) with weights (n,), by default 1/n each.
+    """Smooth statistic of values (n,) with weights (n,), by default 1/n each.
 
     `slope` (n,) is its derivative in each value, `weight_slope` (n,) that in each weight.
     """
 
-    def __init__(self, kind: Kind, values: Array, weights: Array | None = None) -> None:
+    def __init__(self, kind: StatisticKind, values: Array, weights: Array | None = None) -> None:
         self.weights = np.full(len(values), 1 / len(values)) if weights is None else weights
         total = float(self.weights.sum())
         mean = float(self.weights @ values) / total
@@ -99,14 +95,14 @@ class Statistic:
         self._values = values - origin
         first = 0.0 if origin else float(self.weights @ self._values)
         square = float(self.weights @ self._values**2)
-        self._moments = Moments.of(kind, total, first, square)
+        self._moments = MomentFunction.from_moments(kind, total, first, square)
         inner = self._moments.value
-        self._outer = _root(inner) if kind in ROOTS else (inner, 1.0, 0.0)
+        self._outer = _differentiate_root(inner) if kind in ROOTS else (inner, 1.0, 0.0)
         self.value = self._outer[0] + (origin if kind == "mean" else 0.0)
-        zeroth, one, two = self._moments.first
+        zeroth, linear, square_rate = self._moments.first
         rise = self._outer[1]
-        self.slope: Array = rise * self.weights * (one + 2 * two * self._values)
-        self.weight_slope: Array = rise * (zeroth + one * self._values + two * self._values**2)
+        self.slope: Array = rise * self.weights * (linear + 2 * square_rate * self._values)
+        self.weight_slope: Array = rise * (zeroth + linear * self._values + square_rate * self._values**2)
 
     def gradient(self, slopes: Array, weight_slopes: Array | None = None) -> Array:
         """Return the derivative (p,) in the parameters from those of the values (n, p) and of the weights (n, p)."""
@@ -114,9 +110,9 @@ class Statistic:
         return gradient if weight_slopes is None else gradient + self.weight_slope @ weight_slopes
 
     def curvature(self, slopes: Array, weight_slopes: Array | None = None) -> Array:
-        """Return the part (p, p) of the Hessian that first derivatives of values and weights (n, p) make.
+        """Return the part (p, p) of the Hessian from first derivatives of values and weights (n, p).
 
-        The other part is sum slope_k f_k'' + weight_slope_k w_k''.
+        The remaining part is sum slope_k f_k'' + weight_slope_k w_k''.
         """
         first, second = self._moments.first, self._moments.second
         weights, values = self.weights, self._values
@@ -132,8 +128,8 @@ class Statistic:
         return rise * inner + bend * np.outer(gradient, gradient)
 
 
-def _root(square: float) -> tuple[float, float, float]:
-    """Return a root with its first two derivatives in the square; zero has none, and counts as constant."""
+def _differentiate_root(square: float) -> tuple[float, float, float]:
+    """Return a root with its first two derivatives in the square; at zero, where they diverge, they are set to zero."""
     if square <= 0:
         return 0.0, 0.0, 0.0
     root = float(np.sqrt(square))

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.latest import Latest
+from planter.numerics.arrays import LastCallCache
 from planter.optimise.conditions import Local, Values
 from planter.optimise.problem import Problem
 
@@ -35,7 +35,7 @@ class Epigraph:
         self.g_lower = np.append(np.full(self.a + self.b, -np.inf), local.bounds[0])
         self.g_upper = np.append(np.zeros(self.a + self.b), local.bounds[1])
         self.start = np.append(u[self.free], self._ends(first))
-        self._values = Latest(lambda z: local.values(self.design(z)))
+        self._values = LastCallCache(lambda z: local.values(self.design(z)))
 
     def _ends(self, found: Values) -> Array:
         """t_max and t_min of the rows."""

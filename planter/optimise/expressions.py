@@ -8,8 +8,7 @@ from typing import TypeVar
 import casadi as ca
 
 from planter.kernels import Array, Kernel
-from planter.numerics.arrays import Integers
-from planter.numerics.latest import Latest
+from planter.numerics.arrays import Integers, LastCallCache
 from planter.optimise.constraints import Constraints, Kind
 
 Symbols = TypeVar("Symbols", ca.SX, ca.MX)
@@ -23,8 +22,8 @@ class Expression:
         value = Kernel(ca.Function("objective", [x], [f], ["x"], ["f"]))
         gradient = Kernel(ca.Function("gradient", [x], [ca.densify(ca.gradient(f, x))], ["x"], ["df"]))
         self._hessian = Kernel(ca.Function("curvature", [x], [second], ["x"], ["ddf"]))
-        self._value = Latest(lambda x: float(value(x=x)["f"][0, 0]))
-        self._gradient = Latest(lambda x: gradient(x=x)["df"][:, 0])
+        self._value = LastCallCache(lambda x: float(value(x=x)["f"][0, 0]))
+        self._gradient = LastCallCache(lambda x: gradient(x=x)["df"][:, 0])
 
     def value(self, x: Array) -> float:
         return self._value(x)
@@ -49,8 +48,8 @@ class Expressions(Constraints):
         values = Kernel(ca.Function("rows", [x], [g], ["x"], ["g"]))
         slopes = Kernel(ca.Function("slopes", [x], [ca.densify(ca.jacobian(g, x))], ["x"], ["dg"]))
         self._curvature = Kernel(ca.Function("bent", [x, weights], [second], ["x", "weights"], ["ddg"]))
-        self._values = Latest(lambda x: values(x=x)["g"][:, 0])
-        self._slopes = Latest(lambda x: slopes(x=x)["dg"])
+        self._values = LastCallCache(lambda x: values(x=x)["g"][:, 0])
+        self._slopes = LastCallCache(lambda x: slopes(x=x)["dg"])
 
     def values(self, x: Array) -> Array:
         return self._values(x)

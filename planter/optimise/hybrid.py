@@ -18,7 +18,7 @@ from planter.optimise.problem import Best, Problem
 from planter.optimise.result import Candidates, Result, result
 from planter.optimise.starts import DEFAULT_STARTS, descents, find_minima, points
 from planter.parallel.jobs import Jobs
-from planter.parallel.task import HERE, Means, Task
+from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase
 
 Method = Literal["hybrid", "ipopt", "ga"]
@@ -43,7 +43,7 @@ class Search:
         starts: int = DEFAULT_STARTS,
         progress: Listener | None = None,
         task: Task | None = None,
-        means: Means = HERE,
+        means: Means = AUTO,
         early: Means | None = None,
     ) -> None:
         self.task, self.means, self.early = task, means, early

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.angles import TURN
-from planter.numerics.arrays import Integers
-from planter.numerics.crossings import find_crossings
+from planter.numerics.arrays import TURN, Integers
+from planter.numerics.roots import find_crossings
 from planter.optimise.response import Response
 
 GRID = 72

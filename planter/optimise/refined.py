@@ -20,10 +20,9 @@ from functools import cached_property
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics import quadrature
-from planter.numerics.arrays import Flags, Integers
-from planter.numerics.extremes import stationary
-from planter.numerics.latest import Latest
+from planter.numerics import piecewise
+from planter.numerics.arrays import Flags, Integers, LastCallCache
+from planter.numerics.extrema import find_stationary_points
 from planter.optimise import joints, moving
 from planter.optimise.conditions import Conditions, Look, Slopes, Values
 from planter.optimise.joints import ASIDE
@@ -84,13 +83,13 @@ class Panels:
         pieces = np.ceil(np.diff(self.breaks) / PIECE).astype(int)
         panels = zip(self.breaks[:-1], self.breaks[1:], pieces.tolist(), strict=True)
         inner = [np.linspace(low, high, count, endpoint=False) for low, high, count in panels]
-        nodes, weights = quadrature.panels(np.append(np.concatenate(inner), self.breaks[-1]), NODES)
+        nodes, weights = piecewise.gauss_panels(np.append(np.concatenate(inner), self.breaks[-1]), NODES)
         panel = np.repeat(np.arange(len(pieces)), pieces * NODES)
         return nodes.ravel(), weights.ravel() / self.response.period, panel
 
     @cached_property
     def extremes(self) -> Extremes:
-        angles, peaks = stationary(self._slope, *self._probes())
+        angles, peaks = find_stationary_points(self._slope, *self._probes())
         before, after = np.roll(self.end_rates[:, 1], 1), self.end_rates[:, 0]
         kinks = np.flatnonzero((before > 0) != (after > 0))
         place = np.mod(np.concatenate([angles, self.breaks[kinks]]), self.response.period)
@@ -160,7 +159,7 @@ class Refined:
 
     def __init__(self, response: Response) -> None:
         self.response = response
-        self.panels = Latest(lambda x: Panels(response, x))
+        self.panels = LastCallCache(lambda x: Panels(response, x))
 
     def look(self, x: Array) -> Look:
         return self.panels(x).look
@@ -193,7 +192,7 @@ class RefinedRows:
         self.valleys, self.peaks = found.angles[~found.peaks], found.angles[found.peaks]
         self.bounds = np.empty((2, 0))
         self._seen: list[tuple[float, float]] = []
-        self._state = Latest(lambda x: _State(self, x))
+        self._state = LastCallCache(lambda x: _State(self, x))
 
     def grown(self, x: Array, high: float, low: float) -> RefinedRows:
         """With the windows of this design, and with rows where the extremes were on the way to it."""

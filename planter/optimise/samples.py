@@ -18,9 +18,7 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.angles import wrapped
-from planter.numerics.arrays import Integers
-from planter.numerics.latest import Latest
+from planter.numerics.arrays import Integers, LastCallCache, wrap_angle
 from planter.optimise import joints, moving
 from planter.optimise.conditions import Conditions, Look, Slopes, Values
 from planter.optimise.joints import ASIDE, Joints
@@ -78,7 +76,7 @@ class Samples:
     def near(self, x: Array) -> list[tuple[Hold, float]]:
         """Every joint of order 1 as a pin on the sample nearest to it, with the distance psi - phi [rad]."""
         found = joints.find(self.response, self.response.prologue(x))
-        gaps = wrapped(found.folded[:, None] - self.angles, self.response.period)
+        gaps = wrap_angle(found.folded[:, None] - self.angles, self.response.period)
         samples = np.abs(gaps).argmin(axis=1)
         distance = gaps[np.arange(len(samples)), samples]
         kinks = np.flatnonzero(found.orders == 1)
@@ -118,7 +116,7 @@ class SampledRows:
         self.response, self.angles = response, phi
         self.upper, self.lower, self.holds = upper, lower, holds
         self.bounds = np.array([[h.low for h in holds], [h.high for h in holds]])
-        self._state = Latest(lambda x: _State(self, x))
+        self._state = LastCallCache(lambda x: _State(self, x))
 
     def held(self, holds: tuple[Hold, ...]) -> SampledRows:
         """With these joints held, and no others."""
@@ -199,7 +197,7 @@ def _chosen(found: Joints, rows: SampledRows) -> tuple[Integers, Array]:
     chosen, gaps = [], []
     for hold in rows.holds:
         middle = (hold.low + hold.high) / 2
-        gap = wrapped(found.folded - rows.angles[hold.sample] - middle, found.response.period)
+        gap = wrap_angle(found.folded - rows.angles[hold.sample] - middle, found.response.period)
         chosen.append(int(np.where(found.events == hold.event, np.abs(gap), np.inf).argmin()))
         gaps.append(float(gap[chosen[-1]] + middle))
     return np.array(chosen, dtype=np.int64), np.array(gaps)

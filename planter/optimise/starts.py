@@ -13,7 +13,7 @@ from planter.optimise.descent import Minimum, descend
 from planter.optimise.elastic import least_violation
 from planter.optimise.problem import Best, Counts, Problem
 from planter.parallel.jobs import Jobs, run_in_order
-from planter.parallel.task import HERE, Means, Task
+from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase
 
 DEFAULT_STARTS = 8
@@ -75,7 +75,7 @@ def _attempt(problem: Problem, start: Array) -> Minimum | ComputationError:
 
 def descents(
     problem: Problem, count: int, seed: int, progress: Listener | None = None, task: Task | None = None,
-    means: Means = HERE, under_way: Jobs | None = None,
+    means: Means = AUTO, under_way: Jobs | None = None,
 ) -> Iterator[Minimum]:  # fmt: skip
     """Yield the local minima from `count` points of the box, as `find_minima` those of given points."""
     phase = ProgressPhase("ipopt", "start", count, progress)
@@ -85,7 +85,7 @@ def descents(
 
 
 def find_minima(
-    problem: Problem, starts: Sequence[Array], phase: ProgressPhase, task: Task | None = None, means: Means = HERE,
+    problem: Problem, starts: Sequence[Array], phase: ProgressPhase, task: Task | None = None, means: Means = AUTO,
     under_way: Jobs | None = None,
 ) -> Iterator[Minimum]:  # fmt: skip
     """Yield the local minima from points u (p,), in their order, as they are reached.

@@ -1,1 +1,1 @@
-"""Jobs of one task in parallel: by processes of this computer, or by the workers of a Dask cluster."""
+"""Parallel jobs of one task: in worker processes of this computer, or on a Dask cluster."""

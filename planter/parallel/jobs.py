@@ -1,32 +1,168 @@
-"""The jobs of a task under way, and their results: in the order in which they come, or in that of the jobs."""
+"""Jobs of a task, run by worker processes or a Dask cluster, with their results in order of completion or of the jobs.
+
+A worker process that ends is replaced and its job repeated; on a cluster (`planter[cluster]`) the scheduler does this.
+"""
 
 from __future__ import annotations
 
+import pickle
 import queue
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeVar
+from contextlib import suppress
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from planter.parallel.cluster import ClusterWorkers
-from planter.parallel.local import LocalWorkers
-from planter.parallel.task import HERE, Answer, Means, Task, count_cores
+from planter.errors import ComputationError, InputError
+from planter.parallel.task import AUTO, Answer, Means, Task, count_cores, run_job
+from planter.workers import Worker, WorkerEndedError
 
-POLL_S = 0.2
-"""Time between two calls of who wants to know that the jobs go on."""
-WORTH_S = 10.0
-"""Time that the jobs left would take in this process from which on worker processes are started for them."""
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+
+MAX_LOST_PROCESSES = 5
+"""Number of ended processes after which a job fails."""
+
+
+class LocalWorkers:
+    """A number of processes, each started with its first job, which put the answers of jobs into a queue."""
+
+    def __init__(self, task: bytes, count: int, answers: queue.SimpleQueue[Answer]) -> None:
+        self.count, self._task, self._answers = count, task, answers
+        self._jobs: queue.SimpleQueue[tuple[int, Any] | None] = queue.SimpleQueue()
+        self._workers: dict[int, Worker] = {}
+        self._lock, self._has_ended = threading.Lock(), False
+        for place in range(count):
+            threading.Thread(target=self._feed, args=(place,), daemon=True).start()
+
+    def add(self, number: int, job: Any) -> None:
+        """Queue a job for the next free process."""
+        self._jobs.put((number, job))
+
+    def end(self) -> None:
+        """End all processes."""
+        with self._lock:
+            self._has_ended = True
+            for process in self._workers.values():
+                process.end()
+        for _ in range(self.count):
+            self._jobs.put(None)
+
+    def _feed(self, place: int) -> None:
+        """Answer one job after another; every job gets an answer, whatever fails."""
+        while (entry := self._jobs.get()) is not None:
+            number, job = entry
+            try:
+                content = self._run(place, pickle.dumps(job))
+            except Exception as error:
+                content = ComputationError(f"a worker process cannot run this job: {type(error).__name__}: {error}")
+            self._answers.put(Answer(number, content))
+
+    def _run(self, place: int, message: bytes) -> Any:
+        """Return the result of a job, or the error."""
+        for _ in range(MAX_LOST_PROCESSES):
+            process = self._start(place)
+            with suppress(WorkerEndedError):
+                return pickle.loads(process.ask(message))
+        count = MAX_LOST_PROCESSES
+        return ComputationError(f"{count} worker processes ended at the same job; if memory ran out, use fewer workers")
+
+    def _start(self, place: int) -> Worker:
+        """Return the process with an index, a new one if the last has ended. Raises WorkerEndedError after `end`."""
+        with self._lock:
+            if self._has_ended:
+                raise WorkerEndedError("the workers have been ended")
+            if place not in self._workers or not self._workers[place].is_alive:
+                self._workers[place] = Worker(run_job.__module__, self._task)
+            return self._workers[place]
+
+
+CONNECT_TIMEOUT_S = 5
+"""Maximum response time of a scheduler."""
+QUEUE_PER_THREAD = 4
+"""Number of jobs per thread of the cluster that are submitted ahead."""
+
+
+class ClusterWorkers:
+    """Workers of a cluster, such as tcp://host:8786, which put the answers of jobs into a queue.
+
+    Raises InputError if Dask is missing or no scheduler answers.
+    """
+
+    def __init__(self, task: bytes, address: str, answers: queue.SimpleQueue[Answer]) -> None:
+        self._client, self._task, self._answers = _connect(address), task, answers
+        self._jobs: queue.SimpleQueue[tuple[int, Any] | None] = queue.SimpleQueue()
+        self._futures: dict[int, Future] = {}
+        self.count = len(self._client.scheduler_info(n_workers=-1)["workers"])
+        self._slots = threading.Semaphore(QUEUE_PER_THREAD * max(1, sum(self._client.nthreads().values())))
+        threading.Thread(target=self._feed, daemon=True).start()
+
+    def add(self, number: int, job: Any) -> None:
+        """Queue a job for the next free worker."""
+        self._jobs.put((number, job))
+
+    def end(self) -> None:
+        """Disconnect from the cluster, which drops the unfinished jobs."""
+        self._jobs.put(None)
+        self._client.close()
+
+    def _feed(self) -> None:
+        """Submit the jobs, only a limited number ahead of the results."""
+        while (entry := self._jobs.get()) is not None:
+            number, job = entry
+            self._slots.acquire()
+            try:
+                future = self._client.submit(run_job, self._task, job, pure=False)
+                self._futures[number] = future
+                future.add_done_callback(partial(self._finish, number))
+            except Exception as error:
+                self._answer(number, ComputationError(f"the cluster has failed: {type(error).__name__}: {error}"))
+
+    def _finish(self, number: int, future: Future) -> None:
+        """Answer a job that the cluster reports as finished or failed."""
+        try:
+            content = future.result()
+        except Exception as error:
+            content = ComputationError(f"the cluster gave up job {number}: {type(error).__name__}: {error}")
+        self._answer(number, content)
+
+    def _answer(self, number: int, content: Any) -> None:
+        self._futures.pop(number, None)  # the cluster drops results without references
+        self._slots.release()
+        self._answers.put(Answer(number, content))
+
+
+def _connect(address: str) -> Client:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InputError("--cluster needs Dask: pip install 'planter[cluster]'") from None
+    try:
+        return Client(address, timeout=CONNECT_TIMEOUT_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        allowed = "it must be the address of a Dask scheduler that answers, as tcp://host:8786"
+        raise InputError(f"--cluster = {address} is not allowed: {allowed} ({reason})") from None
+
+
+POLL_INTERVAL_S = 0.2
+"""Time between two calls of a function that follows the progress."""
+MIN_PARALLEL_S = 10.0
+"""Estimated remaining time in this process above which worker processes are started."""
 Result = TypeVar("Result")
 
 
 class Jobs:
-    """The jobs of a task, run by worker processes or a cluster from now on. Leaving the context ends what is left.
+    """Jobs of a task, run by worker processes or a cluster until the context is left.
 
     Raises InputError as `ClusterWorkers`.
     """
 
-    def __init__(self, task: Task, jobs: Sequence[Any] = (), means: Means = HERE) -> None:
+    def __init__(self, task: Task, jobs: Sequence[Any] = (), means: Means = AUTO) -> None:
         self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
-        self._kept: dict[int, Answer] = {}
+        self._pending: dict[int, Answer] = {}
         self.count = self._taken = 0
         text, processes = task.to_bytes(), means.processes or count_cores()
         self._workers: LocalWorkers | ClusterWorkers
@@ -37,14 +173,14 @@ class Jobs:
         self.add(jobs)
 
     def add(self, jobs: Sequence[Any]) -> None:
-        """Have more jobs run, after those before."""
+        """Queue more jobs."""
         for job in jobs:
             self._workers.add(self.count, job)
             self.count += 1
 
     @property
     def workers(self) -> int:
-        """Number of worker processes, or of workers of the cluster."""
+        """Number of worker processes or of workers of the cluster."""
         return self._workers.count
 
     def __enter__(self) -> Jobs:
@@ -54,56 +190,56 @@ class Jobs:
         self._workers.end()
 
     def __iter__(self) -> Iterator[Answer]:
-        """Yield the answers as they come."""
+        """Yield the answers in order of completion."""
         for _ in range(self.count):
             yield self._answers.get()
 
     def in_order(self, waiting: Callable[[], None] | None = None) -> Iterator[Any]:
-        """Yield each result once, in the order of the jobs; `waiting` is called time and again until the next is there.
+        """Yield each result once, in the order of the jobs; `waiting` is called repeatedly until the next is there.
 
-        Raises the error of the first job that has one.
+        Raises the first error of a job.
         """
         while self._taken < self.count:
-            while self._taken not in self._kept:
-                self._collect(POLL_S)
+            while self._taken not in self._pending:
+                self._collect(POLL_INTERVAL_S)
                 if waiting is not None:
                     waiting()
-            answer = self._kept.pop(self._taken)
+            answer = self._pending.pop(self._taken)
             self._taken += 1
             yield answer.result
 
     def results(self) -> list[Any]:
-        """Return the results so far of the jobs that `in_order` has not passed yet, in their order."""
+        """Return the results so far of the jobs that `in_order` has not yielded, in their order."""
         self._collect(0)
-        answers = (self._kept[number] for number in sorted(self._kept))
+        answers = (self._pending[number] for number in sorted(self._pending))
         return [answer.result for answer in answers if not answer.is_error]
 
     def _collect(self, seconds: float) -> None:
-        """Take the answers that are there; wait for the first of them so long."""
+        """Store the available answers; wait for the first at most so many seconds."""
         try:
             while True:
                 answer = self._answers.get(timeout=seconds) if seconds else self._answers.get_nowait()
-                self._kept[answer.job], seconds = answer, 0
+                self._pending[answer.job], seconds = answer, 0
         except queue.Empty:
             return
 
 
 def run_in_order(
-    task: Task | None, jobs: Sequence[Any], means: Means, here: Callable[[Any], Result], take: Callable[[Any], Result],
+    task: Task | None, jobs: Sequence[Any], means: Means, run: Callable[[Any], Result], take: Callable[[Any], Result],
     waiting: Callable[[], None] | None = None,
 ) -> Iterator[Result]:  # fmt: skip
-    """Yield what becomes of jobs, in their order: `here` runs one in this process, `take` takes a worker's result.
+    """Yield the results of jobs in their order: `run` runs one in this process, `take` receives a worker's result.
 
-    Unless `means` says what runs them, workers are started if the rest would take longer than `WORTH_S` here. Without a
-    task there are none.
+    Without explicit `means`, workers are started if the rest would take longer than `MIN_PARALLEL_S` in this process.
+    Without a task everything runs in this process.
     """
     done, begun = 0, time.perf_counter()
-    while done < len(jobs) and (task is None or means == HERE):
+    while done < len(jobs) and (task is None or means == AUTO):
         left = len(jobs) - done
         seconds = (time.perf_counter() - begun) / max(done, 1) * left
-        if task is not None and done and left > 1 and seconds > WORTH_S and count_cores() > 1:
+        if task is not None and done and left > 1 and seconds > MIN_PARALLEL_S and count_cores() > 1:
             break
-        yield here(jobs[done])
+        yield run(jobs[done])
         done += 1
     if task is not None and done < len(jobs):
         with Jobs(task, jobs[done:], means) as under_way:

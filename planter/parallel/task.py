@@ -1,4 +1,4 @@
-"""A task that any process can prepare, whose jobs have the same results wherever they are run."""
+"""Task whose jobs any process can run with the same results, and the main function of a worker process."""
 
 from __future__ import annotations
 
@@ -7,32 +7,33 @@ import pickle
 import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
+from planter import workers
 from planter.errors import ComputationError, InputError, PlanterError
 from planter.version import __version__
 
 _LOCK = threading.Lock()
-"""Threads of one process run the jobs of most tasks one after another: their solvers share state."""
+"""Threads of one process run the jobs of most tasks in sequence because their solvers share state."""
 
 
 @dataclass(frozen=True)
 class Means:
-    """What runs the jobs: so many processes of this computer, or the Dask cluster at an address; None: as it pays."""
+    """What runs the jobs: a number of local processes, or a Dask cluster at an address; automatic if both None."""
 
     processes: int | None = None
     cluster: str | None = None
 
 
-HERE = Means()
+AUTO = Means()
 
 
 @dataclass(frozen=True)
 class Task:
-    """A function of a module and its arguments, of which pickles can be made.
+    """Function of a module with picklable arguments, which returns the function that runs a job: job -> result.
 
-    It returns the function that runs a job: job -> result. With `is_thread_safe` several threads may call that at once.
+    With `is_thread_safe` several threads may call that function at once.
     """
 
     prepare: Callable[..., Callable[[Any], Any]]
@@ -40,12 +41,12 @@ class Task:
     is_thread_safe: bool = False
 
     def to_bytes(self) -> bytes:
-        """Return the task as a worker reads it: only one of the same version of planter reads more than that."""
+        """Return the task as sent to a worker, the version first: a worker of another version refuses the rest."""
         return pickle.dumps((__version__, pickle.dumps(self)))
 
 
 class Answer(NamedTuple):
-    """The number of a job, counted from 0, and its result or the error instead of it."""
+    """Number of a job, counted from 0, and its result or error."""
 
     job: int
     content: Any
@@ -56,14 +57,14 @@ class Answer(NamedTuple):
 
     @property
     def result(self) -> Any:
-        """The result. Raises the error of the job."""
+        """Result of the job. Raises the error of the job."""
         if self.is_error:
             raise self.content
         return self.content
 
 
 def run_job(task: bytes, job: Any) -> Any:
-    """Return the result of a job of a task; the error instead if there is one."""
+    """Return the result of a job of a task, or the error."""
     try:
         safe, run = _prepare(task)
         if safe:
@@ -80,11 +81,24 @@ def run_job(task: bytes, job: Any) -> Any:
 def _prepare(text: bytes) -> tuple[bool, Callable[[Any], Any]]:
     version, content = pickle.loads(text)
     if version != __version__:
-        raise InputError(f"the worker has planter {__version__}: install {version} there, as it is here")
+        raise InputError(f"the worker has planter {__version__}: install {version} there as well")
     task: Task = pickle.loads(content)
     return task.is_thread_safe, task.prepare(**task.arguments)
 
 
 def count_cores() -> int:
-    """Return the number of cores that this process may use."""
+    """Return the number of cores which this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def main() -> None:
+    """Run a worker process: the first message is a task, every other a job, every answer its result or error."""
+    workers.serve(lambda task: partial(_answer_job, task))
+
+
+def _answer_job(task: bytes, job: bytes) -> bytes:
+    content = run_job(task, pickle.loads(job))
+    try:
+        return pickle.dumps(content)
+    except Exception as error:
+        return pickle.dumps(ComputationError(f"the result cannot be sent: {type(error).__name__}: {error}"))

@@ -10,7 +10,7 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.optimise.result import Certificate
 from planter.pickup import gears
 from planter.pickup.file import Pickup, load_pickup

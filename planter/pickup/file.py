@@ -29,7 +29,7 @@ from planter.files.fields import (
     refused,
 )
 from planter.kernels import Array
-from planter.numerics.spacing import WIDEST, find_gap
+from planter.numerics.arrays import MAX_GAP_RATIO, find_gap
 
 Length = Annotated[Positive, Field(le=1e6)]
 Module = Annotated[Real, Field(ge=1e-3, le=1e3)]
@@ -70,7 +70,7 @@ def parse_points(text: str, source: str) -> tuple[Array, float]:
     if gap is not None:
         raise InputError(
             f"{source}: points {gap + 1} and {(gap + 1) % len(points) + 1} are {steps[gap]:.4g} mm apart, which is not "
-            f"allowed: on a closed path neighbours must be within {WIDEST:g} times the median distance, "
+            f"allowed: on a closed path neighbours must be within {MAX_GAP_RATIO:g} times the median distance, "
             f"{np.median(steps):.4g} mm"
         )
     return points / 1000, 10.0 ** -max(_places(cell) for row in table.rows for cell in row) / 1000

@@ -13,7 +13,7 @@ import numpy as np
 from planter.errors import GeometryError
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.numerics.angles import turn_deg
+from planter.numerics.arrays import to_degrees
 from planter.pickup import model
 from planter.pickup.file import Pickup
 from planter.pickup.law import MODEL
@@ -45,7 +45,7 @@ def check_gears(machine: Pickup, train: PickupTrain) -> None:
     if fault is not None:
         source = machine.points_source if train.inversion is not None else f"{machine.source}: law"
         raise GeometryError(
-            f"{source}: this cannot be a pair of gears: at t = {turn_deg(fault.t):.5g} deg from the farthest tip "
+            f"{source}: this cannot be a pair of gears: at t = {to_degrees(fault.t):.5g} deg from the farthest tip "
             f"{fault.problem}; {_cause(machine, train, fault.t)}"
         )
 
@@ -114,8 +114,8 @@ def _doing(train: PickupTrain, t: float) -> str:
     if slopes[fast] < STEEP:
         return f"{change}: where the arm is to move it must change on steadily"
     return (
-        f"{change}; at t = {turn_deg(angles[fast]):.5g} deg the arm must turn {slopes[fast]:.3g} times as fast as the "
-        f"carrier, for there the path turns back so quickly that it all but lets the carrier stand still"
+        f"{change}; at t = {to_degrees(angles[fast]):.5g} deg the arm must turn {slopes[fast]:.3g} times as fast as "
+        f"the carrier, for there the path turns back so quickly that it all but lets the carrier stand still"
     )
 
 
@@ -129,7 +129,7 @@ def list_gear_warnings(train: PickupTrain) -> Iterator[PickupWarning]:
         yield _warning(
             "contact ratio", float(lost[0]),
             f"the contact ratio has no value at {len(lost)} of {len(t)} angles on the teeth, the first at t = "
-            f"{turn_deg(lost[0]):.4g} deg: a pitch curve is so hollow there that the tips of its teeth lie inside "
+            f"{to_degrees(lost[0]):.4g} deg: a pitch curve is so hollow there that the tips of its teeth lie inside "
             f"their base circle",
         )  # fmt: skip
 
@@ -151,7 +151,7 @@ def _jumps(train: PickupTrain) -> Iterator[PickupWarning]:
             )
             yield _warning(
                 f"velocity jumps at the dwell's {name}", t,
-                f"where the dwell {end}, at t = {turn_deg(t):.5g} deg, the tip's velocity jumps by {jump * _MM:.5g} "
+                f"where the dwell {end}, at t = {to_degrees(t):.5g} deg, the tip's velocity jumps by {jump * _MM:.5g} "
                 f"mm/s (its speed from {speeds_text} mm/s): the acceleration is infinite there; {remedy}",
             )  # fmt: skip
 
@@ -172,7 +172,7 @@ def _transitions(train: PickupTrain) -> Iterator[PickupWarning]:
     """Yield a warning for each range in which the arm moves but no teeth can drive it."""
     for driven, toothed, name in zip(train.driven, train.toothed, ("end", "start"), strict=True):
         if driven != toothed:
-            first, last = sorted((turn_deg(driven), turn_deg(toothed)))
+            first, last = sorted((to_degrees(driven), to_degrees(toothed)))
             yield _warning(
                 f"no teeth at the dwell's {name}", driven,
                 f"from t = {first:.5g} to {last:.5g} deg the slope goes to zero, and the sun's pitch radius with it, "
@@ -181,4 +181,4 @@ def _transitions(train: PickupTrain) -> Iterator[PickupWarning]:
 
 
 def _warning(name: str, t: float, message: str) -> PickupWarning:
-    return PickupWarning(name, turn_deg(t), message)
+    return PickupWarning(name, to_degrees(t), message)

@@ -19,7 +19,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.pickup.inverse import LAW_DEGREE
 from planter.pickup.law import MODEL, ArmLaw, SplineLaw
 from planter.pickup.model import PickupTrain

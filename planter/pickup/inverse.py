@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.numerics.angles import TURN, wrapped
+from planter.numerics.arrays import TURN, wrap_angle
 from planter.pickup.law import MODEL, Dwell, SplineLaw
 from planter.pickup.spline import DistanceExtreme, PathSpline, best_spline
 
@@ -179,7 +179,7 @@ def _check_outside(points: Array, source: str) -> None:
     """Raise InputError for a path round the origin, which the tip cannot go: the planet's arm is the longer bar."""
     ring = np.vstack([points, points[:1]])
     steps = np.diff(np.arctan2(ring[:, 1], ring[:, 0]))
-    if round(float(np.sum(wrapped(steps))) / TURN):
+    if round(float(np.sum(wrap_angle(steps))) / TURN):
         raise InputError(
             f"{source}: the path goes round the origin, where the sun's centre lies, but it must leave it outside (are "
             f"the points counted from there?)"

@@ -12,7 +12,7 @@ from scipy.interpolate import BSpline
 
 from planter.kernels import Array, Kernel
 from planter.kernels.formulas import load
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 
 MODEL, NEEDLE = "pickup_exact", "pickup_needle"
 """The generated formulas of the pick-up."""

@@ -15,7 +15,7 @@ from planter.errors import InputError
 from planter.files import csv_rows, examples, units
 from planter.gear_geometry.flanks import TEETH
 from planter.kernels.formulas import load as load_formulas
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.pickup import file
 from planter.pickup.file import HEADER
 from planter.pickup.law import MODEL, ROUNDING, CosineLaw, SmoothLaw, SplineLaw, compose_smooth_law, toothed_range

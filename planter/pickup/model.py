@@ -16,8 +16,8 @@ from planter.errors import GeometryError
 from planter.gear_geometry.flanks import TEETH
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.numerics import extremes, quadrature
-from planter.numerics.angles import TURN
+from planter.numerics import extrema, piecewise
+from planter.numerics.arrays import TURN
 from planter.pickup.file import Pickup
 from planter.pickup.inverse import Inversion, invert_path
 from planter.pickup.law import MODEL, ArmLaw, CosineLaw, Dwell, SmoothLaw, toothed_range
@@ -149,7 +149,7 @@ class PickupTrain:
             return self.law.slopes(t)[0]
 
         t = self.samples(1441)
-        return extremes.least(slope, t).value, extremes.largest(slope, t).value
+        return extrema.find_minimum(slope, t).value, extrema.find_maximum(slope, t).value
 
     @cached_property
     def arc(self) -> float:
@@ -175,7 +175,7 @@ class PickupTrain:
         joints = self.law.joints()
         joints = joints[(joints > first) & (joints < last)]
         ends = np.unique(np.concatenate([np.linspace(first, last, PANELS + 1), joints]))
-        nodes, weights = quadrature.panels(ends, NODES)
+        nodes, weights = piecewise.gauss_panels(ends, NODES)
         return float(np.sum(function(nodes.ravel()) * weights.ravel()))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.optimise.box import Box
 from planter.optimise.constraints import Named
 from planter.optimise.descent import Minimum, descend

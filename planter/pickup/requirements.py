@@ -12,8 +12,8 @@ from functools import partial
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.angles import TURN, turn_deg
-from planter.numerics.extremes import least
+from planter.numerics.arrays import TURN, to_degrees
+from planter.numerics.extrema import find_minimum
 from planter.pickup.file import Pickup
 from planter.pickup.model import PickupTrain
 from planter.pickup.results import Demand
@@ -40,7 +40,7 @@ class PickupRequirement:
     @property
     def t_deg(self) -> float | None:
         """The carrier angle [deg], or None if the requirement has no single angle."""
-        return None if self.t is None else turn_deg(self.t)
+        return None if self.t is None else to_degrees(self.t)
 
     def to_demand(self) -> Demand:
         """Return the requirement as the command reports it."""
@@ -122,7 +122,7 @@ def _points(machine: Pickup, train: PickupTrain) -> Iterator[PickupRequirement]:
     """Yield the distance of the path from each prescribed point."""
     t = np.arange(SAMPLES - 1) * TURN / (SAMPLES - 1)
     for number, (x, y, tube) in enumerate(machine.tip_path.points_mm if machine.tip_path else (), 1):
-        nearest = least(partial(_point_distances, train, (x, y)), t, closed=True)
+        nearest = find_minimum(partial(_point_distances, train, (x, y)), t, closed=True)
         name, bound = f"path by point {number}", f"at most {tube:g}"
         yield PickupRequirement(name, nearest.value, "mm", bound, tube - nearest.value, nearest.place)
 

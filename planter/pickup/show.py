@@ -80,7 +80,7 @@ class PickUp:
         """Its file with a path instead of a law: as many points of its path as the search has."""
         import numpy as np
 
-        from planter.numerics.angles import TURN
+        from planter.numerics.arrays import TURN
 
         machine, train = self._train(values)
         count = machine.spline.value_points

@@ -14,8 +14,8 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.numerics import extremes
-from planter.numerics.angles import TURN
+from planter.numerics import extrema
+from planter.numerics.arrays import TURN
 from planter.pickup.file import Pickup
 from planter.pickup.law import MODEL, NEEDLE
 from planter.pickup.model import PickupTrain
@@ -121,7 +121,7 @@ class CellEntry:
     def depth(self) -> tuple[float, float]:
         """Largest depth of the tip below the tray's surface [m], and where [rad]."""
         t = np.arange(SAMPLES) * TURN / SAMPLES - TURN / 2
-        deepest = extremes.largest(lambda t: self.place(t)[:, 0], t, closed=True)
+        deepest = extrema.find_maximum(lambda t: self.place(t)[:, 0], t, closed=True)
         return deepest.value, deepest.place
 
     def straight(self, allowed: float, entering: bool = True) -> float:
@@ -154,7 +154,7 @@ class CellEntry:
         """Least distance of needle and tray over a turn [m], negative where they cut, and where [rad]."""
         walls, free = self.cell.solid()
         t = np.arange(SAMPLES) * TURN / SAMPLES
-        tightest = extremes.least(lambda t: _gaps(self.needles(t), walls, free), t, closed=True)
+        tightest = extrema.find_minimum(lambda t: _gaps(self.needles(t), walls, free), t, closed=True)
         return tightest.value, tightest.place % TURN
 
 

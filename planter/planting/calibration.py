@@ -14,7 +14,7 @@ from planter.errors import InputError
 from planter.files import paths
 from planter.kernels import Array
 from planter.parallel.jobs import run_in_order
-from planter.parallel.task import HERE, Means, Task
+from planter.parallel.task import AUTO, Means, Task
 from planter.planting import cycle, flanks, plausible
 from planter.planting.file import Machine
 from planter.planting.functions import MODELS, Model
@@ -48,7 +48,7 @@ AT_BOUND = 1e-6
 
 def calibrate(
     machine: Machine, model: Model, target: str, laws: Sequence[str] = (), progress: Listener | None = None,
-    means: Means = HERE,
+    means: Means = AUTO,
 ) -> CalibrationFound:  # fmt: skip
     """Fit the undisclosed inputs of a machine to a target in both models; the result speaks of `model` first.
 

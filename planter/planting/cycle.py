@@ -10,7 +10,7 @@ import numpy as np
 from planter.engine.response import DesignPoint
 from planter.files import units
 from planter.kernels import Array
-from planter.numerics.extremes import first_extreme
+from planter.numerics.extrema import index_first_extremum
 from planter.planting import quantities
 from planter.planting.model import Device
 from planter.planting.results.stated import Statistics, Warned
@@ -109,7 +109,7 @@ def warnings(device: Device, x: Array, turn: Cycle) -> list[Warned]:
 def _lost(turn: Cycle, key: str, name: str, text: str) -> Warned:
     force = turn.sides[0][key]
     pulled = force < 0
-    worst = first_extreme(turn.phi, force, -1)
+    worst = index_first_extremum(turn.phi, force, -1)
     share = 100 * pulled.mean()
     message = (
         f"{text}: by up to {-force[worst]:.3g} N on side 1, over {share:.0f} % of the turn; side 2 half a turn later"

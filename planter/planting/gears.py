@@ -21,7 +21,7 @@ from planter.gears.parts import PlacedGear
 from planter.gears.request import Teeth
 from planter.gears.results import Scaled
 from planter.kernels import Array
-from planter.numerics.angles import wrapped
+from planter.numerics.arrays import wrap_angle
 from planter.planting.friction.summary import rubbing
 from planter.planting.model import Device
 from planter.planting.report.gearing import gearing
@@ -65,7 +65,7 @@ class Train:
                 arm = at.contacts[contact] - at.centres[axis]
                 angle = float(np.arctan2(arm[1], arm[0])) - polar
                 x_, y_ = at.centres[axis] * 1e-3
-                found.append(PlacedGear(gear, angle, (float(x_), float(y_)), float(wrapped(mark - angle))))
+                found.append(PlacedGear(gear, angle, (float(x_), float(y_)), float(wrap_angle(mark - angle))))
         return found
 
     def _turned(self, stage: int, t: float) -> float:

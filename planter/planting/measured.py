@@ -10,7 +10,7 @@ from planter.engine.machine import Machine as EngineMachine
 from planter.measured import calibration
 from planter.measured.calibration import Calibrated, Check
 from planter.measured.reading import Columns
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from planter.planting.file import Machine
 from planter.planting.functions import MODELS, Model
 from planter.planting.machines import build_machine
@@ -30,7 +30,7 @@ def calibrate(
     check: Check | None = None,
     seed: int = 0,
     progress: Listener | None = None,
-    means: Means = HERE,
+    means: Means = AUTO,
 ) -> Calibrated:
     """Fit chosen inputs within `bounds` (shown units, by path) to a curve in a CSV file, in both models.
 

@@ -14,7 +14,7 @@ from planter.optimise.hybrid import Method
 from planter.optimise.pareto import Compromise
 from planter.optimise.problem import Problem
 from planter.optimise.range_and_spread import Sampling
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from planter.planting import search
 from planter.planting.designer import summary as designer
 from planter.planting.functions import MODELS
@@ -71,7 +71,7 @@ def optimise(
     starts: int | None = None,
     progress: Listener | None = None,
     keep: Callable[[Table], None] | None = None,
-    means: Means = HERE,
+    means: Means = AUTO,
 ) -> Optimisation:
     """The best design of a device within its bounds; `keep` is handed the best so far as it is found.
 

@@ -15,7 +15,7 @@ from planter.engine.proof import ProvableObjective
 from planter.kernels import Array
 from planter.optimise.proof.bound import SECONDS, Incumbent, prove_bound
 from planter.optimise.proof.shared import share_boxes
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from planter.planting import search as planting_search
 from planter.planting.enclosed import EnclosedForce
 from planter.planting.file import Machine
@@ -28,7 +28,7 @@ from planter.progress import Listener
 
 
 def with_proof(
-    found: Optimisation, seconds: float = SECONDS, progress: Listener | None = None, means: Means = HERE
+    found: Optimisation, seconds: float = SECONDS, progress: Listener | None = None, means: Means = AUTO
 ) -> Optimisation:
     """Return an optimum with the proof of the best design over samples, in so many seconds.
 

@@ -16,7 +16,7 @@ from planter.optimise.problem import Best
 from planter.optimise.range_and_spread import Sampling, angles_of
 from planter.optimise.result import Result
 from planter.optimise.starts import DEFAULT_STARTS
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from planter.planting.model import Device
 from planter.planting.problem import beside_design, build_task, kept, problem
 from planter.planting.requirements.constraints import Required
@@ -94,7 +94,7 @@ def run(
     keep: Callable[[Table], None] | None = None,
     lengths: Lengths | None = None,
     near: Sequence[Array] = (),
-    means: Means = HERE,
+    means: Means = AUTO,
 ) -> Optimum:
     """The best design of a device within its bounds, with its certificate.
 

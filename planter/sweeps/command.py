@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 from planter.report import folder
 from planter.sweeps.plan import Plan
@@ -20,7 +20,7 @@ STORE_NAME = "sweep.sqlite"
 """The file of finished chunks in the folder of a sweep."""
 
 
-def sweep(plan: Plan, out: Path | None = None, means: Means = HERE, progress: Listener | None = None) -> SweepFound:
+def sweep(plan: Plan, out: Path | None = None, means: Means = AUTO, progress: Listener | None = None) -> SweepFound:
     """Compute the rows of a plan and write them to the folder `out`, whose chunks of the same plan are reused.
 
     Raises InputError if the plan does not fit its machines, ComputationError if rows cannot be computed, and

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from planter.errors import Interrupted
 from planter.parallel.jobs import Jobs
-from planter.parallel.task import HERE, Means, count_cores
+from planter.parallel.task import AUTO, Means, count_cores
 from planter.progress import Listener, ProgressPhase
 from planter.sweeps import job
 from planter.sweeps.job import Recipe
@@ -28,7 +28,7 @@ class Run:
     workers: int
 
 
-def run_job(recipe: Recipe, store: Store, means: Means = HERE, progress: Listener | None = None) -> Run:
+def run_job(recipe: Recipe, store: Store, means: Means = AUTO, progress: Listener | None = None) -> Run:
     """Compute every chunk that the store lacks.
 
     Raises ComputationError if a chunk cannot be computed, and Interrupted with the number of finished rows on Ctrl-C.

@@ -13,7 +13,7 @@ import numpy as np
 
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 from planter.report import folder
 from planter.sweeps.room import ResolvedMachine
@@ -83,7 +83,7 @@ class ToleranceAnalysis:
 
 def tolerance(
     resolved: ResolvedMachine, choices: Mapping[str, str], tolerances: Tolerances, source: str,
-    request: ToleranceRequest, out: Path | None = None, means: Means = HERE, progress: Listener | None = None,
+    request: ToleranceRequest, out: Path | None = None, means: Means = AUTO, progress: Listener | None = None,
 ) -> ToleranceAnalysis:  # fmt: skip
     """Compute bands, indices and the robust design of a machine; `source` is the file of its tolerances, for messages.
 

@@ -24,8 +24,7 @@ from planter.engine.machine import Machine
 from planter.engine.outputs import OBJECTIVE, SampledOutputs
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.numerics.arrays import Integers
-from planter.numerics.latest import Latest
+from planter.numerics.arrays import Integers, LastCallCache
 from planter.optimise.constraints import KEPT, Constraints, Kind
 from planter.optimise.spread import Variance
 from planter.progress import Listener, ProgressPhase
@@ -82,7 +81,7 @@ class RobustGoal:
             if path in samples_by_path:
                 centre = spreads[path].centre if path in moved else 0.0
                 self.deviations[:, column] = (samples_by_path[path] - centre) * self.outputs.machine.scale[column]
-        self.at = Latest(self._moments)
+        self.at = LastCallCache(self._moments)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Return the objective (m,) of each machine, and its gradients (m, p). Raises ComputationError without one."""

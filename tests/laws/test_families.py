@@ -20,7 +20,7 @@ from planter.errors import GeometryError
 from planter.gear_geometry import families
 from planter.gear_geometry.stage import SERIES_TOLERANCE, StageCandidate
 from planter.kernels import Kernel
-from planter.numerics import extremes
+from planter.numerics import extrema
 from planter.planting.model import Device
 from tests.laws.test_gradients import TOLERANCE, errors, smooth_point
 from tests.laws.test_planting_laws import momentum_rate, weight
@@ -271,7 +271,7 @@ def hollowness(family: str, own: Array) -> float:
         found = stage.curvature(u=u, parameters=own, hoisted=hoisted)
         return np.minimum(found["gear_first"][0], found["gear_second"][0])
 
-    return extremes.least(bend, np.linspace(0, np.pi, 181)).value * own[0]
+    return extrema.find_minimum(bend, np.linspace(0, np.pi, 181)).value * own[0]
 
 
 CLOSED = [f for f in sorted({f for f, _ in pairs.EVERY_CURVE}) if hasattr(families.load_functions(f), "convexity")]

@@ -18,7 +18,7 @@ from tests.planter.parallel.toys import prepare_squares
 
 pytestmark = pytest.mark.fault
 ROOT = Path(__file__).parents[2]
-JOBS = "planter.parallel.worker"
+JOBS = "planter.parallel.task"
 PARENT = """
 import pickle, sys, threading
 sys.path.insert(0, {root!r})

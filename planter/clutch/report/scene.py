@@ -12,8 +12,7 @@ from planter.clutch.geometry import SIDES, VERTICES
 from planter.clutch.report.shape_figures import polygon_outline
 from planter.clutch.rotor import Rotor, body_outline
 from planter.kernels import Array, formulas
-from planter.numerics.angles import TURN
-from planter.numerics.arrays import Integers
+from planter.numerics.arrays import TURN, Integers
 from planter.view.sampling import refine_places
 from planter.view.scene import Body, Curve, Event, Label, Outline, Point, Scene
 

@@ -11,7 +11,7 @@ from planter.gear_geometry.intermittent_proof import FREE_ANGLE, SIDES, Incomple
 from planter.gears.parts import PlacedGear
 from planter.gears.report.figures import MOMENTS, SECONDS, build_outline, plot_assembly
 from planter.kernels import Array
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.report import style
 from planter.view.scene import Body, Curve, Event, Scene
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.mapping import model
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.report import style
 from planter.view.sampling import refine_places
 

@@ -10,7 +10,7 @@ from planter.mapping import model
 from planter.mapping.report.figures import MM, poses
 from planter.mapping.train import GEARS
 from planter.mapping.training import polar_curves
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.report import style
 from planter.view.sampling import refine_places
 

@@ -10,7 +10,7 @@ from planter.optimise.proof.balls import Unbounded
 from planter.optimise.proof.bound import BoxObjective
 from planter.optimise.proof.objective import Bounds
 from planter.parallel.jobs import Jobs
-from planter.parallel.task import HERE, Means, Task
+from planter.parallel.task import AUTO, Means, Task
 
 ROUND = 16
 """Jobs of a round. The next round begins when all of them are done, so that more workers than this do not help."""
@@ -41,7 +41,7 @@ def share_boxes(objective: BoxObjective, build: Callable[[], BoxObjective], mean
 
     `build`, of which pickles can be made, returns the objective in a worker.
     """
-    if means == HERE:
+    if means == AUTO:
         yield objective
         return
     with Jobs(Task(prepare_boxes, {"build": build}), means=means) as jobs:

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 from planter.audit.registry import MM, Inputs, formula
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.pickup.law import MODEL, CosineLaw, Dwell
 from planter.pickup.spline import PathSpline
 

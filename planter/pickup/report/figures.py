@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.pickup.locking import Locking, compute_locking_arcs
 from planter.pickup.requirements import find_push
 from planter.pickup.spline import PathSpline

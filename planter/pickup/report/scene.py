@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.pickup.file import Pickup
 from planter.pickup.locking import compute_locking_arcs
 from planter.pickup.model import PickupTrain

@@ -8,7 +8,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.kernels.formulas import load
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.pickup.file import Pickup
 from planter.pickup.law import NEEDLE
 from planter.pickup.model import PickupTrain

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics import extremes
-from planter.numerics.angles import turn_deg
-from planter.numerics.extremes import Extreme
+from planter.numerics import extrema
+from planter.numerics.arrays import to_degrees
+from planter.numerics.extrema import ExtremePoint
 from planter.planting import cycle
 from planter.planting.designer.quantities import GEARS
 from planter.planting.designer.results import GearFound, StageFound, StressFound
@@ -60,7 +60,7 @@ def _stage(turn: DesignTurn, index: int) -> StageFound:
         gears=gears,
         pressure_angle_min_deg=math.degrees(flattest.value),
         pressure_angle_max_deg=math.degrees(steepest.value),
-        pressure_angle_max_phi_deg=turn_deg(steepest.place),
+        pressure_angle_max_phi_deg=to_degrees(steepest.place),
         contact_ratio_min=ratio,
         stress=_stress(turn, index, gears),
     )
@@ -90,7 +90,9 @@ def _radii(turn: DesignTurn, index: int) -> tuple[float, float]:
         found: Array = stage.contact(t=t, parameters=parameters, hoisted=hoisted)["r"][0]
         return found
 
-    return extremes.least(radius, places, closed=True).value, extremes.largest(radius, places, closed=True).value
+    return extrema.find_minimum(radius, places, closed=True).value, extrema.find_maximum(
+        radius, places, closed=True
+    ).value
 
 
 def _gear(name: str, sharpest: float, flattest: float, radii: tuple[float, float], known: float | None) -> GearFound:
@@ -104,7 +106,7 @@ def _gear(name: str, sharpest: float, flattest: float, radii: tuple[float, float
     )
 
 
-def _pressure(turn: DesignTurn, index: int, sign: int) -> Extreme:
+def _pressure(turn: DesignTurn, index: int, sign: int) -> ExtremePoint:
     """Over both flanks of the teeth."""
     both = (turn.extreme(f"{flank}{index + 1}", sign) for flank in ("towards", "against"))
     return max(both, key=lambda one: sign * one.value)
@@ -117,9 +119,9 @@ def _stress(turn: DesignTurn, index: int, gears: list[GearFound]) -> StressFound
     bent = [turn.extreme(f"bending, {gear.gear}", 1) if _formed(turn, gear) else None for gear in gears]
     return StressFound(
         contact_MPa=contact.value * MEGA,
-        contact_phi_deg=turn_deg(contact.place),
+        contact_phi_deg=to_degrees(contact.place),
         bending_MPa=[None if one is None else one.value * MEGA for one in bent],
-        bending_phi_deg=[None if one is None else turn_deg(one.place) for one in bent],
+        bending_phi_deg=[None if one is None else to_degrees(one.place) for one in bent],
     )
 
 

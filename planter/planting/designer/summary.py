@@ -6,7 +6,7 @@ import math
 
 from planter.engine.summary import without_rounding
 from planter.kernels import Array
-from planter.numerics.angles import turn_deg
+from planter.numerics.arrays import to_degrees
 from planter.planting.designer import stages
 from planter.planting.designer.quantities import CONTACTS
 from planter.planting.designer.results import DesignersSummary, PeakForce
@@ -22,11 +22,11 @@ def of(device: Device, x: Array) -> DesignersSummary:
     return DesignersSummary(
         motor=turn.motor("M_L"),
         holding_torque_max_Nm=holding.value,
-        holding_torque_max_phi_deg=turn_deg(holding.place),
+        holding_torque_max_phi_deg=to_degrees(holding.place),
         forces=[_force(turn, name) for name in (*CONTACTS, *(vector.name for vector in turn.machine.vectors))],
         stages=found,
         cam_pressure_angle_max_deg=math.degrees(cam.value),
-        cam_pressure_angle_max_phi_deg=turn_deg(cam.place),
+        cam_pressure_angle_max_phi_deg=to_degrees(cam.place),
         shocks=list(turn.shocks()),
         notes=notes,
     )
@@ -39,7 +39,7 @@ def _force(turn: DesignTurn, name: str) -> PeakForce:
         name=name,
         meaning=turn.rows[turn.names.index(name)].quantity.meaning,
         max_N=largest,
-        max_phi_deg=turn_deg(high.place),
+        max_phi_deg=to_degrees(high.place),
         min_N=least,
-        min_phi_deg=turn_deg(low.place),
+        min_phi_deg=to_degrees(low.place),
     )

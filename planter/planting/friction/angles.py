@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics import quadrature
+from planter.numerics import piecewise
 
 NODES = 3
 """Nodes of a panel between neighbouring jumps."""
@@ -33,7 +33,7 @@ class Angles:
         pieces = np.ceil(np.diff(ends) / LONGEST).astype(int)
         inner = [np.linspace(a, b, k, endpoint=False) for a, b, k in zip(ends[:-1], ends[1:], pieces, strict=True)]
         cut = np.append(np.concatenate(inner), ends[-1])
-        nodes, weights = quadrature.panels(cut, NODES)
+        nodes, weights = piecewise.gauss_panels(cut, NODES)
         sides = cut[:-1, None] + ASIDE, cut[1:, None] - ASIDE
         half, none = np.hstack([sides[0], nodes, sides[1]]).ravel(), np.zeros((len(nodes), 1))
         own = np.hstack([none, weights, none]).ravel()

@@ -11,7 +11,7 @@ from planter.gear_geometry.cutting import ToothedPair
 from planter.gears.friction import KINDS, FrictionCurves
 from planter.gears.results import Extent, Friction, FrictionTurn
 from planter.kernels import Array
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.planting import cycle
 from planter.planting.friction import shown
 from planter.planting.friction.turn import FRICTION, MESHES, ToothedTurn

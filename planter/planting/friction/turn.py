@@ -15,7 +15,7 @@ from planter.gear_geometry.cutting import ToothedPair
 from planter.gear_geometry.mesh import SIDES, BearingPairs, SharedLoad, find_changes
 from planter.gear_geometry.pitch_curves import POLAR
 from planter.kernels import Array
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.optimise import joints
 from planter.planting.friction.angles import Angles
 from planter.planting.lifted import LiftedModel, Lifting, Turn

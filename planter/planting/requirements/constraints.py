@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.latest import Latest
+from planter.numerics.arrays import LastCallCache
 from planter.optimise.constraints import Constraints
 from planter.planting.model import Device
 from planter.planting.requirements.limits import limits
@@ -25,7 +25,7 @@ class Required(Constraints):
         self.kinds = self.measures.kinds
         names = [kind.name for kind in self.kinds]
         self.owner = np.array([names.index(row.kind.name) for row in self.measures.rows])
-        self._slopes = Latest(lambda x: self.measures.slopes(x) / self.step[:, None])
+        self._slopes = LastCallCache(lambda x: self.measures.slopes(x) / self.step[:, None])
 
     @classmethod
     def of(cls, device: Device) -> Required | None:

@@ -18,7 +18,7 @@ import numpy as np
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array, Kernel
-from planter.numerics.latest import Latest
+from planter.numerics.arrays import LastCallCache
 from planter.planting.model import Device
 from planter.planting.requirements import pitch
 from planter.planting.requirements.motion import HAIR, HALF, NozzleMotion
@@ -71,7 +71,7 @@ class Measures:
         self.device, self.section, self.motion = device, section, NozzleMotion(device)
         self.kinds: tuple[Kind, ...] = section.kinds
         self.names = {kind.name for kind in self.kinds}
-        self.at = Latest(self._found)
+        self.at = LastCallCache(self._found)
         self._build()
 
     def setting(self, name: str) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel
 from planter.numerics import roots
-from planter.numerics.extremes import stationary
+from planter.numerics.extrema import find_stationary_points
 
 TURN, STRETCH, PITCH = 180, 48, 48
 """Cells of the grids over a turn, over a part of it, and over a segment of a pitch curve."""
@@ -74,14 +74,14 @@ class Course:
             return value - level, slope
 
         brackets = np.array([low]), np.array([high])
-        return float(roots.newton(above, *brackets, (ends[:1], ends[1:]))[0])
+        return float(roots.find_bracketed_roots(above, *brackets, (ends[:1], ends[1:]))[0])
 
     def extreme(self, low: float, high: float, sign: int, cells: int = STRETCH) -> TipExtreme:
         """The largest (sign +1) or least (-1) value over [low, high]."""
         grid = np.linspace(low, high, cells + 1)
         value, slope, _ = self.rows(grid)
         ends = [TipExtreme(float(grid[k]), float(value[k]), w) for k, w in ((0, 0), (-1, 1))]
-        inside, maxima = stationary(self._slope, grid, slope)
+        inside, maxima = find_stationary_points(self._slope, grid, slope)
         inside = inside[maxima == (sign > 0)]
         if not len(inside):
             return max(ends, key=lambda e: sign * e.value)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.angles import turn_deg
+from planter.numerics.arrays import to_degrees
 from planter.planting.model import Device
 from planter.planting.requirements.limits import limits, reserve, shown, shown_limits
 from planter.planting.requirements.measures import Measures, Row
@@ -51,7 +51,7 @@ def entry(measures: Measures, kind: Kind, row: Row, value: float, angle: float |
         lower=lower,
         upper=upper,
         margin=margin,
-        phi_deg=None if angle is None else turn_deg(angle),
+        phi_deg=None if angle is None else to_degrees(angle),
         wanted_margin=wanted,
         verdict=verdict(kind, margin, wanted),
         meaning=kind.meaning,

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from planter.kernels import Array
 from planter.optimise.hybrid import Method
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from planter.planting import optimisation, problem, search
 from planter.planting.model import Device
 from planter.planting.optimisation import Optimisation
@@ -32,7 +32,7 @@ def optimise(
     starts: int | None = None,
     progress: Listener | None = None,
     keep: Callable[[Table], None] | None = None,
-    means: Means = HERE,
+    means: Means = AUTO,
 ) -> Optimisation:
     """The best design of a device with whole teeth, if any are wanted; all else as `optimisation.optimise`.
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from planter.files import units
 from planter.kernels import Array
-from planter.numerics.extremes import Extreme
+from planter.numerics.extrema import ExtremePoint
 from planter.workshop import biarcs
 from planter.workshop.arcs import Arcs
 from planter.workshop.biarcs import ArcFit
@@ -61,7 +61,7 @@ def build_cam_part(
 def _summarise(
     profile: Profile,
     kind: str,
-    tightest: Extreme,
+    tightest: ExtremePoint,
     contour: ArcFit,
     lift_off: RollerLiftOff | None,
     machine_speed: float,

@@ -13,8 +13,8 @@ from shapely import LineString
 
 from planter.errors import GeometryError, InputError
 from planter.kernels import Array
-from planter.numerics import extremes
-from planter.numerics.extremes import Extreme
+from planter.numerics import extrema
+from planter.numerics.extrema import ExtremePoint
 
 Columns = Mapping[str, Array]
 SAMPLES = 180
@@ -96,21 +96,25 @@ class Profile:
 
         return tuple(ContourPiece("pitch", piece.start, piece.end, evaluate_pitch) for piece in self.pieces)
 
-    def find_smallest(self, column: str) -> Extreme:
+    def find_smallest(self, column: str) -> ExtremePoint:
         """Return the smallest value of a column over a turn, on both sides of every breakpoint."""
-        return min((extremes.least(lambda at: self.course(at)[column], places) for places in self._sample_pieces()),
-                   key=lambda extreme: extreme.value)  # fmt: skip
+        candidates = (
+            extrema.find_minimum(lambda at: self.course(at)[column], places) for places in self._sample_pieces()
+        )
+        return min(candidates, key=lambda extremum: extremum.value)
 
-    def find_largest(self, column: str) -> Extreme:
+    def find_largest(self, column: str) -> ExtremePoint:
         """Return the largest value of a column over a turn, on both sides of every breakpoint."""
-        return max((extremes.largest(lambda at: self.course(at)[column], places) for places in self._sample_pieces()),
-                   key=lambda extreme: extreme.value)  # fmt: skip
+        candidates = (
+            extrema.find_maximum(lambda at: self.course(at)[column], places) for places in self._sample_pieces()
+        )
+        return max(candidates, key=lambda extremum: extremum.value)
 
     def _sample_pieces(self) -> list[Array]:
         inside = np.linspace(_END_OFFSET, 1 - _END_OFFSET, SAMPLES)
         return [start + (end - start) * inside for start, end in pairwise(self.breaks)]
 
-    def check_clearance(self) -> Extreme:
+    def check_clearance(self) -> ExtremePoint:
         """Return the smallest margin against undercutting, 1 - radius / radius of curvature, and its angle.
 
         Raises GeometryError, naming the angle and the radius, if the roller undercuts the contour.
@@ -163,5 +167,5 @@ def find_lift_off(push: Push, speed: float) -> RollerLiftOff | None:
     return RollerLiftOff(critical, _find_smallest_force(push, critical).place % (2 * np.pi))
 
 
-def _find_smallest_force(push: Push, speed: float) -> extremes.Extreme:
-    return extremes.least(lambda angles: push(angles, speed), _ANGLES, closed=True)
+def _find_smallest_force(push: Push, speed: float) -> extrema.ExtremePoint:
+    return extrema.find_minimum(lambda angles: push(angles, speed), _ANGLES, closed=True)

@@ -105,8 +105,8 @@ def expect(rows: Array, slopes: Array) -> tuple[Array, Array]:
     samples, tangents = (sides[0], rows[1, ::STRIDE]), (sides[1], slopes[1, :, ::STRIDE])
     outputs, gradients = np.zeros(OUTPUTS), np.zeros((OUTPUTS, PARAMETERS))
     for k, place, kind, scale in TERMS:
-        outputs[k] += scale * statistics.reduce(kind, samples[place])
-        gradients[k] += scale * tangents[place] @ statistics.differentiate(kind, samples[place])
+        outputs[k] += scale * statistics.reduce_samples(kind, samples[place])
+        gradients[k] += scale * tangents[place] @ statistics.differentiate_statistic(kind, samples[place])
     return outputs, gradients[:SLOPED]
 
 

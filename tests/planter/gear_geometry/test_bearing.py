@@ -12,7 +12,7 @@ from planter.gear_geometry.cutting import ToothedPair, ToothOrder
 from planter.gear_geometry.mesh import SIDES, BearingPairs, find_changes
 from planter.gear_geometry.pitch_curves import POLAR
 from planter.kernels import Array
-from planter.numerics import quadrature
+from planter.numerics import piecewise
 from tests.support.toothed import FREE, circles, stage
 
 PAIRS = [("ellipse", 8, 25, 1), ("eccentric_circle", 1, 32, -1)]
@@ -29,7 +29,7 @@ def nodes(found: ToothedPair, side: int) -> tuple[Array, Array]:
     at, sides = find_changes(mesh)
     period = mesh.period * mesh.pitch
     ends = np.unique(np.mod(at[sides == SIDES[side]], period))
-    places, weights = quadrature.panels(np.append(ends, ends[0] + period), 2)
+    places, weights = piecewise.gauss_panels(np.append(ends, ends[0] + period), 2)
     return places.ravel(), weights.ravel() / period
 
 

@@ -12,8 +12,8 @@ from planter.errors import PlanterError
 from planter.gear_geometry.pitch_curves import build_sampled_pair
 from planter.gears.curves import load_pair
 from planter.kernels import Array
-from planter.numerics import chebyshev
-from planter.numerics.spacing import find_gap
+from planter.numerics import piecewise
+from planter.numerics.arrays import find_gap
 from tests.support.cli import refusal
 
 POLAR = np.arange(60) * 6.0
@@ -92,8 +92,8 @@ def test_impossible_curve_is_refused_in_seconds(tmp_path: Path, kind: str) -> No
 
 
 def test_rough_function_ends_with_an_error() -> None:
-    with pytest.raises(chebyshev.RoughFunctionError):
-        chebyshev.Panels.of(lambda t: np.sin(1e6 * t)[None], np.linspace(0, 1, 9))
+    with pytest.raises(piecewise.RoughFunctionError):
+        piecewise.ChebyshevPanels.fit(lambda t: np.sin(1e6 * t)[None], np.linspace(0, 1, 9))
 
 
 def perturb(random: np.random.Generator) -> tuple[Array, Array]:

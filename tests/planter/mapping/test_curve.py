@@ -13,7 +13,7 @@ from planter.mapping.dyads import Dyad, solve_dyads
 from planter.mapping.linkage import FourBar
 from planter.mapping.nearest import Nearest, find_misses, find_nearest, interpolate_poses, list_misses
 from planter.mapping.paths import Choice, build_path_curve
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from tests.planter.mapping.data import CORRECTED, si
 
 DYADS = solve_dyads(si(CORRECTED)).dyads

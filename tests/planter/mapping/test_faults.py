@@ -12,7 +12,7 @@ from scipy.integrate import cumulative_trapezoid
 from planter.mapping import faults, model
 from planter.mapping.curve import AngleCurve
 from planter.mapping.train import GEARS, Train
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from tests.support.cli import answer, run
 
 A = 0.07

@@ -7,7 +7,7 @@ from planter.mapping import model
 from planter.mapping.defects import defects, in_order, one_turn, reversals, standings
 from planter.mapping.dyads import solve_dyads
 from planter.mapping.linkage import FourBar
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from tests.planter.mapping.data import CORRECTED, bar, si
 
 # frame, crank, coupler, follower; the types are those of any textbook (Norton, Design of machinery, section 2.13)

@@ -19,7 +19,7 @@ from planter.mapping.file import PoseFile, load_poses
 from planter.mapping.machines import build_linkage, takes
 from planter.mapping.synthesis import find_linkages
 from planter.mapping.train import Train
-from planter.numerics.angles import TURN, wrapped
+from planter.numerics.arrays import TURN, wrap_angle
 from tests.planter.mapping.data import CORRECTED
 
 ANGLES = np.linspace(-3.0, 9.0, 61)
@@ -55,7 +55,7 @@ def test_a_linkage_moves_as_the_room_s_own(number: int) -> None:
     phi = bar.arm_angle(ANGLES, np.full(len(ANGLES), linkage.standings[0].assembly))
     tip = bar.tip(ANGLES, phi)
     hinge = model.place_point(np.column_stack([tip.T, phi]), bar.follower.point)
-    assert np.abs(wrapped(values["phi"] - phi)).max() < 1e-12
+    assert np.abs(wrap_angle(values["phi"] - phi)).max() < 1e-12
     assert np.abs(np.diff(values["phi"])).max() < 3
     np.testing.assert_allclose([values["d1"], values["d2"]], tip, rtol=0, atol=1e-12)
     np.testing.assert_allclose([values["X_f"], values["Y_f"]], hinge.T, rtol=0, atol=1e-12)

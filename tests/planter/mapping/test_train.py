@@ -11,7 +11,7 @@ from planter.mapping.curve_file import load_curve
 from planter.mapping.dyads import solve_dyads
 from planter.mapping.train import RADII, Train
 from planter.mapping.training import polar_curves
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from tests.planter.mapping.data import CORRECTED, si
 
 A = 0.07

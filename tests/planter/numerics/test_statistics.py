@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planter.numerics.statistics import REDUCED, SMOOTH, Kind, Statistic, reduce
+from planter.numerics.statistics import REDUCTIONS, SMOOTH, Statistic, StatisticKind, reduce_samples
 
 RNG = np.random.default_rng(4)
 COUNT, SIZE = 7, 3
@@ -25,7 +25,7 @@ def at(function: tuple[np.ndarray, np.ndarray, np.ndarray], x: np.ndarray) -> tu
 
 @pytest.mark.parametrize("kind", SMOOTH)
 @pytest.mark.parametrize("moving", [True, False], ids=["moving weights", "equal weights"])
-def test_derivatives_are_those_of_differences(kind: Kind, moving: bool) -> None:
+def test_derivatives_match_differences(kind: StatisticKind, moving: bool) -> None:
     def build(x: np.ndarray) -> tuple[Statistic, np.ndarray, np.ndarray | None]:
         (values, slopes), (weights, weight_slopes) = at(VALUES, x), at(WEIGHTS, x)
         if not moving:
@@ -48,19 +48,21 @@ def test_derivatives_are_those_of_differences(kind: Kind, moving: bool) -> None:
 
 
 @pytest.mark.parametrize("kind", SMOOTH[:-1])
-def test_equal_weights_are_the_reduction_of_samples(kind: Kind) -> None:
+def test_equal_weights_match_reduction(kind: StatisticKind) -> None:
     samples = RNG.normal(2.0, 1e-3, size=(40, 3))
     columns = [Statistic(kind, column, np.full(40, 3.0)).value for column in samples.T]
-    np.testing.assert_allclose(reduce(kind, samples), columns, rtol=1e-12)
+    np.testing.assert_allclose(reduce_samples(kind, samples), columns, rtol=1e-12)
 
 
-def test_extremes_reduce_along_the_first_axis() -> None:
+def test_range_reduces_along_first_axis() -> None:
     samples = RNG.normal(size=(9, 4))
-    np.testing.assert_array_equal(reduce("range", samples), reduce("max", samples) - reduce("min", samples))
-    assert set(REDUCED) == {*SMOOTH[:-1], "max", "min", "range"}
+    np.testing.assert_array_equal(
+        reduce_samples("range", samples), reduce_samples("max", samples) - reduce_samples("min", samples)
+    )
+    assert set(REDUCTIONS) == {*SMOOTH[:-1], "max", "min", "range"}
 
 
-def test_a_constant_has_neither_spread_nor_slope() -> None:
+def test_constant_has_zero_deviation_and_slope() -> None:
     statistic = Statistic("std", np.full(4, 7.0))
     assert statistic.value == 0
     assert not statistic.gradient(np.ones((4, 2))).any()

@@ -11,7 +11,7 @@ import pytest
 from planter.errors import InputError
 from planter.optimise import hybrid
 from planter.optimise.descent import descend
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from planter.planting import search
 from planter.planting.search import Interrupted
 from tests.planter.optimise import toys
@@ -23,7 +23,7 @@ N, STARTS = 36, 2
 def results():
     """By method; two workers run the starts of hybrid, beside the genetic algorithm."""
     means = {"hybrid": Means(2)}
-    return {m: search.run(toys.device(), m, samples=N, seed=1, starts=STARTS, means=means.get(m, HERE))
+    return {m: search.run(toys.device(), m, samples=N, seed=1, starts=STARTS, means=means.get(m, AUTO))
             for m in hybrid.METHODS}  # fmt: skip
 
 

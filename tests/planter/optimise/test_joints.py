@@ -61,7 +61,7 @@ def test_newton_finds_roots_that_plain_newton_misses():
 
     low, high = np.array([-200.0, -1.0]), np.array([3.0, 400.0])
     ends = arctan(low)[0], arctan(high)[0]
-    assert roots.newton(arctan, low, high, ends) == pytest.approx([0.3, 0.3], abs=1e-15)
+    assert roots.find_bracketed_roots(arctan, low, high, ends) == pytest.approx([0.3, 0.3], abs=1e-15)
 
 
 def test_newton_says_where_it_failed():
@@ -72,4 +72,4 @@ def test_newton_says_where_it_failed():
 
     low, high = np.array([0.0]), np.array([1.0])
     with pytest.raises(ComputationError, match="not found"):
-        roots.newton(flat, low, high, (flat(low)[0], flat(high)[0]))
+        roots.find_bracketed_roots(flat, low, high, (flat(low)[0], flat(high)[0]))

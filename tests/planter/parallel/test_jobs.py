@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from planter.errors import ComputationError, InputError, PlanterError
-from planter.parallel import cluster, jobs, local
+from planter.parallel import jobs
 from planter.parallel.jobs import Jobs, run_in_order
-from planter.parallel.task import HERE, Means, Task, run_job
+from planter.parallel.task import AUTO, Means, Task, run_job
 from tests.planter.parallel.toys import ERRORS, prepare_squares
 
 pytestmark = pytest.mark.fault
@@ -35,7 +35,7 @@ def test_killed_worker_is_replaced_and_its_job_repeated(tmp_path: Path) -> None:
 
 
 def test_job_that_kills_every_worker_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(local, "LOST", 2)
+    monkeypatch.setattr(jobs, "MAX_LOST_PROCESSES", 2)
     killing = replace(SQUARES, arguments={"fatal": 1})
     with Jobs(killing, [1], Means(1)) as under_way, pytest.raises(ComputationError, match="2 processes have ended"):
         next(under_way.in_order())
@@ -85,17 +85,17 @@ def test_workers_start_only_if_they_pay(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(jobs, "Jobs", Started)
     monkeypatch.setattr(jobs, "count_cores", lambda: 2)
     here = prepare_squares()
-    assert list(run_in_order(SQUARES, range(7), HERE, here, float)) == EXPECTED
+    assert list(run_in_order(SQUARES, range(7), AUTO, here, float)) == EXPECTED
     assert not started
-    monkeypatch.setattr(jobs, "WORTH_S", 1e-9)
-    assert list(run_in_order(None, range(7), HERE, here, float)) == EXPECTED
+    monkeypatch.setattr(jobs, "MIN_PARALLEL_S", 1e-9)
+    assert list(run_in_order(None, range(7), AUTO, here, float)) == EXPECTED
     assert not started
-    assert list(run_in_order(SQUARES, range(7), HERE, here, float)) == EXPECTED
+    assert list(run_in_order(SQUARES, range(7), AUTO, here, float)) == EXPECTED
     assert started == [[1, 2, 3, 4, 5, 6]]
 
 
 def test_cluster_without_dask_or_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cluster, "CONNECTED_S", 0.2)
+    monkeypatch.setattr(jobs, "CONNECT_TIMEOUT_S", 0.2)
     with pytest.raises(InputError, match="must be the address of a Dask scheduler"):
         Jobs(SQUARES, [1], Means(cluster="tcp://127.0.0.1:1"))
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)

@@ -9,7 +9,7 @@ import pytest
 import planter.pickup.inverse
 import planter.pickup.spline
 from planter.errors import InputError
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.pickup.inverse import Inversion, invert_path
 from tests.planter.pickup.pickups import END, FAR, L1, L2, START, arm, steps, tips
 

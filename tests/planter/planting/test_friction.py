@@ -11,7 +11,7 @@ from planter.gear_geometry.contacts import Contacts
 from planter.gear_geometry.cutting import ToothOrder
 from planter.gear_geometry.mesh import SIDES, BearingPairs, SharedLoad
 from planter.kernels import Array
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.planting import columns as known
 from planter.planting import gears
 from planter.planting.friction import summary

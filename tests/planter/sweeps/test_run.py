@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planter.errors import ComputationError, InputError, Interrupted
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from planter.progress import Progress
 from planter.sweeps import job, run
 from planter.sweeps.job import CHUNK, Recipe
@@ -21,7 +21,7 @@ def squares(**more: object) -> Recipe:
     return Recipe("tests.planter.sweeps.toys:Squares", {"rows": ROWS, **more})
 
 
-def answered(recipe: Recipe, path: Path | None = None, means: Means = HERE) -> tuple[str, run.Run]:
+def answered(recipe: Recipe, path: Path | None = None, means: Means = AUTO) -> tuple[str, run.Run]:
     """Hash of the answer, and how it came about; the numbers are those of the job."""
     with Store(path, recipe.question, ROWS, 2) as store:
         done = run.run_job(recipe, store, means)

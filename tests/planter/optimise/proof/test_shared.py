@@ -10,7 +10,7 @@ import pytest
 from planter.optimise.proof.bound import Incumbent, prove_bound
 from planter.optimise.proof.results import GlobalBound
 from planter.optimise.proof.shared import share_boxes
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from tests.planter.optimise.proof.toys import BEST, Ring
 
 BOX = np.array([-1.5, -1.0]), np.array([1.2, 1.3])
@@ -25,7 +25,7 @@ def prove(means: Means) -> GlobalBound:
 
 @pytest.mark.fault
 def test_number_of_workers_changes_no_digit() -> None:
-    here = prove(HERE)
+    here = prove(AUTO)
     assert here.proved
     assert here.boxes > 100
     assert prove(Means(1)) == prove(Means(2)) == here
