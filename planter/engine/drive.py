@@ -21,8 +21,8 @@ from planter.engine.response import Response
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array, Kernel
-from planter.numerics.angles import TURN, turn_deg
-from planter.numerics.extremes import first_extreme
+from planter.numerics.arrays import TURN, to_degrees
+from planter.numerics.extrema import index_first_extremum
 from planter.records import Record
 
 STEPS = 4
@@ -439,7 +439,7 @@ def drive_machine(
 def _quantity(machine: Machine, name: str, turn: Course, driven: State, constant: State) -> DrivenQuantity:
     quantity = machine.find_quantity(name)
     own, other = (state.values[name][:-1] / quantity.factor for state in (driven, constant))
-    high, low = (turn_deg(float(turn.phi[first_extreme(turn.phi[:-1], own, sign)])) for sign in (1, -1))
+    high, low = (to_degrees(float(turn.phi[index_first_extremum(turn.phi[:-1], own, sign)])) for sign in (1, -1))
     return DrivenQuantity(
         unit=units.unit(quantity.key),
         max=float(own.max()),
@@ -453,7 +453,7 @@ def _quantity(machine: Machine, name: str, turn: Course, driven: State, constant
 
 
 def _speed(turn: Course, mean: float) -> Speed:
-    high, low = (turn_deg(float(turn.phi[first_extreme(turn.phi, turn.omega, sign)])) for sign in (1, -1))
+    high, low = (to_degrees(float(turn.phi[index_first_extremum(turn.phi, turn.omega, sign)])) for sign in (1, -1))
     most, least = float(turn.omega.max()), float(turn.omega.min())
     return Speed(
         mean_rpm=mean * RPM,

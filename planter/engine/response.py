@@ -20,7 +20,7 @@ from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array, Kernel
 from planter.numerics.arrays import Integers
-from planter.numerics.crossings import find_crossings
+from planter.numerics.roots import find_crossings
 
 INPUTS = ("phi", "d", "h", "q")
 

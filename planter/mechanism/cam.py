@@ -12,7 +12,7 @@ from planter.files import paths, units
 from planter.files.csv_rows import number
 from planter.kernels import Array, formulas
 from planter.mechanism.model import Model, require_repeating
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 from planter.workshop import solids
 from planter.workshop.bores import Bore
 from planter.workshop.cams.part import build_cam_part

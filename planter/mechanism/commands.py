@@ -214,7 +214,7 @@ def calibrate_machine(
     from planter.measured.calibration import calibrate
     from planter.measured.curve import find_measured
     from planter.mechanism.model import require_repeating
-    from planter.parallel.task import HERE
+    from planter.parallel.task import AUTO
 
     if quantity is None:
         keys = ", ".join(result.key for result in machine.results)
@@ -222,7 +222,7 @@ def calibrate_machine(
     require_repeating(machine, [find_measured(machine, quantity).name])
     builders = {"derived": partial(machine.build, machine.document)}
     rebuild = machine.document.with_numbers
-    return calibrate(builders, data, columns, bounds, quantity, rebuild, check, seed, progress, means or HERE)
+    return calibrate(builders, data, columns, bounds, quantity, rebuild, check, seed, progress, means or AUTO)
 
 
 def run_calibrate(

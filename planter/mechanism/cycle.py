@@ -19,10 +19,9 @@ from planter.mechanism.model import Model, Periodicity, periodicity
 from planter.mechanism.optimisation import evaluate_limits
 from planter.mechanism.results import AngleValues, Law, MachineValidation, Quantity, Warned
 from planter.mechanism.results import Turn as Result
-from planter.numerics import extremes
-from planter.numerics.angles import turn_deg
-from planter.numerics.arrays import Flags
-from planter.numerics.extremes import first_extreme
+from planter.numerics import extrema
+from planter.numerics.arrays import Flags, to_degrees
+from planter.numerics.extrema import index_first_extremum
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,7 @@ def turn(model: Model, samples: int | None = None) -> Turn:
 
 def describe_quantity(quantity: Described, values: Array, angles: Array, repeats: Periodicity) -> Quantity:
     """Return extremes, mean and root mean square of samples (n,) in the key's unit, of a cycle at angles (n,) [rad]."""
-    low, high = (turn_deg(float(angles[first_extreme(angles, values, sign)])) for sign in (-1, 1))
+    low, high = (to_degrees(float(angles[index_first_extremum(angles, values, sign)])) for sign in (-1, 1))
     is_averaged = quantity.key not in repeats.changes
     mean, square = _means(values, repeats.end[quantity.key]) if is_averaged else (None, None)
     return Quantity(
@@ -146,7 +145,7 @@ def warnings(model: Model, angles: Array, found: dict[str, Array], repeats: bool
 
 
 def _warned(model: Model, name: str, angles: Array, values: Array, repeats: bool) -> Iterator[Warned]:
-    lowest = extremes.least(lambda at: model(at)[name], angles, closed=repeats)
+    lowest = extrema.find_minimum(lambda at: model(at)[name], angles, closed=repeats)
     if lowest.value >= 0:
         return
     what = f"{name} ({model.machine.find_quantity(name).meaning}) falls to {lowest.value:.4g} N"

@@ -20,7 +20,7 @@ from planter.errors import ComputationError
 from planter.files import units
 from planter.kernels import Array, Kernel
 from planter.mechanism.results import Warned
-from planter.numerics.angles import TURN
+from planter.numerics.arrays import TURN
 
 
 class Model:

@@ -117,6 +117,6 @@ def _refine_minimum(function: ArrayFunction, places: Array, values: Array, k: in
         lambda offset: float(function(np.array([place + offset]))[0]), bounds=(low, high), method="bounded",
         options={"xatol": PLACE_TOLERANCE * (high - low)},
     )  # fmt: skip
-    return (
-        ExtremePoint(place + float(result.x), float(result.fun)) if result.fun < value else ExtremePoint(place, value)
-    )
+    if result.fun < value:
+        place, value = place + float(result.x), float(result.fun)
+    return ExtremePoint(place, value)

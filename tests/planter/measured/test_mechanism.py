@@ -14,7 +14,7 @@ from planter.measured.reading import Columns
 from planter.mechanism.commands import calibrate_machine
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
-from planter.parallel.task import HERE, Means
+from planter.parallel.task import AUTO, Means
 from tests.support import own
 from tests.support.cli import answer, refusal
 
@@ -66,7 +66,7 @@ def test_bounds_beyond_what_closes_cost_starts_only(data: Path) -> None:
     columns, machine = Columns("place", time="t"), own.machine("slider_crank")
     result, by_workers = (
         calibrate_machine(machine, data, columns, {"r_mm": (40.0, 400.0)}, "s_mm", means=means).result
-        for means in (HERE, Means(2))
+        for means in (AUTO, Means(2))
     )
     assert by_workers.table() == result.table(), "every digit"
     assert result.fitted[0].low95 < 60.0 < result.fitted[0].high95

@@ -29,7 +29,7 @@ def test_kink_is_found_within_tolerance() -> None:
 
 def test_end_is_extremum_of_interval_only() -> None:
     places = np.linspace(0.0, 1.0, 21)
-    assert extrema.find_minimum(np.exp, places) == extrema.Extremum(0.0, 1.0)
+    assert extrema.find_minimum(np.exp, places) == extrema.ExtremePoint(0.0, 1.0)
     around = extrema.find_minimum(lambda x: np.cos(x + np.pi + 0.02), PERIOD, closed=True)
     assert around.value == pytest.approx(-1.0, rel=1e-15)
     assert around.place == pytest.approx(-0.02, abs=1e-7)
@@ -66,7 +66,7 @@ def test_vectorised_function_evaluates_each_element() -> None:
 
 
 def test_extremum_of_constant_is_first_sample() -> None:
-    assert extrema.find_minimum(np.zeros_like, PERIOD, closed=True) == extrema.Extremum(0.0, 0.0)
+    assert extrema.find_minimum(np.zeros_like, PERIOD, closed=True) == extrema.ExtremePoint(0.0, 0.0)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
