@@ -37,7 +37,7 @@ def test_killed_worker_is_replaced_and_its_job_repeated(tmp_path: Path) -> None:
 def test_job_that_kills_every_worker_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(jobs, "MAX_LOST_PROCESSES", 2)
     killing = replace(SQUARES, arguments={"fatal": 1})
-    with Jobs(killing, [1], Means(1)) as under_way, pytest.raises(ComputationError, match="2 processes have ended"):
+    with Jobs(killing, [1], Means(1)) as under_way, pytest.raises(ComputationError, match="2 worker processes ended"):
         next(under_way.in_order())
 
 
