@@ -25,7 +25,7 @@ from .mechanics.slopes import Followed
 from .mechanics.twins import Sides
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
 from .quantity import OpenVector, Quantity, Vector
-from .systems.stated.trial import trial
+from .systems.user_mechanism.trial import trial
 from .table import Quantities, quantities
 
 built_in()

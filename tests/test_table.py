@@ -445,11 +445,11 @@ def check_motion(column: Column, folder: Path) -> None:
 
 
 SYSTEMS = {
-    "wang2017": derivation.exact,
-    "compact": derivation.exact,
-    "yu2023": pickup.exact,
-    "sun2019-corrected": mapping.exact,
-    "shi2021": clutch.exact,
+    "wang2017": derivation.build_exact_system,
+    "compact": derivation.build_exact_system,
+    "yu2023": pickup.build_pickup_system,
+    "sun2019-corrected": mapping.build_mapping_system,
+    "shi2021": clutch.build_clutch_system,
 }
 
 

@@ -12,10 +12,9 @@ from ..audit.case import Case
 from ..audit.paper import Paper, Reading
 from ..equations import Definition
 from ..model import System
-from ..systems.clutch import beam, model, motion
+from ..systems.clutch import model, motion
 from ..systems.clutch.quantities import *
 from ..systems.clutch.subject import SUBJECT
-from ..systems.clutch.vocabulary import ClutchClaim
 
 PAPER = Paper("shi2021", "Shi et al. 2021, doi:10.6041/j.issn.1000-1298.2021.02.006", place=2)
 
@@ -189,12 +188,12 @@ times, and the printed radius of curvature for the tooth tips, whose polygon is 
 
 def printed() -> System:
     """The clutch as this paper prints it."""
-    return model.printed(PAPER.equations, COMPLETION, LACKING)
+    return model.build_printed_clutch(PAPER.equations, COMPLETION, LACKING)
 
 
 def printed_beam() -> System:
     """The engagement as this paper prints it."""
-    return beam.printed(PAPER.equations)
+    return model.build_printed_beam(PAPER.equations)
 
 
 SYSTEMS = (printed, printed_beam)

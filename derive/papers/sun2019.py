@@ -13,7 +13,6 @@ from ..audit.paper import Paper, Reading
 from ..equations import Claimed
 from ..systems.mapping.quantities import *
 from ..systems.mapping.subject import SUBJECT
-from ..systems.mapping.vocabulary import MappingClaim
 
 PAPER = Paper("sun2019", "Sun and Wang 2019, Chinese patent CN107654585B", place=4)
 

@@ -13,10 +13,9 @@ from ..audit.paper import Paper, Reading
 from ..chain import Chain, Solve
 from ..equations import Balance, Definition
 from ..model import System
-from ..systems.planting import derivation, support
+from ..systems.planting import derivation, variants
 from ..systems.planting.quantities import *
 from ..systems.planting.subject import SUBJECT
-from ..systems.planting.vocabulary import PlantingClaim
 
 PAPER = Paper("wang2017", "Wang et al. 2017, doi:10.6041/j.issn.1000-1298.2017.01.006", place=1)
 
@@ -329,12 +328,12 @@ FRAME = Chain(
 
 def printed() -> System:
     """The device as this paper prints it."""
-    return derivation.printed(SIDE, FRAME)
+    return derivation.build_printed_system(SIDE, FRAME)
 
 
 def printed_support() -> System:
     """The support force alone, as this paper prints it."""
-    return support.of_model(printed(), flat=False)
+    return variants.build_share_system(printed(), flat=False)
 
 
 SYSTEMS = (printed, printed_support)

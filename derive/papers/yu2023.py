@@ -13,7 +13,6 @@ from ..audit.paper import Paper, Reading
 from ..equations import Claimed
 from ..systems.pickup.quantities import *
 from ..systems.pickup.subject import SUBJECT
-from ..systems.pickup.vocabulary import PickupClaim
 
 PAPER = Paper("yu2023", "Yu, Wang, Liu, Ye, Li, Zhao 2023, dense-planting seedling pick-up mechanism", place=3)
 

@@ -43,9 +43,9 @@ def disc() -> ClosedForm:
     return ClosedForm("disc", (phi, CENTRE, cams.reach), steps, Vector("contour", (pitch_x, pitch_y, *cams.CONTOUR)))
 
 
-def exact() -> System:
+def build_cam_system() -> System:
     """A disc cam."""
     return System("disc_cam", "Disc cam for a roller", "derived (geometry)", ASSUMPTIONS, closed_forms=(disc(),))
 
 
-SYSTEMS = (exact,)
+SYSTEMS = (build_cam_system,)

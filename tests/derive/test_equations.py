@@ -22,10 +22,10 @@ from derive.equations import (
     defined,
     derived,
 )
-from derive.systems.clutch.vocabulary import ClutchClaim
-from derive.systems.mapping.vocabulary import MappingClaim
-from derive.systems.pickup.vocabulary import PickupClaim
-from derive.systems.planting.vocabulary import PlantingClaim
+from derive.systems.clutch.quantities import ClutchClaim
+from derive.systems.mapping.quantities import MappingClaim
+from derive.systems.pickup.quantities import PickupClaim
+from derive.systems.planting.quantities import PlantingClaim
 from tests.support.made_up import MadeUpClaim, a, b, c
 
 VOCABULARIES: list[type[Claim]] = [ClutchClaim, MappingClaim, PickupClaim, PlantingClaim]

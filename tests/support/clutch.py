@@ -5,10 +5,10 @@ from __future__ import annotations
 import mpmath
 import sympy as sp
 
-from derive.systems.clutch import claims
+from derive.systems.clutch import subject as claims
 from tests.support.late import LateDict
 
-CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.formulas().equations.items()})
+CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.derive_formulas().equations.items()})
 
 
 def value(expr: sp.Expr, point: claims.Values) -> mpmath.mpf:

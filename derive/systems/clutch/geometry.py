@@ -15,7 +15,7 @@ from sympy import Expr, Matrix, S, cos, pi, sin
 from ...formulas import Formulas
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
 from . import quantities as q
-from .vocabulary import ClutchClaim
+from .quantities import ClutchClaim
 
 TURN = 2 * pi
 VERTICES = 5

@@ -199,7 +199,7 @@ def _harmonic(f: Formulas) -> None:
     f.function("harmonic", (ORDER, SHAPE), *_shape(), let(HARMONIC, amplitude), gives=(HARMONIC,))
 
 
-def exact() -> System:
+def build_rotor_system() -> System:
     """A Reuleaux polygon in a regular polygon, from first principles."""
     title, source = "Reuleaux polygon in a regular polygon", "derived (kinematics)"
     f = Formulas("clutch_rotor", title=title, source=source, assumptions=ASSUMPTIONS, told="{}")
@@ -208,4 +208,4 @@ def exact() -> System:
     return f.system()
 
 
-SYSTEMS = (exact,)
+SYSTEMS = (build_rotor_system,)

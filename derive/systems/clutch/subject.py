@@ -1,31 +1,161 @@
-"""What the audit asks of the clutch."""
+"""The Reuleaux-pentagon clutch as an audit subject (shi2021): derived equations, admissible points, reference cycle."""
 
 from __future__ import annotations
 
 import random
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
 
+import mpmath
 from mpmath import mpf
 from sympy import Expr
 
 from ...audit.subject import Subject
 from ...equations import Claimed, Equation
+from ...formulas import Formulas, Values
+from ...machine_file import MachineFile
 from ...quantity import Quantity
-from . import claims, motion
-from .vocabulary import ClutchClaim
+from . import geometry, motion
+from . import quantities as q
+from .quantities import ClutchClaim
+
+ASSUMPTIONS = (
+    "rigid polygon and hexagon, no clearance",
+    "vertices A and B stay on their sides while C passes a corner",
+    "teeth meet the flats of the shaft without backlash",
+    "crank gear rolls on the rack, external mesh",
+    "output shaft is a uniform Euler-Bernoulli beam in one assumed mode, a quarter sine from its bearing",
+    "shaft end undeformed at contact and at the body's speed; both move together",
+)
+
+DATA = Path(__file__).parents[3] / "planter" / "clutch" / "examples" / "shi2021.toml"
+DIGITS = 60
+SOLVED = (
+    (ClutchClaim.C_FROM_B_X, q.X_B),
+    (ClutchClaim.SLEEVE_ACROSS, q.F_N),
+    (ClutchClaim.CRANK_BY_TEETH, q.n),
+    (ClutchClaim.TOOTH_ACROSS, q.F_x),
+)
+"""What follows from equations that do not define it."""
+
+
+@cache
+def derive_formulas() -> Formulas:
+    """Every derived equation, by what it claims to be."""
+    f = Formulas("clutch")
+    for part in (geometry.polygon, geometry.tooth, geometry.taper, motion.linkage, motion.engagement, motion.slip):
+        part(f)
+    return Formulas(f.name, (replace(e, residual=geometry.with_angles(e.residual)) for e in f.equations.values()))
+
+
+def complete_values(independent: Values) -> Values:
+    """The independent quantities with all that depend on them, to the precision of the moment."""
+    values = dict(independent)
+    values[q.k] = values[q.r_A] / values[q.r_D]
+    values[q.Y1], values[q.Y2] = values[q.S1] - values[q.S2], values[q.S3] - values[q.S4]
+    return derive_formulas().followed(values, *SOLVED)
+
+
+_RANGES: dict[Quantity, tuple[str, str]] = {
+    q.a1: ("0.008", "0.016"), q.mu: ("0.05", "0.3"), q.d: ("0.008", "0.012"), q.F1: ("50", "90"), q.F2: ("10", "40"),
+    q.r_A: ("0.012", "0.022"), q.r_D: ("0.038", "0.05"), q.gamma: ("1.3", "1.5"), q.m: ("0.001", "0.003"),
+    q.l_AB: ("0.014", "0.017"), q.l_AC: ("0.038", "0.042"), q.l_BC: ("0.042", "0.047"),
+    q.l: ("0.04", "0.09"), q.E: ("1e11", "3e11"), q.rho: ("7000", "8500"), q.m1: ("0.2", "0.4"), q.F_M: ("80", "150"),
+    q.Delta_omega: ("3", "6"), q.r1: ("0.009", "0.013"), q.t: ("1e-5", "8e-5"), q.theta0: ("0.4", "0.8"),
+    q.F_y: ("1", "3"), q.f0: ("0.5", "2"), q.S1: ("0.01", "0.05"), q.S2: ("0", "0.009"), q.S3: ("0.01", "0.05"),
+    q.S4: ("0", "0.009"), q.v_c: ("0.02", "0.08"), q.fixity: ("0.2", "0.8"),
+}  # fmt: skip
+
+
+def draw_admissible_point(rng: random.Random) -> Values:
+    """A random point at which every derived equality and every derived condition of a working clutch holds.
+
+    Two equations speak of a special state and are left out: the faces at the least tip distance, and no slip.
+    """
+    with mpmath.workdps(DIGITS):
+
+        def between(low: Any, high: Any) -> mpf:
+            return low + (high - low) * mpf(rng.getrandbits(DIGITS * 4)) / 2 ** (DIGITS * 4)
+
+        v: Values = {symbol: between(mpf(low), mpf(high)) for symbol, (low, high) in _RANGES.items()}
+        half_arc = 2 * mpmath.pi / 5
+        v[q.theta] = between(mpmath.pi * 11 / 30, mpmath.pi / 2)
+        v[q.R] = v[q.a1] * between(mpf("2.5"), mpf("3.5"))
+        v[q.r] = v[q.a1] * between(mpf("0.32"), mpf("0.5"))
+        v[q.b1] = v[q.a1] * between(mpf("0.915"), mpf("1.1"))
+        v[q.b2] = v[q.a1] * between(mpf(1), mpf("1.1"))
+        v[q.R2] = v[q.b2] + between(mpf("0.001"), mpf("0.003"))
+        v[q.R1] = v[q.R2] + v[q.d] * between(mpf("0.1"), mpf("0.5"))
+        v[q.phi] = mpmath.atan((v[q.R1] - v[q.R2]) / v[q.d])
+        lift = v[q.R] * (1 / mpmath.sin(half_arc) - 1) / 2
+        v[q.c] = lift / mpmath.tan(v[q.phi]) * between(mpf("1.05"), mpf("1.5"))
+        mesh = mpmath.pi / 2 - v[q.gamma]
+        v[q.alpha] = rng.choice((between(mpf(0), mesh), between(mesh, mpf(1))))
+        v[q.x] = v[q.l] * between(mpf("0.1"), mpf("0.9"))
+        return complete_values(v)
+
+
+def _given(machine: MachineFile) -> Values:
+    """The data of the built-in clutch in SI units and radians."""
+    return {s: machine.si(s.shown) for s in vars(q).values() if isinstance(s, Quantity) and s.shown}
+
+
+def compute_reference_cycle(points: int) -> list[Values]:
+    """All quantities of the built-in clutch while everything that varies runs from start to end of its own course.
+
+    C passes a corner, the link rises from the horizontal to the limit of the linkage, tooth and shaft stay in contact,
+    and the place on the shaft moves from the bearing to the contact.
+    """
+    with mpmath.workdps(DIGITS):
+        fixed = _machine()
+        zero = mpf(0)
+        still = complete_values({**fixed, q.theta: mpmath.pi / 2, q.alpha: zero, q.t: zero, q.x: zero})
+        limit = mpmath.pi / 2 - fixed[q.gamma] + still[q.k] * still[q.theta_Amax]
+        courses = {
+            q.theta: (mpmath.pi * 11 / 30, mpmath.pi / 2),
+            q.alpha: (zero, limit),
+            q.t: (zero, _contact_time(still)),
+            q.x: (zero, fixed[q.l]),
+        }
+        shares = [mpf(i) / max(points - 1, 1) for i in range(points)]
+        return [
+            complete_values({**fixed, **{s: a + (b - a) * share for s, (a, b) in courses.items()}}) for share in shares
+        ]
+
+
+def _machine() -> Values:
+    """The built-in clutch with what follows from its data at once."""
+    machine = MachineFile.read(DATA)
+    v = _given(machine)
+    v[q.R] = mpmath.sqrt(3) * v[q.a]
+    v[q.a1] = machine.si("shaft.flat_to_flat_mm") / mpmath.sqrt(3)
+    v[q.R1] = v[q.R2] + v[q.d] * mpmath.tan(v[q.phi])
+    v[q.Delta_omega] = machine.si("engagement.input_speed_rpm")
+    v[q.F_M] = machine.si("engagement.load_Nm") / v[q.r1]
+    return v
+
+
+def _contact_time(v: Values) -> mpf:
+    """When the contact load has fallen to zero; a full period where it never does."""
+    swing, lag = v[q.N_max] - v[q.F_M], mpmath.atan2(v[q.B2], v[q.v_0] * v[q.B1])
+    ends = mpmath.pi + mpmath.asin(v[q.F_M] / swing) + lag if v[q.F_M] < swing else 2 * mpmath.pi
+    return ends / v[q.B1]
 
 
 class Clutch(Subject):
     """The clutch, as derived, on the cycle of the built-in one."""
 
     def claims(self) -> Mapping[Claimed, Equation]:
-        return claims.formulas().equations
+        return derive_formulas().equations
 
     def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
-        return claims.admissible(rng)
+        return draw_admissible_point(rng)
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
-        return claims.reference(points)
+        return compute_reference_cycle(points)
 
     def held(self, claim: Claimed, said: Expr) -> Mapping[str, Expr]:
         deflections = (ClutchClaim.MODAL_DEFLECTION, ClutchClaim.SHAFT_DEFLECTION)

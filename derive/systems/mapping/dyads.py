@@ -18,7 +18,7 @@ from ...mechanics.frames import Frame, Point, Vec, displacement
 from ...mechanics.frames import Z as UP
 from ...quantity import Quantity
 from . import quantities as q
-from .vocabulary import MappingClaim
+from .quantities import MappingClaim
 
 WORLD = Frame("frame")
 ARM = Frame("arm", WORLD, UP, q.phi)

@@ -1,19 +1,101 @@
-"""Design by kinematic mapping as functions in closed form: what the numbers call, each step as it is derived."""
+"""Design by kinematic mapping as functions in closed form, with the four-bar linkage of two dyads.
+
+A second hinge of the arm keeps its distance from a second fixed hinge, while the crank, which is the first dyad, turns
+by ``theta``; the arm is the coupler of the linkage.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 
 import sympy as sp
 from sympy import Expr, S
 
 from ...formulas import Formulas
-from ...mechanics.frames import Frame, Motion, Vec, displacement
+from ...mechanics.frames import Frame, Motion, Point, Vec, displacement
 from ...mechanics.frames import Z as UP
 from ...model import Let, System, let
 from ...quantity import Quantity, Vector
-from . import claims, dyads, linkage, train
+from . import dyads, train
 from . import quantities as q
+from .dyads import ARM, MOVING_HINGE, ORIGIN, TIP, WORLD
+from .subject import ASSUMPTIONS
+from .train import tip
+
+
+def _linkage(name: str, unit: str, meaning: str) -> Quantity:
+    return Quantity(name, unit, meaning, "derived: four-bar linkage of two dyads")
+
+
+x_f = _linkage("x_f", "m", "follower's moving hinge in the moving frame, x")
+y_f = _linkage("y_f", "m", "follower's moving hinge in the moving frame, y")
+X_f = _linkage("X_f", "m", "follower's fixed hinge, X")
+Y_f = _linkage("Y_f", "m", "follower's fixed hinge, Y")
+L_f = _linkage("L_f", "m", "length of the follower")
+CRANK = Vector("crank", (q.x, q.y, q.X_c, q.Y_c, q.L1))
+FOLLOWER = Vector("follower", (x_f, y_f, X_f, Y_f, L_f))
+
+u = _linkage("u", "m", "from the crank's moving hinge to the follower's, in the moving frame, x")
+v = _linkage("v", "m", "from the crank's moving hinge to the follower's, in the moving frame, y")
+U = _linkage("U", "m", "from the crank's fixed hinge to the follower's, X")
+V = _linkage("V", "m", "from the crank's fixed hinge to the follower's, Y")
+GAPS: dict[Quantity, Expr] = {u: x_f - q.x, v: y_f - q.y, U: X_f - q.X_c, V: Y_f - q.Y_c}
+"""Coupler and frame: only they enter the loop, not where the hinges lie."""
+
+of_cos = _linkage("of_cos", "m2", "what cos(phi) is multiplied by in the loop")
+of_sin = _linkage("of_sin", "m2", "what sin(phi) is multiplied by in the loop")
+alone = _linkage("alone", "m2", "the term of the loop without phi")
+closure = _linkage("closure", "m2", "square of the distance that the follower bridges, less the square of its length")
+by_theta = _linkage("by_theta", "m2", "derivative of the closure in the angle of the crank")
+by_phi = _linkage("by_phi", "m2", "derivative of the closure in the angle of the arm")
+across = _linkage("across", "m2", "coupler times follower times the sine of the angle from coupler to follower")
+along = _linkage("along", "m2", "coupler times follower times the cosine of the angle from coupler to follower")
+
+FOLLOWED = Point("follower's moving hinge", TIP, Vec(ARM, (x_f, y_f, S.Zero)))
+PIVOT = Point("follower's fixed hinge", ORIGIN, Vec(WORLD, (X_f, Y_f, S.Zero)))
+COS, SIN = sp.Symbol("COS", real=True), sp.Symbol("SIN", real=True)
+
+
+def _driven(vector: Vec) -> Vec:
+    """The vector where the crank holds the tip, by coupler and frame."""
+    by_gaps = {x_f: q.x + u, y_f: q.y + v, X_f: q.X_c + U, Y_f: q.Y_c + V}
+    x, y, z = (sp.expand(c.xreplace(tip()).xreplace(by_gaps)) for c in vector.components)
+    return Vec(vector.frame, (x, y, z))
+
+
+@cache
+def residual() -> Expr:
+    """What vanishes where the follower fits."""
+    gap = _driven(displacement(PIVOT, FOLLOWED, WORLD))
+    return gap.dot(gap) - L_f**2
+
+
+@cache
+def loop() -> dict[Quantity, Expr]:
+    """The closure as ``of_cos cos(phi) + of_sin sin(phi) + alone``."""
+    named = residual().subs({sp.cos(q.phi): COS, sp.sin(q.phi): SIN})
+    poly = sp.Poly(sp.rem(sp.expand(named), SIN**2 + COS**2 - 1, SIN), COS, SIN)
+    first, second, last = (sp.factor_terms(sp.trigsimp(poly.coeff_monomial(m))) for m in (COS, SIN, 1))
+    rest = poly - sp.Poly(first * COS + second * SIN + last, COS, SIN)
+    if sp.simplify(rest.as_expr()) != 0:
+        raise ValueError(f"the loop holds {rest.as_expr()} besides")
+    return {of_cos: first, of_sin: second, alone: last}
+
+
+def closed() -> dict[Quantity, Expr]:
+    """The closure and its derivatives."""
+    parts = loop()
+    expr = parts[of_cos] * sp.cos(q.phi) + parts[of_sin] * sp.sin(q.phi) + parts[alone]
+    return {closure: expr, by_theta: expr.diff(q.theta), by_phi: expr.diff(q.phi)}
+
+
+def transmission() -> dict[Quantity, Expr]:
+    """Angle between coupler and follower at the hinge that joins them, by its sine and cosine."""
+    coupler = _driven(displacement(MOVING_HINGE, FOLLOWED, WORLD))
+    follower = _driven(displacement(PIVOT, FOLLOWED, WORLD))
+    return {across: coupler.cross(follower)[2], along: coupler.dot(follower)}
+
 
 SOURCE = "derived (kinematic mapping)"
 Named = Mapping[Quantity, Expr]
@@ -46,10 +128,10 @@ CURVATURES = tuple(
 RADII = (q.r1, q.r2, q.r3, q.r4)
 
 
-def exact() -> System:
+def build_mapping_system() -> System:
     """Everything from a pose to the pitch curves of the train."""
     title = "Design of a gear train by kinematic mapping"
-    f = Formulas("mapping_exact", title=title, source=SOURCE, assumptions=claims.ASSUMPTIONS, told="{}_out")
+    f = Formulas("mapping_exact", title=title, source=SOURCE, assumptions=ASSUMPTIONS, told="{}_out")
     _of_dyads(f)
     _of_linkages(f)
     _of_train(f)
@@ -129,17 +211,17 @@ def swinging_by_coefficients() -> Named:
 
 
 def _of_linkages(f: Formulas) -> None:
-    crank, follower = linkage.CRANK, linkage.FOLLOWER
+    crank, follower = CRANK, FOLLOWER
     place = {**train.tip(), **_carried()}
     angle, angles = (q.theta,), (q.theta, q.phi)
     f.function("arm", (*angles, crank), *_lets(place, "tip and moving hinge by the angles of carrier and arm"))
-    for name, turned, closed in (
-        ("loop", angle, linkage.loop()),
-        ("closed", angles, linkage.closed()),
-        ("transmission", angles, linkage.transmission()),
+    for name, angles_in, closure_terms in (
+        ("loop", angle, loop()),
+        ("closed", angles, closed()),
+        ("transmission", angles, transmission()),
     ):
-        steps = (*_lets(linkage.GAPS, "coupler and frame"), *_lets(closed, "closed loop"))
-        f.function(name, (*turned, crank, follower), *steps, gives=closed)
+        steps = (*_lets(GAPS, "coupler and frame"), *_lets(closure_terms, "closed loop"))
+        f.function(name, (*angles_in, crank, follower), *steps, gives=closure_terms)
 
 
 def _carried() -> Named:
@@ -193,4 +275,4 @@ def bend_of_carrier() -> Expr:
     return sp.acos(sp.expand(found))
 
 
-SYSTEMS = (exact,)
+SYSTEMS = (build_mapping_system,)

@@ -1,11 +1,14 @@
-"""Quantities of the design by kinematic mapping: every symbol that its derivation and its paper share.
+"""Quantities of the design by kinematic mapping and the relations that derivation and paper state (sun2019).
 
 Upper-case X, Y are coordinates in the fixed frame, lower-case x, y those of the moving frame, which is fixed to the
-arm with its origin in the tip. A pose is the place of that origin and the turn of the frame.
+arm with its origin in the tip. A pose is the position of that origin and the rotation of the frame.
 """
 
 from __future__ import annotations
 
+from enum import unique
+
+from ...equations import Claim
 from ...quantity import Quantity
 
 _PAPER = "sun2019"
@@ -114,3 +117,47 @@ _NAMED = tuple(symbol for symbol in globals().values() if isinstance(symbol, Qua
 ALL = (*_NAMED, *v_alpha, *v_beta, *v_gamma)
 POSITIVE = (L1, L2, i, i1, i2, x_s, mean_root, a, r1, r2, r3, r4)
 """What stands under roots, or in sums that must not vanish."""
+
+
+@unique
+class MappingClaim(Claim):
+    """Relations from poses to dyads, and from the angle curve to gears."""
+
+    # pose, mapping, circle
+    HINGE_BY_POSE = "moving hinge in the fixed frame by the pose, {}"
+    POSE_COORDINATE = "coordinate {} of a pose"
+    MAPPING_PARAMETER = "mapping parameter {} of a pose"
+    POSE_BY_MAPPING = "coordinate {} of a pose by the mapping parameters"
+    HINGE_BY_MAPPING = "moving hinge in the fixed frame by the mapping parameters, {}"
+    CIRCLE = "moving hinge on a circle about the fixed hinge"
+    CIRCLE_COEFFICIENT = "coefficient {} of the circle"
+    HINGE_BY_CIRCLE = "{} by the coefficients of the circle"
+    ARM_LENGTH = "length of the arm"
+    LINEAR_COEFFICIENT = "coefficient {} of the linear form"
+    LINEAR_FORM = "circle as a linear form"
+
+    # five poses
+    MATRIX_ENTRY = "entry {} of the matrix"
+    LINEAR_ROW = "row of the linear system"
+    COEFFICIENT_CONDITION = "{} condition on the coefficients"
+    ZERO_EIGENVALUES = "zero eigenvalues of the squared matrix"
+    NULL_VECTOR = "vector in the null space, {}"
+    CONIC_COEFFICIENT = "{} by the basis of the null space"
+    NULL_SPACE_CONDITION = "{} condition on the null space"
+    REAL_SOLUTIONS = "real solutions of the two conditions"
+
+    # angle curve and ratios
+    TIP_BY_ANGLES = "coordinate {} of the tip by the angles of carrier and arm"
+    CURVE_ORDINATE = "ordinate of the angle curve"
+    CURVE_ENDS = "ordinates of the first and last point"
+    CURVE_SLOPE = "slope of the angle curve"
+    TOTAL_RATIO = "total ratio by the speeds"
+    TOTAL_RATIO_BY_SLOPE = "total ratio by the slope of the angle curve"
+    SPLIT_PARAMETER = "split parameter"
+    STAGE_RATIO = "ratio {} of a stage"
+
+    # pitch curves
+    PITCH_RADIUS = "pitch radius {}"
+    POLAR_ANGLE = "polar angle of the {}"
+    FIRST_FOLLOWER_TURN = "turn of the first follower"
+    SECOND_FOLLOWER_TURN = "turn of the second follower"

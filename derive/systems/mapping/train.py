@@ -16,7 +16,7 @@ from ...mechanics.frames import Z as UP
 from ...quantity import Quantity
 from . import quantities as q
 from .dyads import ARM, FIXED_HINGE, MOVING_HINGE, ORIGIN, WORLD
-from .vocabulary import MappingClaim
+from .quantities import MappingClaim
 
 TURN = 2 * pi
 CARRIER = Frame("carrier", WORLD, UP, q.theta)

@@ -1,7 +1,7 @@
-"""What is computed of the seedling pick-up: functions in closed form from its derivation, each on its own.
+"""Models of the seedling pick-up: functions in closed form from its derivation, and the needle in the tray.
 
-Splines, roots and integrals are numbers' work; what stands here is geometry: from a tip to the angles of its mechanism,
-from the angles to the tip, from the slope of the arm's angle to pitch curves and teeth.
+Splines, roots and integrals are computed numerically elsewhere; these functions are geometry: from a tip to the angles
+of its mechanism, from the angles to the tip, from the slope of the arm's angle to pitch curves and teeth.
 """
 
 from __future__ import annotations
@@ -11,14 +11,14 @@ from sympy import Expr, S, cos, pi
 
 from ...branches import wrap
 from ...formulas import Formulas, Wanted
-from ...mechanics.frames import Frame, Vec, Z
+from ...mechanics.frames import Frame, Point, Vec, Z, displacement
 from ...model import Let, System, let
 from ...quantity import Quantity, Vector
-from . import points
+from ...table import quantities
 from . import quantities as q
-from .claims import ASSUMPTIONS, formulas
 from .geometry import ARM, CARRIER, WORLD, along
-from .vocabulary import PickupClaim
+from .quantities import PickupClaim
+from .subject import ARM_SLOPES, ASSUMPTIONS, derive_formulas, pitch_slopes
 
 
 def _derived(name: str, unit: str, meaning: str, shown: str = "") -> Quantity:
@@ -145,8 +145,8 @@ def _motion(f: Formulas) -> None:
 
 def _pitch(f: Formulas) -> None:
     """Pitch curves from the slope of the arm's angle: radii, places in their own gears, curvatures, arc."""
-    by_law = dict(zip(points.LAW, (slope, dslope, ddslope), strict=True))
-    slopes = points.pitch_slopes(f)
+    by_law = dict(zip(ARM_SLOPES, (slope, dslope, ddslope), strict=True))
+    slopes = pitch_slopes(f)
     middle = f.expr(PickupClaim.MIDDLE_PITCH_RADIUS).subs(q.i1, 1 / slope)
     bends = {kappa: 1 / f.expr(PickupClaim.CURVATURE_RADIUS.of(gear))
              for kappa, gear in ((kappa1, "sun"), (kappa2, "intermediate gear"))}  # fmt: skip
@@ -172,13 +172,85 @@ def _entry(f: Formulas) -> None:
     f.function("entry", (q.x_S, q.y_S, x_bottom, y_bottom, axis), *steps)
 
 
-def exact() -> System:
+def build_pickup_system() -> System:
     """All of it, under the name of its module."""
     title, source = "Seedling pick-up, from first principles", "derived (geometry)"
-    stated = formulas().equations.values()
+    stated = derive_formulas().equations.values()
     f = Formulas("pickup_exact", stated, title=title, source=source, assumptions=ASSUMPTIONS)
     functions(f)
     return f.system()
 
 
-SYSTEMS = (exact,)
+NEEDLE_ASSUMPTIONS = ("the needle is a rectangle in the plane of the tip's path",)
+n = quantities(
+    """
+    along             | m   | tip along the cell's axis, from the tray's surface
+    across            | m   | tip beside the cell's axis, to the left
+    tilt              | rad | angle of the needle from the cell's axis
+    length            | m   | length of the needle
+    width             | m   | width of the needle
+    tip_right_along   | m   | corner of the needle, tip, right: along the cell's axis
+    tip_right_across  | m   | corner of the needle, tip, right: across the cell's axis
+    tip_left_along    | m   | corner of the needle, tip, left: along the cell's axis
+    tip_left_across   | m   | corner of the needle, tip, left: across the cell's axis
+    root_left_along   | m   | corner of the needle, root, left: along the cell's axis
+    root_left_across  | m   | corner of the needle, root, left: across the cell's axis
+    root_right_along  | m   | corner of the needle, root, right: along the cell's axis
+    root_right_across | m   | corner of the needle, root, right: across the cell's axis
+    right_surface     | m   | where the needle's right edge passes the tray's surface, across
+    left_surface      | m   | where the needle's left edge passes the tray's surface, across
+    axis              | rad | direction of the cell's axis in the machine's frame
+    x                 | m   | place in the machine's frame, x
+    y                 | m   | place in the machine's frame, y
+    """,
+    source="derived: needle",
+    section="",
+)
+CELL = Frame("cell")
+NEEDLE = Frame("needle", CELL, Z, n.tilt)
+O = Point("O")  # noqa: E741
+NEEDLE_TIP = Point("tip", O, Vec(CELL, (n.along, n.across, S.Zero)))
+
+
+def _corner(back: Expr, left: Expr) -> Vec:
+    """A point of the needle, so far behind its tip and beside its middle line."""
+    return displacement(O, Point("corner", NEEDLE_TIP, Vec(NEEDLE, (-back, left, S.Zero))), CELL)
+
+
+def _add_needle(f: Formulas) -> None:
+    """Corners in the frame of the cell, and where both edges pass the tray's surface."""
+    right, left, back = -n.width / 2, n.width / 2, sp.Dummy("back")
+    corners = {"tip_right": (S.Zero, right), "tip_left": (S.Zero, left),
+               "root_left": (n.length, left), "root_right": (n.length, right)}  # fmt: skip
+    steps = [
+        let(n[f"{corner}_{axis}"], _corner(*place)[i])
+        for corner, place in corners.items()
+        for i, axis in enumerate(("along", "across"))
+    ]
+    for side, symbol in ((right, n.right_surface), (left, n.left_surface)):
+        edge = _corner(back, side)
+        (there,) = sp.solve(edge[0], back)
+        steps.append(let(symbol, sp.simplify(edge[1].subs(back, there))))
+    f.function("needle", (n.along, n.across, n.tilt, n.length, n.width), *steps, told="corners")
+
+
+def _add_placed(f: Formulas) -> None:
+    """A place of the cell's frame along the axes of the machine's, from the cell's origin."""
+    machine = Frame("machine")
+    at = Vec(Frame("cell", machine, Z, n.axis), (n.along, n.across, S.Zero)).resolved(machine)
+    f.function("placed", (n.along, n.across, n.axis), let(n.x, at[0]), let(n.y, at[1]), told="at")
+
+
+def build_needle_system() -> System:
+    """Needle and tray."""
+    title = "Needle of the pick-up"
+    f = Formulas("pickup_needle", given=n, title=title, source="derived (geometry)", assumptions=NEEDLE_ASSUMPTIONS)
+    _add_needle(f)
+    _add_placed(f)
+    return f.system()
+
+
+SYSTEMS = (
+    build_pickup_system,
+    build_needle_system,
+)

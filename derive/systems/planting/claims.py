@@ -1,4 +1,8 @@
-"""What the derivation of the planting device has to say to each claim that a paper may make about it."""
+"""Derived equations of the planting device for each claim of a paper, also without the paper's assumptions.
+
+The assumptions that can be relaxed are the constant speed and the balance of the carrier, and the directions in which
+spring and cam act on the nozzle.
+"""
 
 from __future__ import annotations
 
@@ -14,16 +18,17 @@ from sympy import Expr, S, pi
 from ...branches import switch
 from ...chain import ordered, solve_linear
 from ...equations import Balance, Claimed, Equation, among, by_claim, defined, stated
-from ...evaluate import Point
+from ...evaluate import Point as NumericPoint
 from ...mechanics import twins
+from ...mechanics.bodies import Part, about_pin
 from ...mechanics.contacts import GearContact
-from ...mechanics.frames import displacement
+from ...mechanics.frames import Point, Vec, displacement
 from ...mechanics.mechanism import Mechanism
 from ...model import Let
 from ...quantity import Quantity
 from . import cycle, derivation
 from . import quantities as q
-from .vocabulary import PlantingClaim
+from .quantities import PlantingClaim
 
 BETWEEN = (
     q.L_AC1,
@@ -53,7 +58,7 @@ SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
 
 
 @cache
-def claims() -> dict[Claimed, Equation]:
+def derive_claims() -> dict[Claimed, Equation]:
     """Derived equations by what they claim to be."""
     m = derivation.device()
     found = (
@@ -239,7 +244,7 @@ def footings(printed: Expr, derived: Expr) -> list[tuple[Expr, Expr]]:
 
 def _given(printed: Expr, derived: Expr) -> Expr:
     """A printed balance without the defined quantities that the derived one does not name."""
-    definitions = {e.defines: e.defines - e.residual for e in claims().values() if e.defines is not None}
+    definitions = {e.defines: e.defines - e.residual for e in derive_claims().values() if e.defines is not None}
     return eliminated(printed, derived.free_symbols, definitions)
 
 
@@ -254,16 +259,16 @@ def eliminated(expr: Expr, kept: set[sp.Symbol], definitions: Mapping[Quantity, 
 
 
 @cache
-def reference(points: int) -> tuple[Mapping[sp.Symbol, mpf], ...]:
+def compute_reference_cycle(points: int) -> tuple[Mapping[sp.Symbol, mpf], ...]:
     """Return every quantity over the reference cycle, those that the paper names between them too."""
-    return tuple(_between(_reactions(Point(values))) for values in cycle.reference(points))
+    return tuple(_between(_reactions(NumericPoint(values))) for values in cycle.reference(points))
 
 
 @cache
 def supplements() -> tuple[Let, ...]:
     """The derivation's steps for every force and moment of one side that its equations name."""
     m = derivation.device()
-    named = frozenset().union(*(e.residual.free_symbols for e in claims().values()))
+    named = frozenset().union(*(e.residual.free_symbols for e in derive_claims().values()))
     return ordered(m.equations(), m.unknowns, [u for u in m.unknowns if u in named]).lets()
 
 
@@ -275,7 +280,7 @@ def _unreported() -> tuple[tuple[Quantity, Expr], ...]:
     return tuple(pair for s, e in steps for pair in ((s, e), (q.twin(s), other(e))))
 
 
-def _reactions(point: Point) -> Point:
+def _reactions(point: NumericPoint) -> NumericPoint:
     """A point with what no model reports of either side."""
     for symbol, expr in _unreported():
         if symbol not in point:
@@ -283,14 +288,14 @@ def _reactions(point: Point) -> Point:
     return point
 
 
-def _between(point: Point) -> dict[sp.Symbol, mpf]:
-    definitions = {e.defines: e.defines - e.residual for e in claims().values() if e.defines in BETWEEN}
+def _between(point: NumericPoint) -> dict[sp.Symbol, mpf]:
+    definitions = {e.defines: e.defines - e.residual for e in derive_claims().values() if e.defines in BETWEEN}
     for symbol in BETWEEN:
         point.set(symbol, point(definitions[symbol]))
     return point.values()
 
 
-def admissible(rng: random.Random) -> dict[sp.Symbol, mpf]:
+def draw_admissible_point(rng: random.Random) -> dict[sp.Symbol, mpf]:
     """A random point of the device on the rising flank of its cam, kinematics consistent, reactions at will.
 
     The rocker stays within a right angle of x', where the paper's arctangent is the pressure angle.
@@ -310,7 +315,69 @@ def admissible(rng: random.Random) -> dict[sp.Symbol, mpf]:
 
 def _consistent(known: dict[sp.Symbol, Expr], m: Mechanism) -> dict[sp.Symbol, mpf]:
     """Kinematics and the quantities between, from the rest."""
-    point = Point(known)
+    point = NumericPoint(known)
     for step in m.named:
         point.set(step.symbol, point(step.expr))
     return _between(point)
+
+
+_SOURCE = "derived: assumption"
+phi_ddot = Quantity("phi_ddot", "rad/s2", "acceleration of the carrier", _SOURCE)
+J_4 = Quantity("J_4", "kg m2", "moment of inertia of the carrier about O", _SOURCE)
+x_C4 = Quantity("x_C4", "m", "centroid of the carrier, along the carrier's x", _SOURCE)
+y_C4 = Quantity("y_C4", "m", "centroid of the carrier, along the carrier's y", _SOURCE)
+F_Fx = Quantity("F_Fx", "N", "force of the spring on the inner half, x'", _SOURCE)
+F_Fy = Quantity("F_Fy", "N", "force of the spring on the inner half, y'", _SOURCE)
+
+_SHARED = {
+    phi_ddot: "constant carrier speed",
+    x_C4: "balanced carrier",
+    y_C4: "balanced carrier",
+}
+_OF_A_SIDE = {
+    F_Fx: "the spring acts along z' alone",
+    F_Fy: "the spring acts along z' alone",
+    q.F_Ey: "the cam acts in the plane of the swing",
+}
+ZERO: dict[sp.Symbol, str] = _SHARED | _OF_A_SIDE | {q.twin(s): why for s, why in _OF_A_SIDE.items()}
+"""Quantities that are zero by assumption, each with the reason."""
+
+
+def relax_balance(claim: Claimed, printed: Expr) -> Expr | None:
+    """The balance that a claim names, in the quantities of a printed one, while the assumptions are lifted."""
+    if claim not in _relaxed_balances():
+        return None
+    given, _ = common(printed, among(derive_claims(), claim).residual)
+    kept = eliminated(_relaxed_balances()[claim], given.free_symbols, _relaxed_relations())
+    return canonical(kept.xreplace(_ACCELERATIONS))
+
+
+_ACCELERATIONS = {
+    q.Omega_dot: phi_ddot + q.phi72_ddot,
+    q.twin(q.Omega_dot): phi_ddot + q.twin(q.phi72_ddot),
+}
+
+
+@cache
+def _relaxed_device() -> Mechanism:
+    """The device without the assumptions."""
+    offset = Vec(derivation.CARRIER, (x_C4, y_C4, S.Zero))
+    carrier = Part(q.m4, Point("C4", derivation.O, offset), about_pin(J_4, q.m4, offset))
+    m = derivation.device(speed_rate=phi_ddot, carrier=carrier)
+    bodies = {body.name: body for body in m.bodies}
+    at = {action.name: action.at for action in m.assembly.actions}
+    inner, spring = bodies["inner half"], m.body("spring", derivation.PLANET)
+    m.force("F_F across", inner, at["F_F"], Vec(derivation.PLANET, (F_Fx, F_Fy, S.Zero)), by=spring)
+    m.force("F_E across", inner, at["F_E"], Vec(derivation.PLANET, (S.Zero, q.F_Ey, S.Zero)), by=bodies["carrier"])
+    m.assembly.unknowns.extend(_OF_A_SIDE)
+    return m
+
+
+@cache
+def _relaxed_balances() -> dict[Claimed, Expr]:
+    return {e.claims: e.residual for e in balances(_relaxed_device())}
+
+
+@cache
+def _relaxed_relations() -> dict[Quantity, Expr]:
+    return relations(_relaxed_device())

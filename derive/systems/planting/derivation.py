@@ -239,13 +239,13 @@ def exact_lane() -> Lane:
     return device().twin_lane(Sides(q.twin, q.REPORTED_EXACT, q.TOTALS), q.INPUTS)
 
 
-def exact() -> System:
+def build_exact_system() -> System:
     """The device from first principles."""
     title, source = "Planting device, from first principles", "derived (Newton-Euler)"
     return System("planting_exact", title, source, ASSUMPTIONS, exact_lane(), parts())
 
 
-def printed(paper: Chain, frame: Chain) -> System:
+def build_printed_system(paper: Chain, frame: Chain) -> System:
     """The device as a paper prints it: its equations on the kinematics of this module."""
     m = device()
     forces = (*paper.lets(), m.assembly.law(q.F_E_loss))
@@ -254,4 +254,4 @@ def printed(paper: Chain, frame: Chain) -> System:
     return System("planting_printed", title, source, ASSUMPTIONS, lane, parts())
 
 
-SYSTEMS = (exact,)
+SYSTEMS = (build_exact_system,)

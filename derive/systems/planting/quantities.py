@@ -1,11 +1,14 @@
-"""Quantities of the planting device: every symbol that its derivation and its paper share.
+"""Quantities of the planting device and the relations that derivation and paper state (wang2017).
 
-Points A, C1, C2, E, F carry coordinates of the planet frame x'y'z', relative to B1 (or to the hinge A, where the name
-ends in A's own); points A1, B1, CA, CB, P, Q carry global ones.
+Points A, C1, C2, E, F carry coordinates of the planet frame x'y'z', relative to B1 (or to the hinge A, if the name
+ends in that of A); points A1, B1, CA, CB, P, Q carry global ones.
 """
 
 from __future__ import annotations
 
+from enum import unique
+
+from ...equations import Claim
 from ...quantity import OpenVector, Quantity, Vector
 
 _PAPER = "wang2017"
@@ -258,3 +261,26 @@ PAIR = (x_inner, y_inner, x_outer, y_outer)
 def twin(symbol: Quantity) -> Quantity:
     """The same quantity on side 2."""
     return Quantity(f"{symbol.name}_2", symbol.unit, f"{symbol.meaning}; side 2", symbol.source)
+
+
+@unique
+class PlantingClaim(Claim):
+    """Relations of cam and roller, of the swinging half, and of the teeth at P or Q."""
+
+    # cam and roller
+    CAM_PRESSURE_ANGLE = "pressure angle of the cam"
+    CAM_FORCE = "force of the cam on the roller, {}'"
+    CAM_MOMENT = "moment of the cam force about the planet's axis"
+
+    # swinging half
+    PLACE = "place of {}, {}'"
+    HINGE_DISTANCE = "distance of {} from the hinge"
+    HINGE_ANGLE_CLOSED = "angle of the line from the hinge to {}, closed"
+    HINGE_ANGLE = "angle of the line from the hinge to {}"
+
+    # teeth
+    NORMAL_DIRECTION = "direction of the normal force at {}"
+    FRICTION_DIRECTION = "direction of friction at {}"
+    NORMAL_FORCE = "normal force at {}"
+    FRICTION_FORCE = "friction force at {}"
+    TOOTH_FORCE = "tooth force at {}, {}"

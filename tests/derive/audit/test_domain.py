@@ -25,7 +25,7 @@ from derive.formulas import Formulas
 from derive.papers import shi2021, yu2023
 from derive.quantity import Quantity
 from derive.systems.clutch import quantities as clutch
-from derive.systems.stated.trial import trial
+from derive.systems.user_mechanism.trial import trial
 from derive.table import quantities
 from tests.support import own
 from tests.support.made_up import POINTS, MadeUp, MadeUpClaim, a, b, c, judged, quantity, u, v

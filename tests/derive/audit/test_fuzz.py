@@ -24,7 +24,7 @@ from derive.audit.unclaimed import holds
 from derive.discovery import loaded
 from derive.equations import Equation, Unclaimed, what
 from derive.quantity import Quantity
-from derive.systems.stated.printed import chain
+from derive.systems.user_mechanism.trial import chain
 from tests.support import own
 
 PAPERS = sorted(path.stem for path in own.EXAMPLES.glob("*_paper.py"))

@@ -25,7 +25,7 @@ from derive.audit.judgement import Judgement
 from derive.discovery import loaded, modules
 from derive.papers import shi2021, wang2017, yu2023
 from derive.quantity import Quantity
-from derive.systems.planting import laws
+from derive.systems.planting import subject as laws
 from tests.support.made_up import tampered
 
 ROOT = Path(__file__).parents[3]

@@ -17,8 +17,8 @@ from derive.audit.trial import TOLERANCE, Causes, LawError, Trial, findings
 from derive.evaluate import Point
 from derive.model import Let
 from derive.papers import wang2017
-from derive.systems.planting import laws
 from derive.systems.planting import quantities as q
+from derive.systems.planting import subject as laws
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from tests.support import machines, model

@@ -19,7 +19,7 @@ from derive.emit.folder import texts
 from derive.emit.target import built_in, chosen
 from derive.gearing.families import FAMILIES
 from derive.systems import disc_cam
-from derive.systems.clutch.engage import dog as contact_dog
+from derive.systems.clutch import contacts
 from derive.systems.planting import derivation
 
 ROOT = Path(__file__).parents[3]
@@ -31,7 +31,7 @@ print(hashlib.sha256(repr(sorted(code().items())).encode()).hexdigest())
 """
 
 
-SAMPLE = (disc_cam, contact_dog, derivation)
+SAMPLE = (disc_cam, contacts, derivation)
 """Models that are derived quickly."""
 
 

@@ -38,7 +38,7 @@ def apart(found: np.ndarray, expected: np.ndarray) -> float:
 def planting(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Files of the planting device, its pitch curves and the laws of its cam."""
     place = tmp_path_factory.mktemp("planting")
-    systems = [derivation.exact(), *(one() for one in flanks.SYSTEMS)]
+    systems = [derivation.build_exact_system(), *(one() for one in flanks.SYSTEMS)]
     for name, text in texts(systems, FAMILIES.values(), [MATLAB]).items():
         path = place / name
         path.parent.mkdir(exist_ok=True)

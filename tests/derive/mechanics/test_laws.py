@@ -23,7 +23,7 @@ from derive.mechanics.lawful import LAW, lawful
 from derive.mechanics.mechanism import Mechanism
 from derive.mechanics.turning import forces, motion
 from derive.quantity import Quantity
-from derive.systems.stated.steps import after
+from derive.systems.user_mechanism.subject import evaluate_steps
 
 ANGLE, SPEED = Quantity("angle", "rad", "test", "test"), Quantity("speed", "rad/s", "test", "test")
 DIGITS = 30
@@ -134,7 +134,7 @@ def state(m: Mechanism, spoilt: Action | None = None) -> dict[str, mpf]:
             steps += [*lawful(m, []), *m.reports]
         finally:
             m.assembly.actions = actions
-        return {str(q): v for q, v in after(steps, values).items()}
+        return {str(q): v for q, v in evaluate_steps(steps, values).items()}
 
 
 def _closed(values: dict[Quantity, mpf]) -> dict[Quantity, mpf]:

@@ -223,7 +223,7 @@ def test_a_follower_that_does_not_slide_is_refused() -> None:
 
 def test_the_mirror_plane_cancels() -> None:
     """The paper does not say where the outer half sits; no step of the exact model depends on it."""
-    system = derivation.exact()
+    system = derivation.build_exact_system()
     assert all(q.z_mirror not in step.needs for step in system.steps)
 
 

@@ -11,7 +11,7 @@ import pytest
 from derive import Mechanism, quantities
 from derive.__main__ import main as derive
 from derive.mechanics.statement import MechanismError
-from derive.systems.stated.trial import own
+from derive.systems.user_mechanism.trial import build_subject
 from tests.support.house import ROOT
 
 WRONG = {"2": "misprint", "4": "misprint", "5": "incomplete"}
@@ -72,7 +72,7 @@ def test_values_to_decide_at_close_the_loops_and_keep_the_balances(folder: Path)
     m.pin("B", three, two, slot)
     m.slide("G", three, m.ground, slot)
     m.motor("M_in", one, m.ground, m.O)
-    subject = own(m)
+    subject = build_subject(m)
     with mpmath.workdps(55):
         for values in (*subject.reference(5), subject.admissible(random.Random(3))):
             across = values[q.r] * mpmath.sin(values[q.phi])
@@ -88,4 +88,4 @@ def test_a_table_without_a_value_is_named() -> None:
     m.pin("O", body, m.ground, m.O)
     m.motor("M_in", body, m.ground, m.O)
     with pytest.raises(MechanismError, match="the table gives no value of M"):
-        own(m).reference(3)
+        build_subject(m).reference(3)

@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 from derive.equations import ClaimError
 from derive.formulas import Formulas
 from derive.papers import shi2021
-from derive.systems.clutch import beam
+from derive.systems.clutch import model as beam
 from derive.systems.clutch import motion as clutch_motion
 from derive.systems.clutch import quantities as q
 from tests.support.late import LateDict
@@ -80,7 +80,7 @@ VALUES = {q.M_1: 0.08, q.K_1: 2.8e7, q.m1: 0.35, q.F_M: 114.0, q.Delta_omega: 4.
 
 
 def _extremes() -> dict[str, float]:
-    stage = beam.extremes(Formulas("test"), (q.M_1, q.K_1, beam.STRUCK), *beam.frequency())
+    stage = beam._add_extremes(Formulas("test"), (q.M_1, q.K_1, beam.STRUCK), *beam.frequency_steps())
     known: dict[sp.Symbol, object] = dict(VALUES)
     for step in stage.steps:
         known[step.symbol] = float(step.expr.subs(known))
@@ -112,11 +112,11 @@ def test_extremes_are_those_of_the_integrated_motion() -> None:
 
 
 def test_print_swings_the_whole_overhang_instead_of_body_and_modal_mass() -> None:
-    (form,) = beam.printed(shi2021.PAPER.equations).closed_forms
+    (form,) = beam.build_printed_beam(shi2021.PAPER.equations).closed_forms
     rates = {str(step.symbol): step.expr for step in form.steps[:2]}
     assert sp.simplify(rates["B1"] ** 2 - sp.pi**4 / 32 * q.E * q.I / (q.m2 * q.l**3)) == 0
     assert sp.simplify(rates["B2"] - q.F_M / q.m2) == 0
-    derived = {str(step.symbol): step.expr for step in beam.frequency()}
+    derived = {str(step.symbol): step.expr for step in beam.frequency_steps()}
     assert sp.simplify(derived["B2"] - rates["B2"].subs(q.m2, q.M_1 + q.m1)) == 0
 
 
@@ -124,4 +124,4 @@ def test_print_swings_the_whole_overhang_instead_of_body_and_modal_mass() -> Non
 def test_a_paper_without_what_the_engagement_starts_from_is_refused(number: str) -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != number}
     with pytest.raises(ClaimError, match=f"nothing here states ClutchClaim '{shi2021.PAPER.equations[number].claims}'"):
-        beam.printed(equations)
+        beam.build_printed_beam(equations)

@@ -14,13 +14,13 @@ from derive.dimensions import DimensionError, dimension
 from derive.equations import Definition, Equation
 from derive.papers.shi2021 import PAPER
 from derive.quantity import Quantity
-from derive.systems.clutch import claims as clutch
 from derive.systems.clutch import motion
 from derive.systems.clutch import quantities as q
+from derive.systems.clutch import subject as clutch
 from tests.support.clutch import CLAIMS, derived, size, value
 from tests.support.late import LateList
 
-POINTS = LateList(lambda: [clutch.admissible(random.Random(seed)) for seed in range(6)])
+POINTS = LateList(lambda: [clutch.draw_admissible_point(random.Random(seed)) for seed in range(6)])
 TOGETHER = "speed of body and shaft at the start, when they move together"
 SPECIAL = {"angle between the faces at the least tip distance", "forces on the tooth without slip", TOGETHER}
 HOLDS = {
@@ -125,7 +125,7 @@ def test_special_states_obey_their_equations() -> None:
 
 def test_the_reference_cycle_obeys_the_derivation() -> None:
     """What it breaks are conditions: the paper's tip distance, rounded down, and no slip at either end of contact."""
-    for i, point in enumerate(clutch.reference(5)):
+    for i, point in enumerate(clutch.compute_reference_cycle(5)):
         unmet = broken(CLAIMS, point) - SPECIAL
         assert unmet - {"load at which the tooth slips"} == {"tooth tips go round the shaft"}, i
         assert (point[q.N] > 1e-6) == (i < 4)

@@ -22,10 +22,11 @@ from derive.equations import Claim, ClaimError, Equation
 from derive.model import ClosedForm, Let, System
 from derive.papers import shi2021
 from derive.quantity import Quantity, Vector
-from derive.systems.clutch import claims, geometry, rotor
+from derive.systems.clutch import geometry, rotor
 from derive.systems.clutch import model as clutch_model
 from derive.systems.clutch import quantities as q
-from derive.systems.clutch.vocabulary import ClutchClaim
+from derive.systems.clutch import subject as claims
+from derive.systems.clutch.quantities import ClutchClaim
 from planter.kernels import generated
 from planter.kernels.formulas import load
 from tests.support import xp_complex, xp_mpmath
@@ -37,9 +38,9 @@ MODELS = LateDict(
     lambda: {
         model.name: model
         for model in (
-            clutch_model.exact(),
-            clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING),
-            rotor.exact(),
+            clutch_model.build_clutch_system(),
+            clutch_model.build_printed_clutch(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING),
+            rotor.build_rotor_system(),
         )
     }
 )
@@ -107,7 +108,7 @@ def test_casadi_differentiates_as_complex_steps_do(name: str, form: str) -> None
 def test_exact_forms_are_the_derived_claims_to_forty_digits(form: str, seed: int) -> None:
     """The claims speak of several pentagons; here the sleeve's alone: its width is that of its side."""
     with mpmath.workdps(60):
-        point = claims.admissible(random.Random(seed))
+        point = claims.draw_admissible_point(random.Random(seed))
         values = {s.name: v for s, v in point.items()} | {"flats": mpmath.sqrt(3) * point[q.a1]}
         if form == "angle":
             values["c"] = point[q.c_min]
@@ -145,17 +146,19 @@ def test_a_misprint_changes_the_printed_model_alone() -> None:
     printed = equations["4b"]
     once = q.c_min - (q.b - sp.sqrt(3) * q.a / 2) / sp.tan(q.phi)
     equations["4b"] = Equation("4b", once, printed.source, printed.claims, defines=q.c_min)
-    mended = clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING)
+    mended = clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING)
     before, after = (next(s for s in m.closed_forms if s.name == "travel") for m in (MODELS["clutch_printed"], mended))
     ratio = before.steps[1].expr / after.steps[1].expr
     assert sp.simplify(ratio) == 2
-    assert form_of("clutch_exact", "travel") == next(s for s in clutch_model.exact().closed_forms if s.name == "travel")
+    assert form_of("clutch_exact", "travel") == next(
+        s for s in clutch_model.build_clutch_system().closed_forms if s.name == "travel"
+    )
 
 
 def test_an_equation_that_is_missing_gives_nothing() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
     lacking = shi2021.LACKING | {ClutchClaim.PATH_Y}
-    found = clutch_model.printed(equations, shi2021.COMPLETION, lacking)
+    found = clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, lacking)
     path = next(s for s in found.closed_forms if s.name == "path")
     assert [s.name for s in path.outputs] == ["R", "A1", "A2", "beta", "x_C", "x_A", "e_3"]
 
@@ -163,15 +166,17 @@ def test_an_equation_that_is_missing_gives_nothing() -> None:
 def test_an_equation_that_is_missing_and_not_said_to_be_is_refused() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
     with pytest.raises(ClaimError, match=r"nothing here states ClutchClaim 'path of C, y'; near it: .*'path of C, x'"):
-        clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING)
+        clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING)
     for claim in shi2021.LACKING:
         with pytest.raises(ClaimError, match=re.escape(f"nothing here states ClutchClaim '{claim}'")):
-            clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING - {claim})
+            clutch_model.build_printed_clutch(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING - {claim})
 
 
 def test_an_equation_that_is_there_and_said_to_be_missing_is_refused() -> None:
     with pytest.raises(ClaimError, match="said to be lacking, but stated: 'path of C, y'"):
-        clutch_model.printed(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.PATH_Y})
+        clutch_model.build_printed_clutch(
+            shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.PATH_Y}
+        )
 
 
 @pytest.mark.parametrize(
@@ -185,18 +190,18 @@ def test_an_equation_that_is_there_and_said_to_be_missing_is_refused() -> None:
 def test_a_wrong_claim_of_the_paper_is_refused(claim: Claim, sentence: str) -> None:
     equations = {**shi2021.PAPER.equations, "2b": replace(shi2021.PAPER.equations["2b"], claims=claim)}
     with pytest.raises(ClaimError, match=sentence):
-        clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING)
+        clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING)
 
 
 def test_a_wrong_claim_in_an_order_is_refused() -> None:
     with pytest.raises(ClaimError, match="nothing here states MadeUpClaim 'made-up sum'"):
-        claims.formulas().steps((MadeUpClaim.SUM, q.R))
+        claims.derive_formulas().steps((MadeUpClaim.SUM, q.R))
 
 
 def test_an_inequality_that_cannot_be_judged_is_refused() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "4b"}
     with pytest.raises(ValueError, match="margin_travel needs c_min, which nothing gives"):
-        clutch_model.printed(equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.LEAST_TRAVEL})
+        clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.LEAST_TRAVEL})
 
 
 def test_a_function_that_needs_what_nothing_gives_is_refused() -> None:
@@ -206,7 +211,7 @@ def test_a_function_that_needs_what_nothing_gives_is_refused() -> None:
 
 def test_an_order_that_cannot_be_solved_is_refused() -> None:
     with pytest.raises(ChainError, match="not linear in phi"):
-        claims.formulas().steps((ClutchClaim.LEAST_TRAVEL, q.phi))
+        claims.derive_formulas().steps((ClutchClaim.LEAST_TRAVEL, q.phi))
 
 
 def test_functions_keep_the_steps_that_their_outputs_need() -> None:
@@ -217,7 +222,7 @@ def test_functions_keep_the_steps_that_their_outputs_need() -> None:
 
 
 def test_the_largest_overlap_is_the_largest_of_the_claim() -> None:
-    claim = claims.formulas().equations[ClutchClaim.THIRD_OVERLAP]
+    claim = claims.derive_formulas().equations[ClutchClaim.THIRD_OVERLAP]
     overlap = sp.lambdify(q.theta, (q.e_3 - claim.residual).subs(q.R, 1), "numpy")
     sampled = np.abs([float(overlap(t)) for t in np.linspace(11 * np.pi / 30, np.pi / 2, 2001)]).max()
     assert load("clutch_exact").at("rotor", a=1 / np.sqrt(3))["miss"] == pytest.approx(sampled, rel=1e-6)

@@ -17,15 +17,16 @@ from derive.equations import ClaimError, Definition, Equation
 from derive.machine_file import MachineFile
 from derive.papers import sun2019
 from derive.quantity import Quantity
-from derive.systems.mapping import claims, dyads, train
+from derive.systems.mapping import dyads, train
 from derive.systems.mapping import quantities as q
-from derive.systems.mapping.vocabulary import MappingClaim
+from derive.systems.mapping import subject as claims
+from derive.systems.mapping.quantities import MappingClaim
 from tests.support.late import LateDict, LateList
 
-CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.formulas().equations.items()})
+CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.derive_formulas().equations.items()})
 PRINTED = {n: e for n, e in sun2019.PAPER.equations.items() if e.legibility != "lost"}
 JUDGED = {n: e for n, e in PRINTED.items() if not isinstance(e.claims, Definition)}
-POINTS = LateList(lambda: [claims.admissible(random.Random(seed)) for seed in range(3)])
+POINTS = LateList(lambda: [claims.draw_admissible_point(random.Random(seed)) for seed in range(3)])
 Point = Mapping[Quantity, mp.mpf]
 
 # The poses of the patent with the first angle as its mapping parameters have it: its text omits the minus sign.
@@ -158,7 +159,7 @@ def test_a_rewritten_print_is_not() -> None:
 def test_hinge_by_pose_and_by_mapping_is_that_of_complex_numbers() -> None:
     dyad, poses = circle_poses(seed=1, count=4)
     for pose in poses:
-        point = claims.completed({**dyad, **{s: pose[s] for s in (q.d1, q.d2, q.phi)}})
+        point = claims.complete_values({**dyad, **{s: pose[s] for s in (q.d1, q.d2, q.phi)}})
         for name, symbol in (("X", q.X), ("Y", q.Y)):
             assert float(point[symbol]) == pytest.approx(pose[symbol], abs=1e-14)
             text = f"moving hinge in the fixed frame by the mapping parameters, {name}"
@@ -168,7 +169,7 @@ def test_hinge_by_pose_and_by_mapping_is_that_of_complex_numbers() -> None:
 @pytest.mark.parametrize("scale", [1.0, -3.5])
 def test_mapping_parameters_are_homogeneous(scale: float) -> None:
     dyad, (pose, *_) = circle_poses(seed=2, count=1)
-    point = claims.completed({**dyad, **{s: pose[s] for s in (q.d1, q.d2, q.phi)}})
+    point = claims.complete_values({**dyad, **{s: pose[s] for s in (q.d1, q.d2, q.phi)}})
     scaled = {**point, **{z: scale * point[z] for z in q.MAPPED}}
     assert derived("coordinate d1 of a pose by the mapping parameters", q.d1, scaled) == pytest.approx(pose[q.d1])
     assert derived("coordinate d2 of a pose by the mapping parameters", q.d2, scaled) == pytest.approx(pose[q.d2])
@@ -176,7 +177,7 @@ def test_mapping_parameters_are_homogeneous(scale: float) -> None:
 
 def parameters(pose: tuple[float, float, float]) -> list[float]:
     d1, d2, phi = pose
-    point = claims.completed({q.d1: mp.mpf(d1), q.d2: mp.mpf(d2), q.phi: mp.radians(phi)})
+    point = claims.complete_values({q.d1: mp.mpf(d1), q.d2: mp.mpf(d2), q.phi: mp.radians(phi)})
     return [float(point[z]) for z in q.MAPPED]
 
 
@@ -196,7 +197,7 @@ def rows(poses: list[dict[Quantity, float]]) -> np.ndarray:
 
 def test_coefficients_of_a_dyad_lie_in_the_null_space_of_its_poses() -> None:
     dyad, poses = circle_poses(seed=3, count=5)
-    point = claims.completed(dict(dyad))
+    point = claims.complete_values(dict(dyad))
     p = np.array([float(point[c]) for c in q.COEFFICIENTS])
     matrix = rows(poses)
     assert np.abs(matrix @ p).max() < 1e-13
@@ -212,14 +213,14 @@ def test_centre_and_radius_are_those_of_the_circle_through_three_points() -> Non
     z = [complex(p[q.X], p[q.Y]) for p in poses]
     w = (z[2] - z[0]) / (z[1] - z[0])
     centre = z[0] + (z[1] - z[0]) * (w - abs(w) ** 2) / (2j * w.imag)
-    named = claims.completed(dict(dyad))
-    again = claims.completed({s: named[s] for s in (q.a0, q.a1, q.a2, q.a3)})
+    named = claims.complete_values(dict(dyad))
+    again = claims.complete_values({s: named[s] for s in (q.a0, q.a1, q.a2, q.a3)})
     assert complex(float(again[q.X_c]), float(again[q.Y_c])) == pytest.approx(centre)
     assert float(again[q.L1]) == pytest.approx(abs(z[0] - centre))
 
 
 def test_conics_are_the_conditions_on_every_vector_of_the_null_space() -> None:
-    point = claims.completed({s: POINTS[0][s] for vector in q.BASIS for s in vector})
+    point = claims.complete_values({s: POINTS[0][s] for vector in q.BASIS for s in vector})
     basis = np.array([[float(point[s]) for s in vector] for vector in q.BASIS])
     rng = np.random.default_rng(5)
     for multiples in rng.normal(size=(4, 3)):
@@ -260,7 +261,7 @@ def real_dyads(poses: list[tuple[float, float, float]], starts: int = 300) -> in
 
 def of_train(**given: float) -> Point:
     names = {"w1": q.w1, "w2": q.w2, "a": q.a, "mean_root": q.mean_root}
-    return claims.completed({names[name]: mp.mpf(number) for name, number in given.items()})
+    return claims.complete_values({names[name]: mp.mpf(number) for name, number in given.items()})
 
 
 def test_pitch_curves_roll_and_fill_the_centre_distance() -> None:
@@ -296,13 +297,13 @@ def test_split_closes_the_first_stage_and_with_it_the_second() -> None:
 def test_tip_of_the_train_by_complex_numbers() -> None:
     dyad, poses = circle_poses(seed=7, count=5)
     for pose in poses:
-        point = claims.completed({**dyad, q.theta: pose[q.theta], q.phi: pose[q.phi]})
+        point = claims.complete_values({**dyad, q.theta: pose[q.theta], q.phi: pose[q.phi]})
         assert float(point[q.d1]) == pytest.approx(pose[q.d1])
         assert float(point[q.d2]) == pytest.approx(pose[q.d2])
 
 
 def test_reference_is_a_turn_of_the_built_in_train() -> None:
-    turn = claims.reference(6)
+    turn = claims.compute_reference_cycle(6)
     for point in turn:
         assert max(abs(value(e.residual, point)) for e in CLAIMS.values()) < mp.mpf(10) ** -45
     assert [round(float(p[q.theta]), 6) for p in turn] == [round(k * np.pi / 3, 6) for k in range(6)]
@@ -312,12 +313,12 @@ def test_reference_is_a_turn_of_the_built_in_train() -> None:
 
 
 def test_admissible_points_repeat_with_their_seed() -> None:
-    assert claims.admissible(random.Random(8)) == claims.admissible(random.Random(8))
-    assert claims.admissible(random.Random(8)) != claims.admissible(random.Random(9))
+    assert claims.draw_admissible_point(random.Random(8)) == claims.draw_admissible_point(random.Random(8))
+    assert claims.draw_admissible_point(random.Random(8)) != claims.draw_admissible_point(random.Random(9))
 
 
 def test_a_value_by_what_is_not_derived_is_refused() -> None:
     with pytest.raises(
         ClaimError, match=r"nothing here states ClaimOf 'entry A_j9 of the matrix'; near it: .*'entry A_j"
     ):
-        claims.formulas().expr(MappingClaim.MATRIX_ENTRY.of("A_j9"))
+        claims.derive_formulas().expr(MappingClaim.MATRIX_ENTRY.of("A_j9"))

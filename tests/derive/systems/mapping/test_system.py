@@ -13,13 +13,13 @@ from derive.emit import functions, sidecar
 from derive.emit.targets import array, casadi
 from derive.model import ClosedForm, System
 from derive.quantity import Quantity
-from derive.systems.mapping import linkage
 from derive.systems.mapping import model as formulas
+from derive.systems.mapping import model as linkage
 from derive.systems.mapping import quantities as q
 from planter.kernels import generated
 from tests.support.late import LateDict
 
-exact = cache(formulas.exact)
+exact = cache(formulas.build_mapping_system)
 FORMS = LateDict(lambda: {form.name: form for form in exact().closed_forms})
 
 
@@ -209,4 +209,4 @@ def test_generated_module_is_that_of_the_derivation() -> None:
     with open(generated.module("mapping_exact").__file__, encoding="utf-8") as file:
         assert file.read() == made["py"]
     assert generated.sidecar("mapping_exact")["functions"].keys() == FORMS.keys()
-    assert written(formulas.exact()) == made
+    assert written(formulas.build_mapping_system()) == made

@@ -17,13 +17,15 @@ from derive.equations import Equation
 from derive.formulas import value as formula_value
 from derive.papers import yu2023
 from derive.quantity import Quantity
-from derive.systems.pickup import claims, geometry, spline, train
-from derive.systems.pickup import points as pickup_points
+from derive.systems.pickup import geometry, train
+from derive.systems.pickup import geometry as spline
 from derive.systems.pickup import quantities as q
-from derive.systems.pickup import teeth as pickup_teeth
+from derive.systems.pickup import subject as claims
+from derive.systems.pickup import subject as pickup_points
+from derive.systems.pickup import train as pickup_teeth
 from tests.support.late import LateDict, LateList
 
-CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.formulas().equations.items()})
+CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.derive_formulas().equations.items()})
 FORMULAS = LateDict(
     lambda: {claim: (e.defines, e.defines - e.residual) for claim, e in CLAIMS.items() if e.defines is not None}
 )
@@ -38,8 +40,8 @@ def meant(number: str) -> dict[sp.Symbol, sp.Expr]:
 
 
 READ = {n: replace(e, residual=e.residual.xreplace(meant(n))) for n, e in PRINTED.items()}
-POINTS = LateList(lambda: [claims.admissible(random.Random(seed)) for seed in range(16)])
-TURN = LateList(lambda: claims.reference(24))
+POINTS = LateList(lambda: [claims.draw_admissible_point(random.Random(seed)) for seed in range(16)])
+TURN = LateList(lambda: claims.compute_reference_cycle(24))
 SMALL = mp.mpf(10) ** -50
 Point = Mapping[Quantity, mp.mpf]
 
@@ -267,7 +269,8 @@ def test_curvatures_obey_euler_and_savary() -> None:
 
 def test_curvature_of_the_cycle_is_that_of_the_circle_through_three_points() -> None:
     fine = [
-        pickup_points.complete(claims.formulas(), base) for base in pickup_points.cycle(claims.formulas(), 900)[40:43]
+        pickup_points.complete(claims.derive_formulas(), base)
+        for base in pickup_points.cycle(claims.derive_formulas(), 900)[40:43]
     ]
     a, b, c = (complex(p[q.x1], p[q.y1]) for p in fine)
     area = ((b - a).conjugate() * (c - a)).imag / 2
@@ -312,14 +315,14 @@ def test_slopes_of_the_contact_ratio(slope: Quantity, moved: tuple[Quantity, ...
         for sign in (1, -1):
             keep = {s: v for s, v in p.items() if s not in (q.g1, q.g2, q.epsilon)}
             there = keep | {s: p[s] + sign * step for s in moved}
-            ends.append(claims.formulas().followed(there)[q.epsilon])
+            ends.append(claims.derive_formulas().followed(there)[q.epsilon])
         assert abs((ends[0] - ends[1]) / (2 * step) - p[slope]) < mp.mpf(10) ** -25
 
 
 def test_spline_is_the_periodic_cubic_through_the_value_points() -> None:
     """SciPy's, through points of the path that the law gives."""
     far = np.radians(40)
-    points = [complex(*map(float, (p[q.q_i], p[q.u_i]))) for p in claims.reference(25)]
+    points = [complex(*map(float, (p[q.q_i], p[q.u_i]))) for p in claims.compute_reference_cycle(25)]
     assert points[0].real == pytest.approx((93.3377 + 163) * np.cos(far) / 1000)
     path = [tip_of_the_law(2 * np.pi * j / 25) for j in range(26)]
     chords = np.cumsum([0, *np.abs(np.diff(path))]) / np.sum(np.abs(np.diff(path)))
@@ -376,9 +379,9 @@ def test_knots_and_range_are_those_of_a_spline(n: int) -> None:
 def test_an_unreachable_symbol_is_named() -> None:
     base = pickup_points.random_base(random.Random(0))
     with pytest.raises(ValueError, match=r"nothing leads to .*L3"):
-        pickup_points.complete(claims.formulas(), {s: v for s, v in base.items() if s != q.L1})
+        pickup_points.complete(claims.derive_formulas(), {s: v for s, v in base.items() if s != q.L1})
 
 
 def test_admissible_points_repeat_with_their_seed() -> None:
-    assert claims.admissible(random.Random(8)) == claims.admissible(random.Random(8))
-    assert claims.admissible(random.Random(8)) != claims.admissible(random.Random(9))
+    assert claims.draw_admissible_point(random.Random(8)) == claims.draw_admissible_point(random.Random(8))
+    assert claims.draw_admissible_point(random.Random(8)) != claims.draw_admissible_point(random.Random(9))

@@ -12,16 +12,18 @@ from derive.equations import Claimed, ClaimError
 from derive.gearing import teeth
 from derive.machine_file import MachineFile
 from derive.quantity import Quantity
-from derive.systems.pickup import claims, model, points
+from derive.systems.pickup import model
 from derive.systems.pickup import quantities as q
-from derive.systems.pickup.vocabulary import PickupClaim
+from derive.systems.pickup import subject as claims
+from derive.systems.pickup import subject as points
+from derive.systems.pickup.quantities import PickupClaim
 from planter.kernels.formulas import load
 from tests.support.late import LateList
 
 MODEL = load("pickup_exact")
 TEETH = load("gear_teeth")
-CYCLE = LateList(lambda: claims.reference(24))
-POINTS = LateList(lambda: [claims.admissible(random.Random(seed)) for seed in range(12)])
+CYCLE = LateList(lambda: claims.compute_reference_cycle(24))
+POINTS = LateList(lambda: [claims.draw_admissible_point(random.Random(seed)) for seed in range(12)])
 IN_CYCLE, AT_RANDOM = ([(points, k) for k in range(count)] for points, count in ((CYCLE, 20), (POINTS, 12)))
 Point = Mapping[Quantity, mp.mpf]
 
@@ -119,7 +121,7 @@ def test_place_in_the_cell_is_a_rotation() -> None:
 
 
 def test_every_step_says_where_it_comes_from() -> None:
-    for form in model.exact().closed_forms:
+    for form in model.build_pickup_system().closed_forms:
         assert all(step.source.startswith(("derived", "assumed")) for step in form.steps)
         symbols = set().union(*(step.expr.free_symbols for step in form.steps))
         assert [s for s in symbols if not isinstance(s, Quantity)] == []
@@ -133,5 +135,5 @@ def test_the_wrong_root_of_the_path_of_action_is_not_taken() -> None:
 @pytest.mark.parametrize("claim", [PickupClaim.PLACE.of("M2", "x"), PickupClaim.KNOT_ROW, PickupClaim.PLACE])
 def test_a_step_of_what_is_not_derived_is_refused(claim: Claimed) -> None:
     with pytest.raises(ClaimError, match="nothing here states"):
-        claims.formulas().steps(PickupClaim.BAR_L1, claim)
-    assert [step.symbol for step in claims.formulas().steps(PickupClaim.BAR_L1)] == [q.L1]
+        claims.derive_formulas().steps(PickupClaim.BAR_L1, claim)
+    assert [step.symbol for step in claims.derive_formulas().steps(PickupClaim.BAR_L1)] == [q.L1]

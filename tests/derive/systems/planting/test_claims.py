@@ -4,15 +4,15 @@ import pytest
 
 from derive.equations import Balance, ClaimError, Definition
 from derive.papers import wang2017
-from derive.systems.planting import assumptions, claims, derivation
+from derive.systems.planting import claims, derivation
 from derive.systems.planting import quantities as q
-from derive.systems.planting.vocabulary import PlantingClaim
+from derive.systems.planting.quantities import PlantingClaim
 
 
 def test_every_claim_of_the_paper_is_derived() -> None:
     judged = {e.claims for e in wang2017.PAPER.equations.values() if not isinstance(e.claims, Definition)}
-    assert judged <= claims.claims().keys()
-    assert all(equation.number == str(claim) for claim, equation in claims.claims().items())
+    assert judged <= claims.derive_claims().keys()
+    assert all(equation.number == str(claim) for claim, equation in claims.derive_claims().items())
 
 
 def test_the_mechanism_gives_what_a_paper_need_not_name() -> None:
@@ -30,5 +30,5 @@ def test_a_mechanism_without_a_balance_is_refused() -> None:
 
 
 def test_assumptions_are_lifted_from_balances_alone() -> None:
-    assert assumptions.lift(Balance("sun", "force", "x", "frame"), q.F_Px + q.F_Ox) is not None
-    assert assumptions.lift(PlantingClaim.CAM_MOMENT, q.M_T) is None
+    assert claims.relax_balance(Balance("sun", "force", "x", "frame"), q.F_Px + q.F_Ox) is not None
+    assert claims.relax_balance(PlantingClaim.CAM_MOMENT, q.M_T) is None

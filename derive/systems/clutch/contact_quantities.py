@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from sympy import Rational
 
-from ....mechanics.impact import Impact, ImpactLaw
-from ....quantity import Quantity, Vector
+from ...mechanics.impact import Impact, ImpactLaw
+from ...quantity import Quantity, Vector
 
 _SOURCE = "derived: clutch in contact"
 

@@ -1,28 +1,86 @@
-"""Motion of both clutches: what the linkage prescribes, the contacts they share, slides, equations of motion, powers.
-
-Equations of motion of the bodies that are free to move, under the generalised forces of the contacts.
-"""
+"""Motion of both clutches in contact: bodies, linkage, shared contacts, equations of motion, powers."""
 
 from __future__ import annotations
 
 import sympy as sp
 from sympy import Expr, S, sqrt
 
-from ....branches import clip, switch
-from ....formulas import Formulas
-from ....mechanics.frames import Vec, displacement
-from ....mechanics.friction import dahl, square
-from ....mechanics.laws import kinetic
-from ....mechanics.mechanism import Mechanism
-from ....mechanics.slopes import Followed
-from ....model import System, let
-from ....quantity import Vector
-from .. import quantities as clutch
-from ..motion import MESH, crank_angle, gear_rate
-from ..slider import CRANK, pin_distance
-from . import quantities as q
-from .bodies import BODY, END, INPUT, MOTION, ON_SLIDES, OVER_INPUT, SHAFT, WORLD, O, contact
-from .quantities import found, given
+from ...branches import clip, switch
+from ...formulas import Formulas
+from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
+from ...mechanics.friction import dahl, square
+from ...mechanics.laws import kinetic
+from ...mechanics.mechanism import Mechanism
+from ...mechanics.slopes import Followed
+from ...model import Let, System, let
+from ...quantity import Quantity, Vector
+from . import contact_quantities as q
+from . import quantities as clutch
+from .contact_quantities import found, given
+from .motion import CRANK, MESH, crank_angle, gear_rate, pin_distance
+
+WORLD = Frame("frame")
+INPUT = Frame("input", WORLD, Z, q.angle)
+"""The body turns with the input, whose slides carry it."""
+SHAFT = Frame("output shaft", WORLD, Z, q.output)
+O = Point("O")  # noqa: E741
+BODY = Point("centre of the body", O, Vec(WORLD, (q.x, q.y, S.Zero)))
+END = Point("end of the output shaft", O, Vec(WORLD, (q.shaft_x, q.shaft_y, S.Zero)))
+SEEN = displacement(END, BODY, SHAFT)
+
+MOTION = Motion(dict(zip(q.PLACES, q.RATES, strict=True)))
+SEEN_RATE = MOTION.relative_derivative(displacement(END, BODY, WORLD), SHAFT).resolved(SHAFT)
+"""Of `SEEN`, as the turning shaft sees it."""
+TURNING = (MOTION.spin(INPUT).resolved(WORLD) - MOTION.spin(SHAFT).resolved(WORLD))[2]
+"""Rate at which the body turns against the shaft."""
+OVER_INPUT = MOTION.relative_derivative(displacement(O, BODY, WORLD), INPUT)
+"""Velocity of the body over what turns with the input."""
+ON_SLIDES = MOTION.relative_derivative(displacement(O, BODY, INPUT), INPUT)
+"""The same as the turning input sees it."""
+
+
+def vec(frame: Frame, x: Expr, y: Expr) -> Vec:
+    return Vec(frame, (x, y, S.Zero))
+
+
+def heading(polar: Expr = S.Zero) -> tuple[Let, ...]:
+    """Centre of the body and direction of a radius of it, as the shaft sees them."""
+    return (
+        let(q.c_x, SEEN[0]),
+        let(q.c_y, SEEN[1]),
+        let(q.heading, q.angle - q.output + polar),
+    )
+
+
+def opening(slopes: tuple[Expr, Expr, Expr]) -> Expr:
+    """Rate of a distance from its slopes in what the shaft sees of the body: centre (2,) and direction."""
+    x, y, turn = slopes
+    return x * SEEN_RATE[0] + y * SEEN_RATE[1] + turn * TURNING
+
+
+def slip(normal: tuple[Expr, Expr], point: tuple[Expr, Expr]) -> Expr:
+    """Velocity of the body over the shaft along the surface at a point, all as the shaft sees it."""
+    turning = Vec(SHAFT, (S.Zero, S.Zero, TURNING))
+    over = SEEN_RATE + turning.cross(vec(SHAFT, *point) - vec(SHAFT, q.c_x, q.c_y))
+    along = Vec(SHAFT, (S.Zero, S.Zero, S.One)).cross(vec(SHAFT, *normal))
+    return along.dot(over)
+
+
+def contact(
+    f: Formulas,
+    name: str,
+    inputs: tuple[Vector | Quantity, ...],
+    before: tuple[Let, ...],
+    gap: Expr,
+    rate: Expr,
+    slips: tuple[Expr, ...],
+) -> None:
+    """A contact as a function of places, rates, the law and its own ``inputs``: what it does to each coordinate."""
+    told = f"{name}_contact"
+    steps = (*before, *q.CONTACT.steps(gap, rate, slips, q.HERTZ))
+    given = q.CONTACT.outputs(told).quantities
+    f.function(name, (*inputs, q.PLACES, q.RATES, q.LAW), *steps, gives=given, told=told)
+
 
 ASSUMPTIONS = (
     "the input turns at a constant speed and the coupling passes this rotation on exactly; its slides have no mass",
@@ -198,7 +256,7 @@ def damping(f: Formulas) -> None:
     f.function("damping", (damping_share, shaft_mass, shaft_stiffness), step, told="damped")
 
 
-def exact() -> System:
+def build_motion_system() -> System:
     """What both clutches share."""
     title = "Clutch in contact: linkage, shared contacts, equations of motion"
     source = "derived (Lagrange, virtual work); laws of Hunt and Crossley 1975, Dahl 1976"
@@ -208,4 +266,4 @@ def exact() -> System:
     return f.system()
 
 
-SYSTEMS = (exact,)
+SYSTEMS = (build_motion_system,)

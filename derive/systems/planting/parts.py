@@ -1,0 +1,188 @@
+"""Parts of the planting device: the pressure angle and the contour of its end-face cam, and the nozzle in the soil.
+
+The cam is fixed in the carrier and the rocker swings on the planet, so that the cam turns back by the cam angle.
+Contacts lie in the plane of the swing, as in the rest of the model: a section of the cam at a distance from its axis
+passes there as a straight cam would, and that is the unrolled contour. A cutter of the roller's size on the roller's
+path produces the surface.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+from sympy import S, pi, sqrt
+
+from ...formulas import Formulas
+from ...mechanics import cams
+from ...mechanics.frames import Frame, Motion, Vec, X, Y, displacement, unit
+from ...mechanics.kinematics import Kinematics
+from ...model import ClosedForm, Lane, Let, System, let
+from ...quantity import Quantity, Vector
+from ...table import NOTHING
+from . import quantities as q
+from .derivation import ASSUMPTIONS as DEVICE
+from .derivation import B1, CARRIER, PLANET, WORLD, A, Half
+from .flanks import FLANK
+
+CAM_ASSUMPTIONS = ("the cam's normal lies in the plane of the swing, as on a cylindrical roller parallel to the hinge",)
+pressure = Quantity(
+    "pressure", "rad", "pressure angle of the cam: from the way of the roller in its swing to the cam's normal",
+    "derived: cam",
+)  # fmt: skip
+
+
+def pressure_angle() -> ClosedForm:
+    """Between the roller's way as the planet sees it and the normal of its way as the carrier sees it."""
+    motion = Motion({q.phi: q.omega, q.alpha: -q.Omega, q.theta1: q.theta1_dot})
+    arm = displacement(B1, Half.of("inner half", A, 1, Y).E, PLANET)
+    across = unit(PLANET, Y)
+    seen = motion.relative_derivative(arm, CARRIER)
+    normal = (seen - seen.dot(across) * across).cross(across)
+    way = Vec(PLANET, tuple(c.diff(q.theta1) for c in arm.components))
+    steep = sp.atan2(normal.cross(way).dot(across), sp.Abs(normal.dot(way)))
+    inputs = (q.theta1, q.theta1_dot, q.Omega, q.MACHINE)
+    return ClosedForm("cam", inputs, (Let(pressure, steep, "derived: cam"),), Vector("steepness", (pressure,)))
+
+
+def build_cam_angle_system() -> System:
+    """The cam's pressure angle."""
+    return System("planting_cam", "Pressure angle of the cam of the planting device", "derived (geometry)",
+                  CAM_ASSUMPTIONS, closed_forms=(pressure_angle(),))  # fmt: skip
+
+
+END_FACE_ASSUMPTIONS = (
+    *(said for said in DEVICE if said.startswith("the cam's normal")),
+    "the roller is a cylinder parallel to the hinge of the rocker, and touches the cam along a line",
+)
+
+
+def _cam(name: str, unit: str, meaning: str) -> Quantity:
+    return Quantity(name, unit, meaning, "derived: end-face cam")
+
+
+station = _cam("station", "m", "distance of a section of the cam from its axis")
+slope = _cam("slope", "1", "slope of the swing by the cam angle")
+bend = _cam("bend", "1", "second derivative of the swing by the cam angle")
+along = _cam("along", "m", "roller's centre along the unrolled section, seen from outside, against the cam angle")
+height = _cam("height", "m", "roller's centre along the axis")
+centre = tuple(_cam(f"centre_{a}", "m", f"roller's centre on the cam, {a}") for a in "xyz")
+surface = tuple(_cam(f"surface_{a}", "m", f"contact on the cam, {a}") for a in "xyz")
+ROLLER = Vector("roller", (cams.reach, station))
+
+
+def contour_lane() -> Lane:
+    """Contour of a section and its places on the cam, whose x lies along the planet's x' at the cam angle zero."""
+    motion = Motion({q.delta: S.One, q.alpha: S.One})
+    k = Kinematics("end face", NOTHING, q.delta, motion, (S.Zero, S.Zero, S.Zero), True, CARRIER)
+    cam = q.delta, q.delta
+    k.flank(FLANK, "rise", cam, q.delta_r, q.x_rise, q.dx_rise, (q.p_rise, q.dp_rise, q.ddp_rise))
+    k.flank(FLANK, "fall", cam, q.delta_f, q.x_fall, q.dx_fall, (q.p_fall, q.dp_fall, q.ddp_fall))
+    k.follow((q.theta1, slope, bend), q.H * (q.p_rise - q.p_fall))
+    x, _, z = displacement(B1, Half.of("inner half", A, 1, Y).E, PLANET).components
+    velocity = motion.relative_derivative(Vec(PLANET, (x, station, z)), CARRIER)
+    passing = velocity[0] - motion.rate(x)
+    if passing.free_symbols - {station}:
+        raise ValueError("the cam does not pass through the plane of the swing at a constant pace")
+    k.let(along, -x - passing * q.delta)
+    k.let(height, z)
+    unrolled = (-velocity[0], velocity[2])
+    swing = (-x.diff(q.theta1), z.diff(q.theta1))
+    bending = (motion.rate(unrolled[0]), motion.rate(unrolled[1]))
+    contact = cams.contour((along, height), unrolled, bending, swing)
+    places = {
+        centre: (x, station, z),
+        surface: (-cams.contact_x - passing * q.delta, station, cams.contact_y),
+    }
+    rolled = tuple(
+        Let(symbol, component.xreplace({q.alpha: q.delta - q.phi}), f"derived: {symbol.meaning}")
+        for symbols, place in places.items()
+        for symbol, component in zip(symbols, Vec(PLANET, place).resolved(CARRIER).components, strict=True)
+    )
+    outputs = (q.theta1, slope, bend, along, height, *cams.CONTOUR, *centre, *surface)
+    return Lane(q.delta, (q.MACHINE, ROLLER), (*k.steps, *contact, *rolled), Vector("contour", outputs))
+
+
+def build_end_face_system() -> System:
+    """The end-face cam."""
+    return System(
+        "planting_end_face",
+        "End-face cam of the planting device",
+        "derived (geometry)",
+        END_FACE_ASSUMPTIONS,
+        contour_lane(),
+    )
+
+
+NOZZLE_ASSUMPTIONS = (
+    "a half of the nozzle is the line from its hinge to its tip; it swings out of the plane of the tip's path",
+    "the plant is a vertical line from the ground to the top of the seedling",
+)
+TINY = sp.Float("1e-30")
+"""Keeps a quotient finite where the half hangs straight down."""
+
+
+def _nozzle(name: str, unit: str, meaning: str) -> Quantity:
+    return Quantity(name, unit, meaning, "derived: nozzle")
+
+
+tilt = _nozzle("tilt", "rad", "angle of the nozzle's axis from the vertical")
+soil = _nozzle("soil", "m", "level of the soil")
+cut = _nozzle("cut", "m", "where over ground the nozzle's axis passes that level")
+plant = _nozzle("plant", "m", "where over ground the plant stands")
+top = _nozzle("top", "m", "height of the top of the plant")
+hair = _nozzle("hair", "m", "length that keeps the slope of no distance finite")
+length = _nozzle("length", "m", "length of a half, from hinge to tip")
+root_x, root_y = (_nozzle(f"root_{a}", "m", f"hinge on the nozzle's axis, {a}") for a in "xy")
+along_x, along_y, aside = (_nozzle(f"along_{a}", "1", f"direction of the open half, {a}") for a in "xyz")
+nearest = _nozzle("nearest", "m", "place on the line of the half, from the hinge, that is nearest to the plant")
+lowest = _nozzle("lowest", "m", "place on it from which on it is lower than the plant's top")
+place = _nozzle("place", "m", "the nearest place that counts")
+clearance = _nozzle("clearance", "m", "horizontal distance of the half from the plant")
+
+
+def _add_axis(f: Formulas) -> None:
+    """The nozzle's axis through its tip: its tilt, and where it passes a level."""
+    way = sp.Dummy("way")
+    x, y, _ = unit(PLANET, X).resolved(WORLD).components
+    (there,) = sp.solve(q.y_tip + way * y - soil, way)
+    steps = (let(tilt, q.alpha - pi / 2), let(cut, q.x_tip + there * x))
+    f.function("axis", (q.x_tip, q.y_tip, q.alpha, soil), *steps, told="passing")
+
+
+def _add_half(f: Formulas) -> None:
+    """Of a half, what is lower than the plant's top counts."""
+    closed = unit(PLANET, X).resolved(WORLD)
+    opened = unit(Frame("half", PLANET, Y, q.theta1), X).resolved(WORLD)
+    s = sp.Dummy("s")
+    gap = Vec(WORLD, (root_x - plant + s * along_x, S.Zero, s * aside))
+    square = gap.dot(gap)
+    (near,) = sp.solve(square.diff(s), s)
+    above, below = sp.fraction(sp.together(near))
+    (passed,) = sp.solve(root_y + s * along_y - top, s)
+    steps = (
+        let(length, q.L_tip - q.x_A),
+        let(root_x, q.x_tip - length * closed[0]),
+        let(root_y, q.y_tip - length * closed[1]),
+        *(let(symbol, part) for symbol, part in zip((along_x, along_y, aside), opened.components, strict=True)),
+        let(nearest, above / (below + TINY)),
+        let(lowest, sp.Min(sp.Max(passed, S.Zero), length)),
+        let(place, sp.Min(sp.Max(nearest, lowest), length)),
+        let(clearance, sqrt(square.subs(s, place) + hair**2)),
+    )
+    inputs = (q.x_tip, q.y_tip, q.alpha, q.theta1, plant, top, hair, q.MACHINE)
+    f.function("half", inputs, *steps, gives=(clearance,), told="apart")
+
+
+def build_nozzle_system() -> System:
+    """The nozzle in the soil."""
+    title, source = "Nozzle of the planting device in the soil", "derived (geometry)"
+    f = Formulas("planting_nozzle", title=title, source=source, assumptions=NOZZLE_ASSUMPTIONS)
+    _add_axis(f)
+    _add_half(f)
+    return f.system()
+
+
+SYSTEMS = (
+    build_cam_angle_system,
+    build_end_face_system,
+    build_nozzle_system,
+)

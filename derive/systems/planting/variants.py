@@ -1,0 +1,231 @@
+"""Variants of the planting device's model: the support force alone, relaxed assumptions, and a drive by a motor.
+
+Weight and momentum of a machine's parts make its support force; if action equals reaction, the contact forces inside
+the machine cancel, and so do the accelerations that have opposite signs on the two sides, half a revolution apart.
+
+Each relaxed assumption (constant speed, tooth friction at the pitch point, no friction along the hinge) is an input;
+if all of them are zero, the forces are those of the exact model. With a motor and a flywheel, the carrier's speed
+varies. The device's torque is that of the exact model at a speed and an acceleration; energies follow from the motion
+alone, so that the energy law tests the forces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields, replace
+
+from sympy import Expr, S, Symbol
+
+from ...branches import clip
+from ...influence import Influence, flattened, share
+from ...mechanics.contacts import GearContact, SharedContact
+from ...mechanics.laws import kinetic, potential
+from ...mechanics.mechanism import Mechanism
+from ...mechanics.twins import Sides
+from ...model import ClosedForm, Effects, Lane, Let, System, entries
+from ...polynomial import Polynomial
+from ...quantity import Quantity, Vector
+from . import derivation, flanks
+from . import quantities as q
+
+F_share = Quantity("F_share", "N", "what one side adds to the vertical support force", "derived: support force")
+COORDINATES = frozenset({
+    q.phi52, q.phi52_dot, q.phi52_ddot, q.alpha, q.Omega, q.Omega_dot, q.theta1, q.theta1_dot, q.theta1_ddot,
+})  # fmt: skip
+"""Motion of a side: what its momentum is written in."""
+
+
+RISEN, FALLEN = (
+    Quantity(name, "1", f"share of the {what} that is passed", "derived: support force")
+    for name, what in (("x_r", "rise"), ("x_f", "fall"))
+)
+
+
+def cam_steps() -> tuple[Let, ...]:
+    """Swing and its rates by polynomials in the shares of the flanks, which follow the default law.
+
+    A flank begins and ends at rest: so the derivatives of the clipped law are those of the law at the clipped share.
+    """
+    x, laws = flanks.x, flanks.law(flanks.DEFAULT)
+    if any(law.subs(x, end) != 0 for law in laws[1:] for end in (0, 1)):
+        raise ValueError("a flank does not begin and end at rest")
+    ends = ((RISEN, *q.delta_r, 1), (FALLEN, *q.delta_f, -1))
+    swing, slope, bend = (
+        q.H * sum(sign * Polynomial.of(law, x, at) / (end - start) ** n for at, start, end, sign in ends)
+        for n, law in enumerate(laws)
+    )
+    source = "derived: cam law"
+    shares = (Let(at, clip((q.delta - start) / (end - start), S.Zero, S.One), source) for at, start, end, _ in ends)
+    return (
+        *shares, Let(q.theta1, swing, source), Let(q.dpsi_ddelta, slope, source),
+        Let(q.theta1_dot, -q.phi72_dot * q.dpsi_ddelta, source),
+        Let(q.theta1_ddot, q.phi72_dot**2 * bend - q.phi72_ddot * q.dpsi_ddelta, source),
+    )  # fmt: skip
+
+
+def with_polynomials(lane: Lane) -> Lane:
+    """A lane with the cam's steps as polynomials."""
+    steps = cam_steps()
+    written = {symbol for step in steps for symbol in step.defines}
+    first = next(i for i, step in enumerate(lane.steps) if written & set(step.defines))
+    before, after = (
+        tuple(step for step in part if not written & set(step.defines))
+        for part in (lane.steps[:first], lane.steps[first:])
+    )
+    return replace(lane, steps=(*before, *steps, *after))
+
+
+def build_share_system(model: System, flat: bool) -> System:
+    """A side's share of a model's support force; ``flat``: as a sum of products of the coordinates' functions."""
+    if model.lane is None:
+        raise ValueError(f"{model.name} has no lane")
+    whole = with_polynomials(model.lane)
+    influence = Influence(whole, share(whole, q.F_support, F_share))
+    steps = influence.reduced()
+    if flat:
+        steps = flattened(steps, F_share, COORDINATES)
+    name = model.name.replace("planting_", "planting_support_")
+    lane = Lane(q.phi, q.INPUTS, steps, Vector("share", (F_share,)))
+    effects = Effects(_names(model.lane, influence.without), influence.felt)
+    return System(name, f"{model.title}: support force", model.source, model.assumptions, lane, effects=effects)
+
+
+def _names(lane: Lane, symbols: Iterable[Symbol]) -> tuple[str, ...]:
+    inputs = [quantity.name for vector in lane.inputs for quantity in entries(vector)]
+    gone = {symbol.name for symbol in symbols}
+    return tuple(name for name in inputs if name in gone)
+
+
+def build_support_system() -> System:
+    """That of the device from first principles."""
+    return build_share_system(derivation.build_exact_system(), flat=True)
+
+
+_RELAXED = "derived: assumption lifted"
+speed_rate = Quantity("speed_rate", "rad/s2", "angular acceleration of the carrier", _RELAXED)
+against = Quantity(
+    "against", "1", "1: friction of the teeth acts against the sliding; 0: outwards, as in wang2017", _RELAXED
+)
+along_hinge = Quantity(
+    "along_hinge", "1", "share of the roller's sliding along the hinge that rubs on the cam", _RELAXED
+)
+
+
+def _of_flanks(name: str, unit: str, meaning: str, tag: str) -> tuple[Quantity, Quantity]:
+    """A quantity of both flanks of a mesh: of the one that turns the outer gear with (+1), and against (-1)."""
+    plus, minus = (
+        Quantity(
+            f"{name}_{tag}_{flank}", unit, f"{meaning} {tag}, on the flank that turns the outer gear {way}", _RELAXED
+        )
+        for flank, way in (("plus", "anticlockwise"), ("minus", "clockwise"))
+    )
+    return plus, minus
+
+
+LEADS = {
+    tag: _of_flanks("lead", "1", "normal force on the inner gear that acts ahead of, less that behind, by share,", tag)
+    for tag in "PQ"
+}
+AWAYS = {tag: _of_flanks("away", "m", "mean distance of the normal force from", tag) for tag in "PQ"}
+LIFTED = Vector("lifted", (
+    speed_rate, against, along_hinge, *(q for tag in "PQ" for pair in (LEADS[tag], AWAYS[tag]) for q in pair)
+))  # fmt: skip
+
+TURNING_P = -(q.omega + q.phi52_dot)
+"""Rate of the sun relative to the middle body."""
+TURNING_Q = q.phi52_dot - q.phi72_dot
+"""Rate of the middle body relative to the planet."""
+LOSSES = tuple(
+    Quantity(f"F_{tag}_loss", "W", f"power lost to friction between the teeth at {tag}", _RELAXED) for tag in "PQ"
+)
+POWERS = {
+    tag: Quantity(
+        f"F_{tag}_power", "W", f"power of the inner gear on the outer one at {tag}, seen from the carrier", _RELAXED
+    )
+    for tag in "PQ"
+}
+RELAXED_ASSUMPTIONS = (
+    "as the exact model, but for what the inputs lift: constant speed, tooth friction outwards at the pitch point, "
+    "no friction along the hinge",
+    "friction angle of the teeth the same all along their flanks",
+)
+
+
+def _shared_contact(contact: GearContact, tag: str, turning: Expr) -> SharedContact:
+    """A contact of teeth that slide, in pairs that share the load."""
+    own = {field.name: getattr(contact, field.name) for field in fields(contact)}
+    return SharedContact(**own, turning=turning, share=against, leads=LEADS[tag], aways=AWAYS[tag])
+
+
+def build_relaxed_system() -> System:
+    """The device from first principles, with assumptions build_relaxed_system."""
+    contacts = derivation.Contacts(
+        _shared_contact(derivation.CONTACT_P, "P", TURNING_P),
+        _shared_contact(derivation.CONTACT_Q, "Q", TURNING_Q),
+        along_hinge,
+    )
+    device = derivation.device(contacts, speed_rate)
+    for power, moment, rate in ((POWERS["P"], q.M_P, q.phi52_dot), (POWERS["Q"], q.M_Q, q.phi72_dot)):
+        device.assembly.unknowns.append(power)
+        device.assembly.laws.append(Let(power, moment * rate, f"derived: {power.meaning}"))
+    sides = Sides(q.twin, (*q.REPORTED_EXACT, *LOSSES, *POWERS.values()), q.TOTALS)
+    lane = device.twin_lane(sides, (*q.INPUTS, LIFTED))
+    title = "Planting device, from first principles, assumptions lifted"
+    return System("planting_lifted", title, "derived (Newton-Euler)", RELAXED_ASSUMPTIONS, lane)
+
+
+_DRIVE = "derived: drive"
+T_side = Quantity("T_side", "J", "kinetic energy of a side", _DRIVE)
+V_side = Quantity("V_side", "J", "potential energy of a side: weights and return spring", _DRIVE)
+M_stall = Quantity("M_stall", "N m", "torque of the motor at rest, at the carrier", "given", shown="stall_Nm")
+omega_idle = Quantity(
+    "omega_idle", "rad/s", "speed of the motor without load, at the carrier", "given", shown="idle_rpm"
+)
+J_w = Quantity("J_w", "kg m2", "flywheel, rotor and carrier, as the carrier feels them", "given", shown="flywheel_kgm2")
+M_motor = Quantity("M_motor", "N m", "torque of the motor, at the carrier", _DRIVE)
+surplus = Quantity("surplus", "N m", "torque that is left to the shaft, which vanishes", _DRIVE)
+T_w = Quantity("T_w", "J", "kinetic energy of the flywheel", _DRIVE)
+DRIVE, MOTOR = Vector("drive", (speed_rate,)), Vector("motor", (M_stall, omega_idle, J_w))
+DRIVE_ASSUMPTIONS = (
+    "as the exact model, but for the constant speed",
+    "the motor's torque falls with the speed along a line",
+    "motor and flywheel turn with the carrier, without slip or play",
+)
+
+
+def shaft() -> ClosedForm:
+    """Balance of the carrier's shaft between motor, flywheel and device; what the motor and the flywheel add."""
+    steps = (
+        Let(M_motor, M_stall * (1 - q.omega / omega_idle), "given: the motor's line"),
+        Let(surplus, M_motor - q.M_L - J_w * speed_rate, "derived: balance of the shaft"),
+        Let(T_w, J_w * q.omega**2 / 2, "derived: energy of the flywheel"),
+    )
+    return ClosedForm(
+        "shaft", (q.omega, speed_rate, q.M_L, MOTOR), steps, Vector("shaft_outputs", (M_motor, surplus, T_w))
+    )
+
+
+def _name_energies(m: Mechanism) -> None:
+    """Energies of the bodies of a side and of its spring, whose force is S0 + k_s times its stretch."""
+    side = [body for body in m.bodies if body not in m.shared]
+    (force,) = (step.expr for step in m.named if step.symbol == q.S)
+    stretch = force.diff(q.k_s)
+    stored = q.S0 * stretch + q.k_s * stretch**2 / 2
+    m.let(T_side, kinetic(m.motion, side, m.world))
+    m.let(V_side, potential(m.assembly, side, m.O, m.world) + stored)
+
+
+def build_drive_system() -> System:
+    """The device at a carrier speed that varies."""
+    m = derivation.device(speed_rate=speed_rate)
+    _name_energies(m)
+    lane = m.twin_lane(Sides(q.twin, (*q.REPORTED_EXACT, T_side, V_side), q.TOTALS), (*q.INPUTS, DRIVE))
+    title = "Planting device, driven by a motor"
+    return System("planting_drive", title, "derived (Newton-Euler)", DRIVE_ASSUMPTIONS, lane, (shaft(),))
+
+
+SYSTEMS = (
+    build_support_system,
+    build_relaxed_system,
+    build_drive_system,
+)
