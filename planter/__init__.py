@@ -31,16 +31,15 @@ if TYPE_CHECKING:
     from planter.mapping.training import build_training as train
     from planter.mechanism.optimisation import optimise as optimise_machine
     from planter.pickup.analysis import analyse_pickup as pick_up
-    from planter.planting.batches import Batch, evaluate_many
     from planter.planting.calibration import calibrate
     from planter.planting.compare.run import compare as compare_families
     from planter.planting.file import load as load_machine
     from planter.planting.model import Device
+    from planter.planting.objective import Batch, evaluate_many
+    from planter.planting.objective import CycleObjective as Turns
     from planter.planting.optimisation import Optimisation
     from planter.planting.optimisation import optimise as optimise_device
-    from planter.planting.simulation import Simulation, sensitivity, simulate
-    from planter.planting.turns import Turns
-    from planter.planting.validation import validate
+    from planter.planting.simulation import Simulation, sensitivity, simulate, validate
     from planter.records import Record
     from planter.view.widget import show
 
@@ -106,14 +105,12 @@ _HOMES = {
     "mechanism.optimisation": ("optimise_machine:optimise",),
     "pickup.analysis": ("pick_up:analyse_pickup",),
     "planting.compare.run": ("compare_families:compare",),
-    "planting.batches": ("Batch", "evaluate_many"),
     "planting.calibration": ("calibrate",),
     "planting.file": ("load_machine:load",),
     "planting.model": ("Device",),
+    "planting.objective": ("Batch", "Turns:CycleObjective", "evaluate_many"),
     "planting.optimisation": ("Optimisation", "optimise_device:optimise"),
-    "planting.simulation": ("Simulation", "sensitivity", "simulate"),
-    "planting.turns": ("Turns",),
-    "planting.validation": ("validate",),
+    "planting.simulation": ("Simulation", "sensitivity", "simulate", "validate"),
     "records": ("Record",),
     "view.widget": ("show",),
 }

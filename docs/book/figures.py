@@ -11,7 +11,7 @@ from planter import Device, load_machine, simulate
 from planter.gear_geometry.cutting import ToothOrder, cut_teeth
 from planter.gear_geometry.pitch_curves import build_circle_pair
 from planter.gear_geometry.polygons import build_polygon
-from planter.planting.report.gearing import gearing
+from planter.planting.toothed import locate_pitch_curves
 from planter.report import style
 from planter.view.labelling import figure
 from planter.view.scene import Body, Outline, Scene
@@ -29,7 +29,7 @@ SAMPLES = 24
 def rolling() -> Figure:
     """The first stage of the built-in device at an angle: radii along the line of centres add up to its length."""
     device = Device(load_machine("wang2017"), "exact")
-    found = gearing(device, device.design, 40.0)
+    found = locate_pitch_curves(device, device.design, 40.0)
     (sun, gear), (o, a1, p) = found.curves[:2], (found.centres["O"], found.centres["A1"], found.contacts["P"])
     bodies = [Body(curve.name, (Outline(curve.points.T, "gear", shade=k),)) for k, curve in enumerate((sun, gear))]
     line = Body("line of centres", (Outline(np.array([o, a1]), "frame", closed=False),))

@@ -16,7 +16,7 @@ import numpy as np
 from planter.bench.case import Absent, Call, Case, Contender, Lean, compiled
 from planter.kernels import Array, toolchain
 from planter.optimise.direct import spread
-from planter.planting.batches import evaluate_many
+from planter.planting.objective import evaluate_many
 
 BUILT = "one function, share of a side in a loop over the lanes, prologue and its tangent hoisted, own memory"
 

@@ -18,10 +18,9 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array, generated, toolchain
 from planter.optimise.spread import Weighed
-from planter.planting import file, flanks
-from planter.planting.composition import FORCE
-from planter.planting.model import Device
-from planter.planting.turns import Turns
+from planter.planting import file, functions
+from planter.planting.model import FORCE, Device
+from planter.planting.objective import CycleObjective
 
 
 class Lean:
@@ -96,7 +95,7 @@ class Case:
 
     def __init__(self, name: str = MACHINE, samples: int | None = None) -> None:
         self.device = Device(file.load(name))
-        self.turns = Turns(self.device, samples)
+        self.turns = CycleObjective(self.device, samples)
         self.objective, self.constants = self.turns.objective, self.device.constants
         self.sides = len(self.turns.offsets)
         self.angles = self.turns.angles
@@ -184,7 +183,7 @@ class ArrayCode:
     ) -> None:
         self.module = module or emitted_array(f"planting_{device.model}")
         self.contacts = contacts or [emitted_array(f"curve_{s.family}").contact for s in device.stages]
-        self.flank = emitted_array(flanks.module_name(device.machine.cam.flank)).law
+        self.flank = emitted_array(functions.find_flank_module(device.machine.cam.flank)).law
         sizes = [len(stage.names) for stage in device.stages]
         self._x = np.cumsum([0, device.size - sum(sizes), *sizes]).tolist()
         self._h = np.cumsum([0, *(1 + stage.terms for stage in device.stages)]).tolist()

@@ -46,9 +46,9 @@ from planter.kernels import Array
 from planter.kernels.toolchain import NoCompiler
 from planter.optimise import genetic
 from planter.optimise.starts import descents
-from planter.planting import search
+from planter.planting import optimisation
 from planter.planting.model import Device
-from planter.planting.objective import problem as problem_of
+from planter.planting.objective import build_problem
 from planter.progress import Listener, ProgressPhase
 from planter.workshop import biarcs, drawing
 from planter.workshop.drawing import DrawingLine
@@ -78,7 +78,9 @@ def race_printed(case: Case, rounds: int) -> tuple[dict[str, Times], dict[str, l
     reached: dict[str, list[float]] = {name: [] for name in SEARCHES}
 
     def run(name: Any, starts: int | None) -> Callable[[Any], None]:
-        return lambda seed: reached[name].append(search.run(device, name, samples, seed, starts).objective)
+        return lambda seed: reached[name].append(
+            optimisation.search_optimum(device, name, samples, seed, starts).objective
+        )
 
     calls = {"ga": run("ga", None), "ipopt": run("ipopt", 1), "hybrid": run("hybrid", None)}
     for name in ("ipopt", "hybrid"):  # whatever they compile on the way is not counted either
@@ -93,10 +95,10 @@ def search_exact(case: Case, rounds: int) -> Basins:
 
 
 def _met(device: Device, seed: int) -> Seed:
-    sought, begun = problem_of(device, device.machine.objective.samples), time.perf_counter()
+    sought, begun = build_problem(device, device.machine.objective.samples), time.perf_counter()
     target = genetic.search(sought, device.machine.genetic_algorithm, seed)[0].objective
     ga_s = time.perf_counter() - begun
-    problem, begun = problem_of(device, device.machine.objective.samples), time.perf_counter()
+    problem, begun = build_problem(device, device.machine.objective.samples), time.perf_counter()
     best, starts = float("inf"), 0
     for minimum in descents(problem, MOST_STARTS, seed):
         best, starts = min(best, minimum.objective), starts + 1

@@ -213,9 +213,9 @@ def examine(build: bool = False) -> Examination:
 
 def _build(device: Device) -> None:
     """Compile what an optimiser and a whole turn need, and wait for it."""
-    from planter.planting.turns import Turns
+    from planter.planting.objective import CycleObjective
 
-    Turns(device)
+    CycleObjective(device)
     for refined in (False, True):
         device.compile(refined)
     for kernel in _used(device):

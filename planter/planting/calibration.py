@@ -1,25 +1,32 @@
-"""`planter calibrate`: undisclosed inputs fitted to a paper's reported force, and how little that settles.
+"""`planter calibrate`: inputs of a planting device fitted to a paper's reported force, or to measured data.
 
-The cam's flanks begin where the paper sees the nozzles open and close, by any of the usual laws; everything else is
-bounded by common sense. Both models are tried, first with a cam that only pushes.
+For a reported force the flanks of the cam begin where the paper sees the nozzles open and close, by any of the usual
+laws; every other input has plausible bounds. Both models are fitted, first with a cam that only pushes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
 
 import numpy as np
 
+from planter.engine.machine import Machine as EngineMachine
 from planter.errors import InputError
 from planter.files import paths
 from planter.kernels import Array
+from planter.measured import calibration
+from planter.measured.calibration import Calibrated, Check
+from planter.measured.reading import Columns
 from planter.parallel.jobs import run_in_order
 from planter.parallel.task import AUTO, Means, Task
-from planter.planting import cycle, flanks, plausible
+from planter.planting import cycle, functions, simulation
 from planter.planting.file import Machine
 from planter.planting.functions import MODELS, Model
+from planter.planting.machines import build_machine
 from planter.planting.model import Device
-from planter.planting.results.calibrated import (
+from planter.planting.results import (
     CalibrationFound,
     Compromise,
     Distance,
@@ -55,8 +62,8 @@ def calibrate(
     `laws` are those of the cam's flanks that are tried, all of them where there are none; `means` says what fits them,
     with the same results. Raises InputError for a target or a law that there is not.
     """
-    wanted = _target(target)
-    chosen = tuple(_law(law) for law in laws) or flanks.names()
+    wanted = _find_target(target)
+    chosen = tuple(_check_law(law) for law in laws) or functions.list_flank_laws()
     jobs = [(one, law) for one in MODELS for law in chosen]
     phase, laws_fits = ProgressPhase("calibration", "law", len(jobs), progress), LawFits(machine, wanted)
     points: list[Array] = []
@@ -71,9 +78,9 @@ def calibrate(
             Fit(laws_fits.build_force(job), z, wanted) for job, z in zip(jobs, points, strict=True) if job[0] == one
         ]
         best[one] = min(fits, key=lambda fit: fit.rank)
-        found[one] = _told(best[one], one, target, () if best[one].met else _misses(fits))
+        found[one] = _describe_fit(best[one], one, target, () if best[one].met else _search_best_misses(fits))
     first, other = best[model], next(m for m in MODELS if m != model)
-    there = cycle.statistics(_turn(_with(first, other)))
+    there = cycle.compute_statistics(_sample_support(_build_fitted_device(first, other)))
     device = first.force.device
     return CalibrationFound(
         **vars(found[model]),
@@ -83,7 +90,7 @@ def calibrate(
         events={f"{flank}_begins_deg": angle / DEG for flank, angle in own_angles(device).items()},
         other_model=OtherModel(there.range_N, there.variance_N2, there.mean_N),
         models=found,
-        largest_range_N=_largest(best["exact"].force),
+        largest_range_N=_search_largest_range(best["exact"].force),
     )
 
 
@@ -93,7 +100,7 @@ def with_flank(machine: Machine, law: str) -> Machine:
     return Machine.read({**table, "cam": {**table["cam"], "flank": law}}, machine.source, changed=machine.changed)
 
 
-def _target(name: str) -> Figures:
+def _find_target(name: str) -> Figures:
     known = data()["target"]
     if name not in known:
         close = paths.close(name, known)
@@ -103,11 +110,13 @@ def _target(name: str) -> Figures:
     return wanted
 
 
-def _law(name: str) -> str:
-    if name not in flanks.names():
-        close = paths.close(name, flanks.names())
+def _check_law(name: str) -> str:
+    if name not in functions.list_flank_laws():
+        close = paths.close(name, functions.list_flank_laws())
         hint = f"did you mean {close[0]}? " if close else ""
-        raise InputError(f"--flank = {name} is not allowed: {hint}it must be one of {', '.join(flanks.names())}")
+        raise InputError(
+            f"--flank = {name} is not allowed: {hint}it must be one of {', '.join(functions.list_flank_laws())}"
+        )
     return name
 
 
@@ -128,28 +137,28 @@ class LawFits:
 
     def __call__(self, job: tuple[Model, str]) -> Array:
         """Return the point (n,) of the best fit."""
-        return _best(self.build_force(job), self._wanted).z
+        return _search_best_fit(self.build_force(job), self._wanted).z
 
 
-def _best(force: Force, wanted: Figures) -> Fit:
+def _search_best_fit(force: Force, wanted: Figures) -> Fit:
     """With a cam that only pushes, where the target is met so, else with one that may pull."""
     equal = np.ones(len(wanted))
     found: list[Fit] = []
     for pushing in (True, False):
-        fits = sorted(searched(force, wanted, pushing, _starts(force), equal), key=lambda fit: fit.rank)
+        fits = sorted(searched(force, wanted, pushing, _draw_starts(force), equal), key=lambda fit: fit.rank)
         found += [nearest(fit, pushing) if fit.met else fit for fit in fits[:POLISHED]]
         if any(fit.met for fit in found):
             break
     return min(found, key=lambda fit: fit.rank)
 
 
-def _starts(force: Force) -> list[Array]:
+def _draw_starts(force: Force) -> list[Array]:
     rng = np.random.default_rng(SEED)
     count = STARTS.get(force.way, SLOW_STARTS)
     return [force.own(), *(rng.random(len(force.inputs)) for _ in range(count - 1))]
 
 
-def _misses(fits: Sequence[Fit]) -> list[Compromise]:
+def _search_best_misses(fits: Sequence[Fit]) -> list[Compromise]:
     """The best misses of the two best laws, from extremes alone to variance alone; those that others beat left out."""
     tried = [
         better
@@ -157,46 +166,48 @@ def _misses(fits: Sequence[Fit]) -> list[Compromise]:
         for weight in WEIGHTS
         for better in searched(fit.force, fit.wanted, True, [fit.z], np.array([1.0, 1.0, weight]))
     ]
-    kept = [one for one in tried if one.pushes and not any(_beats(other, one) for other in tried if other.pushes)]
+    kept = [one for one in tried if one.pushes and not any(_dominates(other, one) for other in tried if other.pushes)]
     return [
-        Compromise(_choices(fit), fit.curve.figures(), fit.curve.range, {k: 100 * v for k, v in fit.misses.items()})
+        Compromise(
+            _list_choices(fit), fit.curve.figures(), fit.curve.range, {k: 100 * v for k, v in fit.misses.items()}
+        )
         for fit in sorted(kept, key=lambda fit: abs(fit.misses["variance_N2"]))
     ]
 
 
-def _beats(one: Fit, other: Fit) -> bool:
+def _dominates(one: Fit, other: Fit) -> bool:
     mine, its = (np.abs(list(fit.misses.values())) for fit in (one, other))
     return bool((mine <= its).all() and (mine < its).any())
 
 
-def _choices(fit: Fit) -> dict[str, str]:
+def _list_choices(fit: Fit) -> dict[str, str]:
     return {FLANK: fit.force.device.machine.cam.flank}
 
 
-def _told(fit: Fit, model: Model, target: str, front: Sequence[Compromise]) -> ModelFitted:
+def _describe_fit(fit: Fit, model: Model, target: str, front: Sequence[Compromise]) -> ModelFitted:
     return ModelFitted(
         met=fit.met,
-        statement=_statement(fit, model, target),
-        choices=_choices(fit),
+        statement=_state_result(fit, model, target),
+        choices=_list_choices(fit),
         fitted=[Fitted(**row) for row in fit.force.inputs.table(fit.z)],
         reached=fit.curve.figures(),
         miss_percent={key: 100 * miss for key, miss in fit.misses.items()},
         cam_pushes=fit.pushes,
         least_push_N=float(fit.curve.push.min()),
-        distance=_distance(fit),
+        distance=_measure_distance(fit),
         rank=settled(fit),
         front=list(front) or None,
     )
 
 
-def _statement(fit: Fit, model: Model, target: str) -> str:
+def _state_result(fit: Fit, model: Model, target: str) -> str:
     """Whether a target is met, how, and how far from the machine's own inputs."""
     contact = "a cam that only pushes" if fit.pushes else "a cam that would have to pull"
     if fit.met:
         return (
             f"The target {target} is met by the {model} model, every number of it within {100 * MET:g} %, with "
-            f"{contact} and {_choices(fit)[FLANK]} flanks; the inputs lie {fit.distance:.2g} widths of their bounds "
-            "(root mean square) from the machine's own."
+            f"{contact} and {_list_choices(fit)[FLANK]} flanks; the inputs lie {fit.distance:.2g} widths of their "
+            "bounds (root mean square) from the machine's own."
         )
     told = ", ".join(f"{key} by {100 * miss:+.1f} %" for key, miss in fit.misses.items() if abs(miss) > MET)
     return (
@@ -205,9 +216,9 @@ def _statement(fit: Fit, model: Model, target: str) -> str:
     )
 
 
-def _distance(fit: Fit) -> Distance:
+def _measure_distance(fit: Fit) -> Distance:
     on = [p for p, z in zip(fit.force.inputs.paths, fit.z, strict=True) if min(z, 1 - z) < AT_BOUND]
-    unusual = [warned.message for warned in plausible.warnings(fitted_machine(fit))]
+    unusual = [warned.message for warned in simulation.find_implausible_values(fitted_machine(fit))]
     return Distance(fit.distance, on, unusual)
 
 
@@ -217,17 +228,50 @@ def fitted_machine(fit: Fit) -> Machine:
     return fit.force.device.machine.with_numbers({row["name"]: row["value"] for row in rows})
 
 
-def _with(fit: Fit, model: Model) -> Device:
+def _build_fitted_device(fit: Fit, model: Model) -> Device:
     """The fitted machine in a model."""
     return Device(fitted_machine(fit), model)
 
 
-def _turn(device: Device) -> Array:
+def _sample_support(device: Device) -> Array:
     at = device.prologue(device.design)
-    return device.support(at, cycle.angles(device.machine.objective.samples))
+    return device.support(at, cycle.sample_angles(device.machine.objective.samples))
 
 
-def _largest(force: Force) -> LargestRange:
+def _search_largest_range(force: Force) -> LargestRange:
     """Of the law and the events of the exact model's fit; `planter audit --front` tries all laws and wider bounds."""
-    found = [largest_range(force, pushing, _starts(force)) for pushing in (True, False)]
+    found = [largest_range(force, pushing, _draw_starts(force)) for pushing in (True, False)]
     return LargestRange(*(None if one is None else one.range for one in found))
+
+
+SUPPORT = "support_N"
+
+
+def calibrate_to_data(
+    machine: Machine,
+    model: Model,
+    data: str | Path,
+    columns: Columns,
+    bounds: Mapping[str, tuple[float, float]],
+    quantity: str = SUPPORT,
+    check: Check | None = None,
+    seed: int = 0,
+    progress: Listener | None = None,
+    means: Means = AUTO,
+) -> Calibrated:
+    """Fit chosen inputs within `bounds` (shown units, by path) to a curve in a CSV file, in both models.
+
+    `model` is reported first, `means` says what runs the searches. Raises InputError for a file, columns or
+    inputs that cannot be used.
+    """
+    ordered = (model, *(other for other in MODELS if other != model))
+    builders: dict[str, Callable[[], EngineMachine]] = {
+        one: partial(_build_engine_machine, machine, one) for one in ordered
+    }
+    return calibration.calibrate(
+        builders, data, columns, bounds, quantity, machine.with_numbers, check, seed, progress, means
+    )
+
+
+def _build_engine_machine(machine: Machine, model: Model) -> EngineMachine:
+    return build_machine(Device(machine, model))

@@ -11,7 +11,7 @@ import numpy as np
 from planter.errors import InputError
 from planter.kernels import Array, Kernel, generated
 from planter.kernels.formulas import HOISTED, load
-from planter.planting import flanks
+from planter.planting import functions
 from planter.planting.model import Device
 from planter.workshop import solids
 from planter.workshop.cams.part import build_cam_part
@@ -34,7 +34,7 @@ class EndFace:
         self.device, self.roller = device, roller
         module = generated.module(CAM)
         self._prologue = Kernel(module.prologue())
-        lane = module.lane(flanks.function(device.machine.cam.flank))
+        lane = module.lane(functions.build_flank_function(device.machine.cam.flank))
         self._lane = Kernel(lane, lanes=["delta"])
         self._names = load(CAM).entries("contour")
         self.radius = device.machine.si("base_radius_mm")
@@ -56,7 +56,9 @@ class EndFace:
         entries = [entry["name"] for entry in self.device.sidecar["vectors"]["machine"]]
         known = dict(zip(entries, self.device.constants.tolist(), strict=True))
         told = sorted({e["position"] for e in self.device.sidecar["events"] if "position" in e})
-        positions = [joint.position for joint in flanks.joints(self.device.machine.cam.flank, tuple(told))]
+        positions = [
+            joint.position for joint in functions.find_flank_breakpoints(self.device.machine.cam.flank, tuple(told))
+        ]
         flanked = [(known[f"delta_{f}0"], known[f"delta_{f}1"]) for f in "rf"]
         inner = {start + x * (end - start) for start, end in flanked for x in (0.0, *positions, 1.0)}
         return tuple(sorted({0.0, 2 * np.pi} | {at for at in inner if 0 < at < 2 * np.pi}))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planter.kernels import generated
-from planter.planting import quantities
+from planter.planting import cycle
 from planter.planting.designer.shown import BORNE
 from planter.planting.friction import shown
 from planter.planting.functions import MODELS
@@ -21,9 +21,12 @@ def columns() -> dict[str, tuple[str, str]]:
     for model in MODELS:
         vectors = generated.sidecar(f"planting_{model}")["vectors"]
         for vector in ("side", "totals"):
-            for key, entry in zip(quantities.keys(vectors[vector]), vectors[vector], strict=True):
+            for key, entry in zip(cycle.list_keys(vectors[vector]), vectors[vector], strict=True):
                 found[key] = (entry["meaning"], entry["source"])
                 if vector == "side":
-                    found[quantities.second(key)] = (f"{entry['meaning']}; side 2, half a turn behind", entry["source"])
+                    found[cycle.name_second_side(key)] = (
+                        f"{entry['meaning']}; side 2, half a turn behind",
+                        entry["source"],
+                    )
     found |= {key: (meaning, "derived: assumption lifted") for key, meaning in shown.columns().items()}
     return found | dict.fromkeys(BORNE, ("the largest over a turn, of the designer's summary", "derived"))

@@ -1,9 +1,10 @@
-"""The planting device over a cycle: samples, extremes, integrals, warnings. One text for both models."""
+"""The planting device over a cycle: its quantities, samples of them, statistics and warnings, in either model."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -11,15 +12,66 @@ from planter.engine.response import DesignPoint
 from planter.files import units
 from planter.kernels import Array
 from planter.numerics.extrema import index_first_extremum
-from planter.planting import quantities
 from planter.planting.model import Device
-from planter.planting.results.stated import Statistics, Warned
+from planter.planting.results import Statistics, Warned
+
+
+@dataclass(frozen=True)
+class DeviceQuantity:
+    """A quantity of side 1, of side 2, half a turn behind, or, with side 0, of both together.
+
+    `name` is a plain word, that of the equations, on side 2 with `_2` behind it; `unit` its SI unit; `shown` its key in
+    tables, which ends in the unit there.
+    """
+
+    name: str
+    unit: str
+    shown: str
+    meaning: str
+    source: str
+    side: int
+
+
+def list_device_quantities(sidecar: Mapping[str, Any]) -> list[DeviceQuantity]:
+    """Those of side 1, those of side 2, those of both, in the order of `Device.cycle`."""
+    vectors = sidecar["vectors"]
+    return [
+        *_build_quantities(vectors["side"], 1),
+        *_build_quantities(vectors["side"], 2),
+        *_build_quantities(vectors["totals"], 0),
+    ]
+
+
+def list_keys(entries: Sequence[Mapping[str, str]]) -> list[str]:
+    """Keys of a vector's entries in tables, each ending in the unit that is shown."""
+    return [entry.get("shown") or units.key(entry["name"], entry["unit"]) for entry in entries]
+
+
+def name_second_side(key: str) -> str:
+    """The key of a quantity on side 2.
+
+    >>> name_second_side("F_B1x_N"), name_second_side("ratio")
+    ('F_B1x_2_N', 'ratio_2')
+    """
+    suffix = units.suffix(key)
+    return f"{key.removesuffix(suffix)}_2{suffix}"
+
+
+def _build_quantities(entries: Sequence[Mapping[str, str]], side: int) -> Iterator[DeviceQuantity]:
+    for entry, key in zip(entries, list_keys(entries), strict=True):
+        if side == 2:
+            yield DeviceQuantity(
+                f"{entry['name']}_2", entry["unit"], name_second_side(key), entry["meaning"], entry["source"], side
+            )
+        else:
+            yield DeviceQuantity(entry["name"], entry["unit"], key, entry["meaning"], entry["source"], side)
+
 
 Columns = dict[str, Array]
 
 
 @dataclass(frozen=True)
-class Cycle:
+class DeviceCycleTable:
     """Quantities at carrier angles `phi` [rad], each (n,), under the keys they are shown with, in shown units.
 
     `sides` are those of side 1 and of side 2, half a turn behind; `totals` those of what both share.
@@ -36,49 +88,51 @@ class Cycle:
 
     def columns(self) -> Columns:
         """Everything as one table: the angle, side 1, side 2 with `_2` in the names, totals."""
-        second = {quantities.second(key): values for key, values in self.sides[1].items()}
+        second = {name_second_side(key): values for key, values in self.sides[1].items()}
         return {"phi_deg": np.degrees(self.phi), **self.sides[0], **second, **self.totals}
 
 
-def cycle(device: Device, at: DesignPoint, phi: Array) -> Cycle:
+def evaluate_cycle(device: Device, at: DesignPoint, phi: Array) -> DeviceCycleTable:
     """All forces and motions at carrier angles (n,) [rad]."""
     found = device.cycle(at, phi)
     vectors = device.sidecar["vectors"]
-    one, two = (_shown(vectors["side"], found[name]) for name in ("side1", "side2"))
-    return Cycle(np.asarray(phi, dtype=float), (one, two), _shown(vectors["totals"], found["totals"]))
+    one, two = (_to_display_columns(vectors["side"], found[name]) for name in ("side1", "side2"))
+    return DeviceCycleTable(
+        np.asarray(phi, dtype=float), (one, two), _to_display_columns(vectors["totals"], found["totals"])
+    )
 
 
-def _shown(entries: Sequence[Mapping[str, str]], rows: Array) -> Columns:
-    return {key: row / units.factor(key) for key, row in zip(quantities.keys(entries), rows, strict=True)}
+def _to_display_columns(entries: Sequence[Mapping[str, str]], rows: Array) -> Columns:
+    return {key: row / units.factor(key) for key, row in zip(list_keys(entries), rows, strict=True)}
 
 
-def angles(samples: int) -> Array:
+def sample_angles(samples: int) -> Array:
     """Carrier angles of a cycle's samples [rad]: 2 pi i / N."""
     return 2 * np.pi * np.arange(samples) / samples
 
 
-def over_samples(name: str, samples: int) -> str:
+def name_over_samples(name: str, samples: int) -> str:
     """Return the name of a number that is that of so many samples of a cycle, not the true one."""
     return f"{name}, {samples} samples"
 
 
-def statistics(force: Array) -> Statistics:
+def compute_statistics(force: Array) -> Statistics:
     """Extremes, range, mean and population variance of samples (n,) of a force [N]."""
     high, low = float(force.max()), float(force.min())
     return Statistics(high, low, high - low, float(force.mean()), float(force.var()))
 
 
-def centre_distances(device: Device, at: DesignPoint) -> Array:
+def find_centre_distances(device: Device, at: DesignPoint) -> Array:
     """Centre distances of both stages [m], (2,)."""
-    return at.h[distance_places(device)]
+    return at.h[find_distance_indices(device)]
 
 
-def distance_places(device: Device) -> list[int]:
+def find_distance_indices(device: Device) -> list[int]:
     """Where the centre distances of both stages stand in what a prologue finds."""
     return [0, 1 + device.stages[0].terms]
 
 
-def weight(device: Device) -> float:
+def compute_weight(device: Device) -> float:
     """Weight of everything that the frame carries [N]."""
     return device.formulas.at("weight", machine=device.constants)["weight"]
 
@@ -91,9 +145,13 @@ ONE_SIDED = {
 """Contacts that can only push, by the key of their force."""
 
 
-def warnings(device: Device, x: Array, turn: Cycle) -> list[Warned]:
+def find_cycle_warnings(device: Device, x: Array, turn: DeviceCycleTable) -> list[Warned]:
     """Lost contacts over the cycle and values outside the machine's bounds."""
-    found = [_lost(turn, key, name, text) for key, (name, text) in ONE_SIDED.items() if turn.sides[0][key].min() < 0]
+    found = [
+        _describe_lost_contact(turn, key, name, text)
+        for key, (name, text) in ONE_SIDED.items()
+        if turn.sides[0][key].min() < 0
+    ]
     low, high = device.lower / device.scale, device.upper / device.scale
     for name, value, a, b in zip(device.names, x / device.scale, low, high, strict=True):
         if not a <= value <= b:
@@ -106,7 +164,7 @@ def warnings(device: Device, x: Array, turn: Cycle) -> list[Warned]:
     return found
 
 
-def _lost(turn: Cycle, key: str, name: str, text: str) -> Warned:
+def _describe_lost_contact(turn: DeviceCycleTable, key: str, name: str, text: str) -> Warned:
     force = turn.sides[0][key]
     pulled = force < 0
     worst = index_first_extremum(turn.phi, force, -1)

@@ -1,19 +1,21 @@
-"""A planting device as CasADi functions: the dynamics of a model composed with two gear stages and a cam law.
+"""CasADi functions of a planting device, and the laws of its cam's flanks.
 
-The design vector x holds SI values and radians. `h` is what the carrier angle does not change (the prologue);
-derivatives cross that cut as inputs, so no lane is differentiated by the coefficients of a series.
+A device composes the dynamics of a model with two gear stages and a flank law. The design vector x holds SI values and
+radians. `h` holds the invariants of the carrier angle (the prologue); derivatives take h as an input, so that no
+evaluation at an angle differentiates the coefficients of a series.
 """
 
 from __future__ import annotations
 
-from functools import cached_property
+from dataclasses import dataclass
+from functools import cache, cached_property
 from typing import Literal
 
 import casadi as ca
 import numpy as np
 
 from planter.gear_geometry.stage import Stage
-from planter.kernels import generated
+from planter.kernels import Kernel, generated
 
 Model = Literal["exact", "printed"]
 MODELS: tuple[Model, ...] = ("exact", "printed")
@@ -131,3 +133,62 @@ class Functions:
     @cached_property
     def inputs(self) -> list[ca.SX]:
         return [self.phi, self.x, self.c, self.h]
+
+
+_FLANK_PREFIX = "flank_"
+_BESIDE = 1e-7
+"""How far beside a position the derivatives of a law are taken."""
+_JUMP = 1e-2
+"""A derivative that differs by less on both sides of a position is continuous there; those of a law are from 1 up."""
+SECOND = 2
+"""Forces follow the second derivative of a law."""
+
+
+@cache
+def _flank_modules() -> dict[str, str]:
+    return {generated.sidecar(name)["title"]: name for name in generated.names(_FLANK_PREFIX)}
+
+
+def list_flank_laws() -> tuple[str, ...]:
+    """Names of the laws."""
+    return tuple(_flank_modules())
+
+
+def find_flank_module(name: str) -> str:
+    """The generated module of a law."""
+    return _flank_modules()[name]
+
+
+@cache
+def build_flank_function(name: str) -> ca.Function:
+    """x -> p, dp, ddp: share of the rise at a position x in [0, 1] of the flank, and its slopes."""
+    law = generated.module(find_flank_module(name)).law()
+    x = ca.SX.sym("x")
+    return ca.Function("flank", [x], ca.vertsplit(law(x)), ["x"], ["p", "dp", "ddp"])
+
+
+@dataclass(frozen=True)
+class FlankBreakpoint:
+    """A position in a flank, and the order of the first derivative of the forces in the angle that jumps there."""
+
+    position: float
+    order: int
+
+
+@cache
+def find_flank_breakpoints(name: str, positions: tuple[float, ...]) -> tuple[FlankBreakpoint, ...]:
+    """Those of some positions in [0, 1] where a law, at rest before and after, is not smooth: jumps up to order 2."""
+    x = ca.SX.sym("x")
+    derivatives = [build_flank_function(name)(x)[SECOND]]
+    for _ in range(2):
+        derivatives.append(ca.jacobian(derivatives[-1], x))
+    values = Kernel(
+        ca.Function("derivatives", [x], [ca.densify(ca.vertcat(*derivatives))], ["x"], ["found"]), lanes=["x"]
+    )
+    beside = np.add.outer(np.array(positions), [-_BESIDE, _BESIDE])
+    found = values(x=np.clip(beside, 0, 1).ravel())["found"].reshape(len(derivatives), *beside.shape)
+    found = np.where((beside < 0) | (beside > 1), 0.0, found)
+    jumps = np.abs(found[..., 1] - found[..., 0]) > _JUMP
+    return tuple(
+        FlankBreakpoint(x, int(order.argmax())) for x, order in zip(positions, jumps.T, strict=True) if order.any()
+    )

@@ -14,9 +14,10 @@ import casadi as ca
 import numpy as np
 
 from planter.kernels import Array, Kernel, generated
-from planter.planting import cycle, flanks
+from planter.planting import cycle
+from planter.planting.functions import build_flank_function
 from planter.planting.model import Device
-from planter.planting.results.simulated import Lifted
+from planter.planting.results import Lifted
 
 NAME = "planting_lifted"
 SAMPLES = 1440
@@ -30,7 +31,7 @@ Lifting = Mapping[str, Array | float]
 
 
 @dataclass(frozen=True)
-class Turn:
+class LiftedCycle:
     """Quantities of side 1 and totals at equally spaced angles, in SI, by name."""
 
     one: Columns
@@ -68,7 +69,7 @@ class LiftedModel:
     def _kernel(self) -> Kernel:
         functions, module = self.device.functions, generated.module(NAME)
         contacts = [stage.contact.function for stage in self.device.stages]
-        flank = flanks.function(self.device.machine.cam.flank)
+        flank = build_flank_function(self.device.machine.cam.flank)
         lane, prologue = module.lane(*contacts, flank), module.prologue(*contacts)
         sides: list[tuple[ca.SX, ca.SX]] = []
         for angle in (functions.phi, functions.phi - np.pi):
@@ -88,7 +89,7 @@ class LiftedModel:
         lifted: Lifting | None = None,
         changes: Mapping[str, float] | None = None,
         behind: Lifting | None = None,
-    ) -> Turn:
+    ) -> LiftedCycle:
         """A turn with values of what is lifted, one for all or one for each angle of side 1, over a whole turn.
 
         `changes` are other values of constants, in SI, by where they stand in the machine file. What is lifted is the
@@ -102,7 +103,7 @@ class LiftedModel:
         second = np.roll(rows if behind is None else self._rows(behind, len(phi)), len(phi) // 2, axis=1)
         second[self.inputs.index("speed_rate")] = rows[self.inputs.index("speed_rate")]
         found = self._kernel(phi=phi, x=self._x, c=constants, h=self._h, lifted1=rows, lifted2=second)
-        return Turn(*(dict(zip((e["name"] for e in self.vectors[vector]), found[name], strict=True))
+        return LiftedCycle(*(dict(zip((e["name"] for e in self.vectors[vector]), found[name], strict=True))
                       for vector, name in (("side", "side1"), ("side", "side2"), ("totals", "totals"))))  # fmt: skip
 
     def _rows(self, lifted: Lifting, count: int) -> Array:
@@ -112,7 +113,7 @@ class LiftedModel:
             rows[self.inputs.index(name)] = values
         return rows
 
-    def beyond(self, turn: Turn, phi: Array, module: float) -> dict[str, Array]:
+    def beyond(self, turn: LiftedCycle, phi: Array, module: float) -> dict[str, Array]:
         """Where teeth that nobody has drawn bear, as inputs of both flanks of both meshes, (n,) each.
 
         One pair of teeth bears at a time, from half a base pitch before the pitch point to half behind it; the place on
@@ -127,7 +128,7 @@ class LiftedModel:
                 found |= {f"lead_{tag}_{flank}": np.sign(way * along), f"away_{tag}_{flank}": np.abs(along)}
         return found
 
-    def _arcs(self, turn: Turn, phi: Array) -> Iterator[Array]:
+    def _arcs(self, turn: LiftedCycle, phi: Array) -> Iterator[Array]:
         """Length of the inner pitch curves that has passed the contact since t = 0, at each angle [m], (n,)."""
         from scipy.integrate import cumulative_simpson
 
@@ -145,9 +146,9 @@ class LiftedModel:
             yield np.interp(t, dense, arc) - np.interp(0.0, dense, arc)
 
 
-def effects(device: Device, module_mm: float = MODULE_MM) -> list[Lifted]:
+def find_assumption_effects(device: Device, module_mm: float = MODULE_MM) -> list[Lifted]:
     """What lifting each assumption alone does to the largest joint forces and to the work over a turn."""
-    model, phi = LiftedModel(device), cycle.angles(SAMPLES)
+    model, phi = LiftedModel(device), cycle.sample_angles(SAMPLES)
     own = model.turn(phi)
     speed = device.machine.si("operation.speed_rpm")
     friction = device.machine.si("contact.tooth_friction_angle_deg")

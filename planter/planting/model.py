@@ -1,28 +1,51 @@
-"""The planting device: a machine in one of its models, with its design vector and its kernels."""
+"""The planting device: a machine in one of its models, with its design vector and its kernels.
+
+`build_machine` describes it for the engine: gear stages and cam law composed in, two sides half a cycle apart."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
+from planter.engine.machine import Documentation, Quantity, Value, build_vectors
+from planter.engine.machine import Machine as EngineMachine
+from planter.engine.measures import Kind, Measure
 from planter.engine.problem import Curve
 from planter.engine.response import DesignPoint
 from planter.errors import InputError
 from planter.files import paths, units
+from planter.files.fields import read_range
 from planter.gear_geometry import families, stage
 from planter.gear_geometry.stage import StageCandidate
 from planter.kernels import Array, Kernel, formulas
-from planter.planting import flanks
-from planter.planting.composition import FORCE, build_machine
+from planter.planting import functions
 from planter.planting.file import Machine
 from planter.planting.functions import Functions, Model
 from planter.records.record import format_table
+
+SIDES = (0.0, -np.pi)
+"""Where the two sides stand [rad]."""
+SPEED = "operation.speed_rpm"
+FORCE = "F_support"
+"""The vertical force on the support."""
+VECTORS = {
+    "tooth_P": ("F_Px", "F_Py"),
+    "tooth_Q": ("F_Qx", "F_Qy"),
+    "bearing_A1": ("F_A1x", "F_A1y"),
+    "bearing_B1": ("F_B1x", "F_B1y"),
+    "hinge_inner": ("F_Ax", "F_Ay", "F_Az"),
+    "hinge_outer": ("F_Aox", "F_Aoy", "F_Aoz"),
+    "bearing_O1": ("F_O1x", "F_O1y"),
+    "mount_O": ("F_Ox", "F_Oy"),
+    "frame": ("F_support_x", "F_support"),
+}
+"""Forces by their components; those that a model does not report are left out."""
 
 
 class Device:
@@ -54,7 +77,7 @@ class Device:
             for i, family in enumerate(pair, 1)
         )
         self.stages = first, second
-        self.functions = Functions(model, self.stages, flanks.function(machine.cam.flank))
+        self.functions = Functions(model, self.stages, functions.build_flank_function(machine.cam.flank))
 
     def _take(self, machine: Machine) -> None:
         """Take the numbers of a machine in SI: design and bounds (p,), and what the model takes beside them (c,)."""
@@ -115,7 +138,7 @@ class Device:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """As its machine, model and numbers: where it is loaded it is built, and compiled if it was."""
-        return _rebuilt, (self.machine, self.model, self.compiled, self.data)
+        return _restore_device, (self.machine, self.model, self.compiled, self.data)
 
     def compile(self, refined: bool = False) -> None:
         """Run what a search calls again and again in the fastest way that there is here.
@@ -219,10 +242,119 @@ class Device:
         return self.force.slopes(at, phi)
 
 
-def _rebuilt(machine: Machine, model: Model, compiled: bool, data: Array) -> Device:
+def _restore_device(machine: Machine, model: Model, compiled: bool, data: Array) -> Device:
     """Return a device that was pickled."""
     device = Device(machine, model)
     device.data = data
     if compiled:
         device.compile()
     return device
+
+
+def build_machine(device: Device) -> EngineMachine:
+    """Return a device as a machine: its values are the design parameters, then the numbers of the file."""
+    functions, vectors = device.functions, device.sidecar["vectors"]
+    size = len(device.names)
+    design = [
+        Value(entry["name"], entry["unit"], entry["meaning"], f"design.{name}", entry["source"])
+        for name, entry in zip(device.names, device.entries, strict=True)
+    ]
+    data = [
+        Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"], read_range(Machine, e["shown"]))
+        for e in vectors["machine"]
+    ]
+    values = (*design, *data)
+    kinds = _find_event_kinds(device.sidecar["events"], device.machine.cam.flank)
+    d, q = ca.SX.sym("d", len(values)), ca.SX.sym("q", 0)
+
+    def compose(name: str, output: ca.SX) -> ca.Function:
+        (graph,) = ca.substitute([output], [functions.x, functions.c], [d[:size], d[size:]])
+        return ca.Function(name, [functions.phi, d, functions.h, q], [graph], ["phi", "d", "h", "q"], ["y"])
+
+    lane = compose("lane", functions.side(functions.phi))
+    one, two = (ca.SX.sym(side, lane.numel_out(0)) for side in ("one", "two"))
+    totals = ca.Function("totals", [one, two, d], [functions.frame(one, two, d[size:])])
+    both = ca.MX.sym("d", len(values))
+    prologue = ca.Function("prologue", [both], [functions.prologue_function(both[:size], both[size:])], ["d"], ["h"])
+    quantities = tuple(
+        Quantity(
+            e["name"], e["unit"], e["meaning"], e.get("shown") or units.key(e["name"], e["unit"]), total,
+            source=e["source"],
+        )
+        for vector, total in (("side", False), ("totals", True))
+        for e in vectors[vector]
+    )  # fmt: skip
+    return EngineMachine(
+        document=device.machine,
+        build=partial(_rebuild_machine, type(device), device.model),
+        assumptions=tuple(device.sidecar["assumptions"]),
+        values=values,
+        data=device.data,
+        moved=tuple(range(size)),
+        lower=device.lower,
+        upper=device.upper,
+        quantities=quantities,
+        prologue=prologue,
+        lane=lane,
+        speed=[value.path for value in values].index(SPEED),
+        totals=totals,
+        events=compose("events", functions.events[list(kinds)]),
+        event_kinds=tuple(kinds.values()),
+        offsets=SIDES,
+        samples=device.machine.objective.samples,
+        tangent=lambda moved: _tangent(functions, size, moved),
+        vectors=tuple(build_vectors(VECTORS, quantities)),
+        motors=("M_L",),
+        least=build_measures(device.machine),
+        sampling=device.machine.objective.samples,
+        genetic=device.machine.genetic_algorithm,
+        documentation=_documentation(device),
+    )
+
+
+def _rebuild_machine(kind: type[Device], model: Model, machine: Machine) -> EngineMachine:
+    return build_machine(kind(machine, model))
+
+
+def build_measures(machine: Machine) -> tuple[Measure, Measure]:
+    """Return range and scatter of the support force as measures, weighted as in the machine file."""
+    objective = machine.objective
+    scatter: Kind = "variance" if objective.kind == "paper" else "std"
+    return (
+        Measure("range", FORCE, weight=objective.weight_range),
+        Measure(scatter, FORCE, weight=objective.weight_variance),
+    )
+
+
+def _documentation(device: Device) -> Documentation:
+    sidecar = device.sidecar
+    variant = sidecar["name"].removeprefix("planting_")
+    return Documentation(
+        title=f"{sidecar['title']}; {' and '.join(device.functions.stage_titles)}",
+        reference=sidecar["source"],
+        equations=tuple(sidecar["equations"]),
+        variant="" if variant == "exact" else variant,
+    )
+
+
+def _find_event_kinds(entries: Sequence[Mapping[str, Any]], flank: str) -> dict[int, Mapping[str, Any]]:
+    """Return the events of a device by their places among its model's: of those of the flanks, a law's joints alone."""
+    positions = tuple(sorted({entry["position"] for entry in entries if "position" in entry}))
+    orders = {joint.position: joint.order for joint in functions.find_flank_breakpoints(flank, positions)}
+    return {
+        index: {**entry, "order": orders[entry["position"]]} if "position" in entry else entry
+        for index, entry in enumerate(entries)
+        if "position" not in entry or entry["position"] in orders
+    }
+
+
+def _tangent(functions: Functions, size: int, moved: tuple[int, ...]) -> ca.Function:
+    """Return (d) -> h, dh: the prologue and its sparse Jacobian in the moved values, stage by stage."""
+    count = size + functions.c.numel()
+    d = ca.MX.sym("d", count)
+    h, along_design = functions.tangent_function(d[:size], d[size:])
+    along_data = ca.MX(h.numel(), count - size)
+    if any(index >= size for index in moved):
+        along_data = functions.data_tangent_function(d[:size], d[size:], h)
+    dh = ca.horzcat(along_design, along_data)[:, list(moved)]
+    return ca.Function("tangent", [d], [h, dh], ["d"], ["h", "dh"])

@@ -1,35 +1,57 @@
-"""What a planting device's optimisation makes small: objective (31) of Wang et al. (2017), over designs in its box."""
+"""The objective (31) of Wang et al. (2017) over a cycle: over true extremes, over samples, and of many designs.
+
+from planter import Device, Turns, evaluate_many, load_machine, load_mechanism
+
+device = Device(load_machine("wang2017"))
+value, gradient = Turns(device).gradient(device.design)
+
+batch = evaluate_many(device, designs)      # designs (m, p) in SI: an array, a memory map
+best = designs[batch.objective.argmin()]
+
+own = load_mechanism("own/slider_crank.toml")
+rows = evaluate_many(own, designs, gradients=True, outputs=["M_in_rms_Nm"])
+rows["M_in_rms_Nm"], rows.gradient          # (m,), (m, 1, p)
+"""
 
 from __future__ import annotations
 
-from planter.engine.measures import Kind, Measure
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+from planter.engine.cycles import Cycles, Memory
+from planter.engine.machine import Machine as EngineMachine
+from planter.engine.outputs import CHUNK, OBJECTIVE, OutputBatch, SampledOutputs, evaluate_outputs
 from planter.engine.problem import CurveProblem
+from planter.errors import ComputationError, PlanterError
+from planter.kernels import Array, CallError
 from planter.optimise.constraints import Constraints
+from planter.optimise.joints import ASIDE
 from planter.optimise.range_and_spread import Sampling
-from planter.optimise.spread import Weights
+from planter.optimise.refined import Panels, Refined
+from planter.optimise.samples import Samples, angles
+from planter.optimise.spread import Weighed, Weights
 from planter.planting.file import Machine
 from planter.planting.model import Device
+from planter.planting.results import SampledScore, TrueExtremes
+from planter.progress import Listener, ProgressPhase
+from planter.records.record import build_frame, format_table
 
-FORCE = "F_support"
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 
-def weights(machine: Machine) -> Weights:
+def read_weights(machine: Machine) -> Weights:
     """Of range and spread of the support force, as the machine file has them."""
     settings = machine.objective
     return Weights(settings.weight_range, settings.weight_variance, settings.kind)
 
 
-def build_measures(machine: Machine) -> tuple[Measure, Measure]:
-    """Return range and spread of the support force as measures, weighed as the machine file has them."""
-    settings = machine.objective
-    spread: Kind = "variance" if settings.kind == "paper" else "std"
-    return (
-        Measure("range", FORCE, weight=settings.weight_range),
-        Measure(spread, FORCE, weight=settings.weight_variance),
-    )
-
-
-def problem(
+def build_problem(
     device: Device, sampling: Sampling = "refined", constraints: Constraints | None = None
 ) -> CurveProblem:  # fmt: skip
     """Return the device's objective over true extremes and integrals, or that many samples, under constraints if any.
@@ -41,4 +63,249 @@ def problem(
     if any(event.order == 0 for event in curve.events):
         allowed = "the force jumps where its flanks begin and end; an optimisation needs a law without such jumps"
         raise machine.input_error("cam.flank", allowed)
-    return CurveProblem(curve, weights(machine), sampling, further=[] if constraints is None else [constraints])
+    return CurveProblem(curve, read_weights(machine), sampling, further=[] if constraints is None else [constraints])
+
+
+DENSE = np.linspace(0, 2 * np.pi, 721)
+"""Carrier angles of a figure's curves [rad]."""
+
+
+def evaluate_true_extremes(device: Device, x: Array) -> TrueExtremes:
+    """True extremes and integrals of the support force of a design x (p,) [SI], and the objective of these."""
+    found = Refined(device.force).look(x)
+    objective = read_weights(device.machine).value(found.range, found.variance)
+    return TrueExtremes(found.high, found.low, found.range, found.variance, objective)
+
+
+def evaluate_samples(device: Device, x: Array) -> SampledScore:
+    """The objective of a design x (p,) [SI] over the machine file's samples, and what it is made of."""
+    samples = device.machine.objective.samples
+    found = Samples(device.force, samples).look(x)
+    return SampledScore(
+        samples, read_weights(device.machine).value(found.range, found.variance), found.range, found.variance
+    )
+
+
+def find_curve_angles(device: Device, x: Array) -> Array:
+    """Carrier angles (n,) [rad] of a figure of a design x (p,) [SI]: its largest and least force are the true ones.
+
+    Beside `DENSE` they hold the extremes of the support force, and both sides of where it may jump.
+    """
+    response = device.force
+    panels = Panels(response, x)
+    ends = np.concatenate([panels.extremes.angles, panels.breaks - ASIDE, panels.breaks + ASIDE])
+    cycles = round(2 * np.pi / response.period)
+    every = np.add.outer(response.period * np.arange(cycles), np.mod(ends, response.period)).ravel()
+    return np.union1d(DENSE, every)
+
+
+FIELDS = (OBJECTIVE, "range_N", "variance_N2", "mean_N")
+"""Results of a turn: the objective, and measures of the force."""
+
+
+class CycleObjective:
+    """Objective (31) of a device over N samples of a turn, and its exact gradient; designs x are (p,) in SI.
+
+    Compiles what it needs at the first use and keeps it in the user's cache; without a compiler it works all the same,
+    slower. Threads may share an object: each computes in memory of its own.
+    Raises ComputationError where a result is not finite, CallError for a design of another shape or not finite.
+    """
+
+    def __init__(self, device: Device, samples: int | None = None) -> None:
+        self.device, self._constants = device, device.constants
+        self.samples = samples or device.machine.objective.samples
+        self.objective = read_weights(device.machine)
+        self.offsets = device.force.offsets
+        machine = device.force.machine
+        paths = [machine.values[index].path for index in machine.moved]
+        names = [OBJECTIVE, *(f"support_{field}" for field in FIELDS[1:])]
+        self._outputs = SampledOutputs(machine, paths, names, self.samples)
+        self._values, self._slopes = self._outputs.find_cycles(), self._outputs.find_cycles(1)
+        if self._slopes is None:
+            self._outputs.rows.compile()
+            self._outputs.rows.compile_slopes(1)
+
+    @property
+    def way(self) -> str:
+        """How a turn is evaluated: `lanes`, or the fastest of the other ways that there is."""
+        return self._outputs.rows.find_slopes(1).kernel.way
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As its device and samples: where it is loaded, memory and compiled functions are its own."""
+        return CycleObjective, (self.device, self.samples)
+
+    def copy(self) -> CycleObjective:
+        """The same with memory of its own."""
+        return CycleObjective(self.device, self.samples)
+
+    @cached_property
+    def angles(self) -> Array:
+        """The samples [rad] that differ: a half turn of them where both halves are the same."""
+        return angles(self.samples, self.device.force.period)
+
+    def value(self, x: Array) -> float:
+        """The objective (31) [-] of a design x (p,) [SI]."""
+        self._check(x, self.device.design.shape)
+        if self._values:
+            return float(self._run(self._values, x).outputs[0])
+        return float(self.many(np.asarray(x)[None])[0, 0])
+
+    def gradient(self, x: Array) -> tuple[float, Array]:
+        """The objective (31) [-] of a design x (p,) and its gradient (p,) [1/SI]: extremes stay at their samples."""
+        self._check(x, self.device.design.shape)
+        if self._slopes:
+            memory = self._run(self._slopes, x)
+            return float(memory.outputs[0]), memory.gradients[0].copy()
+        rows, gradients = self.many_gradients(np.asarray(x)[None])
+        return float(rows[0, 0]), gradients[0]
+
+    def gradients(self, designs: Array, data: Array) -> tuple[Array, Array]:
+        """Objectives (m,) and gradients (m, p) of designs (m, p), each on a machine with other data (m, c) [SI]."""
+        self._check(designs, (len(designs), *self.device.design.shape))
+        self._check(data, (len(designs), *self.device.constants.shape))
+        rows, gradients = self._differentiate(designs, data)
+        return rows[:, 0], gradients
+
+    def many(self, designs: Array, threads: int = 1) -> Array:
+        """Rows of objective [-], range [N], variance [N2] and mean [N], (m, 4), for designs (m, p) [SI]."""
+        self._check(designs, (len(designs), *self.device.design.shape))
+        rows = self._outputs.sample(self._join(designs, self._constants), threads)
+        self._check_finite(designs, rows)
+        return rows
+
+    def many_gradients(self, designs: Array, threads: int = 1) -> tuple[Array, Array]:
+        """Rows of objective, range, variance and mean, (m, 4), and gradients (m, p) of the objective [1/SI]."""
+        self._check(designs, (len(designs), *self.device.design.shape))
+        return self._differentiate(designs, self.device.constants, threads)
+
+    def hessian(self, x: Array) -> Array:
+        """Hessian (p, p) [1/SI2] of the objective at x (p,) [SI], the extremes staying at their samples."""
+        self._check(x, self.device.design.shape)
+        if self._slopes and not self.device.compiled:
+            self.device.compile()
+        at = self.device.prologue(x)
+        force, slopes = self.device.force.slopes(at, self.angles)
+
+        def bent(weights: Array) -> Array:
+            return self.device.force.hessian(at, self.angles, weights)[1:, 1:]
+
+        return Weighed(self.objective, force).hessian(slopes[:, 1:], bent)
+
+    def _differentiate(self, designs: Array, data: Array, threads: int = 1) -> tuple[Array, Array]:
+        """Return rows of `FIELDS`, (m, 4), and gradients (m, p), for data (c,), or (m, c)."""
+        rows, slopes = self._outputs.sample_slopes(self._join(designs, data), threads, 1, compiled=True)
+        self._check_finite(designs, rows, slopes[:, 0])
+        return rows, slopes[:, 0]
+
+    def _run(self, cycles: Cycles, x: Array) -> Memory:
+        memory = cycles.run_row(x, self._constants)
+        if memory is None:
+            raise self._failure(x)
+        return memory
+
+    @staticmethod
+    def _join(designs: Array, data: Array) -> Array:
+        """Return all values (m, v) of designs (m, p) and data (c,) or (m, c)."""
+        return np.hstack([designs, np.broadcast_to(data, (len(designs), data.shape[-1]))])
+
+    def _check_finite(self, designs: Array, *results: Array) -> None:
+        failed = np.flatnonzero(~np.isfinite(np.hstack(results)).all(axis=1))
+        if len(failed):
+            raise self._failure(designs[failed[0]])
+
+    @staticmethod
+    def _failure(x: Array) -> PlanterError:
+        if np.isfinite(x).all():
+            return ComputationError(f"the force, or a slope of it, is not finite at the design {list(x)}")
+        return CallError(f"a design must be finite, and was given as {list(x)}")
+
+    @staticmethod
+    def _check(array: Array, shape: tuple[int, ...]) -> None:
+        if np.shape(array) != shape:
+            raise CallError(f"expected the shape {shape}, and was given {np.shape(array)}")
+
+
+@dataclass(frozen=True)
+class Batch:
+    """The turn of each design, (m,) each: objective (31); range [N], variance [N2] and mean [N] of the force.
+
+    `gradient` (m, p) is that of the objective [1/SI], None if it was not asked for.
+    """
+
+    objective: Array
+    range_N: Array
+    variance_N2: Array
+    mean_N: Array
+    gradient: Array | None = None
+
+    @property
+    def _columns(self) -> dict[str, Array]:
+        """What each design has, by name: all but the gradient."""
+        return {name: getattr(self, name) for name in FIELDS}
+
+    def to_frame(self) -> DataFrame:
+        """A table of pandas, a row for each design; columns in the units [that their names end in].
+
+        Raises InputError where pandas is missing (`planter[notebook]` brings it).
+        """
+        return build_frame(self._columns)
+
+    def _repr_html_(self) -> str:
+        best = int(self.objective.argmin())
+        rows = ((name, values.min(), values[best], values.max()) for name, values in self._columns.items())
+        title = f"{len(self.objective)} designs, the best of them row {best}"
+        return format_table(title, ("", "least", "of the best", "largest"), rows)
+
+
+@overload
+def evaluate_many(
+    device: Device, designs: Array, samples: int | None = None, progress: Listener | None = None,
+    threads: int | None = None, *, gradients: bool = False,
+) -> Batch: ...  # fmt: skip
+
+
+@overload
+def evaluate_many(
+    device: EngineMachine, designs: Array, samples: int | None = None, progress: Listener | None = None,
+    threads: int | None = None, *, gradients: bool = False, outputs: Sequence[str],
+) -> OutputBatch: ...  # fmt: skip
+
+
+def evaluate_many(
+    device: Device | EngineMachine,
+    designs: Array,
+    samples: int | None = None,
+    progress: Listener | None = None,
+    threads: int | None = None,
+    *,
+    gradients: bool = False,
+    outputs: Sequence[str] = (),
+) -> Batch | OutputBatch:
+    """The objective over a turn of many designs (m, p) [SI], with its `gradients` if they are asked for.
+
+    Of any other machine, as `load_mechanism` returns it, `outputs` by name, which are those of `planter sweep`; the
+    designs are then those of its moved values. `progress` is told how many are done. Beyond the result only some chunks
+    are in memory, whatever m is. Raises CallError for designs of another shape, ComputationError, with the row, for one
+    that is not finite or has no finite force; other machines have no numbers there. Ctrl-C ends it after the chunks in
+    hand.
+    """
+    if isinstance(device, EngineMachine):
+        return evaluate_outputs(device, designs, outputs, samples, progress, threads, gradients)
+    if np.ndim(designs) != 2 or np.shape(designs)[1] != len(device.design):
+        raise CallError(f"designs have the shape (m, {len(device.design)}), and were given as {np.shape(designs)}")
+    values = np.empty((len(designs), len(FIELDS)))
+    slopes = np.empty(np.shape(designs)) if gradients else None
+    turns, count = CycleObjective(device, samples), threads or os.cpu_count() or 1
+    phase = ProgressPhase("evaluate", "design", len(designs), progress)
+    for start in range(0, len(designs), CHUNK):
+        part = slice(start, start + CHUNK)
+        chunk = np.array(designs[part], dtype=float)
+        try:
+            if slopes is None:
+                values[part] = turns.many(chunk, count)
+            else:
+                values[part], slopes[part] = turns.many_gradients(chunk, count)
+        except (ComputationError, CallError) as error:
+            raise ComputationError(f"among the designs from row {start} on: {error}") from error
+        phase.report(start + len(chunk))
+    return Batch(**dict(zip(FIELDS, values.T, strict=True)), gradient=slopes)

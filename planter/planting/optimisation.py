@@ -1,29 +1,52 @@
-"""`planter optimise`: an optimum with its certificate, and both designs scored in both models."""
+"""Optimisation of a planting device: least range and scatter of its support force within bounds and requirements."""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from planter.errors import InputError
+from planter import errors
+from planter.engine import search
+from planter.engine.problem import CurveProblem
+from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
+from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.optimise import pareto
-from planter.optimise.descent import STATIONARY
+from planter.optimise.constraints import KEPT, Constraints, joined
+from planter.optimise.descent import STATIONARY, Minimum, descend
+from planter.optimise.directions import sensitivity
+from planter.optimise.feasible import MOST_TRIED, nearest
 from planter.optimise.hybrid import Method
 from planter.optimise.pareto import Compromise
-from planter.optimise.problem import Problem
-from planter.optimise.range_and_spread import Sampling
-from planter.parallel.task import AUTO, Means
-from planter.planting import search
+from planter.optimise.problem import Best, Problem
+from planter.optimise.range_and_spread import Sampling, angles_of
+from planter.optimise.result import Result
+from planter.optimise.starts import DEFAULT_STARTS, Descent, nearer, points
+from planter.parallel.task import AUTO, Means, Task
+from planter.planting import objective
 from planter.planting.designer import summary as designer
-from planter.planting.functions import MODELS
+from planter.planting.file import Machine
+from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
-from planter.planting.objective import problem
-from planter.planting.results.optimised import FrontPoint, OptimisationFound, OptimumFound, Scores
-from planter.planting.scores import sampled_score, true_extremes
-from planter.planting.search import Interrupted, Optimum, Table
-from planter.planting.simulation import checked_samples
+from planter.planting.objective import build_problem, evaluate_samples, evaluate_true_extremes
+from planter.planting.requirements.constraints import Required
+from planter.planting.requirements.verdict import infeasible
+from planter.planting.results import (
+    Evaluations,
+    FrontPoint,
+    HeldBound,
+    HeldRequirement,
+    OptimisationFound,
+    OptimumFound,
+    Proof,
+    Requirement,
+    Scores,
+)
+from planter.planting.simulation import check_samples
+from planter.planting.whole.lengths import Lengths
+from planter.planting.whole.wanted import Wanted
 from planter.progress import Listener
 from planter.records.record import build_frame
 
@@ -31,11 +54,179 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
+def build_constrained_problem(
+    device: Device, sampling: Sampling, required: Required | None, lengths: Lengths | None = None
+) -> CurveProblem:  # fmt: skip
+    """Return the problem of a device under its requirements and lengths of pitch curves, where there are any."""
+    parts: list[Constraints | None] = [required, lengths]
+    return objective.build_problem(device, sampling, joined([part for part in parts if part is not None]))
+
+
+def find_feasible_point(task: Problem, required: Required | None, seed: int, lengths: Lengths | None = None) -> Array:
+    """A point u (p,) that keeps the constraints of a problem.
+
+    Raises Infeasible, with the least violation, where there is none, ComputationError where not even one with the
+    lengths was found.
+    """
+    assert task.constraints is not None
+    least = nearest(task, task.constraints, points(task, MOST_TRIED, seed))
+    if least.kept:
+        return least.u
+    of = "" if lengths is None else f" with {lengths.wanted}"
+    if required is None or least.excess[: len(required.kinds)].max() <= KEPT:
+        raise ComputationError(f"no design{of} was found within the bounds")
+    raise infeasible(required, task.design(least.u), least, of)
+
+
+def search_from_design(task: Problem, x: Array) -> Minimum:
+    """The local minimum beside a design x (p,)."""
+    return descend(task, nearer(task, task.box.point(x)))
+
+
+def build_descent_task(device: Device, sampling: Sampling, lengths: Lengths | None = None) -> Task:
+    """Return the descents on a device's problem, from points (p,), as workers run them."""
+    arguments = {"machine": device.machine, "model": device.model, "sampling": sampling, "compiled": device.compiled,
+                 "wanted": None if lengths is None else lengths.wanted}  # fmt: skip
+    return Task(prepare_device_descents, arguments)
+
+
+def prepare_device_descents(
+    machine: Machine, model: Model, sampling: Sampling, compiled: bool, wanted: Wanted | None
+) -> Callable[[Array], Descent]:
+    """Return the function that descends from a point (p,), with kernels compiled if asked for, whole teeth if any."""
+    device = Device(machine, model)
+    if compiled:
+        device.compile(sampling == "refined")
+    lengths = None if wanted is None else Lengths(device, wanted)
+    return search.prepare_descents(build_constrained_problem(device, sampling, Required.of(device), lengths))
+
+
+@dataclass(frozen=True)
+class DeviceOptimum(Result):
+    """A device's optimum: `design` x (p,) in SI.
+
+    `insensitive` spans the directions that the force does not feel at the optimum, each [{name: weight}, ...] in
+    parts of the box width: along these the design is not determined.
+    """
+
+    sampling: Sampling
+    names: tuple[str, ...]
+    effective_parameters: int
+    insensitive: list[list[dict[str, float]]]
+    requirements: list[Requirement]
+
+    def shown(self, scale: Array) -> OptimumFound:
+        """The optimum as results show it; `scale` (p,) is SI per shown unit."""
+        return OptimumFound(
+            method=self.method,
+            samples=self.sampling,
+            objective=self.objective,
+            design=dict(zip(self.names, (self.design / scale).tolist(), strict=True)),
+            range_N=self.evaluation.look.range,
+            variance_N2=self.evaluation.look.variance,
+            start_objective=self.start_objective,
+            evaluations=Evaluations(**vars(self.evaluations)),
+            seconds=self.seconds,
+            certificate=self._proof(),
+            effective_parameters=self.effective_parameters,
+            insensitive=self.insensitive,
+            requirements=self.requirements or None,
+        )
+
+    def _proof(self) -> Proof:
+        """The certificate, with the requirements that hold the optimum where there are any to keep."""
+        proof, required = self.certificate, {one.name for one in self.requirements}
+        held = [HeldRequirement(**vars(one)) for one in proof.active_constraints if one.name in required]
+        return Proof(
+            kkt_residual=proof.kkt_residual,
+            active_bounds=[HeldBound(**vars(bound)) for bound in proof.active_bounds],
+            starts=proof.starts,
+            agreeing_starts=proof.agreeing_starts,
+            spread=proof.spread,
+            active_requirements=held if self.requirements else None,
+        )
+
+
+Table = dict[str, Any]
+"""What is known of an unfinished search, as the interface gives it."""
+
+
+class OptimisationInterrupted(errors.Interrupted):
+    """The user stopped an optimisation; `best` is the result so far, None if nothing was evaluated yet."""
+
+    def __init__(self, best: DeviceOptimum | None, scale: Array) -> None:
+        super().__init__(None if best is None else best.shown(scale).table())
+        self.best = best
+
+
+def search_optimum(
+    device: Device,
+    method: Method = "hybrid",
+    samples: Sampling = "refined",
+    seed: int = 0,
+    starts: int | None = None,
+    progress: Listener | None = None,
+    keep: Callable[[Table], None] | None = None,
+    lengths: Lengths | None = None,
+    near: Sequence[Array] = (),
+    means: Means = AUTO,
+) -> DeviceOptimum:
+    """The best design of a device within its bounds, with its certificate.
+
+    `samples` is "refined" for true extremes and integrals, or a number of angles of a cycle. `starts` is the number of
+    descents, `progress` hears how far the search is, `keep` gets the best so far as it is found. With `lengths` the
+    pitch curves have these, for whole teeth; minima beside the designs `near`, (p,) each, count too.
+    `means` says what runs the descents, whose results do not depend on it.
+
+    Raises InputError for an unknown method, Infeasible where no design keeps the machine's requirements, and
+    Interrupted, with the best so far, on KeyboardInterrupt.
+    """
+    begun, required = time.perf_counter(), Required.of(device)
+    task = build_constrained_problem(device, samples, required, lengths)
+    spec = SearchSpec(samples, method, starts or DEFAULT_STARTS, seed, device.machine.genetic_algorithm)
+
+    def build_optimum(best: DesignOptimum) -> DeviceOptimum:
+        result = replace(best.result, seconds=time.perf_counter() - begun)
+        return _build_optimum(device, required, lengths, samples, result)
+
+    def keep_table(best: Best, seconds: float) -> None:
+        assert keep is not None
+        x = task.design(best.u)
+        look = task.score(x).look
+        keep({
+            "machine": device.machine.name, "model": device.model, "method": method, "samples": samples,
+            "objective": best.objective, "design": device.named(x), "range_N": look.range,
+            "variance_N2": look.variance, "start_objective": task.reference.objective, "seconds": seconds,
+        })  # fmt: skip
+
+    try:
+        feasible = [] if task.constraints is None else [find_feasible_point(task, required, seed, lengths)]
+        feasible += [search_from_design(task, x).u for x in near]
+        descents = build_descent_task(device, samples, lengths)
+        return build_optimum(minimise(task, spec, progress, descents, means, feasible, keep and keep_table))
+    except InterruptedSearch as stop:
+        raise OptimisationInterrupted(None if stop.best is None else build_optimum(stop.best), device.scale) from None
+    except KeyboardInterrupt:
+        raise OptimisationInterrupted(None, device.scale) from None
+
+
+def _build_optimum(
+    device: Device, required: Required | None, lengths: Lengths | None, sampling: Sampling, found: Result
+) -> DeviceOptimum:
+    held = None if lengths is None else lengths.slopes(found.design)
+    felt = sensitivity(device.force, found.design, angles_of(sampling), held)
+    return DeviceOptimum(
+        **vars(found), sampling=sampling, names=device.names, effective_parameters=felt.effective_parameters,
+        insensitive=felt.named,
+        requirements=[] if required is None else required.record(found.design),
+    )  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Optimisation:
     """What was found, the models' devices by name, and the result as the interface gives it."""
 
-    found: Optimum
+    found: DeviceOptimum
     devices: dict[str, Device]
     result: OptimisationFound
     front: Sequence[Compromise] = ()
@@ -45,11 +236,11 @@ class Optimisation:
 
         Raises InputError where anywidget is missing.
         """
-        from planter.planting.report.scene import scene
+        from planter.planting.report.scene import build_scene
         from planter.view.widget import widget
 
         device = self.devices[self.result.model]
-        return widget(scene(device, self.found.design, device.design))
+        return widget(build_scene(device, self.found.design, device.design))
 
     def to_frame(self) -> DataFrame:
         """The design before and after as a table of pandas, a row for each parameter, values in the unit [of its name].
@@ -78,17 +269,17 @@ def optimise(
     `samples` is "refined", the default, for true extremes and integrals, or a number of angles of a cycle. Raises
     InputError for `samples` that are neither, Interrupted with what was found so far when the user stops the search.
     """
-    sampling = sampling_of(samples)
+    sampling = parse_sampling(samples)
     device = Device(device.machine, device.model)
     device.compile(sampling == "refined")
-    found = search.run(device, method, sampling, seed, starts, progress, keep, means=means)
+    found = search_optimum(device, method, sampling, seed, starts, progress, keep, means=means)
     try:
-        return scored(device, found)
+        return evaluate_in_both_models(device, found)
     except KeyboardInterrupt:
-        raise Interrupted(found, device.scale) from None
+        raise OptimisationInterrupted(found, device.scale) from None
 
 
-def with_front(found: Optimisation, progress: Listener | None = None) -> Optimisation:
+def add_pareto_front(found: Optimisation, progress: Listener | None = None) -> Optimisation:
     """The same with the front of range and variance: its designs, from least range to least variance."""
     device = found.devices[found.result.model]
     front = pareto.sweep(device.force, found.found.sampling, pareto.FRONT_POINTS, progress)
@@ -98,33 +289,33 @@ def with_front(found: Optimisation, progress: Listener | None = None) -> Optimis
     return replace(found, front=front, result=replace(found.result, front=points))
 
 
-def scored(device: Device, found: Optimum) -> Optimisation:
+def evaluate_in_both_models(device: Device, found: DeviceOptimum) -> Optimisation:
     """An optimum beside the design it started from, and both in both models."""
     sampling, shown = found.sampling, found.shown(device.scale)
     devices: dict[str, Device] = {
         model: device if model == device.model else Device(device.machine, model) for model in MODELS
     }
-    tasks = {model: problem(other, sampling) for model, other in devices.items()}
+    tasks = {model: build_problem(other, sampling) for model, other in devices.items()}
     start = tasks[device.model].reference.look
     result = OptimisationFound(
         machine=device.machine.name,
         model=device.model,
         **vars(shown),
-        sampled=sampled_score(device, found.design),
-        refined=true_extremes(device, found.design),
+        sampled=evaluate_samples(device, found.design),
+        refined=evaluate_true_extremes(device, found.design),
         seed=found.seed,
         start_design=device.named(device.design),
         start_range_N=start.range,
         start_variance_N2=start.variance,
-        cross={model: _scores(task, found.design) for model, task in tasks.items()},
-        statement=statement(start.range, shown, device.size),
+        cross={model: _score_designs(task, found.design) for model, task in tasks.items()},
+        statement=describe_optimum(start.range, shown, device.size),
         designer=designer.of(device, found.design),
         start_designer=designer.of(device, device.design),
     )
     return Optimisation(found, devices, result)
 
 
-def statement(start_range_N: float, found: OptimumFound, parameters: int) -> str:
+def describe_optimum(start_range_N: float, found: OptimumFound, parameters: int) -> str:
     """What an optimisation came to, in one sentence: the range before and after, how sure, and what holds it."""
     share = 100 * (found.range_N / start_range_N - 1)
     proof = found.certificate
@@ -139,17 +330,17 @@ def statement(start_range_N: float, found: OptimumFound, parameters: int) -> str
     return f"range {start_range_N:#.4g} to {found.range_N:#.4g} N{over}, {share:+.1f} %, {word}; {'; '.join(told)}"
 
 
-def sampling_of(text: str | None) -> Sampling:
+def parse_sampling(text: str | None) -> Sampling:
     """A number of samples of a cycle, or "refined", the default, for its true extremes and integrals."""
     if text is None or text == "refined":
         return "refined"
     try:
-        return checked_samples(int(text))
+        return check_samples(int(text))
     except ValueError:
         allowed = "it must be a number of angles or refined"
         raise InputError(f"--samples = {text} is not allowed: {allowed}") from None
 
 
-def _scores(task: Problem, x: Array) -> Scores:
+def _score_designs(task: Problem, x: Array) -> Scores:
     """Objective of the machine file's own design and of the optimum x (p,) in one model."""
     return Scores(start=task.reference.objective, optimum=task.score(x).objective)

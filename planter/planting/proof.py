@@ -1,41 +1,180 @@
-"""`planter optimise --prove`: how much better than the best one known a design of the box can be at most.
+"""`planter optimise --prove`: a bound on how much better any design within the bounds can be than the best known one.
 
-The objective that is enclosed is that of samples. A search over true extremes ends at another design: the incumbent of
-the proof is then the best design over the machine file's samples, which is searched from that optimum and other starts.
+The support force is enclosed over boxes of designs by generated array code. The enclosed objective is that of samples.
+A search over true extremes ends at another design: the incumbent of the proof is then the best design over the machine
+file's samples, which is searched from that optimum and other initial points.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import partial
+from itertools import pairwise
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 from planter.engine.proof import ProvableObjective
-from planter.kernels import Array
+from planter.gear_geometry.stage import Stage
+from planter.kernels import Array, generated
+from planter.numerics.arrays import Integers
+from planter.optimise.proof.arithmetic import Enclosing
+from planter.optimise.proof.balls import Ball
 from planter.optimise.proof.bound import SECONDS, Incumbent, prove_bound
+from planter.optimise.proof.jets import Jet, Space
+from planter.optimise.proof.roots import roots
 from planter.optimise.proof.shared import share_boxes
 from planter.parallel.task import AUTO, Means
-from planter.planting import search as planting_search
-from planter.planting.enclosed import EnclosedForce
+from planter.planting import optimisation as planting_search
 from planter.planting.file import Machine
 from planter.planting.functions import Model
-from planter.planting.model import Device
-from planter.planting.objective import build_measures
-from planter.planting.optimisation import Optimisation
-from planter.planting.search import Optimum
+from planter.planting.model import Device, build_measures
+from planter.planting.optimisation import DeviceOptimum, Optimisation
 from planter.progress import Listener
 
+FLANK = "4-5-6-7 polynomial"
+"""The law that the support force alone was derived with."""
+REMEMBERED = 64
+"""Boxes of a stage's parameters for which what it hoists is kept."""
 
-def with_proof(
+
+class EnclosedForce:
+    """The vertical force on the support over boxes of designs, from generated array code. Implements `Enclosed`."""
+
+    offsets = (Fraction(0), Fraction(-1, 2))
+    period = Fraction(1, 2)
+    is_continuous = True
+
+    def __init__(self, device: Device) -> None:
+        if device.machine.cam.flank != FLANK:
+            raise device.machine.input_error("cam.flank", f"a proof is for {FLANK} flanks alone")
+        name = f"planting_support_{device.model}"
+        self.device, self.sidecar = device, generated.sidecar(name)
+        self._module = generated.module(f"array.{name}")
+        effects = self.sidecar["effects"]
+        self._gone = set(effects["without"])
+        self._gears = [StageEnclosure(*pair) for pair in zip(device.stages, effects["felt"].values(), strict=True)]
+        own = [len(stage.names) for stage in device.stages]
+        self._parts = np.cumsum([0, device.size - sum(own), *own]).tolist()
+
+    def follow(self, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
+        """Return the shares over a box as a function of lanes, of angles phi (lanes,) [rad]."""
+        return lambda xp, lanes: self._shares(xp, xp.space.parameters(), xp.space.constant(phi[lanes]))
+
+    def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
+        """Return False: every design of a box counts."""
+        return False
+
+    def _shares(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
+        mounting, *parameters = (x[a:b] for a, b in pairwise(self._parts))
+        pair = [gear.meshing(xp, own) for gear, own in zip(self._gears, parameters, strict=True)]
+        packed = [part for own, stage in zip(parameters, pair, strict=True) for part in (own, stage.told)]
+        constants = [xp.space.constant(Ball.exact([value])) for value in self.device.constants]
+        contacts = [stage.contact for stage in pair]
+        hoisted = self._module.prologue(xp, mounting, *packed, constants, *contacts)
+        force: Sequence[Jet] = self._module.lane(xp, phi, mounting, *packed, constants, hoisted, *contacts)
+        return force
+
+    @property
+    def without(self) -> tuple[str, ...]:
+        """Design parameters that cannot change the force, as was proved when its code was generated.
+
+        A stage does not feel its length, if it has but one and all that is felt is shared by similar curves.
+        """
+        vectors = self.device.sidecar["vectors"]
+        own = [entry["shown"] for entry in vectors["mounting"] if entry["name"] in self._gone]
+        distances = [vectors[f"hoisted{i}"]["known"]["0"]["name"] for i in (1, 2)]
+        pairs = zip(self._gears, distances, strict=True)
+        return (*own, *(name for gear, distance in pairs if distance in self._gone for name in gear.without))
+
+
+class StageEnclosure:
+    """A stage over boxes of its parameters; what it hoists is remembered for some of them.
+
+    Where all that is felt of it is shared by similar curves, the curve of unit size is enclosed: its first length is 1.
+    """
+
+    def __init__(self, stage: Stage, felt: Sequence[str]) -> None:
+        self.stage, similar = stage, stage.sidecar["similar"]
+        self._module: ModuleType = generated.module(f"array.curve_{stage.family}")
+        order = [entry["name"] for entry in stage.sidecar["parameters"]]
+        alike = set(felt) <= set(similar["unchanged"])
+        self._lengths = [order.index(name) for name in similar["lengths"]] if alike else []
+        self._known: dict[Any, list[Jet]] = {}
+
+    @property
+    def without(self) -> tuple[str, ...]:
+        """The one length of a curve of which nothing is felt that it changes."""
+        return (self.stage.names[self._lengths[0]],) if len(self._lengths) == 1 else ()
+
+    def meshing(self, xp: Enclosing, own: Sequence[Jet]) -> PitchCurveEnclosure:
+        """The stage with parameters `own`, in the box of `xp`."""
+        size, parameters = xp.space.whole(1), list(own)
+        if self._lengths:
+            size = own[self._lengths[0]]
+            for place in self._lengths:
+                parameters[place] = xp.space.whole(1) if place == self._lengths[0] else own[place] / size
+        distance, *series = self._hoisted(xp, own, parameters)
+        return PitchCurveEnclosure(self._module, parameters, [distance, *series], [distance * size, *series])
+
+    def _hoisted(self, xp: Enclosing, own: Sequence[Jet], parameters: Sequence[Jet]) -> list[Jet]:
+        """Centre distance and series of a curve with these parameters, which `own` change."""
+        box = tuple(float(part) for jet in own for part in (*jet.value.mid[:, 0], *jet.value.rad[:, 0]))
+        if box not in self._known:
+            if len(self._known) == REMEMBERED:
+                del self._known[next(iter(self._known))]
+            self._known[box] = self._found(xp, parameters)
+        return [replace(jet, space=xp.space) for jet in self._known[box]]
+
+    def _found(self, xp: Enclosing, parameters: Sequence[Jet]) -> list[Jet]:
+        if not self.stage.sidecar["series"]:
+            return [self._module.prologue(xp, parameters, 0)[0]]
+        nodes, radii = self._module.radii(xp, parameters, self.stage.terms)
+        middle = np.array([jet.value.mid[0, 0] for jet in parameters])
+        start = self.stage.prologue(parameters=middle)["hoisted"][:1, :1]
+
+        def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
+            _, excess, slope = self._module.closure(a[0], radii)
+            return [excess], [[slope]]
+
+        (distance,) = roots(xp.space, start, residual)
+        ratios, _, _ = self._module.closure(distance, radii)
+        return [distance, *self._module.series(xp, ratios, nodes)]
+
+
+@dataclass(frozen=True)
+class PitchCurveEnclosure:
+    """A pitch curve with its conjugate over a box: what its generated code hoists, and what a lane is told."""
+
+    module: ModuleType
+    parameters: Sequence[Jet]
+    hoisted: Sequence[Jet]
+    told: Sequence[Jet]
+
+    def contact(self, xp: Enclosing, t: Jet, _own: Any, _told: Any) -> tuple[Jet, ...]:
+        own = {"sine_series": _sine_series} if len(self.hoisted) > 1 else {}
+        found: tuple[Jet, ...] = self.module.contact(xp, t, self.parameters, self.hoisted, **own)
+        return found
+
+
+def _sine_series(_xp: Enclosing, u: Jet, b: Sequence[Jet]) -> Jet:
+    """Sum over k of b[k] sin(k u) / k, term by term: enclosures would grow with each step of a recurrence."""
+    terms = [b[k] / k * (u * k).sin() for k in range(1, len(b))]
+    return sum(terms[1:], terms[0])
+
+
+def add_proof(
     found: Optimisation, seconds: float = SECONDS, progress: Listener | None = None, means: Means = AUTO
 ) -> Optimisation:
     """Return an optimum with the proof of the best design over samples, in so many seconds.
 
     `means` says what bounds the boxes: a proof that ends before its time is up does not depend on it.
     """
-    device, optimum = found.devices[found.result.model], _incumbent(found, progress)
-    build = partial(build_objective, device.machine, device.model, int(optimum.sampling))
+    device, optimum = found.devices[found.result.model], _search_incumbent(found, progress)
+    build = partial(build_objective_enclosure, device.machine, device.model, int(optimum.sampling))
     bounding = build()
     scope = "no design of the box, requirements kept or not," if optimum.requirements else "no design of the box"
     named = device.named(optimum.design)
@@ -46,22 +185,22 @@ def with_proof(
     return replace(found, result=replace(found.result, proof=proof))
 
 
-def build_objective(machine: Machine, model: Model, count: int) -> Objective:
+def build_objective_enclosure(machine: Machine, model: Model, count: int) -> ObjectiveEnclosure:
     """Return the objective of a machine over `count` samples as a proof bounds it."""
-    return Objective(Device(machine, model), count)
+    return ObjectiveEnclosure(Device(machine, model), count)
 
 
-def _incumbent(found: Optimisation, progress: Listener | None) -> Optimum:
+def _search_incumbent(found: Optimisation, progress: Listener | None) -> DeviceOptimum:
     """The optimum over samples: the one that was found, or the best that starts there and elsewhere lead to."""
     own = found.found
     if own.sampling != "refined":
         return own
     device = found.devices[found.result.model]
     samples = device.machine.objective.samples
-    return planting_search.run(device, "ipopt", samples, own.seed, progress=progress, near=[own.design])
+    return planting_search.search_optimum(device, "ipopt", samples, own.seed, progress=progress, near=[own.design])
 
 
-class Objective(ProvableObjective):
+class ObjectiveEnclosure(ProvableObjective):
     """Objective (31) of a device over N samples, bounded over boxes of designs [lower, upper] (p,)."""
 
     def __init__(self, device: Device, count: int) -> None:

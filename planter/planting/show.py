@@ -1,4 +1,4 @@
-"""Planting devices to be shown and changed by hand: `KIND`, as `planter.view.subject` has it."""
+"""Planting devices to be shown and changed by a user: `KIND`, the adapter of `planter.view.subject`."""
 
 from __future__ import annotations
 
@@ -7,19 +7,79 @@ from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
-from planter.planting import wishes
-from planter.planting.exports import EXPORTS
+import numpy as np
+
+from planter.kernels import Array
+from planter.planting import cycle
+from planter.planting.file import Machine
+from planter.planting.model import Device
 from planter.planting.swept import ROOM
-from planter.view.exports import Export
+from planter.view.exports import Export, RequiredOption
 from planter.view.subject import Check, Control, Reading, Sought, Table, Values, changed, controls, written
 
 if TYPE_CHECKING:
-    from planter.kernels import Array
-    from planter.planting.file import Machine
-    from planter.planting.model import Device
     from planter.planting.requirements.measures import Measures
     from planter.view.portable import Portable
     from planter.view.scene import Scene
+
+FORMATS = {"csv": "as CSV", "adams": "for Adams", "solidworks": "for SolidWorks Motion", "simulink": "for Simulink"}
+"""Formats of `planter export motion`, and in words."""
+EXPORTS = (
+    Export("report", "page, figures and tables of the cycle", ("simulate",), modelled=True),
+    Export("optimum", "report comparing this design with its optimum", ("optimise",), modelled=True),
+    Export("gears", "teeth of both stages (DXF, SVG, flanks as CSV), their mesh solved and checked", ("gears",)),
+    Export("cam", "the cam's contour (DXF) and what it bears", ("cam",),
+           asks=(RequiredOption("--roller-mm", "radius of the roller / mm", 6.0),)),
+    Export("drive", "the carrier on a motor", ("drive",),
+           asks=(RequiredOption("--stall-Nm", "torque at rest / N m", 6.0),
+                 RequiredOption("--idle-rpm", "speed without torque / rpm", 42.0),
+                 RequiredOption("--flywheel-kgm2", "flywheel / kg m\N{SUPERSCRIPT TWO}", 0.1))),
+    *(Export(f"motion-{key}", f"motions and forces over time {words}", ("export", "motion"), ("--format", key),
+             modelled=True) for key, words in FORMATS.items()),
+    Export("c", "motions, forces, objective and gradient in C99", ("export", "c"), modelled=True),
+    Export("cuda", "the objective of many designs in CUDA C++", ("export", "cuda"), modelled=True),
+    Export("unit", "unit for co-simulation (FMI 2.0)", ("export", "fmu"), modelled=True, file="machine.fmu"),
+)  # fmt: skip
+
+
+POINTS = "requirements.points_mm"
+COUNT = 6
+"""Points that are put on a path."""
+TUBE_MM = 10.0
+"""Radius of the tube about each."""
+REACH_MM = 80.0
+"""How far a point can be drawn to either side."""
+TUBES_MM = (0.5, 50.0)
+
+
+def list_point_handles(machine: Machine) -> list[tuple[str, str]]:
+    """Paths of the numbers x and y of every point."""
+    return [(f"{POINTS}[{k}][0]", f"{POINTS}[{k}][1]") for k in range(len(_list_points(machine)))]
+
+
+def find_point_bounds(machine: Machine) -> dict[str, tuple[float, float]]:
+    """How far the numbers of the points can be moved, by path."""
+    found = {}
+    for k, (x, y, tube) in enumerate(_list_points(machine)):
+        found[f"{POINTS}[{k}][0]"] = (x - REACH_MM, x + REACH_MM)
+        found[f"{POINTS}[{k}][1]"] = (y - REACH_MM, y + REACH_MM)
+        found[f"{POINTS}[{k}][2]"] = (min(TUBES_MM[0], tube), max(TUBES_MM[1], tube))
+    return found
+
+
+def add_path_points(device: Device, x: Array, machine: Machine) -> Machine:
+    """A machine whose tip must pass points on the path of a design x (p,), in SI."""
+    turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(COUNT)).columns()
+    places = np.round(np.column_stack([turn["tip_machine_x_mm"], turn["tip_y_mm"]]), 3)
+    table = machine.table()
+    points = [[*place, TUBE_MM] for place in places.tolist()]
+    required = {"tube_excess_max_mm": 0.0, **(table.get("requirements") or {}), "points_mm": points}
+    return Machine.read({**table, "requirements": required}, machine.source)
+
+
+def _list_points(machine: Machine) -> list[tuple[float, float, float]]:
+    return [] if machine.requirements is None else machine.requirements.points_mm or []
+
 
 DESIGN = "design."
 BESIDE = (
@@ -30,7 +90,7 @@ BESIDE = (
 """Numbers beside the design that a hand is offered."""
 
 
-class Planting:
+class PlantingView:
     """A planting device; the design first, then some of what it is built of."""
 
     models: Sequence[str] = ("exact", "printed")
@@ -52,13 +112,13 @@ class Planting:
         meanings |= {f"{DESIGN}{name}": entry["meaning"] for name, entry in names}
         bounds = {f"{DESIGN}{name}": pair for name, pair in self.machine.bounds.items()}
         paths = [f"{DESIGN}{name}" for name in device.names]
-        return controls(self.machine, [*paths, *BESIDE, *wishes.bounds(self.machine)], meanings,
-                        bounds | wishes.bounds(self.machine))  # fmt: skip
+        return controls(self.machine, [*paths, *BESIDE, *find_point_bounds(self.machine)], meanings,
+                        bounds | find_point_bounds(self.machine))  # fmt: skip
 
     @cached_property
     def handles(self) -> Sequence[tuple[str, str]]:
         """Points that the tip's path must pass, which every search keeps."""
-        return wishes.handles(self.machine)
+        return list_point_handles(self.machine)
 
     @property
     def wishes(self) -> bool:
@@ -67,7 +127,7 @@ class Planting:
 
     def wished(self, values: Values) -> str:
         """Its file with points on its own path, each with a tube that the tip's path must pass."""
-        return written(self.machine, wishes.wished(*self._at(values, "exact"), changed(self.machine, values)))
+        return written(self.machine, add_path_points(*self._at(values, "exact"), changed(self.machine, values)))
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """The design that was found."""
@@ -81,30 +141,30 @@ class Planting:
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Both sides over a turn, the path of the machine's own tip beneath."""
-        from planter.planting.report.scene import scene
+        from planter.planting.report.scene import build_scene
 
         device, x = self._at(values, model)
         before = None if (device.design == x).all() else device.design
-        shown = scene(device, x, before, toothed=False)
-        return [replace(shown, later=partial(scene, device, x, before))]
+        shown = build_scene(device, x, before, toothed=False)
+        return [replace(shown, later=partial(build_scene, device, x, before))]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Objective, support force, motor torque, centre distances; all of the samples of the file."""
         from planter.planting import cycle
-        from planter.planting.objective import weights
+        from planter.planting.objective import read_weights
 
         device, x = self._at(values, model)
         at = device.prologue(x)
-        turn = cycle.cycle(device, at, cycle.angles(device.machine.objective.samples))
-        force, torque = cycle.statistics(turn.support), turn.totals["M_L_Nm"]
-        over = partial(cycle.over_samples, samples=device.machine.objective.samples)
-        a1, a2 = cycle.centre_distances(device, at) * 1e3
+        turn = cycle.evaluate_cycle(device, at, cycle.sample_angles(device.machine.objective.samples))
+        force, torque = cycle.compute_statistics(turn.support), turn.totals["M_L_Nm"]
+        over = partial(cycle.name_over_samples, samples=device.machine.objective.samples)
+        a1, a2 = cycle.find_centre_distances(device, at) * 1e3
         return [
-            Reading(over("objective (31)"), "", weights(device.machine).value(force.range_N, force.variance_N2)),
+            Reading(over("objective (31)"), "", read_weights(device.machine).value(force.range_N, force.variance_N2)),
             Reading(over("range of the support force"), "N", force.range_N),
             Reading(over("largest support force"), "N", force.max_N),
             Reading(over("least support force"), "N", force.min_N),
-            Reading("weight", "N", cycle.weight(device)),
+            Reading("weight", "N", cycle.compute_weight(device)),
             Reading(over("largest motor torque"), "N m", float(abs(torque).max())),
             Reading(over("largest force of the cam"), "N", float(turn.sides[0]["F_E_N"].max())),
             Reading("centre distance of stage 1", "mm", float(a1)),
@@ -168,25 +228,25 @@ class Planting:
         return device
 
 
-class Kind:
+class PlantingViewKind:
     """Planting devices."""
 
     def takes(self, source: str) -> bool:
         """A built-in name, or a file with the tables of such a machine."""
         return ROOM.takes(source)
 
-    def open(self, source: str, changes: Values) -> Planting:
+    def open(self, source: str, changes: Values) -> PlantingView:
         """The machine in a file, or the built-in one of that name."""
         from planter.planting.file import load
 
-        return Planting(load(source, changes))
+        return PlantingView(load(source, changes))
 
     def build_scene(self, thing: object) -> Scene | None:
         """A device with its own design."""
         from planter.planting.model import Device
-        from planter.planting.report.scene import scene
+        from planter.planting.report.scene import build_scene
 
-        return scene(thing, thing.design) if isinstance(thing, Device) else None
+        return build_scene(thing, thing.design) if isinstance(thing, Device) else None
 
 
-KIND = Kind()
+KIND = PlantingViewKind()

@@ -1,38 +1,111 @@
-"""`planter simulate` and `planter sensitivity`: the results of a machine's own design, as the interface gives them."""
+"""`planter simulate`, `sensitivity` and `validate` of a planting device, and warnings of implausible values.
+
+The plausible ranges are the project's own. They are wide: about a tenth to ten times the values of hand-sized to
+tractor-drawn transplanters. A value outside is read, but a wrong unit or digit is likely.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
-from planter.engine.machine import Machine
+from planter.engine.machine import Machine as EngineMachine
 from planter.engine.sensitivity import SensitivityFound, build_goal
 from planter.errors import InputError
+from planter.files import units
 from planter.kernels import Array
 from planter.mechanism import cycle as mechanism
 from planter.mechanism.cycle import Turn
 from planter.mechanism.optimisation import compute
 from planter.optimise.refined import Panels
 from planter.planting import cycle as planting
-from planter.planting import lifted, plausible
+from planter.planting import lifted
 from planter.planting.designer import summary as designer
-from planter.planting.model import Device
-from planter.planting.objective import build_measures, weights
+from planter.planting.file import Machine
+from planter.planting.model import Device, build_measures
+from planter.planting.objective import evaluate_true_extremes, find_curve_angles, read_weights
+from planter.planting.requirements import record
 from planter.planting.requirements import record as requirements
-from planter.planting.results.simulated import (
-    At,
-    CentreDistances,
-    SimulationFound,
-    Work,
-)
-from planter.planting.scores import curve_angles, true_extremes
+from planter.planting.results import At, CentreDistances, SimulationFound, Validation, Warned, Work
 from planter.records.record import build_frame
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+
+class PlausibleRange(NamedTuple):
+    """Sizes of a number, without its sign, in the unit that its path ends in; of a list, those of each item."""
+
+    path: str
+    low: float
+    high: float
+    reason: str
+
+
+_BODY = "bodies of a planting device weigh from a few grams to some kilograms"
+_INERTIA = "that is what bodies of such masses and of some millimetres to decimetres have"
+_REACH = "a planting device fits between two rows"
+_PUSH = "a spring closes the nozzle against a seedling's weight and inertia"
+
+RANGES = (
+    PlausibleRange("operation.speed_rpm", 2, 300, "transplanters plant some tens of seedlings a minute and side"),
+    PlausibleRange("operation.gravity_m_s2", 9.7, 9.9, "it is 9.76 to 9.83 on the ground"),
+    PlausibleRange("operation.forward_speed_m_s", 0, 3, "transplanters travel at walking pace"),
+    PlausibleRange("contact.pressure_angle_deg", 10, 35, "gears are cut at 14.5 to 30"),
+    PlausibleRange("contact.cam_friction_angle_deg", 0, 35, "friction coefficients are below 0.7"),
+    PlausibleRange("contact.tooth_friction_angle_deg", 0, 20, "friction coefficients of teeth are below 0.36"),
+    PlausibleRange("mass.sun_kg", 0.02, 10, _BODY),
+    PlausibleRange("mass.middle_kg", 0.02, 10, _BODY),
+    PlausibleRange("mass.planet_kg", 0.05, 20, _BODY),
+    PlausibleRange("mass.carrier_kg", 0.1, 50, _BODY),
+    PlausibleRange("mass.half_C1_kg", 0.002, 2, _BODY),
+    PlausibleRange("mass.half_C2_kg", 0.01, 5, _BODY),
+    PlausibleRange("inertia.J56_about_A1_kg_m2", 1e-6, 0.05, _INERTIA),
+    PlausibleRange("inertia.J7_about_B1_kg_m2", 1e-5, 0.2, _INERTIA),
+    PlausibleRange("inertia.C1_centroidal_xx_yy_zz_kg_m2", 1e-8, 0.01, _INERTIA),
+    PlausibleRange("inertia.C2_centroidal_xx_yy_zz_kg_m2", 1e-7, 0.05, _INERTIA),
+    PlausibleRange("centroid.sun_radius_mm", 0, 50, "a gear's centroid lies within the gear"),
+    PlausibleRange("centroid.middle_radius_mm", 0, 50, "a gear's centroid lies within the gear"),
+    PlausibleRange("centroid.planet_xy_mm", 0, 200, _REACH),
+    PlausibleRange("nozzle.hinge_A_mm", 0, 300, _REACH),
+    PlausibleRange("nozzle.C1_mm", 0, 300, _REACH),
+    PlausibleRange("nozzle.C2_mm", 0, 400, _REACH),
+    PlausibleRange("nozzle.hook_F_mm", 0, 300, _REACH),
+    PlausibleRange("nozzle.tip_distance_mm", 50, 600, "a nozzle reaches over the gears and into the soil"),
+    PlausibleRange("cam.rocker_length_mm", 5, 150, _REACH),
+    PlausibleRange("cam.base_radius_mm", 5, 150, _REACH),
+    PlausibleRange("cam.opening_deg", 2, 60, "a nozzle half opens by some degrees, as wide as a seedling"),
+    PlausibleRange("spring.preload_N", 0, 500, _PUSH),
+    PlausibleRange("spring.rate_N_m", 0, 20_000, _PUSH),
+)
+
+
+def find_implausible_values(machine: Machine) -> list[Warned]:
+    """A warning for every value outside its range: what it is, what is usual, and why."""
+    numbers = machine.numbers()
+    return [
+        told
+        for item in RANGES
+        for path in _list_paths(item.path, numbers)
+        if (told := _check_value(item, path, numbers[path]))
+    ]
+
+
+def _list_paths(path: str, numbers: dict[str, float]) -> Iterator[str]:
+    return (name for name in numbers if name == path or name.startswith(f"{path}["))
+
+
+def _check_value(item: PlausibleRange, path: str, value: float) -> Warned | None:
+    if item.low <= abs(value) <= item.high:
+        return None
+    unit = units.unit(path)
+    usual = f"up to {item.high:g}" if item.low == 0 else f"{item.low:g} to {item.high:g}"
+    message = f"{path} = {value:g} {unit} is not what is usual, {usual} {unit}: {item.reason}; is the unit right?"
+    return Warned(name="implausible_value", message=message)
+
 
 FEWEST_SAMPLES, MOST_SAMPLES = 8, 100_000
 
@@ -41,7 +114,7 @@ FEWEST_SAMPLES, MOST_SAMPLES = 8, 100_000
 class Simulation:
     """A simulated cycle: its samples (n,) each [in shown units], and the result as `planter simulate --json` has it."""
 
-    cycle: planting.Cycle
+    cycle: planting.DeviceCycleTable
     result: SimulationFound
     device: Device
 
@@ -57,12 +130,12 @@ class Simulation:
         return build_frame(self.cycle.columns())
 
     def _repr_html_(self) -> str:
-        from planter.planting.report.force import support_force
+        from planter.planting.report.forces import support_force
         from planter.report import style
         from planter.report.html import inlined
 
         found, device = self.result, self.device
-        at, phi = device.prologue(device.design), curve_angles(device, device.design)
+        at, phi = device.prologue(device.design), find_curve_angles(device, device.design)
         figure = support_force({found.model: (np.degrees(phi), device.support(at, phi))}, found.weight_N)
         return found._repr_html_() + inlined(
             style.svg(figure), f"turn-{id(self)}", "vertical support force over a turn"
@@ -76,11 +149,14 @@ def simulate(
 
 
 @overload
-def simulate(device: Machine, samples: int | None = None, at_deg: Sequence[float] = ()) -> Turn: ...
+def simulate(device: EngineMachine, samples: int | None = None, at_deg: Sequence[float] = ()) -> Turn: ...
 
 
 def simulate(
-    device: Device | Machine, samples: int | None = None, at_deg: Sequence[float] = (), lift_mm: float | None = None
+    device: Device | EngineMachine,
+    samples: int | None = None,
+    at_deg: Sequence[float] = (),
+    lift_mm: float | None = None,
 ) -> Simulation | Turn:
     """A machine's own design over a cycle of `samples` angles, and at single angles of its drive [deg].
 
@@ -88,58 +164,58 @@ def simulate(
     of a planting device does is found, too. Raises InputError for a number of samples out of range, for an angle that
     is not finite, and where the printed model's assumptions are to be lifted.
     """
-    if isinstance(device, Machine):
+    if isinstance(device, EngineMachine):
         return mechanism.simulate(device, samples, at_deg)
     if lift_mm is not None and device.model != "exact":
         raise InputError("--lift is not allowed with --model printed: assumptions of the exact model can be lifted")
-    count = checked_samples(device.machine.objective.samples if samples is None else samples)
+    count = check_samples(device.machine.objective.samples if samples is None else samples)
     prologue = device.prologue(device.design)
-    turn = planting.cycle(device, prologue, planting.angles(count))
-    objective = weights(device.machine)
-    sampled = planting.statistics(turn.support)
+    turn = planting.evaluate_cycle(device, prologue, planting.sample_angles(count))
+    objective = read_weights(device.machine)
+    sampled = planting.compute_statistics(turn.support)
     result = SimulationFound(
         machine=device.machine.name,
         model=device.model,
         samples=count,
         design=device.named(device.design),
-        weight_N=planting.weight(device),
-        centre_distance_mm=CentreDistances(*map(float, planting.centre_distances(device, prologue) * 1e3)),
+        weight_N=planting.compute_weight(device),
+        centre_distance_mm=CentreDistances(*map(float, planting.find_centre_distances(device, prologue) * 1e3)),
         support_force=sampled,
         objective=objective.value(sampled.range_N, sampled.variance_N2),
-        warnings=[*plausible.warnings(device.machine), *planting.warnings(device, device.design, turn)],
-        refined=true_extremes(device, device.design),
-        work=work(device),
-        at=at(device, at_deg),
+        warnings=[*find_implausible_values(device.machine), *planting.find_cycle_warnings(device, device.design, turn)],
+        refined=evaluate_true_extremes(device, device.design),
+        work=compute_work(device),
+        at=evaluate_angles(device, at_deg),
         designer=designer.of(device, device.design),
         requirements=requirements.of(device),
-        lifted=None if lift_mm is None else lifted.effects(device, lift_mm),
+        lifted=None if lift_mm is None else lifted.find_assumption_effects(device, lift_mm),
     )
     return Simulation(turn, result, device)
 
 
-def checked_samples(samples: int) -> int:
+def check_samples(samples: int) -> int:
     if not FEWEST_SAMPLES <= samples <= MOST_SAMPLES:
         allowed = f"it must be between {FEWEST_SAMPLES} and {MOST_SAMPLES}"
         raise InputError(f"--samples = {samples} is not allowed: {allowed}")
     return samples
 
 
-def at(device: Device, angles_deg: Sequence[float]) -> list[At]:
+def evaluate_angles(device: Device, angles_deg: Sequence[float]) -> list[At]:
     """Forces and motions at single carrier angles: of side 1, and totals."""
     if not angles_deg:
         return []
     degrees = np.asarray(angles_deg, dtype=float)
     if not np.isfinite(degrees).all():
         raise InputError(f"--at = {degrees[~np.isfinite(degrees)][0]} is not allowed: it must be a finite angle in deg")
-    found = planting.cycle(device, device.prologue(device.design), np.radians(degrees))
+    found = planting.evaluate_cycle(device, device.prologue(device.design), np.radians(degrees))
     columns = {"phi_deg": degrees, **found.sides[0], **found.totals}
     return [At(**{field.name: float(columns[field.name][i]) for field in fields(At)}) for i in range(len(degrees))]
 
 
-def work(device: Device) -> Work:
+def compute_work(device: Device) -> Work:
     """Work over a turn [J], by quadrature between joints: of the motor, and lost to friction at both cams."""
     panels = Panels(device.force, device.design)
-    found = planting.cycle(device, device.prologue(device.design), panels.nodes)
+    found = planting.evaluate_cycle(device, device.prologue(device.design), panels.nodes)
     lost = found.sides[0]["F_E_loss_W"] + found.sides[1]["F_E_loss_W"]
     turn = 2 * np.pi * panels.weights
     return Work(
@@ -149,20 +225,29 @@ def work(device: Device) -> Work:
 
 
 def sensitivity(
-    device: Device | Machine, samples: int | None = None, least: str | None = None, all_values: bool = False
+    device: Device | EngineMachine, samples: int | None = None, least: str | None = None, all_values: bool = False
 ) -> SensitivityFound:
     """Return the sensitivity of the objective, or of the sum `least`, over samples.
 
     It is that in the design, or, with `all_values`, in all numbers of the machine's file. Of any other machine, as
     `load_mechanism` returns it, it is that of true extremes where neither `samples` nor the file say a number.
     """
-    if isinstance(device, Machine):
+    if isinstance(device, EngineMachine):
         return compute(device, least, samples, all_values)
-    count = checked_samples(device.machine.objective.samples if samples is None else samples)
+    count = check_samples(device.machine.objective.samples if samples is None else samples)
     return compute(device.force.machine, least, count, all_values)
 
 
-def objective_gradient(device: Device, samples: int) -> tuple[float, Array]:
+def compute_objective_gradient(device: Device, samples: int) -> tuple[float, Array]:
     """Objective (31) of the machine's own design and its gradient in x (p,); an extreme's is that of its sample."""
     goal = build_goal(device.force.machine, build_measures(device.machine), samples)
     return goal.evaluate(device.design), goal.slope(device.design)
+
+
+def validate(device: Device) -> Validation:
+    """What is to be told of a machine whose file and gears have passed every check."""
+    machine = device.machine
+    return Validation(
+        machine=machine.name, valid=True, design=list(device.names), requirements=record.of(device),
+        warnings=find_implausible_values(machine),
+    )  # fmt: skip

@@ -2,26 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
+from planter.engine.machine import Machine
+from planter.engine.outputs import SampledOutputs
 from planter.errors import InputError
-from planter.files import examples
+from planter.files import examples, units
+from planter.planting import KIND, OWN_TABLES
+from planter.planting.file import Machine as MachineFile
+from planter.planting.machines import DEVIATIONS, add_deviations
+from planter.planting.model import Device, build_machine
+from planter.planting.requirements.constraints import Required
 from planter.tolerance.machine_room import MachineRoom
+from planter.tolerance.robust import RobustGoal
+from planter.tolerance.room import Settings
+from planter.tolerance.spread import Spread
 
-if TYPE_CHECKING:
-    from planter.engine.machine import Machine
-    from planter.engine.outputs import SampledOutputs
-    from planter.planting.file import Machine as MachineFile
-    from planter.planting.model import Device
-    from planter.tolerance.robust import RobustGoal
-    from planter.tolerance.room import Settings
-    from planter.tolerance.spread import Spread
-
-KIND = "planting"
-OWN = {"stage1", "stage2", "nozzle"}
-"""Tables that no other kind of file has."""
 Ends = Mapping[str, tuple[float, float]]
+ToleranceSpec = dict[str, Any]
+SPEEDS: ToleranceSpec = {"from": 35, "to": 45}
+"""Of the carrier in the paper's experiment [r/min]."""
+MASS: ToleranceSpec = {"percent": 2}
+CENTROID: dict[str, ToleranceSpec] = {"mm": {"plus_minus": 0.5}, "deg": {"plus_minus": 2}}
+PHASE: ToleranceSpec = {"plus_minus": 0.1}
+"""Of a gear on its shaft, and of the mounting [deg]."""
+DISTANCE: ToleranceSpec = {"plus_minus": 0.05}
+"""Of centres [mm]."""
+CURVE: dict[str, ToleranceSpec] = {"mm": {"plus_minus": 0.02}, "": {"plus_minus": 0.002}}
+"""Of a pitch curve's parameters, beside the size of all."""
+FRICTION: ToleranceSpec = {"plus_minus": 2, "distribution": "uniform"}
+"""Of an angle of friction [deg]."""
+SECTIONS = ("centroid.", "nozzle.C1_mm", "nozzle.C2_mm")
+"""Where centroids stand in a file."""
 
 
 class Room(MachineRoom):
@@ -34,13 +47,10 @@ class Room(MachineRoom):
 
     def takes(self, source: str) -> bool:
         """Return whether a source is a built-in name, or a file with the tables of such a machine."""
-        return examples.belongs(source, KIND, OWN)
+        return examples.belongs(source, KIND, OWN_TABLES)
 
     def build(self, machine: MachineFile) -> Machine:
         """Return the machine of a file, with deviations of its centre distances."""
-        from planter.planting.model import Device
-        from planter.planting.mounting import DEVIATIONS
-
         return _build_machine(Device(machine), DEVIATIONS)
 
     def default_outputs(self, machine: MachineFile) -> Sequence[str]:
@@ -53,15 +63,11 @@ class Room(MachineRoom):
 
     def thaw(self, frozen: Mapping[str, Any]) -> MachineFile:
         """Return the file of a table."""
-        from planter.planting.file import Machine as MachineFile
-
         return MachineFile.read(frozen["table"], frozen["source"])
 
     def tolerances(self, machine: MachineFile) -> dict[str, dict[str, Any]]:
         """Return assumed ones of masses, centroids, phases, centre distances, curves and friction; speeds measured."""
-        from planter.planting import tolerances
-
-        return tolerances.usual(machine)
+        return _assume_tolerances(machine)
 
     def subject(
         self, frozen: Mapping[str, Any], choices: Mapping[str, str], inputs: Ends, outputs: Sequence[str]
@@ -70,8 +76,6 @@ class Room(MachineRoom):
 
         Raises InputError if its file does not allow an end of an input, GeometryError if a corner has no gears.
         """
-        from planter.engine.outputs import SampledOutputs
-
         device = _build_device(self.thaw(frozen), choices, inputs)
         return SampledOutputs(_build_machine(device, inputs), tuple(inputs), outputs)
 
@@ -84,9 +88,6 @@ class Room(MachineRoom):
         """
         if settings.is_stated:
             return super().build_robust(machine, choices, spreads, settings)
-        from planter.planting.requirements.constraints import Required
-        from planter.tolerance.robust import RobustGoal
-
         # A design's deviations leave the file's bounds by little; those are what its gears are checked on.
         ends = {name: (one.low, one.high) for name, one in spreads.items() if not name.startswith("design.")}
         device = _build_device(machine, choices, ends)
@@ -96,9 +97,6 @@ class Room(MachineRoom):
 
 def _build_machine(device: Device, inputs: Sequence[str] | Mapping[str, Any]) -> Machine:
     """Return the machine of a device, with deviations of its centre distances if they are among the inputs."""
-    from planter.planting.composition import build_machine
-    from planter.planting.mounting import DEVIATIONS, add_deviations
-
     machine = build_machine(device)
     return add_deviations(machine, device) if set(DEVIATIONS) & set(inputs) else machine
 
@@ -108,9 +106,6 @@ def _build_device(machine: MachineFile, choices: Mapping[str, str], inputs: Ends
 
     Raises InputError if the file does not allow an end.
     """
-    from planter.planting.model import Device
-    from planter.planting.mounting import DEVIATIONS
-
     try:
         for end in (0, 1):
             for name, ends in inputs.items():
@@ -128,6 +123,33 @@ def _build_device(machine: MachineFile, choices: Mapping[str, str], inputs: Ends
     return Device(
         type(machine).read(table, machine.source), "printed" if choices.get("model") == "printed" else "exact"
     )
+
+
+def _assume_tolerances(machine: MachineFile) -> dict[str, ToleranceSpec]:
+    """Tolerances by input, as a file has them."""
+    return dict(_list_tolerances(Device(machine)))
+
+
+def _list_tolerances(device: Device) -> Iterator[tuple[str, ToleranceSpec]]:
+    data = [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
+    nominal = device.machine.numbers()
+    for path in data:
+        if path.startswith("mass.") and nominal[path]:
+            yield path, MASS
+        elif path.startswith(SECTIONS):
+            yield path, CENTROID[units.unit(path)]
+        elif path.endswith("friction_angle_deg"):
+            yield path, _above_zero(FRICTION, nominal[path])
+    for name, entry in zip(device.names, device.entries, strict=True):
+        yield f"design.{name}", PHASE if entry["unit"] == "rad" else CURVE[units.unit(name)]
+    for path in DEVIATIONS:
+        yield path, DISTANCE
+    yield "operation.speed_rpm", SPEEDS
+
+
+def _above_zero(tolerance: ToleranceSpec, nominal: float) -> ToleranceSpec:
+    """A tolerance that leaves nothing negative."""
+    return tolerance | {"plus_minus": min(tolerance["plus_minus"], nominal) or tolerance["plus_minus"]}
 
 
 ROOM = Room(__package__)

@@ -1,24 +1,70 @@
-"""Results as tables that a person likes to read."""
+"""Results of planting devices as tables for the terminal."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from planter import safe_text
+from planter.engine.tables import Shown
 from planter.files import units
-from planter.planting import force_tables
 from planter.planting.designer import shown
 from planter.planting.whole import tables as whole
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
     from planter.planting.designer.results import DesignersSummary
-    from planter.planting.results.calibrated import CalibrationFound, ModelFitted
-    from planter.planting.results.optimised import OptimisationFound
-    from planter.planting.results.simulated import At, Lifted, SimulationFound, Validation
-    from planter.planting.results.stated import Requirement, Warned
+    from planter.planting.results import (
+        At,
+        CalibrationFound,
+        Lifted,
+        ModelFitted,
+        OptimisationFound,
+        Requirement,
+        SimulationFound,
+        Validation,
+        Warned,
+    )
+
+TITLE = "Vertical support force"
+TRUE = "true"
+KEYS = (
+    "objective", "samples", "support_force", "refined", "sampled", "range_N", "variance_N2", "start_objective",
+    "start_range_N", "start_variance_N2",
+)  # fmt: skip
+"""What of a result stands in the table."""
+ROWS = {"max_N": ("largest", "N"), "min_N": ("least", "N"), "range_N": ("range", "N"), "mean_N": ("mean", "N"),
+        "variance_N2": ("variance", "N2"), "objective": ("objective (31)", "")}  # fmt: skip
+
+SCORES = ("objective", "range_N", "variance_N2")
+"""What designs are compared by."""
+
+
+def tabulate_simulated_force(result: Mapping[str, Any]) -> Shown:
+    """The force of a machine's own design: its true extremes and integrals beside those of the samples."""
+    sampled = {**result["support_force"], "objective": result["objective"]}
+    return _tabulate_force({TRUE: result["refined"], _name_kind(result["samples"]): sampled})
+
+
+def tabulate_optimised_force(result: Mapping[str, Any]) -> Shown:
+    """The force before and after, in the kind that was optimised, and the optimum's in the others."""
+    searched, start = _name_kind(result["samples"]), {key: result[f"start_{key}"] for key in SCORES}
+    columns = {f"start, {searched}": start, f"optimum, {searched}": {key: result[key] for key in SCORES}}
+    others = {TRUE: result["refined"], _name_kind(result["sampled"]["samples"]): result["sampled"]}
+    return _tabulate_force(
+        columns | {f"optimum, {kind}": found for kind, found in others.items() if kind != searched}, SCORES
+    )
+
+
+def _name_kind(samples: int | str) -> str:
+    return TRUE if samples == "refined" else f"{samples} samples"
+
+
+def _tabulate_force(columns: Mapping[str, Mapping[str, float]], keys: tuple[str, ...] = tuple(ROWS)) -> Shown:
+    rows = [(ROWS[key][0], *(found.get(key) for found in columns.values()), ROWS[key][1]) for key in keys]
+    return Shown(TITLE, ("", *columns, "unit"), rows)
+
 
 WIDTH = 80
 """Columns of a terminal that everything fits in."""
@@ -32,7 +78,7 @@ def simulation(console: Console, result: SimulationFound) -> None:
     """Support force, work, warnings, single angles."""
     print(f"{result.machine}, {result.model} model\n")
     design(console, result.design)
-    force = force_tables.simulated(result.table())
+    force = tabulate_simulated_force(result.table())
     console.table(force.title, force.head, [*force.rows, ("weight", result.weight_N, None, "N")])
     work = (("input", result.work.input_J), ("friction", result.work.friction_J))
     console.table("Work over a turn", ("", "J"), work)
@@ -114,7 +160,7 @@ def optimisation(console: Console, result: OptimisationFound) -> None:
         note = "without effect" if name in free else f"at its {bounds[name]} bound" if name in bounds else ""
         rows.append((name, start, result.design[name], units.unit(name), note))
     console.table("Design", ("parameter", "start", "optimum", "unit", ""), rows)
-    force = force_tables.optimised(result.table())
+    force = tabulate_optimised_force(result.table())
     console.table(force.title, force.head, force.rows)
     peaks = shown.beside(result.start_designer, result.designer)
     console.table(peaks.title, peaks.head, peaks.rows)

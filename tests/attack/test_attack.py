@@ -132,11 +132,10 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_an_attack_that_gets_through_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    from planter.planting import validation
 
     def broken(device: object) -> object:
         raise KeyError("mass")
 
-    monkeypatch.setattr(validation, "validate", broken)
+    monkeypatch.setattr("planter.planting.simulation.validate", broken)
     with pytest.raises((AssertionError, KeyError)):
         held("validate", "wang2017")

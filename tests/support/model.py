@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from planter.planting import flanks
+from planter.planting import functions
 from planter.planting.functions import Model
 from planter.planting.model import Device
 
@@ -69,7 +69,7 @@ class ArrayModel:
             packed += [own, curve.prologue(xp, own, terms)]
         stages = [curve.contact for curve in curves]
         hoisted = code.prologue(xp, *packed, constants, *stages)
-        flank = array_module(flanks.module_name(self.device.machine.cam.flank)).law
+        flank = array_module(functions.find_flank_module(self.device.machine.cam.flank)).law
         lanes = [code.lane(xp, angle, *packed, constants, hoisted, *stages, flank) for angle in (phi, phi - xp.pi)]
         totals = code.frame(xp, *lanes, constants)
         return _named(self.device, side1=lanes[0], side2=lanes[1], totals=totals)

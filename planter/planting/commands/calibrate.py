@@ -103,7 +103,7 @@ def calibrate(
         second = None if check is None or check_rpm is None else Check(check, check_rpm)
         columns = Columns(column, angle, time, unit, place_unit)
         bounds = read_ranges("--fit", fit or ())
-        from planter.planting import measured
+        from planter.planting import calibration
         from planter.planting.report.page import meanings
 
         asked = (data, columns, bounds)
@@ -114,11 +114,11 @@ def calibrate(
             return
         device = device_of(machine, model, set_, speed_rpm)
         owner = device.machine
-        found = measured.calibrate(
+        found = calibration.calibrate_to_data(
             owner,
             device.model,
             *asked,
-            quantity or measured.SUPPORT,
+            quantity or calibration.SUPPORT,
             second,
             seed,
             console.progress,

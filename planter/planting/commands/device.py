@@ -220,7 +220,7 @@ def optimise(
             besides = {"--model": model is not Model.exact,
                        "--teeth": teeth is not None, "--module": module is not None, "--module1": module1 is not None,
                        "--module2": module2 is not None}  # fmt: skip
-            sampling = None if samples is None else optimisation.sampling_of(samples)
+            sampling = None if samples is None else optimisation.parse_sampling(samples)
             seconds = prove_seconds if prove else None
             options = SearchOptions(
                 None if method is None else method.value, front, sampling, seed, starts, seconds, means, ranges
@@ -252,13 +252,13 @@ def optimise(
             if out is not None:
                 report.write_optimum(out, device, found)
             if front:
-                found = optimisation.with_front(found, console.progress)
+                found = optimisation.add_pareto_front(found, console.progress)
                 if out is not None:
                     report.write_optimum(out, device, found)
             if prove:
                 from planter.planting import proof
 
-                found = proof.with_proof(found, prove_seconds, console.progress, means)
+                found = proof.add_proof(found, prove_seconds, console.progress, means)
                 if out is not None:
                     report.write_optimum(out, device, found)
         console.result(found.result, lambda: tables.optimisation(console, found.result))
@@ -284,7 +284,7 @@ def validate(
             run_validate(console, machine, changes(set_), speed_rpm)
             return
         device = device_of(machine, "exact", set_, speed_rpm)
-        from planter.planting import tables, validation
+        from planter.planting import simulation, tables
 
-        result = validation.validate(device)
+        result = simulation.validate(device)
         console.result(result, lambda: tables.validation(console, machine, result))

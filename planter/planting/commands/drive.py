@@ -63,10 +63,10 @@ def drive(
             return
         from planter.planting.drive import drive as drives
         from planter.planting.drive import tables
-        from planter.planting.simulation import checked_samples
+        from planter.planting.simulation import check_samples
 
         device = device_of(machine, "exact", set_, speed_rpm)
-        found = drives.drive(device, motor, turns, start, None if samples is None else checked_samples(samples))
+        found = drives.drive(device, motor, turns, start, None if samples is None else check_samples(samples))
         if out is not None:
             from planter.planting.report import drive as report
 

@@ -24,7 +24,7 @@ from planter.planting.compare import box
 from planter.planting.designer import summary as designer
 from planter.planting.file import Machine
 from planter.planting.model import Device
-from planter.planting.objective import problem as task_of
+from planter.planting.objective import build_problem as task_of
 from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.verdict import infeasible
 

@@ -10,7 +10,7 @@ from planter.planting.compare import box
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.requirements.constraints import Required
-from planter.planting.results.compared import ComparedPair, Proposal
+from planter.planting.results import ComparedPair, Proposal
 
 
 def proposal(machine: Machine, ranked: Sequence[ComparedPair]) -> Proposal | None:

@@ -18,7 +18,7 @@ from planter.parallel.task import Means, Task
 from planter.planting.compare import box, pair
 from planter.planting.compare.proposal import proposal
 from planter.planting.file import Machine
-from planter.planting.results.compared import ComparedPair, ComparisonFound, NarrowBox
+from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.progress import Listener, ProgressPhase
 from planter.report import files
 from planter.report.folder import keep

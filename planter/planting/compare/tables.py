@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Iterator
 
 from planter.planting.designer.shown import COMPARED, peaks
-from planter.planting.results.compared import ComparedPair, ComparisonFound, NarrowBox
+from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
 
 WIDTH = 80

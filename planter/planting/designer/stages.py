@@ -46,7 +46,7 @@ def _stage(turn: DesignTurn, index: int) -> StageFound:
     courses = _courses(turn, index, known)
     ratio = None if known is None else min(_over(courses, pitch.RATIO, -1))
     steepest, flattest = (_pressure(turn, index, sign) for sign in (1, -1))
-    distance = cycle.centre_distances(turn.device, turn.at)[index]
+    distance = cycle.find_centre_distances(turn.device, turn.at)[index]
     radii = _radii(turn, index)
     gears = [
         _gear(name, max(_over(courses, row, 1)), min(_over(courses, row, -1)), radius, known)

@@ -8,11 +8,10 @@ import numpy as np
 
 from planter.engine.drive import Drive, DriveResult, Motor, drive_machine
 from planter.kernels import Array
-from planter.planting.cycle import statistics
+from planter.planting.cycle import compute_statistics
 from planter.planting.drive.machine import build_driven_machine
-from planter.planting.model import Device
-from planter.planting.objective import FORCE
-from planter.planting.results.driven import DriveFound
+from planter.planting.model import FORCE, Device
+from planter.planting.results import DriveFound
 
 COLUMN = {FORCE: "support_N"}
 """The quantity that is reported, and its column."""
@@ -44,8 +43,8 @@ def drive(
     general = {field.name: getattr(driven.result, field.name) for field in fields(DriveResult)}
     result = DriveFound(
         **general,
-        support_force=statistics(own),
-        constant_speed=statistics(other),
+        support_force=compute_statistics(own),
+        constant_speed=compute_statistics(other),
         change_N=float(np.abs(own - other).max()),
     )
     return DeviceDrive(driven, result)

@@ -9,10 +9,9 @@ from planter.engine.machine import Machine, Quantity, Value
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels import generated
-from planter.planting import flanks
-from planter.planting.composition import SIDES, SPEED
 from planter.planting.file import Machine as MachineFile
-from planter.planting.model import Device
+from planter.planting.functions import build_flank_function
+from planter.planting.model import SIDES, SPEED, Device
 
 NAME = "planting_drive"
 PATH = "operation.acceleration_rad_s2"
@@ -39,7 +38,7 @@ def build_driven_machine(device: Device) -> Machine:
     phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", len(values)), ca.SX.sym("q", 0)
     h = ca.SX.sym("h", 0)
     contacts = [stage.contact.function for stage in device.stages]
-    lane = module.lane(*contacts, flanks.function(device.machine.cam.flank))
+    lane = module.lane(*contacts, build_flank_function(device.machine.cam.flank))
     prologue = module.prologue(*contacts)
     given = [device.design, device.prologue(device.design).h]
     _, *packed, _, _ = ca.substitute(functions.lane_inputs(phi), [functions.x, functions.h], given)

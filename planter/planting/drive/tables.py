@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planter.engine.tables import drive_tables
-from planter.planting.results.driven import DriveFound
+from planter.planting.results import DriveFound
 from planter.terminal.console import Console
 
 FORCES = ("vertical support force / N", "driven", "at constant speed")

@@ -15,9 +15,9 @@ from planter.numerics.arrays import TURN
 from planter.planting import cycle
 from planter.planting.friction import shown
 from planter.planting.friction.turn import FRICTION, MESHES, ToothedTurn
-from planter.planting.lifted import JOINTS, TOTALS, Turn
+from planter.planting.lifted import JOINTS, TOTALS, LiftedCycle
 from planter.planting.model import Device
-from planter.planting.objective import weights
+from planter.planting.objective import read_weights
 
 NORMAL = ("F_E", *(f"F_N{tag}" for tag in MESHES))
 """Contact forces of side 1 that are told beside those of the joints: the cam's, and the teeth's normal forces."""
@@ -36,13 +36,15 @@ def rubbing(device: Device, x: Array, stages: Sequence[ToothedPair]) -> Friction
         "farthest": teeth.sliding([one.farthest for one in bearings]),
     }
     support = [turn.totals["F_support"] for turn in turns.values()]
-    sampled = cycle.statistics(device.support(device.prologue(x), cycle.angles(device.machine.objective.samples)))
+    sampled = cycle.compute_statistics(
+        device.support(device.prologue(x), cycle.sample_angles(device.machine.objective.samples))
+    )
     found = Friction(
         friction_angle_deg=float(np.degrees(device.machine.si(FRICTION))),
         pressure_angle_deg=float(np.degrees(stages[0].order.pressure_angle)),
         angles=len(teeth.angles.phi),
         pairs=[one.pairs for one in bearings],
-        objective=weights(device.machine).value(sampled.range_N, sampled.variance_N2),
+        objective=read_weights(device.machine).value(sampled.range_N, sampled.variance_N2),
         support_changed_N=float(np.abs(support - support[0]).max()),
         **{kind: told(teeth, turn) for kind, turn in turns.items()},
         at_most_N=at_most(teeth),
@@ -54,7 +56,7 @@ def rubbing(device: Device, x: Array, stages: Sequence[ToothedPair]) -> Friction
     return FrictionCurves(found, np.degrees(phi[order]), ordered)
 
 
-def told(teeth: ToothedTurn, turn: Turn) -> FrictionTurn:
+def told(teeth: ToothedTurn, turn: LiftedCycle) -> FrictionTurn:
     """A turn in numbers."""
     mean, per_turn = teeth.angles.mean, TURN / teeth.device.machine.si("operation.speed_rpm")
     torque, sizes = turn.totals["M_L"], {name: _size(turn, name) for name in (*JOINTS, *NORMAL)}
@@ -82,7 +84,7 @@ def at_most(teeth: ToothedTurn) -> dict[str, float]:
     return found | {name: _of_both(teeth.shared, alone, name) for name in JOINTS if name in TOTALS}
 
 
-def _of_both(shared: Turn, alone: Sequence[Turn], name: str) -> float:
+def _of_both(shared: LiftedCycle, alone: Sequence[LiftedCycle], name: str) -> float:
     """The largest size of a force that both sides add up to, each with any pair of its own alone at each mesh."""
     base = _vector(shared, name)
     more = [_vector(turn, name) - base for turn in alone]
@@ -90,13 +92,13 @@ def _of_both(shared: Turn, alone: Sequence[Turn], name: str) -> float:
     return max(float(np.hypot(*(base + own + other)).max()) for own in more for other in behind)
 
 
-def _given(turn: Turn, tag: str) -> Array:
+def _given(turn: LiftedCycle, tag: str) -> Array:
     """Power (n,) that a mesh is given, by the inner gear or by the outer one, seen from the carrier [W]."""
     power, loss = turn.one[f"F_{tag}_power"], turn.one[f"F_{tag}_loss"]
     return np.asarray(np.maximum(power + loss, 0) + np.maximum(-power, 0))
 
 
-def _curves(turns: Mapping[str, Turn]) -> dict[str, dict[str, Array]]:
+def _curves(turns: Mapping[str, LiftedCycle]) -> dict[str, dict[str, Array]]:
     """Quantities over a turn by key, each by kind of friction."""
     joints = {units.key(name, "N"): {kind: turn.joint(name) for kind, turn in turns.items()} for name in shown.JOINTS}
     torques = {
@@ -106,12 +108,12 @@ def _curves(turns: Mapping[str, Turn]) -> dict[str, dict[str, Array]]:
     return joints | torques | losses
 
 
-def _vector(turn: Turn, name: str) -> Array:
+def _vector(turn: LiftedCycle, name: str) -> Array:
     """The force in a joint (2, n) [N]."""
     source = turn.totals if name in TOTALS else turn.one
     return np.array([source[part] for part in JOINTS[name]])
 
 
-def _size(turn: Turn, name: str) -> Array:
+def _size(turn: LiftedCycle, name: str) -> Array:
     """Size (n,) of the force in a joint or a contact [N]."""
     return turn.joint(name) if name in JOINTS else np.abs(turn.one[name])

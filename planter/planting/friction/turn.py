@@ -18,7 +18,7 @@ from planter.kernels import Array
 from planter.numerics.arrays import TURN
 from planter.optimise import joints
 from planter.planting.friction.angles import Angles
-from planter.planting.lifted import LiftedModel, Lifting, Turn
+from planter.planting.lifted import LiftedCycle, LiftedModel, Lifting
 from planter.planting.model import Device
 
 MESHES = "PQ"
@@ -62,13 +62,15 @@ class ToothedTurn:
             pushing = np.where(self._model.turn(phi).one[f"M_{tag}"] >= 0, *SIDES)
             yield phi[side == pushing]
 
-    def turn(self, lifted: Lifting | None = None, friction: float | None = None, behind: Lifting | None = None) -> Turn:
+    def turn(
+        self, lifted: Lifting | None = None, friction: float | None = None, behind: Lifting | None = None
+    ) -> LiftedCycle:
         """A turn with values of what is lifted, and with another angle of friction [rad] than the machine's."""
         changes = self._pressure | ({} if friction is None else {FRICTION: friction})
         return self._model.turn(self.angles.phi, lifted, changes, behind)
 
     @cached_property
-    def without(self) -> Turn:
+    def without(self) -> LiftedCycle:
         """No friction between the teeth."""
         return self.turn(friction=0.0)
 
@@ -80,7 +82,7 @@ class ToothedTurn:
             for k, stage in enumerate(self.stages, 1)
         )
 
-    def sliding(self, loads: Sequence[SharedLoad], friction: float | None = None) -> Turn:
+    def sliding(self, loads: Sequence[SharedLoad], friction: float | None = None) -> LiftedCycle:
         """Friction against the sliding, with loads that are shared out at P and at Q."""
         return self.turn(self.lifting(loads), friction)
 
@@ -93,7 +95,7 @@ class ToothedTurn:
         return told
 
     @cached_property
-    def shared(self) -> Turn:
+    def shared(self) -> LiftedCycle:
         """Friction against the sliding, all pairs in contact bearing the same."""
         return self.sliding(self.equal)
 

@@ -52,8 +52,8 @@ def _seen(rows: Rows, singles: Singles, moments: int, corners: int) -> Program:
     device, prologue = rows.device, rows.device.functions.prologue_function
     x, c = prologue.mx_in()
     given = {
-        "x": device.design, "c": device.constants, "phi": cycle.angles(moments),
-        "sampled": cycle.angles(device.machine.objective.samples),
+        "x": device.design, "c": device.constants, "phi": cycle.sample_angles(moments),
+        "sampled": cycle.sample_angles(device.machine.objective.samples),
         "around": 2 * np.pi * np.arange(corners) / (corners - 1),
     }  # fmt: skip
     return Program(f"{device.model}_seen", given, [

@@ -8,7 +8,7 @@ from functools import cached_property
 import casadi as ca
 
 from planter.files import units
-from planter.planting import cycle, quantities
+from planter.planting import cycle
 from planter.planting.model import Device
 
 SIDE = (
@@ -73,7 +73,7 @@ class Rows:
         one, _, totals = self.device.functions.both
         found: dict[str, ca.SX] = {}
         for vector, values in (("side", one), ("totals", totals)):
-            keys = quantities.keys(vectors[vector])
+            keys = cycle.list_keys(vectors[vector])
             found |= {key: v / units.factor(key) for key, v in zip(keys, ca.vertsplit(values), strict=True)}
         return found
 
@@ -88,7 +88,7 @@ class Rows:
         """How the gears are mounted: the design's first entries, and the centre distances [SI]."""
         _, x, _, h = self.inputs
         own = dict(zip(self.device.formulas.entries("mounting"), ca.vertsplit(x), strict=False))
-        return own | {f"a{k}": h[place] for k, place in enumerate(cycle.distance_places(self.device), 1)}
+        return own | {f"a{k}": h[place] for k, place in enumerate(cycle.find_distance_indices(self.device), 1)}
 
     def _contact(self, stage: int, t: ca.SX) -> dict[str, ca.SX]:
         """Contact of a stage at a polar angle of its inner gear."""

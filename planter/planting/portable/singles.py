@@ -10,7 +10,7 @@ import numpy as np
 
 from planter.planting import cycle
 from planter.planting.model import Device
-from planter.planting.objective import weights
+from planter.planting.objective import read_weights
 from planter.planting.portable.rows import TOLD, Rows, place
 
 Named = Mapping[str, ca.MX]
@@ -55,8 +55,8 @@ class Singles:
         _, c, h, _, told = self.inputs
         support, torque, cam = ca.horzsplit(told)
         high, low = ca.mmax(support), ca.mmin(support)
-        over = partial(cycle.over_samples, samples=self.device.machine.objective.samples)
-        first, second = (1e3 * h[at] for at in cycle.distance_places(self.device))
+        over = partial(cycle.name_over_samples, samples=self.device.machine.objective.samples)
+        first, second = (1e3 * h[at] for at in cycle.find_distance_indices(self.device))
         return {
             over("objective (31)"): objective(self.device, support),
             over("range of the support force"): high - low,
@@ -72,6 +72,6 @@ class Singles:
 
 def objective(device: Device, force: ca.MX) -> ca.MX:
     """The device's objective of samples (n,) of its support force."""
-    settings, apart = weights(device.machine), force - ca.sum1(force) / force.numel()
+    settings, apart = read_weights(device.machine), force - ca.sum1(force) / force.numel()
     variance = ca.dot(apart, apart) / force.numel()
     return settings.weight_range * (ca.mmax(force) - ca.mmin(force)) + settings.weighted(variance, ca.sqrt)

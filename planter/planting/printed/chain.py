@@ -13,7 +13,7 @@ from typing import Any
 from planter.audit.registry import consequence
 from planter.planting import cycle
 from planter.planting.functions import Model
-from planter.planting.objective import weights
+from planter.planting.objective import read_weights
 from planter.planting.printed.force import Both, both, felt, work
 from planter.planting.undisclosed.inputs import data
 
@@ -57,7 +57,7 @@ def _forces(machine: Both, own: Mapping[str, float]) -> Iterator[Entry]:
     for key, name in HEADLINES.items():
         unit = "N2" if key.endswith("N2") else "N"
         yield _entry("support force over a turn", name, unit, by_print[key], derived[key], own.get(key))
-    objective = weights(machine.machine).value(own["range_N"], own["variance_N2"])
+    objective = read_weights(machine.machine).value(own["range_N"], own["variance_N2"])
     yield _entry("support force over a turn", "objective", "", by_print["objective"], derived["objective"], objective)
 
 
@@ -113,7 +113,7 @@ def _least(contact: str) -> Callable[[Both, Model], float]:
 def _at_rest(machine: Both, model: Model) -> float:
     rpm = machine.machine.numbers()["operation.speed_rpm"] * _SLOW
     force = machine.support_with(model, {"operation.speed_rpm": rpm})
-    return float(abs(force - cycle.weight(machine.devices[model])).max())
+    return float(abs(force - cycle.compute_weight(machine.devices[model])).max())
 
 
 MEASURES: dict[str, tuple[str, str, Callable[[Both, Model], float]]] = {
@@ -129,7 +129,7 @@ MEASURES: dict[str, tuple[str, str, Callable[[Both, Model], float]]] = {
 
 def _objective(machine: Both, own: Mapping[str, float]) -> Entry:
     """How the objective weighs the paper's own numbers: the sum of a force and its square depends on the unit."""
-    objective = weights(machine.machine)
+    objective = read_weights(machine.machine)
     spread = objective.spread(own["variance_N2"])[0]
     share, in_kilonewton = (100 * spread / (spread + objective.weight_range * own["range_N"] * scale)
                             for scale in (1.0, 1e3))  # fmt: skip

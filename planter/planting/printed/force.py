@@ -14,12 +14,12 @@ import numpy as np
 from planter.audit.registry import Inputs, formula
 from planter.files.units import factor
 from planter.kernels import Array
-from planter.planting import cycle, search
+from planter.planting import cycle, optimisation
 from planter.planting.file import Machine, load
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
-from planter.planting.objective import problem
-from planter.planting.search import Optimum
+from planter.planting.objective import build_problem
+from planter.planting.optimisation import DeviceOptimum
 
 _IDLE = ("design", "bounds", "genetic_algorithm", "operation.forward_speed_m_s", "nozzle.tip_distance_mm")
 """What of a machine does not bear on the force of its own design, or is no input of it."""
@@ -38,29 +38,29 @@ class Both:
     @cached_property
     def angles(self) -> Array:
         """Carrier angles of the machine's own samples [rad], (n,)."""
-        return cycle.angles(self.machine.objective.samples)
+        return cycle.sample_angles(self.machine.objective.samples)
 
     @cached_property
-    def turns(self) -> dict[Model, cycle.Cycle]:
+    def turns(self) -> dict[Model, cycle.DeviceCycleTable]:
         """A turn of the machine's own design in each model."""
-        return {model: cycle.cycle(d, d.prologue(d.design), self.angles) for model, d in self.devices.items()}
+        return {model: cycle.evaluate_cycle(d, d.prologue(d.design), self.angles) for model, d in self.devices.items()}
 
     @cached_property
-    def optima(self) -> dict[Model, Optimum]:
+    def optima(self) -> dict[Model, DeviceOptimum]:
         """The optimum of each model, by IPOPT from the machine's own design."""
-        return {model: search.run(device, "ipopt", starts=1) for model, device in self.devices.items()}
+        return {model: optimisation.search_optimum(device, "ipopt", starts=1) for model, device in self.devices.items()}
 
     def headlines(self, model: Model) -> dict[str, float]:
         """True extremes, range, mean, variance and objective of the machine's own design."""
         device = self.devices[model]
-        found = problem(device).score(device.design)
+        found = build_problem(device).score(device.design)
         look = found.look
         return {"max_N": look.high, "min_N": look.low, "range_N": look.range, "mean_N": look.mean,
                 "variance_N2": look.variance, "objective": found.objective}  # fmt: skip
 
     def score(self, model: Model, x: Array) -> float:
         """Objective of a design x (p,) in a model."""
-        return problem(self.devices[model]).score(x).objective
+        return build_problem(self.devices[model]).score(x).objective
 
     def support_with(self, model: Model, values: Mapping[str, float]) -> Array:
         """Support force [N] of the machine's own design with other values of some of its inputs, in shown units."""
@@ -68,7 +68,7 @@ class Both:
         shown = [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
         for path, value in values.items():
             device.constants[shown.index(path)] = value * factor(path)
-        return cycle.cycle(device, device.prologue(device.design), self.angles).support
+        return cycle.evaluate_cycle(device, device.prologue(device.design), self.angles).support
 
     @property
     def assumptions(self) -> list[str]:
@@ -117,6 +117,6 @@ def _assuming(inputs: Inputs) -> Both:
     return machine
 
 
-def work(turn: cycle.Cycle) -> float:
+def work(turn: cycle.DeviceCycleTable) -> float:
     """Work of the motor over a turn [J], from equally spaced samples."""
     return float(turn.totals["M_L_Nm"].mean() * 2 * np.pi)

@@ -10,7 +10,7 @@ from planter.kernels import generated
 from planter.planting.compare.tables import name, statement, told
 from planter.planting.designer.shown import BORNE, COMPARED, peaks
 from planter.planting.report.page import meanings
-from planter.planting.results.compared import ComparedPair, ComparisonFound, NarrowBox
+from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.report import files, style
 from planter.report.folder import renews
 from planter.report.html import Cell, FigureSvg, Items, Section, Table, Text, page

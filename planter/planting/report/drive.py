@@ -11,12 +11,11 @@ import numpy as np
 from planter.engine.tables import drive_tables
 from planter.kernels import generated
 from planter.mechanism.report import draw_speeds, draw_turn
-from planter.planting.cycle import weight
+from planter.planting.cycle import compute_weight
 from planter.planting.drive import tables
 from planter.planting.drive.drive import DeviceDrive
 from planter.planting.drive.machine import NAME
-from planter.planting.model import Device
-from planter.planting.objective import FORCE
+from planter.planting.model import FORCE, Device
 from planter.planting.report.page import meanings
 from planter.progress import Listener
 from planter.report import bundle, files, style
@@ -36,7 +35,7 @@ CAPTION = (
 def write(out: Path, device: Device, found: DeviceDrive, progress: Listener | None = None) -> None:
     """Writes summary.json, turn.csv, figures/drive and report.html. Raises InputError for a folder that it cannot."""
     files.output_folder(out)
-    drawn = bundle.drawn({FIGURE: speed_and_force(found, weight(device))}, progress)
+    drawn = bundle.drawn({FIGURE: speed_and_force(found, compute_weight(device))}, progress)
     provenance, table = files.provenance(device.machine), found.result.table()
     summary = {**table, "input": device.machine.table(), "provenance": provenance}
     sections = [*_told(device, found, drawn[FIGURE].svg), provenance_section(provenance)]

@@ -1,4 +1,4 @@
-"""The page of a planting device: what was asked, what came out, and what it rests on."""
+"""The HTML page of a planting device: its inputs, its results and their basis."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from planter.engine.sensitivity import SensitivityFound
 from planter.explain import dictionary
 from planter.files import units
 from planter.mechanism.report import sensitivity_sections
-from planter.planting import force_tables, quantities
+from planter.planting import cycle, tables
 from planter.planting.designer import shown
 from planter.planting.designer.results import DesignersSummary
-from planter.planting.report.whole import whole_teeth
 from planter.report import labels
 from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
@@ -20,6 +19,30 @@ from planter.report.proof import describe_proof
 
 if TYPE_CHECKING:
     from planter.planting.file import Machine
+
+STAGES = ("stage", "teeth", "module / mm", "length / mm", "free optimum's teeth", "per mm of module", "per tooth")
+GEARS = ("gear", "teeth", "margin against undercut", "top land / mm", "least contact ratio")
+
+
+def describe_tooth_counts(teeth: Mapping[str, Any]) -> Iterator[Block]:
+    """Lengths and prices, limits of the gears, and what was tried."""
+    keys = ("stage", "z", "module_mm", "pitch_length_mm", "free_teeth", "price_per_module_mm", "price_per_tooth")
+    yield Text(f"Objective {teeth['price']:+.4g} against the free optimum's {teeth['free_objective']:.6g}.")
+    yield Table(STAGES, [tuple(one[key] for key in keys) for one in teeth["stages"]])
+    gears = [
+        (gear["name"], gear["teeth"], gear["margin"], gear["top_land_mm"], one["contact_ratio_min"])
+        for one in teeth["stages"]
+        for gear in one["gears"] or ()
+    ]
+    if gears:
+        yield Table(GEARS, gears)
+    for one in teeth["stages"]:
+        if one["refused"] is not None:
+            yield Text(f"planter gears refuses: {one['refused']}.", "warning")
+    if teeth["tried"] is not None:
+        tried = [(", ".join(map(str, one["z"])), one["objective"], one["settled"]) for one in teeth["tried"]]
+        yield Table(("teeth tried", "objective", "settled"), tried)
+
 
 Summary = Mapping[str, Any]
 Sidecar = Mapping[str, Any]
@@ -104,7 +127,7 @@ def sections(
     if summary.get("requirements"):
         yield Section("Requirements", [requirements(summary["requirements"])])
     if summary.get("teeth"):
-        yield Section("Whole teeth", list(whole_teeth(summary["teeth"])))
+        yield Section("Whole teeth", list(describe_tooth_counts(summary["teeth"])))
     if "gradient" in summary:
         yield from sensitivity_sections(SensitivityFound.read(summary))
     elif "insensitive" in summary:
@@ -133,7 +156,7 @@ def sections(
 
 def names(model: Sidecar, summary: Summary) -> Block:
     """Columns of a turn and numbers of the summary: unit, meaning, source, and the figures that draw them."""
-    columns = [one.shown for one in quantities.quantities(model) if one.side != 2]
+    columns = [one.shown for one in cycle.list_device_quantities(model) if one.side != 2]
     keys = [key for key, value in summary.items() if isinstance(value, int | float)]
     known = dictionary.find_meanings("planting", [*columns, *keys], _kind(summary)[1])
     rows = [(name, units.unit(name), one.meaning, one.source, ", ".join(one.figures or ())) for name, one in known]
@@ -196,9 +219,9 @@ def warnings(found: Sequence[Summary]) -> Block:
 
 def results(summary: Summary) -> Iterator[Block]:
     """Every single number of a summary, then its groups: the keys say the units."""
-    elsewhere = {*_ELSEWHERE, *force_tables.KEYS} if "refined" in summary else {*_ELSEWHERE}
+    elsewhere = {*_ELSEWHERE, *tables.KEYS} if "refined" in summary else {*_ELSEWHERE}
     if "refined" in summary:
-        force = (force_tables.optimised if "sampled" in summary else force_tables.simulated)(summary)
+        force = (tables.tabulate_optimised_force if "sampled" in summary else tables.tabulate_simulated_force)(summary)
         yield Table(force.head, force.rows, force.title)
     single = {labels.label(key): value for key, value in summary.items()
               if not isinstance(value, dict | list) and key not in elsewhere}  # fmt: skip

@@ -1,25 +1,32 @@
-"""The files that a command leaves in a folder: summary, cycle, figures and page."""
+"""Files of a result: summary, cycle, figures, page, and the machine file of an optimum."""
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planter.files import paths, units
+from planter.files.document import lines
 from planter.optimise.joints import places
-from planter.planting import cycle, optimum
+from planter.optimise.range_and_spread import Sampling
+from planter.planting import cycle
+from planter.planting.file import Machine
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
-from planter.planting.objective import problem, weights
+from planter.planting.objective import build_problem, find_curve_angles, read_weights
 from planter.planting.report import figures
-from planter.planting.report.gearing import gearing, ratios
 from planter.planting.report.page import device_page
-from planter.planting.report.scene import scene
-from planter.planting.scores import curve_angles
+from planter.planting.report.scene import build_scene
+from planter.planting.results import OptimisationFound
+from planter.planting.toothed import compute_ratios, locate_pitch_curves
 from planter.report import files
 from planter.report.folder import renews
+from planter.version import __version__
 from planter.view.block import Motion
 
 if TYPE_CHECKING:
@@ -30,6 +37,54 @@ if TYPE_CHECKING:
     from planter.planting.optimisation import Optimisation
     from planter.planting.simulation import Simulation
     from planter.records import Record
+
+SET = "assumed; set on the command line"
+"""Origin of a number that was set for one call: the file's own word for it no longer holds."""
+
+ROUNDED = 1e-15
+"""Relative difference that the way through SI units makes."""
+
+
+def format_optimum_file(machine: Machine, model: str, result: OptimisationFound, sampling: Sampling) -> str:
+    """A machine file (TOML) with an optimum of `machine` as its design.
+
+    Fed back it gives the
+    optimum's objective: the samples of the search stand in it, where it had any.
+    """
+    own, table = machine.numbers(), machine.table()
+    table["design"] = {name: _restore_digits(machine, name, value) for name, value in result.design.items()}
+    if sampling != "refined":
+        table["objective"]["samples"] = int(sampling)
+    reached = Machine.read(table, machine.source).numbers()
+    was = {path: own[path] for path, value in reached.items() if value != own[path]}
+    how = f"{model} model, {result.method}, seed {result.seed}, " + (
+        "true extremes and integrals" if sampling == "refined" else f"{sampling} samples"
+    )
+    table["origin"] = _list_origins(machine, was, how)
+    head = [
+        f"# The machine {json.dumps(machine.name)} with its design optimised by planter {__version__}: {how}.",
+        f"# Objective {result.objective!r}, before {result.start_objective!r}. A comment tells what moved.",
+    ]
+    if result.teeth is not None:
+        told = (f"stage {one.stage} has {one.z} teeth of {one.module_mm:.12g} mm" for one in result.teeth.stages)
+        head.append(f"# Whole teeth: {', '.join(told)}.")
+    notes = {path: f"was {' '.join((repr(value), units.unit(path))).rstrip()}" for path, value in was.items()}
+    return "\n".join([*head, "", *lines(table, notes)]) + "\n"
+
+
+def _restore_digits(machine: Machine, name: str, value: float) -> float:
+    """A design value whose way through SI units may have cost it its last bits: where it was, or within its bounds."""
+    own, (lower, upper) = machine.design[name], machine.bounds[name]
+    return own if math.isclose(value, own, rel_tol=ROUNDED) else min(max(value, lower), upper)
+
+
+def _list_origins(machine: Machine, was: Mapping[str, float], how: str) -> dict[str, str]:
+    """Origins of the file, with words of their own for the numbers that moved or were set on the command line."""
+    changed = dict.fromkeys((*machine.changed, *was), SET)
+    changed |= dict.fromkeys((path for path in was if path.startswith("design.")), f"optimised ({how})")
+    named = set(changed) | {paths.last_part(path) for path in changed}
+    return {name: words for name, words in machine.origins.items() if name not in named} | changed
+
 
 MOVING = (
     "The device over a turn, both sides, with the path of the tip. How wide the nozzle is drawn is a sketch: the "
@@ -63,8 +118,8 @@ def write_optimum(out: Path, device: Device, found: Optimisation) -> None:
     folder = files.output_folder(out)
     x, seed, sampling = found.found.design, found.found.seed, found.found.sampling
     samples = device.machine.objective.samples if sampling == "refined" else sampling
-    turn = cycle.cycle(device, device.prologue(x), cycle.angles(samples))
-    files.write_text(folder / "optimum.toml", optimum.text(device.machine, device.model, found.result, sampling))
+    turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(samples))
+    files.write_text(folder / "optimum.toml", format_optimum_file(device.machine, device.model, found.result, sampling))
     _write_numbers(folder, device, found.result.table(), turn, x, seed)
 
 
@@ -83,7 +138,12 @@ def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interru
 
 
 def _write_numbers(
-    folder: Path, device: Device, result: Mapping[str, Any], turn: cycle.Cycle, x: Array, seed: int | None = None
+    folder: Path,
+    device: Device,
+    result: Mapping[str, Any],
+    turn: cycle.DeviceCycleTable,
+    x: Array,
+    seed: int | None = None,
 ) -> None:
     files.write_summary(folder / "summary.json", _summary(device, result, seed))
     design = ", ".join(f"{name} = {value!r}" for name, value in device.named(x).items())
@@ -120,11 +180,11 @@ def _write_page(
 def _moving(device: Device, x: Array, before: Array | None = None) -> Motion:
     """The machine over a turn."""
     dashed = "" if before is None else " Dashed: the path before the optimisation."
-    return Motion(scene(device, x, before), f"{MOVING}{dashed}")
+    return Motion(build_scene(device, x, before), f"{MOVING}{dashed}")
 
 
 def _columns(device: Device, x: Array) -> dict[str, Array]:
-    return cycle.cycle(device, device.prologue(x), curve_angles(device, x)).columns()
+    return cycle.evaluate_cycle(device, device.prologue(x), find_curve_angles(device, x)).columns()
 
 
 def _forces(devices: Mapping[str, Device], x: Array, start: Array | None = None) -> dict[str, Figure]:
@@ -132,7 +192,7 @@ def _forces(devices: Mapping[str, Device], x: Array, start: Array | None = None)
     before = {model: _columns(device, start) for model, device in devices.items()} if start is not None else {}
     curves, old = ({m: (t["phi_deg"], t["support_N"]) for m, t in of.items()} for of in (turns, before))
     exact = devices["exact"]
-    support = figures.support_force(curves, cycle.weight(exact), _joints(exact, x), old)
+    support = figures.support_force(curves, cycle.compute_weight(exact), _joints(exact, x), old)
     return {"support_force": support, "joint_forces": figures.joint_forces(turns)}
 
 
@@ -149,8 +209,10 @@ def _motion(device: Device, x: Array, start: Array | None = None) -> dict[str, F
     old = None if start is None else _columns(device, start)
     return {
         "tip_path": figures.tip_path(turn, old, _soil(device, turn), _points(device)),
-        "pitch_curves": figures.pitch_curves(gearing(device, x), None if start is None else gearing(device, start)),
-        "rotation": figures.rotation(turn, ratios(device, x, turn["phi_deg"])),
+        "pitch_curves": figures.pitch_curves(
+            locate_pitch_curves(device, x), None if start is None else locate_pitch_curves(device, start)
+        ),
+        "rotation": figures.rotation(turn, compute_ratios(device, x, turn["phi_deg"])),
     }
 
 
@@ -172,7 +234,7 @@ def _search(device: Device, found: Optimisation) -> dict[str, Figure]:
 
 
 def _front(device: Device, found: Optimisation) -> dict[str, Figure]:
-    objective = weights(device.machine)
+    objective = read_weights(device.machine)
     marks = {
         "machine file": (found.result.start_range_N, found.result.start_variance_N2),
         "optimum": (found.result.range_N, found.result.variance_N2),
@@ -185,5 +247,5 @@ def _front(device: Device, found: Optimisation) -> dict[str, Figure]:
 
 def _cloud(device: Device, found: Optimisation) -> list[Look]:
     """Turns of designs anywhere in the box."""
-    task = problem(device, found.found.sampling)
+    task = build_problem(device, found.found.sampling)
     return [task.evaluate(u).look for u in np.random.default_rng(found.found.seed).random((CLOUD, device.size))]

@@ -1,4 +1,4 @@
-"""A planting device over a turn as it is seen: carrier, gears, middle bodies and nozzles of both sides."""
+"""Animated scene of a planting device over a cycle: carrier, gears, middle bodies and nozzles of both sides."""
 
 from __future__ import annotations
 
@@ -7,14 +7,43 @@ from dataclasses import replace
 
 import numpy as np
 
+from planter.errors import GeometryError, InputError
 from planter.files import units
+from planter.gear_geometry.cutting import DEFAULT_MODULE, ToothOrder
+from planter.gear_geometry.polygons import build_polygon
 from planter.kernels import Array
 from planter.optimise.joints import places
 from planter.planting import cycle
 from planter.planting.model import Device
-from planter.planting.report.gearing import Gearing, gearing
-from planter.planting.report.teeth import teeth
+from planter.planting.toothed import Gearing, cut_gear_train, locate_pitch_curves
+from planter.view.outlines import simplify_outline
 from planter.view.scene import Body, Curve, Event, Force, Label, Outline, Point, Scene
+
+ORDER = ToothOrder(keep="size", process="wire")
+"""What is drawn leaves open what cuts it."""
+WITHIN = 0.025 * DEFAULT_MODULE
+"""How far a drawn outline may be from the teeth [m]: less than a screen shows."""
+
+
+def build_tooth_outlines(device: Device, x: Array) -> tuple[Body, ...]:
+    """Those of sun, gear 5, gear 6 and planet gear of a design x (p,) in SI; none where they cannot be made.
+
+    Each is turned about its gear's axis as it stands on side 1 while the carrier is at 0.
+    """
+    try:
+        made = cut_gear_train(device, (ORDER, ORDER), x)
+    except (GeometryError, InputError):
+        return ()
+    gears = [gear for stage in made.stages for gear in stage.gears]
+    return tuple(
+        Body(
+            f"teeth of the {gear.name}",
+            (Outline(1e3 * simplify_outline(build_polygon(gear), WITHIN), "teeth", shade=shade),),
+            turn=float(np.degrees(place.angle)),
+        )
+        for shade, (gear, place) in enumerate(zip(gears, made.placed(), strict=True))
+    )
+
 
 MOMENTS, CORNERS = 360, 180
 """Of a turn, and of a pitch curve."""
@@ -32,17 +61,17 @@ WIDE = 0.06
 """Half the width of a nozzle half at its root, in parts of its length: the machine file does not hold it."""
 
 
-def scene(device: Device, x: Array, before: Array | None = None, toothed: bool = True) -> Scene:
+def build_scene(device: Device, x: Array, before: Array | None = None, toothed: bool = True) -> Scene:
     """The turn of a design x (p,) in SI; the path of the tip `before` it is drawn palely.
 
     Its gears have teeth where those can be made, but for a scene that is not `toothed`: it is found ten times faster.
     """
-    turn = cycle.cycle(device, device.prologue(x), cycle.angles(MOMENTS))
+    turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(MOMENTS))
     columns = turn.columns()
-    gears = gearing(device, x, samples=CORNERS)
+    gears = locate_pitch_curves(device, x, samples=CORNERS)
     speed, forward = (device.machine.si(f"operation.{key}") for key in ("speed_rpm", "forward_speed_m_s"))
     seconds = 2 * np.pi / abs(speed)
-    cut = teeth(device, x) if toothed else ()
+    cut = build_tooth_outlines(device, x) if toothed else ()
     sides = [_side(device, gears, columns, cut, side) for side in (1, 2)]
     corner = _corner(device, columns)
     carrier = Body("carrier", (), turn=columns["phi_deg"], parts=sides)
@@ -144,7 +173,7 @@ def _force(columns: dict[str, Array], name: str, side: int) -> Force:
 
 
 def _curve(device: Device, columns: dict[str, Array], key: str) -> Curve:
-    reference = cycle.weight(device) if key == "support_N" else None
+    reference = cycle.compute_weight(device) if key == "support_N" else None
     return Curve(CURVES[key], units.unit(key), columns[key], reference)
 
 
@@ -152,7 +181,7 @@ def _before(device: Device, x: Array | None) -> list[Body]:
     """The path of the tip in another design."""
     if x is None:
         return []
-    old = cycle.cycle(device, device.prologue(x), cycle.angles(MOMENTS)).columns()
+    old = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(MOMENTS)).columns()
     path = np.column_stack([old["tip_machine_x_mm"], old["tip_y_mm"]])
     return [Body("path of the tip before, side 1", (Outline(path, "before"),))]
 

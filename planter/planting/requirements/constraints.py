@@ -11,7 +11,7 @@ from planter.planting.model import Device
 from planter.planting.requirements.limits import limits
 from planter.planting.requirements.measures import Measures
 from planter.planting.requirements.record import record
-from planter.planting.results.stated import Requirement
+from planter.planting.results import Requirement
 
 
 class Required(Constraints):

@@ -12,7 +12,7 @@ from planter.planting.requirements.measures import Measures, Row
 from planter.planting.requirements.pitch import TOOTH
 from planter.planting.requirements.places import Course
 from planter.planting.requirements.section import Kind
-from planter.planting.results.stated import Requirement
+from planter.planting.results import Requirement
 
 
 def of(device: Device) -> list[Requirement] | None:

@@ -12,7 +12,7 @@ from planter.optimise.constraints import KEPT
 from planter.optimise.elastic import Least
 from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.limits import relaxed
-from planter.planting.results.stated import Requirement, Violation
+from planter.planting.results import Requirement, Violation
 
 
 class Infeasible(PlanterError):

@@ -40,10 +40,10 @@ class Speeds:
 
     @classmethod
     def of(cls, model: LiftedModel, count: int) -> Speeds:
-        phi, speed = cycle.angles(count), model.device.machine.si("operation.speed_rpm")
+        phi, speed = cycle.sample_angles(count), model.device.machine.si("operation.speed_rpm")
         steady = model.turn(phi).totals["F_support"]
         speeding = model.turn(phi, {"speed_rate": 1.0}).totals["F_support"]
-        weight = cycle.weight(model.device)
+        weight = cycle.compute_weight(model.device)
         return cls(phi, weight, (steady - weight) / speed**2, speeding - steady)
 
     def rippling(self, low: float, high: float, often: float) -> Array:
@@ -93,9 +93,9 @@ def impacts(model: LiftedModel, lost_mm: float) -> list[dict[str, Any]]:
     What is driven is free on the way, and the moment that it lacks grows evenly; it meets the teeth again at the speed
     (9 rate way^2 / (2 J))^(1/3). The support feels the jump of its momentum, at most its static moment times the speed.
     """
-    phi = cycle.angles(FEWEST)
+    phi = cycle.sample_angles(FEWEST)
     turn, driven = model.turn(phi), _driven(model.device)
-    distances = cycle.centre_distances(model.device, model.device.prologue(model.device.design))
+    distances = cycle.find_centre_distances(model.device, model.device.prologue(model.device.design))
     return [
         _impact(model.device, turn.one[f"M_{tag}"], phi, {"contact": tag, "backlash_mm": lost_mm}, *driven[tag],
                 float(distance) / 2)

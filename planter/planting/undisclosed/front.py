@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from planter.kernels import Array, generated
-from planter.planting import flanks
+from planter.planting import functions
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
 from planter.planting.undisclosed.attainable import Reached, largest_range, most_variance
@@ -56,7 +56,7 @@ def kept() -> Kept | None:
 
 def key(machine: Machine, own: Mapping[str, Mapping[str, float]]) -> str:
     """A hash of the machine, the bounds, the generated code and the settings of the search."""
-    names = ["planting_exact", *map(flanks.module_name, flanks.names()),
+    names = ["planting_exact", *map(functions.find_flank_module, functions.list_flank_laws()),
              *(f"curve_{stage.family}" for stage in (machine.stage1, machine.stage2))]  # fmt: skip
     codes = [generated.text(module) for module in names]
     parts = [machine.table(), data()["bounds"], own, codes, [SEED, STARTS, STRETCHED, CAPS]]
@@ -66,8 +66,8 @@ def key(machine: Machine, own: Mapping[str, Mapping[str, float]]) -> str:
 def sought(machine: Machine, own: Mapping[str, Mapping[str, float]], progress: Listener | None = None) -> Kept:
     """The most variance within each cap on the range, of all laws, with the cam only pushing and with a free sign."""
     caps = sorted({*CAPS, *(point["range_N"] for point in own.values())})
-    phase = ProgressPhase("front", "search", len(flanks.names()) * len(CONTACTS) * len(caps), progress)
-    searches = [Searches(_with_flank(machine, law)) for law in flanks.names()]
+    phase = ProgressPhase("front", "search", len(functions.list_flank_laws()) * len(CONTACTS) * len(caps), progress)
+    searches = [Searches(_with_flank(machine, law)) for law in functions.list_flank_laws()]
     points: dict[str, list[Kept]] = {contact: [] for contact in CONTACTS}
     for cap, (contact, pushing) in product(caps, CONTACTS.items()):
         best: tuple[Reached, Searches] | None = None

@@ -128,7 +128,7 @@ def own_angles(device: Device) -> dict[str, float]:
     Side 2 is half a turn behind. The nozzle that is higher at the carrier angle zero is the upper one. Raises
     ValueError where the events of the two sides are not half a turn apart.
     """
-    columns = cycle.cycle(device, device.prologue(device.design), np.zeros(1)).sides
+    columns = cycle.evaluate_cycle(device, device.prologue(device.design), np.zeros(1)).sides
     upper = int(columns[1]["tip_y_mm"][0] > columns[0]["tip_y_mm"][0])
     found: dict[str, set[float]] = defaultdict(set)
     for event in data()["events"]["seen"]:
@@ -141,6 +141,6 @@ def own_angles(device: Device) -> dict[str, float]:
 
 def cam_angles(device: Device, phi: Array) -> Array:
     """The cam's angle delta at carrier angles of side 1 [rad], in [0, 2 pi)."""
-    turned = cycle.cycle(device, device.prologue(device.design), phi).sides[0]["phi72_deg"]
+    turned = cycle.evaluate_cycle(device, device.prologue(device.design), phi).sides[0]["phi72_deg"]
     found: Array = np.mod(-turned * DEG, 2 * np.pi)
     return found

@@ -10,7 +10,7 @@ from planter.kernels import Array
 from planter.optimise.descent import STATIONARY
 from planter.optimise.range_and_spread import Sampling
 from planter.optimise.starts import AGREEING
-from planter.planting.problem import beside_design, problem
+from planter.planting.optimisation import build_constrained_problem, search_from_design
 from planter.planting.requirements.constraints import Required
 from planter.planting.whole.extent import Extent, extents
 from planter.planting.whole.lengths import Lengths
@@ -50,9 +50,9 @@ class Choice:
 
     def _found(self, teeth: Numbers) -> TriedTeeth:
         lengths = self.lengths.of(self.lengths.wanted.of(teeth))
-        task = problem(lengths.device, self.sampling, self.required, lengths)
+        task = build_constrained_problem(lengths.device, self.sampling, self.required, lengths)
         try:
-            found = beside_design(task, self.free)
+            found = search_from_design(task, self.free)
         except ComputationError:
             return TriedTeeth(list(teeth), None, None, settled=False)
         kept = task.kept(found.u)

@@ -13,7 +13,7 @@ from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.pitch_curves import build_stage_pair
 from planter.kernels import Array
 from planter.optimise.certificate import ActiveConstraint
-from planter.planting.gears import NAMES, SENSES
+from planter.planting.toothed import NAMES, SENSES
 from planter.planting.whole.lengths import Lengths, name
 from planter.planting.whole.results import WholeGear, WholeStage
 

@@ -9,11 +9,10 @@ from dataclasses import replace
 from planter.kernels import Array
 from planter.optimise.hybrid import Method
 from planter.parallel.task import AUTO, Means
-from planter.planting import optimisation, problem, search
+from planter.planting import optimisation
 from planter.planting.model import Device
-from planter.planting.optimisation import Optimisation
+from planter.planting.optimisation import DeviceOptimum, Optimisation, OptimisationInterrupted, Table
 from planter.planting.requirements.constraints import Required
-from planter.planting.search import Interrupted, Optimum, Table
 from planter.planting.whole import made
 from planter.planting.whole.choice import Choice
 from planter.planting.whole.extent import extents
@@ -52,10 +51,12 @@ def optimise(
             lengths = lengths.of(choice.run())
             tried = list(choice.tried.values())
         near = [free.found.design]
-        reached = search.run(device, method, sampling, seed, starts, progress, keep, lengths, near, means)
-        return _with_teeth(optimisation.scored(device, reached), free.found, lengths, tried, begun)
+        reached = optimisation.search_optimum(
+            device, method, sampling, seed, starts, progress, keep, lengths, near, means
+        )
+        return _with_teeth(optimisation.evaluate_in_both_models(device, reached), free.found, lengths, tried, begun)
     except KeyboardInterrupt:
-        raise Interrupted(reached, device.scale) from None
+        raise OptimisationInterrupted(reached, device.scale) from None
 
 
 def _check(device: Device, wanted: Wanted, seed: int) -> None:
@@ -64,13 +65,16 @@ def _check(device: Device, wanted: Wanted, seed: int) -> None:
     for extent in extents(lengths):
         extent.check(wanted.teeth[extent.stage])
     if required is not None and wanted.settled:
-        problem.kept(
-            problem.problem(device, device.machine.objective.samples, required, lengths), required, seed, lengths
+        optimisation.find_feasible_point(
+            optimisation.build_constrained_problem(device, device.machine.objective.samples, required, lengths),
+            required,
+            seed,
+            lengths,
         )
 
 
 def _with_teeth(
-    scored: Optimisation, free: Optimum, lengths: Lengths, tried: list[TriedTeeth] | None, begun: float
+    scored: Optimisation, free: DeviceOptimum, lengths: Lengths, tried: list[TriedTeeth] | None, begun: float
 ) -> Optimisation:
     """An optimum with whole teeth, with their limits and their price beside the free one; `begun` is when [s]."""
     device, found = lengths.device, scored.found
@@ -89,10 +93,10 @@ def _with_teeth(
     return replace(scored, result=replace(scored.result, statement=said, teeth=teeth))
 
 
-def _free(device: Device, free: Optimum, found: Optimum) -> tuple[Array, float]:
+def _free(device: Device, free: DeviceOptimum, found: DeviceOptimum) -> tuple[Array, float]:
     """The free optimum (p,) and its objective: better than one with whole teeth, or it is looked for beside that."""
     if found.objective >= free.objective:
         return free.design, free.objective
-    task = problem.problem(device, free.sampling, Required.of(device))
-    below = problem.beside_design(task, found.design)
+    task = optimisation.build_constrained_problem(device, free.sampling, Required.of(device))
+    below = optimisation.search_from_design(task, found.design)
     return task.design(below.u), below.objective

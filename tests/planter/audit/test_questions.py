@@ -463,7 +463,7 @@ def test_the_score_of_a_design_is_that_of_its_turn() -> None:
     for model in machine.devices:
         device = machine.devices[model]
         assert machine.score(model, device.design) == pytest.approx(machine.headlines(model)["objective"], rel=1e-9)
-        turn = cycle.cycle(device, device.prologue(device.design), machine.angles)
+        turn = cycle.evaluate_cycle(device, device.prologue(device.design), machine.angles)
         assert machine.support_with(model, {}) == pytest.approx(turn.support, rel=1e-12)
 
 

@@ -39,7 +39,7 @@ from planter.bench.results import Benchmark, Skipped, choose_settings
 from planter.bench.sympy_backend import build_sympy_contender
 from planter.errors import ComputationError
 from planter.kernels import Kernel, backends, toolchain
-from planter.planting.simulation import objective_gradient
+from planter.planting.simulation import compute_objective_gradient
 from planter.records import schema
 from tests.support.cli import below
 
@@ -125,7 +125,7 @@ def _built(builder: tasks.Builder, case: Case, work: str) -> Contender:
     "builder", [virtual_machine, build_numpy_contender, build_sympy_contender, build_kernel_contender]
 )
 def test_a_way_gives_the_objective_that_simulate_gives(case: Case, builder: tasks.Builder) -> None:
-    expected, _ = objective_gradient(case.device, case.turns.samples)
+    expected, _ = compute_objective_gradient(case.device, case.turns.samples)
     assert _built(builder, case, "cycle").call(case.device.design) == pytest.approx(expected, rel=1e-10)
 
 
@@ -135,7 +135,7 @@ def test_a_way_gives_the_objective_that_simulate_gives(case: Case, builder: task
      build_kernel_contender],
 )  # fmt: skip
 def test_a_way_gives_the_gradient_that_simulate_gives(case: Case, builder: tasks.Builder) -> None:
-    expected, gradient = objective_gradient(case.device, case.turns.samples)
+    expected, gradient = compute_objective_gradient(case.device, case.turns.samples)
     way = _built(builder, case, "cycle+gradient")
     again, found = way.call(case.device.design)
     assert again == pytest.approx(expected, rel=1e-10)

@@ -133,7 +133,7 @@ def test_it_builds_if_it_is_told_to(monkeypatch: pytest.MonkeyPatch) -> None:
     quick = examination._used
     monkeypatch.setattr(examination, "_used", lambda device: quick(device)[3:4])
     monkeypatch.setattr(Device, "compile", lambda self, refined: None)
-    monkeypatch.setattr("planter.planting.turns.Turns", lambda device: None)
+    monkeypatch.setattr("planter.planting.objective.CycleObjective", lambda device: None)
     found = examined("--build")
     assert [(k["way"], k["compiled"]) for k in found["kernels"]] == [("lanes", True)] * 2
     assert not any("not compiled yet" in a["missing"] for a in found["advice"])

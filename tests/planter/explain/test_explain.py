@@ -12,8 +12,8 @@ import pytest
 
 from planter.explain import dictionary, outputs, tables
 from planter.kernels import generated
-from planter.planting import cycle
-from planter.planting.report import figures, gearing
+from planter.planting import cycle, toothed
+from planter.planting.report import figures
 from planter.planting.report import results as report
 from planter.records import schema
 from tests.support import machines
@@ -61,7 +61,7 @@ def test_every_number_of_a_machine_file_is_explained(name: str) -> None:
 def test_every_column_of_the_planting_device_is_explained() -> None:
     for model in ("exact", "printed"):
         device = machines.device("wang2017", model)
-        columns = cycle.cycle(device, device.prologue(device.design), np.zeros(1)).columns()
+        columns = cycle.evaluate_cycle(device, device.prologue(device.design), np.zeros(1)).columns()
         assert columns.keys() <= named()
 
 
@@ -112,7 +112,7 @@ def test_figures_read_the_columns_that_their_table_says(monkeypatch: pytest.Monk
     for name, draw in (
         ("joint_forces", lambda turn: figures.joint_forces({"exact": turn})),
         ("tip_path", figures.tip_path),
-        ("rotation", lambda turn: figures.rotation(turn, gearing.ratios(device, x, taken["phi_deg"]))),
+        ("rotation", lambda turn: figures.rotation(turn, toothed.compute_ratios(device, x, taken["phi_deg"]))),
     ):
         turn = Recorder(taken)
         draw(turn)

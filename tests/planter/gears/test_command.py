@@ -18,7 +18,7 @@ from planter.gears.parts import PlacedGear
 from planter.mapping.curve import AngleCurve
 from planter.mapping.train import Train
 from planter.mapping.training import polar_curves
-from planter.planting import gears
+from planter.planting import toothed
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.report.files import write_cycle_csv
@@ -114,7 +114,7 @@ def test_a_standard_module_scales_the_pair_and_tells_what_that_does() -> None:
 
 
 def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
-    train = gears.train(device, [ToothOrder()] * 2)
+    train = toothed.cut_gear_train(device, [ToothOrder()] * 2)
     shapes = [shape(placed) for placed in train.placed()]
     for one, two in ((0, 1), (2, 3)):
         assert shapely.intersection(shapes[one], shapes[two]).area < 1e-13
@@ -126,7 +126,7 @@ def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
 def test_a_flank_that_is_cut_where_it_turns_back_is_found(device: Device) -> None:
     """There the flank stands still, and its arc length is known to half the digits."""
     slender = ToothOrder(pressure_angle=np.radians(14.5), addendum=1.3, process="wire", allow_undercut=True)
-    train = gears.train(device, [replace(slender, teeth=45), replace(slender, teeth=60)])
+    train = toothed.cut_gear_train(device, [replace(slender, teeth=45), replace(slender, teeth=60)])
     assert all(shape(placed).is_valid for placed in train.placed())
 
 
@@ -137,7 +137,7 @@ def shape(placed: PlacedGear) -> shapely.Polygon:
 
 def test_gears_of_one_shaft_have_their_marks_in_one_direction(device: Device) -> None:
     """The angle between the teeth of gears 5 and 6 follows from gamma, beta6 and the sun's phase."""
-    _, five, six, _ = gears.train(device, [ToothOrder(module=2e-3)] * 2).placed()
+    _, five, six, _ = toothed.cut_gear_train(device, [ToothOrder(module=2e-3)] * 2).placed()
     assert five.key is not None
     assert six.key is not None
     assert np.exp(1j * (five.angle + five.key)) == pytest.approx(np.exp(1j * (six.angle + six.key)), abs=1e-12)

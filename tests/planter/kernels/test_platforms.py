@@ -15,7 +15,7 @@ from planter.kernels import backends, bundled, compiler, platforms, toolchain
 from planter.kernels.platforms import LINUX, MACOS, WINDOWS, Platform
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.planting.turns import Turns
+from planter.planting.objective import CycleObjective
 from tests.support.lanes import needs_compiler
 
 needs_bundled = pytest.mark.skipif(find_spec("ziglang") is None, reason="the extra `compiler` is not installed")
@@ -180,7 +180,7 @@ class TestWithoutACompiler:
             toolchain.compiler()
 
 
-def quickest(turns: Turns) -> float:
+def quickest(turns: CycleObjective) -> float:
     """Time of the gradient of a turn [s], of many calls the shortest."""
     return min(timeit.repeat(lambda: turns.gradient(turns.device.design), number=1, repeat=2000))
 
@@ -191,11 +191,11 @@ def quickest(turns: Turns) -> float:
 def test_the_bundled_compiler_finds_the_same_not_much_slower(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The gradient of a turn to 1e-12 of its largest entry, in at most three times the time."""
     monkeypatch.delenv("CC", raising=False)
-    usual = Turns(Device(load("wang2017")))
+    usual = CycleObjective(Device(load("wang2017")))
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("PATH", str(tmp_path))
     assert toolchain.compiler().bundled
-    turns = Turns(Device(load("wang2017")))
+    turns = CycleObjective(Device(load("wang2017")))
     assert turns.way == usual.way == backends.NAMES[0]
     (value, gradient), (other, slopes) = (t.gradient(t.device.design) for t in (usual, turns))
     assert other == pytest.approx(value, rel=1e-12)

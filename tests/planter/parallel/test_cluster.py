@@ -10,7 +10,7 @@ from planter.errors import GeometryError
 from planter.optimise.starts import descents
 from planter.parallel.jobs import Jobs
 from planter.parallel.task import Means
-from planter.planting.problem import build_task
+from planter.planting.optimisation import build_descent_task
 from planter.sweeps import run
 from planter.sweeps.job import CHUNK, Recipe
 from planter.sweeps.store import Store
@@ -47,7 +47,7 @@ def test_errors_arrive_as_they_were_raised(means: Means) -> None:
 def test_descents_are_those_of_this_process(means: Means) -> None:
     here, there = toys.problem(SAMPLES), toys.problem(SAMPLES)
     expected = list(descents(here, STARTS, 1))
-    minima = list(descents(there, STARTS, 1, task=build_task(toys.device(), SAMPLES), means=means))
+    minima = list(descents(there, STARTS, 1, task=build_descent_task(toys.device(), SAMPLES), means=means))
     assert [m.u.tobytes() for m in minima] == [m.u.tobytes() for m in expected]
     assert [m.evaluation for m in minima] == [m.evaluation for m in expected]
     assert (there.history, there.counts) == (here.history, here.counts)

@@ -11,7 +11,7 @@ from planter.planting.calibration import FLANK, fitted_machine
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.report.page import device_page
-from planter.planting.results.calibrated import CalibrationFound
+from planter.planting.results import CalibrationFound
 from planter.planting.undisclosed.fit import Fit, nearest, searched, settled
 from planter.planting.undisclosed.force import FIGURES, Force
 from planter.planting.undisclosed.inputs import Inputs
@@ -99,8 +99,10 @@ def test_a_machine_with_the_fitted_inputs_gives_what_was_reached(found: Calibrat
     own = calibration.with_flank(machine, found.choices[FLANK]).with_numbers({f.name: f.value for f in found.fitted})
     for model in ("printed", "exact"):
         device = Device(own, model)
-        turn = cycle.cycle(device, device.prologue(device.design), cycle.angles(machine.objective.samples))
-        statistics = cycle.statistics(turn.support)
+        turn = cycle.evaluate_cycle(
+            device, device.prologue(device.design), cycle.sample_angles(machine.objective.samples)
+        )
+        statistics = cycle.compute_statistics(turn.support)
         if model == "printed":
             assert {key: getattr(statistics, key) for key in FIGURES} == pytest.approx(found.reached, rel=1e-9)
             assert turn.sides[0]["F_E_N"].min() == pytest.approx(found.least_push_N, rel=1e-6)

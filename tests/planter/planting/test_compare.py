@@ -27,7 +27,7 @@ from planter.planting.compare.proposal import left, proposal
 from planter.planting.compare.run import Store, _ranked, compare
 from planter.planting.designer import summary
 from planter.planting.model import Device
-from planter.planting.results.compared import ComparedPair, ComparisonFound, NarrowBox
+from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import committed

@@ -15,7 +15,7 @@ from planter.exports import cuda
 from planter.kernels import Array, CallError
 from planter.kernels.toolchain import NoCompiler
 from planter.planting import simulation
-from planter.planting.cycle import angles
+from planter.planting.cycle import sample_angles
 from planter.planting.file import load
 from planter.planting.functions import Model
 from planter.planting.machines import build_machine
@@ -42,7 +42,7 @@ def expected(own: Device, designs: Array, samples: int) -> Array:
     """By the virtual machine and NumPy, over the whole turn."""
     rows = []
     for x in designs:
-        force = own.support(own.prologue(x), angles(samples))
+        force = own.support(own.prologue(x), sample_angles(samples))
         span, variance = float(np.ptp(force)), float(force.var())
         objective = simulation.weights(own.machine).value(span, variance)
         rows.append((objective, span, variance, float(force.mean())))

@@ -34,7 +34,7 @@ def with_teeth(machine: Machine, **changes: float) -> Machine:
 @pytest.mark.parametrize("name", ["wang2017", "compact", "random 1", "random 3"])
 def test_no_dense_turn_goes_beyond_the_peaks_and_some_angle_of_it_comes_near(name: str) -> None:
     device, own = found(name)
-    turn = cycle.cycle(device, device.prologue(device.design), PHI)
+    turn = cycle.evaluate_cycle(device, device.prologue(device.design), PHI)
     one, totals = turn.sides[0], turn.totals
     sizes = {
         "F_NP": one["F_NP_N"], "F_NQ": one["F_NQ_N"], "F_E": one["F_E_N"],
@@ -60,7 +60,7 @@ def test_no_dense_turn_goes_beyond_the_peaks_and_some_angle_of_it_comes_near(nam
 @pytest.mark.parametrize("name", ["wang2017", "random 2"])
 def test_the_motor_s_mean_torque_does_the_work_of_friction(name: str) -> None:
     device, own = found(name)
-    assert 2 * math.pi * own.motor.mean_Nm == pytest.approx(simulation.work(device).friction_J, rel=1e-8)
+    assert 2 * math.pi * own.motor.mean_Nm == pytest.approx(simulation.compute_work(device).friction_J, rel=1e-8)
 
 
 def test_the_printed_model_has_a_summary_without_what_it_does_not_report() -> None:
@@ -166,11 +166,13 @@ def test_every_sentence_of_an_optimisation_is_computed() -> None:
     start = simulation.simulate(device).result
     proof = {"kkt_residual": 1e-9, "active_bounds": [], "starts": 4, "agreeing_starts": 3, "spread": 0.0}
     result = _optimum({"range_N": 0.9 * start.support_force.range_N, "certificate": proof})
-    sentence = optimisation.statement(start.support_force.range_N, result, 10)
+    sentence = optimisation.describe_optimum(start.support_force.range_N, result, 10)
     assert sentence == "range 3.120 to 2.808 N, -10.0 %, certified; the box binds in 0 of 10"
     alone = _optimum({"range_N": 3.2, "certificate": {**proof, "agreeing_starts": 1}})
-    assert "+2.6 %, not certified" in optimisation.statement(3.12, alone, 10)
-    assert "to 3.200 N over 60 samples" in optimisation.statement(3.12, dataclasses.replace(alone, samples=60), 10)
+    assert "+2.6 %, not certified" in optimisation.describe_optimum(3.12, alone, 10)
+    assert "to 3.200 N over 60 samples" in optimisation.describe_optimum(
+        3.12, dataclasses.replace(alone, samples=60), 10
+    )
 
 
 def _optimum(changes: dict[str, object]) -> optimisation.OptimumFound:

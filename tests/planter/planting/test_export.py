@@ -9,13 +9,12 @@ import pytest
 from planter.exports import c99
 from planter.exports.quantities import build_name, to_identifier
 from planter.files import examples, units
-from planter.planting.cycle import cycle
+from planter.planting.cycle import evaluate_cycle
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
 from planter.planting.machines import build_machine
 from planter.planting.model import Device
-from planter.planting.quantities import quantities
-from planter.planting.simulation import objective_gradient
+from planter.planting.simulation import compute_objective_gradient
 from tests.support import swapped
 from tests.support.cli import answer, refusal
 from tests.support.lanes import STRICT, path_of
@@ -46,8 +45,8 @@ def numbers(program: Path) -> dict[str, float]:
 def furthest(device: Device, lines: list[str]) -> float:
     """How far a printed turn is from the device's, of each quantity's largest number."""
     rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
-    turn = cycle(device, device.prologue(device.design), rows[:, 0])
-    found = quantities(device.sidecar)
+    turn = evaluate_cycle(device, device.prologue(device.design), rows[:, 0])
+    found = list_device_quantities(device.sidecar)
     assert lines[0].split(",") == ["phi", *(q.name for q in found)]
     columns = turn.columns()
     assert list(columns) == ["phi_deg", *(q.shown for q in found)]
@@ -101,7 +100,7 @@ def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
     device = Device(swapped.Machine.read(table, "swapped.toml"))
     files = written(device, tmp_path)
     assert [f.name for f in files] == ["my_2nd_machine.h", "my_2nd_machine.c", "my_2nd_machine_main.c"]
-    value, gradient = objective_gradient(device, 37)
+    value, gradient = compute_objective_gradient(device, 37)
     found = numbers(built(files, "gcc", "-O1"))
     assert found["objective"] == pytest.approx(value, rel=1e-12)
     own = np.array([found[f"gradient.{name}"] for name in device.names])
@@ -136,7 +135,7 @@ def test_units_meanings_and_equations_stand_in_the_header(model: Model) -> None:
     assert "x[9] m61: m61 [1] deformation coefficient of gear 6 (wang2017 3.4)" in header
     for entry in device.sidecar["vectors"]["machine"]:
         assert f"{entry['name']} [{entry['unit']}] {entry['meaning']}" in header
-    for number, q in enumerate(quantities(device.sidecar)):
+    for number, q in enumerate(list_device_quantities(device.sidecar)):
         assert f"q[{number}] {q.name} [{q.unit}] {q.meaning}" in header
     for equation in device.sidecar["equations"]:
         assert equation in header

@@ -21,7 +21,7 @@ from matplotlib.transforms import Bbox
 
 from planter.errors import InputError
 from planter.planting.report import figures
-from planter.planting.report.gearing import Gearing, PitchCurve
+from planter.planting.toothed import Gearing, PlottedPitchCurve
 from planter.report import style
 from planter.report.search import nondominated
 from tests.support.sampled import sampled
@@ -78,7 +78,7 @@ def mesh() -> Gearing:
     t = np.linspace(0, 2 * np.pi, 90)
     centres = [np.array([0.0, y]) for y in (0, 60, 60, 120)]
     curves = [
-        PitchCurve(name, centre, centre[:, None] + 30 * np.array([np.cos(t), np.sin(t)]))
+        PlottedPitchCurve(name, centre, centre[:, None] + 30 * np.array([np.cos(t), np.sin(t)]))
         for name, centre in zip(("sun", "gear 5", "gear 6", "planet gear"), centres, strict=True)
     ]
     contacts = {"P": np.array([0.0, 30.0]), "Q": np.array([0.0, 90.0])}

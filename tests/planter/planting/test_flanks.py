@@ -6,7 +6,7 @@ import pytest
 from planter.errors import InputError
 from planter.kernels import Kernel
 from planter.optimise.refined import Refined
-from planter.planting import flanks, objective
+from planter.planting import functions, objective
 from planter.planting.model import Device
 from tests.support import kinematics, machines
 from tests.support.jets import Jet
@@ -24,13 +24,13 @@ def device(law: str) -> Device:
 
 
 def test_every_law_of_the_textbook_is_there() -> None:
-    assert set(flanks.names()) == kinematics.FLANKS.keys() == ORDERS.keys()
+    assert set(functions.list_flank_laws()) == kinematics.FLANKS.keys() == ORDERS.keys()
 
 
 @pytest.mark.parametrize("law", ORDERS)
 def test_a_law_is_that_of_the_textbook_with_its_slopes(law: str) -> None:
     x = np.linspace(0.001, 0.999, 333)
-    own = Kernel(flanks.function(law), lanes=["x"])(x=x)
+    own = Kernel(functions.build_flank_function(law), lanes=["x"])(x=x)
     book = kinematics.flank(law, Jet(np, x, np.ones_like(x), np.zeros_like(x)))
     for name, part in zip(("p", "dp", "ddp"), book.parts, strict=True):
         assert own[name][0] == pytest.approx(part, abs=1e-11)
@@ -38,7 +38,7 @@ def test_a_law_is_that_of_the_textbook_with_its_slopes(law: str) -> None:
 
 @pytest.mark.parametrize("law", ORDERS)
 def test_joints_of_a_law_are_where_a_derivative_jumps(law: str) -> None:
-    found = {joint.position: joint.order for joint in flanks.joints(law, EIGHTHS)}
+    found = {joint.position: joint.order for joint in functions.find_flank_breakpoints(law, EIGHTHS)}
     assert found == ORDERS[law]
 
 
@@ -58,5 +58,5 @@ def test_true_extremes_are_those_of_a_dense_cycle(law: str) -> None:
 
 def test_a_law_that_jumps_is_not_optimised() -> None:
     with pytest.raises(InputError, match=r'compact: cam.flank = "harmonic" .*without such jumps'):
-        objective.problem(device("harmonic"))
-    objective.problem(device("cycloidal"))
+        objective.build_problem(device("harmonic"))
+    objective.build_problem(device("cycloidal"))

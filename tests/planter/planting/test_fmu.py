@@ -20,14 +20,12 @@ from planter.files.fields import read_range
 from planter.interchange.fmi import archive, libraries
 from planter.kernels import Array
 from planter.kernels.toolchain import NoCompiler
-from planter.planting.composition import SPEED
-from planter.planting.cycle import cycle
+from planter.planting.cycle import evaluate_cycle
 from planter.planting.file import Machine as MachineFile
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
 from planter.planting.machines import build_machine
-from planter.planting.model import Device
-from planter.planting.quantities import quantities
+from planter.planting.model import SPEED, Device
 from tests.support import swapped
 from tests.support.cli import answer, refusal
 from tests.support.lanes import STRICT, needs_compiler, path_of
@@ -120,8 +118,8 @@ def names(owner: Device) -> list[str]:
 
 def expected(owner: Device, phi: Array) -> Array:
     """The same numbers as `simulate` has them, in SI, (quantities, n)."""
-    columns = cycle(owner, owner.prologue(owner.design), phi).columns()
-    return np.array([columns[q.shown] * units.factor(q.shown) for q in quantities(owner.sidecar)])
+    columns = evaluate_cycle(owner, owner.prologue(owner.design), phi).columns()
+    return np.array([columns[q.shown] * units.factor(q.shown) for q in list_device_quantities(owner.sidecar)])
 
 
 def apart(found: Array, other: Array) -> float:
@@ -174,8 +172,8 @@ def test_design_and_machine_can_be_tuned_between_steps(unit: str, written: dict[
         slave.set(machine__m1=2.5, speed=44 * np.pi / 30, design__R3=0.031, design__m61=0.97)
         phi, *found = slave.get("phi", *names(owner))
         assert phi == pytest.approx(0.1 * own_speed(), rel=1e-14)
-        columns = cycle(owner, owner.prologue(x), np.array([phi])).columns()
-        wanted = [columns[q.shown][0] * units.factor(q.shown) for q in quantities(owner.sidecar)]
+        columns = evaluate_cycle(owner, owner.prologue(x), np.array([phi])).columns()
+        wanted = [columns[q.shown][0] * units.factor(q.shown) for q in list_device_quantities(owner.sidecar)]
         np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
         assert found[names(owner).index("F_support")] != pytest.approx(before[0], rel=1e-3)
 
@@ -257,7 +255,7 @@ def test_the_description_says_what_the_sidecar_says(written: dict[str, Path]) ->
     description = fmpy.read_model_description(str(written["exact"]))
     assert "speed is prescribed" in description.description
     found = {v.name: v for v in description.modelVariables}
-    for q, name in zip(quantities(owner.sidecar), names(owner), strict=True):
+    for q, name in zip(list_device_quantities(owner.sidecar), names(owner), strict=True):
         assert (found[name].unit, found[name].description, found[name].causality) == (q.unit, q.meaning, "output")
     for entry in owner.sidecar["vectors"]["machine"]:
         if entry["shown"] != SPEED:

@@ -13,11 +13,11 @@ from planter.gear_geometry.mesh import SIDES, BearingPairs, SharedLoad
 from planter.kernels import Array
 from planter.numerics.arrays import TURN
 from planter.planting import columns as known
-from planter.planting import gears
+from planter.planting import toothed
 from planter.planting.friction import summary
 from planter.planting.friction.angles import Angles
 from planter.planting.friction.turn import FRICTION, MESHES, ToothedTurn
-from planter.planting.lifted import JOINTS, TOTALS, Lifting, Turn
+from planter.planting.lifted import JOINTS, TOTALS, LiftedCycle, Lifting
 from planter.planting.model import Device
 from tests.support import machines
 
@@ -28,9 +28,9 @@ ORDERS = {
 
 
 @cache
-def toothed(name: str) -> ToothedTurn:
+def cut_gears(name: str) -> ToothedTurn:
     device = machines.device(name)
-    made = gears.train(device, ORDERS[name])
+    made = toothed.cut_gear_train(device, ORDERS[name])
     return ToothedTurn(device, made.x, made.stages)
 
 
@@ -38,12 +38,12 @@ def speed(teeth: ToothedTurn) -> float:
     return teeth.device.machine.si("operation.speed_rpm")
 
 
-def lost(turn: Turn) -> Array:
+def lost(turn: LiftedCycle) -> Array:
     """Power that the teeth of both sides lose (n,) [W]."""
     return np.asarray(sum(side[f"F_{tag}_loss"] for side in (turn.one, turn.two) for tag in MESHES))
 
 
-def unexplained(teeth: ToothedTurn, turn: Turn) -> float:
+def unexplained(teeth: ToothedTurn, turn: LiftedCycle) -> float:
     """Power of the motor [W] that is neither that without friction nor lost at the teeth, at most."""
     more = (turn.totals["M_L"] - teeth.without.totals["M_L"]) * speed(teeth)
     return float(np.abs(more - lost(turn)).max())
@@ -51,7 +51,7 @@ def unexplained(teeth: ToothedTurn, turn: Turn) -> float:
 
 @pytest.mark.parametrize("name", ORDERS)
 def test_the_motor_gives_what_the_teeth_lose_at_every_angle(name: str) -> None:
-    teeth = toothed(name)
+    teeth = cut_gears(name)
     convention, sliding = teeth.turn(), teeth.shared
     assert unexplained(teeth, sliding) < 1e-11
     assert unexplained(teeth, convention) < 1e-11
@@ -62,7 +62,7 @@ def test_the_motor_gives_what_the_teeth_lose_at_every_angle(name: str) -> None:
     assert told.lost_J["stage 1"] > 0.01
 
 
-def off(teeth: ToothedTurn, turn: Turn, stage: int) -> float:
+def off(teeth: ToothedTurn, turn: LiftedCycle, stage: int) -> float:
     """How far a turn's forces [N], moments [N m] and losses [W] at a mesh are at most from those of solved contacts.
 
     They are put together from normal forces and friction of every pair, at the points where flanks touch, against how
@@ -108,7 +108,7 @@ def off(teeth: ToothedTurn, turn: Turn, stage: int) -> float:
 @pytest.mark.parametrize("name", ORDERS)
 @pytest.mark.parametrize("stage", [0, 1])
 def test_forces_and_losses_are_those_of_solved_contacts(name: str, stage: int) -> None:
-    assert off(toothed(name), toothed(name).shared, stage) < 1e-9
+    assert off(cut_gears(name), cut_gears(name).shared, stage) < 1e-9
 
 
 def reversed_(lifting: Lifting, names: tuple[str, ...]) -> Lifting:
@@ -116,7 +116,7 @@ def reversed_(lifting: Lifting, names: tuple[str, ...]) -> Lifting:
 
 
 def test_friction_along_the_sliding_or_on_the_wrong_side_breaks_the_laws() -> None:
-    teeth = toothed("wang2017")
+    teeth = cut_gears("wang2017")
     right = teeth.lifting(teeth.equal)
     along = teeth.turn(reversed_(right, ("lead", "away")))
     assert unexplained(teeth, along) < 1e-11
@@ -128,7 +128,7 @@ def test_friction_along_the_sliding_or_on_the_wrong_side_breaks_the_laws() -> No
 
 
 def test_without_friction_it_is_the_exact_model() -> None:
-    teeth = toothed("random 1")
+    teeth = cut_gears("random 1")
     machine = teeth.device.machine
     pressure = {"contact.pressure_angle_deg": float(np.degrees(teeth.stages[0].order.pressure_angle))}
     device = Device(machine.with_numbers({FRICTION: 0.0, **pressure}))
@@ -149,7 +149,7 @@ def shared_at_random(bearing: BearingPairs, rng: np.random.Generator) -> SharedL
 
 @pytest.mark.parametrize("name", ORDERS)
 def test_no_sharing_leaves_the_range_that_is_told(name: str) -> None:
-    teeth, rng = toothed(name), np.random.default_rng(5)
+    teeth, rng = cut_gears(name), np.random.default_rng(5)
     bounds = summary.at_most(teeth)
     near, far = (
         summary.told(teeth, teeth.sliding([getattr(bearing, which) for bearing in teeth.bearings]))
@@ -170,7 +170,7 @@ def test_no_sharing_leaves_the_range_that_is_told(name: str) -> None:
 
 def test_losses_grow_with_friction_and_their_growth_is_of_the_next_order() -> None:
     """To first order a loss is that of the frictionless normal force: halving the friction halves what is left."""
-    teeth = toothed("wang2017")
+    teeth = cut_gears("wang2017")
     per_friction = []
     for angle in (1e-3, 5e-4, 2.5e-4):
         told = summary.told(teeth, teeth.sliding(teeth.equal, friction=angle))
@@ -195,7 +195,7 @@ def test_integrals_stop_at_jumps_and_extremes_look_at_both_sides_of_them() -> No
 
 
 def test_the_result_tells_all_of_it() -> None:
-    teeth = toothed("wang2017")
+    teeth = cut_gears("wang2017")
     rubbing = summary.rubbing(teeth.device, teeth.x, teeth.stages)
     found = rubbing.result
     assert found.pairs == [2, 2]

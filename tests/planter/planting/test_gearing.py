@@ -10,7 +10,7 @@ import pytest
 
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.planting.report.gearing import Gearing, PitchCurve, gearing, ratios
+from planter.planting.toothed import Gearing, PlottedPitchCurve, compute_ratios, locate_pitch_curves
 
 ANGLES = (0.0, 37.0, 100.0, 200.0, 333.0)
 MACHINES = ("wang2017", "compact")
@@ -24,7 +24,7 @@ def device(name: str) -> Device:
 
 @cache
 def at(name: str, phi_deg: float) -> Gearing:
-    return gearing(device(name), device(name).design, phi_deg, samples=4000)
+    return locate_pitch_curves(device(name), device(name).design, phi_deg, samples=4000)
 
 
 def side(name: str, phi_deg: float, quantity: str) -> float:
@@ -35,7 +35,7 @@ def side(name: str, phi_deg: float, quantity: str) -> float:
     return float(lanes[names.index(quantity), 0])
 
 
-def polar(curve: PitchCurve, turned: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+def polar(curve: PlottedPitchCurve, turned: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Polar angle, less a rotation, and radius of a curve about its centre, sorted by angle."""
     x, y = curve.points[:, :-1] - curve.centre[:, None]
     angle = np.mod(np.arctan2(y, x) - turned, 2 * np.pi)
@@ -43,20 +43,20 @@ def polar(curve: PitchCurve, turned: float = 0.0) -> tuple[np.ndarray, np.ndarra
     return angle[order], np.hypot(x, y)[order]
 
 
-def difference(one: PitchCurve, other: PitchCurve, turned: float) -> float:
+def difference(one: PlottedPitchCurve, other: PlottedPitchCurve, turned: float) -> float:
     """Largest difference in radius between a curve and another that was turned since [mm]."""
     angle, radius = polar(one)
     found = np.interp(angle, *polar(other, turned), period=2 * np.pi)
     return float(np.abs(found - radius).max())
 
 
-def tangent(curve: PitchCurve) -> float:
+def tangent(curve: PlottedPitchCurve) -> float:
     """Direction of the curve at its first point, in [0, pi)."""
     x, y = curve.points[:, 1] - curve.points[:, -2]
     return float(np.arctan2(y, x) % np.pi)
 
 
-def overlap(inner: PitchCurve, outer: PitchCurve) -> float:
+def overlap(inner: PlottedPitchCurve, outer: PlottedPitchCurve) -> float:
     """How deep points of one curve lie inside the other [mm]."""
     angle, radius = polar(inner)
     x, y = outer.points - inner.centre[:, None]
@@ -129,7 +129,7 @@ def test_centres_are_those_of_the_mechanism(name: str, phi: float) -> None:
 def test_ratios_are_the_slopes_of_the_rotations(name: str) -> None:
     step = 1e-3
     for phi in ANGLES:
-        first, second = ratios(device(name), device(name).design, np.array([phi]))
+        first, second = compute_ratios(device(name), device(name).design, np.array([phi]))
         d52, d72 = (side(name, phi + step, q) - side(name, phi - step, q) for q in ("phi52", "phi72"))
         assert first[0] == pytest.approx(d52 / np.radians(2 * step), abs=1e-6)
         assert second[0] == pytest.approx(-d72 / d52, abs=1e-6)

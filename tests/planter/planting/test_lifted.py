@@ -8,7 +8,7 @@ from planter.planting import cycle, lifted, simulation
 from planter.planting.lifted import LiftedModel
 from tests.support import machines
 
-PHI = cycle.angles(720)
+PHI = cycle.sample_angles(720)
 NAMES = ("wang2017", "random 1", "random 2")
 
 
@@ -29,7 +29,7 @@ def test_with_nothing_lifted_it_is_the_exact_model(name: str) -> None:
 @pytest.mark.parametrize("case", ["teeth", "hinge", "both"])
 def test_the_motor_does_the_work_of_friction_and_the_support_feels_none_of_it(name: str, case: str) -> None:
     device = machines.device(name)
-    model, phi = LiftedModel(device), cycle.angles(5760)
+    model, phi = LiftedModel(device), cycle.sample_angles(5760)
     own = model.turn(phi)
     teeth = {"against": 1.0, **model.beyond(own, phi, 2e-3)} if case != "hinge" else {}
     turn = model.turn(phi, {**teeth, **({"along_hinge": 1.0} if case != "teeth" else {})})
@@ -56,7 +56,7 @@ def test_teeth_touch_within_half_a_base_pitch_of_the_pitch_point() -> None:
 
 
 def test_effects_are_told_and_only_of_the_exact_model() -> None:
-    found = {case.assumption: case for case in lifted.effects(machines.device("wang2017"))}
+    found = {case.assumption: case for case in lifted.find_assumption_effects(machines.device("wang2017"))}
     assert found["tooth friction inwards"].joints_N["F_O1"] > found["no tooth friction"].joints_N["F_O1"] > 1
     assert all(case.support_N < 1e-9 for case in found.values())
     assert found["teeth slide, module 2 mm"].friction_work_J > found["no tooth friction"].friction_work_J + 0.1

@@ -16,10 +16,10 @@ from planter.measured.curve import Chosen, MeasuredCurve
 from planter.measured.fit import Fit, fit_curve
 from planter.measured.reading import Columns, read
 from planter.planting import cycle
+from planter.planting.calibration import SUPPORT, calibrate_to_data
 from planter.planting.file import Machine, load
 from planter.planting.functions import Model
 from planter.planting.machines import build_machine
-from planter.planting.measured import SUPPORT, calibrate
 from planter.planting.model import Device
 from planter.planting.report.page import meanings
 from planter.terminal.console import Console
@@ -66,7 +66,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[Model, Calibrated]:
         faster = base.with_numbers({**TRUE, "operation.speed_rpm": 50.0})
         data = written(folder / f"{model}.csv", model, phase=2.0, missing=40)
         check = written(folder / f"{model}-faster.csv", model, faster, phase=2.0, seed=8)
-        results[model] = calibrate(base, model, data, COLUMNS, BOUNDS, check=Check(check, 50.0))
+        results[model] = calibrate_to_data(base, model, data, COLUMNS, BOUNDS, check=Check(check, 50.0))
     return results
 
 
@@ -228,7 +228,7 @@ def test_too_few_points_are_refused(tmp_path: Path) -> None:
 
 def test_a_motor_s_torque_can_be_fitted_too(tmp_path: Path) -> None:
     device = machines.device("wang2017")
-    turn = cycle.cycle(device, device.prologue(device.design), np.radians(np.arange(0, 360, 3.0)))
+    turn = cycle.evaluate_cycle(device, device.prologue(device.design), np.radians(np.arange(0, 360, 3.0)))
     rows = "\n".join(f"{a},{m!r}" for a, m in zip(np.arange(0, 360, 3.0), turn.totals["M_L_Nm"].tolist(), strict=True))
     path = tmp_path / "torque.csv"
     path.write_text(f"angle [deg],torque [N m]\n{rows}\n", encoding="utf-8")

@@ -8,7 +8,7 @@ import pytest
 
 from planter.exports.quantities import build_motion
 from planter.interchange.tables.formats import FORMATS
-from planter.planting.cycle import angles, cycle
+from planter.planting.cycle import evaluate_cycle, sample_angles
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
 from planter.planting.machines import build_machine
@@ -25,7 +25,7 @@ def test_a_turn_has_the_bits_of_simulate(model: Model, tmp_path: Path) -> None:
     found = answer("export", "motion", "compact", "--model", model, "--out", str(tmp_path))
     jsonschema.validate(found, committed("export motion"))
     _, columns = read_cycle_csv(tmp_path / "motion.csv")
-    expected = cycle(device, device.prologue(device.design), angles(samples)).columns()
+    expected = evaluate_cycle(device, device.prologue(device.design), sample_angles(samples)).columns()
     assert list(columns) == ["time_s", *expected]
     np.testing.assert_allclose(columns["phi_deg"][:-1], expected.pop("phi_deg"), rtol=1e-15)
     for key, values in expected.items():

@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 
 from planter.files import examples
-from planter.planting import file, optimum
+from planter.planting import file
 from planter.planting.commands import device as commands
+from planter.planting.optimisation import OptimisationInterrupted
+from planter.planting.report import results
 from planter.planting.report import results as report
-from planter.planting.search import Interrupted
 from tests.support.cli import refusal, run
 from tests.support.sampled import sampled
 
@@ -107,7 +108,7 @@ def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
     machine = file.load("wang2017", changes)
     design = {**machine.design, "R3_mm": 30.95, "k6": 0.04}
     result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None)
-    text = optimum.text(machine, "exact", result, 360)
+    text = results.format_optimum_file(machine, "exact", result, 360)
     back = file.Machine.read(tomllib.loads(text), "back")
     moved = {"design.R3_mm", "design.k6"}
     own = machine.numbers()
@@ -116,7 +117,7 @@ def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
     assert text.count("# was") == 2
     assert all(back.origin(path).startswith("optimised") for path in moved)
     assert back.origin("design.m31").startswith("paper")
-    assert back.origin("mass.sun_kg") == back.origin("nozzle.hinge_A_mm[0]") == optimum.SET
+    assert back.origin("mass.sun_kg") == back.origin("nozzle.hinge_A_mm[0]") == results.SET
     assert back.origin("operation.speed_rpm") == "paper"
     assert back.origin("nozzle.hinge_A_mm[1]") == "assumed"
 
@@ -126,7 +127,7 @@ def test_a_value_at_its_bound_stays_within_it() -> None:
     upper = machine.bounds["R3_mm"][1]
     design = {**machine.design, "R3_mm": np.nextafter(upper, 99)}
     result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None)
-    assert tomllib.loads(optimum.text(machine, "exact", result, "refined"))["design"]["R3_mm"] == upper
+    assert tomllib.loads(results.format_optimum_file(machine, "exact", result, "refined"))["design"]["R3_mm"] == upper
 
 
 def interrupt(*_: object) -> None:
@@ -156,8 +157,8 @@ def test_an_interrupt_after_the_search_hands_the_optimum_over(monkeypatch: pytes
     from planter.planting import optimisation
     from planter.planting.model import Device
 
-    monkeypatch.setattr(optimisation, "scored", interrupt)
-    with pytest.raises(Interrupted) as caught:
+    monkeypatch.setattr(optimisation, "evaluate_in_both_models", interrupt)
+    with pytest.raises(OptimisationInterrupted) as caught:
         optimisation.optimise(Device(file.load("wang2017")), "ipopt", "60", starts=1)
     assert caught.value.partial is not None
     assert caught.value.partial["certificate"]["kkt_residual"] < 1e-6

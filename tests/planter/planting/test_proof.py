@@ -15,9 +15,9 @@ from planter.optimise.proof.curve import samples
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
 from planter.optimise.proof.search import Search
 from planter.planting import optimisation, proof
-from planter.planting.enclosed import EnclosedForce
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
+from planter.planting.proof import EnclosedForce
 from planter.progress import Progress
 from tests.support import xp_arb
 from tests.support.cli import answer
@@ -140,10 +140,10 @@ def test_parameters_without_effect() -> None:
 
 
 @cache
-def problem(model: Model) -> tuple[proof.Objective, Array, Array, Array]:
+def problem(model: Model) -> tuple[proof.ObjectiveEnclosure, Array, Array, Array]:
     """Objective, a corner of the box that is an optimum of all that is near, and a small box there."""
     subject = device("wang2017", model)
-    bounding = proof.Objective(subject, COUNT)
+    bounding = proof.ObjectiveEnclosure(subject, COUNT)
     lower, upper = bounding.searched(subject.design)
     half = 0.01 * (upper - lower)
     slopes = bounding(lower + half, upper - 97 * half).slopes.mid
@@ -167,7 +167,7 @@ def shifted(name: str, lower: Array, upper: Array, without: tuple[str, ...], des
     """A search that takes `without` as having no effect."""
     subject = device(name, "exact")
     gone = np.isin(subject.names, without)
-    bounding = proof.Objective(subject, COUNT)
+    bounding = proof.ObjectiveEnclosure(subject, COUNT)
     return Search(bounding, np.where(gone, design, lower), np.where(gone, design, upper), 0.0)
 
 
@@ -227,7 +227,7 @@ def test_a_narrow_box_is_proved() -> None:
     subject = Device(type(base).read(table, "narrow"))
     seen: list[Progress] = []
     found = optimisation.optimise(subject, "ipopt", str(COUNT), starts=1)
-    told = proof.with_proof(found, 60.0, seen.append).result.proof
+    told = proof.add_proof(found, 60.0, seen.append).result.proof
     assert told is not None
     assert told.proved, told
     assert 0 <= told.gap <= 1e-6 * told.objective

@@ -22,7 +22,7 @@ from planter.planting import cycle
 from planter.planting import file as machine
 from planter.planting.file import Machine
 from planter.planting.model import Device
-from planter.planting.objective import problem as problem_with
+from planter.planting.objective import build_problem as problem_with
 from planter.planting.requirements.constraints import Required
 from planter.planting.requirements.limits import limits
 from planter.planting.requirements.measures import Measures
@@ -53,7 +53,7 @@ def entries(device: Device, measures: Measures) -> dict[str, dict]:
 def path(device: Device) -> dict[str, np.ndarray]:
     """A turn of side 1 around its lowest point, densely sampled."""
     phi = np.linspace(-np.pi / 2, 3 * np.pi / 2, 40_001)
-    turn = cycle.cycle(device, device.prologue(device.design), phi)
+    turn = cycle.evaluate_cycle(device, device.prologue(device.design), phi)
     return {"phi": phi, **turn.sides[0], **{f"{key}_2": values for key, values in turn.sides[1].items()}}
 
 
@@ -123,10 +123,10 @@ def test_the_leaving_halves_pass_the_seedling(entries: dict[str, dict], path: di
 
 
 def test_pitch_curves_bend_as_their_points_do(device: Device, entries: dict[str, dict]) -> None:
-    from planter.planting.report.gearing import gearing
+    from planter.planting.toothed import locate_pitch_curves
 
     least, greatest = [], []
-    for curve in gearing(device, device.design, samples=20_000).curves:
+    for curve in locate_pitch_curves(device, device.design, samples=20_000).curves:
         x, y = curve.points[:, :-1]
         dx, dy = (np.roll(v, -1) - np.roll(v, 1) for v in (x, y))
         ddx, ddy = (4 * (np.roll(v, -1) - 2 * v + np.roll(v, 1)) for v in (x, y))

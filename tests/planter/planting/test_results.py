@@ -12,9 +12,9 @@ from planter.errors import InputError
 from planter.optimise import pareto
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.planting.optimisation import optimise, with_front
+from planter.planting.objective import find_curve_angles
+from planter.planting.optimisation import add_pareto_front, optimise
 from planter.planting.report import results as report
-from planter.planting.scores import curve_angles
 from planter.planting.simulation import sensitivity, simulate
 from planter.report import files
 
@@ -74,7 +74,7 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     assert summary["range_N"] < summary["start_range_N"]
     assert summary["provenance"]["seed"] == 0
     assert "front" not in summary
-    compromises = with_front(found)
+    compromises = add_pareto_front(found)
     report.draw_optimum(tmp_path, device, compromises)
     assert set(written(tmp_path)) == names(drawn | {"pareto"}, "report.html", *numbers)
     ranges = [one.range_N for one in compromises.result.front]
@@ -91,7 +91,7 @@ def test_one_report_has_one_range_of_a_design(tmp_path: Path) -> None:
     true = found.result.refined.range_N
     assert f"{true:.6g}" in page
     assert f"{found.result.samples} samples" in page
-    phi = curve_angles(device, device.design)
+    phi = find_curve_angles(device, device.design)
     assert np.ptp(device.support(device.prologue(device.design), phi)) == pytest.approx(true, rel=1e-12)
 
 

@@ -81,7 +81,7 @@ def test_the_mean_force_is_the_weight_whatever_is_varied(machine: Machine) -> No
     fine = machine.with_numbers({"objective.samples": 2000})
     subject = ROOM.subject(ROOM.frozen(fine), {}, inputs, ["support_mean_N"])
     points = np.array([[1.0, 0.3, 10.0], [1.4, 0.5, 80.0], [1.1, 0.4, 33.0]])
-    own = cycle.weight(Device(machine))
+    own = cycle.compute_weight(Device(machine))
     gravity, mass = machine.operation.gravity_m_s2, machine.mass
     weights = own + gravity * (2 * (points[:, 0] - mass.planet_kg) + points[:, 1] - mass.sun_kg)
     np.testing.assert_allclose(subject.evaluated(points, 1)[:, 0], weights, rtol=1e-7)
@@ -102,10 +102,10 @@ def test_a_deviation_is_one_of_the_centre_distance_alone(name: str, kernel_cache
     response = Response(machine, ["phi52", "phi72", "F_B1x"])
     mounted = machine.data.copy()
     mounted[-2:] = [0.2e-3, -0.1e-3]
-    places = cycle.distance_places(Device(file.load(name)))
+    places = cycle.find_distance_indices(Device(file.load(name)))
     points = [response.at_data(data) for data in (machine.data, mounted)]
     np.testing.assert_allclose(points[1].h[places] - points[0].h[places], mounted[-2:], rtol=1e-9)
-    before, after = (response.values(point, cycle.angles(24)) for point in points)
+    before, after = (response.values(point, cycle.sample_angles(24)) for point in points)
     np.testing.assert_allclose(after[:2], before[:2], atol=1e-12)
     assert np.ptp(after[2] - before[2]) > 1e-6
 

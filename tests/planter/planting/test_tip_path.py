@@ -36,7 +36,7 @@ def measures(kernel_cache: None) -> Measures:
 
 def tip(device: Device, x: np.ndarray) -> np.ndarray:
     """Many points of the path in the machine's frame [mm], (n, 2)."""
-    turn = cycle.cycle(device, device.prologue(x), cycle.angles(40_000)).columns()
+    turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(40_000)).columns()
     return np.column_stack([turn["tip_machine_x_mm"], turn["tip_y_mm"]])
 
 

@@ -14,8 +14,8 @@ from planter.parallel.task import Means
 from planter.planting import simulation
 from planter.planting.file import Machine
 from planter.planting.model import Device
+from planter.planting.objective import CycleObjective
 from planter.planting.swept import ROOM
-from planter.planting.turns import Turns
 from planter.report.labels import label
 from planter.sweeps.job import CHUNK
 from planter.sweeps.room import ResolvedMachine
@@ -132,7 +132,7 @@ def test_each_machine_is_one_that_simulate_knows(
 def test_without_tolerances_it_is_the_objective(held: ResolvedMachine) -> None:
     none = ROOM.build_robust(held.machine, {}, {}, Settings(machines=3))
     value, slope = none.value(none.design, 3.0)
-    wanted, gradient = Turns(Device(held.machine)).gradient(none.design)
+    wanted, gradient = CycleObjective(Device(held.machine)).gradient(none.design)
     assert np.isclose(value, wanted, rtol=1e-12)
     np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
 
@@ -150,7 +150,7 @@ def test_machines_that_differ_by_rounding_alone_have_no_deviation_to_slope(
 
     monkeypatch.setattr(none, "_differentiate", rounded)
     value, slope = none.value(none.design, 3.0)
-    wanted, gradient = Turns(Device(held.machine)).gradient(none.design)
+    wanted, gradient = CycleObjective(Device(held.machine)).gradient(none.design)
     assert np.isclose(value, wanted, rtol=1e-12)
     np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
 

@@ -10,12 +10,11 @@ import pytest
 
 from planter.errors import ComputationError
 from planter.kernels import Array, CallError, toolchain
-from planter.planting import batches
+from planter.planting import objective
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
-from planter.planting.objective import weights
-from planter.planting.turns import FIELDS, Turns
+from planter.planting.objective import FIELDS, CycleObjective, read_weights
 from tests.support import machines, swapped, xp_complex
 from tests.support.lanes import needs_compiler
 from tests.support.model import ArrayModel
@@ -32,26 +31,26 @@ def made(name: str, model: Model) -> Device:
 
 
 @cache
-def turns(name: str, model: Model, way: str, samples: int) -> Turns:
+def turns(name: str, model: Model, way: str, samples: int) -> CycleObjective:
     """Of a device of its own, since a device keeps the ways of its kernels."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PLANTER_KERNELS", way)
-        return Turns(made(name, model), samples)
+        return CycleObjective(made(name, model), samples)
 
 
-def complex_objective(subject: Turns, x: Array) -> complex:
+def complex_objective(subject: CycleObjective, x: Array) -> complex:
     """The objective by array code on complex numbers; extremes by real parts."""
     device = subject.device
     array, phi = ArrayModel.like(device), 2 * np.pi * np.arange(subject.samples) / subject.samples
     force = np.asarray(array(xp_complex, phi + 0j, list(x.astype(complex)), device.constants).totals["F_support"])
-    real, objective = force.real, weights(device.machine)
+    real, objective = force.real, read_weights(device.machine)
     variance = ((force - force.mean()) ** 2).mean()
     spread = variance if objective.kind == "paper" else np.sqrt(variance)
     span = force[real.argmax()] - force[real.argmin()]
     return complex(objective.weight_range * span + objective.weight_variance * spread)
 
 
-def complex_slopes(subject: Turns, x: Array) -> Array:
+def complex_slopes(subject: CycleObjective, x: Array) -> Array:
     steps = 1e-30j * np.eye(len(x))
     return np.array([complex_objective(subject, x + step).imag / 1e-30 for step in steps])
 
@@ -67,7 +66,7 @@ def drawn(device: Device, count: int, seed: int = 5) -> Array:
 def test_value_and_gradient_against_complex_step(name: str, model: Model, samples: int) -> None:
     """Machine `compact` takes the standard deviation, `wang2017` the variance."""
     subject = turns(name, model, "casadi-vm", samples)
-    assert weights(subject.device.machine).kind == {"wang2017": "paper", "compact": "newton"}[name]
+    assert read_weights(subject.device.machine).kind == {"wang2017": "paper", "compact": "newton"}[name]
     width = subject.device.upper - subject.device.lower
     for x in drawn(subject.device, 2):
         value, gradient = subject.gradient(x)
@@ -184,13 +183,13 @@ def test_threads_may_share_one(way: str) -> None:
 def test_streams_of_designs_on_several_threads(monkeypatch: pytest.MonkeyPatch) -> None:
     """Chunks of one object on threads of their own are the rows that one thread finds; a failure names its chunk."""
     subject = turns("wang2017", "exact", "lanes", EVEN)
-    monkeypatch.setattr(batches, "CHUNK", 3)
+    monkeypatch.setattr(objective, "CHUNK", 3)
     designs = drawn(subject.device, 40)
-    found = batches.evaluate_many(subject.device, designs, EVEN, threads=4)
+    found = objective.evaluate_many(subject.device, designs, EVEN, threads=4)
     assert np.array([found.objective, found.range_N, found.variance_N2, found.mean_N]).T.tolist() == (
         subject.many(designs).tolist()
     )
-    with_gradients = batches.evaluate_many(subject.device, designs, EVEN, threads=4, gradients=True)
+    with_gradients = objective.evaluate_many(subject.device, designs, EVEN, threads=4, gradients=True)
     assert with_gradients.gradient is not None
     assert with_gradients.objective == pytest.approx(found.objective, rel=1e-12)
     for x, value, gradient in zip(designs, with_gradients.objective, with_gradients.gradient, strict=True):
@@ -199,7 +198,7 @@ def test_streams_of_designs_on_several_threads(monkeypatch: pytest.MonkeyPatch) 
     designs[22, 0] = np.nan
     for gradients in (False, True):
         with pytest.raises(ComputationError, match="from row 21 on"):
-            batches.evaluate_many(subject.device, designs, EVEN, threads=4, gradients=gradients)
+            objective.evaluate_many(subject.device, designs, EVEN, threads=4, gradients=gradients)
 
 
 @needs_compiler
@@ -254,7 +253,7 @@ class TestRefused:
 
 @needs_compiler
 def test_nothing_is_said_where_all_goes_well(capfd: pytest.CaptureFixture[str]) -> None:
-    assert Turns(made("wang2017", "exact"), EVEN).way == "lanes"
+    assert CycleObjective(made("wang2017", "exact"), EVEN).way == "lanes"
     assert capfd.readouterr() == ("", "")
 
 
@@ -263,7 +262,7 @@ def test_without_a_compiler_it_works_with_one_warning(
 ) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     monkeypatch.setattr(toolchain, "_warned", [])
-    subject = Turns(made("wang2017", "exact"), EVEN)
+    subject = CycleObjective(made("wang2017", "exact"), EVEN)
     assert subject.way == "casadi-vm"
     expected = turns("wang2017", "exact", "casadi-vm", EVEN)
     assert subject.gradient(subject.device.design)[0] == expected.gradient(subject.device.design)[0]
@@ -274,13 +273,13 @@ def test_pickled_turns_are_those_of_their_machine() -> None:
     """Another machine, model and number of samples than the built-in ones, and data that were changed afterwards."""
     device = made("compact", "printed")
     device.data[device.size :] *= 1.01
-    turns = Turns(device, EVEN)
+    turns = CycleObjective(device, EVEN)
     again = pickle.loads(pickle.dumps(turns))
     assert (again.samples, again.device.model, again.device.machine) == (EVEN, "printed", device.machine)
     assert (
         again.value(device.design)
         == turns.value(device.design)
-        != Turns(made("compact", "printed"), EVEN).value(device.design)
+        != CycleObjective(made("compact", "printed"), EVEN).value(device.design)
     )
     alike = device.like(device.machine)
     assert alike.force is not device.force

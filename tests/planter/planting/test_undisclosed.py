@@ -79,7 +79,7 @@ def test_the_force_is_that_of_a_machine_with_these_inputs_and_its_slopes_are_slo
     curve = force(z)
     rows = force.inputs.table(z)
     moved = Device(own.machine.with_numbers({row["name"]: row["value"] for row in rows}), own.model)
-    turn = cycle.cycle(moved, moved.prologue(moved.design), cycle.angles(SAMPLES))
+    turn = cycle.evaluate_cycle(moved, moved.prologue(moved.design), cycle.sample_angles(SAMPLES))
     assert curve.force == pytest.approx(turn.support[: len(curve.force)], rel=1e-9)
     assert np.sort(curve.push) == pytest.approx(np.sort(turn.sides[0]["F_E_N"]), rel=1e-8)
     step = 1e-6
@@ -96,7 +96,9 @@ def test_the_force_is_that_of_a_machine_with_these_inputs_and_its_slopes_are_slo
 def test_own_values_give_the_machine_s_own_force() -> None:
     own = device("4-5-6-7 polynomial")
     force = Force(own, Inputs.wide(own))
-    assert force(force.own()).force == pytest.approx(own.support(own.prologue(own.design), cycle.angles(SAMPLES))[:30])
+    assert force(force.own()).force == pytest.approx(
+        own.support(own.prologue(own.design), cycle.sample_angles(SAMPLES))[:30]
+    )
 
 
 def test_what_is_attained_keeps_cap_and_contact_and_beats_its_starts(force: Force) -> None:
@@ -136,7 +138,9 @@ def test_points_of_the_front_are_what_their_inputs_give(contact: int, place: int
     point = one["points"][place]
     machine = with_flank(file.load(PAPER), point["flank"]).with_numbers(point["inputs"])
     subject = Device(machine, "exact")
-    turn = cycle.cycle(subject, subject.prologue(subject.design), cycle.angles(machine.objective.samples))
+    turn = cycle.evaluate_cycle(
+        subject, subject.prologue(subject.design), cycle.sample_angles(machine.objective.samples)
+    )
     assert np.ptp(turn.support) == pytest.approx(point["range_N"], rel=1e-8)
     assert turn.support.var() == pytest.approx(point["variance_N2"], rel=1e-8)
     if one["contact"] == "cam pushing":
@@ -149,7 +153,7 @@ def test_a_rippling_speed_gives_the_force_of_a_machine_at_that_speed() -> None:
     speeds = experiment.Speeds.of(experiment.LiftedModel(own), 720)
     for rpm in (35.0, 45.0):
         other = Device(own.machine.with_numbers({"speed_rpm": rpm}), "exact")
-        force = other.support(other.prologue(other.design), cycle.angles(720))
+        force = other.support(other.prologue(other.design), cycle.sample_angles(720))
         assert speeds.weight + (rpm * np.pi / 30) ** 2 * speeds.a == pytest.approx(force, rel=1e-12)
     period = np.fft.fftfreq(720, 1 / 720)
     slope = np.real(np.fft.ifft(1j * period * np.fft.fft(speeds.b)))

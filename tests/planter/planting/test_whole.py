@@ -16,13 +16,12 @@ from planter.gear_geometry.pitch_curves import build_stage_pair
 from planter.optimise.certificate import kkt_residual
 from planter.optimise.descent import STATIONARY
 from planter.optimise.hybrid import METHODS
-from planter.planting import problem, search
+from planter.planting import optimisation
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.planting.optimisation import Optimisation
+from planter.planting.optimisation import Optimisation, OptimisationInterrupted
 from planter.planting.report import results as report
 from planter.planting.requirements.verdict import Infeasible
-from planter.planting.search import Interrupted
 from planter.planting.whole import made, run
 from planter.planting.whole.choice import Choice, neighbours
 from planter.planting.whole.extent import extents
@@ -47,20 +46,20 @@ def found() -> Optimisation:
     return run.optimise(device(), WANTED, "ipopt", SAMPLES, starts=2)
 
 
-def best(module_mm: float = 2.0, method: str = "ipopt", starts: int = 2) -> search.Optimum:
+def best(module_mm: float = 2.0, method: str = "ipopt", starts: int = 2) -> optimisation.DeviceOptimum:
     """The optimum alone."""
     wanted = Wanted((module_mm * 1e-3, 1.97e-3), (31, 31))
-    return search.run(device(), method, int(SAMPLES), starts=starts, lengths=Lengths(device(), wanted))
+    return optimisation.search_optimum(device(), method, int(SAMPLES), starts=starts, lengths=Lengths(device(), wanted))
 
 
-def kept(own: Device, wanted: Wanted, optimum: search.Optimum) -> bool:
+def kept(own: Device, wanted: Wanted, optimum: optimisation.DeviceOptimum) -> bool:
     """Whether the lengths are those that were wanted, to rounding."""
     lengths = Lengths(own, wanted)
     return bool(np.abs(lengths.values(optimum.design) / lengths.upper - 1).max() < 1e-14)
 
 
-def task(wanted: Wanted = WANTED) -> search.Problem:
-    return problem.problem(device(), int(SAMPLES), None, Lengths(device(), wanted))
+def task(wanted: Wanted = WANTED) -> optimisation.Problem:
+    return optimisation.build_constrained_problem(device(), int(SAMPLES), None, Lengths(device(), wanted))
 
 
 def called(*arguments: str, code: int = 0) -> dict:
@@ -84,10 +83,10 @@ def test_pitch_curves_have_their_lengths_by_a_quadrature_of_its_own() -> None:
 def test_the_optimum_is_certified_with_its_equations_and_not_off_them() -> None:
     problem, design = task(), found().found.design
     assert found().result.certificate.kkt_residual < 1e-9
-    assert kkt_residual(problem, (design - problem.box.origin) / problem.box.unit) < 1e-9
+    assert kkt_residual(problem, (design - optimisation.box.origin) / optimisation.box.unit) < 1e-9
     longer = design.copy()
     longer[list(device().names).index("R3_mm")] *= 1 + 1e-6
-    assert kkt_residual(problem, (longer - problem.box.origin) / problem.box.unit) > STATIONARY
+    assert kkt_residual(problem, (longer - optimisation.box.origin) / optimisation.box.unit) > STATIONARY
 
 
 def test_the_derivatives_of_the_equations_are_those_of_differences() -> None:
@@ -135,7 +134,7 @@ def test_every_way_keeps_them_and_agrees_and_again() -> None:
 )
 def test_the_other_model_and_true_extremes_keep_them_too(model: str, sampling: int | str) -> None:
     own = Device(load("wang2017"), model)
-    reached = search.run(own, "ipopt", sampling, starts=1, lengths=Lengths(own, WANTED))
+    reached = optimisation.search_optimum(own, "ipopt", sampling, starts=1, lengths=Lengths(own, WANTED))
     assert kept(own, WANTED, reached)
     assert reached.certificate.kkt_residual < STATIONARY
 
@@ -153,7 +152,7 @@ def test_any_families_have_whole_teeth(pair: tuple[str, str]) -> None:
     own = Device(pairs.machine(*pair))
     modules = tuple(one.least / np.pi / 31 * 1.002 for one in extents(Lengths(own, Wanted((1.0, 1.0), (1, 1)))))
     wanted = Wanted(modules, (31, 31))
-    reached = search.run(own, "ipopt", 60, starts=1, lengths=Lengths(own, wanted))
+    reached = optimisation.search_optimum(own, "ipopt", 60, starts=1, lengths=Lengths(own, wanted))
     assert kept(own, wanted, reached)
     assert reached.certificate.kkt_residual < STATIONARY
 
@@ -177,7 +176,7 @@ def test_requirements_that_no_design_with_the_teeth_keeps_are_told_with_them() -
 def test_requirements_are_kept_beside_the_lengths() -> None:
     own = device("wang2017-wide")
     wanted = Wanted((2e-3, 2e-3), (35, 33))
-    reached = search.run(own, "ipopt", 60, starts=1, lengths=Lengths(own, wanted))
+    reached = optimisation.search_optimum(own, "ipopt", 60, starts=1, lengths=Lengths(own, wanted))
     assert all(one.verdict == "pass" for one in reached.requirements)
     assert kept(own, wanted, reached)
     assert reached.certificate.kkt_residual < STATIONARY
@@ -201,7 +200,7 @@ def test_the_optimum_goes_into_gears_without_scaling(tmp_path: Path) -> None:
 
 def test_teeth_that_are_left_open_are_chosen_from_neighbours() -> None:
     wanted = Wanted((1e-3, 1.25e-3), (None, None))
-    free = search.run(device("compact"), "ipopt", 60, starts=1)
+    free = optimisation.search_optimum(device("compact"), "ipopt", 60, starts=1)
     choice = Choice(Lengths(device("compact"), wanted), free.design, 60)
     chosen = choice.run()
     tried, within = choice.tried, extents(choice.lengths)
@@ -212,16 +211,16 @@ def test_teeth_that_are_left_open_are_chosen_from_neighbours() -> None:
     assert len(tried) > 2
 
 
-@pytest.mark.parametrize("part", ["Choice.run", "search.run", "made.stages"])
+@pytest.mark.parametrize("part", ["Choice.run", "optimisation.search_optimum", "made.stages"])
 def test_an_interrupt_hands_over_what_there_is(monkeypatch: pytest.MonkeyPatch, part: str) -> None:
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
     there = found()
     monkeypatch.setattr(run.optimisation, "optimise", lambda *_, **__: there)
-    monkeypatch.setattr(run.search, "run", lambda *_, **__: there.found)
+    monkeypatch.setattr(run.optimisation, "search_optimum", lambda *_, **__: there.found)
     monkeypatch.setattr(f"planter.planting.whole.run.{part}", interrupt)
-    with pytest.raises(Interrupted) as stopped:
+    with pytest.raises(OptimisationInterrupted) as stopped:
         run.optimise(device(), Wanted((2e-3, 1.97e-3), (None, None)) if part == "Choice.run" else WANTED)
     assert stopped.value.best is there.found
 
@@ -229,7 +228,7 @@ def test_an_interrupt_hands_over_what_there_is(monkeypatch: pytest.MonkeyPatch, 
 def test_one_stage_alone_may_have_whole_teeth() -> None:
     """The second, whose length the force does not feel: it costs nothing."""
     wanted = Wanted((None, 1.97e-3), (None, 31))
-    free, reached = (search.run(device(), "ipopt", 60, starts=1, lengths=one)
+    free, reached = (optimisation.search_optimum(device(), "ipopt", 60, starts=1, lengths=one)
                      for one in (None, Lengths(device(), wanted)))  # fmt: skip
     assert kept(device(), wanted, reached)
     assert reached.objective == pytest.approx(free.objective, rel=1e-9)
@@ -240,8 +239,10 @@ def test_one_stage_alone_may_have_whole_teeth() -> None:
 def test_teeth_that_cannot_be_made_are_told_with_why() -> None:
     """Fifteen teeth are undercut; a few more are made after all, once that is let be."""
     own, wanted = device(), Wanted((4.1e-3, None), (15, None))
-    x = problem.kept(problem.problem(own, 60, None, Lengths(own, wanted)), None, 0)
-    design = problem.problem(own, 60, None).design(x)
+    x = optimisation.find_feasible_point(
+        optimisation.build_constrained_problem(own, 60, None, Lengths(own, wanted)), None, 0
+    )
+    design = optimisation.build_constrained_problem(own, 60, None).design(x)
     (told,) = made.stages(Lengths(own, wanted), design, own.design, [])
     assert "are undercut" in told.refused
     assert min(gear.margin for gear in told.gears) < 0

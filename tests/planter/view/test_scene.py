@@ -17,8 +17,8 @@ from planter.kernels import Array
 from planter.planting import cycle
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.planting.report import teeth
-from planter.planting.report.scene import scene
+from planter.planting.report import scene
+from planter.planting.report.scene import build_scene
 from planter.report.html import Section, page
 from planter.view.block import Motion
 from planter.view.channels import packed
@@ -38,7 +38,7 @@ def device() -> Device:
 
 @pytest.fixture(scope="module")
 def shown(device: Device) -> Scene:
-    return scene(device, device.design)
+    return build_scene(device, device.design)
 
 
 def unpacked(record: Any, told: Any) -> Array:
@@ -86,7 +86,7 @@ def test_teeth_mesh_wherever_the_carrier_is(shown: Scene, moment: int) -> None:
     """Drawn outlines share no more, and are no farther apart, than they are thinned."""
     area, distance = shared(shown, moment)
     assert area < 1e-3
-    assert distance < 1e3 * teeth.WITHIN
+    assert distance < 1e3 * scene.WITHIN
 
 
 def test_a_gear_turned_by_half_a_tooth_does_not_mesh(shown: Scene) -> None:
@@ -97,15 +97,15 @@ def test_a_gear_turned_by_half_a_tooth_does_not_mesh(shown: Scene) -> None:
 
 
 def test_where_no_teeth_can_be_made_the_pitch_curves_are_drawn(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert scene(device, device.design).toothed
-    monkeypatch.setattr(teeth, "ORDER", ToothOrder(teeth=8, keep="size"))
-    plain = scene(device, device.design)
+    assert build_scene(device, device.design).toothed
+    monkeypatch.setattr(scene, "ORDER", ToothOrder(teeth=8, keep="size"))
+    plain = build_scene(device, device.design)
     assert not plain.toothed
-    assert picture(plain) == picture(scene(device, device.design, toothed=False))
+    assert picture(plain) == picture(build_scene(device, device.design, toothed=False))
 
 
 def test_the_nozzle_ends_where_the_tip_is(device: Device, shown: Scene) -> None:
-    turn = cycle.cycle(device, device.prologue(device.design), cycle.angles(shown.moments)).columns()
+    turn = cycle.evaluate_cycle(device, device.prologue(device.design), cycle.sample_angles(shown.moments)).columns()
     carrier = shown.bodies[1]
     arm, planet = carrier.parts[0], carrier.parts[0].parts[1]
     (_, _, phi), (x, y, own) = shown.pose(carrier), shown.pose(planet)

@@ -30,10 +30,10 @@ def device() -> Device:
 
 def test_a_widget_holds_the_picture_and_the_record(device: Device) -> None:
     """What a notebook's page is sent is what a report's page holds."""
-    from planter.planting.report.scene import scene
+    from planter.planting.report.scene import build_scene
 
     shown = simulate(device, 16).show()
-    seen = scene(device, device.design)
+    seen = build_scene(device, device.design)
     assert shown.picture == picture(seen)
     assert shown.record == packed(seen) == device.show().record
     with pytest.raises(InputError, match="nothing to show of a float"):
@@ -47,9 +47,9 @@ def test_a_widget_holds_the_picture_and_the_record(device: Device) -> None:
 
 
 def test_a_gif_moves_and_comes_back(device: Device) -> None:
-    from planter.planting.report.scene import scene
+    from planter.planting.report.scene import build_scene
 
-    image = Image.open(io.BytesIO(gif(scene(device, device.design), seconds=0.4)))
+    image = Image.open(io.BytesIO(gif(build_scene(device, device.design), seconds=0.4)))
     assert image.n_frames == 8
     first = image.convert("RGB").tobytes()
     image.seek(4)

@@ -14,8 +14,8 @@ from planter.kernels import bundled
 from planter.kernels.programs import webassembly
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
-from planter.planting.show import Planting
-from planter.planting.turns import Turns
+from planter.planting.objective import CycleObjective
+from planter.planting.show import PlantingView
 from planter.view.subject import opened
 from tests.planter.studio.static.told import TWELVE, Told, assert_drawn
 from tests.support import pairs
@@ -59,7 +59,7 @@ def test_its_slopes_are_those_of_the_compiled_turn(page: Told, model: str) -> No
     told = page.machine["models"][model]["descent"]
     for values in page.designs(3):
         device = Device(load("wang2017-wide", values), model)  # type: ignore[arg-type]
-        objective, gradient = Turns(device).gradient(device.design)
+        objective, gradient = CycleObjective(device).gradient(device.design)
         numbers = page.numbers(model, "descent", values)
         assert numbers[told["objective"]] == pytest.approx(objective, rel=TWELVE)
         found = numbers[told["gradient"] :][: len(gradient)]
@@ -87,7 +87,7 @@ def test_other_families_flanks_masses_and_objectives_go_too() -> None:
     base["objective"] |= {"kind": "newton", "weight_range": 0.3, "samples": 250}
     base["mass"] |= {"planet_kg": 2.5, "middle_kg": 0.2}
     base["nozzle"]["tip_distance_mm"] = 180.0
-    machine = Planting(Machine.read(base, "other.toml"))
+    machine = PlantingView(Machine.read(base, "other.toml"))
     portable = machine.portable("exact")
     running = Running(webassembly.module(portable.programs))
     values = {one.path: one.lower + 0.3 * (one.upper - one.lower) for one in machine.controls}

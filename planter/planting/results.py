@@ -1,0 +1,490 @@
+"""Results of the planting device's commands, key by key."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from planter.engine.drive import DriveResult
+from planter.engine.sensitivity import SensitivityFound
+from planter.measured.findings import MeasuredFound
+from planter.mechanism.results import MachineValidation, Turn
+from planter.optimise.proof.results import GlobalBound
+from planter.planting.designer.results import DesignersSummary
+from planter.planting.whole.results import WholeTeeth
+from planter.records import Record
+from planter.workshop.cams.results import Cam
+
+Design = dict[str, float]
+"""Values by the names of a machine's own design vector, each in the unit that its name ends in."""
+Direction = list[dict[str, float]]
+"""Weights of design parameters, in parts of their box widths."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Warned(Record):
+    """Something that a user should know, with the carrier angle where it begins or is worst, if it has one."""
+
+    name: str
+    phi_deg: float | None = None
+    message: str
+
+
+@dataclass(frozen=True)
+class Requirement(Record):
+    """A requirement at a design: null limits and places where it has none; `of` says which gear or pair is meant."""
+
+    name: str
+    value: float
+    unit: str
+    lower: float | None
+    upper: float | None
+    margin: float
+    phi_deg: float | None
+    wanted_margin: float
+    verdict: str
+    meaning: str
+    of: str | None
+    origin: str
+
+
+@dataclass(frozen=True)
+class Violation(Record):
+    """A requirement that has to give way: by `amount` in `unit`, its limit of `key` to `relaxed`."""
+
+    name: str
+    amount: float
+    unit: str
+    phi_deg: float | None
+    value: float
+    key: str
+    limit: float
+    relaxed: float
+
+    def __str__(self) -> str:
+        place = f" at phi = {self.phi_deg:.6g} deg" if self.phi_deg is not None else ""
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        return (
+            f"{self.name} = {self.value:.6g}{unit}{place} misses {self.key} with its margin by {self.amount:.6g}{unit}"
+        )
+
+
+@dataclass(frozen=True)
+class Statistics(Record):
+    """Samples of a force: extremes, range, mean and population variance."""
+
+    max_N: float
+    min_N: float
+    range_N: float
+    mean_N: float
+    variance_N2: float
+
+
+@dataclass(frozen=True)
+class CentreDistances(Record):
+    """Centre distances of both stages."""
+
+    a1: float
+    a2: float
+
+
+@dataclass(frozen=True)
+class TrueExtremes(Record):
+    """True extremes and integrals of the support force, and the objective (31) of these."""
+
+    max_N: float
+    min_N: float
+    range_N: float
+    variance_N2: float
+    objective: float
+
+
+@dataclass(frozen=True)
+class Work(Record):
+    """Work over a turn, both sides: of the motor, and lost to friction."""
+
+    input_J: float
+    friction_J: float
+
+
+@dataclass(frozen=True)
+class At(Record):
+    """Forces and motion at a carrier angle: of side 1 up to F_A1y_N, then totals."""
+
+    phi_deg: float
+    phi52_deg: float
+    phi72_deg: float
+    alpha_deg: float
+    omega_rad_s: float
+    omega_dot_rad_s2: float
+    tip_x_mm: float
+    tip_y_mm: float
+    theta1_deg: float
+    F_E_N: float
+    F_Ex_N: float
+    M_Q_Nm: float
+    M_P_Nm: float
+    F_B1x_N: float
+    F_B1y_N: float
+    F_A1x_N: float
+    F_A1y_N: float
+    F_Ox_N: float
+    F_Oy_N: float
+    F_O1x_N: float
+    F_O1y_N: float
+    support_N: float
+    M_L_Nm: float
+    M_1_Nm: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lifted(Record):
+    """What lifting one assumption of the exact model does over a turn.
+
+    `support_N` and `joints_N` are the largest changes of the support force and of the sizes of the joint forces.
+    """
+
+    assumption: str
+    support_N: float
+    joints_N: dict[str, float]
+    as_modelled_N: dict[str, float]
+    largest_N: dict[str, float]
+    motor_work_J: float
+    friction_work_J: float
+
+
+@dataclass(frozen=True)
+class SimulationFound(Record):
+    """`planter simulate`: a machine's own design over a turn; `requirements` where its file has any.
+
+    `objective` and `support_force` are those of so many `samples`, `refined` those of true extremes and integrals.
+    """
+
+    machine: str
+    model: str
+    samples: int
+    design: Design
+    weight_N: float
+    centre_distance_mm: CentreDistances
+    support_force: Statistics
+    objective: float
+    warnings: list[Warned]
+    refined: TrueExtremes
+    work: Work
+    at: list[At]
+    designer: DesignersSummary
+    requirements: list[Requirement] | None = None
+    lifted: list[Lifted] | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Validation(Record):
+    """`planter validate`: a machine file that can be used."""
+
+    machine: str
+    valid: bool
+    design: list[str]
+    requirements: list[Requirement] | None = None
+    warnings: list[Warned]
+
+
+@dataclass(frozen=True)
+class Evaluations(Record):
+    """How often the objective was evaluated: its value, its gradient, its Hessian."""
+
+    objective: int
+    gradient: int
+    hessian: int
+
+
+@dataclass(frozen=True)
+class HeldBound(Record):
+    """A bound that holds the optimum, and what the objective would lose per unit of the box if it gave way."""
+
+    name: str
+    side: str
+    multiplier: float
+
+
+@dataclass(frozen=True)
+class HeldRequirement(Record):
+    """A requirement that holds the optimum, and what the objective would lose per unit of it if it gave way."""
+
+    name: str
+    side: str
+    multiplier: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Proof(Record):
+    """How sure an optimum is; requirements that hold it where the file has any."""
+
+    kkt_residual: float
+    active_bounds: list[HeldBound]
+    starts: int
+    agreeing_starts: int
+    spread: float
+    active_requirements: list[HeldRequirement] | None = None
+
+
+@dataclass(frozen=True)
+class SampledScore(Record):
+    """A design scored over the machine file's number of samples."""
+
+    samples: int
+    objective: float
+    range_N: float
+    variance_N2: float
+
+
+@dataclass(frozen=True)
+class OptimumFound(Record):
+    """An optimum, less its scores in both models; `samples` names the kind of all objectives, ranges and variances."""
+
+    method: str
+    samples: int | str
+    objective: float
+    design: Design
+    range_N: float
+    variance_N2: float
+    start_objective: float
+    evaluations: Evaluations
+    seconds: float
+    certificate: Proof
+    effective_parameters: int
+    insensitive: list[Direction]
+    requirements: list[Requirement] | None = None
+
+
+@dataclass(frozen=True)
+class Scores(Record):
+    """Objectives of the machine file's own design and of the optimum in one model."""
+
+    start: float
+    optimum: float
+
+
+@dataclass(frozen=True)
+class FrontPoint(Record):
+    """A design of which neither range nor variance can be made smaller without the other growing."""
+
+    range_N: float
+    variance_N2: float
+    design: Design
+
+
+@dataclass(frozen=True, kw_only=True)
+class OptimisationFound(Record):
+    """`planter optimise`: an optimum with its certificate, both designs in both models, whole teeth where asked for.
+
+    `samples` names the kind of objectives, ranges and variances, whole teeth and front included: "refined" for true
+    extremes and integrals, else a number of angles. `sampled` and `refined` are the optimum's in either kind.
+    """
+
+    machine: str
+    model: str
+    method: str
+    samples: int | str
+    objective: float
+    design: Design
+    range_N: float
+    variance_N2: float
+    start_objective: float
+    evaluations: Evaluations
+    seconds: float
+    certificate: Proof
+    effective_parameters: int
+    insensitive: list[Direction]
+    requirements: list[Requirement] | None = None
+    sampled: SampledScore
+    refined: TrueExtremes
+    seed: int
+    start_design: Design
+    start_range_N: float
+    start_variance_N2: float
+    cross: dict[str, Scores]
+    statement: str
+    designer: DesignersSummary
+    start_designer: DesignersSummary
+    front: list[FrontPoint] | None = None
+    proof: GlobalBound | None = None
+    teeth: WholeTeeth | None = None
+
+
+@dataclass(frozen=True)
+class Fitted(Record):
+    """An input that a calibration found, with the bounds that it searched."""
+
+    name: str
+    value: float
+    unit: str
+    lower: float
+    upper: float
+    origin: str
+
+
+@dataclass(frozen=True)
+class OtherModel(Record):
+    """The support force of the other model with the same inputs."""
+
+    range_N: float
+    variance_N2: float
+    mean_N: float
+
+
+@dataclass(frozen=True)
+class Distance(Record):
+    """How far fitted inputs are from the machine's own, and from what is usual.
+
+    `rms_share` is in widths of the bounds; `at_bounds` are inputs on a bound; `unusual` says what no such machine has.
+    """
+
+    rms_share: float
+    at_bounds: list[str]
+    unusual: list[str]
+
+
+@dataclass(frozen=True)
+class Compromise(Record):
+    """One of the best misses: no figure comes nearer without another one being missed by more."""
+
+    choices: dict[str, str]
+    reached: dict[str, float]
+    range_N: float
+    miss_percent: dict[str, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelFitted(Record):
+    """What a calibration found for one model; `front` holds the best misses where the target is not met.
+
+    `least_push_N` is the least force of the cam on the roller over the turn: below zero it would have to pull.
+    """
+
+    met: bool
+    statement: str
+    choices: dict[str, str]
+    fitted: list[Fitted]
+    reached: dict[str, float]
+    miss_percent: dict[str, float]
+    cam_pushes: bool
+    least_push_N: float
+    distance: Distance
+    rank: int
+    front: list[Compromise] | None = None
+
+
+@dataclass(frozen=True)
+class LargestRange(Record):
+    """The largest range that inputs within the bounds were found to give in the exact model, by the cam's contact."""
+
+    cam_pushing: float | None
+    free_sign: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class CalibrationFound(ModelFitted):
+    """`planter calibrate`: fitted inputs, how near they come to the target, and how little that settles.
+
+    Its own figures are those of the `model` that was asked for; `models` holds what was found for each.
+    """
+
+    machine: str
+    model: str
+    target: dict[str, float]
+    events: dict[str, float]
+    other_model: OtherModel
+    models: dict[str, ModelFitted]
+    largest_range_N: LargestRange
+
+
+@dataclass(frozen=True)
+class ComparedPair(Record):
+    """A pair of gear families; only one that is settled has a rank, `lacks` says what the others do not have."""
+
+    rank: int | None
+    stage1: str
+    stage2: str
+    feasible: bool
+    objective: float
+    range_N: float
+    variance_N2: float
+    design: Design
+    binding: list[str]
+    requirements: list[Requirement]
+    objectives: list[float]
+    kkt_residual: float | None
+    violations: list[Violation]
+    agreeing_starts: int
+    lacks: list[str]
+    settled: bool
+    designer: DesignersSummary
+    seconds: float
+
+
+@dataclass(frozen=True)
+class NarrowBox(Record):
+    """The machine's own pair within its own bounds, no requirement kept, and what that makes of them."""
+
+    objective: float
+    range_N: float
+    variance_N2: float
+    requirements: list[Requirement]
+    design: Design
+    feasible: bool
+    binding: list[str]
+
+
+@dataclass(frozen=True)
+class Proposal(Record):
+    """What every pair breaks, and limits that the nearest pair keeps but for `violation`, in steps."""
+
+    conflicting: list[str]
+    limits: dict[str, float]
+    stage1: str
+    stage2: str
+    violation: float
+
+
+@dataclass(frozen=True)
+class ComparisonFound(Record):
+    """`planter compare`: pairs by rank; a proposal where none keeps the requirements.
+
+    `samples` names the kind of all objectives, ranges and variances: "refined", true extremes and integrals.
+    """
+
+    machine: str
+    samples: Literal["refined"]
+    starts: int
+    seed: int
+    settled: int
+    devices: list[ComparedPair]
+    narrow: NarrowBox
+    proposal: Proposal | None
+    seconds: float
+
+
+@dataclass(frozen=True)
+class DriveFound(DriveResult):
+    """`planter drive`: the same of a planting device, with its support force in that turn and at constant speed.
+
+    `change_N` is the most by which the support force differs between them.
+    """
+
+    support_force: Statistics
+    constant_speed: Statistics
+    change_N: float
+
+
+COMMANDS = {
+    "drive": DriveFound | DriveResult,
+    "simulate": SimulationFound | Turn,
+    "turn": SimulationFound | Turn,
+    "sensitivity": SensitivityFound,
+    "validate": Validation | MachineValidation,
+    "calibrate": CalibrationFound | MeasuredFound,
+    "compare": ComparisonFound,
+    "optimise": OptimisationFound,
+    "cam": Cam,
+}
