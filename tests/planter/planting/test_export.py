@@ -9,7 +9,7 @@ import pytest
 from planter.exports import c99
 from planter.exports.quantities import build_name, to_identifier
 from planter.files import examples, units
-from planter.planting.cycle import evaluate_cycle
+from planter.planting.cycle import evaluate_cycle, list_device_quantities
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
 from planter.planting.machines import build_machine

@@ -20,7 +20,7 @@ from planter.files.fields import read_range
 from planter.interchange.fmi import archive, libraries
 from planter.kernels import Array
 from planter.kernels.toolchain import NoCompiler
-from planter.planting.cycle import evaluate_cycle
+from planter.planting.cycle import evaluate_cycle, list_device_quantities
 from planter.planting.file import Machine as MachineFile
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model
