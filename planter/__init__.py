@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from planter.planting.optimisation import optimise as optimise_device
     from planter.planting.simulation import Simulation, sensitivity, simulate, validate
     from planter.records import Record
-    from planter.view.widget import show
+    from planter.view.animation import show
 
 __all__ = [
     "Batch",
@@ -112,7 +112,7 @@ _HOMES = {
     "planting.optimisation": ("Optimisation", "optimise_device:optimise"),
     "planting.simulation": ("Simulation", "sensitivity", "simulate", "validate"),
     "records": ("Record",),
-    "view.widget": ("show",),
+    "view.animation": ("show",),
 }
 """Names by the module that they stand in, with their own name there where it is another."""
 

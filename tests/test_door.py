@@ -38,10 +38,10 @@ ALLOWED = {
     "planting/undisclosed/front.py": "a front of this program",
     "report/folder_lock.py": "the lock of a folder, opened without following links",
     "terminal/streams.py": "the null device",
-    "view/frames.py": "an animation that was written a moment before",
+    "view/animation.py": "an animation that was written a moment before",
     "studio/live.py": "what a command of this program printed",
     "studio/remote.py": "answers of a process that this one started",
-    "studio/worker.py": "requests of the process that started this one",
+    "studio/session.py": "requests of the process that started this one",
     "workers.py": "messages between a process and one that it started",
 }
 """Modules that read something else than what a user hands in, and what."""
@@ -108,7 +108,7 @@ WRITING = {
     "records/__main__.py": "schemas of this program, while it is made",
     "report/folder_lock.py": "the lock of a folder",
     "studio/session.py": "a scratch folder",
-    "sweeps/store.py": "a database that --overwrite replaces",
+    "sweeps/job.py": "a database that --overwrite replaces",
 }
 """Modules that write something else than a result, and what."""
 

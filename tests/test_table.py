@@ -33,9 +33,8 @@ from planter.files import examples, units
 from planter.interchange.fmi import libraries
 from planter.kernels import Array
 from planter.mechanism import sheets
-from planter.view.portable import Movable
 from planter.view.sheet import Length
-from planter.view.subject import opened
+from planter.view.subject import Movable, opened
 from tests.planter.exports.exported import Library
 from tests.support import own
 from tests.support.cli import answer, run

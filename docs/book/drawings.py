@@ -10,7 +10,7 @@ from book.keys import cell
 from planter.explain.machine import LabelledMachine, draw_machine
 from planter.explain.results import DrawnSymbol
 from planter.report import style
-from planter.view.labelling import figure
+from planter.view.sheet import figure
 
 MACHINES = {
     "Planting device": "wang2017",

@@ -13,9 +13,8 @@ from planter.gear_geometry.pitch_curves import build_circle_pair
 from planter.gear_geometry.polygons import build_polygon
 from planter.planting.toothed import locate_pitch_curves
 from planter.report import style
-from planter.view.labelling import figure
 from planter.view.scene import Body, Outline, Scene
-from planter.view.sheet import Length, Sheet
+from planter.view.sheet import Length, Sheet, figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

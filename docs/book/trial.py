@@ -28,7 +28,7 @@ MISSING = "\n*This build of the documentation is without it: planter[compiler] w
 
 def page() -> str:
     """The page's text; the machine's own page is written beside it."""
-    from planter.studio.static.page import write_page
+    from planter.studio.static_page import write_page
 
     FOLDER.mkdir(parents=True, exist_ok=True)
     try:

@@ -10,8 +10,7 @@ from planter.explain.results import DrawnSymbol, ExplainedMachine, ExplainedMech
 from planter.files import csv_rows
 from planter.report import bundle, files
 from planter.report.html import FigureSvg, Items, Section, Table, Text, page
-from planter.view.labelling import figure
-from planter.view.sheet import Sheet
+from planter.view.sheet import Sheet, figure
 
 HEADER = ("symbol", "unit", "meaning", "key in the file", "column")
 MECHANISM_FIELDS = ("name", "kind", "unit", "meaning", "source", "key", "value", "allowed", "origin")

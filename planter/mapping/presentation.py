@@ -175,7 +175,7 @@ def _figure_name(dyads: Sequence[int]) -> str:
 
 def _animate_linkages(synthesis: Synthesis) -> Iterator[Block]:
     from planter.mapping.report import scene
-    from planter.view.block import Motion
+    from planter.view.animation import Motion
 
     for linkage in synthesis.linkages:
         for circuit in sorted({standing.circuit for standing in linkage.standings}):
@@ -184,7 +184,7 @@ def _animate_linkages(synthesis: Synthesis) -> Iterator[Block]:
 
 def _animate_train(training: Training) -> Iterator[Block]:
     from planter.mapping.report import scene
-    from planter.view.block import Motion
+    from planter.view.animation import Motion
 
     moving = scene.train(training)
     if moving is not None:

@@ -7,8 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.files import examples
-from planter.view.exports import Export
-from planter.view.subject import Check, Control, Reading, Table, Values, changed, controls, written
+from planter.view.subject import Check, Control, Export, Reading, Table, Values, changed, controls, written
 
 if TYPE_CHECKING:
     from planter.mapping.file import PoseFile

@@ -14,7 +14,6 @@ from planter.files import units
 from planter.files.document import Document
 from planter.kernels import Array
 from planter.measured import reading
-from planter.measured.correlation import Correlation, assess_correlation
 from planter.measured.curve import PHASE, Chosen, MeasuredCurve, factor_of, find_measured, is_nuisance, is_offset
 from planter.measured.findings import (
     FittedInput,
@@ -25,7 +24,7 @@ from planter.measured.findings import (
     Prediction,
     Spread,
 )
-from planter.measured.fit import STARTS, Fit, SearchEnd, fit_curve, prepare_searches
+from planter.measured.fit import STARTS, Correlation, Fit, SearchEnd, assess_correlation, fit_curve, prepare_searches
 from planter.measured.reading import Columns, Measurement
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase

@@ -230,11 +230,12 @@ def run_calibrate(
     angle: str = "angle of the drive",
 ) -> None:  # fmt: skip
     """Print the fit of a file, whose values have `meanings` by path, and write it into a folder if one is named."""
-    from planter.measured import page, tables
+    from planter.measured import report as tables
+    from planter.measured.report import write_measured_report
 
     result = calibrated.result
     if out is not None:
-        page.write(out, document, calibrated, meanings, angle)
+        write_measured_report(out, document, calibrated, meanings, angle)
     for warning in result.warnings:
         console.say(f"planter: warning: {warning}")
-    console.result(result, lambda: tables.measured(console, result))
+    console.result(result, lambda: tables.print_measured(console, result))

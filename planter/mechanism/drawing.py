@@ -19,8 +19,8 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.numerics.arrays import Integers
 from planter.report import labels, style
-from planter.view.portable import Input, Portable
 from planter.view.scene import Body, Chain, Curve, Outline, Point, Scene
+from planter.view.subject import Input, Portable
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

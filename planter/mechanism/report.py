@@ -38,7 +38,7 @@ from planter.report.inputs import inputs, provenance_section
 from planter.report.labels import label
 from planter.report.proof import describe_proof
 from planter.version import __version__
-from planter.view.block import Motion as Moving
+from planter.view.animation import Motion as Moving
 from planter.view.scene import Scene
 
 if TYPE_CHECKING:

@@ -7,14 +7,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.mechanism.swept import ROOM
-from planter.view.exports import Export
-from planter.view.subject import Check, Control, Reading, Table, Values, controls, written
+from planter.view.subject import Check, Control, Export, Reading, Table, Values, controls, written
 
 if TYPE_CHECKING:
     from planter.mechanism.cycle import Turn
     from planter.mechanism.file import MechanismFile
-    from planter.view.portable import Portable
     from planter.view.scene import Scene
+    from planter.view.subject import Portable
 
 MOST = 12
 """Results of which largest and least values are told."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planter.mechanism import file
-from planter.tolerance.machine_room import MachineRoom
+from planter.tolerance.room import MachineRoom
 
 if TYPE_CHECKING:
     from planter.engine.measures import Limit, Measure

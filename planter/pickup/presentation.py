@@ -97,7 +97,7 @@ def _points_before(outcome: PickupOutcome) -> Array | None:
 
 def _animate(outcome: PickupOutcome) -> Iterator[Block]:
     from planter.pickup.report.scene import build_pickup_scene
-    from planter.view.block import Motion
+    from planter.view.animation import Motion
 
     scene = build_pickup_scene(outcome.machine, outcome.train, _points_before(outcome))
     yield Motion(scene, "The pick-up over a cycle. Thick arcs on the gears lock the arm in the dwell.")

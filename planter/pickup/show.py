@@ -7,8 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from planter.files import examples
-from planter.view.exports import Export
-from planter.view.subject import Check, Control, Reading, Sought, Table, Values, controls, singles, written
+from planter.view.subject import Check, Control, Export, Reading, Sought, Table, Values, controls, singles, written
 
 if TYPE_CHECKING:
     from planter.pickup.file import Pickup

@@ -188,7 +188,7 @@ class Device:
 
     def show(self) -> Any:
         """A widget of a notebook that shows the device as it moves. Raises InputError where anywidget is missing."""
-        from planter.view.widget import show_object
+        from planter.view.animation import show_object
 
         return show_object(self)
 

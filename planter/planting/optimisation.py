@@ -237,7 +237,7 @@ class Optimisation:
         Raises InputError where anywidget is missing.
         """
         from planter.planting.report.scene import build_scene
-        from planter.view.widget import widget
+        from planter.view.animation import widget
 
         device = self.devices[self.result.model]
         return widget(build_scene(device, self.found.design, device.design))

@@ -14,13 +14,24 @@ from planter.planting import cycle
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.swept import ROOM
-from planter.view.exports import Export, RequiredOption
-from planter.view.subject import Check, Control, Reading, Sought, Table, Values, changed, controls, written
+from planter.view.subject import (
+    Check,
+    Control,
+    Export,
+    Reading,
+    RequiredOption,
+    Sought,
+    Table,
+    Values,
+    changed,
+    controls,
+    written,
+)
 
 if TYPE_CHECKING:
     from planter.planting.requirements.measures import Measures
-    from planter.view.portable import Portable
     from planter.view.scene import Scene
+    from planter.view.subject import Portable
 
 FORMATS = {"csv": "as CSV", "adams": "for Adams", "solidworks": "for SolidWorks Motion", "simulink": "for Simulink"}
 """Formats of `planter export motion`, and in words."""

@@ -14,10 +14,9 @@ from planter.planting.file import Machine as MachineFile
 from planter.planting.machines import DEVIATIONS, add_deviations
 from planter.planting.model import Device, build_machine
 from planter.planting.requirements.constraints import Required
-from planter.tolerance.machine_room import MachineRoom
-from planter.tolerance.robust import RobustGoal
-from planter.tolerance.room import Settings
-from planter.tolerance.spread import Spread
+from planter.tolerance.job import Spread
+from planter.tolerance.robust import RobustGoal, Settings
+from planter.tolerance.room import MachineRoom
 
 Ends = Mapping[str, tuple[float, float]]
 ToleranceSpec = dict[str, Any]

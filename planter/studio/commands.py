@@ -43,7 +43,7 @@ def studio(
     console = Console(as_json=False)
     with console.outcome():
         if static is not None:
-            from planter.studio.static.page import write_page
+            from planter.studio.static_page import write_page
 
             print(write_page(machine or DEFAULT, static))
             return

@@ -14,8 +14,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from planter import safe_text
 from planter.errors import InputError, PlanterError
 from planter.files.text import LIMIT_BYTES, parse_json
-from planter.studio.exports import ExportTask, export
-from planter.studio.process import Process
+from planter.studio.process import ExportTask, Process, export
 from planter.studio.remote import GivenUpError, RemoteSession, Request
 from planter.studio.session import Message, sources
 

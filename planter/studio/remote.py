@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from planter.errors import ComputationError
-from planter.studio.session import Message
-from planter.studio.worker import DONE
-from planter.studio.worker import __name__ as WORKER
+from planter.studio.session import DONE, Message
+from planter.studio.session import __name__ as WORKER
 from planter.workers import Worker, WorkerEndedError
 
 LONGEST_S = 120.0

@@ -1,19 +1,137 @@
-"""The server of the studio, bound to this computer, at an address with its token."""
+"""The web server of the studio on this computer: a page and its files, a WebSocket for each tab, access control."""
 
 from __future__ import annotations
 
+import secrets
 import socket
 import webbrowser
+from collections.abc import Awaitable, Callable
+from importlib import resources
 from pathlib import Path
 from urllib.parse import quote
 
 import uvicorn
+from starlette.applications import Starlette
+from starlette.requests import Request
+from starlette.responses import FileResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.websockets import WebSocket
 
 from planter.errors import InputError
-from planter.studio.app import application
-from planter.studio.guard import token
-from planter.studio.live import LONGEST_MESSAGE
+from planter.studio.live import LONGEST_MESSAGE, Live
+from planter.studio.process import find_export
 from planter.view.subject import opened
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
+    "base-uri 'none'; form-action 'none'"
+)
+HEADERS = (
+    (b"content-security-policy", POLICY.encode()),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cache-control", b"no-store"),
+)
+
+
+def token() -> str:
+    """Return a new random token."""
+    return secrets.token_urlsafe(24)
+
+
+class Guard:
+    """Middleware that passes requests with valid host, origin and token, and refuses all others with status 403."""
+
+    def __init__(self, app: ASGIApp, token: str, port: int) -> None:
+        self.app, self.token = app, token
+        self.hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] == "lifespan":
+            await self.app(scope, receive, send)
+        elif not self._allowed(scope):
+            await _refused(scope, send)
+        else:
+            await self.app(scope, receive, _with_headers(send))
+
+    def _allowed(self, scope: Scope) -> bool:
+        headers = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
+        origin = headers.get("origin")
+        if headers.get("host") not in self.hosts:
+            return False
+        if origin is not None and origin.removeprefix("http://") not in self.hosts:
+            return False
+        if scope["type"] == "websocket" and origin is None:
+            return False
+        return secrets.compare_digest(_token(scope).encode("utf-8", "replace"), self.token.encode())
+
+
+def _token(scope: Scope) -> str:
+    """Return the token, which is the first part of the path: addresses are /TOKEN/..."""
+    path: str = scope["path"]
+    return path.split("/")[1] if path.count("/") > 1 else ""
+
+
+async def _refused(scope: Scope, send: Send) -> None:
+    if scope["type"] == "websocket":
+        await send({"type": "websocket.close", "code": 4403})
+        return
+    await send({"type": "http.response.start", "status": 403, "headers": [(b"content-type", b"text/plain")]})
+    await send({"type": "http.response.body", "body": b"not allowed"})
+
+
+def _with_headers(send: Send) -> Send:
+    async def sent(message: dict[str, object]) -> None:
+        if message["type"] == "http.response.start":
+            headers: list[tuple[bytes, bytes]] = list(message.get("headers", ()))  # type: ignore[call-overload]
+            names = {name.lower() for name, _ in headers}
+            message["headers"] = [*headers, *(pair for pair in HEADERS if pair[0] not in names)]
+        await send(message)
+
+    return sent  # type: ignore[return-value]
+
+
+FILES = {
+    "": ("planter.studio", "studio.html", "text/html"),
+    "studio.js": ("planter.studio", "studio.js", "text/javascript"),
+    "exports.js": ("planter.studio", "exports.js", "text/javascript"),
+    "line.js": ("planter.studio", "line.js", "text/javascript"),
+    "studio.css": ("planter.studio", "studio.css", "text/css"),
+    "view.js": ("planter.view", "view.js", "text/javascript"),
+    "view.css": ("planter.view", "view.css", "text/css"),
+}
+"""Files that a page loads, by name below its token."""
+EXPORTED = {"content-security-policy": "sandbox allow-scripts allow-downloads"}
+"""Policy of exported files, which cannot reach the studio or its address; a report has a stricter one."""
+
+
+def application(folder: Path, token: str, port: int, explicit: Path | None = None) -> Guard:
+    """Return the studio of a folder and of the file that the user named, at a port, protected by a token."""
+
+    async def live(socket: WebSocket) -> None:
+        await Live(socket, folder, explicit).run()
+
+    async def exported(request: Request) -> Response:
+        path = find_export(folder, request.path_params["path"])
+        return FileResponse(path, headers=EXPORTED) if path else Response(status_code=404)
+
+    files = [Route(f"/{{token}}/{name}", _file(*place)) for name, place in FILES.items()]
+    return Guard(
+        Starlette(
+            routes=[*files, Route("/{token}/exports/{path:path}", exported), WebSocketRoute("/{token}/live", live)]
+        ),
+        token,
+        port,
+    )
+
+
+def _file(package: str, name: str, kind: str) -> Callable[[Request], Awaitable[Response]]:
+    async def sent(request: Request) -> Response:
+        return Response(resources.files(package).joinpath(name).read_text(encoding="utf-8"), media_type=kind)
+
+    return sent
+
 
 HOST = "127.0.0.1"
 

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
+import json
+import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from planter import safe_text
+from planter import plugins, safe_text, workers
 from planter.errors import InputError, PlanterError
 from planter.files import examples
 from planter.files.derivation import GENERATED
 from planter.files.text import parse_toml, read_text
 from planter.report import files
-from planter.studio import exports
-from planter.studio.process import to_page_words
-from planter.view.channels import course, packed
-from planter.view.exports import ANIMATION, Export
+from planter.studio.process import export_path, to_page_words
+from planter.view.animation import course, packed
 from planter.view.picture import picture
 from planter.view.scene import Scene
-from planter.view.subject import STEPS, Searching, Shown, Values, Wishing, farthest, opened
+from planter.view.subject import ANIMATION, STEPS, Export, Searching, Shown, Values, Wishing, farthest, opened
 
 LARGEST = 1_000_000
 """Maximum characters of a loaded file."""
@@ -78,7 +79,7 @@ class Session:
         """Return scenes and readings of the machine with changed numbers."""
         values, model = self._values_and_model(message)
         return {
-            "scenes": _to_json(self._open.scenes(values, model)),
+            "scenes": _draw_scenes(self._open.scenes(values, model)),
             "readings": [asdict(reading) for reading in self._open.readings(values, model)],
         }
 
@@ -87,7 +88,7 @@ class Session:
         scenes = self._open.scenes(*self._values_and_model(message))
         if not any(scene.later for scene in scenes):
             return {}
-        return {"finished": _to_json([scene.with_details() for scene in scenes])}
+        return {"finished": _draw_scenes([scene.with_details() for scene in scenes])}
 
     def checked(self, message: Message) -> dict[str, Any]:
         """Return the requirements of the machine with changed numbers."""
@@ -170,8 +171,8 @@ class Session:
         for name in names:
             if not isinstance(name, str) or name not in offered:
                 raise InputError(f"{name}: there is no such export; choose one of {', '.join(offered)}")
-        file = exports.export_path(self.folder, self._open.name, "machine").with_suffix(".toml")
-        folders = {name: exports.export_path(self.folder, self._open.name, name) for name in names}
+        file = export_path(self.folder, self._open.name, "machine").with_suffix(".toml")
+        folders = {name: export_path(self.folder, self._open.name, name) for name in names}
         works = [{"name": name, "folder": str(folder), "command": offered[name].command(file, folder, model, numbers)}
                  for name, folder in folders.items()]  # fmt: skip
         files.output_folder(file.parent)
@@ -265,5 +266,66 @@ def _table(message: Message, key: str) -> Mapping[str, Any]:
     return table
 
 
-def _to_json(scenes: Sequence[Scene]) -> list[dict[str, Any]]:
+def _draw_scenes(scenes: Sequence[Scene]) -> list[dict[str, Any]]:
     return [{"picture": picture(scene), "record": packed(scene)} for scene in scenes]
+
+
+MEMORY_BYTES = 2 * 2**30
+"""Maximum address space of a process, including its libraries; every machine needs less than half of it."""
+REQUESTS = ("open", "seen", "finished", "checked", "details", "ends", "file", "wished", "search", "sought", "works")
+"""Methods of a session that a request can name."""
+ECHOED = ("id", "opening")
+"""Keys of a message that an answer repeats, so that the page can assign it."""
+DONE, FAILED = "+", "-"
+"""First character of an answer."""
+
+
+def main() -> None:
+    """Answer requests; the first message has the folders of the session."""
+    list(plugins.load_modules("show"))
+    import_module("planter.kernels.formulas")  # takes longest to load, so that it is loaded before the first request
+    workers.serve(_open_session, MEMORY_BYTES)
+
+
+def _open_session(first: bytes) -> Callable[[bytes], bytes]:
+    places = json.loads(first)
+    session = Session(*(place and Path(place) for place in map(places.get, ("folder", "scratch", "explicit"))))
+
+    def answer(message: bytes) -> bytes:
+        request = json.loads(message)
+        return answer_request(session, request["do"], request["message"]).encode("ascii")
+
+    return answer
+
+
+def answer_request(session: Session, name: str, message: Message) -> str:
+    """Return the answer of a session to the request `name` as text; an exception becomes an error answer."""
+    echoed = {key: message[key] for key in ECHOED if key in message}
+    try:
+        if name not in REQUESTS:
+            raise ValueError(name)
+        answer = getattr(session, name)(message)
+        return DONE + _format_answer({**answer, **echoed})
+    except PlanterError as error:
+        sentence = session.in_page_words(error)
+    except MemoryError:
+        sentence = f"this needs more memory than the {MEMORY_BYTES / 2**30:g} GB that a page's machine may take"
+    except Exception as error:
+        sentence = f"this cannot be computed ({type(error).__name__}: {error})"
+    return FAILED + _format_answer({"error": safe_text.sanitise_line(sentence), **echoed})
+
+
+def _format_answer(answer: Any) -> str:
+    """Return standard JSON in ASCII; numbers that are not finite become null."""
+    try:
+        return json.dumps(answer, allow_nan=False)
+    except ValueError:
+        return json.dumps(_finite(answer), allow_nan=False)
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -8,19 +8,19 @@ from pathlib import Path
 from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 from planter.report import folder
+from planter.sweeps.job import open_store, run_job
 from planter.sweeps.plan import Plan
 from planter.sweeps.results import SweepFound, Varied
 from planter.sweeps.room import ResolvedMachine
-from planter.sweeps.rows import Rows
-from planter.sweeps.run import run_job
-from planter.sweeps.store import open_store
-from planter.sweeps.sweep import Sweep
+from planter.sweeps.sweep import Rows, Sweep
 
 STORE_NAME = "sweep.sqlite"
 """The file of finished chunks in the folder of a sweep."""
 
 
-def sweep(plan: Plan, out: Path | None = None, means: Means = AUTO, progress: Listener | None = None) -> SweepFound:
+def compute_sweep(
+    plan: Plan, out: Path | None = None, means: Means = AUTO, progress: Listener | None = None
+) -> SweepFound:
     """Compute the rows of a plan and write them to the folder `out`, whose chunks of the same plan are reused.
 
     Raises InputError if the plan does not fit its machines, ComputationError if rows cannot be computed, and
@@ -39,9 +39,9 @@ def sweep(plan: Plan, out: Path | None = None, means: Means = AUTO, progress: Li
                 seconds=time.perf_counter() - started, workers=outcome.workers, envelope=rows.envelope(),
             )  # fmt: skip
             if out is not None:
-                from planter.sweeps.report import results
+                from planter.sweeps.report import write_sweep
 
-                results.write_sweep(out, request, rows, result, progress)
+                write_sweep(out, request, rows, result, progress)
     return result
 
 

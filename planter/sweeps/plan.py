@@ -1,17 +1,205 @@
-"""Plans of sweeps: a TOML file read into a validated `Plan`."""
+"""Plans of sweeps: a TOML file read into a validated Plan, its axes, and its points in chunks."""
 
 from __future__ import annotations
 
+import math
+import warnings
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Protocol, Self
 
+import numpy as np
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
+from scipy.stats import qmc
 
 from planter.errors import InputError
-from planter.files.fields import Line, Problems, Section, Whole, Words, check, explain, lacking, refused
+from planter.files.fields import Line, Problems, Real, Section, Whole, Words, check, explain, lacking, refused
 from planter.files.text import read_toml
-from planter.sweeps.axes import Axis, to_axis_table
-from planter.sweeps.points import SCHEMES, Grid, Points
+from planter.kernels import Array
+from planter.sweeps.job import CHUNK
+
+MOST_STEPS = 1_000_000
+
+
+def _choice(value: Any) -> Any:
+    """Return a list as a tuple. Raises ValueError unless it has only numbers or only texts, each once."""
+    if not isinstance(value, list | tuple):
+        return value
+    texts = [isinstance(item, str) for item in value]
+    numbers = [isinstance(item, int | float) and not isinstance(item, bool) for item in value]
+    if value and not all(texts) and not all(numbers):
+        raise refused("", value, "it must be a list of numbers, or a list of texts")
+    if len(set(value)) < len(value):
+        raise refused("", value, "it must have no value twice")
+    return tuple(value)
+
+
+class Axis(Section):
+    """An input: a list of `values`, or a range `from` ... `to`, which a grid divides into `steps` values."""
+
+    values: Annotated[tuple[Real | str, ...] | None, BeforeValidator(_choice), Field(min_length=1)] = None
+    low: Annotated[Real | None, Field(alias="from")] = None
+    high: Annotated[Real | None, Field(alias="to")] = None
+    steps: Annotated[Whole, Field(ge=2, le=MOST_STEPS)] | None = None
+
+    @check
+    def _list_or_range(self) -> Problems:
+        ends = (self.low, self.high)
+        if (self.values is None) == (ends == (None, None)) or (self.values is not None and self.steps is not None):
+            yield refused("", self.table, "it must be a list of values, or { from = ..., to = ..., steps = ... }")
+        elif self.values is None and (self.low is None or self.high is None or not self.low < self.high):
+            yield refused("", self.table, "it must have from less than to")
+
+    @property
+    def table(self) -> dict[str, Any]:
+        """The table of the file."""
+        return self.model_dump(mode="json", by_alias=True, exclude_none=True)
+
+    @property
+    def texts(self) -> tuple[str, ...] | None:
+        """The values, if they are texts."""
+        return tuple(value for value in self.values or () if isinstance(value, str)) or None
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Smallest and largest number."""
+        numbers = self._numbers
+        return float(numbers.min()), float(numbers.max())
+
+    @property
+    def _numbers(self) -> Array:
+        """The values: of texts their indices in the list, of a range its steps or its two ends."""
+        if self.texts is not None:
+            return np.arange(float(len(self.texts)))
+        if self.values is not None:
+            return np.array(self.values, dtype=float)
+        assert self.low is not None
+        assert self.high is not None
+        return np.linspace(self.low, self.high, self.steps or 2)
+
+    @property
+    def count(self) -> int:
+        """Number of values on a grid."""
+        return len(self._numbers)
+
+    def on_grid(self, indices: Any) -> Array:
+        """Return the numbers at indices (n,) of the grid."""
+        numbers: Array = self._numbers[indices]
+        return numbers
+
+    def from_unit(self, shares: Array) -> Array:
+        """Return the numbers at shares (n,) in [0, 1) of the range or of the list."""
+        if self.values is None:
+            low, high = self.ends
+            return low + shares * (high - low)
+        return self.on_grid((shares * self.count).astype(np.int64))
+
+
+def to_axis_table(entry: Any) -> Any:
+    """Return the table of an axis for an entry of a file, where a list stands for its values.
+
+    Raises ValueError if the entry is neither a list nor a table.
+
+    >>> to_axis_table([1, 2])
+    {'values': [1, 2]}
+    """
+    if isinstance(entry, Axis | Mapping):
+        return entry
+    if isinstance(entry, list | tuple):
+        return {"values": list(entry)}
+    raise refused("", entry, "it must be a list of values, or { from = ..., to = ..., steps = ... }")
+
+
+class Points(Protocol):
+    """A number of `rows` points."""
+
+    rows: int
+
+    def block(self, start: int, stop: int) -> Array:
+        """Return the points from `start`, the first of a chunk, to `stop`: (stop - start, n) for n inputs."""
+
+
+class Grid:
+    """All combinations of the values of all axes; the last axis changes fastest."""
+
+    def __init__(self, axes: Sequence[Axis]) -> None:
+        self.axes = axes
+        self.shape = tuple(axis.count for axis in axes)
+        self.rows = math.prod(self.shape)
+
+    def block(self, start: int, stop: int) -> Array:
+        """Return the points from `start` to `stop`, (stop - start, n)."""
+        indices = np.unravel_index(np.arange(start, stop), self.shape)
+        return np.column_stack([axis.on_grid(index) for axis, index in zip(self.axes, indices, strict=True)])
+
+
+class UnitCubePoints:
+    """Points of the unit cube, scaled to the axes."""
+
+    def __init__(self, axes: Sequence[Axis], rows: int, seed: int) -> None:
+        self.axes, self.rows, self.seed = axes, rows, seed
+
+    def block(self, start: int, stop: int) -> Array:
+        """Return the points from `start` to `stop`, (stop - start, n)."""
+        cube = self.cube(start, stop)
+        return np.column_stack([axis.from_unit(shares) for axis, shares in zip(self.axes, cube.T, strict=True)])
+
+    def cube(self, start: int, stop: int) -> Array:
+        """Return the points from `start` to `stop` in [0, 1), (stop - start, n)."""
+        raise NotImplementedError
+
+
+class Sobol(UnitCubePoints):
+    """Points of one scrambled Sobol' sequence through all chunks."""
+
+    def __init__(self, axes: Sequence[Axis], rows: int, seed: int) -> None:
+        super().__init__(axes, rows, seed)
+        self._sequence = SobolSequence(len(axes), seed)
+
+    def cube(self, start: int, stop: int) -> Array:
+        """Return the points from `start` to `stop` of the sequence, (stop - start, n)."""
+        return self._sequence(start, stop)
+
+
+class Latin(UnitCubePoints):
+    """A Latin hypercube for each chunk: m rows, one in each of m slices of every axis."""
+
+    def cube(self, start: int, stop: int) -> Array:
+        """Return the hypercube of the chunk from `start` to `stop`, (stop - start, n)."""
+        rng = chunk_generator(self.seed, start)
+        cube: Array = qmc.LatinHypercube(len(self.axes), rng=rng).random(stop - start)
+        return cube
+
+
+SCHEMES = {"sobol": Sobol, "latin": Latin}
+
+
+class SobolSequence:
+    """A scrambled Sobol' sequence in [0, 1) with random access; forward is faster than backward."""
+
+    def __init__(self, size: int, seed: int) -> None:
+        self.size, self.seed = size, seed
+        self._begin()
+
+    def _begin(self) -> None:
+        self._engine = qmc.Sobol(self.size, rng=np.random.default_rng(self.seed))
+
+    def __call__(self, start: int, stop: int) -> Array:
+        """Return the points from `start` to `stop`, (stop - start, size)."""
+        if start < self._engine.num_generated:
+            self._begin()
+        if start > self._engine.num_generated:
+            self._engine.fast_forward(start - self._engine.num_generated)
+        with warnings.catch_warnings():  # SciPy warns of counts that are not a power of 2
+            warnings.simplefilter("ignore", UserWarning)
+            points: Array = self._engine.random(stop - start)
+        return points
+
+
+def chunk_generator(seed: int, start: int) -> np.random.Generator:
+    """Return the random generator of the chunk that begins at row `start`."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(start // CHUNK,)))
+
 
 MOST_ROWS = 100_000_000
 

@@ -14,7 +14,7 @@ from planter.files.fields import Positive, Problems, Real, Section, check, expla
 from planter.files.paths import last_part
 from planter.files.text import read_toml
 from planter.sweeps.room import ResolvedMachine
-from planter.tolerance.spread import Kind, Spread
+from planter.tolerance.job import Kind, Spread
 
 
 class Tolerance(Section):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from planter.records import Record
@@ -97,6 +98,11 @@ class ToleranceFound(Record):
     seconds: float
     hash: str
     robust: RobustFound | None = None
+
+
+def rank_shares(shares: Mapping[str, Share]) -> list[tuple[str, Share]]:
+    """Return the inputs in the order of their total index, largest first."""
+    return sorted(shares.items(), key=lambda pair: -pair[1].total)
 
 
 COMMANDS = {"tolerance": ToleranceFound}

@@ -11,7 +11,7 @@ the file, at the nominal optimum and at random designs; limits are those of the 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -28,10 +28,9 @@ from planter.numerics.arrays import Integers, LastCallCache
 from planter.optimise.constraints import KEPT, Constraints, Kind
 from planter.optimise.spread import Variance
 from planter.progress import Listener, ProgressPhase
-from planter.sweeps.points import SobolSequence
+from planter.sweeps.plan import SobolSequence
+from planter.tolerance.job import Spread
 from planter.tolerance.results import RobustFound, Scored
-from planter.tolerance.room import Settings
-from planter.tolerance.spread import Spread
 
 ROUNDING = 1e-12
 """Share of the mean below which a standard deviation is rounding and has no slope."""
@@ -45,6 +44,28 @@ THREADS = 4
 """Number of threads that evaluate the machines."""
 NOMINAL = None
 """Number of standard deviations that stands for the objective without tolerances."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of a robust design: standard deviations added to the mean, random machines, starts, a seed.
+
+    `sum_text` replaces the sum of the machine file, `holds` are further limits, `ranges` the bounds of further design
+    variables, by path, in display units.
+    """
+
+    sigmas: float = 3.0
+    machines: int = 128
+    starts: int = 2
+    seed: int = 0
+    sum_text: str | None = None
+    holds: tuple[str, ...] = ()
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    @property
+    def is_stated(self) -> bool:
+        """Return whether options, not the file alone, define the search."""
+        return self.sum_text is not None or bool(self.holds or self.ranges)
 
 
 @dataclass(frozen=True)

@@ -2,37 +2,28 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, Protocol
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, Protocol
 
-from planter.kernels import Array
-from planter.progress import Listener
+from planter.errors import InputError
+from planter.files.document import Document
+from planter.files.text import hash_file
 from planter.sweeps import room
-from planter.tolerance.results import RobustFound
-from planter.tolerance.spread import Spread
 
-
-@dataclass(frozen=True)
-class Settings:
-    """Settings of a robust design: standard deviations added to the mean, random machines, starts, a seed.
-
-    `sum_text` replaces the sum of the machine file, `holds` are further limits, `ranges` the bounds of further design
-    variables, by path, in display units.
-    """
-
-    sigmas: float = 3.0
-    machines: int = 128
-    starts: int = 2
-    seed: int = 0
-    sum_text: str | None = None
-    holds: tuple[str, ...] = ()
-    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-
-    @property
-    def is_stated(self) -> bool:
-        """Return whether options, not the file alone, define the search."""
-        return self.sum_text is not None or bool(self.holds or self.ranges)
+if TYPE_CHECKING:
+    from planter.engine.machine import Machine
+    from planter.engine.measures import Limit, Measure
+    from planter.engine.outputs import SampledOutputs
+    from planter.kernels import Array
+    from planter.progress import Listener
+    from planter.tolerance.job import Spread
+    from planter.tolerance.results import RobustFound
+    from planter.tolerance.robust import RobustGoal, Settings
 
 
 class Subject(room.Subject, Protocol):
@@ -69,3 +60,170 @@ class Room(room.Room, Protocol):
 
         None if the machine has no objective or no design variables.
         """
+
+
+class MachineRoom(ABC):
+    """Adapter of machines of the engine: inputs are their values, outputs measures of their quantities.
+
+    The modules `file` and `machines` of the package load files and build machines.
+    """
+
+    choices: Mapping[str, Sequence[str]] = {}
+    banded: Sequence[str] = ()
+    curves: Sequence[str] = ()
+    paths: Sequence[tuple[str, str]] = ()
+
+    def __init__(self, package: str | None, load: str = "load") -> None:
+        self._package, self._load = package, load
+
+    def _import_module(self, name: str) -> ModuleType:
+        return import_module(f"{self._package}.{name}")
+
+    def takes(self, source: str) -> bool:
+        """Return whether a file, or a name, is a machine of this kind."""
+        is_taken: bool = self._import_module("machines").takes(source)
+        return is_taken
+
+    def load(self, source: str, changes: Mapping[str, float]) -> Document:
+        """Load the file of a machine, with changed numbers."""
+        document: Document = getattr(self._import_module("file"), self._load)(source, changes)
+        return document
+
+    def build(self, machine: Any) -> Machine:
+        """Build the machine of a file."""
+        built: Machine = self._import_module("machines").build_machine(machine)
+        return built
+
+    @abstractmethod
+    def frozen(self, machine: Any) -> dict[str, Any]:
+        """Return a description of the file, fit for JSON, from which `thaw` restores it."""
+
+    @abstractmethod
+    def thaw(self, frozen: Mapping[str, Any]) -> Document:
+        """Return the file that `frozen` describes."""
+
+    def inputs(self, machine: Any) -> dict[str, str]:
+        """Return the meanings of the machine's values, by path."""
+        return {value.path: value.meaning for value in self.build(machine).values}
+
+    def outputs(self, machine: Any) -> dict[str, str]:
+        """Return the meanings of the measures of the machine's quantities over a cycle."""
+        from planter.engine.outputs import list_outputs
+
+        return {name: output.meaning for name, output in list_outputs(self.build(machine)).items()}
+
+    def describe_measure(self, machine: Any, text: str, label: str) -> tuple[str, str]:
+        """Return the name and the meaning of an output that is an expression in the language of measures."""
+        from planter.engine.outputs import find_output
+
+        output = find_output(self.build(machine), text, label)
+        return output.name, output.meaning
+
+    def default_outputs(self, machine: Any) -> Sequence[str]:
+        """Return the objective of the machine's file, if it has one, and the loads of its motors."""
+        from planter.engine.outputs import list_default_outputs
+
+        return list_default_outputs(self.build(machine))
+
+    def hash_curves(self, machine: Any, outputs: Sequence[str]) -> dict[str, str]:
+        """Return the hashes of the files with curves that outputs are distances from, by their paths."""
+        from planter.engine.measures import parse_distance
+        from planter.engine.outputs import find_output
+
+        built = self.build(machine)
+        names = [name for text in outputs for term in find_output(built, text).terms for name in term.names]
+        paths = [curve.find_file(built.source) for curve in map(parse_distance, names) if curve is not None]
+        return {str(path): hash_file(path) for path in paths}
+
+    def nominal(self, machine: Any) -> dict[str, float]:
+        """Return the machine's values in the units of their paths, unrounded from the file where it has them."""
+        built, numbers = self.build(machine), machine.numbers()
+        return {
+            value.path: numbers.get(value.path, float(number / value.factor))
+            for value, number in zip(built.values, built.data, strict=True)
+        }
+
+    def tolerances(self, machine: Any) -> dict[str, dict[str, Any]]:
+        """Return no default tolerances."""
+        return {}
+
+    def robust(
+        self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings,
+        progress: Listener | None,
+    ) -> RobustFound | None:  # fmt: skip
+        """Return the design with the smallest mean plus `sigmas` standard deviations of a sum of measures.
+
+        None without a sum or without design variables. Raises ComputationError if the file's design has
+        no cycle.
+        """
+        from planter.tolerance.robust import find_robust
+
+        robust = self.build_robust(machine, choices, spreads, settings)
+        return None if robust is None else find_robust(robust, settings, progress)
+
+    def build_robust(
+        self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings
+    ) -> RobustGoal | None:
+        """Return a sum of measures over machines within tolerances; None as `robust`.
+
+        The sum, its limits and the design variables are those of the file or of the settings. Raises InputError if
+        the settings state a search without a sum or without design variables.
+        """
+        from planter.engine.goal import Goal, resolve_limit, resolve_measure
+        from planter.engine.measures import parse_limit, parse_sum
+        from planter.tolerance.robust import DesignLimits, RobustGoal
+
+        goal, built = self.read_goal(machine), self.build(machine).with_ranges(settings.ranges)
+        terms, limits, samples = goal or ((), (), built.samples)
+        if settings.sum_text is not None:
+            terms = [resolve_measure(built, measure) for measure in parse_sum(settings.sum_text)]
+        limits = [*limits, *(resolve_limit(built, parse_limit(text)) for text in settings.holds)]
+        if settings.is_stated and not (terms and built.moved):
+            missing = "values to search in: give --vary PATH=LOW:HIGH" if terms else "sum to minimise: give --least SUM"
+            raise InputError(f"{built.source}: the robust design has no {missing}")
+        if not terms or not built.moved:
+            return None
+        bounds = DesignLimits(Goal(built, (), limits, samples, with_events=False)) if limits else None
+        return RobustGoal(replace(built, least=tuple(terms)), spreads, settings, samples, bounds)
+
+    def read_goal(self, machine: Any) -> tuple[Sequence[Measure], Sequence[Limit], int] | None:
+        """Return the sum of measures that a file minimises, its limits, and samples; None if it has no sum."""
+        return None
+
+    def subject(
+        self, frozen: Mapping[str, Any], choices: Mapping[str, str], inputs: Mapping[str, tuple[float, float]],
+        outputs: Sequence[str],
+    ) -> SampledOutputs:  # fmt: skip
+        """Return the outputs of a machine. Raises InputError if its file does not allow an end of an input."""
+        from planter.engine.outputs import SampledOutputs
+
+        document = self.thaw(frozen)
+        stated = document.numbers()
+        for end in (0, 1):
+            for name, ends in inputs.items():
+                if name in stated:
+                    document.with_numbers({name: ends[end]})
+        return SampledOutputs(self.build(document), tuple(inputs), outputs)
+
+
+class FileRoom(MachineRoom):
+    """Adapter of machines whose files other processes read again, since they may name other files or be built in."""
+
+    def frozen(self, machine: Any) -> dict[str, Any]:
+        """Return the path of the file, its changed numbers, and its table, which must not change."""
+        path = Path(machine.source)
+        numbers = machine.numbers()
+        return {
+            "source": str(path.resolve()) if path.is_file() else machine.source,
+            "changes": {name: numbers[name] for name in machine.changed if name in numbers},
+            "table": machine.table(),
+        }
+
+    def thaw(self, frozen: Mapping[str, Any]) -> Document:
+        """Load the file again. Raises InputError if it has changed."""
+        document = self.load(frozen["source"], frozen["changes"])
+        if document.table() != frozen["table"]:
+            raise InputError(
+                f"{frozen['source']}: the file has changed since the command started; run the command again"
+            )
+        return document

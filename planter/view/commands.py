@@ -29,7 +29,7 @@ def animate(
     """Write a machine's motion as an animated GIF. For example: planter animate wang2017 --seconds 3"""
     console = Console(as_json)
     with console.outcome():
-        from planter.view import frames
+        from planter.view import animation
 
-        result = frames.animate(machine, changes(set_), out, model, seconds)
+        result = animation.animate(machine, changes(set_), out, model, seconds)
         console.result(result, lambda: print(result.file))

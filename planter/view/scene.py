@@ -1,4 +1,4 @@
-"""The motion of a mechanism over a cycle: poses of rigid bodies, points, forces, curves and events.
+"""The motion of a mechanism over a cycle: poses of rigid bodies, points, forces, curves and events; sampling of curves.
 
 Lengths in mm, angles in deg, y upwards; all series are sampled at the same n moments.
 """
@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from planter.kernels import Array
+from planter.numerics.arrays import Flags, Integers
 
 Complex = NDArray[np.complex128]
 Look = Literal["body", "gear", "teeth", "frame", "mark", "ground", "before"]
@@ -190,3 +192,55 @@ def _with_parts(bodies: Sequence[Body]) -> Iterator[Body]:
     for body in bodies:
         yield body
         yield from _with_parts(body.parts)
+
+
+TOLERANCE = 5e-4
+"""Maximum deviation of a segment from its curve, relative to the range of the curve; it is invisible."""
+ROUNDS = 7
+"""Maximum number of bisections of a segment: a jump is drawn within 1/128 of the initial spacing."""
+Rows = Callable[[Array], Sequence[Array] | Array]
+"""Function that returns series (n,) at ordered positions (n,); angles must be unwrapped."""
+
+
+def refine_places(rows: Rows, places: Array) -> Array:
+    """Return the ordered places (n,) with more places between them, (m,), where straight segments follow all rows.
+
+    A segment is bisected as long as its middle deviates by more than TOLERANCE of the range of a row. A detail between
+    two of the initial places can be missed, so that these must include known zeros and corners.
+    """
+    unresolved = np.ones(len(places) - 1, dtype=bool)
+    for _ in range(ROUNDS):
+        cells = np.flatnonzero(unresolved)
+        if not len(cells):
+            break
+        middles = (places[cells] + places[cells + 1]) / 2
+        both = np.insert(places, cells + 1, middles)
+        at = cells + 1 + np.arange(len(cells))
+        bad = _deviates(np.array([np.asarray(row, dtype=float) for row in rows(both)]), at)
+        # Good middles are removed; segments next to a bad one are checked again.
+        keep = np.ones(len(both), dtype=bool)
+        keep[at[~bad]] = False
+        fresh = np.zeros(len(both), dtype=bool)
+        fresh[at[bad]] = True
+        fresh = fresh[keep]
+        places = both[keep]
+        unresolved = fresh[1:] | fresh[:-1]
+    return places
+
+
+def _deviates(values: Array, at: Integers) -> Flags:
+    """Return whether the points at indices `at` (k,) deviate from the chord of their neighbours in any row, (k,)."""
+    sizes = np.ptp(values, axis=1)
+    off = np.abs(values[:, at] - (values[:, at - 1] + values[:, at + 1]) / 2)
+    is_off: Flags = (off > TOLERANCE * sizes[:, None]).any(axis=0)
+    return is_off
+
+
+def simplify_outline(points: Array, tolerance: float) -> Array:
+    """Return the points (m, 2) of a closed line (k, 2) whose chords deviate from it by at most a tolerance.
+
+    >>> simplify_outline(np.array([[0.0, 0.0], [1.0, 0.001], [2.0, 0.0], [1.0, 2.0]]), 0.01).tolist()
+    [[0.0, 0.0], [2.0, 0.0], [1.0, 2.0]]
+    """
+    ring = shapely.simplify(shapely.linearrings(points), tolerance, preserve_topology=False)
+    return np.asarray(shapely.get_coordinates(ring)[:-1])

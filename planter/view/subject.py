@@ -1,4 +1,4 @@
-"""Interface to machines that are displayed and edited: the object `KIND` in the module `show` of their package."""
+"""Descriptions of commands that export a machine, so that the studio can run them."""
 
 from __future__ import annotations
 
@@ -8,14 +8,58 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
-from planter import plugins
+from planter import plugins, safe_text
 from planter.errors import InputError, PlanterError
 from planter.files import units
 from planter.files.document import Document, lines
 from planter.files.text import is_file, parse_toml, read_text
+from planter.kernels import Array
+from planter.kernels.programs.program import Program
 from planter.version import __version__
-from planter.view.exports import Export
 from planter.view.scene import Scene
+
+
+@dataclass(frozen=True)
+class RequiredOption:
+    """A positive number that a command requires and that machine files do not have, with its option."""
+
+    option: str
+    meaning: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Export:
+    """An export by `planter WORDS MACHINE OPTIONS --out FOLDER`, with `--model` if the machine has several models.
+
+    `file` is the name of the file for a command that writes a single one.
+    """
+
+    name: str
+    meaning: str
+    words: Sequence[str]
+    options: Sequence[str] = ()
+    asks: Sequence[RequiredOption] = ()
+    modelled: bool = False
+    file: str = ""
+
+    def command(self, machine: Path, folder: Path, model: str, numbers: Mapping[str, float]) -> list[str]:
+        """Return the command line for a machine's file, with numbers by option; `folder` must exist.
+
+        Raises InputError if a number is not positive.
+        """
+        words = [*self.words, str(machine), *self.options, *(("--model", model) if self.modelled else ())]
+        for required in self.asks:
+            value = numbers.get(required.option, required.value)
+            if not (isinstance(value, int | float) and 0 < value < float("inf")):
+                raise InputError(f"{required.meaning} = {safe_text.format_value(value)}: a positive number is required")
+            words += [required.option, repr(float(value))]
+        return [*words, "--out", str(folder / self.file)]
+
+
+ANIMATION = Export("animation", "a turn as it is seen (GIF)", ("animate",), file="moving.gif")
+"""Export that every machine has."""
+
 
 Values = Mapping[str, float]
 """Numbers by path, in the units that end their keys."""
@@ -260,3 +304,60 @@ def written(original: Document, moved: Document) -> str:
     head = f"# The machine {json.dumps(original.name)} with numbers set by hand, by planter {__version__}."
     order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict | list)))
     return "\n".join([head, "", *lines(order, notes)]) + "\n"
+
+
+@dataclass(frozen=True)
+class Input:
+    """The position of a file's number in all programs: its vector and index, and the factor to SI units."""
+
+    path: str
+    vector: str
+    index: int
+    factor: float
+
+
+@dataclass(frozen=True)
+class Portable:
+    """A machine in one of its models.
+
+    `rows` are the vectors of `seen` with rows of numbers, stored one row after another, and the number of their rows;
+    the vector `singles` has the named numbers of the drawing and the readings. `gradient`, if there is one, computes
+    the `objective`, which is minimised, and its `gradient` with respect to the SI values of the numbers at the paths
+    `design`. `assumptions` are those of the model, and `notes` list what a page omits.
+    """
+
+    inputs: Sequence[Input]
+    seen: Program
+    rows: Mapping[str, int]
+    singles: Sequence[str]
+    gradient: Program | None = None
+    design: Sequence[str] = ()
+    assumptions: Sequence[str] = ()
+    notes: Sequence[str] = ()
+
+    @property
+    def programs(self) -> list[Program]:
+        """All programs."""
+        return [self.seen] if self.gradient is None else [self.seen, self.gradient]
+
+    def at(self, values: Values, program: Program) -> dict[str, Array]:
+        """Evaluate a program with changed numbers of the file, and return its vectors by name."""
+        vectors = {number.vector: program.given[number.vector].copy() for number in self.inputs}
+        for number in self.inputs:
+            if number.path in values:
+                vectors[number.vector][number.index] = values[number.path] * number.factor
+        return program(**vectors)
+
+
+@runtime_checkable
+class Movable(Shown, Protocol):
+    """A machine that a page can compute without Python."""
+
+    def portable(self, model: str) -> Portable:
+        """Return the programs that compute the numbers of the first scene.
+
+        Raises InputError, with the reason, if the model cannot be compiled.
+        """
+
+    def handed(self, values: Values) -> str:
+        """Return the text of the machine's file with changed numbers, without paths of this computer."""

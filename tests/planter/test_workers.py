@@ -63,7 +63,7 @@ def test_busy_worker_ends_with_its_parent(tmp_path: Path) -> None:
     _wait_for(lambda: not _runs(pid))
 
 
-@pytest.mark.parametrize("module", [JOBS, "planter.studio.worker"])
+@pytest.mark.parametrize("module", [JOBS, "planter.studio.session"])
 def test_worker_takes_no_module_of_the_user(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("json", "pickle", "queue", "numpy", "planter"):
         (tmp_path / f"{name}.py").write_text(f"open({str(tmp_path / 'executed')!r}, 'w').close()\n")

@@ -13,8 +13,7 @@ from planter.clutch.report.shape_figures import polygon_outline
 from planter.clutch.rotor import Rotor, body_outline
 from planter.kernels import Array, formulas
 from planter.numerics.arrays import TURN, Integers
-from planter.view.sampling import refine_places
-from planter.view.scene import Body, Curve, Event, Label, Outline, Point, Scene
+from planter.view.scene import Body, Curve, Event, Label, Outline, Point, Scene, refine_places
 
 STEPS = 8
 """Rotations, between two at which a vertex points at a side, from which those that are drawn are refined."""

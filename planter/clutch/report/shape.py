@@ -21,7 +21,7 @@ from planter.report.folder import renews
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
 from planter.report.labels import label
-from planter.view.block import Motion
+from planter.view.animation import Motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

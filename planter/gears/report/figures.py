@@ -17,9 +17,7 @@ from planter.gears.friction import FrictionCurves
 from planter.gears.parts import AnyGear, PlacedGear
 from planter.kernels import Array
 from planter.report import style
-from planter.view.outlines import simplify_outline
-from planter.view.sampling import refine_places
-from planter.view.scene import Body, Curve, Outline, Scene
+from planter.view.scene import Body, Curve, Outline, Scene, refine_places, simplify_outline
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -20,7 +20,7 @@ from planter.report import bundle, files
 from planter.report.folder import renews
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import provenance_section
-from planter.view.block import Motion
+from planter.view.animation import Motion
 from planter.view.scene import Scene
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import numpy as np
 from planter.mapping import model
 from planter.numerics.arrays import TURN
 from planter.report import style
-from planter.view.sampling import refine_places
+from planter.view.scene import refine_places
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

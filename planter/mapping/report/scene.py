@@ -10,8 +10,7 @@ from planter.kernels import Array
 from planter.mapping import model
 from planter.mapping.report.figures import MM, MOMENTS, drawn_shares
 from planter.mapping.report.train_figures import centres, outlines
-from planter.view.sampling import refine_places
-from planter.view.scene import Body, Curve, Event, Outline, Point, Scene
+from planter.view.scene import Body, Curve, Event, Outline, Point, Scene, refine_places
 
 if TYPE_CHECKING:
     from planter.mapping.synthesis import Linkage

@@ -12,7 +12,7 @@ from planter.mapping.train import GEARS
 from planter.mapping.training import polar_curves
 from planter.numerics.arrays import TURN
 from planter.report import style
-from planter.view.sampling import refine_places
+from planter.view.scene import refine_places
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,8 +12,7 @@ from planter.pickup.model import PickupTrain
 from planter.pickup.report.figures import locking_arcs
 from planter.pickup.requirements import find_push
 from planter.pickup.tray import Cell, CellEntry
-from planter.view.sampling import refine_places
-from planter.view.scene import Body, Curve, Event, Outline, Point, Scene
+from planter.view.scene import Body, Curve, Event, Outline, Point, Scene, refine_places
 
 MOMENTS = 360
 """Moments of a turn from which those that are drawn are refined."""

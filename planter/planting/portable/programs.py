@@ -14,7 +14,7 @@ from planter.planting import cycle
 from planter.planting.model import Device
 from planter.planting.portable.rows import AXES, Rows
 from planter.planting.portable.singles import INPUTS, Singles, objective
-from planter.view.portable import Input, Portable
+from planter.view.subject import Input, Portable
 
 NOTES = (
     "Gears are drawn by their pitch curves, without teeth; events are not listed.",

@@ -27,7 +27,7 @@ from planter.planting.toothed import compute_ratios, locate_pitch_curves
 from planter.report import files
 from planter.report.folder import renews
 from planter.version import __version__
-from planter.view.block import Motion
+from planter.view.animation import Motion
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,8 +16,7 @@ from planter.optimise.joints import places
 from planter.planting import cycle
 from planter.planting.model import Device
 from planter.planting.toothed import Gearing, cut_gear_train, locate_pitch_curves
-from planter.view.outlines import simplify_outline
-from planter.view.scene import Body, Curve, Event, Force, Label, Outline, Point, Scene
+from planter.view.scene import Body, Curve, Event, Force, Label, Outline, Point, Scene, simplify_outline
 
 ORDER = ToothOrder(keep="size", process="wire")
 """What is drawn leaves open what cuts it."""

@@ -17,9 +17,9 @@ from planter.errors import ComputationError, InputError, PlanterError
 from planter.kernels import Array, backends
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
-from planter.sweeps.points import SobolSequence
-from planter.tolerance.spread import Spread
-from planter.tolerance.statistics import bands, first_order_std
+from planter.sweeps.plan import SobolSequence
+from planter.tolerance.analysis import bands, first_order_std
+from planter.tolerance.job import Spread
 from tests.support import own
 
 INPUTS = ("values.r_mm", "values.m_r_kg", "values.omega_rpm")

@@ -14,8 +14,7 @@ from matplotlib.text import Text
 from planter.explain import machine
 from planter.explain.machine import LabelledMachine, draw_machine
 from planter.files import units
-from planter.view.labelling import figure
-from planter.view.sheet import Angle, Length, Sheet, Spot
+from planter.view.sheet import Angle, Length, Sheet, Spot, figure
 from tests.support.cli import answer, refusal
 
 MACHINES = {"wang2017": 4, "shi2021": 4, "yu2023": 3, "sun2019-corrected": 2}

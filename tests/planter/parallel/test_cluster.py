@@ -11,9 +11,7 @@ from planter.optimise.starts import descents
 from planter.parallel.jobs import Jobs
 from planter.parallel.task import Means
 from planter.planting.optimisation import build_descent_task
-from planter.sweeps import run
-from planter.sweeps.job import CHUNK, Recipe
-from planter.sweeps.store import Store
+from planter.sweeps.job import CHUNK, Recipe, Store, run_job
 from tests.planter.optimise import toys
 from tests.planter.parallel.test_jobs import SQUARES
 
@@ -32,7 +30,7 @@ def test_rows_survive_a_killed_worker(means: Means, tmp_path: Path) -> None:
     for more in ({"fatal": CHUNK, "mark": str(mark)}, {}):
         recipe = Recipe("tests.planter.sweeps.toys:Squares", {"rows": ROWS, **more})
         with Store(None, recipe.question, ROWS, 2) as store:
-            done = run.run_job(recipe, store, means if more else Means(1))
+            done = run_job(recipe, store, means if more else Means(1))
             digests.append(store.digest())
             assert done.workers == (2 if more else 1)
     assert mark.exists()

@@ -15,8 +15,8 @@ import pytest
 
 from planter.errors import InputError
 from planter.progress import Progress
-from planter.sweeps import rows as sweep_rows
-from planter.sweeps.command import sweep
+from planter.sweeps import sweep
+from planter.sweeps.command import compute_sweep
 from planter.sweeps.plan import Plan
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import committed
@@ -73,7 +73,7 @@ def test_sweep_without_pyarrow_writes_csv_and_names_the_extra(tmp_path: Path, mo
     answer(*command)
     before = (out / "rows.csv").read_bytes()
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    monkeypatch.setattr(sweep_rows, "find_spec", lambda name: None)
+    monkeypatch.setattr(sweep, "find_spec", lambda name: None)
     code, _, messages = run(*command)
     assert code == 0
     assert "planter[parquet]" in messages
@@ -115,12 +115,12 @@ def test_a_sweep_is_the_only_one_in_its_folder(tmp_path: Path) -> None:
             refusals.append(refused.value.message)
             assert files() == before
 
-    found = sweep(plans[0], tmp_path, progress=start_another)
+    found = compute_sweep(plans[0], tmp_path, progress=start_another)
     assert str(tmp_path) in refusals[0]
     assert str(os.getpid()) in refusals[0]
     rows = pyarrow.parquet.read_table(tmp_path / "rows.parquet")
     assert rows["operation.speed_rpm"].to_pylist() == [35, 40]
-    assert sweep(plans[0]).hash == found.hash
+    assert compute_sweep(plans[0]).hash == found.hash
 
 
 def test_a_folder_with_another_plan_exits_2(tmp_path: Path) -> None:

@@ -14,8 +14,7 @@ from planter.planting.model import Device
 from planter.planting.requirements.measures import Measures
 from planter.planting.requirements.record import record
 from planter.planting.swept import ROOM
-from planter.tolerance.robust import find_robust
-from planter.tolerance.room import Settings
+from planter.tolerance.robust import Settings, find_robust
 from tests.support.cli import answer
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "tip_path.csv"

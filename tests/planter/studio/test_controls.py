@@ -12,7 +12,7 @@ import pytest
 from planter.errors import PlanterError
 from planter.files import examples
 from planter.studio.session import Session
-from planter.view.channels import packed
+from planter.view.animation import packed
 from planter.view.picture import picture
 from planter.view.scene import Scene
 from planter.view.subject import Shown, Values, farthest, opened

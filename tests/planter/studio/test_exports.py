@@ -16,7 +16,7 @@ from websockets.sync.client import ClientConnection
 
 from planter.cli.app import application
 from planter.errors import InputError
-from planter.studio.exports import export_path, find_export
+from planter.studio.process import export_path, find_export
 from planter.studio.session import Session
 from planter.view.subject import opened
 from tests.planter.studio.serving import answer, line, page_of, studio, until

@@ -14,9 +14,9 @@ import pytest
 
 from planter import workers
 from planter.errors import ComputationError, InputError
-from planter.studio import remote, worker
+from planter.studio import remote
 from planter.studio.remote import GivenUpError, RemoteSession
-from planter.studio.session import Session
+from planter.studio.session import FAILED, Session, _to_json, answer_request
 from tests.planter.studio.serving import answer, line, message_with, studio
 
 pytestmark = pytest.mark.fault
@@ -119,7 +119,7 @@ def test_surrogate_in_an_id_does_not_silence_a_page(address: str) -> None:
 
 
 def test_numbers_that_are_not_finite_are_null() -> None:
-    assert json.loads(worker._to_json({"a": [1.0, float("nan")], "b": {"c": float("inf")}})) == {
+    assert json.loads(_to_json({"a": [1.0, float("nan")], "b": {"c": float("inf")}})) == {
         "a": [1.0, None], "b": {"c": None},
     }  # fmt: skip
 
@@ -180,14 +180,14 @@ def test_every_exception_is_an_answer(error: Exception, tmp_path: Path, monkeypa
         raise error
 
     monkeypatch.setattr(Session, "seen", failing)
-    found = worker.answer_request(Session(tmp_path, tmp_path), "seen", {"id": 7})
-    assert found.startswith(worker.FAILED)
+    found = answer_request(Session(tmp_path, tmp_path), "seen", {"id": 7})
+    assert found.startswith(FAILED)
     assert json.loads(found[1:])["id"] == 7
 
 
 def test_memory_of_a_page_is_limited() -> None:
     """What a worker does first, in a process of its own: allocating more than the limit fails."""
-    code = "from planter import workers as w; from planter.studio import worker as s; "
+    code = "from planter import workers as w; from planter.studio import session as s; "
     code += "w._limit_memory(s.MEMORY_BYTES); bytearray(s.MEMORY_BYTES)"
     done = workers.run_command(workers.python_command(code))
     assert "MemoryError" in done.stderr

@@ -24,10 +24,10 @@ FOUND = """\
 import json, sys
 from pathlib import Path
 from planter.parallel.task import Means
-from planter.sweeps import job, run, store
+from planter.sweeps import job
 recipe = job.Recipe(**json.load(sys.stdin))
-with store.Store(Path(sys.argv[1]), recipe.question, int(sys.argv[2]), int(sys.argv[3])) as kept:
-    done = run.run_job(recipe, kept, Means(2))
+with job.Store(Path(sys.argv[1]), recipe.question, int(sys.argv[2]), int(sys.argv[3])) as kept:
+    done = job.run_job(recipe, kept, Means(2))
     print(kept.digest(), done.resumed)
 """
 """A job in a process of its own, kept in the file that it is told."""

@@ -5,10 +5,8 @@ import pytest
 from scipy.stats import qmc
 
 from planter.errors import InputError
-from planter.sweeps.axes import Axis
 from planter.sweeps.job import CHUNK
-from planter.sweeps.plan import Plan
-from planter.sweeps.points import Grid, Latin, Sobol, SobolSequence
+from planter.sweeps.plan import Axis, Grid, Latin, Plan, Sobol, SobolSequence
 
 RANGE, LISTED = Axis.model_validate({"from": -2, "to": 6}), Axis(values=(1.0, 4.0, 9.0))
 TEXTS = Axis(values=("red", "blue"))

@@ -10,9 +10,8 @@ import pytest
 from planter.errors import ComputationError, InputError, Interrupted
 from planter.parallel.task import AUTO, Means
 from planter.progress import Progress
-from planter.sweeps import job, run
-from planter.sweeps.job import CHUNK, Recipe
-from planter.sweeps.store import Store
+from planter.sweeps import job
+from planter.sweeps.job import CHUNK, Recipe, Store
 
 ROWS = 3 * CHUNK + 7
 
@@ -21,10 +20,10 @@ def squares(**more: object) -> Recipe:
     return Recipe("tests.planter.sweeps.toys:Squares", {"rows": ROWS, **more})
 
 
-def answered(recipe: Recipe, path: Path | None = None, means: Means = AUTO) -> tuple[str, run.Run]:
+def answered(recipe: Recipe, path: Path | None = None, means: Means = AUTO) -> tuple[str, job.Run]:
     """Hash of the answer, and how it came about; the numbers are those of the job."""
     with Store(path, recipe.question, ROWS, 2) as store:
-        done = run.run_job(recipe, store, means)
+        done = job.run_job(recipe, store, means)
         rows = np.vstack(list(store.blocks()))
         assert np.array_equal(rows, np.column_stack([np.arange(ROWS), np.arange(ROWS, dtype=float) ** 2]))
         return store.digest(), done
@@ -38,17 +37,17 @@ def test_chunks_cover_all_rows_once() -> None:
 
 def test_any_number_of_workers_gives_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
     alone, by_two, by_three = (answered(squares(), means=Means(count)) for count in (1, 2, 3))
-    monkeypatch.setattr(run, "FEWEST", ROWS + 1)
+    monkeypatch.setattr(job, "FEWEST", ROWS + 1)
     here = answered(squares())
     assert [one[1].workers for one in (alone, by_two, by_three, here)] == [1, 2, 3, 0]
     assert alone[0] == by_two[0] == by_three[0] == here[0]
 
 
 def test_a_small_job_starts_no_worker(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(run, "Jobs", pytest.fail)
-    recipe = Recipe("tests.planter.sweeps.toys:Squares", {"rows": run.FEWEST - 1})
-    with Store(None, recipe.question, run.FEWEST - 1, 2) as store:
-        assert run.run_job(recipe, store, Means(8)).workers == 0
+    monkeypatch.setattr(job, "Jobs", pytest.fail)
+    recipe = Recipe("tests.planter.sweeps.toys:Squares", {"rows": job.FEWEST - 1})
+    with Store(None, recipe.question, job.FEWEST - 1, 2) as store:
+        assert job.run_job(recipe, store, Means(8)).workers == 0
 
 
 def test_an_error_of_the_job_is_told() -> None:
@@ -58,7 +57,7 @@ def test_an_error_of_the_job_is_told() -> None:
 
 def test_what_is_there_is_not_done_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first, _ = answered(squares(), tmp_path / "kept.sqlite", Means(1))
-    monkeypatch.setattr(run, "Jobs", pytest.fail)
+    monkeypatch.setattr(job, "Jobs", pytest.fail)
     again, done = answered(squares(), tmp_path / "kept.sqlite")
     assert (again, done.resumed, done.workers) == (first, 4, 0)
 
@@ -146,7 +145,7 @@ def test_an_interrupt_keeps_what_is_there(tmp_path: Path) -> None:
             raise KeyboardInterrupt
 
     with Store(path, recipe.question, ROWS, 2) as store, pytest.raises(Interrupted) as stopped:
-        run.run_job(recipe, store, Means(1), stop)
+        job.run_job(recipe, store, Means(1), stop)
     assert stopped.value.partial == {"rows": ROWS, "rows_done": CHUNK}
     assert answered(recipe, path, Means(1))[1].resumed == 1
 

@@ -15,8 +15,8 @@ from planter.errors import InputError
 from planter.files import examples
 from planter.kernels import backends
 from planter.sweeps.room import ResolvedMachine
-from planter.tolerance.room import Settings
-from planter.tolerance.spread import Spread
+from planter.tolerance.job import Spread
+from planter.tolerance.robust import Settings
 
 CASES = {
     "shi2021": (("linkage.crank_mm", "linkage.rod_mm"), "M_link_max_Nm"),

@@ -13,9 +13,8 @@ from planter.engine.measures import parse_limit, parse_sum
 from planter.errors import ComputationError
 from planter.kernels import backends
 from planter.mechanism.machines import build_machine
-from planter.tolerance.robust import DesignLimits, RobustGoal, find_robust
-from planter.tolerance.room import Settings
-from planter.tolerance.spread import Spread
+from planter.tolerance.job import Spread
+from planter.tolerance.robust import DesignLimits, RobustGoal, Settings, find_robust
 from tests.support import own
 
 ANGLES = 24

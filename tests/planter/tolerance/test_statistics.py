@@ -5,9 +5,8 @@ import pytest
 from scipy import stats
 
 from planter.errors import ComputationError
-from planter.tolerance.job import RandomPoints, Saltelli
-from planter.tolerance.spread import Spread
-from planter.tolerance.statistics import bands, first_order_std, indices
+from planter.tolerance.analysis import bands, first_order_std, indices
+from planter.tolerance.job import RandomPoints, Saltelli, Spread
 
 LAWS = {
     "uniform": stats.uniform(2, 6),

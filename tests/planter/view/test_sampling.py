@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from planter.kernels import Array
-from planter.view.sampling import TOLERANCE, refine_places
-from planter.view.scene import Scene
+from planter.view.scene import TOLERANCE, Scene, refine_places
 from planter.view.subject import opened
 
 

@@ -20,8 +20,7 @@ from planter.planting.model import Device
 from planter.planting.report import scene
 from planter.planting.report.scene import build_scene
 from planter.report.html import Section, page
-from planter.view.block import Motion
-from planter.view.channels import packed
+from planter.view.animation import Motion, packed
 from planter.view.picture import picture
 from planter.view.scene import Curve, Scene
 from tests.support.browser import page_after_scripts

@@ -9,8 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from planter.view.labelling import column, find_crossing, place_labels
-from planter.view.sheet import Angle, Length
+from planter.view.sheet import Angle, Length, column, find_crossing, place_labels
 
 UNIT = st.floats(0, 1)
 

@@ -13,11 +13,9 @@ from planter.errors import InputError
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
-from planter.view.channels import packed
-from planter.view.frames import animate, gif
+from planter.view.animation import animate, gif, packed, show_object
 from planter.view.picture import picture
 from planter.view.subject import opened
-from planter.view.widget import show_object
 from tests.support.cli import answer
 
 MACHINES = ("wang2017", "yu2023", "shi2021", "sun2019-corrected")

@@ -11,11 +11,10 @@ import pytest
 
 from planter.errors import ComputationError
 from planter.mechanism.show import Mechanism
-from planter.studio.static.page import bundle, file_template
-from planter.studio.static.recognised import Recogniser
-from planter.view.portable import Movable
+from planter.studio.static_model import Recogniser
+from planter.studio.static_page import bundle, file_template
 from planter.view.scene import Scene
-from planter.view.subject import Values, opened
+from planter.view.subject import Movable, Values, opened
 from tests.planter.studio.static.told import assert_drawn
 from tests.support import own
 

@@ -70,7 +70,7 @@ class Told:
 
 def written(folder: Path, machine: str) -> Told:
     """A page as the command writes it."""
-    from planter.studio.static.page import write_page
+    from planter.studio.static_page import write_page
 
     return Told(write_page(machine, folder / "page.html"))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,11 +13,13 @@ from planter.files import units
 from planter.files.document import lines
 from planter.measured.calibration import Calibrated
 from planter.measured.curve import is_nuisance
+from planter.measured.findings import MeasuredFound
 from planter.report import files, style
 from planter.report.folder import check, renews
 from planter.report.html import FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
 from planter.report.writing import figure_files
+from planter.terminal.console import Console
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,12 +27,15 @@ if TYPE_CHECKING:
     from planter.files.document import Document
     from planter.kernels import Array
 
+
 MACHINE_FILE = "calibrated.toml"
 DENSE_DEG = np.linspace(0, 360, 721)
 
 
 @renews
-def write(out: Path, machine: Document, calibrated: Calibrated, meanings: Mapping[str, str], angle: str) -> None:
+def write_measured_report(
+    out: Path, machine: Document, calibrated: Calibrated, meanings: Mapping[str, str], angle: str
+) -> None:
     """Write summary.json, residuals.csv, calibrated.toml, figures/measured and report.html.
 
     `meanings` are those of the numbers of the file by path, `angle` is the name of the angle of the drive. Raises
@@ -45,7 +51,7 @@ def write(out: Path, machine: Document, calibrated: Calibrated, meanings: Mappin
     files.write_cycle_csv(folder / "residuals.csv", files.comments(machine, "machine"), columns)
     if calibrated.machine is not None:
         files.write_text(folder / MACHINE_FILE, machine_text(calibrated))
-    figure = measured(columns, _curves(calibrated), calibrated.result.unit, f"{angle} / deg")
+    figure = draw_measured(columns, _curves(calibrated), calibrated.result.unit, f"{angle} / deg")
     image = style.save(figure, files.output_folder(folder / "figures"), "measured")
     files.write_text(folder / "report.html", _page(machine, calibrated, image, meanings))
 
@@ -85,7 +91,7 @@ def _curves(calibrated: Calibrated) -> dict[str, Array]:
 
 
 @style.drawn
-def measured(columns: dict[str, Array], curves: dict[str, Array], unit: str, angle: str) -> Figure:
+def draw_measured(columns: dict[str, Array], curves: dict[str, Array], unit: str, angle: str) -> Figure:
     """Draw measured points with the fitted curves of all models at `DENSE_DEG`, and the residuals of each."""
     figure = style.new_figure(5.0)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
@@ -132,3 +138,38 @@ def _page(machine: Document, calibrated: Calibrated, image: str, meanings: Mappi
     parts.append(Section("Inputs", list(inputs(machine, meanings, besides=("design", "bounds")))))
     parts.append(provenance_section(files.provenance(machine)))
     return page(f"{machine.name}, fitted to measured data", parts, machine.description)
+
+
+WIDTH = 80
+
+
+def print_measured(console: Console, result: MeasuredFound) -> None:
+    """Print the statement, the treatment of the data, the inputs with intervals, the models, the prediction."""
+    _say(f"{result.machine}: {result.statement}.")
+    for line in result.treatment:
+        _say(f"{line[0].upper()}{line[1:]}.")
+    print()
+    rows = [(e.name, e.value, e.low95, e.high95, e.unit, "open" if e.open else "") for e in result.fitted]
+    console.table(
+        f"Fitted (calibrated), with 95 % intervals for {result.noise.model} noise",
+        ("input", "value", "from", "to", "unit", ""),
+        rows,
+    )
+    models = [(name, fit.outcome, fit.rms, fit.rms_of_noise, fit.largest_residual, fit.largest_residual_deg,
+               f"{fit.agreeing_starts} of {fit.starts}") for name, fit in result.models.items()]  # fmt: skip
+    unit = result.unit
+    head = ("model", "outcome", f"rms / {unit}", "/ noise", f"largest / {unit}", "at / deg", "agree")
+    console.table("Residuals of the fits", head, models)
+    first = result.models[result.model]
+    if first.correlation is not None:
+        names = [str(i) for i in range(1, len(first.fitted) + 1)]
+        table = [(str(i), *row) for i, row in enumerate(first.correlation, 1)]
+        console.table("Correlation of the inputs, in their order", ("", *names), table)
+    if result.prediction is not None:
+        prediction = result.prediction
+        residuals = ", ".join(f"{name} {value:.4g} {unit}" for name, value in prediction.rms.items())
+        _say(f"Predicted at {prediction.speed_rpm:g} r/min ({prediction.points} points), RMS residuals: {residuals}.")
+
+
+def _say(text: str) -> None:
+    print(textwrap.fill(text, WIDTH))

@@ -24,10 +24,9 @@ from planter.kernels.toolchain import NoCompiler
 from planter.report.files import write_bytes
 from planter.report.folder import check
 from planter.report.html import allowed, escape
-from planter.studio.static.model import StaticPageModel
+from planter.studio.static_model import StaticPageModel
 from planter.version import __version__
-from planter.view.portable import Movable
-from planter.view.subject import Control, opened
+from planter.view.subject import Control, Movable, opened
 
 MODULES = ("programs", "filled", "improve", "text", "line")
 """JavaScript modules of this package, each after those that it imports from."""
@@ -80,11 +79,11 @@ def page(machine: Movable) -> str:
 
 
 def _html(machine: Movable, description: Mapping[str, Any], models: Mapping[str, StaticPageModel]) -> str:
-    studio, view, static = "planter.studio", "planter.view", __package__
+    studio, view = "planter.studio", "planter.view"
     modules = {
         "view": _text(view, "view.js"),
         "exports": _text(studio, "exports.js"),
-        **{name: _text(static, f"{name}.js") for name in MODULES},
+        **{name: _text(studio, f"static/{name}.js") for name in MODULES},
         "studio": _text(studio, "studio.js"),
     }
     script, style = bundle(modules), "\n".join([_text(view, "view.css"), _text(studio, "studio.css")])
@@ -93,7 +92,7 @@ def _html(machine: Movable, description: Mapping[str, Any], models: Mapping[str,
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
     body = _text(studio, "studio.html").partition("<body>")[2].partition("</body>")[0]
-    return Template(_text(static, "page.html")).substitute(
+    return Template(_text(studio, "static/page.html")).substitute(
         policy=policy, name=escape(machine.name), style=style, script=script, body=body.strip(),
         machine=json.dumps(description, separators=(",", ":")).replace("<", "\\u003c"), version=__version__,
         notes=escape(" ".join(dict.fromkeys(note for model in models.values() for note in model.portable.notes))),
@@ -102,8 +101,7 @@ def _html(machine: Movable, description: Mapping[str, Any], models: Mapping[str,
     )  # fmt: skip
 
 
-def _text(package: str | None, name: str) -> str:
-    assert package is not None
+def _text(package: str, name: str) -> str:
     return resources.files(package).joinpath(name).read_text(encoding="utf-8")
 
 

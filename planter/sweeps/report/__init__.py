@@ -1,1 +1,0 @@
-"""Report of a sweep: rows, figures and page."""

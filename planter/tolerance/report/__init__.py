@@ -1,1 +1,0 @@
-"""Report of tolerances: figures and page."""
