@@ -14,13 +14,12 @@ from planter.version import __version__
 
 if TYPE_CHECKING:
     from planter.audit.verdicts import audit as audit_papers
-    from planter.clutch.design import size_clutch
-    from planter.clutch.engagement.modal import evaluate_engagement as engage_clutch
     from planter.clutch.field import evaluate_field
     from planter.clutch.field.plans import plan_field
     from planter.clutch.file import load_clutch
     from planter.clutch.geometry import compute_geometry as clutch_geometry
-    from planter.clutch.optimise import optimise_clutch
+    from planter.clutch.modal_engagement import evaluate_engagement as engage_clutch
+    from planter.clutch.sizing import optimise_clutch, size_clutch
     from planter.engine.machine import load_machine as load_mechanism
     from planter.engine.outputs import OutputBatch
     from planter.errors import ComputationError, GeometryError, InputError, Interrupted, PlanterError
@@ -87,13 +86,12 @@ __all__ = [
 
 _HOMES = {
     "audit.verdicts": ("audit_papers:audit",),
-    "clutch.engagement.modal": ("engage_clutch:evaluate_engagement",),
-    "clutch.design": ("size_clutch",),
+    "clutch.modal_engagement": ("engage_clutch:evaluate_engagement",),
     "clutch.field": ("evaluate_field",),
     "clutch.field.plans": ("plan_field",),
     "clutch.file": ("load_clutch",),
     "clutch.geometry": ("clutch_geometry:compute_geometry",),
-    "clutch.optimise": ("optimise_clutch",),
+    "clutch.sizing": ("optimise_clutch", "size_clutch"),
     "engine.outputs": ("OutputBatch",),
     "engine.machine": ("load_mechanism:load_machine",),
     "errors": ("ComputationError", "GeometryError", "InputError", "Interrupted", "PlanterError"),

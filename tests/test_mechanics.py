@@ -17,7 +17,7 @@ DRAWN = "report"
 READ = "printed"
 """Folders of what papers print, computed anew in their own terms."""
 BY_HAND = {
-    "clutch/engagement/motion.py": "where a search starts",
+    "clutch/contact_simulation.py": "where a search starts",
     "clutch/geometry.py": "direction of a line through two generated points",
     "clutch/machines.py": "lift of the link along the crank's angle, compared with the generated model in its test",
     "clutch/rotor.py": "normals of a polygon's sides in a linear programme; the outline that is drawn",

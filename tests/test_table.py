@@ -30,7 +30,7 @@ from planter.cli.app import application
 from planter.engine.machine import Machine, load_machine
 from planter.exports import cuda
 from planter.files import examples, units
-from planter.interchange.fmi import libraries
+from planter.interchange import co_simulation
 from planter.kernels import Array
 from planter.mechanism import sheets
 from planter.view.sheet import Length
@@ -597,8 +597,8 @@ def _cells() -> list[Any]:
 def _quick() -> Any:
     """Libraries of units for this system alone, compiled without passes."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(libraries, "PLATFORMS", {k: v for k, v in libraries.PLATFORMS.items() if k == "linux64"})
-        patch.setattr(libraries, "FLAGS", ("-O0", *libraries.FLAGS[1:]))
+        patch.setattr(co_simulation, "PLATFORMS", {k: v for k, v in co_simulation.PLATFORMS.items() if k == "linux64"})
+        patch.setattr(co_simulation, "FLAGS", ("-O0", *co_simulation.FLAGS[1:]))
         yield
 
 

@@ -50,7 +50,8 @@ from planter.planting import optimisation
 from planter.planting.model import Device
 from planter.planting.objective import build_problem
 from planter.progress import Listener, ProgressPhase
-from planter.workshop import biarcs, drawing
+from planter.workshop import drawing
+from planter.workshop.arcs import ArcFit, fit_arcs
 from planter.workshop.drawing import DrawingLine
 
 REFERENCE = "ipopt"
@@ -133,13 +134,13 @@ def build_makers(case: Case) -> tuple[dict[str, Maker], list[Skipped]]:
 def build_planter_maker(case: Case) -> Maker:
     """Exact pieces, all contacts solved, arcs within a micrometre."""
     device = Device(case.device.machine.with_numbers({"design.k6": ECCENTRICITY, "design.m61": 1.0}))
-    fits: list[biarcs.ArcFit] = []
+    fits: list[ArcFit] = []
 
     def make(_: Any) -> None:
         curves = pitch_curves.build_stage_pair(device.stages[1], device.of_stage(1, device.design))
         order = ToothOrder(module=MODULE, keep="module")
         teeth = cutting.cut_teeth(curves, order, "ellipses", ("inner gear", "outer gear"))
-        fits[:] = [biarcs.fit_arcs(gear.outline().pieces, TOLERANCE) for gear in teeth.gears]
+        fits[:] = [fit_arcs(gear.outline().pieces, TOLERANCE) for gear in teeth.gears]
         drawing.format_dxf(DrawingLine("TEETH", fit.arcs) for fit in fits)
         if teeth.gears[0].z != TEETH or np.abs(teeth.contacts.errors).max() > TOLERANCE:
             raise Absent("the pair does not mesh")

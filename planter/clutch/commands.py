@@ -14,7 +14,7 @@ from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOptio
 
 if TYPE_CHECKING:
     from planter.clutch.file import ClutchFile
-    from planter.clutch.results.engagement import ContactEngagement, ModalEngagement
+    from planter.clutch.results import ContactEngagement, ModalEngagement
 
 
 HELP = "Compute the Reuleaux-pentagon clutch and its field test."
@@ -69,16 +69,15 @@ def engage_clutch(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch import tables
-        from planter.clutch.engagement import contact, modal
+        from planter.clutch import contact_simulation, modal_engagement, tables
         from planter.clutch.file import load_clutch
 
         file = load_clutch(source, changes(set_, {"engagement.input_speed_rpm": speed_rpm}))
         if mode is EngagementMode.modal:
-            result: ModalEngagement | ContactEngagement = modal.evaluate_engagement(file, shape)
+            result: ModalEngagement | ContactEngagement = modal_engagement.evaluate_engagement(file, shape)
             curves = None
         else:
-            comparison = contact.compare_clutches(file, shape, progress=console.progress)
+            comparison = contact_simulation.compare_clutches(file, shape, progress=console.progress)
             result, curves = comparison.result, comparison.runs
         if out is not None:
             from planter.clutch.report import engagement
@@ -136,15 +135,14 @@ def evaluate_field(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch.field import FieldColumns, evaluate_field, goals, tables
+        from planter.clutch.field import FieldColumns, evaluate_field, report
+        from planter.clutch.field.evaluation import parse_goals
 
         columns = FieldColumns(tuple(response or ()), tuple(blank or ()), tuple(ignore or ()))
-        evaluation = evaluate_field(data, columns, comparison, goals.parse_goals(goal or ()))
+        evaluation = evaluate_field(data, columns, comparison, parse_goals(goal or ()))
         if out is not None:
-            from planter.clutch.field import page
-
-            page.write_field_report(out, evaluation, console.progress)
-        console.result(evaluation.result, lambda: tables.print_field_test(console, evaluation.result))
+            report.write_field_report(out, evaluation, console.progress)
+        console.result(evaluation.result, lambda: report.print_field_test(console, evaluation.result))
 
 
 @clutch.command(name="plan")
@@ -225,8 +223,7 @@ def size_clutch(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch import design as sizing
-        from planter.clutch import file, tables
+        from planter.clutch import file, sizing, tables
 
         targets = {
             "shaft.flat_to_flat_mm": shaft_mm,
@@ -261,11 +258,10 @@ def optimise_clutch(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch import optimise as search
-        from planter.clutch import tables
+        from planter.clutch import sizing, tables
 
         clutch_file = _load_file(source, set_)
-        result = search.optimise_clutch(clutch_file, seed, starts)
+        result = sizing.optimise_clutch(clutch_file, seed, starts)
         if out is not None:
             from planter.clutch.report import shape as report
 

@@ -10,15 +10,7 @@ import numpy as np
 
 from planter.clutch.file import ClutchFile
 from planter.clutch.model import MODELS, Model, collect_values, evaluate_conditions, load_model
-from planter.clutch.results.shape import (
-    AsPrinted,
-    ClutchGeometry,
-    Crank,
-    PolygonRotation,
-    ToothResult,
-    Travel,
-    VertexPath,
-)
+from planter.clutch.results import AsPrinted, ClutchGeometry, Crank, PolygonRotation, ToothResult, Travel, VertexPath
 from planter.clutch.rotor import Rotor
 from planter.errors import ComputationError, GeometryError
 from planter.kernels import Array

@@ -42,7 +42,7 @@ class ClutchLabels:
     def draw(self, source: str, changes: Mapping[str, float]) -> Labelled:
         """The clutch in a file, or the built-in one of that name."""
         from planter.clutch.file import load_clutch
-        from planter.clutch.report.sheets import draw_sheets
+        from planter.clutch.report.drawings import draw_sheets
         from planter.view.sheet import Labelled
 
         clutch = load_clutch(source, changes)

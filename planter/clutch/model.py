@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Literal
 
 from planter.clutch.file import ClutchFile
-from planter.clutch.results.shape import InequalityResult
+from planter.clutch.results import InequalityResult
 from planter.files import units
 from planter.kernels import formulas
 from planter.kernels.formulas import Formulas

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from planter.clutch.results.shape import CornerPath, Harmonic, Oval, PolygonFit, Sliding, SlidPath
+from planter.clutch.results import CornerPath, Harmonic, Oval, PolygonFit, Sliding, SlidPath
 from planter.errors import GeometryError
 from planter.kernels import Array, formulas
 from planter.numerics import extrema
@@ -263,6 +263,19 @@ def body_outline(rotor: Rotor, rotation: float, centroid: Array, points: int = 2
     order = sorted(range(rotor.vertices), key=lambda i: (2 * i * arc + math.pi) % (2 * math.pi))
     body_points: Array = np.hstack([parts[i] for i in order]) + np.asarray(centroid)[:, None]
     return body_points
+
+
+def polygon_outline(sides: int, apothem: float, fillet: float = 0.0, points: int = 16) -> Array:
+    """Return the closed outline (2, n) of a regular polygon with an upper side and rounded corners."""
+    turn = 2 * math.pi / sides
+    centre = (apothem - fillet) / math.cos(turn / 2)
+    parts = []
+    for i in range(sides + 1):
+        corner = math.pi / 2 + (i + 0.5) * turn
+        angles = corner + np.linspace(-turn / 2, turn / 2, points if fillet else 1)
+        about = centre * np.array([[math.cos(corner)], [math.sin(corner)]])
+        parts.append(about + fillet * np.array([np.cos(angles), np.sin(angles)]))
+    return np.hstack(parts)
 
 
 def _turned(angle: float) -> Array:

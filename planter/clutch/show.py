@@ -12,7 +12,7 @@ from planter.view.subject import Check, Control, Export, Reading, Table, Values,
 
 if TYPE_CHECKING:
     from planter.clutch.file import ClutchFile
-    from planter.clutch.results.shape import ClutchGeometry
+    from planter.clutch.results import ClutchGeometry
     from planter.view.scene import Scene
 
 OFFERED = ("sleeve", "shaft", "tooth", "linkage")
@@ -44,7 +44,7 @@ class ReuleauxClutch:
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """The body as it turns in the smallest sleeve that lets it, which only its width changes."""
         from planter.clutch.geometry import SIDES, VERTICES
-        from planter.clutch.report.scene import build_rotor_scene
+        from planter.clutch.report.drawings import build_rotor_scene
         from planter.clutch.rotor import Rotor
 
         width = self._geometry(values).R_mm
@@ -54,8 +54,8 @@ class ReuleauxClutch:
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Return the single numbers of the shape, teeth and travel, and the loads of an engagement in one mode."""
-        from planter.clutch.engagement.modal import build_engagement
         from planter.clutch.geometry import compute_geometry, control_motion, least_travel
+        from planter.clutch.modal_engagement import build_engagement
         from planter.clutch.model import collect_values
 
         clutch = self._clutch(values)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from planter.clutch.results.engagement import ContactEngagement, EnergyBalance, ModalEngagement
+from planter.clutch.results import ContactEngagement, EnergyBalance, ModalEngagement
 from planter.files import units
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
-    from planter.clutch.results.shape import ClutchGeometry, FastestSwitching, InequalityResult, PolygonFit, Sizing
+    from planter.clutch.results import ClutchGeometry, FastestSwitching, InequalityResult, PolygonFit, Sizing
 
 
 def print_geometry(console: Console, result: ClutchGeometry) -> None:

@@ -40,7 +40,7 @@ def explain(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.explain import dictionary, machine, mechanism, tables
+        from planter.explain import dictionary, machine, mechanism, page
 
         if name is not None and key is None and not machine.takes(name) and mechanism.takes(name):
             from planter.explain import page
@@ -48,25 +48,25 @@ def explain(
             explained = mechanism.explain_mechanism(name, changes(set_))
             if out is not None:
                 explained = page.write_mechanism(explained, mechanism.draw_sheet(name, changes(set_)), out)
-            console.result(explained, lambda: tables.show_mechanism(explained))
+            console.result(explained, lambda: page.show_mechanism(explained))
             return
         if name is not None and key is not None:
             if machine.takes(name):
                 meanings = dictionary.explain_in_room(machine.find_room(name), key)
             else:
                 meanings = mechanism.find_meanings(mechanism.explain_mechanism(name, changes(set_)), key)
-            console.result(meanings, lambda: tables.show_meanings(meanings))
+            console.result(meanings, lambda: page.show_meanings(meanings))
             return
         if name is not None and (out is not None or set_ or machine.takes(name)):
             from planter.explain import page
 
             drawing = machine.draw_machine(name, changes(set_))
             result = drawing.explained([]) if out is None else page.write_machine(drawing, out)
-            console.result(result, lambda: tables.show_machine(result))
+            console.result(result, lambda: page.show_machine(result))
             return
         if name is None:
             names_list = dictionary.list_names()
-            console.result(names_list, lambda: tables.show_names(names_list))
+            console.result(names_list, lambda: page.show_names(names_list))
             return
         explanation = dictionary.explain_name(name)
-        console.result(explanation, lambda: tables.show_meanings(explanation))
+        console.result(explanation, lambda: page.show_meanings(explanation))

@@ -125,7 +125,7 @@ def motion(
     with console.outcome():
         from planter.exports.quantities import build_motion
         from planter.exports.results import MotionWritten
-        from planter.interchange.tables.formats import FORMATS
+        from planter.interchange.motion_tables import FORMATS
         from planter.report.files import write_all
 
         motion_ = build_motion(_load(machine, model, set_, speed_rpm), turns, samples)

@@ -18,9 +18,8 @@ from planter.exports.c99 import quote, read_template
 from planter.exports.quantities import SideQuantity
 from planter.exports.results import LeftOut, UnitWritten
 from planter.files import units
-from planter.interchange.fmi import archive, libraries
-from planter.interchange.fmi.model import MAIN, Model
-from planter.interchange.variables import Variable
+from planter.interchange import co_simulation
+from planter.interchange.co_simulation import MAIN, UnitModel, Variable
 from planter.kernels.toolchain import NoCompiler
 from planter.report.files import output_folder, write_bytes
 from planter.report.folder import check
@@ -34,10 +33,10 @@ RESERVED = ("speed", "phi_start", "phi", "time")
 """Names of the unit's own variables, and the time, which FMI knows."""
 
 
-def build_model(machine: Machine) -> Model:
+def build_model(machine: Machine) -> UnitModel:
     """Return what the unit says of itself."""
     speed = abs(float(machine.data[machine.speed]))
-    return Model(
+    return UnitModel(
         name=quantities.build_name(machine),
         title=machine.name,
         meaning=f"{quantities.build_headline(machine)}. The drive's speed is prescribed: motions and forces are those "
@@ -124,17 +123,17 @@ def write_unit(machine: Machine, file: Path, fmi: str = "2.0") -> UnitWritten:
     if file.suffix != ".fmu":
         raise InputError(f"--out {file} is not allowed: the name of a unit's file ends in .fmu")
     check(file.parent, [file.name])
-    version, model = archive.VERSIONS[fmi], build_model(machine)
-    token, texts = archive.sources(version, model, build_sources(machine))
+    version, model = co_simulation.VERSIONS[fmi], build_model(machine)
+    token, texts = co_simulation.complete_sources(version, model, build_sources(machine))
     built: dict[str, tuple[str, bytes]] = {}
     left_out = []
-    for platform in libraries.PLATFORMS:
+    for platform in co_simulation.PLATFORMS:
         try:
-            built[platform] = libraries.build(platform, texts, model.name)
+            built[platform] = co_simulation.build_library(platform, texts, model.name)
         except NoCompiler as reason:
             left_out.append(LeftOut(platform, str(reason)))
     target = output_folder(file.parent) / file.name
-    write_bytes(target, archive.archive(version, model, texts, token, built))
+    write_bytes(target, co_simulation.pack_unit(version, model, texts, token, built))
     causes = Counter(variable.causality for variable in model.variables)
     return UnitWritten(
         [str(target)], fmi, token, causes["input"], causes["parameter"], causes["output"], list(built), left_out

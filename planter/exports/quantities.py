@@ -19,7 +19,7 @@ from planter.engine.measures import Measure, format_sum, parse_distance
 from planter.engine.response import INPUTS, Response
 from planter.errors import InputError
 from planter.files import units
-from planter.interchange.tables.motion import Column, Motion
+from planter.interchange.motion_tables import Column, Motion
 from planter.kernels import Array, Kernel
 
 STATISTICS = ("high", "low", "mean", "variance")

@@ -100,7 +100,8 @@ def gears(
 ) -> None:
     console = Console(as_json)
     with console.outcome():
-        from planter.gears import gear_set, request, tables
+        from planter.gears import gear_set, request
+        from planter.gears.presentation import present_gears
 
         if (machine is None) == (curve is None):
             raise InputError("give either MACHINE or --curve")
@@ -130,7 +131,7 @@ def gears(
                 rack, settings, frozenset(explicit), modules, numbers, keep, changes(set_), speed_rpm
             )
             result = request.find_adapter(machine).make(machine, options, out, console.progress)
-        console.result(result, lambda: tables.show(console, result))
+        present_gears(result).show(console)
 
 
 def _check(allowed: str, values: Mapping[str, object]) -> None:

@@ -13,11 +13,9 @@ from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.intermittent_gears import IncompleteGear
 from planter.gears.results import Rim
 from planter.kernels import Array
-from planter.workshop import biarcs, bores, drawing, outline, solids
-from planter.workshop.arcs import Arcs
-from planter.workshop.bores import Bore
-from planter.workshop.drawing import DrawingLine
-from planter.workshop.outline import ClosedCurve
+from planter.workshop import arcs, drawing, solids
+from planter.workshop.arcs import Arcs, ClosedCurve
+from planter.workshop.drawing import Bore, DrawingLine
 
 MIN_RIM = 0.5
 """Smallest rim between a bore with its keyway and the roots, in tooth depths: the rim thickness factors of ISO 6336-3
@@ -66,15 +64,15 @@ class GearPart:
     @cached_property
     def teeth(self) -> Arcs:
         """The outline as arcs."""
-        return biarcs.fit_arcs(self.placed.gear.outline().pieces, self.settings.tolerance).arcs
+        return arcs.fit_arcs(self.placed.gear.outline().pieces, self.settings.tolerance).arcs
 
     @cached_property
     def pitch(self) -> Arcs:
         """The pitch curve as arcs."""
         gear, tolerance = self.placed.gear, 10 * self.settings.tolerance
         if isinstance(gear, IncompleteGear):
-            return biarcs.fit_arcs([gear.pitch_line], tolerance, closed=False).arcs
-        return biarcs.fit_arcs([ClosedCurve("pitch curve", gear.curve.places)], tolerance).arcs
+            return arcs.fit_arcs([gear.pitch_line], tolerance, closed=False).arcs
+        return arcs.fit_arcs([ClosedCurve("pitch curve", gear.curve.places)], tolerance).arcs
 
     @cached_property
     def bore(self) -> Bore | None:
@@ -91,7 +89,7 @@ class GearPart:
             return None
         sizes = self.placed.gear.rack.sizes
         depth = sizes["tip"] + sizes["root"]
-        wall = bores.check_wall(self.bore, self.teeth, self.placed.gear.name, MIN_RIM * depth)
+        wall = drawing.check_wall(self.bore, self.teeth, self.placed.gear.name, MIN_RIM * depth)
         return Rim(wall * 1e3, wall / depth)
 
     def lines(self, turn: float = 0.0, centre: tuple[float, float] = (0.0, 0.0)) -> Iterator[DrawingLine]:
@@ -136,7 +134,7 @@ def build_part_files(parts: Sequence[GearPart]) -> Iterator[tuple[str, bytes]]:
 def _tabulate_flanks(gear: AnyGear) -> str:
     """Return points of a gear's outline as CSV: piece, tooth, side, arc length, position, normal, curvature."""
     pieces = gear.outline().pieces
-    samples = outline.sample_outline(pieces, _ROWS)
+    samples = arcs.sample_outline(pieces, _ROWS)
     labels = [(pieces[k].kind, pieces[k].tooth, pieces[k].side) for k in range(len(pieces))]
     columns = samples.columns()
     values: Array = np.column_stack(list(columns.values()))

@@ -1,6 +1,7 @@
-"""Requests for gears: command-line options in SI units, and the machines whose gears can be cut.
+"""Requests for gears: options in SI units, pitch curves from files, and the machines whose gears can be cut.
 
-A machine's package brings a module `toothed` with the functions of `GearMachineAdapter`.
+A machine's package brings a module `toothed` with the functions of `GearMachineAdapter`. A file of a pitch curve has
+the columns `polar_deg` and `radius_mm`, optionally with a prefix, `FILE:PREFIX`.
 """
 
 from __future__ import annotations
@@ -16,11 +17,14 @@ from planter import plugins
 from planter.errors import InputError
 from planter.files import csv_rows, examples, text
 from planter.gear_geometry.cutting import ToothOrder
+from planter.gear_geometry.pitch_curves import POLAR, CurvePair, build_sampled_pair
 from planter.gears.options import Keep, Process
 from planter.gears.parts import PartSettings
 from planter.gears.results import GearsFound
+from planter.kernels import Array
+from planter.numerics.arrays import MAX_GAP_RATIO, TURN, find_gap
 from planter.progress import Listener
-from planter.workshop.bores import Bore, Keyway, find_standard_keyway
+from planter.workshop.drawing import Bore, Keyway, find_standard_keyway
 
 
 @dataclass(frozen=True)
@@ -132,3 +136,134 @@ def find_adapter(source: str) -> GearMachineAdapter:
     text.parse_toml(examples.text(source), source)
     names = [name for name in examples.names(suffix=".toml") if any(adapter.takes(name) for adapter in adapters)]
     raise InputError(f"{source}: `planter gears` does not cut gears of this machine; use one like {', '.join(names)}")
+
+
+MIN_POINTS = 8
+"""Smallest number of points of a curve."""
+MAX_POINTS = 4000
+"""Largest number of points: each is a panel of the curve, and costs a millisecond or two."""
+RADIUS_MIN_MM, RADIUS_MAX_MM, ANGLE_MAX_DEG = 1e-2, 1e4, 1e6
+CLOSURE_TOLERANCE = 1e-6
+"""Deviation from a full turn up to which the last point repeats the first [deg]."""
+RADIUS_TOLERANCE = 1e-4
+"""Share of the radius by which the row that repeats the first may differ from it."""
+CLOSING_STEP = 1.5
+"""Largest step from the last row to the first, in largest steps of the table."""
+MIN_SPACING = 0.05
+"""Share of the mean step below which points are merged."""
+MATE_TOLERANCE = 5e-5
+"""Largest deviation of a given mate from the conjugate [m]."""
+
+
+def load_pair(source: str, mate: str | None, turns: int) -> CurvePair:
+    """Return the pair of a pitch curve in a file and its conjugate: `turns` of the gear for one of the mate.
+
+    A mate in a separate file, whose first point meets the first of the gear, is compared with the conjugate.
+    Raises InputError, naming file and row, for a curve that cannot be read or is not closed, or a mate that deviates.
+    """
+    polar, radius = _read_curve(source)
+    sense = 1 if polar[1] > polar[0] else -1
+    pair = build_sampled_pair(sense * polar, radius, source, turns, sense)
+    if mate is not None:
+        _check_mate(pair, mate)
+    return pair
+
+
+def _read_curve(source: str) -> tuple[Array, Array]:
+    """Return polar angles [rad] and radii [m] (n,) over one closed turn, without the row that repeats the first.
+
+    Raises InputError for a table that cannot be read or is not one closed turn.
+    """
+    path, prefix = _split_prefix(source)
+    table = csv_rows.read(text.read_text(path), str(path))
+    names = [f"{prefix}_polar_deg" if prefix else "polar_deg", f"{prefix}_radius_mm" if prefix else "radius_mm"]
+    missing = [name for name in names if name not in table.header]
+    if missing:
+        hint = "" if prefix else " (of several curves in a file, name one: FILE:PREFIX)"
+        raise InputError(f"{path}: the header has no column {missing[0]}, but {' and '.join(names)} are needed{hint}")
+    polar, radius = (
+        np.array(table.numbers(n, limit)) for n, limit in zip(names, (ANGLE_MAX_DEG, RADIUS_MAX_MM), strict=True)
+    )
+    if not MIN_POINTS <= len(polar) <= MAX_POINTS:
+        raise InputError(f"{path}: {len(polar)} points; a curve needs {MIN_POINTS} to {MAX_POINTS}")
+    steps = np.diff(polar)
+    if not ((steps > 0).all() or (steps < 0).all()):
+        row = int(np.argmax(steps * np.sign(steps.sum()) <= 0)) + 1
+        raise InputError(f"{table.place(row, names[0])}: {polar[row]:g} is not allowed: angles must go one way round")
+    if (radius < RADIUS_MIN_MM).any():
+        row = int(np.argmax(radius < RADIUS_MIN_MM))
+        allowed = f"it must be at least {RADIUS_MIN_MM:g} mm"
+        raise InputError(f"{table.place(row, names[1])}: {radius[row]:g} is not allowed: {allowed}")
+    turn = abs(polar[-1] - polar[0])
+    if turn > 360 + CLOSURE_TOLERANCE:
+        raise InputError(f"{path}: {names[0]} goes over {turn:g} deg, but it must be one closed turn")
+    if abs(turn - 360) < CLOSURE_TOLERANCE:
+        if abs(radius[-1] - radius[0]) > RADIUS_TOLERANCE * radius[0]:
+            allowed = f"it must be {radius[0]:g}, the radius a turn before, where the curve closes"
+            raise InputError(f"{table.place(len(radius) - 1, names[1])}: {radius[-1]:g} is not allowed: {allowed}")
+        polar, radius = polar[:-1], radius[:-1]
+    distinct = _select_distinct(np.abs(polar - polar[0]), 360 * MIN_SPACING / len(polar))
+    polar, radius = polar[distinct], radius[distinct]
+    _check_turn(str(path), names[0], polar)
+    return np.radians(polar), radius * 1e-3
+
+
+def _check_turn(path: str, name: str, polar: Array) -> None:
+    """Raise InputError if distinct polar angles (n,) [deg] do not cover one closed turn."""
+    steps = np.abs(np.diff(polar))
+    span, widest = float(steps.sum()), float(steps.max())
+    if 360 - span > CLOSING_STEP * widest:
+        hint = " (are these radians?)" if abs(span + widest - TURN) < widest else ""
+        raise InputError(
+            f"{path}: {name} covers {span:.6g} deg instead of a closed turn; the step from the last row to the "
+            f"first must be at most {CLOSING_STEP:g} times the largest step, {widest:.4g} deg{hint}"
+        )
+    gap = find_gap(np.append(steps, 360 - span))
+    if gap is not None:
+        ends = f"{polar[gap]:g} to {polar[(gap + 1) % len(polar)]:g}"
+        raise InputError(
+            f"{path}: {name} has no row from {ends} deg; no step may exceed {MAX_GAP_RATIO:g} times the median step "
+            f"of one closed turn"
+        )
+
+
+def _select_distinct(angles: Array, min_step: float) -> list[int]:
+    """Return indices of angles (n,) [deg] at least `min_step` after the last selected one.
+
+    Rounding would bend the curve through a crowd of points.
+    """
+    distinct = [0]
+    for number in range(1, len(angles)):
+        if angles[number] - angles[distinct[-1]] >= min_step:
+            distinct.append(number)
+    return distinct
+
+
+def find_curve_path(source: str) -> Path:
+    """Return the file that contains a curve."""
+    return _split_prefix(source)[0]
+
+
+def _split_prefix(source: str) -> tuple[Path, str]:
+    """Return the path and the prefix of the columns, empty without one."""
+    if Path(source).exists():
+        return Path(source), ""
+    path, colon, prefix = source.rpartition(":")
+    return (Path(path), prefix) if colon and Path(path).exists() else (Path(source), "")
+
+
+def _check_mate(pair: CurvePair, source: str) -> None:
+    """Raise InputError if a mate is not the conjugate of its gear."""
+    polar, radius = _read_curve(source)
+    share = np.linspace(0, 1, 4001)
+    curve = pair.mate
+    rows = curve.at(share * curve.length)
+    conjugate = np.interp(np.mod(-pair.sense * np.abs(polar - polar[0]), TURN), rows[POLAR], np.hypot(*rows[:2]))
+    missed = np.abs(conjugate - radius)
+    worst = int(np.argmax(missed))
+    if missed[worst] > MATE_TOLERANCE:
+        raise InputError(
+            f"{source}: at {np.degrees(polar[worst]):.6g} deg the radius is {radius[worst] * 1e3:.6g} mm, but the "
+            f"conjugate of the gear has {conjugate[worst] * 1e3:.6g} mm there: it must be within "
+            f"{MATE_TOLERANCE * 1e3:g} mm"
+        )

@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
+from planter.files import units
 from planter.records import Record
+
+if TYPE_CHECKING:
+    from planter.kernels import Array
 
 
 @dataclass(frozen=True)
@@ -261,6 +267,40 @@ class GearsFound(Record):
     intermittent: Intermittent | None
     friction: Friction | None
     files: list[str]
+
+
+KINDS = {
+    "without": "no friction of the teeth",
+    "convention": "friction of the teeth by the paper's convention",
+    "sliding": "friction of the teeth against their sliding",
+}
+"""Kinds of friction that are compared, and their descriptions."""
+
+
+@dataclass(frozen=True)
+class FrictionCurves:
+    """Friction result, and quantities (n,) at carrier angles (n,) [deg] by key with display unit, then by kind."""
+
+    result: Friction
+    phi_deg: Array
+    curves: Mapping[str, Mapping[str, Array]]
+
+    def columns(self) -> dict[str, Array]:
+        """Return all columns of the table; the kind of friction precedes the unit in the key."""
+        columns = {"phi_deg": self.phi_deg}
+        for key, kinds in self.curves.items():
+            columns |= {name_column(key, kind): values for kind, values in kinds.items()}
+        return columns
+
+
+def name_column(key: str, kind: str) -> str:
+    """Return the key of a quantity with one kind of friction.
+
+    >>> name_column("F_A1_N", "sliding")
+    'F_A1_sliding_N'
+    """
+    unit = units.suffix(key)
+    return f"{key.removesuffix(unit)}_{kind}{unit}"
 
 
 COMMANDS = {"gears": GearsFound}

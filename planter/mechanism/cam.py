@@ -14,10 +14,9 @@ from planter.kernels import Array, formulas
 from planter.mechanism.model import Model, require_repeating
 from planter.numerics.arrays import TURN
 from planter.workshop import solids
-from planter.workshop.bores import Bore
-from planter.workshop.cams.part import build_cam_part
-from planter.workshop.cams.profile import Columns, Profile, Push, check_roller, find_lift_off
-from planter.workshop.cams.report import CamOutput, CamPageContent
+from planter.workshop.cam import Columns, Profile, Push, build_cam_part, check_roller, find_lift_off
+from planter.workshop.cam_report import CamOutput, CamPageContent
+from planter.workshop.drawing import Bore
 
 FORMULAS = "disc_cam"
 FOLLOWERS = "followers"

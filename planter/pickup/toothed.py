@@ -11,7 +11,7 @@ import numpy as np
 from planter.errors import InputError
 from planter.files import examples
 from planter.gear_geometry.intermittent_gears import IntermittentPair, build_intermittent_pair
-from planter.gears import intermittent as made_known
+from planter.gears import gear_set as made_known
 from planter.gears.options import Keep
 from planter.gears.request import GearOptions, Teeth
 from planter.gears.results import GearsFound

@@ -14,9 +14,8 @@ from planter.kernels.formulas import HOISTED, load
 from planter.planting import functions
 from planter.planting.model import Device
 from planter.workshop import solids
-from planter.workshop.cams.part import build_cam_part
-from planter.workshop.cams.profile import Columns, Profile, Push, check_roller, find_lift_off
-from planter.workshop.cams.report import CamOutput, CamPageContent
+from planter.workshop.cam import Columns, Profile, Push, build_cam_part, check_roller, find_lift_off
+from planter.workshop.cam_report import CamOutput, CamPageContent
 
 CAM = "planting_end_face"
 Section = Callable[[Array], Columns]

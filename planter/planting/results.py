@@ -13,7 +13,7 @@ from planter.optimise.proof.results import GlobalBound
 from planter.planting.designer.results import DesignersSummary
 from planter.planting.whole.results import WholeTeeth
 from planter.records import Record
-from planter.workshop.cams.results import Cam
+from planter.workshop.cam_results import Cam
 
 Design = dict[str, float]
 """Values by the names of a machine's own design vector, each in the unit that its name ends in."""

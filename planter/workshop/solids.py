@@ -17,8 +17,7 @@ from scipy.interpolate import make_interp_spline
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
-from planter.workshop.arcs import Arcs, interpolate_arcs
-from planter.workshop.outline import Piece
+from planter.workshop.arcs import Arcs, Piece, interpolate_arcs
 
 SpaceCurve = Callable[[Array], Array]
 TOLERANCE = 2e-7

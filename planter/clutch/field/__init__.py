@@ -41,8 +41,7 @@ Sources: Montgomery, Design and Analysis of Experiments, chapters 3 and 8 (analy
 Welch, Biometrika 34 (1947) 28; Holm, Scandinavian Journal of Statistics 6 (1979) 65; Shi et al. 2021, section 4.
 """
 
-from planter.clutch.field.evaluation import FieldEvaluation, evaluate_field
-from planter.clutch.field.goals import NEAREST_ZERO, ResponseGoal
+from planter.clutch.field.evaluation import NEAREST_ZERO, FieldEvaluation, ResponseGoal, evaluate_field
 from planter.clutch.field.trial import Factor, FieldColumns, FieldResponse, Trial
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""A field test evaluated: everything that is computed from it, under the keys of the command's result."""
+"""Evaluation of a field test: goals of its responses, effects, best levels."""
 
 from __future__ import annotations
 
@@ -6,29 +6,122 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from planter.clutch.field import comparison, goals, trial
-from planter.clutch.field.analysis import Effects, MainEffectsModel, index_of_minimum, is_orthogonal, range_analysis
-from planter.clutch.field.comparison import Sample
-from planter.clutch.field.goals import ResponseGoal
-from planter.clutch.field.trial import FieldColumns, Trial
-from planter.clutch.results.field import (
-    Effect,
-    FactorLevels,
-    FieldTest,
-    Level,
-    LevelMeans,
-    Predicted,
-    ResponseLabel,
-    Total,
+from planter.clutch.field import analysis, trial
+from planter.clutch.field.analysis import (
+    Effects,
+    MainEffectsModel,
+    Sample,
+    index_of_minimum,
+    is_orthogonal,
+    range_analysis,
 )
-from planter.files import examples
+from planter.clutch.field.trial import FieldColumns, Trial
+from planter.clutch.results import Effect, FactorLevels, FieldTest, Level, LevelMeans, Predicted, ResponseLabel, Total
+from planter.errors import InputError
+from planter.files import csv_rows, examples
 
 if TYPE_CHECKING:
     from planter.kernels import Array
+
+ALLOWED = "larger, smaller, zero, or a number for a target value"
+_SAME = 1e-12
+"""Share of the largest loss by which losses may differ that count as equal."""
+
+
+@dataclass(frozen=True)
+class ResponseGoal:
+    """The goal of a response: larger, smaller, or near `value`."""
+
+    sense: Literal["larger", "smaller", "near"]
+    value: float = 0.0
+
+    @classmethod
+    def parse(cls, text: str) -> ResponseGoal:
+        """Return the goal of a text as users write it, or as results print it. Raises InputError for anything else.
+
+        >>> [str(ResponseGoal.parse(text)) for text in ("larger", "zero", "12.5", "target 3")]
+        ['larger', 'nearest 0', 'target 12.5', 'target 3']
+        """
+        plain = text.strip().lower()
+        if plain == "larger":
+            return cls("larger")
+        if plain == "smaller":
+            return cls("smaller")
+        value = "0" if plain in ("zero", "nearest 0") else plain.removeprefix("target").strip()
+        if not csv_rows.finite(value) or abs(float(value)) > csv_rows.LARGEST:
+            raise InputError(f"goal {csv_rows.shortened(text)}: must be {ALLOWED}")
+        return cls("near", float(value))
+
+    def __str__(self) -> str:
+        if self.sense != "near":
+            return self.sense
+        return f"target {self.value:.10g}" if self.value else "nearest 0"
+
+    def loss(self, values: Array) -> Array:
+        """Return the distances of values (n,) from the goal: less is better."""
+        signs = {"larger": -1.0, "smaller": 1.0}
+        return np.abs(values - self.value) if self.sense == "near" else signs[self.sense] * values
+
+
+NEAREST_ZERO = ResponseGoal("near", 0.0)
+
+
+def parse_goals(texts: Sequence[str]) -> dict[str, ResponseGoal]:
+    """Return goals by response from texts NAME=GOAL. Raises InputError for other texts, or two goals of a response."""
+    goals: dict[str, ResponseGoal] = {}
+    for text in texts:
+        name, equals, goal = (part.strip() for part in text.rpartition("="))
+        if not equals or not name:
+            raise InputError(f"--goal {text}: must be NAME=GOAL, a goal being {ALLOWED}")
+        if name in goals:
+            raise InputError(f"--goal {text}: {name} has a goal already, but it must have one")
+        try:
+            goals[name] = ResponseGoal.parse(goal)
+        except InputError as error:
+            raise InputError(f"--goal {text}: {error}") from None
+    return goals
+
+
+def check_goals(goals: Mapping[str, ResponseGoal], responses: Sequence[str], source: str) -> None:
+    """Raise InputError unless every response has a goal, and every goal a response."""
+    for name, goal in goals.items():
+        if name not in responses:
+            raise InputError(
+                f"--goal {name}={goal}: {source} has no such response, it must be one of {', '.join(responses)}"
+            )
+    missing = [name for name in responses if name not in goals]
+    if missing:
+        options = " ".join(f"--goal {name}=larger" for name in missing)
+        raise InputError(
+            f"{source}: nothing says what is good of {' and '.join(missing)}: each response must have its goal, as in "
+            f"{options} ({ALLOWED})"
+        )
+
+
+def rank_losses(losses: Array) -> Array:
+    """Return ranks (n,) of losses from 1 for the smallest; equal losses, up to rounding, share their mean rank."""
+    from scipy.stats import rankdata
+
+    step = _SAME * float(np.max(np.abs(losses)))
+    return np.asarray(rankdata(np.round(losses / step) if step else losses))
+
+
+def order_combinations(losses: Sequence[Array]) -> NDArray[np.intp]:
+    """Return indices (n,) of combinations, the best first: by mean rank over all responses, then by worst rank."""
+    rank_table = np.array([rank_losses(loss) for loss in losses])
+    return np.lexsort((rank_table.max(axis=0), rank_table.mean(axis=0)))
+
+
+def count_ties(losses: Sequence[Array]) -> int:
+    """Return the number of combinations that share the best mean rank."""
+    means = np.mean([rank_losses(loss) for loss in losses], axis=0)
+    return int(np.sum(means <= means.min() + 1e-9))
+
 
 PAPER, PAPER_COMPARISON = "shi2021-field", "shi2021-comparison"
 LISTED = 20_000
@@ -63,11 +156,11 @@ def evaluate_field(
     """
     read = trial.read_trial(examples.text(source, "clutch", ".csv"), source, columns)
     names = [response.name for response in read.responses]
-    defaults = dict.fromkeys(names, goals.NEAREST_ZERO) if source == PAPER else {}
+    defaults = dict.fromkeys(names, NEAREST_ZERO) if source == PAPER else {}
     assigned = {**defaults, **(requested or {})}
-    goals.check_goals(assigned, names, source)
+    check_goals(assigned, names, source)
     compared = PAPER_COMPARISON if compared is None and source == PAPER else compared
-    samples = comparison.read_samples(examples.text(compared, "clutch", ".csv"), compared) if compared else []
+    samples = analysis.read_samples(examples.text(compared, "clutch", ".csv"), compared) if compared else []
     return evaluate_trial(read, samples, assigned)
 
 
@@ -81,7 +174,7 @@ def evaluate_trial(
     effects = {response.name: model.effects(response) for response in test.responses}
     anova = {response.name: model.anova(response) for response in test.responses}
     combinations = math.prod(len(factor.levels) for factor in test.factors)
-    main, remaining = comparison.compare_samples(samples)
+    main, remaining = analysis.compare_samples(samples)
     ranged = _ranges(test, assigned) if orthogonal else Ranges()
     result = FieldTest(
         source=test.source,
@@ -140,7 +233,7 @@ def _best(test: Trial, effects: dict[str, Effects], assigned: Mapping[str, Respo
     """Levels whose prediction is best by each response's goal, and by the mean of the ranks over all responses."""
     losses = _losses(effects, assigned)
     first = {name: index_of_minimum(loss) for name, loss in losses.items()}
-    first["both"] = int(goals.order_combinations(list(losses.values()))[0])
+    first["both"] = int(order_combinations(list(losses.values()))[0])
     shape = [len(factor.levels) for factor in test.factors]
     places = {name: np.unravel_index(index, shape) for name, index in first.items()}
     return {
@@ -150,7 +243,7 @@ def _best(test: Trial, effects: dict[str, Effects], assigned: Mapping[str, Respo
 
 def _ties(effects: Mapping[str, Effects], assigned: Mapping[str, ResponseGoal]) -> Iterator[str]:
     """That several combinations are equally good by all goals together, where the goals are at odds."""
-    equal = goals.count_ties(list(_losses(effects, assigned).values()))
+    equal = count_ties(list(_losses(effects, assigned).values()))
     if equal > 1:
         yield (
             f"{equal} combinations of levels share the best mean rank: the result names the first "

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planter.clutch.field.trial import RESERVED, FieldColumns
-from planter.clutch.results.field import FieldPlan
+from planter.clutch.results import FieldPlan
 from planter.errors import InputError
 from planter.files import csv_rows
 

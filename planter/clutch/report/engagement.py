@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from planter.clutch.engagement import modal
-from planter.clutch.engagement.dynamics import ANGLE, FREE, REULEAUX, TRAVEL
+from planter.clutch import modal_engagement
+from planter.clutch.contact_dynamics import ANGLE, FREE, REULEAUX, TRAVEL
 from planter.clutch.geometry import SIDES, VERTICES
-from planter.clutch.report import scene
-from planter.clutch.report.shape_figures import polygon_outline
-from planter.clutch.results.engagement import ContactEngagement, ModalEngagement
-from planter.clutch.rotor import Rotor, body_outline
+from planter.clutch.report import drawings
+from planter.clutch.results import ContactEngagement, ModalEngagement
+from planter.clutch.rotor import Rotor, body_outline, polygon_outline
 from planter.kernels import formulas
 from planter.report import files, style
 from planter.report.folder import check, renews
@@ -30,10 +29,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from planter.clutch.engagement.modal import Modal
-    from planter.clutch.engagement.motion import ContactRun, SwitchingRun
+    from planter.clutch.contact_simulation import ContactRun, SwitchingRun
     from planter.clutch.file import ClutchFile
-    from planter.clutch.results.engagement import ContactLoadSensitivity
+    from planter.clutch.modal_engagement import Modal
+    from planter.clutch.results import ContactLoadSensitivity
     from planter.kernels import Array
 
 
@@ -63,8 +62,8 @@ def write_engagement(
     folder, result = files.output_folder(out), engagement.table()
     plots: dict[str, Figure] = {}
     if runs is None or isinstance(engagement, ModalEngagement):
-        struck = modal.build_engagement(clutch.si, shape)
-        plots["modal"] = draw_modal_load(struck, modal.printed_extremes(struck))
+        struck = modal_engagement.build_engagement(clutch.si, shape)
+        plots["modal"] = draw_modal_load(struck, modal_engagement.printed_extremes(struck))
     else:
         check(folder, [f"{name}_{way}.csv" for name in runs for way in ("engagement", "cut_off")])
         _motions(folder, clutch, runs)
@@ -78,7 +77,7 @@ def write_engagement(
     files.write_summary(folder / "summary.json", {**result, "input": clutch.table(), "provenance": provenance})
     place = files.output_folder(folder / "figures")
     saved = {name: style.save(figure, place, name) for name, figure in plots.items()}
-    moving = [] if runs is None else [Motion(scene.build_engagement_scene(runs["reuleaux"].engagement), MOVING)]
+    moving = [] if runs is None else [Motion(drawings.build_engagement_scene(runs["reuleaux"].engagement), MOVING)]
     parts = [
         *_sections(result, saved, moving),
         Section("Inputs", list(inputs(clutch, {}))),

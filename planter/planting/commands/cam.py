@@ -77,7 +77,7 @@ def cam(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.workshop.cams import report
+        from planter.workshop import cam_report
 
         other = load_other(machine, set_, None)
         if other is not None:
@@ -99,8 +99,8 @@ def cam(
             from planter.planting import cam as end_face
 
             found = end_face.made(device_of(machine, "exact", set_, speed_rpm), roller, tolerance, width)
-        result = found.part.result if out is None else report.write_cam(out, found, step)
-        console.result(result, lambda: report.show_cam(console, result))
+        result = found.part.result if out is None else cam_report.write_cam(out, found, step)
+        console.result(result, lambda: cam_report.show_cam(console, result))
 
 
 def _check(allowed: str, given: Mapping[str, object]) -> None:

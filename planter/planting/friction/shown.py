@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from planter.files import units
-from planter.gears.friction import KINDS, name_column
+from planter.gears.results import KINDS, name_column
 
 JOINTS = {
     "F_A1": "size of the carrier's force on the middle shaft",

@@ -8,8 +8,7 @@ import numpy as np
 
 from planter.files import units
 from planter.gear_geometry.cutting import ToothedPair
-from planter.gears.friction import KINDS, FrictionCurves
-from planter.gears.results import Extent, Friction, FrictionTurn
+from planter.gears.results import KINDS, Extent, Friction, FrictionCurves, FrictionTurn
 from planter.kernels import Array
 from planter.numerics.arrays import TURN
 from planter.planting import cycle

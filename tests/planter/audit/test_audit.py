@@ -16,7 +16,7 @@ import pytest
 from planter.audit import numbers, page, verdicts
 from planter.audit.question import MEASURE
 from planter.audit.registry import FORMULAS, Computation, Inputs, Rounded
-from planter.clutch.printed import hexagon
+from planter.clutch.printed import formulas
 from planter.errors import ComputationError
 from planter.kernels import generated
 from planter.mapping.printed import gearing
@@ -418,8 +418,8 @@ def test_the_corner_stays_at_its_width_from_both_sliding_corners() -> None:
         chord = np.linalg.norm(a - turned.T @ b)
         assert chord == pytest.approx(2 * np.sin(np.radians(18)))
     given = Inputs({}, {"centre_over_width": centre, "foci_slope": -np.sqrt(3)}, {})
-    assert hexagon.centre_offset(given) == pytest.approx(0, abs=1e-15)
-    assert hexagon.axis_offset(given) == pytest.approx(0, abs=1e-12)
+    assert formulas.centre_offset(given) == pytest.approx(0, abs=1e-15)
+    assert formulas.axis_offset(given) == pytest.approx(0, abs=1e-12)
 
 
 def test_the_ellipse_of_the_path_is_that_of_its_places() -> None:
@@ -427,8 +427,8 @@ def test_the_ellipse_of_the_path_is_that_of_its_places() -> None:
     at = [path @ [np.cos(t), np.sin(t)] for t in np.radians(90) + h * np.array([-1, 0, 1])]
     (dx, dy), (ddx, ddy) = (at[2] - at[0]) / (2 * h), (at[2] - 2 * at[1] + at[0]) / h**2
     radius = np.hypot(dx, dy) ** 3 / abs(dx * ddy - dy * ddx)
-    assert hexagon.contact_radius(Inputs({}, {}, {})) == pytest.approx(radius, rel=1e-6)
-    axes = [hexagon.semi_axis(Inputs({"axis": axis}, {}, {})) for axis in (1, 2)]
+    assert formulas.contact_radius(Inputs({}, {}, {})) == pytest.approx(radius, rel=1e-6)
+    axes = [formulas.semi_axis(Inputs({"axis": axis}, {}, {})) for axis in (1, 2)]
     assert axes == pytest.approx(np.linalg.svd(path, compute_uv=False), rel=1e-12)
     assert axes != pytest.approx(np.linalg.svd(corner_path(np.radians(24.1)), compute_uv=False), rel=1e-5)
 

@@ -17,7 +17,7 @@ from scipy.optimize import linprog
 
 from planter.audit import claims, consequences, numbers, verdicts
 from planter.audit.registry import FORMULAS, Inputs
-from planter.clutch.printed import hexagon, impact, trials
+from planter.clutch.printed import formulas
 from planter.errors import PlanterError
 from planter.pickup.printed import inverse
 from planter.planting import cycle
@@ -192,7 +192,7 @@ def missed(support: Callable[[np.ndarray], np.ndarray]) -> float:
 
 
 def test_the_mismatch_is_that_of_the_curve_and_a_circle_has_none() -> None:
-    assert hexagon.mismatch(inputs()) == pytest.approx(missed(reach), rel=1e-4)
+    assert formulas.mismatch(inputs()) == pytest.approx(missed(reach), rel=1e-4)
     assert missed(lambda directions: np.full(len(directions), 0.5)) == 0
 
 
@@ -205,7 +205,7 @@ def test_the_least_play_lets_the_polygon_turn_and_less_does_not() -> None:
         found = linprog([0, 0, 1], A_ub=np.column_stack([n, -0.5 * np.ones(6)]), b_ub=-reach(normals - turned),
                         bounds=[(None, None)] * 3)  # fmt: skip
         needed.append(found.fun - 1)
-    assert hexagon.lacking_play(inputs()) == pytest.approx(max(needed), rel=1e-3)
+    assert formulas.lacking_play(inputs()) == pytest.approx(max(needed), rel=1e-3)
     assert min(needed) > -1e-6
 
 
@@ -216,7 +216,7 @@ def test_welch_s_test_is_that_of_samples_with_these_means_and_deviations() -> No
     rng = np.random.default_rng(5)
     one, two = rng.normal(1, 2, 5), rng.normal(4, 1, 5)
     given = inputs(first=[one.mean(), one.std(ddof=1)], second=[two.mean(), two.std(ddof=1)], repeats=5)
-    assert trials.welch(given) == pytest.approx(stats.ttest_ind(one, two, equal_var=False).pvalue, rel=1e-12)
+    assert formulas.welch(given) == pytest.approx(stats.ttest_ind(one, two, equal_var=False).pvalue, rel=1e-12)
 
 
 def test_prediction_of_an_additive_response_is_the_response() -> None:
@@ -225,7 +225,7 @@ def test_prediction_of_an_additive_response_is_the_response() -> None:
     runs = [sum(effects[f][table[f"column_{f}"][i] - 1] for f in "ABC") for i in range(9)]
     own = {"responses": ["runs"], "runs": runs, "factors": ["A", "B", "C"]}
     known = {name: table[name] for name in ("column_A", "column_B", "column_C")}
-    best = [trials.best_predicted_level(Inputs({**own, "factor": f}, known, {})) for f in "ABC"]
+    best = [formulas.best_predicted_level(Inputs({**own, "factor": f}, known, {})) for f in "ABC"]
     sums = {(a, b, c): abs(effects["A"][a] + effects["B"][b] + effects["C"][c])
             for a in range(3) for b in range(3) for c in range(3)}  # fmt: skip
     assert sums[tuple(int(level) - 1 for level in best)] == pytest.approx(min(sums.values()), abs=1e-12)
@@ -394,8 +394,8 @@ def test_largest_load_is_that_of_the_motion() -> None:
 
     motion = solve_ivp(slope, (0, span), [0, speed], rtol=1e-10, atol=1e-14, max_step=span / 500)
     load = driving - 0.35 * (driving - stiffness * motion.y[0]) / moving
-    assert impact.load(inputs(**known)) == pytest.approx(load.max(), rel=1e-4)
-    assert impact.load_printed(inputs(**known)) > 1.2 * impact.load(inputs(**known))
+    assert formulas.load(inputs(**known)) == pytest.approx(load.max(), rel=1e-4)
+    assert formulas.load_printed(inputs(**known)) > 1.2 * formulas.load(inputs(**known))
 
 
 # ---- consequences --------------------------------------------------------------------------------------------------

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from planter.clutch import file
-from planter.clutch.design import build_refusal, compute_sizes, size_clutch
 from planter.clutch.geometry import CrankLinkage
 from planter.clutch.rotor import Rotor
+from planter.clutch.sizing import build_refusal, compute_sizes, size_clutch
 from planter.errors import ComputationError
 
 SIZED_TO = {

@@ -12,11 +12,20 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from planter.clutch import file
-from planter.clutch.engagement import contact, dynamics, modal, motion
-from planter.clutch.engagement.dynamics import ANGLE, BENT, FREE, OUTPUT, SIZE, TRAVEL, WORKS, ClutchDynamics
-from planter.clutch.engagement.inputs import ContactInputs, build_contact_inputs
-from planter.clutch.engagement.motion import SwitchingRun
+from planter.clutch import contact_dynamics, contact_simulation, file, modal_engagement
+from planter.clutch.contact_dynamics import (
+    ANGLE,
+    BENT,
+    FREE,
+    OUTPUT,
+    SIZE,
+    TRAVEL,
+    WORKS,
+    ClutchDynamics,
+    ContactInputs,
+    build_contact_inputs,
+)
+from planter.clutch.contact_simulation import SwitchingRun
 from planter.errors import ComputationError
 from planter.kernels import Kernel
 from tests.support.cli import answer
@@ -25,7 +34,10 @@ from tests.support.schemas import committed
 FILE = file.load_clutch("shi2021")
 GIVEN = build_contact_inputs(FILE)
 JAWS = 5
-CLUTCHES: dict[str, ClutchDynamics] = {"reuleaux": dynamics.build_reuleaux(), "dog": dynamics.build_dog(JAWS)}
+CLUTCHES: dict[str, ClutchDynamics] = {
+    "reuleaux": contact_dynamics.build_reuleaux(),
+    "dog": contact_dynamics.build_dog(JAWS),
+}
 RNG = np.random.default_rng(17)
 HELD, OPEN = 1e12, 1.0
 """A force that nothing reaches [N], a distance that nothing bridges [m]."""
@@ -33,7 +45,7 @@ HELD, OPEN = 1e12, 1.0
 
 @pytest.fixture(scope="module")
 def runs() -> dict[str, SwitchingRun]:
-    return {name: motion.simulate_switching(clutch, GIVEN, 0.0) for name, clutch in CLUTCHES.items()}
+    return {name: contact_simulation.simulate_switching(clutch, GIVEN, 0.0) for name, clutch in CLUTCHES.items()}
 
 
 def random_states(name: str, count: int) -> np.ndarray:
@@ -86,7 +98,7 @@ def test_five_teeth_and_six_sides_look_alike() -> None:
 
 
 def test_a_fifth_of_a_turn_later_the_same_engagement_happens(runs: dict[str, SwitchingRun]) -> None:
-    later = motion.simulate_engagement(CLUTCHES["reuleaux"], GIVEN, 2 * math.pi / 5, 1e-7)
+    later = contact_simulation.simulate_engagement(CLUTCHES["reuleaux"], GIVEN, 2 * math.pi / 5, 1e-7)
     assert later.load.max() == pytest.approx(runs["reuleaux"].engagement.load.max(), rel=1e-3)
 
 
@@ -98,16 +110,16 @@ def lossless(given: ContactInputs) -> ContactInputs:
 @pytest.mark.parametrize("name", CLUTCHES)
 def test_without_losses_time_runs_backwards(name: str) -> None:
     given, clutch = lossless(GIVEN), CLUTCHES[name]
-    begin = motion.find_clear_state(clutch, replace(given, travel=GIVEN.travel), 0.02, 0.0)
+    begin = contact_simulation.find_clear_state(clutch, replace(given, travel=GIVEN.travel), 0.02, 0.0)
     begin[TRAVEL] = 2e-4
     begin[FREE + OUTPUT] = -3.0
     begin[OUTPUT] = 0.0 if name == "reuleaux" else 0.02 + 0.5 * (2 * math.pi / JAWS - GIVEN.backlash / GIVEN.radius)
-    there = motion.integrate_motion(clutch, given, begin, 4e-3, tolerance=1e-11)
+    there = contact_simulation.integrate_motion(clutch, given, begin, 4e-3, tolerance=1e-11)
     assert there.load.max() > 50
     assert there.energy().lost_J == pytest.approx(0, abs=1e-12)
-    turned = motion.restart_state(there.states[:, -1])
+    turned = contact_simulation.restart_state(there.states[:, -1])
     turned[FREE : 2 * FREE] *= -1
-    back = motion.integrate_motion(
+    back = contact_simulation.integrate_motion(
         clutch, replace(given, input_speed=-given.input_speed), turned, 4e-3, tolerance=1e-11
     )
     np.testing.assert_allclose(back.states[:FREE, -1], begin[:FREE], atol=2e-8)
@@ -129,7 +141,7 @@ def test_energy_is_balanced(name: str, runs: dict[str, SwitchingRun]) -> None:
 
 @pytest.mark.parametrize("name", CLUTCHES)
 def test_halved_tolerance_keeps_the_peak(name: str, runs: dict[str, SwitchingRun]) -> None:
-    finer = motion.simulate_engagement(CLUTCHES[name], GIVEN, 0.0, motion.TOLERANCE / 2)
+    finer = contact_simulation.simulate_engagement(CLUTCHES[name], GIVEN, 0.0, contact_simulation.TOLERANCE / 2)
     assert finer.peak() == pytest.approx(runs[name].engagement.peak(), rel=1e-5)
 
 
@@ -158,7 +170,7 @@ def test_impact_of_jaws_is_that_of_hertz() -> None:
     given = replace(lossless(GIVEN), spring_rate=0.0)
     state = np.zeros(SIZE)
     state[OUTPUT] = 0.5 * (2 * math.pi / JAWS - GIVEN.backlash / GIVEN.radius) + 1e-4
-    run = motion.integrate_motion(CLUTCHES["dog"], given, state, 2e-3, tolerance=1e-11)
+    run = contact_simulation.integrate_motion(CLUTCHES["dog"], given, state, 2e-3, tolerance=1e-11)
     speed, mass = given.input_speed * given.radius, given.inertia / given.radius**2
     hertz = (JAWS * given.stiffness) ** 0.4 * (1.25 * mass * speed**2) ** 0.6
     assert run.peak() == pytest.approx(hertz, rel=1e-4)
@@ -181,12 +193,12 @@ def test_another_integrator_finds_the_same_impact(runs: dict[str, SwitchingRun])
     np.testing.assert_allclose(found.y[:, -1], run.states[:, first + 30], rtol=1e-6, atol=1e-8)
 
 
-def limit(stiffness: float) -> tuple[motion.ContactRun, modal.Modal]:
+def limit(stiffness: float) -> tuple[contact_simulation.ContactRun, modal_engagement.Modal]:
     """One tooth pressed on a flat of a shaft that cannot turn: no clearance, no slip, start as the paper does.
 
     A contact that gives must start with the depth and its rate that carry the load at the start.
     """
-    found = modal.build_engagement(FILE.si)
+    found = modal_engagement.build_engagement(FILE.si)
     given = replace(
         lossless(GIVEN), stiffness=stiffness, input_speed=0.0, inertia=1e6, preload=0.0, spring_rate=0.0, hole=OPEN,
         lock_stiffness=1e-9, push_y=-found.struck.force,
@@ -201,7 +213,7 @@ def limit(stiffness: float) -> tuple[motion.ContactRun, modal.Modal]:
     state[FREE + 1] = -found.struck.start - share * closing
     state[FREE + 5] = -found.struck.start + (1 - share) * closing
     end = 0.95 * found.extremes["t_loss"]
-    return motion.integrate_motion(CLUTCHES["reuleaux"], given, state, end, end / 400, 1e-10), found
+    return contact_simulation.integrate_motion(CLUTCHES["reuleaux"], given, state, end, end / 400, 1e-10), found
 
 
 def test_without_clearance_and_slip_it_tends_to_the_modal_solution() -> None:
@@ -220,11 +232,11 @@ def test_without_clearance_and_slip_it_tends_to_the_modal_solution() -> None:
 
 def test_teeth_slip_off_where_the_coupling_does_not_hold(runs: dict[str, SwitchingRun]) -> None:
     """A lock of a twentieth: teeth pass a corner with every 12 deg of the input, and the output never follows."""
-    run = motion.simulate_engagement(CLUTCHES["reuleaux"], GIVEN.times(0.05, "lock"), 0.0, 1e-7)
-    times = motion.find_slips(run)
+    run = contact_simulation.simulate_engagement(CLUTCHES["reuleaux"], GIVEN.times(0.05, "lock"), 0.0, 1e-7)
+    times = contact_simulation.find_slips(run)
     assert len(times) >= 3
     np.testing.assert_allclose(np.diff(times), math.radians(12) / GIVEN.input_speed, rtol=0.02)
-    assert motion.engagement_time(run) is None
+    assert contact_simulation.engagement_time(run) is None
     assert run.load.max() < 0.5 * runs["reuleaux"].engagement.load.max()
 
 
@@ -232,25 +244,25 @@ def test_no_place_for_the_printed_teeth_without_a_gap_of_the_sleeve() -> None:
     tight = replace(GIVEN, hole=GIVEN.width / 2)
     for phase in np.radians([0, 3, 6]):
         with pytest.raises(ComputationError, match=r"cannot be cut off at an input angle of .* overlap by 0\.1"):
-            motion.find_clear_state(CLUTCHES["reuleaux"], tight, phase, 0.0)
-        motion.find_clear_state(CLUTCHES["reuleaux"], GIVEN, phase, 0.0)
+            contact_simulation.find_clear_state(CLUTCHES["reuleaux"], tight, phase, 0.0)
+        contact_simulation.find_clear_state(CLUTCHES["reuleaux"], GIVEN, phase, 0.0)
 
 
 def test_printed_teeth_fit_the_shaft_neither_coaxially_nor_by_their_roots() -> None:
     """At best two tips stand 6 deg from corners, still inside the fillets; a root must clear what a tip lifts off."""
     to_fillet = (10 - 4.8) / math.cos(math.pi / 6)
     reach = math.sqrt(10.5**2 + to_fillet**2 - 2 * 10.5 * to_fillet * math.cos(math.radians(6)))
-    overlap = motion.coaxial_overlap(CLUTCHES["reuleaux"], GIVEN)
+    overlap = contact_simulation.coaxial_overlap(CLUTCHES["reuleaux"], GIVEN)
     assert overlap == pytest.approx((4.8 - reach) * 1e-3, abs=1e-9)
     assert overlap > 2e-4
-    assert motion.coaxial_overlap(CLUTCHES["reuleaux"], replace(GIVEN, tip=0.0108)) == 0
-    assert motion.min_root_radius(GIVEN) == pytest.approx((2 * (to_fillet + 4.8) - 10.5) * 1e-3)
-    assert motion.min_root_radius(GIVEN) > GIVEN.root
+    assert contact_simulation.coaxial_overlap(CLUTCHES["reuleaux"], replace(GIVEN, tip=0.0108)) == 0
+    assert contact_simulation.min_root_radius(GIVEN) == pytest.approx((2 * (to_fillet + 4.8) - 10.5) * 1e-3)
+    assert contact_simulation.min_root_radius(GIVEN) > GIVEN.root
 
 
 def test_surfaces_that_sink_into_each_other_are_refused() -> None:
     with pytest.raises(ComputationError, match="is too small"):
-        motion.simulate_engagement(CLUTCHES["dog"], GIVEN.times(1e-5, "stiffness"), 0.0, 1e-6)
+        contact_simulation.simulate_engagement(CLUTCHES["dog"], GIVEN.times(1e-5, "stiffness"), 0.0, 1e-6)
 
 
 def test_bristles_hold_up_to_their_limit() -> None:
@@ -258,8 +270,8 @@ def test_bristles_hold_up_to_their_limit() -> None:
     base = replace(lossless(GIVEN), hole=OPEN, input_speed=0.0, tip=0.02, root=0.021, lock=0.0, slide=10.0)
     state = np.zeros(SIZE)
     state[TRAVEL] = 1e-3
-    small = motion.integrate_motion(CLUTCHES["reuleaux"], replace(base, push_x=4.0), state, 0.02)
-    large = motion.integrate_motion(CLUTCHES["reuleaux"], replace(base, push_x=14.0), state, 0.02)
+    small = contact_simulation.integrate_motion(CLUTCHES["reuleaux"], replace(base, push_x=4.0), state, 0.02)
+    large = contact_simulation.integrate_motion(CLUTCHES["reuleaux"], replace(base, push_x=14.0), state, 0.02)
     assert np.abs(small.states[0]).max() < 1e-3 * large.states[0, -1]
     gained = (14.0 - 10.0) / GIVEN.body * 0.02**2 / 2
     assert large.states[0, -1] == pytest.approx(gained, rel=0.05)
@@ -286,10 +298,10 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, runs: dict[str
         assert (given, phase) == (GIVEN, 0.0)
         return next(motions)
 
-    monkeypatch.setattr(contact, "simulate_switching", switched)
-    monkeypatch.setattr(contact, "VARIED", {"speed": contact.VARIED["speed"]})
-    monkeypatch.setattr(contact, "FACTORS", (10**0.5,))
-    monkeypatch.setattr(contact, "PHASES_DEG", ())
+    monkeypatch.setattr(contact_simulation, "simulate_switching", switched)
+    monkeypatch.setattr(contact_simulation, "VARIED", {"speed": contact_simulation.VARIED["speed"]})
+    monkeypatch.setattr(contact_simulation, "FACTORS", (10**0.5,))
+    monkeypatch.setattr(contact_simulation, "PHASES_DEG", ())
     result = answer("clutch", "engage", "shi2021", "--mode", "contact", "--out", str(tmp_path))
     jsonschema.validate(result, committed("clutch engage"))
     keys = {"N_max_N", "impacts", "slips", "first_slip_s", "engaged_s", "cut_off_s"}

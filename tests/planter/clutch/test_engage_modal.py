@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from planter.clutch import file
-from planter.clutch.engagement import modal
+from planter.clutch import file, modal_engagement
 from planter.errors import InputError
 from tests.support.cli import answer
 
@@ -19,7 +18,7 @@ CLUTCH = file.load_clutch("shi2021")
 
 def test_motion_is_that_of_the_equations_of_tooth_and_mode() -> None:
     """Two bodies held together by an unknown load, (8): its closed form makes both move alike."""
-    engagement = modal.build_engagement(CLUTCH.si)
+    engagement = modal_engagement.build_engagement(CLUTCH.si)
     struck, shaft = engagement.struck, engagement.beam
 
     def both(t: float, y: np.ndarray) -> list[float]:
@@ -32,10 +31,10 @@ def test_motion_is_that_of_the_equations_of_tooth_and_mode() -> None:
     assert ran.y[0, -1] == pytest.approx(engagement.at(5e-4)["y_max"], rel=1e-7)
 
 
-@pytest.mark.parametrize("shape", modal.SHAPES)
+@pytest.mark.parametrize("shape", modal_engagement.SHAPES)
 def test_the_largest_load_stands_where_it_is_said_to(shape: str) -> None:
-    result = modal.evaluate_engagement(CLUTCH, shape)
-    engagement = modal.build_engagement(CLUTCH.si, shape)
+    result = modal_engagement.evaluate_engagement(CLUTCH, shape)
+    engagement = modal_engagement.build_engagement(CLUTCH.si, shape)
     assert engagement.at(result.t_max_s)["N"] == pytest.approx(result.N_max_N, rel=1e-12)
     assert engagement.at(result.t_loss_s)["N"] == pytest.approx(0, abs=1e-9)
     assert engagement.at(0.0)["N"] == pytest.approx(result.N0_N, rel=1e-12)
@@ -47,21 +46,23 @@ def test_the_largest_load_stands_where_it_is_said_to(shape: str) -> None:
 
 
 def test_a_wrong_mass_breaks_the_energy_balance() -> None:
-    engagement = modal.build_engagement(CLUTCH.si)
-    wrong = modal.Modal(engagement.struck, modal.Beam(**{**vars(engagement.beam), "mass": 1.1 * engagement.beam.mass}))
-    tampered = modal.Modal(engagement.struck, engagement.beam)
+    engagement = modal_engagement.build_engagement(CLUTCH.si)
+    wrong = modal_engagement.Modal(
+        engagement.struck, modal_engagement.Beam(**{**vars(engagement.beam), "mass": 1.1 * engagement.beam.mass})
+    )
+    tampered = modal_engagement.Modal(engagement.struck, engagement.beam)
     tampered.__dict__["extremes"] = wrong.extremes
     assert abs(tampered.energy().imbalance_J) > 1e-3 * abs(tampered.energy().input_J)
 
 
 def test_contact_is_never_lost_where_the_driving_force_rules() -> None:
     slow = file.load_clutch("shi2021", {"input_speed_rpm": 0.01, "body_kg": 0.01})
-    assert modal.evaluate_engagement(slow).t_loss_s is None
+    assert modal_engagement.evaluate_engagement(slow).t_loss_s is None
 
 
 def test_numbers() -> None:
     """Coefficients of the paper's shape; and (12) as printed, by hand from the file's inputs."""
-    result = modal.evaluate_engagement(CLUTCH)
+    result = modal_engagement.evaluate_engagement(CLUTCH)
     assert result.modal.K_coefficient == pytest.approx(np.pi**4 / 32, rel=1e-15)
     assert result.modal.mass_coefficient == pytest.approx(0.5, rel=1e-15)
     edge = 0.02 / np.sqrt(3)
@@ -120,4 +121,4 @@ def test_bad_input_is_one_sentence(
 
 def test_an_unknown_shape_is_refused() -> None:
     with pytest.raises(InputError, match="quarter-sine"):
-        modal.build_beam(CLUTCH.si, "sine")
+        modal_engagement.build_beam(CLUTCH.si, "sine")

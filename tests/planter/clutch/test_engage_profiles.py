@@ -9,7 +9,7 @@ import pytest
 import shapely
 from shapely.affinity import rotate, translate
 
-from planter.clutch.engagement.dynamics import DOG, REULEAUX
+from planter.clutch.contact_dynamics import DOG, REULEAUX
 from planter.clutch.rotor import Rotor, body_outline
 from planter.kernels import formulas
 from planter.kernels.kernel import Array

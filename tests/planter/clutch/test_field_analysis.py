@@ -11,9 +11,9 @@ from scipy import stats
 from planter.clutch.field import Factor, FieldResponse, Trial, trial
 from planter.clutch.field import evaluation as field
 from planter.clutch.field.analysis import MainEffectsModel, fit_least_squares, is_orthogonal
-from planter.clutch.field.goals import ResponseGoal
+from planter.clutch.field.evaluation import ResponseGoal
 from planter.clutch.field.plans import build_array
-from planter.clutch.results.field import Effect, Predicted
+from planter.clutch.results import Effect, Predicted
 from planter.errors import InputError
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from planter.clutch.field import comparison
-from planter.clutch.field.comparison import Sample
+from planter.clutch.field import analysis
+from planter.clutch.field.analysis import Sample
 from planter.errors import InputError
 
 HEAD = "clutch,speed_m_s,measure,mean,sd,n\n"
@@ -26,30 +26,30 @@ def test_raw_measurements_give_the_same_p() -> None:
     for sizes in itertools.product((2, 5, 30), repeat=2):
         a, b = random.normal(0, 1, sizes[0]), random.normal(1, 3, sizes[1])
         raw = stats.ttest_ind(a, b, equal_var=False).pvalue
-        assert comparison.welch_probability(sample_of(a, "a"), sample_of(b, "b")) == pytest.approx(raw, rel=1e-9)
+        assert analysis.welch_probability(sample_of(a, "a"), sample_of(b, "b")) == pytest.approx(raw, rel=1e-9)
         if sizes[0] != sizes[1]:
             pooled = stats.ttest_ind(a, b, equal_var=True).pvalue
-            assert comparison.welch_probability(sample_of(a, "a"), sample_of(b, "b")) != pytest.approx(pooled, rel=1e-3)
+            assert analysis.welch_probability(sample_of(a, "a"), sample_of(b, "b")) != pytest.approx(pooled, rel=1e-3)
 
 
 def test_welch_by_hand() -> None:
     va, vb = 1.9**2 / 5, 2.5**2 / 7
     freedom = (va + vb) ** 2 / (va**2 / 4 + vb**2 / 6)
     p = 2 * stats.t.sf(abs(1.2 - 6.8) / np.sqrt(va + vb), freedom)
-    assert comparison.welch_probability(NEW, OLD) == pytest.approx(p, rel=1e-12)
+    assert analysis.welch_probability(NEW, OLD) == pytest.approx(p, rel=1e-12)
 
 
 def test_unit_and_order_of_clutches_do_not_matter_to_p() -> None:
     scaled = [replace(s, mean=s.mean * 1e-90, sd=s.sd * 1e-90) for s in (NEW, OLD)]
-    p = comparison.welch_probability(NEW, OLD)
-    assert comparison.welch_probability(OLD, NEW) == pytest.approx(p, rel=1e-12)
-    assert comparison.welch_probability(*scaled) == pytest.approx(p, rel=1e-9)
-    assert comparison.welch_probability(replace(NEW, mean=OLD.mean), OLD) == pytest.approx(1, abs=1e-12)
+    p = analysis.welch_probability(NEW, OLD)
+    assert analysis.welch_probability(OLD, NEW) == pytest.approx(p, rel=1e-12)
+    assert analysis.welch_probability(*scaled) == pytest.approx(p, rel=1e-9)
+    assert analysis.welch_probability(replace(NEW, mean=OLD.mean), OLD) == pytest.approx(1, abs=1e-12)
 
 
 def test_holm_by_hand_and_pairs_in_their_order() -> None:
     samples = [Sample(c, 1.0, "Y1", m, 1.0, 6) for c, m in (("a", 0.0), ("b", 1.0), ("c", 3.0))]
-    main, others = comparison.compare_samples(samples)
+    main, others = analysis.compare_samples(samples)
     pairs = [*main, *others]
     assert [(p.clutch, p.reference) for p in pairs] == [("a", "b"), ("a", "c"), ("b", "c")]
     assert len(main) == 1
@@ -62,26 +62,26 @@ def test_holm_by_hand_and_pairs_in_their_order() -> None:
 def test_holm_agrees_with_statsmodels(count: int) -> None:
     probabilities = np.random.default_rng(count).beta(0.5, 3.0, count)
     reference = pytest.importorskip("statsmodels.stats.multitest").multipletests
-    assert comparison.adjust_by_holm([*probabilities]) == pytest.approx(reference(probabilities, method="holm")[1])
+    assert analysis.adjust_by_holm([*probabilities]) == pytest.approx(reference(probabilities, method="holm")[1])
     if count > 1:
         other = reference(probabilities, method="bonferroni")[1]
-        assert comparison.adjust_by_holm([*probabilities]) != pytest.approx(other)
+        assert analysis.adjust_by_holm([*probabilities]) != pytest.approx(other)
 
 
 def test_holm_is_bounded_by_one_and_keeps_equal_probabilities_equal() -> None:
-    assert comparison.adjust_by_holm([0.5, 0.02, 0.5, 0.02]) == [1.0, 0.08, 1.0, 0.08]
-    assert comparison.adjust_by_holm([]) == []
+    assert analysis.adjust_by_holm([0.5, 0.02, 0.5, 0.02]) == [1.0, 0.08, 1.0, 0.08]
+    assert analysis.adjust_by_holm([]) == []
 
 
 def test_what_cannot_be_said_is_none() -> None:
     still = [replace(s, sd=0.0) for s in (NEW, OLD)]
-    (found,), _ = comparison.compare_samples([still[0], replace(still[1], mean=0.0)])
+    (found,), _ = analysis.compare_samples([still[0], replace(still[1], mean=0.0)])
     assert found.p_value is found.p_holm is found.reduction_percent is None
-    (found,), _ = comparison.compare_samples([still[0], OLD])
+    (found,), _ = analysis.compare_samples([still[0], OLD])
     assert 0 < found.p_value < 1
-    (found,), _ = comparison.compare_samples([replace(NEW, mean=1e100), replace(OLD, mean=1e-300)])
+    (found,), _ = analysis.compare_samples([replace(NEW, mean=1e100), replace(OLD, mean=1e-300)])
     assert found.reduction_percent is None
-    assert comparison.compare_samples([NEW, replace(OLD, measure="Y2")]) == ([], [])
+    assert analysis.compare_samples([NEW, replace(OLD, measure="Y2")]) == ([], [])
 
 
 BAD = {
@@ -102,6 +102,6 @@ BAD = {
 @pytest.mark.parametrize(("text", "message"), BAD.values(), ids=BAD)
 def test_bad_statistics_are_refused_by_place(text: str, message: str) -> None:
     with pytest.raises(InputError, match=message) as refused:
-        comparison.read_samples(text, "stats.csv")
+        analysis.read_samples(text, "stats.csv")
     assert str(refused.value).startswith("stats.csv:")
-    assert len(comparison.read_samples(HEAD + "a,1,Y1,1,1,5\nb,1,Y1,1,1,5\n", "stats.csv")) == 2
+    assert len(analysis.read_samples(HEAD + "a,1,Y1,1,1,5\nb,1,Y1,1,1,5\n", "stats.csv")) == 2

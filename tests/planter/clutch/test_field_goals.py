@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.clutch.field import ResponseGoal, evaluation, goals, trial
+from planter.clutch.field import ResponseGoal, evaluation, trial
 from planter.errors import InputError
 from tests.support.cli import below
 
@@ -102,10 +102,10 @@ def test_goals_at_odds_are_told() -> None:
 
 
 def test_equal_losses_share_a_rank_rounding_apart() -> None:
-    assert goals.rank_losses(np.array([2.0, 1.0, 1.0 + 1e-14, 5.0])).tolist() == [3, 1.5, 1.5, 4]
-    assert goals.order_combinations([np.array([3.0, 1, 2]), np.array([1.0, 3, 2])])[0] == 2
+    assert evaluation.rank_losses(np.array([2.0, 1.0, 1.0 + 1e-14, 5.0])).tolist() == [3, 1.5, 1.5, 4]
+    assert evaluation.order_combinations([np.array([3.0, 1, 2]), np.array([1.0, 3, 2])])[0] == 2
     with pytest.raises(InputError):
-        goals.parse_goals(["Y=1e999"])
+        evaluation.parse_goals(["Y=1e999"])
 
 
 def test_tables_page_and_figures_say_the_goal(table: str, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from functools import cache
 import pytest
 
 from planter.clutch.field import NEAREST_ZERO, evaluate_field
-from planter.clutch.results.field import FieldTest
+from planter.clutch.results import FieldTest
 
 RANGE = {
     "Y1": {"A": ("9.8", "6.3", "3.3", "6.5"), "B": ("5.3", "6.5", "7.6", "2.3"), "C": ("5.2", "6.3", "7.9", "2.7")},

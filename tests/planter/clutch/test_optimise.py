@@ -8,8 +8,8 @@ import pytest
 from scipy.optimize import minimize
 
 from planter.clutch import file
-from planter.clutch.optimise import VARIABLES, SwitchingProblem, optimise_clutch
-from planter.clutch.results.shape import FastestSwitching, SwitchingDesign
+from planter.clutch.results import FastestSwitching, SwitchingDesign
+from planter.clutch.sizing import VARIABLES, SwitchingProblem, optimise_clutch
 from planter.errors import ComputationError, InputError
 from planter.optimise.certificate import best_multipliers, check, kkt_residual
 from planter.optimise.epigraph import Epigraph

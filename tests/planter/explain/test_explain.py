@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planter.explain import dictionary, outputs, tables
+from planter.explain import dictionary, page
 from planter.kernels import generated
 from planter.planting import cycle, toothed
 from planter.planting.report import figures
@@ -29,7 +29,7 @@ def numeric_keys(node: Any) -> Iterator[str]:
     """Keys of a schema, at any depth, below which a number may stand."""
     if isinstance(node, Mapping):
         for key, value in node.get("properties", {}).items():
-            if outputs.carries_number(value):
+            if dictionary.carries_number(value):
                 yield key
         for value in node.values():
             yield from numeric_keys(value)
@@ -152,6 +152,6 @@ def test_an_unknown_name_is_asked_back_and_all_names_are_listed() -> None:
 
 def test_tables_fit_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("range_N", "mu", "F_B1x"):
-        tables.show_meanings(dictionary.explain_name(name))
-    tables.show_names(dictionary.list_names())
+        page.show_meanings(dictionary.explain_name(name))
+    page.show_names(dictionary.list_names())
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 80

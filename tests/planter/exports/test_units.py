@@ -12,7 +12,7 @@ import pytest
 from planter.engine.machine import load_machine
 from planter.exports import fmu
 from planter.exports.quantities import build_motion
-from planter.interchange.fmi import libraries
+from planter.interchange import co_simulation
 from planter.mechanism import file
 from planter.mechanism.model import Model
 from tests.planter.exports.exported import machine_file
@@ -28,8 +28,8 @@ SLIDER = "slider_crank"
 def _quick() -> Iterator[None]:
     """Only the library of this system, compiled without passes."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(libraries, "PLATFORMS", {k: v for k, v in libraries.PLATFORMS.items() if k == "linux64"})
-        patch.setattr(libraries, "FLAGS", ("-O0", *libraries.FLAGS[1:]))
+        patch.setattr(co_simulation, "PLATFORMS", {k: v for k, v in co_simulation.PLATFORMS.items() if k == "linux64"})
+        patch.setattr(co_simulation, "FLAGS", ("-O0", *co_simulation.FLAGS[1:]))
         yield
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from planter.errors import PlanterError
 from planter.gear_geometry.pitch_curves import build_sampled_pair
-from planter.gears.curves import load_pair
+from planter.gears.request import load_pair
 from planter.kernels import Array
 from planter.numerics import piecewise
 from planter.numerics.arrays import find_gap

@@ -19,7 +19,7 @@ from planter.kernels import Array
 from planter.planting import file
 from planter.planting.model import Device
 from planter.workshop.arcs import Arcs
-from planter.workshop.bores import Bore, Keyway
+from planter.workshop.drawing import Bore, Keyway
 from tests.support.cli import answer, refusal
 from tests.support.outlines import between, read_dxf, sampled
 

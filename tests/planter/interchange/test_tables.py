@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
-from planter.interchange.tables.formats import FORMATS
-from planter.interchange.tables.motion import DICTIONARY, Column, Motion, in_millimetres
+from planter.interchange.motion_tables import DICTIONARY, FORMATS, Column, Motion, convert_to_millimetres
 from planter.kernels import Array
 
 TIME = np.linspace(0.0, 0.7, 9)
@@ -97,5 +96,5 @@ def test_the_same_bytes_each_time(form: str) -> None:
      ("kg m2", "kg mm2", 1e-6), ("N/m", "N/mm", 1e3), ("m/s", "mm/s", 1e-3), ("1", "1", 1)],
 )  # fmt: skip
 def test_units_of_millimetres(unit: str, expected: str, factor: float) -> None:
-    told = in_millimetres(Column("q", "q", unit, "", "", TIME), "q")
+    told = convert_to_millimetres(Column("q", "q", unit, "", "", TIME), "q")
     assert (told.unit, told.factor) == (expected, pytest.approx(factor, rel=1e-15))

@@ -7,7 +7,7 @@ import pytest
 
 from planter.mechanism import cam
 from planter.mechanism.model import Model
-from planter.workshop.cams.profile import find_lift_off
+from planter.workshop.cam import find_lift_off
 from tests.support import own
 from tests.support.cli import answer, refusal
 

@@ -11,7 +11,7 @@ from planter.kernels import Array
 from planter.planting import cam, file
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
-from planter.workshop.cams.profile import find_lift_off
+from planter.workshop.cam import find_lift_off
 from tests.support.cli import answer, refusal
 from tests.support.outlines import read_dxf
 

@@ -17,7 +17,7 @@ from planter.exports import fmu
 from planter.exports.quantities import list_quantities
 from planter.files import units
 from planter.files.fields import read_range
-from planter.interchange.fmi import archive, libraries
+from planter.interchange import co_simulation
 from planter.kernels import Array
 from planter.kernels.toolchain import NoCompiler
 from planter.planting.cycle import evaluate_cycle, list_device_quantities
@@ -46,8 +46,8 @@ both_versions = pytest.mark.parametrize("unit", ["exact", "exact 3.0"])
 def quick() -> Iterator[None]:
     """Only the library of this system, compiled without passes."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(libraries, "PLATFORMS", {k: v for k, v in libraries.PLATFORMS.items() if k == "linux64"})
-        patch.setattr(libraries, "FLAGS", ("-O0", *libraries.FLAGS[1:]))
+        patch.setattr(co_simulation, "PLATFORMS", {k: v for k, v in co_simulation.PLATFORMS.items() if k == "linux64"})
+        patch.setattr(co_simulation, "FLAGS", ("-O0", *co_simulation.FLAGS[1:]))
         yield
 
 
@@ -128,7 +128,7 @@ def apart(found: Array, other: Array) -> float:
 
 
 def test_every_version_is_tried() -> None:
-    assert {version for _, version in UNITS.values()} == set(archive.VERSIONS)
+    assert {version for _, version in UNITS.values()} == set(co_simulation.VERSIONS)
     assert {model for model, _ in UNITS.values()} == set(MODELS)
 
 
@@ -310,7 +310,7 @@ class TestCommand:
         def none(*_: object) -> None:
             raise NoCompiler("there is no compiler")
 
-        monkeypatch.setattr(libraries, "build", none)
+        monkeypatch.setattr(co_simulation, "build_library", none)
         found = answer("export", "fmu", "compact", "--out", str(tmp_path / "a.fmu"))
         assert found["left_out"] == [{"platform": "linux64", "reason": "there is no compiler"}]
         assert validation.validate_fmu(str(tmp_path / "a.fmu")) == []

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from planter.exports.quantities import build_motion
-from planter.interchange.tables.formats import FORMATS
+from planter.interchange.motion_tables import FORMATS
 from planter.planting.cycle import evaluate_cycle, sample_angles
 from planter.planting.file import load
 from planter.planting.functions import MODELS, Model

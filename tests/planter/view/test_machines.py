@@ -9,12 +9,12 @@ import pytest
 from shapely import Point, Polygon
 
 from derive.__main__ import main as derive
-from planter.clutch.report import scene as clutch
+from planter.clutch.report import drawings as clutch
 from planter.clutch.rotor import Rotor
 from planter.engine.machine import load_machine
 from planter.gear_geometry.cutting import ToothOrder, cut_teeth
 from planter.gear_geometry.pitch_curves import build_circle_pair
-from planter.gears.report import figures as gears
+from planter.gears import figures as gears
 from planter.mapping import curve_file, synthesis, training
 from planter.mapping import file as poses
 from planter.mapping.report import scene as mapping

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from planter.errors import ComputationError
-from planter.workshop import biarcs
-from planter.workshop.arcs import Arcs
-from planter.workshop.outline import ClosedCurve
+from planter.workshop.arcs import Arcs, ClosedCurve, fit_arcs
 from tests.support.outlines import Lobes, between, lobes, sampled
 
 TOLERANCE = 1e-6
@@ -25,14 +23,14 @@ def strays(arcs: Arcs) -> float:
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
 @pytest.mark.parametrize("pieces", [5, 12])
 def test_arcs_stay_within_the_tolerance_as_they_say(tolerance: float, pieces: int) -> None:
-    found = biarcs.fit_arcs(lobes(pieces), tolerance)
+    found = fit_arcs(lobes(pieces), tolerance)
     assert strays(found.arcs) <= found.deviation * (1 + 1e-3) + ROUNDING
     assert 0.2 * tolerance < found.deviation <= tolerance
     assert found.arcs.area == pytest.approx(EXACT.area, rel=tolerance / 0.02)
 
 
 def test_arcs_turn_as_the_curve_does() -> None:
-    arcs = biarcs.fit_arcs(lobes(), TOLERANCE).arcs
+    arcs = fit_arcs(lobes(), TOLERANCE).arcs
     middles = sampled(arcs, 3)[1::3]
     share = np.arctan2(middles[:, 1], middles[:, 0]) / (2 * np.pi) % 1
     curvature = EXACT.curvature(share)
@@ -42,30 +40,30 @@ def test_arcs_turn_as_the_curve_does() -> None:
 
 
 def test_directions_are_those_of_the_curve_where_pieces_meet() -> None:
-    arcs = biarcs.fit_arcs(lobes(), TOLERANCE).arcs
+    arcs = fit_arcs(lobes(), TOLERANCE).arcs
     heading = np.arctan2(*arcs.chords.T[::-1])
     ending, starting = heading + arcs.half_angles, np.roll(heading - arcs.half_angles, -1)
     np.testing.assert_allclose(np.exp(1j * (starting - ending)), 1, atol=1e-12)
 
 
 def test_twice_the_arcs_are_eight_times_as_near() -> None:
-    counts = [len(biarcs.fit_arcs(lobes(3), tolerance).arcs.vertices) for tolerance in (1e-5, 1e-5 / 512)]
+    counts = [len(fit_arcs(lobes(3), tolerance).arcs.vertices) for tolerance in (1e-5, 1e-5 / 512)]
     assert 6 < counts[1] / counts[0] < 10
 
 
 def test_circles_and_lines_are_one_arc() -> None:
-    found = biarcs.fit_arcs([Lobes(0, 1.2, depth=0), Lobes(1.2, 2.4, depth=0)], TOLERANCE, closed=False)
+    found = fit_arcs([Lobes(0, 1.2, depth=0), Lobes(1.2, 2.4, depth=0)], TOLERANCE, closed=False)
     assert len(found.arcs.vertices) == 3
     assert found.arcs.lengths.sum() == pytest.approx(2.4 * 0.03, rel=1e-14)
 
 
 def test_a_curve_known_by_its_places_alone_is_followed() -> None:
-    found = biarcs.fit_arcs([ClosedCurve("pitch", EXACT.at)], TOLERANCE)
+    found = fit_arcs([ClosedCurve("pitch", EXACT.at)], TOLERANCE)
     assert strays(found.arcs) <= TOLERANCE
 
 
 def test_a_wrong_side_and_a_moved_vertex_are_found() -> None:
-    arcs = biarcs.fit_arcs(lobes(), TOLERANCE).arcs
+    arcs = fit_arcs(lobes(), TOLERANCE).arcs
     hollow, convex = int(arcs.bulges.argmin()), int(arcs.bulges.argmax())
     for index in (hollow, convex):
         bulges = arcs.bulges.copy()
@@ -82,4 +80,4 @@ def test_a_piece_with_a_corner_is_refused_by_name() -> None:
             return np.where(s[:, None] < 0.4, [[1.0, 0.0]], [[0.0, 1.0]])
 
     with pytest.raises(ComputationError, match=r"piece 1, root, turns too sharply"):
-        biarcs.fit_arcs([Lobes(0, 1), Corner(1, 2, kind="root")], TOLERANCE)
+        fit_arcs([Lobes(0, 1), Corner(1, 2, kind="root")], TOLERANCE)

@@ -9,8 +9,8 @@ import pytest
 import trimesh
 
 from planter.errors import InputError
-from planter.workshop import biarcs, solids
-from planter.workshop.bores import Bore, Keyway
+from planter.workshop import arcs, solids
+from planter.workshop.drawing import Bore, Keyway
 from planter.workshop.solids import fit_plane_spline
 from tests.support.outlines import Lobes, lobes
 
@@ -21,7 +21,7 @@ VOLUME = (EXACT.area - BORE.edge.area) * WIDTH
 
 
 def test_a_mesh_is_watertight_and_has_the_volume() -> None:
-    outline = biarcs.fit_arcs(lobes(), 1e-6).arcs
+    outline = arcs.fit_arcs(lobes(), 1e-6).arcs
     body = trimesh.load(io.BytesIO(solids.format_stl(outline, [BORE.edge], WIDTH, 1e-6)), file_type="stl")
     assert body.is_watertight
     assert body.is_winding_consistent
@@ -31,7 +31,7 @@ def test_a_mesh_is_watertight_and_has_the_volume() -> None:
 
 def test_a_mesh_with_a_triangle_less_is_not_watertight() -> None:
     body = trimesh.load(
-        io.BytesIO(solids.format_stl(biarcs.fit_arcs(lobes(), 1e-4).arcs, [], WIDTH, 1e-4)), file_type="stl"
+        io.BytesIO(solids.format_stl(arcs.fit_arcs(lobes(), 1e-4).arcs, [], WIDTH, 1e-4)), file_type="stl"
     )
     body.update_faces(np.arange(len(body.faces)) > 0)
     assert not body.is_watertight

@@ -5,7 +5,7 @@ import pytest
 
 from planter.errors import InputError
 from planter.workshop.arcs import build_circle
-from planter.workshop.bores import Bore, Keyway, check_wall, find_standard_keyway
+from planter.workshop.drawing import Bore, Keyway, check_wall, find_standard_keyway
 
 
 @pytest.mark.parametrize("phase", [0.0, 2.3])

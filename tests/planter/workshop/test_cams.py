@@ -8,8 +8,8 @@ from shapely import Point, Polygon
 
 from planter.errors import GeometryError, InputError
 from planter.kernels import Array, formulas
-from planter.workshop import biarcs
-from planter.workshop.cams.profile import Profile, check_roller, find_lift_off
+from planter.workshop import arcs
+from planter.workshop.cam import Profile, check_roller, find_lift_off
 
 ROLLER, PITCH, OFFSET = 0.009, 0.03, 0.008
 BREAKS = tuple(np.linspace(0, 2 * np.pi, 9).tolist())
@@ -37,7 +37,7 @@ def profile(roller: float = ROLLER) -> Profile:
 
 def test_the_contour_of_an_eccentric_circle_is_one() -> None:
     found = profile()
-    outline = biarcs.fit_arcs(found.pieces, 1e-6).arcs
+    outline = arcs.fit_arcs(found.pieces, 1e-6).arcs
     centre = np.array([0.0, OFFSET])
     np.testing.assert_allclose(np.hypot(*(outline.points(1e-6) - centre).T), PITCH - ROLLER, rtol=1e-9)
     assert len(outline.vertices) <= 2 * len(BREAKS)
@@ -63,7 +63,7 @@ def test_a_roller_that_cuts_in_is_refused_with_its_place() -> None:
 
 def test_a_roller_touches_the_disc_wherever_it_is() -> None:
     found = profile()
-    disc = Polygon(biarcs.fit_arcs(found.pieces, 1e-7).arcs.points(1e-8))
+    disc = Polygon(arcs.fit_arcs(found.pieces, 1e-7).arcs.points(1e-8))
     places = found.course(np.linspace(0, 2 * np.pi, 101))
     gaps = [disc.distance(Point(x, y)) - ROLLER for x, y in zip(*(places[p] for p in found.pitch), strict=True)]
     assert np.abs(gaps).max() < 2e-7

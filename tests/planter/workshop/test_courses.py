@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from planter.workshop.outline import sample_outline
+from planter.workshop.arcs import sample_outline
 from tests.support.outlines import lobes
 
 

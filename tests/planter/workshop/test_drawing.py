@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from ezdxf.entitydb import EntityDB
 
-from planter.workshop import biarcs, drawing
-from planter.workshop.arcs import build_circle
-from planter.workshop.bores import Bore, Keyway
-from planter.workshop.drawing import DrawingLine
+from planter.workshop import drawing
+from planter.workshop.arcs import build_circle, fit_arcs
+from planter.workshop.drawing import Bore, DrawingLine, Keyway
 from tests.support.outlines import lobes, read_dxf
 
-TOOTHED = biarcs.fit_arcs(lobes(), 1e-6).arcs
+TOOTHED = fit_arcs(lobes(), 1e-6).arcs
 LINES = (
     DrawingLine("TEETH", TOOTHED),
     *Bore(0.01, Keyway(0.003, 0.0014, 0.4)).lines(),

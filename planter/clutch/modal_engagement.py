@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from planter.clutch.file import ClutchFile
-from planter.clutch.results.engagement import BeamMode, EnergyBalance, LoadSensitivity, ModalEngagement, OneModeLoads
+from planter.clutch.results import BeamMode, EnergyBalance, LoadSensitivity, ModalEngagement, OneModeLoads
 from planter.errors import InputError
 from planter.kernels import formulas
 

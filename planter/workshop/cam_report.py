@@ -16,9 +16,8 @@ from planter.report.inputs import inputs, provenance_section
 from planter.report.labels import label
 from planter.terminal.console import Console
 from planter.workshop import drawing
-from planter.workshop.cams.part import CamPart, tabulate_contour
-from planter.workshop.cams.profile import SAMPLES, Push
-from planter.workshop.cams.results import Cam
+from planter.workshop.cam import SAMPLES, CamPart, Push, tabulate_contour
+from planter.workshop.cam_results import Cam
 from planter.workshop.drawing import format_dxf
 
 if TYPE_CHECKING:

@@ -1,1 +1,0 @@
-"""Files, figures and the page of a set of toothed gears."""

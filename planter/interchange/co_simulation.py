@@ -1,0 +1,282 @@
+"""Units for co-simulation (FMI): their variables, descriptions in XML, C sources, libraries and archives."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import platform
+import re
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Literal
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+from planter.kernels import builds, bundled, platforms, toolchain
+from planter.kernels.platforms import Platform
+from planter.kernels.toolchain import NoCompiler
+
+Causality = Literal["input", "parameter", "output"]
+MAIN = "fmu.c"
+"""The C file of a unit's sources that includes all others."""
+TOKEN = "TOKEN_OF_THIS"
+"""Placeholder in `MAIN` for the token of the unit."""
+INTERFACE = "interface.c"
+"""The file that `MAIN` includes last."""
+
+_POWERS: dict[str, Mapping[str, int]] = {
+    "m": {"m": 1}, "kg": {"kg": 1}, "s": {"s": 1}, "rad": {"rad": 1}, "1": {},
+    "N": {"kg": 1, "m": 1, "s": -2}, "J": {"kg": 1, "m": 2, "s": -2}, "W": {"kg": 1, "m": 2, "s": -3},
+}  # fmt: skip
+_FACTOR = re.compile(r"([A-Za-z]+|1)(\d*)")
+_VARIABILITY = {"input": "continuous", "output": "continuous", "parameter": "tunable"}
+_DATE = (1980, 1, 1, 0, 0, 0)
+"""Date of every file in an archive: the earliest that the format allows."""
+_PERMISSIONS = 0o100644
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A number of a unit, in SI units and radians.
+
+    `shown` is the display unit, `factor` its size in SI; `start` and the range from `low` to `high` are in SI, None
+    without one. A `fixed` parameter does not change after the start.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    causality: Causality
+    start: float | None = None
+    low: float | None = None
+    high: float | None = None
+    shown: str = ""
+    factor: float = 1.0
+    fixed: bool = False
+
+
+@dataclass(frozen=True)
+class UnitModel:
+    """A unit with inputs and parameters first among its variables, outputs after them; `name` is a C identifier.
+
+    The reference of a variable is its index. The proposed simulation is a `period` [s] in `steps`.
+    """
+
+    name: str
+    title: str
+    meaning: str
+    tool: str
+    variables: tuple[Variable, ...]
+    period: float
+    steps: int
+
+    @property
+    def outputs(self) -> list[int]:
+        """Indices of the outputs, from 0."""
+        return [index for index, variable in enumerate(self.variables) if variable.causality == "output"]
+
+
+@dataclass(frozen=True)
+class Version:
+    """A version of the interface: its C file, its folders of libraries by platform, and a function that returns the
+    descriptions of a model with a token by their paths in the archive."""
+
+    source: str
+    folders: Mapping[str, str]
+    describe: Callable[[UnitModel, str], dict[str, bytes]]
+
+
+def decompose_unit(unit: str) -> dict[str, int]:
+    """Return the powers of the base units kg, m, s and rad in an SI unit. Raises ValueError for another unit.
+
+    >>> decompose_unit("N m"), decompose_unit("rad/s2"), decompose_unit("1")
+    ({'kg': 1, 'm': 2, 's': -2}, {'rad': 1, 's': -2}, {})
+    """
+    above, _, below = unit.partition("/")
+    exponents: dict[str, int] = {}
+    for text, sign in ((above, 1), (below, -1)):
+        for word in text.split():
+            factor = _FACTOR.fullmatch(word)
+            if factor is None or factor[1] not in _POWERS:
+                raise ValueError(f"{unit} is not a product of {', '.join(_POWERS)}")
+            for base, power in _POWERS[factor[1]].items():
+                exponents[base] = exponents.get(base, 0) + sign * power * int(factor[2] or 1)
+    return {base: power for base, power in exponents.items() if power}
+
+
+def _describe_fmi2(model: UnitModel, token: str) -> dict[str, bytes]:
+    """Return `modelDescription.xml` of FMI 2.0, section 2.2 of the standard."""
+    abilities = ("canNotUseMemoryManagementFunctions", "canGetAndSetFMUstate", "canSerializeFMUstate")
+    root, unit = _begin_description(model, "2.0", {"guid": token}, abilities)
+    SubElement(SubElement(unit, "SourceFiles"), "File", name=MAIN)
+    variables = SubElement(root, "ModelVariables")
+    for index, variable in enumerate(model.variables):
+        scalar = SubElement(variables, "ScalarVariable", _describe_role(index, variable))
+        SubElement(scalar, "Real", _describe_values(variable))
+    structure = SubElement(root, "ModelStructure")
+    for name in ("Outputs", "InitialUnknowns"):
+        unknowns = SubElement(structure, name)
+        for index in model.outputs:
+            SubElement(unknowns, "Unknown", index=str(index + 1))
+    return {"modelDescription.xml": _format_xml(root)}
+
+
+def _describe_fmi3(model: UnitModel, token: str) -> dict[str, bytes]:
+    """Return `modelDescription.xml` and `buildDescription.xml` of FMI 3.0, sections 2.4 and 2.5 of the standard."""
+    abilities = ("canGetAndSetFMUState", "canSerializeFMUState")
+    root, _ = _begin_description(model, "3.0", {"instantiationToken": token}, abilities)
+    variables = SubElement(root, "ModelVariables")
+    for index, variable in enumerate(model.variables):
+        SubElement(variables, "Float64", _describe_role(index, variable) | _describe_values(variable))
+    SubElement(variables, "Float64", name="time", valueReference=str(len(model.variables)), description="time",
+               causality="independent", variability="continuous")  # fmt: skip
+    structure = SubElement(root, "ModelStructure")
+    for name in ("Output", "InitialUnknown"):
+        for index in model.outputs:
+            SubElement(structure, name, valueReference=str(index))
+    build = Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = SubElement(build, "BuildConfiguration", modelIdentifier=model.name)
+    SubElement(SubElement(configuration, "SourceFileSet", language="C99"), "SourceFile", name=MAIN)
+    return {"modelDescription.xml": _format_xml(root), "sources/buildDescription.xml": _format_xml(build)}
+
+
+VERSIONS = {
+    "2.0": Version("fmi2.c", {"linux64": "linux64", "win64": "win64"}, _describe_fmi2),
+    "3.0": Version("fmi3.c", {"linux64": "x86_64-linux", "win64": "x86_64-windows"}, _describe_fmi3),
+}
+
+
+def _begin_description(
+    model: UnitModel, version: str, token: dict[str, str], abilities: Sequence[str]
+) -> tuple[Element, Element]:
+    """Return the root of a description, up to its variables, and the element of co-simulation."""
+    root = Element("fmiModelDescription", {
+        "fmiVersion": version, "modelName": model.title, **token, "description": model.meaning,
+        "generationTool": model.tool, "variableNamingConvention": "structured",
+    })  # fmt: skip
+    flags = dict.fromkeys(("canHandleVariableCommunicationStepSize", *abilities), "true")
+    co_simulation = SubElement(root, "CoSimulation", {"modelIdentifier": model.name, **flags})
+    _add_units(SubElement(root, "UnitDefinitions"), model.variables)
+    categories = SubElement(root, "LogCategories")
+    SubElement(categories, "Category", name="logStatusError", description="what went wrong")
+    SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(model.period),
+               stepSize=repr(model.period / model.steps))  # fmt: skip
+    return root, co_simulation
+
+
+def _add_units(parent: Element, variables: Sequence[Variable]) -> None:
+    """Add each unit with its powers of base units, and its display units: display value = factor * SI value."""
+    display_units: dict[str, dict[str, float]] = {}
+    for variable in variables:
+        units = display_units.setdefault(variable.unit, {})
+        if variable.shown:
+            units[variable.shown] = 1 / variable.factor
+    for unit, factors in sorted(display_units.items()):
+        element = SubElement(parent, "Unit", name=unit)
+        SubElement(element, "BaseUnit", {base: str(power) for base, power in decompose_unit(unit).items()})
+        for name, factor in sorted(factors.items()):
+            SubElement(element, "DisplayUnit", name=name, factor=repr(factor))
+
+
+def _describe_role(index: int, variable: Variable) -> dict[str, str]:
+    """Return name, reference, causality and variability of a variable."""
+    attributes = {
+        "name": variable.name, "valueReference": str(index), "description": variable.meaning,
+        "causality": variable.causality, "variability": "fixed" if variable.fixed else _VARIABILITY[variable.causality],
+    }  # fmt: skip
+    if variable.causality != "input":
+        attributes["initial"] = "calculated" if variable.start is None else "exact"
+    return attributes
+
+
+def _describe_values(variable: Variable) -> dict[str, str]:
+    """Return units, range and start of a variable."""
+    limits = {"min": variable.low, "max": variable.high, "start": variable.start}
+    attributes = {"unit": variable.unit} | ({"displayUnit": variable.shown} if variable.shown else {})
+    return attributes | {name: repr(value) for name, value in limits.items() if value is not None}
+
+
+def _format_xml(root: Element) -> bytes:
+    """Return XML with a line for each element."""
+    ElementTree.indent(root)
+    return ElementTree.tostring(root, "utf-8", xml_declaration=True) + b"\n"
+
+
+def complete_sources(version: Version, model: UnitModel, texts: Mapping[str, str]) -> tuple[str, dict[str, str]]:
+    """Return the unit's token, a hash of its description and sources, and all sources with it, by name.
+
+    `texts` are the model's own sources; among them `MAIN`, which contains the word `TOKEN`.
+    """
+    folder = resources.files(__package__)
+    interface = {INTERFACE: version.source, "core.c": "core.c"}
+    code = dict(texts) | {name: folder.joinpath(file).read_text(encoding="utf-8") for name, file in interface.items()}
+    parts = [*version.describe(model, TOKEN).values(),
+             *(part.encode() for pair in sorted(code.items()) for part in pair)]  # fmt: skip
+    digest = hashlib.sha256(b"\0".join(parts)).hexdigest()
+    token = "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]))
+    return token, code | {MAIN: code[MAIN].replace(TOKEN, token)}
+
+
+PLATFORMS: dict[str, tuple[str, Platform]] = {
+    "linux64": ("x86_64-linux-gnu.2.17", platforms.LINUX),
+    "win64": ("x86_64-windows-gnu", platforms.WINDOWS),
+}
+"""Target of the bundled compiler, and properties of libraries, by platform."""
+FLAGS = ("-O2", "-fvisibility=hidden", "-Werror=implicit-function-declaration")
+
+
+def build_library(platform_name: str, texts: Mapping[str, str], name: str) -> tuple[str, bytes]:
+    """Return file name and content of a unit's library for any processor of a platform, from its sources.
+
+    This system's compiler builds for this system, the bundled one for others. Raises NoCompiler.
+    """
+    target, system = PLATFORMS[platform_name]
+    is_here = platform_name == "linux64" and sys.platform == "linux" and platform.machine() == "x86_64"
+    native = is_here and not toolchain.compiler().bundled
+    file = f"{name}{system.suffix}"
+    with tempfile.TemporaryDirectory(prefix="planter-") as temporary:
+        folder = Path(temporary)
+        for source, text in texts.items():
+            (folder / source).write_text(text, encoding="utf-8")
+        command = toolchain.compiler().command if native else bundled.command(target)
+        if not command:
+            raise NoCompiler("planter[compiler] is not installed, which builds for other systems")
+        compiled = folder / "fmu.o"
+        steps = (
+            system.compile(command, FLAGS, folder / MAIN, compiled),
+            [*system.link(command, compiled, folder / file, folder / file), "-s"],
+        )
+        try:
+            for step in steps:
+                if native:
+                    builds.run(step, toolchain.TIMEOUT_S, folder)
+                else:
+                    toolchain.run_for(target, step, folder)
+            return file, (folder / file).read_bytes()
+        except (OSError, subprocess.SubprocessError) as error:
+            raise NoCompiler(f"{command[0]} did not build {file}: {toolchain.said(error)}") from error
+
+
+def pack_unit(
+    version: Version, model: UnitModel, texts: Mapping[str, str], token: str, libraries: Mapping[str, tuple[str, bytes]]
+) -> bytes:
+    """Return a unit's file, a zip archive with the same bytes for the same content.
+
+    `texts` and `token` are those of `complete_sources`, `libraries` are file names and contents by platform.
+    """
+    files = version.describe(model, token)
+    files |= {f"sources/{name}": text.encode() for name, text in sorted(texts.items())}
+    files |= {f"binaries/{version.folders[place]}/{name}": data for place, (name, data) in sorted(libraries.items())}
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files.items():
+            entry = zipfile.ZipInfo(name, _DATE)
+            entry.external_attr = _PERMISSIONS << 16
+            archive.writestr(entry, content, zipfile.ZIP_DEFLATED)
+    return stream.getvalue()

@@ -1,1 +1,0 @@
-"""Cams for rollers as parts: contour, limits, drawings and solids, whatever mechanism they move."""
