@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from planter.engine.outputs import OutputBatch
     from planter.errors import ComputationError, GeometryError, InputError, Interrupted, PlanterError
     from planter.kernels import CallError, Kernel
-    from planter.mapping.curve_file import load_curve
+    from planter.mapping.curve import load_curve
     from planter.mapping.file import load_poses
     from planter.mapping.synthesis import synthesise
-    from planter.mapping.training import build_training as train
+    from planter.mapping.train import build_training as train
     from planter.mechanism.optimisation import optimise as optimise_machine
     from planter.pickup.analysis import analyse_pickup as pick_up
     from planter.planting.calibration import calibrate

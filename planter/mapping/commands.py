@@ -81,10 +81,10 @@ def train(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mapping.curve_file import load_curve
+        from planter.mapping.curve import load_curve
         from planter.mapping.file import load_poses
         from planter.mapping.presentation import present_train
-        from planter.mapping.training import build_training
+        from planter.mapping.train import build_training
 
         distance = _length("--centre-distance-mm", centre_distance_mm)
         crank = None if crank_mm is None else _length("--crank-mm", crank_mm)

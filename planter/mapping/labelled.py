@@ -9,7 +9,7 @@ from planter.mapping.show import KIND
 
 if TYPE_CHECKING:
     from planter.mapping.synthesis import Synthesis
-    from planter.mapping.training import Training
+    from planter.mapping.train import Training
     from planter.view.sheet import Labelled
 
 
@@ -33,7 +33,7 @@ class Labels:
     def draw(self, source: str, changes: Mapping[str, float]) -> Labelled:
         """The poses in a file, or the built-in ones of that name."""
         from planter.mapping.file import load_poses
-        from planter.mapping.report.sheets import sheets
+        from planter.mapping.scene import sheets
         from planter.mapping.synthesis import synthesise
         from planter.view.sheet import Labelled
 
@@ -45,7 +45,7 @@ class Labels:
 def _train(synthesis: Synthesis) -> Training | None:
     """The train of the curve that the file's points give, or the nearest monotone one; None where neither makes one."""
     from planter.errors import PlanterError
-    from planter.mapping.training import build_training
+    from planter.mapping.train import build_training
 
     curve = synthesis.path_curve or (None if synthesis.nearest is None else synthesis.nearest.curve)
     if curve is None or synthesis.file.train is None or curve.sense > 0:

@@ -14,8 +14,7 @@ from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.kernels.formulas import load as load_formulas
-from planter.mapping.curve import AngleCurve
-from planter.mapping.curve_file import close_curve
+from planter.mapping.curve import AngleCurve, close_curve
 from planter.mapping.dyads import CONDITIONS, Dyad, distinct
 from planter.mapping.file import PoseFile, load_poses
 from planter.mapping.show import KIND

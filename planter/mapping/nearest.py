@@ -21,8 +21,8 @@ from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.mapping import model
 from planter.mapping.curve import AngleCurve, closed_turn
-from planter.mapping.defects import one_turn
 from planter.mapping.dyads import Dyad
+from planter.mapping.linkage import one_turn
 from planter.numerics import extrema
 from planter.numerics.arrays import TURN, wrap_angle
 

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planter.mapping import model
-from planter.mapping.train import GEARS
-from planter.mapping.training import polar_curves
+from planter.mapping.train import GEARS, polar_curves
 from planter.report import files
 from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
 from planter.report.labels import list_values, tabulate_rows
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from planter.kernels import Array
     from planter.mapping.results import LinkageFound, Missed, SynthesisFound, TrainFound
     from planter.mapping.synthesis import Synthesis
-    from planter.mapping.training import Training
+    from planter.mapping.train import Training
 
 CYCLE_ROWS = 721
 CAPTIONS = {
@@ -174,7 +173,7 @@ def _figure_name(dyads: Sequence[int]) -> str:
 
 
 def _animate_linkages(synthesis: Synthesis) -> Iterator[Block]:
-    from planter.mapping.report import scene
+    from planter.mapping import scene
     from planter.view.animation import Motion
 
     for linkage in synthesis.linkages:
@@ -183,7 +182,7 @@ def _animate_linkages(synthesis: Synthesis) -> Iterator[Block]:
 
 
 def _animate_train(training: Training) -> Iterator[Block]:
-    from planter.mapping.report import scene
+    from planter.mapping import scene
     from planter.view.animation import Motion
 
     moving = scene.train(training)
@@ -192,7 +191,7 @@ def _animate_train(training: Training) -> Iterator[Block]:
 
 
 def _draw_synthesis(synthesis: Synthesis) -> dict[str, Figure]:
-    from planter.mapping.report import figures
+    from planter.mapping import figures
 
     plots: dict[str, Figure] = {"dyads": figures.dyads(synthesis)}
     for linkage in synthesis.linkages:
@@ -203,10 +202,10 @@ def _draw_synthesis(synthesis: Synthesis) -> dict[str, Figure]:
 
 
 def _draw_train(training: Training) -> dict[str, Figure]:
-    from planter.mapping.report import train_figures
+    from planter.mapping import figures
 
-    plots = {"ratios": train_figures.ratios(training), "pitch_curves": train_figures.pitch_curves(training)}
-    return plots if training.dyad is None else plots | {"tip_path": train_figures.tip_path(training)}
+    plots = {"ratios": figures.ratios(training), "pitch_curves": figures.pitch_curves(training)}
+    return plots if training.dyad is None else plots | {"tip_path": figures.tip_path(training)}
 
 
 def _tabulate_paths(synthesis: Synthesis) -> Columns:

@@ -44,7 +44,7 @@ class Poses:
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Every linkage on the circuits that meet a pose."""
-        from planter.mapping.report import scene
+        from planter.mapping import scene
 
         synthesis = self._synthesis(values)
         return [scene.linkage(linkage, synthesis.poses, circuit) for linkage in synthesis.linkages

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import combinations
+from typing import TypedDict
 
 import numpy as np
 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
-from planter.mapping import conversion, model
+from planter.mapping import model
 from planter.mapping.curve import AngleCurve
-from planter.mapping.defects import Defects, Reversal, Standing, defects, reversals, standings
 from planter.mapping.dyads import (
     CONDITIONS,
     Dyad,
@@ -23,13 +24,30 @@ from planter.mapping.dyads import (
     distinct,
     find_family,
     fit_dyads,
+    misses,
     solve_dyads,
 )
 from planter.mapping.file import PointsData, PoseFile
-from planter.mapping.linkage import FourBar
+from planter.mapping.linkage import Defects, FourBar, Reversal, Standing, defects, reversals, standings
 from planter.mapping.nearest import SLOPES, Miss, Nearest, find_misses, find_nearest, interpolate_poses
 from planter.mapping.paths import build_path_curve
-from planter.mapping.results import CurveOfPaths, DefectsFound, Family, LinkageFound, NearestCurve, SynthesisFound
+from planter.mapping.results import (
+    AtPose,
+    Back,
+    CurveOfPaths,
+    DefectsFound,
+    DyadFound,
+    Family,
+    Four,
+    LinkageFound,
+    Missed,
+    NearestCurve,
+    OneSense,
+    Pair,
+    StraightFound,
+    SynthesisFound,
+)
+from planter.numerics.arrays import TURN
 
 _POINT = 1e-9
 """Radius, in sizes of the poses, below which a moving hinge stands still: that is no crank."""
@@ -77,15 +95,15 @@ def synthesise(file: PoseFile, carrier: int = 1, slopes: tuple[float, float] = S
     closest, why_not = _find_nearest(dyad, poses, slopes)
     result = SynthesisFound(
         poses=len(poses),
-        dyads=[conversion.dyad_result(d, poses) for d in solution.dyads],
+        dyads=[dyad_result(d, poses) for d in solution.dyads],
         complex_pairs=solution.complex_roots // 2,
         singular_values=_singular_values(poses * [1e3, 1e3, 1]),
         scaled_singular_values=[float(v) for v in solution.singular_values[:CONDITIONS]],
-        straight=[conversion.straight_result(s) for s in solution.straights],
+        straight=[straight_result(s) for s in solution.straights],
         family=_family_shown(solution, family_of, poses),
         linkages=[_linkage_shown(linkage, poses) for linkage in linkages],
         carrier_dyad=None if dyad is None else carrier,
-        monotone=None if dyad is None else conversion.monotone_result(_reversals(dyad, poses)),
+        monotone=None if dyad is None else monotone_result(_reversals(dyad, poses)),
         nearest=None if closest is None else _nearest_shown(closest, slopes),
         curve=None if path_curve is None or dyad is None else _curve_shown(dyad, poses, path_curve),
         warnings=[*_remarks(poses, count, solution), *([why_not] if why_not else [])],
@@ -175,12 +193,12 @@ def _linkage_shown(linkage: Linkage, poses: Array) -> LinkageFound:
         type=bar.type,
         grashof=bar.grashof,
         circuits=len(bar.reaches),
-        transmission_min_deg=conversion.to_degrees(bar.least_transmission),
+        transmission_min_deg=math.degrees(bar.least_transmission),
         arm_length_mm=float(np.hypot(*bar.crank.point)) * 1e3,
-        poses=[conversion.standing_result(k, s) for k, s in enumerate(linkage.standings, 1)],
+        poses=[standing_result(k, s) for k, s in enumerate(linkage.standings, 1)],
         defects=DefectsFound(order=wrong.order, branch=wrong.branch, circuit=wrong.circuit),
         crank_sense=wrong.sense,
-        monotone=conversion.monotone_result(_reversals(bar.crank, poses)),
+        monotone=monotone_result(_reversals(bar.crank, poses)),
     )
 
 
@@ -189,8 +207,8 @@ def _nearest_shown(closest: Nearest, slopes: tuple[float, float]) -> NearestCurv
         least_slope=slopes[0],
         largest_slope=slopes[1],
         order=[k + 1 for k in closest.order],
-        **conversion.slopes_result(closest.curve),
-        poses=[conversion.miss_result(k, miss) for k, miss in enumerate(closest.misses, 1)],
+        **slopes_result(closest.curve),
+        poses=[miss_result(k, miss) for k, miss in enumerate(closest.misses, 1)],
         rms_mm=_rms(closest.misses),
     )
 
@@ -199,8 +217,8 @@ def _curve_shown(dyad: Dyad, poses: Array, curve: AngleCurve) -> CurveOfPaths:
     misses = find_misses(dyad, poses, curve)
     return CurveOfPaths(
         points=len(curve.carrier),
-        **conversion.slopes_result(curve),
-        poses=[conversion.miss_result(k, miss) for k, miss in enumerate(misses, 1)],
+        **slopes_result(curve),
+        poses=[miss_result(k, miss) for k, miss in enumerate(misses, 1)],
         rms_mm=_rms(misses),
     )
 
@@ -216,8 +234,8 @@ def _family_shown(solution: Solution, members: tuple[list[Dyad], list[Straight]]
     dyads, straights = members
     return Family(
         parameters=solution.free,
-        dyads=[conversion.dyad_result(d, poses) for d in dyads],
-        straight=[conversion.straight_result(s) for s in straights],
+        dyads=[dyad_result(d, poses) for d in dyads],
+        straight=[straight_result(s) for s in straights],
     )
 
 
@@ -236,3 +254,100 @@ def _remarks(poses: Array, count: int, solution: Solution) -> list[str]:
     if solution.orientations:
         remarks.append("the poses have two directions of the body only, which counts as a root without hinges")
     return remarks
+
+
+def to_pair(place: Array) -> Pair:
+    """Return the two coordinates of a place (2,)."""
+    x, y = place
+    return float(x), float(y)
+
+
+def to_four(lengths: Array) -> Four:
+    """Return a length of each gear [m] in mm."""
+    a, b, c, d = (float(x) * 1e3 for x in lengths)
+    return a, b, c, d
+
+
+def dyad_result(solution: Dyad, poses: Array) -> DyadFound:
+    """Return a dyad, how far it misses the poses, and whether its fixed hinge is outside the polyline of their tips."""
+    return DyadFound(
+        moving_point_mm=to_pair(solution.point * 1e3),
+        centre_mm=to_pair(solution.centre * 1e3),
+        radius_mm=solution.radius * 1e3,
+        multiplicity=solution.multiplicity,
+        largest_miss_mm=float(misses(poses, solution.vector).max()) * 1e3,
+        outside=is_outside(solution.centre, poses[:, :2]),
+    )
+
+
+def is_outside(place: Array, corners: Array) -> bool:
+    """Return whether a place (2,) is outside the closed polyline through corners (n, 2): even-odd rule."""
+    (x, y), (x1, y1) = place, corners.T
+    x2, y2 = np.roll(corners, -1, axis=0).T
+    spans = (y1 > y) != (y2 > y)
+    rise = np.where(spans, y2 - y1, 1)
+    return bool(np.sum(spans & (x < x1 + (y - y1) * (x2 - x1) / rise)) % 2 == 0)
+
+
+def straight_result(line: Straight) -> StraightFound:
+    """Return a dyad with a hinge at infinity: its point and its line normal . place = offset."""
+    return StraightFound(
+        kind=line.kind,
+        point_mm=to_pair(line.point * 1e3),
+        normal=to_pair(line.normal),
+        offset_mm=line.offset * 1e3,
+        multiplicity=line.multiplicity,
+    )
+
+
+def standing_result(number: int, position: Standing) -> AtPose:
+    """Return the position of a linkage at the pose of a number."""
+    return AtPose(
+        pose=number,
+        crank_angle_deg=math.degrees(position.crank_angle),
+        assembly=position.assembly,
+        circuit=position.circuit,
+        hinges_mm=(to_pair(position.hinges[0] * 1e3), to_pair(position.hinges[1] * 1e3)),
+        position_error_mm=position.position_error * 1e3,
+        angle_error_deg=math.degrees(position.angle_error),
+        transmission_deg=math.degrees(position.transmission),
+    )
+
+
+def monotone_result(reversals: Sequence[Reversal]) -> OneSense:
+    """Return whether the arm can turn in one sense only, and the reversals if not."""
+    turned = [Back(r.start + 1, r.end + 1, math.degrees(r.angle)) for r in reversals]
+    return OneSense(not turned, turned)
+
+
+class Slopes(TypedDict):
+    """Extremes of the slope [-] of an angle curve and their carrier angles."""
+
+    monotone: bool
+    slope_min: float
+    slope_min_at_deg: float
+    slope_max: float
+    slope_max_at_deg: float
+
+
+def slopes_result(curve: AngleCurve) -> Slopes:
+    """Return the extremes of the slope [-] of an angle curve."""
+    lowest, largest = curve.extremes
+    return {
+        "monotone": curve.monotone,
+        "slope_min": lowest.value,
+        "slope_min_at_deg": math.degrees(lowest.angle % TURN),
+        "slope_max": largest.value,
+        "slope_max_at_deg": math.degrees(largest.angle % TURN),
+    }
+
+
+def miss_result(number: int, deviation: Miss) -> Missed:
+    """Return the miss of a pose where the curve meets it."""
+    return Missed(
+        pose=number,
+        carrier_deg=math.degrees(deviation.carrier % TURN),
+        position_error_mm=deviation.tip * 1e3,
+        hinge_error_mm=deviation.hinge * 1e3,
+        angle_error_deg=math.degrees(deviation.angle),
+    )

@@ -7,19 +7,24 @@ i = 1/slope, i1 = x_s sqrt(i), i2 = sqrt(i)/x_s, r1 = a/(1 + i1), r2 = a - r1, r
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from planter.errors import ComputationError, GeometryError
+from planter.errors import ComputationError, GeometryError, InputError
 from planter.kernels import Array
 from planter.mapping import model
 from planter.mapping.curve import AngleCurve
-from planter.mapping.dyads import Dyad
+from planter.mapping.dyads import Dyad, distinct, solve_dyads
+from planter.mapping.file import PoseFile
+from planter.mapping.nearest import find_misses
+from planter.mapping.results import Missed, TrainFound, Warned
+from planter.mapping.synthesis import miss_result, to_four
 from planter.numerics import piecewise
-from planter.numerics.arrays import TURN
+from planter.numerics.arrays import TURN, to_degrees
 
 GEARS = ("driver 1", "follower 1", "driver 2", "follower 2")
 RADII = ("r1", "r2", "r3", "r4")
@@ -153,3 +158,164 @@ class Train:
         theta, psi = self.polar_angles()
         phi = self.curve.relative[0] + self.curve.sense * psi[3] + theta
         return {"theta": theta, "phi": phi, "places": model.arm(theta, phi, dyad.vector)}
+
+
+MOST_RATIO = 3.0
+"""Ratio of a stage, or its reciprocal, from which on it is told: a pitch radius is a quarter of the distance."""
+DEDENDUM, ADDENDUM = 1.25, 1.0
+"""Depth of the roots below a pitch curve, and height of the tips above it, in modules."""
+LEAST_MODULE = 1e-3
+"""Module [m] below which what limits it is told."""
+_MM = 1e3
+
+
+def warnings(train: Train) -> list[Warned]:
+    """Return all warnings of a train."""
+    return [*_sense(train), *_ratios(train), *_sharp(train), *_hollow(train)]
+
+
+def largest_module(train: Train) -> float:
+    """The largest module [m] at which no curve of roots or tips has a cusp."""
+    return float(min(min(_rooms(train, gear)) for gear in range(len(GEARS))))
+
+
+def _rooms(train: Train, gear: int) -> tuple[float, float]:
+    """Largest modules [m] of a gear: by its roots where the pitch curve is convex, by its tips where it is hollow."""
+    kappa = train.curvatures[1][gear]
+    sharpest, hollowest = float(kappa.max()), float(-kappa.min())
+    return 1 / (DEDENDUM * sharpest), 1 / (ADDENDUM * hollowest) if hollowest > 0 else np.inf
+
+
+def _sense(train: Train) -> Iterator[Warned]:
+    if train.curve.sense > 0:
+        yield Warned(
+            "sense", None,
+            "the arm gains on the carrier: two external meshes turn it the other way, so that one mesh needs an idler",
+        )  # fmt: skip
+
+
+def _ratios(train: Train) -> Iterator[Warned]:
+    """Ratios that leave one gear of a stage a small pitch radius."""
+    for extreme in train.curve.extremes:
+        at = train.gears(np.array([extreme.angle]))
+        stages = [float(at[name][0]) for name in ("i1", "i2")]
+        if max(*stages, *(1 / stage for stage in stages)) >= MOST_RATIO:
+            radii = {gear: float(at[f"r{k}"][0]) for k, gear in enumerate(GEARS, 1)}
+            gear = min(radii, key=lambda gear: radii[gear])
+            yield _warning(
+                "ratio", extreme.angle,
+                f"the total ratio is {float(at['i'][0]):.4g} (stages {stages[0]:.4g} and {stages[1]:.4g})",
+                f": the pitch radius of {gear} is only {radii[gear] * _MM:.4g} mm of {train.distance * _MM:.4g} mm",
+            )  # fmt: skip
+
+
+def _sharp(train: Train) -> Iterator[Warned]:
+    """Pitch curves so sharp that the roots of ordinary teeth meet."""
+    theta, kappa = train.curvatures
+    for gear, name in enumerate(GEARS):
+        module = _rooms(train, gear)[0]
+        if module < LEAST_MODULE:
+            worst = int(np.argmax(kappa[gear]))
+            yield _warning(
+                "cusp", float(theta[worst]),
+                f"the pitch curve of {name} is nearly a cusp, of a radius of {_MM / kappa[gear][worst]:.4g} mm",
+                f": the roots of teeth meet there from a module of {module * _MM:.3g} mm on",
+            )  # fmt: skip
+
+
+def _hollow(train: Train) -> Iterator[Warned]:
+    """Pitch curves that are not convex, which a rack or hob cannot cut."""
+    theta, kappa = train.curvatures
+    for gear, name in enumerate(GEARS):
+        if not train.convex[gear]:
+            worst = int(np.argmin(kappa[gear]))
+            ranges = ", ".join(f"{to_degrees(a):.4g} to {to_degrees(b):.4g}" for a, b in train.concave(gear))
+            module = _rooms(train, gear)[1]
+            limit = f"; the tips of teeth meet there from a module of {module * _MM:.3g} mm on"
+            yield _warning(
+                "hollow pitch curve", float(theta[worst]),
+                f"the pitch curve of {name} is hollow, of a radius of {_MM / -kappa[gear][worst]:.4g} mm (all in all "
+                f"from {ranges} deg)",
+                f": a rack or hob cannot cut it there{limit if module < LEAST_MODULE else ''}",
+            )  # fmt: skip
+
+
+def _warning(name: str, angle: float, cause: str, consequence: str) -> Warned:
+    return Warned(name, to_degrees(angle), f"at carrier angle {to_degrees(angle):.5g} deg {cause}{consequence}")
+
+
+@dataclass(frozen=True)
+class Training:
+    """A train with its carrier dyad and poses, or None; `result` is what the command returns."""
+
+    train: Train
+    crank: float | None
+    dyad: Dyad | None
+    poses: Array | None
+    result: TrainFound
+
+
+def build_training(
+    curve: AngleCurve, distance: float, crank: float | None = None, file: PoseFile | None = None, carrier: int = 1
+) -> Training:
+    """Return the train of a curve for a centre distance and an optional carrier length [m], with its misses at poses.
+
+    Raises ComputationError if the slope of the curve reaches zero, InputError if the carrier does not fit.
+    """
+    dyad = None if file is None else _carrier(file, carrier)
+    if crank is None and dyad is not None:
+        crank = dyad.radius
+    train = Train(curve, distance)
+    bend = None if crank is None else train.bend(crank)
+    poses = None if file is None else file.poses
+    missed = [] if dyad is None or poses is None else _missed(curve, dyad, poses)
+    return Training(train, crank, dyad, poses, _result(train, bend, missed))
+
+
+def _carrier(file: PoseFile, number: int) -> Dyad:
+    """The dyad that a file names for its carrier, or a real one of its poses, counted by radius."""
+    if file.carrier_dyad is not None and number == 1:
+        return file.carrier_dyad
+    dyads = solve_dyads(file.poses).dyads if len(distinct(file.poses)) > 1 else []
+    if not 1 <= number <= len(dyads):
+        raise InputError(f"--carrier {number}: {file.source} has {len(dyads)} real dyads; choose one of these numbers")
+    return dyads[number - 1]
+
+
+def _result(train: Train, bend: float | None, missed: list[Missed]) -> TrainFound:
+    lowest, largest = train.curve.extremes
+    smallest, biggest = train.radius_range
+    return TrainFound(
+        x_s=train.x_s,
+        x_s_under_root=train.x_s**2,
+        slope_min=lowest.value,
+        slope_max=largest.value,
+        slope_min_at_deg=math.degrees(lowest.angle % TURN),
+        slope_max_at_deg=math.degrees(largest.angle % TURN),
+        monotone=train.curve.monotone,
+        ratio_min=1 / largest.value,
+        ratio_max=1 / lowest.value,
+        closure_error_rad=train.closure_errors,
+        carrier_bend_deg=None if bend is None else math.degrees(bend),
+        convex=train.convex,
+        concave_deg=[[(math.degrees(a), math.degrees(b)) for a, b in train.concave(k)] for k in range(4)],
+        radius_min_mm=to_four(smallest),
+        radius_max_mm=to_four(biggest),
+        curvature_radius_min_mm=to_four(train.least_curvature_radius),
+        module_max_mm=largest_module(train) * 1e3,
+        poses=missed,
+        warnings=warnings(train),
+    )
+
+
+def _missed(curve: AngleCurve, dyad: Dyad, poses: Array) -> list[Missed]:
+    return [miss_result(k, miss) for k, miss in enumerate(find_misses(dyad, poses, curve), 1)]
+
+
+def polar_curves(train: Train, samples: int = 361) -> tuple[Array, Array]:
+    """Polar angles (4, m) [rad] and radii (4, m) [m] of the pitch curves, at the train's own carrier angles."""
+    theta, psi = train.polar_angles()
+    step = max(len(theta) // samples, 1)
+    chosen = np.unique(np.append(np.arange(0, len(theta), step), len(theta) - 1))
+    gears = train.gears(theta[chosen])
+    return psi[:, chosen], np.array([gears[name] for name in ("r1", "r2", "r3", "r4")])

@@ -14,9 +14,9 @@ from planter.numerics.arrays import TURN
 from planter.optimise.result import Certificate
 from planter.pickup import gears
 from planter.pickup.file import Pickup, load_pickup
+from planter.pickup.gears import Locking, compute_locking_arcs
 from planter.pickup.inverse import invert_path
 from planter.pickup.law import Dwell
-from planter.pickup.locking import Locking, compute_locking_arcs
 from planter.pickup.model import PickupTrain, build_train
 from planter.pickup.redesign import Redesign, redesign_path
 from planter.pickup.requirements import PickupRequirement, find_push, list_requirements

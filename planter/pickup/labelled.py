@@ -38,7 +38,7 @@ class PickupLabels:
         """The pick-up in a file, or the built-in one of that name."""
         from planter.pickup.file import load_pickup
         from planter.pickup.model import build_train
-        from planter.pickup.report.sheets import draw_sheets
+        from planter.pickup.scene import draw_sheets
         from planter.view.sheet import Labelled
 
         machine = load_pickup(source, changes)

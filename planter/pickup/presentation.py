@@ -96,7 +96,7 @@ def _points_before(outcome: PickupOutcome) -> Array | None:
 
 
 def _animate(outcome: PickupOutcome) -> Iterator[Block]:
-    from planter.pickup.report.scene import build_pickup_scene
+    from planter.pickup.scene import build_pickup_scene
     from planter.view.animation import Motion
 
     scene = build_pickup_scene(outcome.machine, outcome.train, _points_before(outcome))
@@ -104,7 +104,7 @@ def _animate(outcome: PickupOutcome) -> Iterator[Block]:
 
 
 def _draw(outcome: PickupOutcome) -> dict[str, Figure]:
-    from planter.pickup.report import figures
+    from planter.pickup import figures
 
     redesign, train = outcome.redesigned, outcome.train
     return {

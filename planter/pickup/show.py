@@ -87,7 +87,7 @@ class PickUp:
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """A turn of the carrier."""
-        from planter.pickup.report.scene import build_pickup_scene
+        from planter.pickup.scene import build_pickup_scene
 
         return [build_pickup_scene(*self._train(values))]
 

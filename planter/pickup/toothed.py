@@ -17,7 +17,7 @@ from planter.gears.request import GearOptions, Teeth
 from planter.gears.results import GearsFound
 from planter.pickup import gears
 from planter.pickup.file import Pickup, is_points, load_pickup
-from planter.pickup.locking import build_rolling
+from planter.pickup.gears import build_rolling
 from planter.pickup.model import PickupTrain, build_train
 from planter.progress import Listener
 from planter.report import files

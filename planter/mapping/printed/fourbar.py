@@ -8,8 +8,7 @@ import numpy as np
 
 from planter.audit.registry import MM, Inputs, Value, formula
 from planter.kernels import Array
-from planter.mapping.defects import reversals, standings
-from planter.mapping.linkage import FourBar
+from planter.mapping.linkage import FourBar, reversals, standings
 from planter.mapping.printed.dyads import choose_dyad, poses, solve_poses
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from planter.errors import InputError
 from planter.files import csv_rows
-from planter.mapping.curve_file import load_curve
+from planter.mapping.curve import load_curve
 from planter.pickup.file import parse_points
 from tests.support.cli import refusal
 

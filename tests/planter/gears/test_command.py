@@ -16,8 +16,7 @@ from planter.gear_geometry.cutting import ToothOrder
 from planter.gear_geometry.polygons import build_polygon
 from planter.gears.parts import PlacedGear
 from planter.mapping.curve import AngleCurve
-from planter.mapping.train import Train
-from planter.mapping.training import polar_curves
+from planter.mapping.train import Train, polar_curves
 from planter.planting import toothed
 from planter.planting.file import load
 from planter.planting.model import Device

@@ -7,8 +7,7 @@ import scipy
 from planter.errors import ComputationError
 from planter.files import examples
 from planter.mapping import model
-from planter.mapping.curve import AngleCurve, closed_turn, unwrap_rotations
-from planter.mapping.curve_file import load_curve
+from planter.mapping.curve import AngleCurve, closed_turn, load_curve, unwrap_rotations
 from planter.mapping.dyads import Dyad, solve_dyads
 from planter.mapping.linkage import FourBar
 from planter.mapping.nearest import Nearest, find_misses, find_nearest, interpolate_poses, list_misses

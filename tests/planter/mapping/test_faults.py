@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
-from planter.mapping import faults, model
+from planter.mapping import model
+from planter.mapping import train as trains
 from planter.mapping.curve import AngleCurve
 from planter.mapping.train import GEARS, Train
 from planter.numerics.arrays import TURN
@@ -24,7 +25,7 @@ def harmonic(swing: float, points: int = 73) -> Train:
 
 
 def named(train: Train) -> set[str]:
-    return {one.name for one in faults.warnings(train)}
+    return {one.name for one in trains.warnings(train)}
 
 
 def test_the_readme_s_own_example_is_told_of_its_cusp() -> None:
@@ -44,7 +45,7 @@ def test_the_readme_s_own_example_is_told_of_its_cusp() -> None:
 
 
 def test_gentle_gears_are_told_nothing() -> None:
-    assert faults.warnings(harmonic(0.1)) == []
+    assert trains.warnings(harmonic(0.1)) == []
     assert named(harmonic(0.6)) != set()
 
 
@@ -53,7 +54,7 @@ def test_each_warning_comes_with_what_it_warns_of() -> None:
         train = harmonic(float(swing))
         at = train.gears(np.linspace(0, TURN, 2001))
         extreme = max(max(at[name].max(), 1 / at[name].min()) for name in ("i1", "i2"))
-        assert ("ratio" in named(train)) == (extreme >= faults.MOST_RATIO)
+        assert ("ratio" in named(train)) == (extreme >= trains.MOST_RATIO)
         assert ("hollow pitch curve" in named(train)) == (not all(train.convex))
 
 
@@ -69,8 +70,8 @@ def test_the_largest_module_is_where_the_curve_of_roots_or_tips_folds() -> None:
         step = np.gradient(curve)
         normal = 1j * step / np.abs(step)
         for module in (0.97, 1.03):
-            m = module * faults.largest_module(train)
-            for depth in (faults.DEDENDUM * m, -faults.ADDENDUM * m):
+            m = module * trains.largest_module(train)
+            for depth in (trains.DEDENDUM * m, -trains.ADDENDUM * m):
                 beside = np.gradient(curve + depth * normal)[5:-5]
                 folds.append((module, bool(np.any((beside / step[5:-5]).real < 0))))
     assert not any(fold for module, fold in folds if module < 1)
@@ -89,6 +90,6 @@ def test_tables_and_page_say_the_warnings(tmp_path: Path) -> None:
 def test_a_rising_curve_is_told_its_idler() -> None:
     theta = np.linspace(0, TURN, 73)
     rising = Train(AngleCurve(theta, theta + 0.1 * np.sin(theta), 1), A)
-    (told,) = faults.warnings(rising)
+    (told,) = trains.warnings(rising)
     assert (told.name, told.carrier_deg) == ("sense", None)
     assert "idler" in told.message

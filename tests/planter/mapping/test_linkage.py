@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from planter.mapping import model
-from planter.mapping.defects import defects, in_order, one_turn, reversals, standings
 from planter.mapping.dyads import solve_dyads
-from planter.mapping.linkage import FourBar
+from planter.mapping.linkage import FourBar, defects, in_order, one_turn, reversals, standings
 from planter.numerics.arrays import TURN
 from tests.planter.mapping.data import CORRECTED, bar, si
 

@@ -14,7 +14,7 @@ from planter.engine.rows import Rows
 from planter.errors import ComputationError, InputError
 from planter.files.text import parse_toml
 from planter.mapping import model
-from planter.mapping.curve_file import load_curve
+from planter.mapping.curve import load_curve
 from planter.mapping.file import PoseFile, load_poses
 from planter.mapping.machines import build_linkage, takes
 from planter.mapping.synthesis import find_linkages

@@ -6,11 +6,9 @@ import scipy
 
 from planter.errors import ComputationError, GeometryError
 from planter.mapping import model
-from planter.mapping.curve import AngleCurve
-from planter.mapping.curve_file import load_curve
+from planter.mapping.curve import AngleCurve, load_curve
 from planter.mapping.dyads import solve_dyads
-from planter.mapping.train import RADII, Train
-from planter.mapping.training import polar_curves
+from planter.mapping.train import RADII, Train, polar_curves
 from planter.numerics.arrays import TURN
 from tests.planter.mapping.data import CORRECTED, si
 

@@ -7,12 +7,12 @@ import pytest
 
 from planter.errors import GeometryError
 from planter.gear_geometry.locking_arcs import compute_arc_radius, compute_horn_reaches
-from planter.pickup import locking as locks
+from planter.pickup import gears as locks
 from planter.pickup.analysis import build_result
+from planter.pickup.figures import locking_arcs
 from planter.pickup.file import load_pickup
-from planter.pickup.locking import build_rolling, compute_locking_arcs
+from planter.pickup.gears import build_rolling, compute_locking_arcs
 from planter.pickup.model import PickupTrain
-from planter.pickup.report.figures import locking_arcs
 from tests.planter.pickup.pickups import arm, built_in, tips
 
 TRAINS = {name: built_in(name) for name in ("yu2023", "yu2023-path")}

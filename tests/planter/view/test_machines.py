@@ -15,16 +15,16 @@ from planter.engine.machine import load_machine
 from planter.gear_geometry.cutting import ToothOrder, cut_teeth
 from planter.gear_geometry.pitch_curves import build_circle_pair
 from planter.gears import figures as gears
-from planter.mapping import curve_file, synthesis, training
+from planter.mapping import curve, synthesis, train
 from planter.mapping import file as poses
-from planter.mapping.report import scene as mapping
+from planter.mapping import scene as mapping
 from planter.mechanism.cycle import turn
 from planter.mechanism.drawing import Course
 from planter.mechanism.drawing import scene as own_scene
 from planter.mechanism.model import Model
 from planter.pickup import file as pickup_file
 from planter.pickup import model as pickup_model
-from planter.pickup.report import scene as pickup
+from planter.pickup import scene as pickup
 from planter.view.scene import Scene
 from tests.support.house import ROOT
 from tests.support.scenes import placed
@@ -80,7 +80,7 @@ def test_the_bars_of_a_linkage_meet_in_its_hinges() -> None:
 
 def test_the_gears_of_a_train_touch_and_its_arm_ends_at_the_tip() -> None:
     given = poses.load_poses("sun2019-corrected")
-    shown = mapping.train(training.build_training(curve_file.load_curve("sun2019-curve"), 0.07, file=given))
+    shown = mapping.train(train.build_training(curve.load_curve("sun2019-curve"), 0.07, file=given))
     assert shown is not None
     for moment in range(0, shown.moments, 13):
         at = placed(shown, moment)

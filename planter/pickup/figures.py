@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.numerics.arrays import TURN
-from planter.pickup.locking import Locking, compute_locking_arcs
+from planter.pickup.gears import Locking, compute_locking_arcs
 from planter.pickup.requirements import find_push
 from planter.pickup.spline import PathSpline
 from planter.pickup.tray import Cell, CellEntry
@@ -208,9 +208,9 @@ def draw_contact_ratio(train: PickupTrain) -> Figure:
 
 def _over_turn(train: PickupTrain, t: Array, values: Array) -> tuple[Array, Array]:
     """A curve over the teeth, cut where the turn begins and left out in the dwell."""
-    wrapped = np.degrees(t % TURN)
-    order = np.argsort(wrapped, kind="stable")
-    x, y = wrapped[order], values[order].astype(float)
+    wrap_angle = np.degrees(t % TURN)
+    order = np.argsort(wrap_angle, kind="stable")
+    x, y = wrap_angle[order], values[order].astype(float)
     if train.law.dwell is not None:
         gap = int(np.searchsorted(x, np.degrees(train.law.dwell.start) + 1e-9))
         x, y = np.insert(x, gap, x[gap - 1]), np.insert(y, gap, np.nan)

@@ -1,1 +1,0 @@
-"""Report of a synthesis or a gear train: page, figures, files."""
