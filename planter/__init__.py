@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from planter.mechanism.optimisation import optimise as optimise_machine
     from planter.pickup.analysis import analyse_pickup as pick_up
     from planter.planting.calibration import calibrate
-    from planter.planting.compare.run import compare as compare_families
+    from planter.planting.family_comparison import compare_families
     from planter.planting.file import load as load_machine
     from planter.planting.model import Device
     from planter.planting.objective import Batch, evaluate_many
@@ -102,7 +102,7 @@ _HOMES = {
     "mapping.training": ("train:build_training",),
     "mechanism.optimisation": ("optimise_machine:optimise",),
     "pickup.analysis": ("pick_up:analyse_pickup",),
-    "planting.compare.run": ("compare_families:compare",),
+    "planting.family_comparison": ("compare_families",),
     "planting.calibration": ("calibrate",),
     "planting.file": ("load_machine:load",),
     "planting.model": ("Device",),

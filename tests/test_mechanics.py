@@ -37,8 +37,7 @@ BY_HAND = {
     "planting/toothed.py": "directions of generated points",
     "planting/labelled.py": "directions and arcs of a drawing",
     "planting/lifted.py": "how far from the pitch point teeth are let touch, an input of the lifted model",
-    "planting/portable/rows.py": "points of a generated outline as the planet holds them, for a drawing",
-    "planting/undisclosed/experiment.py": "a speed that goes up and down, an input of the lifted model",
+    "planting/browser_programs.py": "points of a generated outline as the planet holds them, for a drawing",
 }
 """Modules of machines that call them, and what for; forces, contacts and rotations of gears are not among it."""
 

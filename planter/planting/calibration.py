@@ -22,6 +22,7 @@ from planter.measured.reading import Columns
 from planter.parallel.jobs import run_in_order
 from planter.parallel.task import AUTO, Means, Task
 from planter.planting import cycle, functions, simulation
+from planter.planting.attainable_force import find_largest_range
 from planter.planting.file import Machine
 from planter.planting.functions import MODELS, Model
 from planter.planting.machines import build_machine
@@ -35,10 +36,19 @@ from planter.planting.results import (
     ModelFitted,
     OtherModel,
 )
-from planter.planting.undisclosed.attainable import largest_range
-from planter.planting.undisclosed.fit import MET, Figures, Fit, nearest, searched, settled
-from planter.planting.undisclosed.force import Force
-from planter.planting.undisclosed.inputs import DEG, Inputs, data, own_angles
+from planter.planting.unpublished_inputs import (
+    DEG,
+    MET,
+    CalibrationForce,
+    CalibrationInputs,
+    Figures,
+    ForceFit,
+    compute_flank_angles,
+    count_determined,
+    fit_from_starts,
+    fit_nearest,
+    load_calibration_data,
+)
 from planter.progress import Listener, ProgressPhase
 
 SEED = 0
@@ -71,11 +81,13 @@ def calibrate(
     for z in run_in_order(task, jobs, means, laws_fits, lambda z: z, lambda: phase.report_if_slow(None)):
         phase.advance(", ".join(jobs[len(points)]))
         points.append(z)
-    best: dict[Model, Fit] = {}
+    best: dict[Model, ForceFit] = {}
     found: dict[str, ModelFitted] = {}
     for one in MODELS:
         fits = [
-            Fit(laws_fits.build_force(job), z, wanted) for job, z in zip(jobs, points, strict=True) if job[0] == one
+            ForceFit(laws_fits.build_force(job), z, wanted)
+            for job, z in zip(jobs, points, strict=True)
+            if job[0] == one
         ]
         best[one] = min(fits, key=lambda fit: fit.rank)
         found[one] = _describe_fit(best[one], one, target, () if best[one].met else _search_best_misses(fits))
@@ -87,7 +99,7 @@ def calibrate(
         machine=machine.name,
         model=model,
         target=dict(wanted),
-        events={f"{flank}_begins_deg": angle / DEG for flank, angle in own_angles(device).items()},
+        events={f"{flank}_begins_deg": angle / DEG for flank, angle in compute_flank_angles(device).items()},
         other_model=OtherModel(there.range_N, there.variance_N2, there.mean_N),
         models=found,
         largest_range_N=_search_largest_range(best["exact"].force),
@@ -101,7 +113,7 @@ def with_flank(machine: Machine, law: str) -> Machine:
 
 
 def _find_target(name: str) -> Figures:
-    known = data()["target"]
+    known = load_calibration_data()["target"]
     if name not in known:
         close = paths.close(name, known)
         hint = f"did you mean {close[0]}? " if close else ""
@@ -125,14 +137,14 @@ class LawFits:
 
     def __init__(self, machine: Machine, wanted: Figures) -> None:
         self._machine, self._wanted = machine, wanted
-        self._forces: dict[tuple[Model, str], Force] = {}
+        self._forces: dict[tuple[Model, str], CalibrationForce] = {}
 
-    def build_force(self, job: tuple[Model, str]) -> Force:
+    def build_force(self, job: tuple[Model, str]) -> CalibrationForce:
         """Return the force of a model with a law."""
         if job not in self._forces:
             model, law = job
             device = Device(with_flank(self._machine, law), model)
-            self._forces[job] = Force(device, Inputs.with_events(device))
+            self._forces[job] = CalibrationForce(device, CalibrationInputs.with_events(device))
         return self._forces[job]
 
     def __call__(self, job: tuple[Model, str]) -> Array:
@@ -140,31 +152,31 @@ class LawFits:
         return _search_best_fit(self.build_force(job), self._wanted).z
 
 
-def _search_best_fit(force: Force, wanted: Figures) -> Fit:
+def _search_best_fit(force: CalibrationForce, wanted: Figures) -> ForceFit:
     """With a cam that only pushes, where the target is met so, else with one that may pull."""
     equal = np.ones(len(wanted))
-    found: list[Fit] = []
+    found: list[ForceFit] = []
     for pushing in (True, False):
-        fits = sorted(searched(force, wanted, pushing, _draw_starts(force), equal), key=lambda fit: fit.rank)
-        found += [nearest(fit, pushing) if fit.met else fit for fit in fits[:POLISHED]]
+        fits = sorted(fit_from_starts(force, wanted, pushing, _draw_starts(force), equal), key=lambda fit: fit.rank)
+        found += [fit_nearest(fit, pushing) if fit.met else fit for fit in fits[:POLISHED]]
         if any(fit.met for fit in found):
             break
     return min(found, key=lambda fit: fit.rank)
 
 
-def _draw_starts(force: Force) -> list[Array]:
+def _draw_starts(force: CalibrationForce) -> list[Array]:
     rng = np.random.default_rng(SEED)
     count = STARTS.get(force.way, SLOW_STARTS)
-    return [force.own(), *(rng.random(len(force.inputs)) for _ in range(count - 1))]
+    return [force.file_point(), *(rng.random(len(force.inputs)) for _ in range(count - 1))]
 
 
-def _search_best_misses(fits: Sequence[Fit]) -> list[Compromise]:
+def _search_best_misses(fits: Sequence[ForceFit]) -> list[Compromise]:
     """The best misses of the two best laws, from extremes alone to variance alone; those that others beat left out."""
     tried = [
         better
         for fit in sorted(fits, key=lambda fit: fit.worst)[:2]
         for weight in WEIGHTS
-        for better in searched(fit.force, fit.wanted, True, [fit.z], np.array([1.0, 1.0, weight]))
+        for better in fit_from_starts(fit.force, fit.target, True, [fit.z], np.array([1.0, 1.0, weight]))
     ]
     kept = [one for one in tried if one.pushes and not any(_dominates(other, one) for other in tried if other.pushes)]
     return [
@@ -175,16 +187,16 @@ def _search_best_misses(fits: Sequence[Fit]) -> list[Compromise]:
     ]
 
 
-def _dominates(one: Fit, other: Fit) -> bool:
+def _dominates(one: ForceFit, other: ForceFit) -> bool:
     mine, its = (np.abs(list(fit.misses.values())) for fit in (one, other))
     return bool((mine <= its).all() and (mine < its).any())
 
 
-def _list_choices(fit: Fit) -> dict[str, str]:
+def _list_choices(fit: ForceFit) -> dict[str, str]:
     return {FLANK: fit.force.device.machine.cam.flank}
 
 
-def _describe_fit(fit: Fit, model: Model, target: str, front: Sequence[Compromise]) -> ModelFitted:
+def _describe_fit(fit: ForceFit, model: Model, target: str, front: Sequence[Compromise]) -> ModelFitted:
     return ModelFitted(
         met=fit.met,
         statement=_state_result(fit, model, target),
@@ -195,12 +207,12 @@ def _describe_fit(fit: Fit, model: Model, target: str, front: Sequence[Compromis
         cam_pushes=fit.pushes,
         least_push_N=float(fit.curve.push.min()),
         distance=_measure_distance(fit),
-        rank=settled(fit),
+        rank=count_determined(fit),
         front=list(front) or None,
     )
 
 
-def _state_result(fit: Fit, model: Model, target: str) -> str:
+def _state_result(fit: ForceFit, model: Model, target: str) -> str:
     """Whether a target is met, how, and how far from the machine's own inputs."""
     contact = "a cam that only pushes" if fit.pushes else "a cam that would have to pull"
     if fit.met:
@@ -216,19 +228,19 @@ def _state_result(fit: Fit, model: Model, target: str) -> str:
     )
 
 
-def _measure_distance(fit: Fit) -> Distance:
+def _measure_distance(fit: ForceFit) -> Distance:
     on = [p for p, z in zip(fit.force.inputs.paths, fit.z, strict=True) if min(z, 1 - z) < AT_BOUND]
     unusual = [warned.message for warned in simulation.find_implausible_values(fitted_machine(fit))]
     return Distance(fit.distance, on, unusual)
 
 
-def fitted_machine(fit: Fit) -> Machine:
+def fitted_machine(fit: ForceFit) -> Machine:
     """The machine with the fitted inputs."""
     rows = fit.force.inputs.table(fit.z)
     return fit.force.device.machine.with_numbers({row["name"]: row["value"] for row in rows})
 
 
-def _build_fitted_device(fit: Fit, model: Model) -> Device:
+def _build_fitted_device(fit: ForceFit, model: Model) -> Device:
     """The fitted machine in a model."""
     return Device(fitted_machine(fit), model)
 
@@ -238,9 +250,9 @@ def _sample_support(device: Device) -> Array:
     return device.support(at, cycle.sample_angles(device.machine.objective.samples))
 
 
-def _search_largest_range(force: Force) -> LargestRange:
+def _search_largest_range(force: CalibrationForce) -> LargestRange:
     """Of the law and the events of the exact model's fit; `planter audit --front` tries all laws and wider bounds."""
-    found = [largest_range(force, pushing, _draw_starts(force)) for pushing in (True, False)]
+    found = [find_largest_range(force, pushing, _draw_starts(force)) for pushing in (True, False)]
     return LargestRange(*(None if one is None else one.range for one in found))
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from planter.kernels import generated
 from planter.planting import cycle
-from planter.planting.designer.shown import BORNE
-from planter.planting.friction import shown
+from planter.planting.design_results import BORNE
 from planter.planting.functions import MODELS
+from planter.planting.tooth_friction import describe_friction_columns
 
 FITTED = {
     "measured_N": ("measured value of the total that was fitted", "measurement"),
@@ -28,5 +28,5 @@ def columns() -> dict[str, tuple[str, str]]:
                         f"{entry['meaning']}; side 2, half a turn behind",
                         entry["source"],
                     )
-    found |= {key: (meaning, "derived: assumption lifted") for key, meaning in shown.columns().items()}
+    found |= {key: (meaning, "derived: assumption lifted") for key, meaning in describe_friction_columns().items()}
     return found | dict.fromkeys(BORNE, ("the largest over a turn, of the designer's summary", "derived"))

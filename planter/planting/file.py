@@ -33,7 +33,7 @@ from planter.files.fields import (
 )
 from planter.optimise.sections import GeneticAlgorithm
 from planter.planting import functions
-from planter.planting.requirements.section import Requirements
+from planter.planting.requirements_section import Requirements
 
 _ROUNDING = 1e-12
 

@@ -21,7 +21,7 @@ from planter.planting import KIND, OWN_TABLES, file
 from planter.planting.cycle import find_distance_indices
 from planter.planting.functions import Model
 from planter.planting.model import Device, build_machine
-from planter.planting.requirements.constraints import Required
+from planter.planting.requirements import RequirementConstraints
 
 DEVIATIONS = ("deviation.a1_mm", "deviation.a2_mm")
 """Deviations of the centre distances of stage 1 and 2, as inputs."""
@@ -112,4 +112,6 @@ def _build_with_requirements(model: Model, machine: file.Machine) -> Machine:
     built = build_machine(device)
     if machine.requirements is None:
         return built
-    return replace(built, build=partial(_build_with_requirements, model), requirements=partial(Required, device))
+    return replace(
+        built, build=partial(_build_with_requirements, model), requirements=partial(RequirementConstraints, device)
+    )

@@ -26,13 +26,12 @@ from planter.optimise.result import Result
 from planter.optimise.starts import DEFAULT_STARTS, Descent, nearer, points
 from planter.parallel.task import AUTO, Means, Task
 from planter.planting import objective
-from planter.planting.designer import summary as designer
+from planter.planting.design_summary import summarise_design
 from planter.planting.file import Machine
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
 from planter.planting.objective import build_problem, evaluate_samples, evaluate_true_extremes
-from planter.planting.requirements.constraints import Required
-from planter.planting.requirements.verdict import infeasible
+from planter.planting.requirements import RequirementConstraints, build_infeasibility_error
 from planter.planting.results import (
     Evaluations,
     FrontPoint,
@@ -45,8 +44,7 @@ from planter.planting.results import (
     Scores,
 )
 from planter.planting.simulation import check_samples
-from planter.planting.whole.lengths import Lengths
-from planter.planting.whole.wanted import Wanted
+from planter.planting.tooth_counts import PitchLengthConstraints, ToothCountSpec
 from planter.progress import Listener
 from planter.records.record import build_frame
 
@@ -55,27 +53,32 @@ if TYPE_CHECKING:
 
 
 def build_constrained_problem(
-    device: Device, sampling: Sampling, required: Required | None, lengths: Lengths | None = None
-) -> CurveProblem:  # fmt: skip
+    device: Device,
+    sampling: Sampling,
+    required: RequirementConstraints | None,
+    lengths: PitchLengthConstraints | None = None,
+) -> CurveProblem:
     """Return the problem of a device under its requirements and lengths of pitch curves, where there are any."""
     parts: list[Constraints | None] = [required, lengths]
     return objective.build_problem(device, sampling, joined([part for part in parts if part is not None]))
 
 
-def find_feasible_point(task: Problem, required: Required | None, seed: int, lengths: Lengths | None = None) -> Array:
+def find_feasible_point(
+    task: Problem, required: RequirementConstraints | None, seed: int, lengths: PitchLengthConstraints | None = None
+) -> Array:
     """A point u (p,) that keeps the constraints of a problem.
 
-    Raises Infeasible, with the least violation, where there is none, ComputationError where not even one with the
-    lengths was found.
+    Raises InfeasibleRequirementsError, with the least violation, if there is none, ComputationError if not even
+    one with the lengths was found.
     """
     assert task.constraints is not None
     least = nearest(task, task.constraints, points(task, MOST_TRIED, seed))
     if least.kept:
         return least.u
-    of = "" if lengths is None else f" with {lengths.wanted}"
+    of = "" if lengths is None else f" with {lengths.spec}"
     if required is None or least.excess[: len(required.kinds)].max() <= KEPT:
         raise ComputationError(f"no design{of} was found within the bounds")
-    raise infeasible(required, task.design(least.u), least, of)
+    raise build_infeasibility_error(required, task.design(least.u), least, of)
 
 
 def search_from_design(task: Problem, x: Array) -> Minimum:
@@ -83,22 +86,24 @@ def search_from_design(task: Problem, x: Array) -> Minimum:
     return descend(task, nearer(task, task.box.point(x)))
 
 
-def build_descent_task(device: Device, sampling: Sampling, lengths: Lengths | None = None) -> Task:
+def build_descent_task(device: Device, sampling: Sampling, lengths: PitchLengthConstraints | None = None) -> Task:
     """Return the descents on a device's problem, from points (p,), as workers run them."""
     arguments = {"machine": device.machine, "model": device.model, "sampling": sampling, "compiled": device.compiled,
-                 "wanted": None if lengths is None else lengths.wanted}  # fmt: skip
+                 "wanted": None if lengths is None else lengths.spec}  # fmt: skip
     return Task(prepare_device_descents, arguments)
 
 
 def prepare_device_descents(
-    machine: Machine, model: Model, sampling: Sampling, compiled: bool, wanted: Wanted | None
+    machine: Machine, model: Model, sampling: Sampling, compiled: bool, wanted: ToothCountSpec | None
 ) -> Callable[[Array], Descent]:
     """Return the function that descends from a point (p,), with kernels compiled if asked for, whole teeth if any."""
     device = Device(machine, model)
     if compiled:
         device.compile(sampling == "refined")
-    lengths = None if wanted is None else Lengths(device, wanted)
-    return search.prepare_descents(build_constrained_problem(device, sampling, Required.of(device), lengths))
+    lengths = None if wanted is None else PitchLengthConstraints(device, wanted)
+    return search.prepare_descents(
+        build_constrained_problem(device, sampling, RequirementConstraints.from_device(device), lengths)
+    )
 
 
 @dataclass(frozen=True)
@@ -167,7 +172,7 @@ def search_optimum(
     starts: int | None = None,
     progress: Listener | None = None,
     keep: Callable[[Table], None] | None = None,
-    lengths: Lengths | None = None,
+    lengths: PitchLengthConstraints | None = None,
     near: Sequence[Array] = (),
     means: Means = AUTO,
 ) -> DeviceOptimum:
@@ -178,10 +183,10 @@ def search_optimum(
     pitch curves have these, for whole teeth; minima beside the designs `near`, (p,) each, count too.
     `means` says what runs the descents, whose results do not depend on it.
 
-    Raises InputError for an unknown method, Infeasible where no design keeps the machine's requirements, and
+    Raises InputError for an unknown method, InfeasibleRequirementsError if no design satisfies the requirements, and
     Interrupted, with the best so far, on KeyboardInterrupt.
     """
-    begun, required = time.perf_counter(), Required.of(device)
+    begun, required = time.perf_counter(), RequirementConstraints.from_device(device)
     task = build_constrained_problem(device, samples, required, lengths)
     spec = SearchSpec(samples, method, starts or DEFAULT_STARTS, seed, device.machine.genetic_algorithm)
 
@@ -211,7 +216,11 @@ def search_optimum(
 
 
 def _build_optimum(
-    device: Device, required: Required | None, lengths: Lengths | None, sampling: Sampling, found: Result
+    device: Device,
+    required: RequirementConstraints | None,
+    lengths: PitchLengthConstraints | None,
+    sampling: Sampling,
+    found: Result,
 ) -> DeviceOptimum:
     held = None if lengths is None else lengths.slopes(found.design)
     felt = sensitivity(device.force, found.design, angles_of(sampling), held)
@@ -309,8 +318,8 @@ def evaluate_in_both_models(device: Device, found: DeviceOptimum) -> Optimisatio
         start_variance_N2=start.variance,
         cross={model: _score_designs(task, found.design) for model, task in tasks.items()},
         statement=describe_optimum(start.range, shown, device.size),
-        designer=designer.of(device, found.design),
-        start_designer=designer.of(device, device.design),
+        designer=summarise_design(device, found.design),
+        start_designer=summarise_design(device, device.design),
     )
     return Optimisation(found, devices, result)
 

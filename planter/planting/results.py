@@ -10,8 +10,8 @@ from planter.engine.sensitivity import SensitivityFound
 from planter.measured.findings import MeasuredFound
 from planter.mechanism.results import MachineValidation, Turn
 from planter.optimise.proof.results import GlobalBound
-from planter.planting.designer.results import DesignersSummary
-from planter.planting.whole.results import WholeTeeth
+from planter.planting.design_results import DesignersSummary
+from planter.planting.tooth_count_results import ToothCountResult
 from planter.records import Record
 from planter.workshop.cam_results import Cam
 
@@ -309,7 +309,7 @@ class OptimisationFound(Record):
     start_designer: DesignersSummary
     front: list[FrontPoint] | None = None
     proof: GlobalBound | None = None
-    teeth: WholeTeeth | None = None
+    teeth: ToothCountResult | None = None
 
 
 @dataclass(frozen=True)

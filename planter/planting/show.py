@@ -29,7 +29,7 @@ from planter.view.subject import (
 )
 
 if TYPE_CHECKING:
-    from planter.planting.requirements.measures import Measures
+    from planter.planting.requirement_rows import RequirementRows
     from planter.view.scene import Scene
     from planter.view.subject import Portable
 
@@ -111,7 +111,7 @@ class PlantingView:
     def __init__(self, machine: Machine) -> None:
         self.machine, self.name = machine, machine.name
         self._devices: dict[str, tuple[Device, Values]] = {}
-        self._measures: Measures | None = None
+        self._measures: RequirementRows | None = None
 
     @cached_property
     def controls(self) -> Sequence[Control]:
@@ -184,24 +184,28 @@ class PlantingView:
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
         """The file's requirements."""
-        from planter.planting.requirements import record
-        from planter.planting.requirements.measures import Measures
+        from planter.planting.requirement_rows import RequirementRows
+        from planter.planting.requirements import evaluate_requirements
 
         device, x = self._at(values, "exact")
         if device.machine.requirements is None:
             return []
         if self._measures is None or self._measures.device is not device:
-            self._measures = Measures(device)
+            self._measures = RequirementRows(device)
         return [Check(r.meaning, r.unit, r.value, r.margin, r.verdict != "fail")
-                for r in record.record(self._measures, x)]  # fmt: skip
+                for r in evaluate_requirements(self._measures, x)]  # fmt: skip
 
     def details(self, values: Values, model: str) -> Sequence[Table]:
         """The designer's summary: torque, forces, gears with their limits, shocks."""
-        from planter.planting.designer import shown, summary
+        from planter.planting.design_results import describe_design, list_design_tables
+        from planter.planting.design_summary import summarise_design
 
-        found = summary.of(*self._at(values, model))
-        notes = [[sentence] for sentence in shown.sentences(found)]
-        return [*(Table(one.title, one.head, one.rows) for one in shown.tables(found)), Table("Notes", ("",), notes)]
+        found = summarise_design(*self._at(values, model))
+        notes = [[sentence] for sentence in describe_design(found)]
+        return [
+            *(Table(one.title, one.head, one.rows) for one in list_design_tables(found)),
+            Table("Notes", ("",), notes),
+        ]
 
     def text(self, values: Values) -> str:
         """The machine file with these numbers."""
@@ -209,10 +213,10 @@ class PlantingView:
 
     def portable(self, model: str) -> Portable:
         """What a page needs to compute the device by itself."""
-        from planter.planting.portable import programs
+        from planter.planting.browser_programs import build_portable
         from planter.planting.report.scene import CORNERS, MOMENTS
 
-        return programs.portable(self._device(model, self.machine.numbers()), MOMENTS, CORNERS + 1)
+        return build_portable(self._device(model, self.machine.numbers()), MOMENTS, CORNERS + 1)
 
     def handed(self, values: Values) -> str:
         """The machine file with these numbers."""

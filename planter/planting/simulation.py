@@ -23,12 +23,11 @@ from planter.mechanism.optimisation import compute
 from planter.optimise.refined import Panels
 from planter.planting import cycle as planting
 from planter.planting import lifted
-from planter.planting.designer import summary as designer
+from planter.planting.design_summary import summarise_design
 from planter.planting.file import Machine
 from planter.planting.model import Device, build_measures
 from planter.planting.objective import evaluate_true_extremes, find_curve_angles, read_weights
-from planter.planting.requirements import record
-from planter.planting.requirements import record as requirements
+from planter.planting.requirements import evaluate_device_requirements
 from planter.planting.results import At, CentreDistances, SimulationFound, Validation, Warned, Work
 from planter.records.record import build_frame
 
@@ -186,8 +185,8 @@ def simulate(
         refined=evaluate_true_extremes(device, device.design),
         work=compute_work(device),
         at=evaluate_angles(device, at_deg),
-        designer=designer.of(device, device.design),
-        requirements=requirements.of(device),
+        designer=summarise_design(device, device.design),
+        requirements=evaluate_device_requirements(device),
         lifted=None if lift_mm is None else lifted.find_assumption_effects(device, lift_mm),
     )
     return Simulation(turn, result, device)
@@ -248,6 +247,6 @@ def validate(device: Device) -> Validation:
     """What is to be told of a machine whose file and gears have passed every check."""
     machine = device.machine
     return Validation(
-        machine=machine.name, valid=True, design=list(device.names), requirements=record.of(device),
+        machine=machine.name, valid=True, design=list(device.names), requirements=evaluate_device_requirements(device),
         warnings=find_implausible_values(machine),
     )  # fmt: skip

@@ -13,7 +13,7 @@ from planter.planting import KIND, OWN_TABLES
 from planter.planting.file import Machine as MachineFile
 from planter.planting.machines import DEVIATIONS, add_deviations
 from planter.planting.model import Device, build_machine
-from planter.planting.requirements.constraints import Required
+from planter.planting.requirements import RequirementConstraints
 from planter.tolerance.job import Spread
 from planter.tolerance.robust import RobustGoal, Settings
 from planter.tolerance.room import MachineRoom
@@ -91,7 +91,9 @@ class Room(MachineRoom):
         ends = {name: (one.low, one.high) for name, one in spreads.items() if not name.startswith("design.")}
         device = _build_device(machine, choices, ends)
         samples = machine.objective.samples
-        return RobustGoal(_build_machine(device, spreads), spreads, settings, samples, Required.of(device))
+        return RobustGoal(
+            _build_machine(device, spreads), spreads, settings, samples, RequirementConstraints.from_device(device)
+        )
 
 
 def _build_machine(device: Device, inputs: Sequence[str] | Mapping[str, Any]) -> Machine:

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any
 from planter import safe_text
 from planter.engine.tables import Shown
 from planter.files import units
-from planter.planting.designer import shown
-from planter.planting.whole import tables as whole
+from planter.planting import design_results, tooth_count_results
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
-    from planter.planting.designer.results import DesignersSummary
+    from planter.planting.design_results import DesignersSummary
     from planter.planting.results import (
         At,
         CalibrationFound,
@@ -93,9 +92,9 @@ def simulation(console: Console, result: SimulationFound) -> None:
 
 def _designer(console: Console, found: DesignersSummary) -> None:
     """Torques, peaks of forces, gears, shocks."""
-    for one in shown.tables(found):
+    for one in design_results.list_design_tables(found):
         console.table(one.title, one.head, one.rows)
-    for sentence in shown.sentences(found):
+    for sentence in design_results.describe_design(found):
         print(textwrap.fill(sentence, WIDTH))
     print()
 
@@ -162,11 +161,11 @@ def optimisation(console: Console, result: OptimisationFound) -> None:
     console.table("Design", ("parameter", "start", "optimum", "unit", ""), rows)
     force = tabulate_optimised_force(result.table())
     console.table(force.title, force.head, force.rows)
-    peaks = shown.beside(result.start_designer, result.designer)
+    peaks = design_results.compare_peaks(result.start_designer, result.designer)
     console.table(peaks.title, peaks.head, peaks.rows)
     requirements(console, result.requirements)
     if result.teeth is not None:
-        whole.show(console, result.teeth)
+        tooth_count_results.show_tooth_counts(console, result.teeth)
     scores = ((model, score.start, score.optimum) for model, score in result.cross.items())
     console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)
     if result.front:

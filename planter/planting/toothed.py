@@ -27,10 +27,10 @@ from planter.kernels import Array
 from planter.numerics.arrays import wrap_angle
 from planter.planting import cycle
 from planter.planting.file import load
-from planter.planting.friction.summary import rubbing
 from planter.planting.model import Device
-from planter.planting.requirements.measures import Measures
-from planter.planting.requirements.record import record
+from planter.planting.requirement_rows import RequirementRows
+from planter.planting.requirements import evaluate_requirements
+from planter.planting.tooth_friction import compute_friction
 from planter.progress import Listener
 from planter.report import files
 
@@ -184,7 +184,7 @@ def cut_gear_set(
     orders = [teeth.order(counts[k] if counts else None, module, keep) for k, module in enumerate(modules_mm)]
     made = cut_gear_train(device, orders)
     told = files.provenance(device.machine)
-    friction = rubbing(device, made.x, made.stages)
+    friction = compute_friction(device, made.x, made.stages)
     return GearSet(device.machine.name, made.stages, made.placed(), made.change(), told, friction)
 
 
@@ -218,7 +218,7 @@ def _list_broken_requirements(device: Device, x: Array) -> list[str] | None:
 
 
 def _names(device: Device, x: Array) -> Iterator[str]:
-    for entry in record(Measures(device), x):
+    for entry in evaluate_requirements(RequirementRows(device), x):
         if entry.margin < 0:
             yield entry.name
 

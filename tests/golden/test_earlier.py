@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.planting.compare import run as comparison
+from planter.planting import family_comparison as comparison
 from planter.planting.file import load
 from tests.support.cli import answer, refusal
 from tests.support.lanes import STRICT, needs_compiler, path_of

@@ -69,7 +69,7 @@ def test_a_command_loads_what_it_needs() -> None:
     """What all commands are put together of knows no numbers: help, completion and refusals come at once."""
     script = "import sys; from planter.cli.app import application; application(); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
-    assert "planter.planting.commands.device" in loaded
+    assert "planter.planting.commands.analysis" in loaded
     assert not {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"} & set(loaded)
     assert not {name for name in loaded if name.startswith("planter.") and ".results." in name}
 

@@ -1,6 +1,6 @@
 """Commands of the planting device."""
 
-from planter.planting.commands import calibrate, cam, compare, device, drive
+from planter.planting.commands import analysis, calibrate, design
 from planter.terminal.options import joined
 
-app = joined(device.app, calibrate.app, compare.app, drive.app, cam.app)
+app = joined(analysis.app, calibrate.app, design.app)

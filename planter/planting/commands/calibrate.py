@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,7 +10,7 @@ import typer
 
 from planter.errors import InputError
 from planter.mechanism.commands import calibrate_machine, refuse_options, run_calibrate
-from planter.planting.commands.options import device_of, kept, load_other
+from planter.planting.commands.options import build_device, interruptible_result, load_other, text_option
 from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import (
@@ -30,12 +31,6 @@ if TYPE_CHECKING:
     from planter.planting.model import Device
 
 app = typer.Typer()
-Text = str | None
-
-
-def _option(help_: str, metavar: str) -> typer.models.OptionInfo:
-    found: typer.models.OptionInfo = typer.Option(metavar=metavar, help=help_, show_default=False)
-    return found
 
 
 @app.command()
@@ -44,22 +39,25 @@ def calibrate(
     machine: MachineArgument,
     target: Annotated[str, typer.Option(help="what to fit to: table1 (the paper's)")] = "table1",
     model: Annotated[Model, typer.Option(help="the model that is reported first; both are tried")] = Model.printed,
-    flank: Annotated[list[str] | None, _option("try only this law of the cam's flanks (repeatable)", "LAW")] = None,
-    data: Annotated[Path | None, _option("fit to a measured curve in this CSV file instead", "CSV")] = None,
-    column: Annotated[Text, _option("its column with the measured values", "NAME")] = None,
-    angle: Annotated[Text, _option("its column with the drive angle", "NAME")] = None,
-    time: Annotated[Text, _option("its column with the time; the speed is the machine's", "NAME")] = None,
-    unit: Annotated[Text, _option("unit of the values, where the header has none: N, kN, N m, mm, deg", "UNIT")] = None,
-    place_unit: Annotated[Text, _option("unit of angle or time: deg, rad, rev, s, ms, min", "UNIT")] = None,
+    flank: Annotated[list[str] | None, text_option("try only this law of the cam's flanks (repeatable)", "LAW")] = None,
+    data: Annotated[Path | None, text_option("fit to a measured curve in this CSV file instead", "CSV")] = None,
+    column: Annotated[str | None, text_option("its column with the measured values", "NAME")] = None,
+    angle: Annotated[str | None, text_option("its column with the drive angle", "NAME")] = None,
+    time: Annotated[str | None, text_option("its column with the time; the speed is the machine's", "NAME")] = None,
+    unit: Annotated[
+        str | None, text_option("unit of the values, where the header has none: N, kN, N m, mm, deg", "UNIT")
+    ] = None,
+    place_unit: Annotated[str | None, text_option("unit of angle or time: deg, rad, rev, s, ms, min", "UNIT")] = None,
     quantity: Annotated[
-        Text, _option("what was measured: a key of `simulate` [default: support_N of a planting device]", "KEY")
+        str | None,
+        text_option("what was measured: a key of `simulate` [default: support_N of a planting device]", "KEY"),
     ] = None,
     fit: Annotated[
-        list[str] | None, _option("fit this input within bounds; also offset_N and phase_deg (repeatable)",
-                                  "PATH=LOW:HIGH"),
+        list[str] | None,
+        text_option("fit this input within bounds; also offset_N and phase_deg (repeatable)", "PATH=LOW:HIGH"),
     ] = None,
-    check: Annotated[Path | None, _option("a second measurement to predict", "CSV")] = None,
-    check_rpm: Annotated[float | None, _option("its speed", "RPM")] = None,
+    check: Annotated[Path | None, text_option("a second measurement to predict", "CSV")] = None,
+    check_rpm: Annotated[float | None, text_option("its speed", "RPM")] = None,
     seed: SeedOption = 0,
     workers: WorkersOption = None,
     cluster: ClusterOption = None,
@@ -67,7 +65,7 @@ def calibrate(
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
     out: OutOption = None,
-) -> None:  # fmt: skip
+) -> None:
     """Estimate unknown inputs from a measured curve.
 
     Inputs are masses, offsets and others. Without --data they are estimated from the figures that a paper reports.
@@ -91,7 +89,7 @@ def calibrate(
             if data is None:
                 raise InputError(f"--data must name a CSV file with a measured curve, to which {other.name} is fitted")
         if data is None:
-            _to_figures(console, device_of(machine, model, set_, speed_rpm), target, flank or (), means, out)
+            _fit_to_figures(console, build_device(machine, model, set_, speed_rpm), target, flank or (), means, out)
             return
         from planter.measured.calibration import Check
         from planter.measured.reading import Columns
@@ -106,36 +104,29 @@ def calibrate(
         from planter.planting import calibration
         from planter.planting.report.page import meanings
 
-        asked = (data, columns, bounds)
         if other is not None:
-            found = calibrate_machine(other, *asked, quantity, second, seed, console.progress, means)
-            with kept(found.result.table()):
-                run_calibrate(console, other.document, other.meanings, found, out)
+            fitted = calibrate_machine(other, data, columns, bounds, quantity, second, seed, console.progress, means)
+            with interruptible_result(fitted.result.table()):
+                run_calibrate(console, other.document, other.meanings, fitted, out)
             return
-        device = device_of(machine, model, set_, speed_rpm)
-        owner = device.machine
-        found = calibration.calibrate_to_data(
-            owner,
-            device.model,
-            *asked,
-            quantity or calibration.SUPPORT,
-            second,
-            seed,
-            console.progress,
-            means,
+        device = build_device(machine, model, set_, speed_rpm)
+        quantity = quantity or calibration.SUPPORT
+        fitted = calibration.calibrate_to_data(
+            device.machine, device.model, data, columns, bounds, quantity, second, seed, console.progress, means
         )
-        with kept(found.result.table()):
-            run_calibrate(console, owner, meanings(device.sidecar), found, out, "carrier angle φ")
+        with interruptible_result(fitted.result.table()):
+            run_calibrate(console, device.machine, meanings(device.sidecar), fitted, out, "carrier angle φ")
 
 
-def _to_figures(
-    console: Console, device: Device, target: str, laws: list[str] | tuple[()], means: Means, out: Path | None
+def _fit_to_figures(
+    console: Console, device: Device, target: str, laws: Sequence[str], means: Means, out: Path | None
 ) -> None:
+    """Fit to the figures that a paper reports."""
     from planter.planting import calibration, tables
     from planter.planting.report import results as report
 
     result = calibration.calibrate(device.machine, device.model, target, laws, console.progress, means)
     if out is not None:
-        with kept(result.table()):
+        with interruptible_result(result.table()):
             report.write_result(out, device, result)
     console.result(result, lambda: tables.calibration(console, result))

@@ -1,4 +1,4 @@
-"""Arguments and options that several commands of the planting device share."""
+"""Arguments and options that several commands of the planting device share, and the machines that they name."""
 
 from __future__ import annotations
 
@@ -15,9 +15,10 @@ if TYPE_CHECKING:
     from planter.engine.machine import Machine as EngineMachine
     from planter.planting.file import Machine
     from planter.planting.model import Device
-    from planter.planting.whole.wanted import Wanted
+    from planter.planting.tooth_counts import ToothCountSpec
 
-
+FIGURES = ("joint_forces", "pitch_curves", "rotation", "support_force", "tip_path")
+"""Names of a device's figures."""
 DeviceArgument = Annotated[
     str, typer.Argument(help="a machine file, or the name of a built-in machine", show_default=False)
 ]
@@ -25,17 +26,17 @@ SamplesOption = Annotated[
     int | None, typer.Option(help="angles of the cycle [default: the machine file's]", show_default=False)
 ]
 
-WholeTeethOption = Annotated[
-    str | None,
-    typer.Option("--teeth", metavar="Z1,Z2", help="teeth of the inner gears of stage 1 and of stage 2, with a module "
-                 "[default: the best whole numbers near the free optimum]", show_default=False),
-]  # fmt: skip
+
+def text_option(help_: str, metavar: str) -> typer.models.OptionInfo:
+    """Return an option without a default that its help would show."""
+    option: typer.models.OptionInfo = typer.Option(metavar=metavar, help=help_, show_default=False)
+    return option
 
 
-def machine_of(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
-    """A machine with the numbers that `--set` and `--speed-rpm` change.
+def load_device_file(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
+    """Return a machine with the numbers that `--set` and `--speed-rpm` change.
 
-    Raises InputError as its file does, and for the file of a mechanism of one's own.
+    Raises InputError as its file does, and for the file of a user-defined mechanism.
     """
     from planter.mechanism import machines
     from planter.planting import file
@@ -48,14 +49,15 @@ def machine_of(source: str, set_: Sequence[str] | None, speed_rpm: float | None)
     return file.load(source, changes(set_, {"operation.speed_rpm": speed_rpm}))
 
 
-def device_of(source: str, model: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Device:
+def build_device(source: str, model: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Device:
+    """Return the device of a file in one of its models, with numbers changed as `load_device_file` does."""
     from planter.planting.model import Device
 
-    return Device(machine_of(source, set_, speed_rpm), "exact" if model == "exact" else "printed")
+    return Device(load_device_file(source, set_, speed_rpm), "exact" if model == "exact" else "printed")
 
 
 def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> EngineMachine | None:
-    """Return the machine of a source, None if it is a planting device or nothing known."""
+    """Return the machine of a source, None if it is a planting device or unknown."""
     from planter.engine.machine import load_machine
 
     return load_machine(source, changes(set_), speed_rpm) if is_other(source) else None
@@ -69,22 +71,25 @@ def is_other(source: str) -> bool:
     return not takes(source) and find_machine_room(source) is not None
 
 
-def whole_teeth(
-    module: float | None, module1: float | None, module2: float | None, teeth: str | None, besides: Mapping[str, bool]
-) -> Wanted | None:
-    """The whole teeth that are asked for, if any. Raises InputError where options are given that go without them."""
-    from planter.planting.whole.asked import wanted
+def parse_tooth_counts(
+    module: float | None, module1: float | None, module2: float | None, teeth: str | None, excluded: Mapping[str, bool]
+) -> ToothCountSpec | None:
+    """Return the integer tooth numbers that the options ask for, None if they ask for none.
 
-    found = wanted(module, module1, module2, teeth)
-    given = [name for name, used in besides.items() if used]
-    if found is not None and given:
-        raise InputError(f"{given[0]} is not allowed with --module: it is for designs of any teeth")
-    return found
+    Raises InputError for a present option of `excluded`, which cannot be combined with them.
+    """
+    from planter.planting.tooth_counts import parse_tooth_count_options
+
+    spec = parse_tooth_count_options(module, module1, module2, teeth)
+    present = [name for name, is_present in excluded.items() if is_present]
+    if spec is not None and present:
+        raise InputError(f"{present[0]} is not allowed with --module: it is for designs of any teeth")
+    return spec
 
 
 @contextmanager
-def kept(result: dict[str, Any]) -> Iterator[None]:
-    """Within, an interrupt hands over the result that is there already."""
+def interruptible_result(result: dict[str, Any]) -> Iterator[None]:
+    """Report a result that is already there if the user interrupts the block."""
     try:
         yield
     except KeyboardInterrupt:

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planter.kernels import generated
-from planter.planting.compare.tables import name, statement, told
-from planter.planting.designer.shown import BORNE, COMPARED, peaks
+from planter.planting.design_results import BORNE, COMPARED, list_largest_loads
+from planter.planting.family_comparison import describe_comparison, describe_pair, pair_name
 from planter.planting.report.page import meanings
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.report import files, style
@@ -48,9 +48,11 @@ def text(machine: Machine, result: ComparisonFound, drawn: str, provenance: Mapp
         for group, caption in zip(kept, ("settled", "not settled: the best points that were reached"), strict=True)
         if group
     ]
-    bear: list[tuple[Cell, ...]] = [(name(one), *peaks(one.designer)) for one in devices]
+    bear: list[tuple[Cell, ...]] = [(pair_name(one), *list_largest_loads(one.designer)) for one in devices]
     parts = [
-        Section("Pairs of gear families", [Text(statement(result), "" if not kept[1] else "warning"), *tables]),
+        Section(
+            "Pairs of gear families", [Text(describe_comparison(result), "" if not kept[1] else "warning"), *tables]
+        ),
         Section("What each has to bear, largest over a turn", [Table(("sun, gear 6", *COMPARED), bear)]),
         Section("Figure", [FigureSvg(drawn, "Objective of every pair, by rank.")]),
         Section("Model", [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])]),
@@ -63,7 +65,13 @@ def text(machine: Machine, result: ComparisonFound, drawn: str, provenance: Mapp
 def _row(entry: ComparedPair) -> tuple[Any, ...]:
     keys = ("objective", "range_N", "variance_N2", "kkt_residual")
     feasible = "yes" if entry.feasible else "no"
-    return (entry.rank, name(entry), feasible, *(getattr(entry, key) for key in keys), "; ".join(told(entry)))
+    return (
+        entry.rank,
+        pair_name(entry),
+        feasible,
+        *(getattr(entry, key) for key in keys),
+        "; ".join(describe_pair(entry)),
+    )
 
 
 def table(machine: Machine, result: ComparisonFound) -> str:
@@ -72,7 +80,7 @@ def table(machine: Machine, result: ComparisonFound) -> str:
     lines = [told, ",".join((*COLUMNS, *BORNE, "binding"))]
     for entry in result.devices:
         values = (getattr(entry, key) for key in COLUMNS)
-        cells = ["" if value is None else str(value) for value in (*values, *peaks(entry.designer))]
+        cells = ["" if value is None else str(value) for value in (*values, *list_largest_loads(entry.designer))]
         lines.append(",".join([*cells, " ".join(entry.binding)]))
     return "\n".join(lines) + "\n"
 

@@ -11,11 +11,10 @@ import numpy as np
 from planter.engine.tables import drive_tables
 from planter.kernels import generated
 from planter.mechanism.report import draw_speeds, draw_turn
+from planter.planting import motor_drive
 from planter.planting.cycle import compute_weight
-from planter.planting.drive import tables
-from planter.planting.drive.drive import DeviceDrive
-from planter.planting.drive.machine import NAME
 from planter.planting.model import FORCE, Device
+from planter.planting.motor_drive import NAME, DeviceDrive
 from planter.planting.report.page import meanings
 from planter.progress import Listener
 from planter.report import bundle, files, style
@@ -53,7 +52,7 @@ def _told(device: Device, found: DeviceDrive, svg: str) -> Iterator[Section]:
     motor, speed = drive_tables(found.result)
     yield Section("Motor", [Table(motor.head, motor.rows)])
     yield Section("Speed", [Table(speed.head, speed.rows)])
-    yield Section("Forces", [Table(tables.FORCES, tables.forces(found.result))])
+    yield Section("Forces", [Table(motor_drive.FORCE_HEAD, motor_drive.list_force_rows(found.result))])
     yield Section("Figure", [FigureSvg(svg, CAPTION)])
     yield Section("Model", [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])])
     yield Section("Inputs", list(inputs(device.machine, meanings(model), besides=("bounds",))))

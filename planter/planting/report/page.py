@@ -9,9 +9,8 @@ from planter.engine.sensitivity import SensitivityFound
 from planter.explain import dictionary
 from planter.files import units
 from planter.mechanism.report import sensitivity_sections
-from planter.planting import cycle, tables
-from planter.planting.designer import shown
-from planter.planting.designer.results import DesignersSummary
+from planter.planting import cycle, design_results, tables
+from planter.planting.design_results import DesignersSummary
 from planter.report import labels
 from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
@@ -240,10 +239,10 @@ def designers(summary: Summary) -> Iterator[Block]:
     """Torques, peaks of forces, gears and shocks; beside the machine file's own where that is another design."""
     found = DesignersSummary.read(summary["designer"])
     if "start_designer" in summary:
-        both = shown.beside(DesignersSummary.read(summary["start_designer"]), found)
+        both = design_results.compare_peaks(DesignersSummary.read(summary["start_designer"]), found)
         yield Table(both.head, both.rows, both.title)
-    yield from (Table(one.head, one.rows, one.title) for one in shown.tables(found))
-    yield from (Text(sentence) for sentence in shown.sentences(found))
+    yield from (Table(one.head, one.rows, one.title) for one in design_results.list_design_tables(found))
+    yield from (Text(sentence) for sentence in design_results.describe_design(found))
     yield Text("Angles are those of the carrier, counted for side 1; side 2 follows half a turn later.", "note")
 
 

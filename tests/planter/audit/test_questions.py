@@ -21,7 +21,7 @@ from planter.clutch.printed import formulas
 from planter.errors import PlanterError
 from planter.pickup.printed import inverse
 from planter.planting import cycle
-from planter.planting.printed import force
+from planter.planting.printed import support_force as force
 from tests.planter.pickup import pickups
 
 LAW = {"L1_mm": 93.3377, "L2_mm": 163.0, "law_p": 0.35, "dwell_deg": [210, 270], "phi5_far_deg": 40,

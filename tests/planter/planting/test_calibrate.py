@@ -12,9 +12,15 @@ from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.report.page import device_page
 from planter.planting.results import CalibrationFound
-from planter.planting.undisclosed.fit import Fit, nearest, searched, settled
-from planter.planting.undisclosed.force import FIGURES, Force
-from planter.planting.undisclosed.inputs import Inputs
+from planter.planting.unpublished_inputs import (
+    FIGURES,
+    CalibrationForce,
+    CalibrationInputs,
+    ForceFit,
+    count_determined,
+    fit_from_starts,
+    fit_nearest,
+)
 from planter.terminal.console import Console
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
@@ -34,36 +40,36 @@ def found(machine: Machine) -> CalibrationFound:
 
 
 @pytest.fixture(scope="module")
-def force(machine: Machine) -> Force:
+def force(machine: Machine) -> CalibrationForce:
     device = Device(calibration.with_flank(machine, LAWS[0]), "printed")
-    return Force(device, Inputs.with_events(device))
+    return CalibrationForce(device, CalibrationInputs.with_events(device))
 
 
-def fits(force: Force, wanted: dict[str, float], pushing: bool = False) -> list[Fit]:
+def fits(force: CalibrationForce, wanted: dict[str, float], pushing: bool = False) -> list[ForceFit]:
     starts = [np.random.default_rng(seed).random(len(force.inputs)) for seed in range(6)]
-    return sorted(searched(force, wanted, pushing, starts, np.ones(3)), key=lambda fit: fit.rank)
+    return sorted(fit_from_starts(force, wanted, pushing, starts, np.ones(3)), key=lambda fit: fit.rank)
 
 
-def test_a_target_that_the_model_can_reach_is_reached_and_one_out_of_reach_is_not(force: Force) -> None:
+def test_a_target_that_the_model_can_reach_is_reached_and_one_out_of_reach_is_not(force: CalibrationForce) -> None:
     hidden = np.random.default_rng(33).uniform(0.2, 0.8, len(force.inputs))
     wanted = force(hidden).figures()
     best = fits(force, wanted)[0]
     assert ((best.z >= 0) & (best.z <= 1)).all()
     assert best.met
     assert best.worst < 1e-6
-    assert settled(best) == 3
+    assert count_determined(best) == 3
     beyond = {**wanted, "variance_N2": (wanted["max_N"] - wanted["min_N"]) ** 2}
     assert not fits(force, beyond)[0].met
 
 
-def test_the_nearest_fit_is_nearer_and_keeps_target_and_contact(force: Force) -> None:
+def test_the_nearest_fit_is_nearer_and_keeps_target_and_contact(force: CalibrationForce) -> None:
     wanted = force(np.random.default_rng(33).uniform(0.2, 0.8, len(force.inputs))).figures()
     met = [fit for fit in fits(force, wanted, pushing=True) if fit.met]
-    closer = nearest(met[-1], pushing=True)
+    closer = fit_nearest(met[-1], pushing=True)
     assert closer.met
     assert closer.pushes
     assert closer.distance <= met[-1].distance
-    worse = Fit(force, met[0].z, {**wanted, "max_N": 2 * wanted["max_N"]})
+    worse = ForceFit(force, met[0].z, {**wanted, "max_N": 2 * wanted["max_N"]})
     assert not worse.met
     assert worse.rank > met[0].rank
 
@@ -115,8 +121,8 @@ def test_the_machine_that_is_handed_in_stays_as_it_is(found: CalibrationFound, m
     assert machine.cam.flank != found.choices[FLANK]
 
 
-def test_fitted_inputs_are_a_machine(force: Force) -> None:
-    fit = Fit(force, np.full(len(force.inputs), 0.5), dict.fromkeys(FIGURES, 1.0))
+def test_fitted_inputs_are_a_machine(force: CalibrationForce) -> None:
+    fit = ForceFit(force, np.full(len(force.inputs), 0.5), dict.fromkeys(FIGURES, 1.0))
     assert fitted_machine(fit).mass.planet_kg == pytest.approx(2.2)
 
 

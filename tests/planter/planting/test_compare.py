@@ -21,11 +21,12 @@ from planter.gear_geometry import families
 from planter.optimise.conditions import Look
 from planter.optimise.descent import Minimum
 from planter.optimise.objective import Evaluation
+from planter.planting import family_comparison as tables
+from planter.planting import family_pairs as box
+from planter.planting import family_pairs as pair
 from planter.planting import file
-from planter.planting.compare import box, pair, tables
-from planter.planting.compare.proposal import left, proposal
-from planter.planting.compare.run import Store, _ranked, compare
-from planter.planting.designer import summary
+from planter.planting.design_summary import summarise_design
+from planter.planting.family_comparison import ComparisonStore, _ranked, compare_families, left, proposal
 from planter.planting.model import Device
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
@@ -86,7 +87,7 @@ def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None
     assert result["settled"] == sum(entry["settled"] for entry in result["devices"])
     page = (out / "report.html").read_text()
     assert "Comparison of gear families" in page
-    assert all(tables.name(ComparedPair.read(entry)) in page for entry in result["devices"])
+    assert all(tables.pair_name(ComparedPair.read(entry)) in page for entry in result["devices"])
     assert (out / "figures" / "comparison.svg").exists()
     assert len((out / "devices.csv").read_text().splitlines()) == 3
 
@@ -105,9 +106,9 @@ def test_two_pairs_are_ranked_by_what_they_reach() -> None:
 def test_another_question_is_not_answered_from_the_folder(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
     _, _, out, _ = resumed
     own, pair = file.load("wang2017"), ("eccentric_circle", "ellipse")
-    assert Store(out / "devices", own, 1, 0).load(pair) is not None
-    assert Store(out / "devices", own, 1, 1).load(pair) is None
-    assert Store(out / "devices", file.load("wang2017", {"sun_kg": 0.41}), 1, 0).load(pair) is None
+    assert ComparisonStore(out / "devices", own, 1, 0).load(pair) is not None
+    assert ComparisonStore(out / "devices", own, 1, 1).load(pair) is None
+    assert ComparisonStore(out / "devices", file.load("wang2017", {"sun_kg": 0.41}), 1, 0).load(pair) is None
 
 
 def test_devices_that_change_places_are_not_read(
@@ -115,7 +116,7 @@ def test_devices_that_change_places_are_not_read(
 ) -> None:
     pair = ("eccentric_circle", "ellipse")
     shutil.copy(resumed[2] / "devices" / f"{'+'.join(pair)}.json", tmp_path / "narrow.json")
-    assert Store(tmp_path, file.load("wang2017"), 1, 0).load(None) is None
+    assert ComparisonStore(tmp_path, file.load("wang2017"), 1, 0).load(None) is None
 
 
 def test_the_own_design_is_the_described_one(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
@@ -149,7 +150,7 @@ def test_described_curves_have_the_size_and_the_swing_they_are_given(family: str
 
 def test_a_conflict_is_told_and_the_proposal_is_kept() -> None:
     strict = file.load(box.REFERENCE, {"funnel_speed_margin_m_s": 0.05})
-    found = compare(strict, starts=1, pairs=[("ellipse", "ellipse")])
+    found = compare_families(strict, starts=1, pairs=[("ellipse", "ellipse")])
     entry = found.devices[0]
     assert not entry.feasible
     assert entry.settled is (entry.lacks == [])
@@ -177,7 +178,7 @@ def _entry(objective: float, **more: object) -> dict:
 @cache
 def _designer() -> dict:
     device = Device(file.load("wang2017"))
-    return summary.of(device, device.design).table()
+    return summarise_design(device, device.design).table()
 
 
 def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
@@ -189,7 +190,7 @@ def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFi
     assert [(one.rank, one.objective) for one in ranked] == [(1, 2.0), (2, 3.0), (None, 1.0), (None, 1.5)]
     narrow = NarrowBox(2.5, 1.0, 1.0, [], {}, feasible=False, binding=[])
     result = ComparisonFound("m", "refined", 2, 0, 2, ranked, narrow, None, 1.0)
-    tables.comparison(Console(as_json=False), result)
+    tables.show_comparison(Console(as_json=False), result)
     said = capsys.readouterr().out
     assert max(map(len, said.splitlines())) <= 80
     assert said.index("settled pairs") < said.index("Not settled") < said.index("lacks a KKT residual")
@@ -225,7 +226,7 @@ def test_bad_calls_are_one_sentence(case: str) -> None:
 
 def test_resume_without_a_folder_is_an_input_error() -> None:
     with pytest.raises(InputError, match="--out"):
-        compare(file.load("wang2017"), resume=True)
+        compare_families(file.load("wang2017"), resume=True)
 
 
 def test_the_registry_squared_is_compared() -> None:

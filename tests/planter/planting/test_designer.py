@@ -9,9 +9,10 @@ import pytest
 from planter.errors import InputError
 from planter.kernels.formulas import load as formulas
 from planter.planting import cycle, optimisation, simulation, tables
-from planter.planting.designer import shown, stages, summary
-from planter.planting.designer.results import DesignersSummary
-from planter.planting.designer.turn import DesignTurn
+from planter.planting import design_results as shown
+from planter.planting import design_summary as summary
+from planter.planting.design_results import DesignersSummary
+from planter.planting.design_summary import DesignTurn
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
 from planter.planting.report.page import device_page
@@ -24,7 +25,7 @@ PHI = np.linspace(0, 2 * np.pi, 7201)
 
 def found(name: str, model: str = "exact") -> tuple[Device, DesignersSummary]:
     device = machines.device(name, "printed" if model == "printed" else "exact")
-    return device, summary.of(device, device.design)
+    return device, summary.summarise_design(device, device.design)
 
 
 def with_teeth(machine: Machine, **changes: float) -> Machine:
@@ -75,7 +76,7 @@ def test_gears_that_are_nearly_circles_are_those_of_a_textbook() -> None:
     wide = {**base.bounds, "k6": (1e-9, 0.1), "m61": (0.9, 1.5)}
     table = {**base.table(), "bounds": wide, "design": {**base.design, "k6": 1e-8, "m61": 1.0}}
     device = Device(Machine.read(table, "own"))
-    own = summary.of(device, device.design)
+    own = summary.summarise_design(device, device.design)
     (stage,) = own.stages[1:]
     radius = base.design["A6_mm"]
     for gear in stage.gears:
@@ -94,7 +95,7 @@ def test_gears_that_are_nearly_circles_are_those_of_a_textbook() -> None:
 
 def test_stress_along_the_turn_is_that_of_the_formulas_at_each_contact() -> None:
     device = Device(with_teeth(machines.machine("wang2017")))
-    own = summary.of(device, device.design).stages[0]
+    own = summary.summarise_design(device, device.design).stages[0]
     side = device.side(device.design, PHI[:-1:4])
     stage, parameters = device.stages[0], device.of_stage(0, device.design)
     hoisted = stage.prologue(parameters=parameters)["hoisted"]
@@ -111,9 +112,9 @@ def test_stress_along_the_turn_is_that_of_the_formulas_at_each_contact() -> None
 def test_only_a_cam_whose_acceleration_jumps_gives_shocks() -> None:
     """The harmonic law starts with pi^2/2 of rise over span squared (Norton), seen at the planet's own rate."""
     base = machines.machine("wang2017")
-    assert summary.of(Device(base), Device(base).design).shocks == []
+    assert summary.summarise_design(Device(base), Device(base).design).shocks == []
     device = Device(machines.with_flank(base, "harmonic"))
-    shocks = summary.of(device, device.design).shocks
+    shocks = summary.summarise_design(device, device.design).shocks
     events = {(one.event, one.side) for one in shocks}
     assert events == {(f"cam, {w} of the {f}", s) for w in ("start", "end") for f in ("rise", "fall") for s in (1, 2)}
     start = next(one for one in shocks if one.event == "cam, start of the rise" and one.quantity == "theta1_ddot")
@@ -124,7 +125,11 @@ def test_only_a_cam_whose_acceleration_jumps_gives_shocks() -> None:
     law = math.radians(base.cam.opening_deg) * math.pi**2 / 2 * (rate / (high - low)) ** 2
     assert (start.before, start.after) == pytest.approx((0.0, law), rel=1e-6)
     assert not [one for one in shocks if one.quantity == "x_tip_ddot"]
-    kept = next(table for table in shown.tables(summary.of(device, device.design)) if "Shocks" in table.title)
+    kept = next(
+        table
+        for table in shown.list_design_tables(summary.summarise_design(device, device.design))
+        if "Shocks" in table.title
+    )
     assert 0 < len(kept.rows) <= 16
 
 
@@ -132,16 +137,16 @@ def test_what_is_missing_is_told() -> None:
     base = machines.machine("wang2017")
     assert "module" in found("wang2017")[1].notes[0]
     only = Machine.read({**base.table(), "gears": {"module_mm": 2.0}}, "own")
-    told = summary.of(Device(only), Device(only).design)
+    told = summary.summarise_design(Device(only), Device(only).design)
     assert told.stages[0].contact_ratio_min is not None
     assert "face_width_mm" in told.notes[0]
     coarse = Device(with_teeth(base, module_mm=5.0))
-    few = summary.of(coarse, coarse.design)
+    few = summary.summarise_design(coarse, coarse.design)
     assert few.stages[0].stress is not None
     assert few.stages[0].stress.bending_MPa == [None, None]
     assert "the form factor begins at 12" in few.notes[0]
     flat = Device(with_teeth(machines.machine("compact")))
-    assert "20 deg" in summary.of(flat, flat.design).notes[0]
+    assert "20 deg" in summary.summarise_design(flat, flat.design).notes[0]
 
 
 @pytest.mark.parametrize(
@@ -155,7 +160,7 @@ def test_gears_out_of_range_are_refused(gears: dict[str, float], told: str) -> N
 
 def test_two_modules_are_refused() -> None:
     wide = load("wang2017-wide")
-    assert stages.module(DesignTurn(Device(wide), Device(wide).design)) == pytest.approx(2e-3)
+    assert summary.find_module(DesignTurn(Device(wide), Device(wide).design)) == pytest.approx(2e-3)
     with pytest.raises(InputError, match=r"requirements.module_mm = 2"):
         with_teeth(wide)
     with_teeth(wide, module_mm=2.0)

@@ -14,9 +14,8 @@ import scipy.integrate
 
 from planter.engine.drive import Course, Driven, Motor
 from planter.errors import ComputationError, InputError
-from planter.planting.drive.drive import drive
-from planter.planting.drive.machine import build_driven_machine
 from planter.planting.lifted import LiftedModel
+from planter.planting.motor_drive import build_driven_machine, drive_device
 from planter.records import schema
 from tests.support import machines
 from tests.support.cli import answer
@@ -66,7 +65,7 @@ def test_at_a_speed_that_changes_it_is_the_model_whose_assumptions_are_lifted() 
 
 
 def test_a_turn_that_repeats_itself_gives_to_friction_what_the_motor_gives() -> None:
-    found = drive(machines.device("wang2017"), MOTOR, turns=2, samples=720)
+    found = drive_device(machines.device("wang2017"), MOTOR, turns=2, samples=720)
     turn, result = found.drive.turn, found.result
     assert turn.omega[-1] == pytest.approx(turn.omega[0], rel=1e-9)
     assert result.motor_work_J == pytest.approx(result.friction_work_J, rel=1e-5)
@@ -79,11 +78,11 @@ def test_a_turn_that_repeats_itself_gives_to_friction_what_the_motor_gives() -> 
 
 def test_with_a_flywheel_without_end_the_speed_is_constant() -> None:
     """The fluctuation falls as the inverse of the inertia, and the force goes to that at constant speed."""
-    found = [drive(machines.device("wang2017"), replace(MOTOR, flywheel=j), 1).result for j in (1e4, 1e6)]
+    found = [drive_device(machines.device("wang2017"), replace(MOTOR, flywheel=j), 1).result for j in (1e4, 1e6)]
     changes, fluctuations = zip(*((one.change_N, one.speed.fluctuation) for one in found), strict=True)
     assert fluctuations[0] / fluctuations[1] == pytest.approx(100, rel=1e-2)
     assert changes[1] < 1e-6
-    assert drive(machines.device("wang2017"), MOTOR, 1).result.change_N > 0.1
+    assert drive_device(machines.device("wang2017"), MOTOR, 1).result.change_N > 0.1
 
 
 def test_another_integrator_finds_the_same_speed() -> None:
@@ -99,14 +98,14 @@ def test_another_integrator_finds_the_same_speed() -> None:
 
 def test_a_motor_too_weak_stalls_at_an_angle() -> None:
     with pytest.raises(ComputationError, match=r"wang2017: the motor stalls \d+ deg after the start; it needs more"):
-        drive(machines.device("wang2017"), replace(MOTOR, stall=0.05, flywheel=0.01))
+        drive_device(machines.device("wang2017"), replace(MOTOR, stall=0.05, flywheel=0.01))
 
 
 def test_what_a_motor_cannot_be_is_refused() -> None:
     with pytest.raises(InputError, match="--flywheel-kgm2 = -1 is not allowed: it must be greater than 0"):
         replace(MOTOR, flywheel=-1.0)
     with pytest.raises(InputError, match="drives the exact model"):
-        drive(machines.device("wang2017", "printed"), MOTOR)
+        drive_device(machines.device("wang2017", "printed"), MOTOR)
 
 
 def test_the_command_and_its_files(tmp_path: Path) -> None:

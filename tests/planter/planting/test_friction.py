@@ -13,12 +13,11 @@ from planter.gear_geometry.mesh import SIDES, BearingPairs, SharedLoad
 from planter.kernels import Array
 from planter.numerics.arrays import TURN
 from planter.planting import columns as known
+from planter.planting import tooth_friction as summary
 from planter.planting import toothed
-from planter.planting.friction import summary
-from planter.planting.friction.angles import Angles
-from planter.planting.friction.turn import FRICTION, MESHES, ToothedTurn
 from planter.planting.lifted import JOINTS, TOTALS, LiftedCycle, Lifting
 from planter.planting.model import Device
+from planter.planting.tooth_friction import FRICTION, MESHES, Angles, ToothedTurn
 from tests.support import machines
 
 ORDERS = {
@@ -57,7 +56,7 @@ def test_the_motor_gives_what_the_teeth_lose_at_every_angle(name: str) -> None:
     assert unexplained(teeth, convention) < 1e-11
     assert lost(convention) == pytest.approx(0, abs=0)
     assert lost(sliding).min() > 0
-    told = summary.told(teeth, sliding)
+    told = summary.summarise_turn(teeth, sliding)
     assert told.motor_work_J == pytest.approx(sum(told.lost_J.values()), rel=1e-7)
     assert told.lost_J["stage 1"] > 0.01
 
@@ -150,15 +149,15 @@ def shared_at_random(bearing: BearingPairs, rng: np.random.Generator) -> SharedL
 @pytest.mark.parametrize("name", ORDERS)
 def test_no_sharing_leaves_the_range_that_is_told(name: str) -> None:
     teeth, rng = cut_gears(name), np.random.default_rng(5)
-    bounds = summary.at_most(teeth)
+    bounds = summary.compute_maximum_forces(teeth)
     near, far = (
-        summary.told(teeth, teeth.sliding([getattr(bearing, which) for bearing in teeth.bearings]))
+        summary.summarise_turn(teeth, teeth.sliding([getattr(bearing, which) for bearing in teeth.bearings]))
         for which in ("nearest", "farthest")
     )
     for _ in range(6):
         one, two = (teeth.lifting([shared_at_random(bearing, rng) for bearing in teeth.bearings]) for _ in range(2))
         turn = teeth.turn(one, behind=two)
-        found = summary.told(teeth, turn)
+        found = summary.summarise_turn(teeth, turn)
         assert near.motor_work_J < found.motor_work_J < far.motor_work_J
         for stage in range(2):
             assert near.efficiency[stage] > found.efficiency[stage] > far.efficiency[stage]
@@ -173,7 +172,7 @@ def test_losses_grow_with_friction_and_their_growth_is_of_the_next_order() -> No
     teeth = cut_gears("wang2017")
     per_friction = []
     for angle in (1e-3, 5e-4, 2.5e-4):
-        told = summary.told(teeth, teeth.sliding(teeth.equal, friction=angle))
+        told = summary.summarise_turn(teeth, teeth.sliding(teeth.equal, friction=angle))
         per_friction.append(told.lost_J["stage 1"] / np.tan(angle))
     assert per_friction[0] - per_friction[1] == pytest.approx(2 * (per_friction[1] - per_friction[2]), rel=2e-2)
     assert abs(per_friction[0] / per_friction[2] - 1) < 1e-3
@@ -196,7 +195,7 @@ def test_integrals_stop_at_jumps_and_extremes_look_at_both_sides_of_them() -> No
 
 def test_the_result_tells_all_of_it() -> None:
     teeth = cut_gears("wang2017")
-    rubbing = summary.rubbing(teeth.device, teeth.x, teeth.stages)
+    rubbing = summary.compute_friction(teeth.device, teeth.x, teeth.stages)
     found = rubbing.result
     assert found.pairs == [2, 2]
     assert found.support_changed_N < 1e-11

@@ -15,9 +15,8 @@ import pytest
 
 from planter.files import examples
 from planter.planting import file
-from planter.planting.commands import device as commands
+from planter.planting.commands.options import build_device
 from planter.planting.optimisation import OptimisationInterrupted
-from planter.planting.report import results
 from planter.planting.report import results as report
 from tests.support.cli import refusal, run
 from tests.support.sampled import sampled
@@ -108,7 +107,7 @@ def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
     machine = file.load("wang2017", changes)
     design = {**machine.design, "R3_mm": 30.95, "k6": 0.04}
     result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None)
-    text = results.format_optimum_file(machine, "exact", result, 360)
+    text = report.format_optimum_file(machine, "exact", result, 360)
     back = file.Machine.read(tomllib.loads(text), "back")
     moved = {"design.R3_mm", "design.k6"}
     own = machine.numbers()
@@ -117,7 +116,7 @@ def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
     assert text.count("# was") == 2
     assert all(back.origin(path).startswith("optimised") for path in moved)
     assert back.origin("design.m31").startswith("paper")
-    assert back.origin("mass.sun_kg") == back.origin("nozzle.hinge_A_mm[0]") == results.SET
+    assert back.origin("mass.sun_kg") == back.origin("nozzle.hinge_A_mm[0]") == report.SET
     assert back.origin("operation.speed_rpm") == "paper"
     assert back.origin("nozzle.hinge_A_mm[1]") == "assumed"
 
@@ -127,7 +126,7 @@ def test_a_value_at_its_bound_stays_within_it() -> None:
     upper = machine.bounds["R3_mm"][1]
     design = {**machine.design, "R3_mm": np.nextafter(upper, 99)}
     result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None)
-    assert tomllib.loads(results.format_optimum_file(machine, "exact", result, "refined"))["design"]["R3_mm"] == upper
+    assert tomllib.loads(report.format_optimum_file(machine, "exact", result, "refined"))["design"]["R3_mm"] == upper
 
 
 def interrupt(*_: object) -> None:
@@ -197,7 +196,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_the_search(
 
 
 def test_the_partial_of_a_stopped_command_is_marked(tmp_path: Path) -> None:
-    device = commands.device_of("wang2017", "exact", None, None)
+    device = build_device("wang2017", "exact", None, None)
     report.write_partial(tmp_path, device, {"objective": 2.0})
     assert json.loads((tmp_path / "summary.json").read_text())["finished"] is False
     report.write_partial(tmp_path, device, {"objective": 2.0}, interrupted=True)

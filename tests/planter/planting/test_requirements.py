@@ -23,12 +23,14 @@ from planter.planting import file as machine
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.objective import build_problem as problem_with
-from planter.planting.requirements.constraints import Required
-from planter.planting.requirements.limits import limits
-from planter.planting.requirements.measures import Measures
-from planter.planting.requirements.record import record
-from planter.planting.requirements.section import KINDS
-from planter.planting.requirements.verdict import infeasible
+from planter.planting.requirement_rows import RequirementRows
+from planter.planting.requirements import (
+    RequirementConstraints,
+    build_infeasibility_error,
+    compute_bounds,
+    evaluate_requirements,
+)
+from planter.planting.requirements_section import KINDS
 from tests.support.cli import answer, refusal, run
 
 WIDE = "wang2017-wide"
@@ -40,13 +42,13 @@ def device() -> Device:
 
 
 @pytest.fixture(scope="module")
-def measures(device: Device) -> Measures:
-    return Measures(device)
+def measures(device: Device) -> RequirementRows:
+    return RequirementRows(device)
 
 
 @pytest.fixture(scope="module")
-def entries(device: Device, measures: Measures) -> dict[str, dict]:
-    return {entry.name: entry for entry in record(measures, device.design)}
+def entries(device: Device, measures: RequirementRows) -> dict[str, dict]:
+    return {entry.name: entry for entry in evaluate_requirements(measures, device.design)}
 
 
 @pytest.fixture(scope="module")
@@ -143,10 +145,10 @@ def test_contact_ratio_of_circles_is_the_textbook_one() -> None:
     import casadi as ca
 
     from planter.kernels import Kernel
-    from planter.planting.requirements.pitch import Teeth, contact_ratio
+    from planter.planting.angle_functions import RackTeeth, contact_ratio
 
     bend = ca.SX.sym("bend")
-    f = Kernel(ca.Function("ratio", [bend], [contact_ratio(bend, bend, Teeth(2e-3, np.radians(20)))], ["b"], ["e"]))
+    f = Kernel(ca.Function("ratio", [bend], [contact_ratio(bend, bend, RackTeeth(2e-3, np.radians(20)))], ["b"], ["e"]))
     r, tip, base = 31.0, 33.0, 31 * np.cos(np.radians(20))
     path = 2 * (np.sqrt(tip**2 - base**2) - r * np.sin(np.radians(20)))
     assert f(b=1 / 31e-3)["e"][0, 0] == pytest.approx(path / (2 * np.pi * np.cos(np.radians(20))), rel=1e-12)
@@ -156,17 +158,17 @@ def test_contact_ratio_of_circles_is_the_textbook_one() -> None:
 # --- derivatives --------------------------------------------------------------------------------------
 
 
-def differences(measures: Measures, x: np.ndarray, width: np.ndarray, step: float) -> np.ndarray:
+def differences(measures: RequirementRows, x: np.ndarray, width: np.ndarray, step: float) -> np.ndarray:
     steps = np.eye(len(x)) * step * width
     return np.array([(measures.at(x + e).values - measures.at(x - e).values) / (2 * step) for e in steps]).T
 
 
-def worst(measures: Measures, x: np.ndarray, width: np.ndarray, slopes: np.ndarray) -> float:
+def worst(measures: RequirementRows, x: np.ndarray, width: np.ndarray, slopes: np.ndarray) -> float:
     found = differences(measures, x, width, 1e-5)
     return float((np.abs(found - slopes).max(axis=1) / np.abs(found).max(axis=1).clip(1e-5)).max())
 
 
-def test_gradients_are_exact_on_both_sides_of_the_joints(device: Device, measures: Measures) -> None:
+def test_gradients_are_exact_on_both_sides_of_the_joints(device: Device, measures: RequirementRows) -> None:
     """The lowest tip point on the joint of the sun's pitch curve, and a little to either side of it."""
     from scipy.optimize import root_scalar
 
@@ -189,7 +191,7 @@ def test_gradients_are_exact_on_both_sides_of_the_joints(device: Device, measure
     assert worst(measures, x, width, slopes * (1 + 1e-3)) > 5e-4
 
 
-def test_hessians_are_the_derivatives_of_the_gradients(device: Device, measures: Measures) -> None:
+def test_hessians_are_the_derivatives_of_the_gradients(device: Device, measures: RequirementRows) -> None:
     width, x = device.upper - device.lower, device.design
     weights = np.random.default_rng(0).normal(size=len(measures.rows)) / np.abs(measures.slopes(x) * width).max(1).clip(
         1
@@ -203,8 +205,8 @@ def test_hessians_are_the_derivatives_of_the_gradients(device: Device, measures:
 # --- as constraints -----------------------------------------------------------------------------------
 
 
-def problem_of(device: Device) -> tuple[Problem, Required]:
-    constraints = Required(device)
+def problem_of(device: Device) -> tuple[Problem, RequirementConstraints]:
+    constraints = RequirementConstraints(device)
     return problem_with(device, "refined", constraints), constraints
 
 
@@ -213,7 +215,7 @@ def test_a_point_that_keeps_them_is_found_and_the_margin_counts(device: Device) 
     assert not problem.kept(problem.start)
     found = least_violation(problem, constraints, problem.start)
     assert found.kept
-    for entry in record(constraints.measures, problem.design(found.u)):
+    for entry in evaluate_requirements(constraints.measures, problem.design(found.u)):
         assert entry.verdict == "pass", entry
 
 
@@ -223,7 +225,7 @@ def test_infeasible_says_which_where_and_how_much_and_relaxing_it_helps() -> Non
     problem, constraints = problem_of(Device(strict))
     least = nearest(problem, constraints, [problem.start])
     assert not least.kept
-    error = infeasible(constraints, problem.design(least.u), least)
+    error = build_infeasibility_error(constraints, problem.design(least.u), least)
     assert error.exit_code == 1
     assert len(error.violations) == 1
     broken = error.violations[0]
@@ -264,7 +266,7 @@ def test_the_certificate_knows_the_multipliers_of_requirements(device: Device) -
 def test_search_for_any_sum_satisfies_the_requirements(device: Device, goal: str) -> None:
     built = load_machine(WIDE)
     spec = SearchSpec(sampling=36, starts=1)
-    required = Required(device)
+    required = RequirementConstraints(device)
     optimum = optimise(built, goal, spec=spec)
     assert required.violation(optimum.x) <= KEPT
     free = optimise(replace(built, requirements=None), goal, spec=spec)
@@ -284,16 +286,16 @@ def test_vary_is_refused_beside_requirements() -> None:
 
 def test_a_machine_without_requirements_has_no_constraints() -> None:
     plain = Device(machine.load("wang2017"))
-    assert Required.of(plain) is None
+    assert RequirementConstraints.from_device(plain) is None
     with pytest.raises(InputError, match="requirements is missing"):
-        Measures(plain)
+        RequirementRows(plain)
 
 
 def test_the_largest_radius_of_curvature_that_may_be_asked_for_has_an_excess() -> None:
     """Its step in curvature is far below the rounding of the curvature that it bounds."""
     asked = Device(machine.load("wang2017-wide", {"curvature_radius_min_mm": 1e15}))
-    rows = Measures(asked)
-    excess = limits(rows).excess(rows.at(asked.design).values)
+    rows = RequirementRows(asked)
+    excess = compute_bounds(rows).excess(rows.at(asked.design).values)
     assert np.isfinite(excess).all()
     assert excess.max() > 1e20
 

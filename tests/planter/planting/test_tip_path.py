@@ -11,8 +11,8 @@ from planter.files.text import parse_toml
 from planter.planting import cycle, file
 from planter.planting.file import Machine
 from planter.planting.model import Device
-from planter.planting.requirements.measures import Measures
-from planter.planting.requirements.record import record
+from planter.planting.requirement_rows import RequirementRows
+from planter.planting.requirements import evaluate_requirements
 from planter.planting.swept import ROOM
 from planter.tolerance.robust import Settings, find_robust
 from tests.support.cli import answer
@@ -29,8 +29,8 @@ def machine(*lines: str, drop: str = "", source: str = "wide.toml") -> Machine:
 
 
 @pytest.fixture(scope="module")
-def measures(kernel_cache: None) -> Measures:
-    return Measures(Device(machine(f"points_mm = {POINTS}", "tube_excess_max_mm = 0")))
+def measures(kernel_cache: None) -> RequirementRows:
+    return RequirementRows(Device(machine(f"points_mm = {POINTS}", "tube_excess_max_mm = 0")))
 
 
 def tip(device: Device, x: np.ndarray) -> np.ndarray:
@@ -39,18 +39,18 @@ def tip(device: Device, x: np.ndarray) -> np.ndarray:
     return np.column_stack([turn["tip_machine_x_mm"], turn["tip_y_mm"]])
 
 
-def rows(measures: Measures) -> list[int]:
+def rows(measures: RequirementRows) -> list[int]:
     return [k for k, row in enumerate(measures.rows) if row.kind.name == "tube_excess"]
 
 
-def test_the_distance_is_that_of_the_nearest_of_many_points(measures: Measures) -> None:
+def test_the_distance_is_that_of_the_nearest_of_many_points(measures: RequirementRows) -> None:
     x = measures.device.design
     path = tip(measures.device, x)
     wanted = [np.hypot(*(path - point[:2]).T).min() - point[2] for point in POINTS]
     np.testing.assert_allclose(1e3 * measures.at(x).values[rows(measures)], wanted, atol=1e-4)
 
 
-def test_slopes_and_curvature_are_those_of_differences(measures: Measures) -> None:
+def test_slopes_and_curvature_are_those_of_differences(measures: RequirementRows) -> None:
     device, mine = measures.device, rows(measures)
     x, width = device.design, device.upper - device.lower
     slopes = measures.slopes(x)[mine] * width
@@ -65,8 +65,8 @@ def test_slopes_and_curvature_are_those_of_differences(measures: Measures) -> No
     assert np.abs(slopes).max() > 1e-3
 
 
-def test_the_worst_point_is_told_by_its_number(measures: Measures) -> None:
-    (found,) = [one for one in record(measures, measures.device.design) if one.name == "tube_excess"]
+def test_the_worst_point_is_told_by_its_number(measures: RequirementRows) -> None:
+    (found,) = [one for one in evaluate_requirements(measures, measures.device.design) if one.name == "tube_excess"]
     assert (found.of, found.verdict) == ("point 3", "fail")
     assert found.value == pytest.approx(1e3 * max(measures.at(measures.device.design).values[rows(measures)]))
 
@@ -116,10 +116,10 @@ def test_points_need_one_place_and_a_limit_its_points() -> None:
 
 
 def test_a_soil_line_at_the_depths_level_is_the_same_soil(kernel_cache: None) -> None:
-    deep = Measures(Device(file.load("wang2017-wide")))
+    deep = RequirementRows(Device(file.load("wang2017-wide")))
     x = deep.device.design
     line = 1e3 * float(tip(deep.device, x)[:, 1].min() / 1e3) + 60
-    level = Measures(Device(machine(f"soil_line_mm = {line}", drop="soil_depth_mm")))
+    level = RequirementRows(Device(machine(f"soil_line_mm = {line}", drop="soil_depth_mm")))
     np.testing.assert_allclose(level.at(x).values, deep.at(x).values, rtol=1e-4, atol=1e-6)
     depth = [row.kind.name for row in deep.rows].index("depth")
     assert not np.abs(deep.slopes(x)[depth]).any()
@@ -132,7 +132,7 @@ def test_a_soil_line_at_the_depths_level_is_the_same_soil(kernel_cache: None) ->
 
 
 def test_a_soil_line_that_the_tip_never_reaches_is_told() -> None:
-    far = Measures(Device(machine("soil_line_mm = -900", drop="soil_depth_mm")))
+    far = RequirementRows(Device(machine("soil_line_mm = -900", drop="soil_depth_mm")))
     with pytest.raises(ComputationError, match="never reaches the soil with soil_line_mm = -900"):
         far.at(far.device.design)
 
@@ -143,5 +143,5 @@ def test_a_robust_design_keeps_the_requirements(kernel_cache: None) -> None:
     settings = Settings(machines=2, starts=1)
     found = find_robust(ROOM.build_robust(own, {}, {}, settings), settings, None)
     device = Device(own)
-    values = {one.name: one.verdict for one in record(Measures(device), device.x(**found.design))}
+    values = {one.name: one.verdict for one in evaluate_requirements(RequirementRows(device), device.x(**found.design))}
     assert "fail" not in values.values()

@@ -6,14 +6,26 @@ from itertools import product
 import numpy as np
 import pytest
 
+from planter.planting import attainable_force as front
 from planter.planting import cycle, file
+from planter.planting.attainable_force import (
+    VarianceSearch,
+    find_largest_range,
+    find_largest_variance,
+    load_paper_points,
+)
 from planter.planting.calibration import with_flank
 from planter.planting.model import Device
-from planter.planting.printed.attainable import PAPER, table
-from planter.planting.undisclosed import experiment, front
-from planter.planting.undisclosed.attainable import MostVariance, largest_range, most_variance
-from planter.planting.undisclosed.force import Force
-from planter.planting.undisclosed.inputs import INERTIA, Inputs, cam_angles, data, own_angles
+from planter.planting.printed import attainable as experiment
+from planter.planting.printed.attainable import PAPER
+from planter.planting.unpublished_inputs import (
+    INERTIA,
+    CalibrationForce,
+    CalibrationInputs,
+    compute_cam_angles,
+    compute_flank_angles,
+    load_calibration_data,
+)
 from tests.support import machines
 from tests.support.sampled import sampled
 
@@ -26,35 +38,38 @@ def device(law: str = "cycloidal", model: str = "exact") -> Device:
 
 
 @pytest.fixture(scope="module")
-def force() -> Force:
+def force() -> CalibrationForce:
     own = device()
-    return Force(own, Inputs.with_events(own))
+    return CalibrationForce(own, CalibrationInputs.with_events(own))
 
 
-def test_every_input_is_one_of_the_machine_and_assumed(force: Force) -> None:
+def test_every_input_is_one_of_the_machine_and_assumed(force: CalibrationForce) -> None:
     inputs, machine = force.inputs, force.device.machine
-    assert len(inputs.places(force.device)) == len(inputs) + 1 > 15
+    assert len(inputs.find_constants(force.device)) == len(inputs) + 1 > 15
     assert (inputs.lower < inputs.upper).all()
     assert all(machine.origin(path).startswith("assumed") for path in inputs.paths)
 
 
-def test_flanks_begin_at_the_events_that_the_paper_gives(force: Force) -> None:
-    assert {k: round(np.degrees(v), 9) for k, v in own_angles(force.device).items()} == {"fall": 280, "rise": 160}
+def test_flanks_begin_at_the_events_that_the_paper_gives(force: CalibrationForce) -> None:
+    assert {k: round(np.degrees(v), 9) for k, v in compute_flank_angles(force.device).items()} == {
+        "fall": 280,
+        "rise": 160,
+    }
     low, high = (force.inputs.table(np.full(len(force.inputs), z)) for z in (0.0, 1.0))
     rows = {row["name"]: row for row in high}
-    delta = np.degrees(cam_angles(force.device, np.radians([155.0, 165.0])))
+    delta = np.degrees(compute_cam_angles(force.device, np.radians([155.0, 165.0])))
     assert [rows["cam.rise_delta_deg[0]"][key] for key in ("lower", "upper")] == pytest.approx(list(delta))
     begun = {row["name"]: row["value"] for row in low}
     assert begun["cam.rise_delta_deg[1]"] - begun["cam.rise_delta_deg[0]"] == pytest.approx(15)
 
 
 def test_events_that_are_not_half_a_turn_apart_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(data()["events"]["seen"][0], "carrier_deg", 103)
+    monkeypatch.setitem(load_calibration_data()["events"]["seen"][0], "carrier_deg", 103)
     with pytest.raises(ValueError, match="half a turn apart"):
-        own_angles(device())
+        compute_flank_angles(device())
 
 
-def test_a_body_stays_a_body_whatever_its_mass(force: Force) -> None:
+def test_a_body_stays_a_body_whatever_its_mass(force: CalibrationForce) -> None:
     for seed in range(20):
         rows = {
             row["name"]: row["value"]
@@ -74,7 +89,7 @@ def test_a_body_stays_a_body_whatever_its_mass(force: Force) -> None:
 )
 def test_the_force_is_that_of_a_machine_with_these_inputs_and_its_slopes_are_slopes(law: str, model: str) -> None:
     own = device(law, model)
-    force = Force(own, Inputs.with_events(own))
+    force = CalibrationForce(own, CalibrationInputs.with_events(own))
     z = np.random.default_rng(5).random(len(force.inputs))
     curve = force(z)
     rows = force.inputs.table(z)
@@ -95,27 +110,27 @@ def test_the_force_is_that_of_a_machine_with_these_inputs_and_its_slopes_are_slo
 
 def test_own_values_give_the_machine_s_own_force() -> None:
     own = device("4-5-6-7 polynomial")
-    force = Force(own, Inputs.wide(own))
-    assert force(force.own()).force == pytest.approx(
+    force = CalibrationForce(own, CalibrationInputs.wide(own))
+    assert force(force.file_point()).force == pytest.approx(
         own.support(own.prologue(own.design), cycle.sample_angles(SAMPLES))[:30]
     )
 
 
-def test_what_is_attained_keeps_cap_and_contact_and_beats_its_starts(force: Force) -> None:
+def test_what_is_attained_keeps_cap_and_contact_and_beats_its_starts(force: CalibrationForce) -> None:
     starts = [np.random.default_rng(seed).random(len(force.inputs)) for seed in range(3)]
-    found = most_variance(force, 80.0, True, starts)
+    found = find_largest_variance(force, 80.0, True, starts)
     assert found is not None
     assert found.range <= 80.5
     assert found.push >= 0
     assert found.variance > max(force(z).variance for z in starts if force(z).range <= 80)
-    free, tied = largest_range(force, False, starts), largest_range(force, True, starts)
+    free, tied = find_largest_range(force, False, starts), find_largest_range(force, True, starts)
     assert free is not None
     assert tied is not None
     assert free.range >= tied.range - 1 > found.range
 
 
-def test_slopes_of_what_is_made_small_are_slopes(force: Force) -> None:
-    search = MostVariance(force, 40.0, True)
+def test_slopes_of_what_is_made_small_are_slopes(force: CalibrationForce) -> None:
+    search = VarianceSearch(force, 40.0, True)
     w = search.start(np.random.default_rng(1).random(len(force.inputs)))
     _, slopes = search.cost(w, 0.3)
     steps = [(search.cost(w + 1e-6 * u, 0.3)[0] - search.cost(w - 1e-6 * u, 0.3)[0]) / 2e-6 for u in np.eye(len(w))]
@@ -123,18 +138,22 @@ def test_slopes_of_what_is_made_small_are_slopes(force: Force) -> None:
 
 
 def test_the_front_that_is_kept_rests_on_what_is_there() -> None:
-    kept = front.kept()
+    kept = front.read_saved_front()
     assert kept is not None
     machine = file.load(PAPER)
-    assert kept["key"] == front.key(machine, table()), "python -m planter.planting.undisclosed"
-    assert kept["key"] != front.key(machine.with_numbers({"psi0_deg": -7.0}), table())
-    assert kept["key"] != front.key(machine, {**table(), "theory": {"range_N": 1.0, "variance_N2": 1.0}})
+    assert kept["key"] == front.compute_key(machine, load_paper_points(PAPER)), (
+        "python -m planter.planting.attainable_force"
+    )
+    assert kept["key"] != front.compute_key(machine.with_numbers({"psi0_deg": -7.0}), load_paper_points(PAPER))
+    assert kept["key"] != front.compute_key(
+        machine, {**load_paper_points(PAPER), "theory": {"range_N": 1.0, "variance_N2": 1.0}}
+    )
 
 
 @pytest.mark.parametrize("place", [0, -1])
 @pytest.mark.parametrize("contact", [0, 1])
 def test_points_of_the_front_are_what_their_inputs_give(contact: int, place: int) -> None:
-    one = front.kept()["fronts"][contact]
+    one = front.read_saved_front()["fronts"][contact]
     point = one["points"][place]
     machine = with_flank(file.load(PAPER), point["flank"]).with_numbers(point["inputs"])
     subject = Device(machine, "exact")
@@ -150,7 +169,7 @@ def test_points_of_the_front_are_what_their_inputs_give(contact: int, place: int
 
 def test_a_rippling_speed_gives_the_force_of_a_machine_at_that_speed() -> None:
     own = machines.device("wang2017")
-    speeds = experiment.Speeds.of(experiment.LiftedModel(own), 720)
+    speeds = experiment.SpeedDependence.from_model(experiment.LiftedModel(own), 720)
     for rpm in (35.0, 45.0):
         other = Device(own.machine.with_numbers({"speed_rpm": rpm}), "exact")
         force = other.support(other.prologue(other.design), cycle.sample_angles(720))

@@ -1,0 +1,304 @@
+"""`planter optimise`, `compare` and `cam`: the best design, the best gear families, and the cam as a part."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any
+
+import typer
+
+from planter.errors import InputError, Interrupted
+from planter.gears.options import Module1Option, Module2Option, ModuleOption
+from planter.mechanism.commands import SearchOptions, refuse_options, run_optimise
+from planter.planting.commands.options import (
+    FIGURES,
+    DeviceArgument,
+    build_device,
+    interruptible_result,
+    load_device_file,
+    load_other,
+    parse_tooth_counts,
+    text_option,
+)
+from planter.report.writing import figure_files, writes
+from planter.terminal.console import Console
+from planter.terminal.options import (
+    ClusterOption,
+    HoldOption,
+    JsonOption,
+    LeastOption,
+    MachineArgument,
+    Model,
+    ModelOption,
+    OutOption,
+    SeedOption,
+    SetOption,
+    SpeedOption,
+    VaryOption,
+    WorkersOption,
+    changes,
+    listing,
+    read_ranges,
+)
+
+app = typer.Typer()
+
+
+class Method(enum.StrEnum):
+    """Methods of the search for the optimum."""
+
+    hybrid = "hybrid"
+    ipopt = "ipopt"
+    ga = "ga"
+
+
+OPTIMISE = """Optimise the design within the bounds of its file.
+
+A certificate gives the evidence that the design is optimal. With --module both stages get integer tooth numbers of a
+standard module: the pitch curves then have the lengths pi m z, so that `planter gears` cuts them without scaling.
+--teeth sets the tooth numbers; without it the best ones near the free optimum are searched for.
+
+\b
+    planter optimise wang2017
+    planter optimise wang2017 --teeth 31,31 --module1 2 --module2 1.97 --out best
+    planter optimise wang2017-wide --module 2 --method ipopt
+"""
+
+
+@app.command(help=OPTIMISE)
+@writes("summary.json", "optimum.toml", "report.html")
+def optimise(
+    machine: MachineArgument,
+    model: ModelOption = Model.exact,
+    method: Annotated[
+        Method | None,
+        typer.Option(
+            help="genetic algorithm (ga), local searches (ipopt), or both [default: hybrid; ipopt for a mechanism of "
+            "your own]",
+            show_default=False,
+        ),
+    ] = None,
+    samples: Annotated[
+        str | None,
+        text_option("true extremes and integrals of the cycle, or a number of samples [default: refined]", "N|refined"),
+    ] = None,
+    seed: SeedOption = 0,
+    starts: Annotated[int | None, typer.Option(min=1, help="number of local searches", show_default=False)] = None,
+    front: Annotated[bool, typer.Option("--front", help="also compute the Pareto front of range and variance")] = False,
+    least: LeastOption = None,
+    hold: HoldOption = None,
+    vary: VaryOption = None,
+    prove: Annotated[
+        bool,
+        typer.Option(
+            "--prove", help="also prove a bound on how much better any design within the bounds can be, over samples"
+        ),
+    ] = False,
+    prove_seconds: Annotated[float, typer.Option(min=0, help="time for the proof, the search excluded")] = 480,
+    module: ModuleOption = None,
+    module1: Module1Option = None,
+    module2: Module2Option = None,
+    teeth: Annotated[
+        str | None,
+        text_option(
+            "teeth of the inner gears of stage 1 and of stage 2, with a module [default: the best whole numbers near "
+            "the free optimum]",
+            "Z1,Z2",
+        ),
+    ] = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    from planter.report.folder import check, renewing
+
+    console = Console(as_json)
+    with console.outcome(), renewing(out):
+        from planter.engine.machine import load_machine
+        from planter.parallel.task import Means
+        from planter.planting import optimisation
+
+        means, ranges = Means(workers, cluster), read_ranges("--vary", vary or ())
+        is_varied = least or hold or ranges
+        other = load_machine(machine, changes(set_), speed_rpm) if is_varied else load_other(machine, set_, speed_rpm)
+        if other is not None:
+            sampling = None if samples is None else optimisation.parse_sampling(samples)
+            seconds = prove_seconds if prove else None
+            options = SearchOptions(
+                None if method is None else method.value, front, sampling, seed, starts, seconds, means, ranges
+            )
+            teeth_options = {"--teeth": teeth, "--module": module, "--module1": module1, "--module2": module2}
+            present = {option: value is not None for option, value in teeth_options.items()}
+            refuse_options(other, {"--model": model is not Model.exact, **present})
+            run_optimise(console, other, least, hold or (), options, out)
+            return
+        method = method or Method.hybrid
+        if out is not None:
+            check(out, ["cycle.csv", *figure_files(*FIGURES, "convergence", *(["pareto"] if front else []))])
+        from planter.planting import tables
+        from planter.planting.report import results as report
+        from planter.planting.tooth_count_search import optimise_with_tooth_counts
+
+        spec = parse_tooth_counts(module, module1, module2, teeth, {"--front": front, "--prove": prove})
+        device = build_device(machine, model, set_, speed_rpm)
+
+        def save(partial: dict[str, Any], interrupted: bool = False) -> None:
+            if out is not None:
+                report.write_partial(out, device, partial, interrupted)
+
+        try:
+            optimum = optimise_with_tooth_counts(
+                device, spec, method.value, samples, seed, starts, console.progress, save, means
+            )
+        except Interrupted as stop:
+            if stop.partial is not None:
+                save(stop.partial, interrupted=True)
+            raise
+        with interruptible_result(optimum.result.table()):
+            if out is not None:
+                report.write_optimum(out, device, optimum)
+            if front:
+                optimum = optimisation.add_pareto_front(optimum, console.progress)
+                if out is not None:
+                    report.write_optimum(out, device, optimum)
+            if prove:
+                from planter.planting import proof
+
+                optimum = proof.add_proof(optimum, prove_seconds, console.progress, means)
+                if out is not None:
+                    report.write_optimum(out, device, optimum)
+        console.result(optimum.result, lambda: tables.optimisation(console, optimum.result))
+        if out is not None:
+            with Console(as_json=False).outcome(), interruptible_result(optimum.result.table()):
+                report.draw_optimum(out, device, optimum)
+
+
+def _list_families() -> Iterable[str]:
+    from planter.gear_geometry import families
+
+    return families.list_families()
+
+
+@app.command(cls=listing(pair=_list_families))
+@writes("summary.json", "devices.csv", "report.html", figures=("comparison",))
+def compare(
+    machine: DeviceArgument,
+    starts: Annotated[int, typer.Option(min=1, help="local searches for each pair")] = 3,
+    seed: Annotated[int, typer.Option(min=0, help="random seed")] = 0,
+    resume: Annotated[bool, typer.Option("--resume", help="continue with the results in the folder of --out")] = False,
+    pair: Annotated[list[str] | None, text_option("only this pair (repeatable), of families", "FAMILY+FAMILY")] = None,
+    workers: WorkersOption = None,
+    cluster: ClusterOption = None,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Optimise every pair of gear families and rank them.
+
+    All have the same wide bounds and the machine's requirements.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.planting.family_comparison import compare_families, show_comparison
+        from planter.planting.family_pairs import parse_pairs
+        from planter.report.folder import renewing
+
+        content = load_device_file(machine, set_, speed_rpm)
+        with renewing(out):
+            result = compare_families(
+                content, starts, seed, out, resume, parse_pairs(pair), console.progress, workers, cluster
+            )
+            if out is not None:
+                from planter.planting.report import compare as report
+
+                with interruptible_result(result.table()):
+                    report.write(out, content, result)
+        console.result(result, lambda: show_comparison(console, result))
+
+
+CAM_EPILOG = (
+    "For example: planter cam wang2017 --roller-mm 6 --step --out cam; "
+    "planter cam cam_follower --roller-mm 8 --bore-mm 12 --out cam"
+)
+
+
+@app.command(epilog=CAM_EPILOG)
+@writes("summary.json", "report.html", "contour.dxf", "contour.svg", "contour.csv")
+def cam(
+    machine: Annotated[
+        str,
+        typer.Argument(help="a machine file, a built-in machine, or a mechanism of your own", show_default=False),
+    ],
+    roller_mm: Annotated[float, typer.Option(metavar="R", help="radius of the roller", show_default=False)],
+    y: Annotated[
+        str | None,
+        text_option(
+            "for a mechanism whose statement has no follower: where the roller's centre is from the cam's axis, "
+            "along y: a sum of quantities of `planter simulate`, values of the file, and numbers in mm, such as y_0+s",
+            "SUM",
+        ),
+    ] = None,
+    x: Annotated[str | None, text_option("with --y: the same along x [default: 0]", "SUM")] = None,
+    force: Annotated[
+        str | None, text_option("for a mechanism: the follower's force, which lift-off ends", "NAME")
+    ] = None,
+    bore_mm: Annotated[
+        float | None, typer.Option(min=0.1, help="for a mechanism: bore of the disc", show_default=False)
+    ] = None,
+    width_mm: Annotated[
+        float, typer.Option(min=0.1, max=1000, help="width of the rim or disc, and minimum height of a rim")
+    ] = 10.0,
+    tolerance_um: Annotated[
+        float, typer.Option(min=0.01, max=100, help="maximum deviation of the arcs from the contour")
+    ] = 1.0,
+    step: Annotated[bool, typer.Option("--step", help="with --out: also the solid (needs planter[step])")] = False,
+    set_: SetOption = None,
+    speed_rpm: SpeedOption = None,
+    as_json: JsonOption = False,
+    out: OutOption = None,
+) -> None:
+    """Design the cam as a part, for a roller.
+
+    The result has contour, pressure angle, undercut margin and speed of lift-off; --out writes DXF, CSV and STEP.
+
+    Of a planting device it is the end-face cam, unrolled and in space; of a mechanism of your own the disc that turns
+    with its angle.
+    """
+    console = Console(as_json)
+    with console.outcome():
+        from planter.workshop import cam_report
+
+        other = load_other(machine, set_, None)
+        if other is not None:
+            _refuse("needs --y", {"--x": x is not None and y is None})
+            _refuse("does not apply to a mechanism of your own; --set changes its speed", {"--speed-rpm": speed_rpm})
+        else:
+            disc_options = {"--y": y, "--x": x, "--force": force, "--bore-mm": bore_mm}
+            present = {option: value is not None for option, value in disc_options.items()}
+            _refuse("is for a mechanism of your own", present)
+        _refuse("needs --out DIR to write the solid to", {"--step": step and out is None})
+        roller, width, tolerance = roller_mm * 1e-3, width_mm * 1e-3, tolerance_um * 1e-6
+        if other is not None:
+            from planter.mechanism import cam as disc
+            from planter.mechanism.model import Model as MechanismModel
+
+            mechanism, bore = MechanismModel(other), (bore_mm or 0.0) * 1e-3
+            centre, push = ((x or "0", y), force) if y else disc.centre_of_follower(mechanism, force)
+            design = disc.made(mechanism, roller, centre, push, tolerance, width, bore)
+        else:
+            from planter.planting import cam as end_face
+
+            design = end_face.made(build_device(machine, "exact", set_, speed_rpm), roller, tolerance, width)
+        result = design.part.result if out is None else cam_report.write_cam(out, design, step)
+        console.result(result, lambda: cam_report.show_cam(console, result))
+
+
+def _refuse(reason: str, options: Mapping[str, object]) -> None:
+    """Raise InputError with a reason if any of some options is present."""
+    if present := [option for option, value in options.items() if value]:
+        raise InputError(f"{', '.join(present)} {reason}")

@@ -1,0 +1,170 @@
+"""The designer's summary key by key, and as tables for the terminal and for pages."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from planter.engine.summary import MotorTorque, Shock
+from planter.engine.tables import Cells, Shown, motor_rows, shock_tables
+from planter.records import Record
+
+
+@dataclass(frozen=True)
+class PeakForce(Record):
+    """A force over a turn, its size or, of contacts that can only push, its signed value; one-sided where it jumps.
+
+    Angles are those of the carrier, with the side's own half of the device as side 1.
+    """
+
+    name: str
+    meaning: str
+    max_N: float
+    max_phi_deg: float
+    min_N: float
+    min_phi_deg: float
+
+
+@dataclass(frozen=True)
+class StressFound(Record):
+    """Largest stress over a turn; `bending` by Lewis for both gears of the pair, null outside its formula's range."""
+
+    contact_MPa: float
+    contact_phi_deg: float
+    bending_MPa: list[float | None]
+    bending_phi_deg: list[float | None]
+
+
+@dataclass(frozen=True)
+class GearFound(Record):
+    """A gear's pitch curve: least radius of curvature, least curvature (below zero: hollow), pitch radii.
+
+    `teeth_min` is the least number of teeth of a circular gear that has such a curvature, where a module is given.
+    """
+
+    gear: str
+    curvature_radius_min_mm: float
+    curvature_min_per_mm: float
+    pitch_radius_min_mm: float
+    pitch_radius_max_mm: float
+    teeth_min: float | None
+
+
+@dataclass(frozen=True)
+class StageFound(Record):
+    """A gear stage; pressure angles over a turn and both flanks; contact ratio and stress where [gears] give them."""
+
+    stage: int
+    centre_distance_mm: float
+    gears: list[GearFound]
+    pressure_angle_min_deg: float
+    pressure_angle_max_deg: float
+    pressure_angle_max_phi_deg: float
+    contact_ratio_min: float | None
+    stress: StressFound | None
+
+
+@dataclass(frozen=True)
+class DesignersSummary(Record):
+    """What a designer sizes motor, bearings, gears and cam by; `shocks` is empty where nothing jumps."""
+
+    motor: MotorTorque
+    holding_torque_max_Nm: float
+    holding_torque_max_phi_deg: float
+    forces: list[PeakForce]
+    stages: list[StageFound]
+    cam_pressure_angle_max_deg: float
+    cam_pressure_angle_max_phi_deg: float
+    shocks: list[Shock]
+    notes: list[str]
+
+
+def list_design_tables(found: DesignersSummary) -> Iterator[Shown]:
+    """Torque, forces, gears and shocks of a design."""
+    motor = found.motor
+    yield Shown("Torque of the motor on the carrier", ("", "N m", "phi / deg"), [
+        *motor_rows(motor),
+        ("on the sun, to hold it", found.holding_torque_max_Nm, found.holding_torque_max_phi_deg),
+    ])  # fmt: skip
+    yield Shown(
+        "Peaks of forces, true extremes over a turn",
+        ("", "largest / N", "phi / deg", "least / N", "phi / deg"),
+        [(words(one), one.max_N, one.max_phi_deg, one.min_N, one.min_phi_deg) for one in found.forces],
+    )
+    yield Shown("Gears, lengths in mm",
+                ("gear", "least bend radius", "pitch radius", "to", "least teeth"),
+                [_gear(gear) for stage in found.stages for gear in stage.gears])  # fmt: skip
+    yield Shown("Stages", ("", "stage 1", "stage 2"), _stages(found.stages))
+    yield from shock_tables(found.shocks, "Shocks of side 1: the largest jump of each kind")
+
+
+def describe_design(found: DesignersSummary) -> Iterator[str]:
+    """What no table holds: the motor's power, the cam's angle, whether anything jumps, and what is missing."""
+    cam = f"{found.cam_pressure_angle_max_deg:.4g} deg at {found.cam_pressure_angle_max_phi_deg:.4g} deg"
+    yield f"Peak power of the motor {found.motor.peak_power_W:.4g} W; largest pressure angle of the cam {cam}."
+    if not found.shocks:
+        yield "No discontinuities: accelerations, forces and torques are continuous."
+    for note in found.notes:
+        yield f"{note[0].upper()}{note[1:]}."
+
+
+def compare_peaks(start: DesignersSummary, optimum: DesignersSummary) -> Shown:
+    """Peaks of two designs beside each other."""
+    rows: list[Cells] = [
+        ("motor torque, largest", start.motor.max_Nm, optimum.motor.max_Nm, "N m"),
+        ("motor torque, root mean square", start.motor.rms_Nm, optimum.motor.rms_Nm, "N m"),
+    ]
+    rows += [(words(a), a.max_N, b.max_N, "N") for a, b in zip(start.forces, optimum.forces, strict=True)]
+    for a, b in zip(start.stages, optimum.stages, strict=True):
+        rows.append((f"centre distance {a.stage}", a.centre_distance_mm, b.centre_distance_mm, "mm"))
+    return Shown("Peaks before and after", ("largest over a turn", "start", "optimum", "unit"), rows)
+
+
+COMPARED = {"motor / N m": (), "teeth / N": ("F_NP", "F_NQ"), "bearings / N": ("bearing_A1", "bearing_B1"),
+            "cam / N": ("F_E",)}  # fmt: skip
+"""Peaks by which devices are compared, by their heads: the largest of some forces, or the torque."""
+BORNE = {
+    "motor_torque_max_Nm": "largest torque of the motor over a turn",
+    "tooth_force_max_N": "largest normal force between teeth over a turn",
+    "bearing_force_max_N": "largest force in the bearings A1 and B1 over a turn",
+    "cam_force_max_N": "largest force of the cam on the roller over a turn",
+}
+"""The same as columns of a file, with what they mean."""
+
+
+def list_largest_loads(found: DesignersSummary) -> list[float]:
+    """What `COMPARED` lists."""
+    by_name = {one.name: one.max_N for one in found.forces}
+    return [max(by_name[name] for name in names) if names else found.motor.max_Nm for names in COMPARED.values()]
+
+
+def words(force: PeakForce) -> str:
+    """A force's name as a person reads it.
+
+    >>> words(PeakForce("bearing_A1", "force of the carrier on the middle shaft", 1, 0, 0, 0))
+    'bearing A1'
+    """
+    return {"F_NP": "teeth at P, normal", "F_NQ": "teeth at Q, normal", "F_E": "cam on roller"}.get(
+        force.name, force.name.replace("_", " ")
+    )
+
+
+def _gear(gear: GearFound) -> Cells:
+    hollow = " (hollow)" if gear.curvature_min_per_mm < 0 else ""
+    return (f"{gear.gear}{hollow}", gear.curvature_radius_min_mm, gear.pitch_radius_min_mm, gear.pitch_radius_max_mm,
+            gear.teeth_min)  # fmt: skip
+
+
+def _stages(stages: Sequence[StageFound]) -> list[Cells]:
+    found: list[Cells] = [
+        ("centre distance / mm", *(one.centre_distance_mm for one in stages)),
+        ("pressure angle, least / deg", *(one.pressure_angle_min_deg for one in stages)),
+        ("pressure angle, largest / deg", *(one.pressure_angle_max_deg for one in stages)),
+        ("contact ratio, least", *(one.contact_ratio_min for one in stages)),
+    ]
+    stresses = [one.stress for one in stages if one.stress is not None]
+    if stresses:
+        found.append(("contact stress / MPa", *(one.contact_MPa for one in stresses)))
+        for k, which in enumerate(("inner", "outer")):
+            found.append((f"bending stress, {which} gear / MPa", *(one.bending_MPa[k] for one in stresses)))
+    return found
