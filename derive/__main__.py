@@ -8,8 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from .build.folder import GENERATED, add, changes, differences, write
-from .build.own import OwnError
+from .generated_folder import GENERATED, OwnError, add, changes, differences, write
 
 WHAT = """code (the default): the models and families of this project; audit: what their papers claim, judged; or a FILE
 or FOLDER of your own, or the name of what an installed package offers. A file of your own is run as Python, with all
@@ -46,8 +45,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _derived(what: str, out: Path | None, check: bool, asked: Sequence[str], overwrite: bool) -> int:
     """Write or compare one part of our own, or what the user names; the exit status."""
-    from .build.generation import code, code_of
-    from .build.pipeline import PARTS, VERDICTS
+    from .generation import PARTS, VERDICTS, code, code_of
 
     if asked and what in PARTS:
         if what != "code" or out is None or check:

@@ -1,6 +1,6 @@
 """A machine of equations, where there are no bodies: what holds of its quantities, and functions in closed form.
 
->>> from derive.table import quantities
+>>> from derive.quantity import quantities
 >>> q = quantities('''
 ...     r | mm | radius       | 20 | 10 30
 ...     A | m2 | area of it
@@ -27,10 +27,8 @@ from sympy import Expr
 from .chain import Chain, solve_linear
 from .equations import Claim, Claimed, ClaimError, Equation, Relation, among, by_claim, derived, what
 from .evaluate import DIGITS, GUARD
-from .meshes import MESHES, PLACES, Mesh, build_function
-from .model import ClosedForm, Lane, Let, System, sorted_steps
-from .quantity import Quantity, Vector
-from .table import NOTHING, Quantities
+from .model import MESHES, PLACES, ClosedForm, Lane, Let, Mesh, System, build_function, sorted_steps
+from .quantity import NOTHING, Quantities, Quantity, Vector
 
 Wanted = Let | Claimed | tuple[Claimed, Quantity]
 """A step, a definition by what it claims to be, or any equation by its claim with what it is solved for."""

@@ -16,8 +16,8 @@ from mpmath import mpf
 from sympy import Expr, S
 
 from .evaluate import Point
+from .functions import Polynomial
 from .model import Call, Lane, Let, Step, needed
-from .polynomial import Polynomial
 from .quantity import Quantity
 
 TESTED = 3

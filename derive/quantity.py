@@ -1,12 +1,20 @@
-"""Quantities: symbols that know their unit, meaning and source."""
+"""Quantities: symbols that have a unit, meaning and source; dimensions of expressions of them; tables of them."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from decimal import Decimal, InvalidOperation
+from fractions import Fraction
+from functools import cache
 from keyword import iskeyword
 
 import sympy as sp
+from sympy import Expr
+from sympy.core.relational import Relational
+
+from .functions import Turns
 
 _RESERVED: dict[str, str] = {}
 
@@ -95,3 +103,232 @@ class OpenVector:
 
     def __post_init__(self) -> None:
         refuse_name("vector", self.name)
+
+
+Dimension = tuple[Fraction, Fraction, Fraction]
+NONE: Dimension = (Fraction(0), Fraction(0), Fraction(0))
+_BASE = {
+    "kg": (1, 0, 0), "m": (0, 1, 0), "s": (0, 0, 1), "N": (1, 1, -2), "W": (1, 2, -3), "J": (1, 2, -2),
+    "rad": (0, 0, 0), "1": (0, 0, 0),
+}  # fmt: skip
+
+
+class DimensionError(ValueError):
+    """An expression adds, compares or feeds to a function what does not fit."""
+
+
+@cache
+def of_unit(unit: str) -> Dimension:
+    """Exponents of kg, m, s in a unit such as ``kg m2``, ``m/s2`` or ``N/m1.5``; angles are pure numbers."""
+    total = NONE
+    for sign, part in zip((1, -1), unit.split("/"), strict=False):
+        for name, power in re.findall(r"([A-Za-z]+|1)(\d*(?:\.\d+)?)", part):
+            total = _plus(total, _times(_dimension(_BASE[name]), sign * Fraction(power or 1)))
+    return total
+
+
+def dimension(expr: Expr) -> Dimension | None:
+    """Dimension of an expression; None for a zero, which fits everywhere. Raises DimensionError where it has none."""
+    if expr.is_Symbol:
+        return of_unit(expr.unit) if isinstance(expr, Quantity) else NONE
+    if expr.is_number:
+        return None if expr.is_zero else NONE
+    if isinstance(expr, sp.Add | sp.Min | sp.Max):
+        return _same(expr.args, expr)
+    if isinstance(expr, sp.Mul):
+        parts = [dimension(a) for a in expr.args]
+        return None if None in parts else _sum(p for p in parts if p is not None)
+    if isinstance(expr, sp.Pow):
+        return _power(expr)
+    if isinstance(expr, sp.Piecewise):
+        for _, condition in expr.args:
+            _check_condition(condition)
+        return _same([value for value, _ in expr.args], expr)
+    if isinstance(expr, sp.Abs):
+        return dimension(expr.args[0])
+    return _of_function(expr)
+
+
+def is_consistent(expr: Expr) -> bool:
+    """Whether all that an expression joins has one dimension."""
+    try:
+        dimension(expr)
+    except DimensionError:
+        return False
+    return True
+
+
+def _of_function(expr: Expr) -> Dimension:
+    if isinstance(expr, sp.atan2):
+        _same(expr.args, expr)
+    elif isinstance(expr, Turns | sp.floor | sp.Function) and not isinstance(expr, sp.sign):
+        for argument in expr.args:
+            if dimension(argument) not in (None, NONE):
+                raise DimensionError(f"the argument of {expr} has a dimension")
+    return NONE
+
+
+def _power(expr: Expr) -> Dimension | None:
+    base, exponent = expr.args
+    found = dimension(base)
+    if found is None or found == NONE:
+        return found
+    if not isinstance(exponent, sp.Rational):
+        raise DimensionError(f"{expr} raises a dimension to a power that is no fraction")
+    return _times(found, Fraction(exponent.p, exponent.q))
+
+
+def _check_condition(condition: sp.Basic) -> None:
+    for relation in condition.atoms(Relational):
+        _same(relation.args, relation)
+
+
+def _same(args: Iterable[Expr], whole: sp.Basic) -> Dimension | None:
+    found = {d for d in map(dimension, args) if d is not None}
+    if len(found) > 1:
+        raise DimensionError(f"{whole} joins different dimensions")
+    return found.pop() if found else None
+
+
+def _dimension(exponents: tuple[int, int, int]) -> Dimension:
+    kg, m, s = exponents
+    return Fraction(kg), Fraction(m), Fraction(s)
+
+
+def _plus(a: Dimension, b: Dimension) -> Dimension:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+def _times(a: Dimension, power: Fraction) -> Dimension:
+    return a[0] * power, a[1] * power, a[2] * power
+
+
+def _sum(parts: Iterable[Dimension]) -> Dimension:
+    total = NONE
+    for part in parts:
+        total = _plus(total, part)
+    return total
+
+
+@dataclass(frozen=True)
+class Datum:
+    """A value in its shown unit as it was written, with bounds if it has any."""
+
+    value: Decimal
+    bounds: tuple[Decimal, Decimal] | None = None
+
+
+SHOWN = {"mm": "m", "mm/s": "m/s", "deg": "rad", "deg/s": "rad/s", "r/min": "rad/s", "GPa": "N/m2"}
+"""Units that people write, with those of SI."""
+_ENDINGS = {"deg/s": "deg_per_s", "r/min": "rpm", "N m": "Nm", "1": ""}
+SECTION = "values"
+
+
+class TableError(ValueError):
+    """A line of a table of quantities says something that cannot be meant."""
+
+
+class Quantities(Mapping[str, Quantity]):
+    """Quantities by name, as attributes or by key, in the order of their table.
+
+    ``data`` holds the values and bounds of those that have any, as they were written, in the units of the table.
+
+    >>> q = quantities("r | mm | crank | 50 | 30 80")
+    >>> q.r.unit, q["r"].meaning, q.data["r"].value, q.data["r"].bounds
+    ('m', 'crank', Decimal('50'), (Decimal('30'), Decimal('80')))
+    """
+
+    def __init__(self, known: Mapping[str, Quantity], data: Mapping[str, Datum]) -> None:
+        self._known, self.data = dict(known), dict(data)
+
+    def __getitem__(self, name: str) -> Quantity:
+        return self._known[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._known)
+
+    def __len__(self) -> int:
+        return len(self._known)
+
+    def __getattr__(self, name: str) -> Quantity:
+        known = self.__dict__.get("_known", {})
+        if name not in known:
+            raise AttributeError(f"there is no quantity {name}; the table has {', '.join(known)}")
+        found: Quantity = known[name]
+        return found
+
+
+NOTHING = Quantities({}, {})
+
+
+def quantities(text: str, source: str = "own", section: str = SECTION) -> Quantities:
+    """Return the quantities of a table of lines ``name | unit | meaning | value | lower upper``; # begins a comment.
+
+    Value and bounds, for data only, are in the unit of their line: an SI unit (``kg m2``, ``N/m``, ``1``) or mm, mm/s,
+    deg, deg/s, r/min, GPa, which are converted; quantities themselves are in SI. ``section`` is that of the machine
+    file which holds the values; without one no file does. Raises TableError, which names the line.
+
+    >>> q = quantities('''
+    ...     phi   | rad   | crank angle
+    ...     omega | r/min | crank speed | 300           # no bounds: it does not vary in a search
+    ...     r     | mm    | crank       | 50   | 30 80
+    ... ''')
+    >>> q.omega.unit, q.r.shown, sorted(q.data)
+    ('rad/s', 'values.r_mm', ['omega', 'r'])
+    """
+    known: dict[str, Quantity] = {}
+    data: dict[str, Datum] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        cells = [cell.strip() for cell in line.split("#", 1)[0].split("|")]
+        if cells == [""]:
+            continue
+        try:
+            quantity = _quantity(cells, source, section)
+            if quantity.name in known:
+                raise TableError(f"{quantity.name} stands twice")
+            known[quantity.name] = quantity
+            if len(cells) > 3:
+                data[quantity.name] = _datum(cells[3:])
+        except ValueError as error:
+            raise TableError(f"line {number} of the table, '{line.strip()}': {error}") from None
+    return Quantities(known, data)
+
+
+def _quantity(cells: list[str], source: str, section: str) -> Quantity:
+    if not 3 <= len(cells) <= 5 or not all(cells[:3]):
+        raise TableError("a line says name | unit | meaning, and for data also | value | lower upper")
+    name, shown, meaning = cells[:3]
+    unit = SHOWN.get(shown, shown)
+    try:
+        of_unit(unit)
+    except KeyError as error:
+        raise TableError(
+            f"{shown} is no unit: {error.args[0]} is not known; SI units and {', '.join(SHOWN)} are"
+        ) from None
+    ending = _ENDINGS.get(shown, shown.replace("/", "_").replace(" ", "_"))
+    place = f"{section}.{name}_{ending}" if ending else f"{section}.{name}"
+    return Quantity(name, unit, meaning, source, place if section else "")
+
+
+def _datum(cells: list[str]) -> Datum:
+    value = _number(cells[0])
+    if len(cells) < 2:
+        return Datum(value)
+    ends = cells[1].split()
+    if len(ends) != 2:
+        raise TableError(f"bounds are two numbers, lower and upper, not '{cells[1]}'")
+    lower, upper = map(_number, ends)
+    if not lower < upper:
+        raise TableError(f"the lower bound {lower} is not below the upper {upper}")
+    return Datum(value, (lower, upper))
+
+
+def _number(text: str) -> Decimal:
+    try:
+        number = Decimal(text)
+    except InvalidOperation:
+        hint = f"; write {text.replace(',', '.')}" if "," in text else ""
+        raise TableError(f"'{text}' is no number{hint}") from None
+    if not number.is_finite():
+        raise TableError(f"'{text}' is not finite")
+    return number

@@ -6,27 +6,24 @@ Its import finds the targets, so that from then on the names that they need are 
 from __future__ import annotations
 
 from .audit.paper import Paper
-from .branches import clip, switch, wrap
 from .chain import Chain, ChainError, Solve, ordered
 from .emit.expression import Dialect, Printer
-from .emit.target import Target, built_in
+from .emit.folder import Target, built_in
 from .emit.text import Emitted
 from .equations import Balance, Equation, loop, what
 from .formulas import Formulas
+from .functions import clip, switch, wrap
 from .gearing.pitch_curve import Condition, PitchCurve, Shape, register
 from .mechanics.bodies import Body, Part, about_pin
 from .mechanics.contacts import GearContact, SharedContact, SlidingContact, tangent_angle
+from .mechanics.driven_motion import Sides
 from .mechanics.frames import Axis, Frame, FrameError, Motion, Point, Vec, X, Y, Z, displacement, unit, zero
-from .mechanics.friction import creeping, dahl
-from .mechanics.impact import Impact, ImpactLaw
-from .mechanics.kinematics import FollowerLaw, GearStage
+from .mechanics.impact import Impact, ImpactLaw, creeping, dahl
+from .mechanics.kinematics import Followed, FollowerLaw, GearStage
 from .mechanics.mechanism import Mechanism
-from .mechanics.slopes import Followed
-from .mechanics.twins import Sides
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
-from .quantity import OpenVector, Quantity, Vector
+from .quantity import OpenVector, Quantities, Quantity, Vector, quantities
 from .systems.user_mechanism.trial import trial
-from .table import Quantities, quantities
 
 built_in()
 

@@ -17,7 +17,7 @@ GENERAL = (
     ("exports", "gears", "measured", "sweeps"), ("tolerance",), ("explain", "mechanism"),
 )  # fmt: skip
 """Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""
-DERIVATION = ((FOUNDATION,), ("audit", "mechanics"), ("gearing",), ("emit", "systems"), ("papers",), ("build",))
+DERIVATION = ((FOUNDATION,), ("audit", "mechanics"), ("gearing",), ("emit", "systems"), ("papers",))
 SHAPE = ("file", "model", "results", "commands", "printed", "examples")
 """What every machine's room holds, as a module, a package or a folder."""
 

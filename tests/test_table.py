@@ -20,8 +20,7 @@ import pytest
 from PIL import Image, ImageSequence
 from scipy.optimize import minimize_scalar
 
-from derive.emit.folder import texts
-from derive.emit.target import built_in
+from derive.emit.folder import built_in, texts
 from derive.systems.clutch import model as clutch
 from derive.systems.mapping import model as mapping
 from derive.systems.pickup import model as pickup

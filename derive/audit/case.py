@@ -1,25 +1,77 @@
-"""A paper on trial: its transcriptions, the subject that derives what they claim, and points to decide at."""
+"""A paper and its subject: readings, pairs of equations to compare, points, directions, cross-references."""
 
 from __future__ import annotations
 
 import random
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain, islice, product
+from typing import Any
 
 import sympy as sp
 from mpmath import mpf
-from sympy import Expr
+from sympy import Basic, Expr
 
 from ..chain import Chain
 from ..equations import Claimed, ClaimError, Equation, among
 from ..evaluate import Point
 from ..quantity import Quantity
-from .directions import directions
-from .paper import Paper, Reading
-from .subject import Subject
-from .wording import Said, joined
+from .paper import Paper, Reading, Reference, Subject
+from .typesetting import Said, joined
+
+_PERIODIC = (sp.sin, sp.cos, sp.tan)
+
+
+def directions(equations: Sequence[Equation]) -> frozenset[Quantity]:
+    """Angles that come in by sines, cosines and tangents alone, or in what another direction is defined as.
+
+    Whole multiples of them only: half a turn of half an angle is not a turn.
+    """
+    symbols = set().union(*(e.residual.free_symbols for e in equations))
+    found = {s for s in symbols if isinstance(s, Quantity) and s.unit == "rad"}
+    while counted := {s for s in found if not _turns_freely(s, equations, found)}:
+        found -= counted
+    return frozenset(s for s in found if any(_is_periodic_in(e, s) for e in equations))
+
+
+def _turns_freely(symbol: Quantity, equations: Iterable[Equation], known: set[Quantity]) -> bool:
+    """Whether no equation but those of other directions tells it from itself a turn later."""
+    for equation in equations:
+        if symbol in equation.residual.free_symbols:
+            outside = _outside(equation.residual, symbol)
+            if equation.defines is not None and equation.defines in known:
+                outside = {node for node in outside if not _adds(node, symbol)}
+            if outside:
+                return False
+    return True
+
+
+def _outside(expr: Basic, symbol: Quantity) -> set[Basic]:
+    """The terms of an expression, or of its cases, in which a symbol stands elsewhere than in a periodic function."""
+    if symbol not in expr.free_symbols:
+        return set()
+    if isinstance(expr, _PERIODIC):
+        return set() if _adds(expr.args[0], symbol) else {expr}
+    if isinstance(expr, sp.Mul) and expr.args[0].is_Integer:
+        return _outside(sp.Mul(*expr.args[1:]), symbol)
+    inner = set().union(*(_outside(part, symbol) for part in expr.args))
+    if isinstance(expr, sp.Add | sp.Piecewise | sp.Tuple):
+        return inner
+    return {expr} if inner or isinstance(expr, sp.Symbol) else set()
+
+
+def _adds(expr: Basic, symbol: Quantity) -> bool:
+    """Whether a symbol stands in a sum, a whole number of times."""
+    if not isinstance(expr, sp.Expr):
+        return False
+    here = [term for term in sp.Add.make_args(sp.expand_mul(expr)) if symbol in term.free_symbols]
+    return len(here) == 1 and bool((here[0] / symbol).is_Integer)
+
+
+def _is_periodic_in(equation: Equation, symbol: Quantity) -> bool:
+    return any(symbol in node.free_symbols for node in equation.residual.atoms(*_PERIODIC))
+
 
 SEEDS = (1, 2, 5, 8)
 """Seeds of the random admissible points: between them they take both cases of every branch."""
@@ -243,3 +295,34 @@ def _chosen(printed: Equation, choice: Choice) -> Equation:
 
 def _states_a_sum(printed: Equation, derived: Equation) -> bool:
     return printed.defines is None and derived.defines is None and printed.relation == "="
+
+
+def references(case: Case) -> list[dict[str, Any]]:
+    """Every reference of a paper: whether its equations give the quantities, and which of the paper's do."""
+    return [_judged(case, reference) for reference in case.paper.references]
+
+
+def _judged(case: Case, reference: Reference) -> dict[str, Any]:
+    lacking = [s for s in reference.symbols if not any(_gives(_meant(case, n), s) for n in reference.numbers)]
+    instead = [n for n in case.paper.equations if any(_gives(_meant(case, n), s) for s in lacking)]
+    return {
+        "paper": case.paper.name,
+        "quantities": [str(symbol) for symbol in reference.symbols],
+        "refers_to": list(reference.numbers),
+        "verdict": "cannot be meant" if lacking else "can be meant",
+        "lacking": [str(symbol) for symbol in lacking],
+        "instead": instead,
+    }
+
+
+def _meant(case: Case, number: str) -> Equation:
+    """An equation as it is derived, for of many the print is lost; one that stands alone as it is printed."""
+    printed = case.paper.equations[number]
+    return printed if printed.stands_alone else case.derived(number)
+
+
+def _gives(equation: Equation, symbol: Quantity) -> bool:
+    """Whether an equation says what a quantity is: it defines it, or defines nothing and speaks of it."""
+    if equation.defines is not None:
+        return equation.defines == symbol
+    return symbol in equation.residual.free_symbols

@@ -10,9 +10,8 @@ from itertools import combinations
 import sympy as sp
 from sympy import Basic, Expr, Rational, pi
 
-from ..dimensions import NONE, DimensionError, dimension, is_consistent, of_unit
-from ..quantity import Quantity
-from .wording import Piece, Said
+from ..quantity import NONE, DimensionError, Quantity, dimension, is_consistent, of_unit
+from .typesetting import Piece, Said
 
 FACTORS = (sp.Integer(2), Rational(1, 2), pi / 180, 180 / pi)
 SWAPS = {sp.sin: sp.cos, sp.cos: sp.sin}

@@ -1,25 +1,155 @@
-"""Holds a printed equation against its derivation: the verdict, the smallest correction, the missing terms."""
+"""Judgement of a printed equation: the verdict, the smallest correction, the missing terms."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from decimal import Decimal
+from typing import Literal
 
 import mpmath
+import sympy as sp
+from mpmath import mpf
 from sympy import Expr
 
-from ..dimensions import is_consistent
-from ..equations import Equation, Unclaimed
-from ..evaluate import Point
-from ..quantity import Quantity
-from .comparison import FLIPPED, Comparison, aligned, list_orientations
-from .definition import defined
-from .difference import lacking
-from .edits import Edit
-from .independent import explained
-from .judgement import UNJUDGED, Judgement
-from .terms import Points, value
-from .unclaimed import held
-from .wording import Said, joined
+from ..equations import Equation, Unclaimed, Witness
+from ..evaluate import TOLERANCE, NotEvaluated, Point, UnknownNodeError
+from ..quantity import Quantity, is_consistent
+from .comparison import FLIPPED, Comparison, aligned, explained, lacking, list_orientations, solved
+from .edits import Edit, edits
+from .terms import Points, largest_term, value
+from .typesetting import Said, joined
+
+Word = Literal[
+    "confirmed", "confirmed as rebuilt", "untested", "misprint", "incomplete", "contradicted", "reconstructed",
+    "definition", "not judged",
+]  # fmt: skip
+FAULTS: tuple[Word, ...] = ("misprint", "incomplete", "contradicted")
+"""Verdicts that find fault with a print, the slightest first."""
+UNJUDGED: Word = "not judged"
+"""The verdict on an equation that stops the judge; its finding says why."""
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A verdict with its evidence. ``missing`` are terms of the derivation that the print lacks.
+
+    ``domain`` says where an equation does not hold that holds wherever the machine uses it, and is empty elsewhere.
+    ``loose`` names what must vanish where a thing is held and does not; ``edits`` are those of the first correction,
+    with what they replace.
+    """
+
+    verdict: Word
+    finding: str
+    corrections: tuple[tuple[str, ...], ...] = ()
+    missing: tuple[Expr, ...] = ()
+    unexplained: tuple[Expr, ...] = field(default=())
+    loose: tuple[str, ...] = ()
+    domain: str = ""
+    edits: tuple[Edit, ...] = field(default=(), compare=False)
+
+    @property
+    def severity(self) -> tuple[int, int, int]:
+        """What a judgement is the milder for being less: of the verdict, the terms left over, the edits needed."""
+        left = len(self.missing) + len(self.unexplained)
+        needed = min((len(c) for c in self.corrections), default=0)
+        grade = (*FAULTS, UNJUDGED).index(self.verdict) + 1 if self.verdict in (*FAULTS, UNJUDGED) else 0
+        return grade, left, needed
+
+
+def explain_unjudged(error: Exception) -> Judgement:
+    """Return the judgement on an equation of which judging raised an error, with the reason in words."""
+    text = " ".join(str(error).split())
+    plain = isinstance(error, NotEvaluated | UnknownNodeError)
+    return Judgement(UNJUDGED, text if plain else f"{type(error).__name__}: {text}")
+
+
+def defined(printed: Equation) -> Judgement:
+    """The verdict on a definition: whether it gives what else the paper says of its symbols, and untested without."""
+    mixed = "" if is_consistent(printed.residual) else "; not dimensionally consistent"
+    against = [witness for witness in printed.witnesses if not agrees(printed, witness)]
+    if against:
+        return Judgement("contradicted", "; ".join(map(_told, against)) + mixed)
+    if printed.witnesses:
+        return Judgement("definition", f"agrees with {', '.join(w.where for w in printed.witnesses)}{mixed}")
+    return Judgement("untested", f"nothing to derive, and nothing else in the paper tests it{mixed}")
+
+
+def agrees(printed: Equation, witness: Witness) -> bool:
+    """Whether a definition gives the printed value, to the last digit that is printed, of what it defines."""
+    values = {symbol: mpf(digits) for symbol, digits in witness.values}
+    missing = printed.residual.free_symbols - values.keys()
+    if bounded := [bounds for bounds in witness.between if missing == {bounds[0]}]:
+        return _agrees_within(printed, witness, *bounded[0])
+    if missing:
+        raise ValueError(f"{printed.source}: {witness.where} prints nothing of {', '.join(sorted(map(str, missing)))}")
+    judged = next((digits for symbol, digits in witness.values if symbol == _judged(printed, witness)), "0")
+    last = mpf(10) ** int(Decimal(judged).as_tuple().exponent)
+    return bool(abs(Point(values)(printed.residual)) <= last / 2)
+
+
+def _agrees_within(printed: Equation, witness: Witness, symbol: Quantity, low: Expr, high: Expr) -> bool:
+    """Whether a definition holds for some value between the bounds of the one symbol without a printed value."""
+    values = {other: sp.Rational(digits) for other, digits in witness.values}
+    roots = sp.solve(printed.residual.xreplace(values), symbol)
+    least, largest = (bound.xreplace(values) for bound in (low, high))
+    return any(root.is_real and least <= root <= largest for root in roots)
+
+
+def _judged(printed: Equation, witness: Witness) -> Quantity:
+    """The symbol whose printed digits decide: the defined one, or else the first."""
+    return printed.defines or witness.values[0][0]
+
+
+def _told(witness: Witness) -> str:
+    values = ", ".join(f"{symbol} = {digits}" for symbol, digits in witness.values)
+    return f"against {witness.where}: {values}"
+
+
+def held(printed: Equation, points: Points, words: Iterable[Quantity]) -> Judgement:
+    """The verdict on an equation by values alone: whether it holds at every point, or which single edits make it."""
+    lacking = sorted(str(s) for s in printed.residual.free_symbols if any(s not in point for point in points))
+    if lacking or printed.relation != "=":
+        reason = f"{', '.join(lacking)} has no value here" if lacking else "a condition without a claim"
+        return Judgement("untested", f"{reason}, so that nothing tests it")
+    if holds(printed.residual, points):
+        return Judgement("confirmed", "it holds at every point that was tried")
+    remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
+    found = [edit for edit, residual in _edited(printed, words, points) if holds(residual, points)]
+    if found:
+        texts = tuple(dict.fromkeys((edit.what,) for edit in found))
+        return Judgement("misprint", f"{remark}removed by 1 edit(s)", texts, edits=(found[0],))
+    return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, points)}"))
+
+
+def _edited(printed: Equation, words: Iterable[Quantity], points: Points) -> Iterator[tuple[Edit, Expr]]:
+    """Every edit with the residual that it leaves, but for those that leave nothing to say."""
+    known = [word for word in words if all(word in point for point in points)]
+    symbol = printed.defines
+    said = printed.residual if symbol is None else solved(printed, symbol)
+    for edit in edits(said, known, whole=symbol is not None):
+        residual = edit.result if symbol is None else symbol - edit.result
+        if len(sp.Add.make_args(residual)) > 1:
+            yield edit, residual
+
+
+def holds(residual: Expr, points: Points) -> bool:
+    """Whether a residual vanishes at every point."""
+    return all(_vanishes(residual, point) for point in points)
+
+
+def _vanishes(residual: Expr, point: Point) -> bool:
+    found = value(residual, point)
+    return found is not None and abs(found) <= TOLERANCE * largest_term(residual, point)
+
+
+def _failing(residual: Expr, points: Points) -> str:
+    """What is left at the first point where the equation does not hold, beside its largest term."""
+    where = next(point for point in points if not _vanishes(residual, point))
+    left = value(residual, where)
+    told = "no real value" if left is None else mpmath.nstr(left, 6)
+    return f"it does not hold: {told} is left of terms of up to {mpmath.nstr(largest_term(residual, where), 6)}"
+
 
 PROMISING = 12
 """First edits that a second one is tried on."""

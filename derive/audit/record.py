@@ -1,27 +1,147 @@
-"""The audit's findings as data: a record for every equation."""
+"""Records of the audit: an entry for every equation, terms that vanish, and causes that entries share."""
 
 from __future__ import annotations
 
 import json
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import mpmath
 import sympy as sp
 from sympy import Expr
 
-from ..dimensions import NONE, Dimension, DimensionError, dimension, of_unit
 from ..equations import Equation
 from ..evaluate import Point
-from . import mathml
+from ..quantity import NONE, Dimension, DimensionError, dimension, of_unit
 from .case import Case
-from .causes import causes
-from .hearing import Outcome, faced, heard_together, is_fragile, reasons
-from .judgement import Judgement, explain_unjudged
-from .terms import expanded, value
-from .vanishing import Vanished, vanished
-from .wording import Piece, Said, joined
+from .judge import Judgement, explain_unjudged
+from .reading_search import Outcome, faced, heard_together, is_fragile, reasons
+from .terms import Match, expanded, remainder_vanishes, value
+from .typesetting import Piece, Said, joined, typeset_equation, typeset_inline, typeset_sentence
+
+LACKS = "lacks "
+"""How the reason of a finding begins that is an omission."""
+
+
+def causes(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Every reason of a finding, once, with the equations of its paper that have it; the most shared first.
+
+    An equation that lacks several things for one reason has the one that it shares with most others.
+    """
+    shared = Counter((r["paper"], reason) for r in records for reason in r["reasons"])
+    found: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    for record in records:
+        for reason in _chosen(record, shared):
+            found.setdefault((record["paper"], reason), []).append(record)
+    ranked = sorted(found.items(), key=lambda item: -len(item[1]))
+    return [_cause(paper, reason, mine) for (paper, reason), mine in ranked]
+
+
+def _chosen(record: Mapping[str, Any], shared: Mapping[tuple[str, str], int]) -> list[str]:
+    lacking = [reason for reason in record["reasons"] if reason.startswith(LACKS)]
+    most = max(lacking, key=lambda reason: shared[record["paper"], reason], default=None)
+    return [reason for reason in record["reasons"] if reason not in lacking or reason == most]
+
+
+def _cause(paper: str, reason: str, mine: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    omitted = reason.startswith(LACKS)
+    return {
+        "paper": paper,
+        "cause": f"{reason.removeprefix(LACKS)} is left out" if omitted else reason,
+        "repair": f"add {_describe_terms(mine[0])}" if omitted else reason,
+        "equations": [f"{paper}: {record['equation']}" for record in mine],
+        "numbers": [],
+    }
+
+
+def _describe_terms(record: Mapping[str, Any]) -> str:
+    return ", ".join(term["term"] for term in record["terms"])
+
+
+def told(law: Mapping[str, Any], equations: Mapping[str, Mapping[str, Any]]) -> str:
+    """Return what is missing where, and by how much its repair alone reduces the violation of a broken law.
+
+    The equation is that of the largest Shapley value. These values may be negative or exceed the violation, so none of
+    them is told as a part of it.
+    """
+    if not law["shares"]:
+        return ""
+    first = law["shares"][0]
+    record = equations[first["equation"]]
+    what = f"it lacks {_describe_terms(record)}" if record["terms"] else _repair(record)
+    left = max(law["violation"] - first["alone"], 0.0)
+    sizes = f"from {law['violation']:.3g} to {left:.3g} {law['unit']}"
+    return f"Repairing ({record['equation']}) alone reduces the violation {sizes}: {record['claims']}; {what}."
+
+
+def _repair(record: Mapping[str, Any]) -> str:
+    return f"correct: {'; or '.join(record['correction'])}" if record["correction"] else str(record["finding"])
+
+
+@dataclass(frozen=True)
+class Vanished:
+    """A term, why it is zero, and whether the print has it."""
+
+    term: Expr
+    because: Said
+    printed: bool
+
+
+def vanished(case: Case, number: str, sign: Expr = sp.S.One) -> list[Vanished]:
+    """What vanishes in an equation: terms of its derivation (times ``sign``), then those of the print."""
+    return [*_derived(case, number, sign), *_read(case, number)]
+
+
+def _derived(case: Case, number: str, sign: Expr) -> list[Vanished]:
+    """Terms that the derivation has while the assumptions are lifted, and those that the print has."""
+    reasons = case.assumed(number)
+    kept = case.lifted(number)
+    own = [sign * t for t in _lost(expanded(kept.residual), reasons, case.points)] if kept else []
+    given = [t for t in expanded(case.paper.equations[number].residual) if t.free_symbols & reasons.keys()]
+    only_printed = [t for t in given if t not in own and -t not in own]
+    found = [(t, t in given or -t in given) for t in _sorted(own)] + [(t, True) for t in _sorted(only_printed)]
+    return [Vanished(term, _why(term, reasons), printed) for term, printed in found]
+
+
+def _lost(terms: Iterable[Expr], reasons: Mapping[sp.Symbol, str], points: list[Point]) -> list[Expr]:
+    """Terms with a quantity that is assumed to be zero, without those with another in common that cancel anyway."""
+    unit = dict.fromkeys(reasons, sp.S.One)
+    lost = [term for term in terms if term.free_symbols & reasons.keys()]
+    for symbol in sorted(set().union(*(t.free_symbols for t in lost)) - reasons.keys(), key=str):
+        shared = [term for term in lost if symbol in term.free_symbols]
+        whole = Match(tuple(term.xreplace(unit) for term in shared), ())
+        if len(shared) > 1 and remainder_vanishes(whole, points):
+            lost = [term for term in lost if term not in shared]
+    return lost
+
+
+def _why(term: Expr, reasons: Mapping[sp.Symbol, str]) -> Said:
+    here = sorted(term.free_symbols & reasons.keys(), key=str)
+    return joined("; ", (Said(s, f" = 0: {reasons[s]}") for s in here))
+
+
+def _read(case: Case, number: str) -> list[Vanished]:
+    """Printed terms that cancel, or are zero, when the printed symbols are read as what they stand for."""
+    reading = {s: e for s, e in case.reading_of(number).items() if s not in case.assumed(number)}
+    terms = expanded(case.paper.equations[number].residual)
+    left = {m for _, m in _split(expanded(sp.Add(*terms).xreplace(reading)))}
+    found = []
+    for term in _sorted(terms):
+        read = expanded(term.xreplace(reading))
+        if not any(monomial in left for _, monomial in _split(read)):
+            found.append(Vanished(term, case.read_as(number), True))
+    return found
+
+
+def _split(terms: tuple[Expr, ...]) -> list[tuple[Expr, Expr]]:
+    return [term.as_coeff_Mul(rational=True) for term in terms]
+
+
+def _sorted(terms: list[Expr] | tuple[Expr, ...]) -> list[Expr]:
+    return sorted(terms, key=sp.default_sort_key)
+
 
 Record = dict[str, Any]
 DIGITS = 6
@@ -31,23 +151,25 @@ _NAMED = ("1", "N", "N m", "N/m", "W")
 _BASE = ("kg", "m", "s")
 
 
-def keyed(records: Iterable[Record], typeset: Mapping[str, Mapping[str, Record]]) -> dict[tuple[str, str], Record]:
+def index_records(
+    records: Iterable[Record], typeset: Mapping[str, Mapping[str, Record]]
+) -> dict[tuple[str, str], Record]:
     """Records of equations by paper and number, each with what is typeset of it; others are left out."""
     found = ((r, typeset.get(r["paper"], {}).get(r["equation"])) for r in records)
     return {(r["paper"], r["equation"]): {**r, MATHML: shown} for r, shown in found if shown is not None}
 
 
-def reusable(known: Record | None, key: str) -> bool:
+def is_reusable(known: Record | None, key: str) -> bool:
     """Whether a record was made from the same as a new one would be."""
     return known is not None and known.get("key") == key
 
 
 def equation(case: Case, number: str, key: str) -> Record:
     """The finding on an equation of a paper; `not judged` with the reason where any step of it raises an error."""
-    return equations(case, {number: key})[0]
+    return record_equations(case, {number: key})[0]
 
 
-def equations(case: Case, keys: Mapping[str, str]) -> list[Record]:
+def record_equations(case: Case, keys: Mapping[str, str]) -> list[Record]:
     """The findings on equations that are judged together; ``keys`` are theirs, by number."""
     try:
         outcomes = heard_together(case, next(iter(keys)))
@@ -68,9 +190,9 @@ def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Reco
     printed, found = case.paper.equations[number], explain_unjudged(error)
     text = _text(printed)
     try:
-        shown = mathml.equation(printed)
+        shown = typeset_equation(printed)
     except Exception:  # what cannot be judged may be what cannot be set
-        shown = mathml.sentence(text)
+        shown = typeset_sentence(text)
     empty: Record = {part: [] for part in ("correction", "depends", "terms", "unexplained", "vanishing")}
     return {
         "paper": case.paper.name,
@@ -90,7 +212,7 @@ def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Reco
         "derived": "",
         "defines": str(printed.defines or ""),
         "key": key,
-        MATHML: {"printed": shown, "derived": "", "finding": mathml.sentence(found.finding), "reading": "", **empty},
+        MATHML: {"printed": shown, "derived": "", "finding": typeset_sentence(found.finding), "reading": "", **empty},
         **empty,
     }
 
@@ -131,15 +253,15 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         "defines": str(printed.defines or ""),
         "key": key,
         MATHML: {
-            "printed": "" if lost else mathml.equation(printed),
-            "derived": mathml.equation(meant) if meant else "",
-            "finding": mathml.sentence(found.finding),
-            "correction": [mathml.sentence(text) for text in corrections],
-            "reading": mathml.sentence(read),
-            "depends": [{part: mathml.sentence(text) for part, text in one.items()} for one in depends],
-            "terms": [mathml.inline(term) for term in missing],
-            "unexplained": [mathml.inline(term) for term in unexplained],
-            "vanishing": [{"term": mathml.inline(v.term), "because": mathml.sentence(v.because)} for v in gone],
+            "printed": "" if lost else typeset_equation(printed),
+            "derived": typeset_equation(meant) if meant else "",
+            "finding": typeset_sentence(found.finding),
+            "correction": [typeset_sentence(text) for text in corrections],
+            "reading": typeset_sentence(read),
+            "depends": [{part: typeset_sentence(text) for part, text in one.items()} for one in depends],
+            "terms": [typeset_inline(term) for term in missing],
+            "unexplained": [typeset_inline(term) for term in unexplained],
+            "vanishing": [{"term": typeset_inline(v.term), "because": typeset_sentence(v.because)} for v in gone],
         },
     }
 
@@ -220,7 +342,7 @@ def summary(records: Iterable[Record]) -> dict[str, dict[str, int]]:
     return {paper: dict(sorted(found.items())) for paper, found in counts.items()}
 
 
-def as_json(
+def format_records(
     records: Sequence[Record], laws: Sequence[Record], references: Sequence[Record], papers: Mapping[str, Record]
 ) -> str:
     """Everything but what is typeset; ``papers`` hold title and model by short name."""
@@ -229,7 +351,7 @@ def as_json(
     return _json(found | {"papers": papers, "summary": summary(records)})
 
 
-def typeset(records: Iterable[Record]) -> str:
+def format_typeset(records: Iterable[Record]) -> str:
     """Paper -> equation -> what is typeset of its record: MathML of formulas, sentences with MathML in them."""
     content: dict[str, dict[str, Record]] = {}
     for record in records:

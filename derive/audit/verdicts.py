@@ -1,10 +1,10 @@
-"""The audit of papers, theirs or a user's: what was found of every equation and every law, as data and as a page."""
+"""Audit of papers: verdicts on every equation and law, as data and as a page."""
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import ExitStack
 from functools import cache
@@ -14,12 +14,198 @@ from types import ModuleType
 from typing import Any
 
 from ..equations import ClaimError
-from . import key, page, record
-from .case import Case
-from .causes import told
-from .judgement import UNJUDGED
-from .references import references
+from . import key
+from .case import Case, references
+from .judge import FAULTS, UNJUDGED
+from .record import (
+    Record,
+    causes,
+    format_records,
+    format_typeset,
+    index_records,
+    is_reusable,
+    record_equations,
+    record_unjudged,
+    summary,
+    told,
+)
 from .trial import Trial, attempted_violation, findings, record_untried_law
+
+SILENT = ("confirmed", "confirmed as rebuilt", "definition", "untested")
+"""Verdicts that leave nothing to say but what a symbol is read as or what vanishes."""
+LAW_DIGITS = 4
+HEAD = ("| equation | claims to be | legibility | verdict | depends on |", "|---|---|---|---|---|")
+SOURCE = (
+    "The machine-read text of each paper was audited, not its page images. Gaps that were filled in are listed",
+    "(`confirmed as rebuilt`); where the text is lost, only the derivation is given (`reconstructed`). A finding that",
+    "depends on one character may be an error of reading. If a symbol is ambiguous, every admissible reading is tried.",
+    "Equations that share a symbol are judged under one meaning of it: the joint reading most favourable to all of",
+    "them decides, and the verdicts under the others are listed. One mistake in several equations counts once.",
+)
+
+
+def as_page(
+    records: Sequence[Record],
+    titles: Mapping[str, str],
+    laws: Sequence[Record] = (),
+    references: Sequence[Record] = (),
+) -> str:
+    """The findings to read: a table and, where there is something to say, a paragraph for each equation; the laws."""
+    lines = ["# Formula audit", "", "Written by `python -m derive audit`; do not edit.", "", *SOURCE, ""]
+    lines += [*overview(records), ""]
+    for paper, counts in summary(records).items():
+        lines += [f"## {titles[paper]}", "", ", ".join(f"{n} {word}" for word, n in counts.items()) + ".", ""]
+        own = [r for r in records if r["paper"] == paper]
+        lines += [*_causes(own), *HEAD]
+        lines += [_row(r) for r in own] + [""]
+        for record in own:
+            lines += _paragraph(record)
+        lines += [line for one in references if one["paper"] == paper for line in _reference(one)]
+    return "\n".join([*lines, *_list_laws(laws)])
+
+
+def overview(records: Sequence[Record]) -> list[str]:
+    """A table of the papers: verdicts, equations at fault, causes, and what hangs on a reading or a character."""
+    lines = ["| paper | verdicts | at fault | causes | on a reading | on one character |", "|---|---|---|---|---|---|"]
+    for paper, counts in summary(records).items():
+        own = [r for r in records if r["paper"] == paper]
+        verdicts = ", ".join(f"{n} {word}" for word, n in counts.items())
+        found = (
+            sum(r["verdict"] in FAULTS for r in own),
+            len(causes(own)),
+            sum(not r["robust"] for r in own),
+            sum(r["fragile"] for r in own),
+        )
+        lines.append(f"| {paper} | {verdicts} | {' | '.join(map(str, found))} |")
+    return lines
+
+
+def _reference(found: Record) -> list[str]:
+    """A cross-reference, where it cannot be meant."""
+    if not found["lacking"]:
+        return []
+    numbers, instead = (", ".join(f"({n})" for n in found[key]) for key in ("refers_to", "instead"))
+    said = f"{', '.join(found['quantities'])} are said to come from {numbers}, which do not give"
+    return ["### Reference that cannot be meant", "", f"{said} {', '.join(found['lacking'])}; {instead} do.", ""]
+
+
+def _row(record: Record) -> str:
+    cells = (f"({record['equation']})", record["claims"], record["legibility"], record["verdict"], hangs_on(record))
+    return f"| {' | '.join(cells)} |"
+
+
+def hangs_on(record: Record) -> str:
+    """What a verdict rests on: a reading, a single character, pieces that were completed, where a machine uses it."""
+    parts = ["" if record["robust"] else "the reading", "one character" if record["fragile"] else ""]
+    parts.append("the domain of use" if record["domain"] else "")
+    parts.append("pieces completed" if record["rebuilt"] else "")
+    return ", ".join(part for part in parts if part)
+
+
+def _causes(records: Sequence[Record]) -> list[str]:
+    """How many findings there are, and of how many causes; each cause with its equations."""
+    found = causes(records)
+    if not found:
+        return []
+    faulty = sum(1 for record in records if record["verdict"] in FAULTS)
+    lines = [f"{faulty} equations are at fault, for {len(found)} causes.", "", "| cause | equations |", "|---|---|"]
+    names = ((cause["cause"], (e.partition(": ")[2] for e in cause["equations"])) for cause in found)
+    return [*lines, *(f"| {cause} | {', '.join(f'({n})' for n in numbers)} |" for cause, numbers in names), ""]
+
+
+def _paragraph(record: Record) -> list[str]:
+    if record["verdict"] in SILENT and not any(record[part] for part in ("vanishing", "depends", "domain")):
+        return []
+    lines = [f"### ({record['equation']}) {record['verdict']}", ""]
+    for label, text in (("As printed", record["printed"]), ("As derived", record["derived"])):
+        lines += [f"{label}: `{text}`", ""] if text else []
+    lines += [f"Finding: {record['finding']}.", ""]
+    if record["rebuilt"]:
+        lines += [f"Completed: {'; '.join(record['rebuilt'])}.", ""]
+    if record["fragile"]:
+        lines += ["One character decides: it may be an error of reading.", ""]
+    if record["reading"]:
+        lines += [f"Reading: {record['reading']}.", ""]
+    lines += _depends(record["depends"])
+    if record["correction"]:
+        lines += ["Smallest correction: " + " or ".join(f"`{c}`" for c in record["correction"]) + ".", ""]
+    lines += _sizes("missing term", record["terms"])
+    lines += _sizes("unexplained term", record["unexplained"])
+    lines += _vanishing(record["vanishing"])
+    return lines
+
+
+def _depends(readings: Sequence[Record]) -> Iterator[str]:
+    if readings:
+        yield "| reading | admitted by | verdict | finding |"
+        yield "|---|---|---|---|"
+        for one in readings:
+            yield f"| {' | '.join(one[key] for key in ('reading', 'because', 'verdict', 'finding'))} |"
+        yield ""
+
+
+def _sizes(name: str, terms: Sequence[Record]) -> Iterator[str]:
+    if terms:
+        yield f"| {name} | largest over the cycle | unit | share of the largest term |"
+        yield "|---|---|---|---|"
+        for t in terms:
+            yield f"| `{t['term']}` | {_number(t['max_abs'], 4)} | {t['unit']} | {_number(t['share_of_largest'], 3)} |"
+        yield ""
+
+
+def _vanishing(terms: Sequence[Record]) -> Iterator[str]:
+    if terms:
+        yield "| term that vanishes | because | printed |"
+        yield "|---|---|---|"
+        for t in terms:
+            yield f"| `{t['term']}` | {t['because']} | {'yes' if t['printed'] else 'no'} |"
+        yield ""
+
+
+def _number(value: float | None, digits: int, absent: str = "no real value") -> str:
+    return absent if value is None else f"{value:.{digits}g}"
+
+
+def _list_laws(records: Sequence[Record]) -> list[str]:
+    """A section of the page, a table of the laws by paper."""
+    if not records:
+        return []
+    lines = ["## Laws of each chain as a whole", "", "Each printed chain, executed over the reference cycle; a law is"]
+    lines += ["laid to the smallest set of equations whose repair restores it. A search is exhaustive if every smaller"]
+    lines += ["set, and every other of that size, was tried; one by elimination may have missed a smaller set.", ""]
+    for paper, reading in {r["paper"]: r["reading"] for r in records if r["reading"]}.items():
+        lines += [
+            f"{paper} is read under the kindest joint reading: {reading}. Read literally: what the generated printed"
+        ]
+        lines += ["model computes, in which each symbol means what the equation that gives it says.", ""]
+    lines += ["| paper | law | broken by | read literally | unit | laid to | search |", "|---|---|---|---|---|---|---|"]
+    for record in records:
+        sets = [record["caused_by"], *record["or_by"]] if record["caused_by"] else []
+        laid = " or ".join(", ".join(f"({number})" for number in chosen) for chosen in sets) or "kept"
+        if record["violation"] is None:
+            laid = record["owed"]
+        sizes = (_number(record[key], LAW_DIGITS, "unknown") for key in ("violation", "violation_literal"))
+        cells = (record["paper"], record["law"], *sizes, record["unit"], laid, record["search"])
+        lines += [f"| {' | '.join(cells)} |"]
+    lines += ["", "What each of these equations does: what its repair alone takes away, what it alone leaves when all"]
+    lines += [
+        "others are repaired, and its Shapley value, the mean over all orders of repair. These values add up to",
+        "the violation; some may be negative, so that others exceed it.",
+        "",
+    ]
+    for record in records:
+        lines += _shares(record)
+    return lines
+
+
+def _shares(law: Record) -> list[str]:
+    if not law["shares"]:
+        return []
+    lines = [f"**{law['law']}**: {law['owed']}", "", f"| equation | alone [{law['unit']}] | left | Shapley |"]
+    lines += ["|---|---|---|---|"]
+    sizes = ((s["equation"], *(f"{s[key]:.4g}" for key in ("alone", "without", "shapley"))) for s in law["shares"])
+    return [*lines, *(f"| ({number}) | {' | '.join(shown)} |" for number, *shown in sizes), ""]
+
 
 FILES = ("audit.json", "audit_mathml.json", "AUDIT.md")
 """What is written: the findings, their formulas typeset, and the findings to read."""
@@ -47,14 +233,14 @@ def verdicts(modules: Iterable[ModuleType], committed: Path | None = None) -> di
     """
     known, shown = (_read(committed.with_name(name)) if committed else {} for name in FILES[:2])
     own = list(modules)
-    records, laws = judged(own, record.keyed(known.get("equations", []), shown), known.get("laws", []))
+    records, laws = judged(own, index_records(known.get("equations", []), shown), known.get("laws", []))
     papers = {case.paper.name: _about(case) for case in cases(own).values()}
     titles = {name: about["title"] for name, about in papers.items()}
     cross = [found for case in cases(own).values() for found in references(case)]
     texts = (
-        record.as_json(records, laws, cross, papers),
-        record.typeset(records),
-        page.as_page(records, titles, laws, cross),
+        format_records(records, laws, cross, papers),
+        format_typeset(records),
+        as_page(records, titles, laws, cross),
     )
     return dict(zip(FILES, texts, strict=True))
 
@@ -72,9 +258,9 @@ def _read(file: Path) -> dict[str, Any]:
 
 def judged(
     modules: Sequence[ModuleType],
-    known: Mapping[tuple[str, str], record.Record],
-    known_laws: Sequence[record.Record],
-) -> tuple[list[record.Record], list[record.Record]]:
+    known: Mapping[tuple[str, str], Record],
+    known_laws: Sequence[Record],
+) -> tuple[list[Record], list[Record]]:
     """Records of all equations and laws: known ones that still hold, and the rest, judged in parallel.
 
     A chain is held to its laws as its equations are read, which their judgement decides: those come first.
@@ -94,14 +280,14 @@ def judged(
         def pool() -> Executor:
             return open_pools.enter_context(ProcessPoolExecutor(initializer=load, initargs=(places,)))
 
-        trials: dict[str, Future[list[record.Record]]] = {}
+        trials: dict[str, Future[list[Record]]] = {}
         tasks = {m: _submitted(pool, m, found[m], keys[m], records[m]) for m in laws}
         for m, case in found.items():
             if m in laws:
                 records[m] |= _results(tasks[m])
                 answers = {n: str(r["answer"]) for n in case.executed if (r := records[m][n])}
                 law_key = key.of_laws(case, case.choices_by(answers))
-                if not (laws[m] and all(record.reusable(r, law_key) for r in laws[m])):
+                if not (laws[m] and all(is_reusable(r, law_key) for r in laws[m])):
                     trials[m] = pool().submit(_laws, m, answers, law_key)
         tasks |= {m: _submitted(pool, m, found[m], keys[m], records[m]) for m in found if m not in laws}
         for m, started in tasks.items():
@@ -111,16 +297,16 @@ def judged(
     return judged_equations, [_with_sentence(r, judged_equations) for of_paper in laws.values() for r in of_paper]
 
 
-def _keys(case: Case) -> tuple[dict[str, str], dict[str, record.Record]]:
+def _keys(case: Case) -> tuple[dict[str, str], dict[str, Record]]:
     """Keys of all equations of a paper, and records of those that cannot be compared: their key is empty."""
-    alone, failed = dict[str, str](), dict[str, record.Record]()
+    alone, failed = dict[str, str](), dict[str, Record]()
     for number in case.paper.equations:
         try:
             alone[number] = key.of_sides(case, number)
         except ClaimError:
             raise
         except Exception as error:  # without a key there is no comparison to judge: one line, not the end
-            alone[number], failed[number] = str(error), record.record_unjudged(case, number, "", error)
+            alone[number], failed[number] = str(error), record_unjudged(case, number, "", error)
     return {n: "" if n in failed else key.of_linked(n, [alone[o] for o in case.linked(n)]) for n in alone}, failed
 
 
@@ -129,20 +315,20 @@ def _submitted(
     module: str,
     case: Case,
     keys: Mapping[str, str],
-    old: Mapping[str, record.Record | None],
-) -> list[Future[list[record.Record]]]:
+    old: Mapping[str, Record | None],
+) -> list[Future[list[Record]]]:
     """Judgement of every equation without a record that still holds, those together that share questions."""
-    still_open = [n for n in keys if not record.reusable(old[n], keys[n])]
+    still_open = [n for n in keys if not is_reusable(old[n], keys[n])]
     together = dict.fromkeys(case.linked(n) for n in still_open)
     return [pool().submit(_equations, module, {n: keys[n] for n in numbers if n in still_open}) for numbers in together]
 
 
-def _results(tasks: Iterable[Future[list[record.Record]]]) -> dict[str, record.Record]:
+def _results(tasks: Iterable[Future[list[Record]]]) -> dict[str, Record]:
     """Records by the number of their equation."""
     return {str(r["equation"]): r for task in tasks for r in task.result()}
 
 
-def _with_sentence(law: record.Record, equations: Iterable[record.Record]) -> record.Record:
+def _with_sentence(law: Record, equations: Iterable[Record]) -> Record:
     """The record of a law with the sentence that says what it is owed to most; one not judged has its reason there."""
     if law["search"] == UNJUDGED:
         return law
@@ -158,11 +344,11 @@ def load(places: Iterable[Place]) -> None:
             spec.loader.exec_module(sys.modules[name])
 
 
-def _equations(module: str, keys: Mapping[str, str]) -> list[record.Record]:
-    return record.equations(_case(module), keys)
+def _equations(module: str, keys: Mapping[str, str]) -> list[Record]:
+    return record_equations(_case(module), keys)
 
 
-def _laws(module: str, answers: Mapping[str, str], its_key: str) -> list[record.Record]:
+def _laws(module: str, answers: Mapping[str, str], its_key: str) -> list[Record]:
     """The findings on the chains of a case as a whole, as they are read; none if its subject states no laws.
 
     Where the chains cannot be executed at all there is one record, `not judged`, with the reason.

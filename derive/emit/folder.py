@@ -1,16 +1,189 @@
-"""A generated folder: the modules of models and pitch curves in every target, each with its sidecar."""
+"""Files of a generated folder: models and pitch curves in every target, sidecars, machine files."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import PurePosixPath
+from typing import Any
 
-from ..gearing.pitch_curve import PitchCurve
-from ..model import System
-from ..quantity import refuse_name
-from . import curve, functions, machine, sidecar
-from .target import Target
-from .text import Emitted
+import sympy as sp
+
+from ..discovery import modules, offered
+from ..gearing.pitch_curve import PitchCurve, length_parameters, scale_invariants
+from ..mechanics.driven_motion import DrivenLane
+from ..model import Event, Lane, System
+from ..quantity import OpenVector, Quantity, Vector, refuse_name, reserve
+from . import targets
+from .expression import COMMON
+from .text import Emitted, all_conditions, functions_of, list_functions, parameters_of
+
+
+@dataclass(frozen=True)
+class Target:
+    """A language: the place of its files, such as ``array/{name}.py``, and the texts of a model and of a pitch curve.
+
+    ``reserved`` are names that the texts need for themselves, so that no quantity can have them. A target
+    ``on_request`` is written, and keeps its names, where it is asked for alone.
+    """
+
+    name: str
+    place: str
+    reserved: frozenset[str]
+    model: Callable[[System, Sequence[Emitted]], str]
+    curve: Callable[[PitchCurve, Sequence[Emitted]], str]
+    on_request: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.on_request:
+            self.reserve()
+
+    def reserve(self) -> None:
+        """Keep its names from quantities."""
+        reserve(self.name, self.reserved)
+
+    def path(self, name: str) -> str:
+        """Where the file of a model or a curve goes, inside the generated folder."""
+        return self.place.format(name=name)
+
+
+def built_in() -> list[Target]:
+    """The languages whose files stand in ``targets``."""
+    return offered(modules(targets), "TARGET")
+
+
+def chosen(known: Iterable[Target], asked: Collection[str] = ()) -> list[Target]:
+    """The languages that are always written, and those that are asked for by name, whose names are kept from now on.
+
+    Raises ValueError where none has a name that is asked for.
+    """
+    by_name = {target.name: target for target in known}
+    if unknown := sorted(set(asked) - by_name.keys()):
+        raise ValueError(f"no target is called {unknown[0]}; there are {', '.join(sorted(by_name))}")
+    found = [target for target in by_name.values() if target.name in asked or not target.on_request]
+    for target in found:
+        target.reserve()
+    return found
+
+
+DATA = "data"
+"""The packed input that holds what the statement gives values of."""
+
+
+def format_machine_file(system: System) -> dict[str, str]:
+    """`NAME.toml` of a model whose statement gives values; nothing of any other."""
+    return {f"{system.name}.toml": _text(system)} if system.data else {}
+
+
+def _text(system: System) -> str:
+    data = next(v.quantities for v in system.vectors if isinstance(v, Vector) and v.name == DATA)
+    bounds = {q: system.data[q.name].bounds for q in data if q.name in system.data and system.data[q.name].bounds}
+    lines = [
+        f"# Values of {system.title}, as its statement gives them; copy this file to change them.",
+        "",
+        f"name = {json.dumps(system.name)}",
+        f"description = {json.dumps(system.title, ensure_ascii=False)}",
+        f"functions = {json.dumps(system.name)}",
+        "",
+        "[values]",
+        *(_value(q, system) for q in data),
+    ]
+    if bounds:
+        lines += ["", "[bounds]", *(f"{_key(q)} = [{pair[0]}, {pair[1]}]" for q, pair in bounds.items() if pair)]
+    return "\n".join((*lines, "", "[turn]", "samples = 360", "", "[origin]", 'default = "assumed"', ""))
+
+
+def _value(quantity: Quantity, system: System) -> str:
+    datum, note = system.data.get(quantity.name), f"# {quantity.meaning}"
+    return f"{_key(quantity)} = {datum.value}  {note}" if datum else f"# {_key(quantity)} =  {note}; not given"
+
+
+def _key(quantity: Quantity) -> str:
+    return quantity.shown.rpartition(".")[2]
+
+
+def build_sidecar(system: System, functions: Sequence[Emitted]) -> str:
+    """The sidecar of a model; names of composed functions and joints only where there are any."""
+    events = system.lane.events if system.lane else ()
+    return _json({
+        "name": system.name,
+        "title": system.title,
+        "source": system.source,
+        "assumptions": system.assumptions,
+        **({"callables": [f.name for f in system.functions]} if system.functions else {}),
+        **({"speed": system.lane.speed.name} if system.lane and system.lane.speed else {}),
+        **_acceleration(system.lane),
+        "vectors": {v.name: _vector(v) for v in system.vectors},
+        **({"events": [_event(e) for e in events]} if events else {}),
+        **({"effects": {"without": system.effects.without, "felt": system.effects.felt}} if system.effects else {}),
+        **({"pushing": system.pushing} if system.pushing else {}),
+        **({"axes": system.axes} if system.axes else {}),
+        **({"meshes": system.meshes} if system.meshes else {}),
+        "functions": {f.name: _function(f) for f in functions},
+        "equations": sorted({s.source for f in functions for s in f.steps} - {COMMON}),
+    })  # fmt: skip
+
+
+def _acceleration(lane: Lane | None) -> dict[str, str]:
+    acceleration = lane.acceleration if isinstance(lane, DrivenLane) else None
+    return {} if acceleration is None else {"acceleration": acceleration.name}
+
+
+def build_curve_sidecar(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
+    return _json({
+        "name": curve.name,
+        "title": curve.title,
+        "source": "pitch curve and conjugate derived from its radius",
+        "radius": str(curve.radius()),
+        "parameters": _vector(parameters_of(curve)),
+        "series": not isinstance(curve.turned(), sp.Expr),
+        "similar": {
+            "lengths": [q.name for q in length_parameters(curve)],
+            "unchanged": [q.name for q in scale_invariants(curve)],
+        },
+        "conditions": [{"name": c.name, "allowed": c.allowed} for c in all_conditions(curve)],
+        "shapes": [_entry(s.quantity) | {"lower": float(s.lower), "upper": float(s.upper)} for s in curve.shapes],
+        "functions": {f.name: _function(f) for f in functions},
+    })  # fmt: skip
+
+
+def _event(event: Event) -> dict[str, Any]:
+    entry = {"name": event.name, "order": event.order, "period": float(event.period) if event.period else None}
+    return entry if event.position is None else entry | {"position": float(event.position)}
+
+
+def _function(function: Emitted) -> dict[str, Any]:
+    return {
+        "inputs": [v.name for v in function.inputs],
+        "output": function.output.name,
+        "operations": function.operations,
+    }
+
+
+def _vector(vector: Vector | OpenVector) -> Any:
+    if isinstance(vector, OpenVector):
+        return {
+            "meaning": vector.meaning,
+            "suffix": vector.suffix,
+            "known": {str(i): _entry(s) for i, s in vector.known.items()},
+        }
+    return [_entry(s) for s in vector]
+
+
+def _entry(quantity: Quantity) -> dict[str, str]:
+    entry = {
+        "name": quantity.name,
+        "unit": quantity.unit,
+        "meaning": quantity.meaning,
+        "source": quantity.source,
+    }
+    return entry | ({"shown": quantity.shown} if quantity.shown else {})
+
+
+def _json(content: dict[str, Any]) -> str:
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+
 
 HEAD = '"""Generated by `python -m derive`; do not edit."""\n'
 
@@ -18,7 +191,7 @@ HEAD = '"""Generated by `python -m derive`; do not edit."""\n'
 def texts(systems: Iterable[System], families: Iterable[PitchCurve], targets: Sequence[Target]) -> dict[str, str]:
     """Path inside the folder -> content. Raises ValueError where a name cannot stand in what is generated."""
     found = {"__init__.py": HEAD}
-    for new in (*(of_curve(f, targets) for f in families), *(of_system(s, targets) for s in systems)):
+    for new in (*(emit_curve(f, targets) for f in families), *(emit_system(s, targets) for s in systems)):
         if twice := sorted(found.keys() & new.keys()):
             raise ValueError(f"two models or families are called {PurePosixPath(twice[0]).stem}")
         found |= new
@@ -26,22 +199,22 @@ def texts(systems: Iterable[System], families: Iterable[PitchCurve], targets: Se
     return found | {f"{package}/__init__.py": "" for package in packages}
 
 
-def of_curve(family: PitchCurve, targets: Sequence[Target]) -> dict[str, str]:
+def emit_curve(family: PitchCurve, targets: Sequence[Target]) -> dict[str, str]:
     """The files of a family of pitch curves."""
-    name, emitted = f"curve_{family.name}", tuple(curve.functions_of(family))
+    name, emitted = f"curve_{family.name}", tuple(functions_of(family))
     _refuse_names(name, emitted)
     return {t.path(name): t.curve(family, emitted) for t in targets} | {
-        f"{name}.json": sidecar.of_curve(family, emitted)
+        f"{name}.json": build_curve_sidecar(family, emitted)
     }
 
 
-def of_system(system: System, targets: Sequence[Target]) -> dict[str, str]:
+def emit_system(system: System, targets: Sequence[Target]) -> dict[str, str]:
     """The files of a model."""
-    emitted = functions.of_system(system)
+    emitted = list_functions(system)
     _refuse_names(system.name, emitted)
     return {t.path(system.name): t.model(system, emitted) for t in targets} | {
-        f"{system.name}.json": sidecar.of_system(system, emitted),
-        **machine.of_system(system),
+        f"{system.name}.json": build_sidecar(system, emitted),
+        **format_machine_file(system),
     }
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy import Expr, pi
 
-from ..branches import switch, wrap
+from ..functions import switch, wrap
 from ..model import Let
 from ..quantity import Quantity, Vector
 

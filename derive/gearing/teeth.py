@@ -14,8 +14,7 @@ from sympy import Expr, Rational, S, pi
 from ..formulas import Formulas
 from ..mechanics.frames import Frame, Vec, X, Z, unit
 from ..model import ClosedForm, Let, System, let
-from ..quantity import Quantity, Vector
-from ..table import quantities
+from ..quantity import Quantity, Vector, quantities
 
 TEETH_ASSUMPTIONS = (
     "rack teeth without profile shift or backlash",

@@ -8,13 +8,12 @@ from typing import TypeAlias
 import sympy as sp
 from sympy import Expr, S
 
-from ..branches import switch
+from ..functions import switch
 from ..model import Event
 from ..quantity import Quantity
-from .bodies import AXES, SHAFT, Body, Part, Pin
+from .bodies import AXES, SHAFT, Body, Part, Pin, point_velocity
 from .contacts import Contacts
 from .frames import Axis, Frame, Point, Vec, X, Z, displacement, unit, zero
-from .laws import velocity
 from .statement import MechanismError, triple
 
 Scalar: TypeAlias = Expr | float
@@ -175,7 +174,8 @@ class Joints(Contacts):
         contact = Point(f"{name}, contact", centre, (-radius / upright) * (normal - tilt * way))
         self.constrain(name, displacement(self.O, centre, self.world).dot(normal) - radius * upright, {})
         arm = displacement(centre, contact, self.world)
-        slip = velocity(self.motion, centre, self.world) + self.motion.spin(on.frame).resolved(self.world).cross(arm)
+        spin = self.motion.spin(on.frame).resolved(self.world)
+        slip = point_velocity(self.motion, centre, self.world) + spin.cross(arm)
         for i in _across(up):
             self.roll(f"{name}{AXES[i]}", slip[i])
         self._joint(name, on, self.ground, contact, range(3), ())

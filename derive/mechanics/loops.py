@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from sympy import Expr
 
-from ..blocks import linear, pivot
+from ..chain import linear, pivot
 from ..model import ClosedForm, Let, Step, needed
 from ..quantity import Quantity, Vector
 from .frames import Motion

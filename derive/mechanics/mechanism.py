@@ -7,13 +7,12 @@ from collections.abc import Iterable, Mapping, Sequence
 import sympy as sp
 from sympy import Expr, S
 
-from ..dimensions import NONE, DimensionError, dimension
 from ..model import Input, Lane, Let, Step, System
-from ..quantity import Quantity
-from ..table import NOTHING, Quantities
-from . import moving, turning, twins
+from ..quantity import NONE, NOTHING, DimensionError, Quantities, Quantity, dimension
 from .bodies import AXES
+from .driven_motion import Sides, derive_driven_motion, derive_twin_lane
 from .frames import Axis, Frame, Motion, Point, Vec, Z, displacement, unit
+from .free_motion import FreeMotion, accelerations, derive_free_motion
 from .joints import Joints, Scalar
 from .statement import MechanismError, triple
 
@@ -86,7 +85,7 @@ class Mechanism(Joints):
                 )
         fall = gravity if isinstance(gravity, Sequence) else (0, -gravity, 0)
         changing = {} if acceleration is None else {speed: acceleration}
-        motion = moving.FreeMotion({TIME: S.One}) if angle is None else Motion({angle: speed, **changing})
+        motion = FreeMotion({TIME: S.One}) if angle is None else Motion({angle: speed, **changing})
         super().__init__(name, given, angle, motion, fall, spatial, world)
         self.title, self.source, self.speed = title or name.replace("_", " ").capitalize(), source, speed
         self.acceleration = acceleration
@@ -245,7 +244,7 @@ class Mechanism(Joints):
         return self.motion.rate(expr)
 
     def twin_lane(
-        self, sides: twins.Sides, inputs: Sequence[Input], forces: Sequence[Step] | None = None,
+        self, sides: Sides, inputs: Sequence[Input], forces: Sequence[Step] | None = None,
         frame: Sequence[Let] | None = None,
     ) -> Lane:  # fmt: skip
         """Return the lane of one of two equal sides, half a turn apart, with the totals of both.
@@ -256,7 +255,7 @@ class Mechanism(Joints):
         without an angle or for balances that no action satisfies, ChainError or DimensionError if the balances cannot
         be solved.
         """
-        return twins.along(self, sides, inputs, forces, frame)
+        return derive_twin_lane(self, sides, inputs, forces, frame)
 
     def accelerations(self) -> tuple[Expr, ...]:
         r"""Return the accelerations [rad/s2 or m/s2] of the coordinates of free motion, in their order, as expressions.
@@ -273,7 +272,7 @@ class Mechanism(Joints):
         >>> m.accelerations()
         (F/m,)
         """
-        return moving.accelerations(self, TIME)
+        return accelerations(self, TIME)
 
     def system(self, reported: Sequence[str | Quantity] | None = None) -> System:
         r"""Derive the model: results along the angle, or the functions that an integrator needs; all values in SI.
@@ -295,14 +294,14 @@ class Mechanism(Joints):
         (height,)
         """
         if self.angle is not None and self.speed is not None:
-            lane, functions = turning.along(self, self.angle, self.speed, self.acceleration, reported)
+            lane, functions = derive_driven_motion(self, self.angle, self.speed, self.acceleration, reported)
             return System(
                 self.name, self.title, self.source, self.assumptions, lane, functions, self.given.data,
                 pushing=tuple(force.name for force in self.pushing if force in lane.outputs),
                 axes=self.component_axes,
                 meshes={tag: (inner.name, outer.name) for tag, (inner, outer, _) in self.meshing.items()},
             )  # fmt: skip
-        functions = moving.freely(self, TIME, reported)
+        functions = derive_free_motion(self, TIME, reported)
         return System(
             self.name, self.title, self.source, self.assumptions, None, functions, self.given.data,
             axes=self.component_axes,

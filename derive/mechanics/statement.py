@@ -1,20 +1,18 @@
-"""What is stated of a mechanism: coordinates, loops, bodies, actions, and the names that expressions get."""
+"""Statement of a mechanism: bodies, joints, named quantities, and points for drawings."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 
 import sympy as sp
 from sympy import Expr, S
 
-from ..dimensions import DimensionError, dimension, of_unit
 from ..equations import Balance, Equation, Kind
-from ..model import Event, Let, Step, let
-from ..quantity import Quantity, Vector, word
-from ..table import Quantities
+from ..model import PLACES, ClosedForm, Event, Let, Packed, Step, build_function, let
+from ..quantity import DimensionError, Quantities, Quantity, Vector, dimension, of_unit, word
 from .bodies import AXES, EVERY, PLANE, Action, Asked, Assembly, Body, Pin
-from .frames import Frame, Motion, Point, Triple, Vec
+from .frames import Frame, Motion, Point, Triple, Vec, displacement
 from .loops import Loops
 
 
@@ -318,3 +316,32 @@ def _consistent(equation: Equation) -> Equation:
     except DimensionError as error:
         raise DimensionError(f"{equation.number}: {error}") from None
     return equation
+
+
+def places(stated: Statement, inputs: Sequence[Packed], before: Sequence[Step]) -> tuple[ClosedForm, ...]:
+    """``x_BODY__POINT`` and its like [m] for each body and each of its points, from what a lane takes.
+
+    ``before`` are the steps that places may need.
+    """
+    found = (
+        step
+        for body in stated.assembly.bodies
+        for point in _points(stated, body)
+        for step in _place(stated, body, point)
+    )
+    return build_function(PLACES, found, inputs, before)
+
+
+def _points(stated: Statement, body: Body) -> Iterator[Point]:
+    """Where forces act on a body, and its centroids; each once."""
+    acting = [action.at for action in stated.assembly.actions if action.sign(body) and any(action.force.components)]
+    yield from dict.fromkeys([*acting, *(part.centroid for part in body.parts)])
+
+
+def _place(stated: Statement, body: Body, point: Point) -> list[Let]:
+    at = displacement(stated.O, point, stated.world)
+    name = f"{word(body.name)}__{word(point.name)}"
+    return [
+        let(quantity(f"{axis}_{name}", "m", f"{point.name} of {body}, {axis}"), component)
+        for axis, component in zip(stated.axes, at.components, strict=False)
+    ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sympy import S
 
-from ..mechanics import cams
+from ..mechanics import contacts as cams
 from ..mechanics.frames import Frame, Motion, Vec, Z
 from ..model import ClosedForm, Let, System
 from ..quantity import Quantity, Vector

@@ -81,11 +81,11 @@ def _is_file(paper: str | None) -> bool:
 def _audit_user_paper(
     console: Console, source: str | None, numbers: Path | None, front: bool
 ) -> tuple[dict[str, Any], Any]:
-    from planter.audit import own
+    from planter.audit import user_paper
 
     if front:
         raise InputError("--front needs one of the papers by its short name")
-    trial = own.audit_user_paper(Path(source or "."), numbers)
+    trial = user_paper.audit_user_paper(Path(source or "."), numbers)
     console.say(f"written to {trial.folder}")
     return trial.result, trial.typeset
 
@@ -93,12 +93,12 @@ def _audit_user_paper(
 def _audit_built_in(
     console: Console, paper: str | None, numbers: Path | None, front: bool
 ) -> tuple[dict[str, Any], Any]:
-    from planter.audit import fronts, verdicts
+    from planter.audit import attainable_front, verdicts
     from planter.kernels import generated
 
     if numbers is not None:
         raise InputError(f"--numbers {numbers} needs the Python file of a paper")
     result = verdicts.audit(paper)
     if front:
-        result["front"] = fronts.search_front(paper, console.progress)
+        result["front"] = attainable_front.search_front(paper, console.progress)
     return result, generated.sidecar("audit_mathml")

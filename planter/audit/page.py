@@ -7,9 +7,21 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from planter.audit import article, fronts, markup, tables
-from planter.audit.consequences import HEADLINE
-from planter.audit.markup import Cell, Raw, mark_verdict
+from planter.audit import tables
+from planter.audit.attainable_front import list_front_sections, write_front
+from planter.audit.equation_page import (
+    QUIET,
+    STYLE,
+    Cell,
+    Raw,
+    format_items,
+    format_overview,
+    format_paragraph,
+    format_table,
+    format_trial,
+    mark_verdict,
+)
+from planter.audit.verdicts import HEADLINE
 from planter.report import files
 from planter.report.folder import renews
 from planter.report.html import Keys, Section, page
@@ -46,13 +58,13 @@ def write_audit(out: str | Path, result: Mapping[str, Any], typeset: Entry) -> N
     files.write_summary(folder / "summary.json", {**result, "provenance": {"planter": __version__}})
     files.write_text(folder / "report.html", format_page(result, typeset))
     if "front" in result:
-        fronts.write_front(folder, result["front"])
+        write_front(folder, result["front"])
 
 
 def format_page(result: Mapping[str, Any], typeset: Entry) -> str:
     """Return the page of an audit."""
     subtitle = "Every equation, law, statement and number of the papers, as printed, derived anew and judged"
-    return page("Formula audit", list(list_sections(result, typeset)), subtitle, markup.STYLE)
+    return page("Formula audit", list(list_sections(result, typeset)), subtitle, STYLE)
 
 
 def list_sections(result: Mapping[str, Any], typeset: Entry) -> Iterator[Section]:
@@ -61,7 +73,7 @@ def list_sections(result: Mapping[str, Any], typeset: Entry) -> Iterator[Section
     for name, counted in result["summary"].items():
         yield Section(counted["title"], [Raw(format_paper(name, result, typeset.get(name, {})))])
     if "front" in result:
-        yield from fronts.list_sections(result["front"])
+        yield from list_front_sections(result["front"])
     yield Section("What the words mean", [Keys(MEANINGS)])
 
 
@@ -71,13 +83,13 @@ def format_summary(result: Mapping[str, Any]) -> str:
              tables.format_tally(s["numbers"])) for s in result["summary"].values()]  # fmt: skip
     all_printed = all(e["legibility"] == "printed" and not e["rebuilt"] for e in result["equations"])
     parts = [
-        markup.format_paragraph(TRANSCRIBED if all_printed else SOURCE),
-        markup.format_table(("paper", "equations", "at fault", "numbers"), rows, "tight"),
+        format_paragraph(TRANSCRIBED if all_printed else SOURCE),
+        format_table(("paper", "equations", "at fault", "numbers"), rows, "tight"),
     ]
     for name, counted in result["summary"].items():
         paper_findings = list(list_findings({part: _select_paper(result.get(part, ()), name) for part in PARTS}))
         if paper_findings:
-            parts.append(f"<h3>{escape(counted['title'])}</h3>{markup.format_items(paper_findings)}")
+            parts.append(f"<h3>{escape(counted['title'])}</h3>{format_items(paper_findings)}")
     return "\n".join(parts)
 
 
@@ -117,11 +129,9 @@ def format_equations(entries: Sequence[Entry], typeset: Entry) -> str:
 
     `typeset` has their formulas as MathML from the time of judging.
     """
-    loud = [e for e in entries if e["verdict"] not in article.QUIET]
-    quiet = [e for e in entries if e["verdict"] in article.QUIET]
-    return "\n".join(
-        [article.format_overview(entries), *(article.format_trial(e, typeset[e["equation"]]) for e in (*loud, *quiet))]
-    )
+    loud = [e for e in entries if e["verdict"] not in QUIET]
+    quiet = [e for e in entries if e["verdict"] in QUIET]
+    return "\n".join([format_overview(entries), *(format_trial(e, typeset[e["equation"]]) for e in (*loud, *quiet))])
 
 
 def format_laws(entries: Sequence[Entry]) -> str:
@@ -132,22 +142,20 @@ def format_laws(entries: Sequence[Entry]) -> str:
         for e in entries
     ]
     head = ("law", "broken by", "read literally", "unit", "restored by repairing", "search for the smallest set")
-    parts = [markup.format_paragraph(f"{text}.") for text in dict.fromkeys(tables.describe_readings(entries))]
-    parts += [markup.format_table(head, rows, "tight"), *(_format_shares(law) for law in entries if law.get("shares"))]
-    parts += [
-        markup.format_paragraph(f"{_capitalise(e['law'])}: {e['owed']}.") for e in entries if e["violation"] is None
-    ]
+    parts = [format_paragraph(f"{text}.") for text in dict.fromkeys(tables.describe_readings(entries))]
+    parts += [format_table(head, rows, "tight"), *(_format_shares(law) for law in entries if law.get("shares"))]
+    parts += [format_paragraph(f"{_capitalise(e['law'])}: {e['owed']}.") for e in entries if e["violation"] is None]
     return "\n".join(parts)
 
 
 def _format_shares(law: Entry) -> str:
     """Return the sentence on the cause of a broken law and, for several equations, the share of each."""
     if len(law["shares"]) == 1:
-        return markup.format_paragraph(f"{_capitalise(law['law'])}: {law['owed']}")
+        return format_paragraph(f"{_capitalise(law['law'])}: {law['owed']}")
     rows = [(s["equation"], *(float(s[key]) for key in ("alone", "without", "shapley"))) for s in law["shares"]]
     head = ("equation", f"its repair alone takes away [{law['unit']}]", "it alone leaves", "Shapley value")
     title = f"<h4>{escape(law['law'])}</h4>"
-    return f"{title}{markup.format_paragraph(law['owed'])}{markup.format_table(head, rows, 'tight')}"
+    return f"{title}{format_paragraph(law['owed'])}{format_table(head, rows, 'tight')}"
 
 
 def _capitalise(text: str) -> str:
@@ -160,18 +168,18 @@ def format_causes(entries: Sequence[Entry]) -> str:
     rows = [
         (e["cause"], ", ".join(n.partition(": ")[2] for n in e["equations"]), float(len(e["numbers"]))) for e in entries
     ]
-    return markup.format_table(("one slip", "equations", "numbers that its repair cures"), rows, "tight")
+    return format_table(("one slip", "equations", "numbers that its repair cures"), rows, "tight")
 
 
 def format_references(entries: Sequence[Entry]) -> str:
     """Return the cross-references that cannot be right."""
-    return "\n".join(markup.format_paragraph(tables.describe_reference(e)) for e in entries)
+    return "\n".join(format_paragraph(tables.describe_reference(e)) for e in entries)
 
 
 def format_claims(entries: Sequence[Entry]) -> str:
     """Return the statements of the text with their measures."""
     head = ("statement", "measure", "value", "unit", "must", "verdict", "assumed")
-    return markup.format_table(head, map(_list_claim_cells, entries), "tight")
+    return format_table(head, map(_list_claim_cells, entries), "tight")
 
 
 def _list_claim_cells(entry: Entry) -> tuple[Cell, ...]:
@@ -198,12 +206,12 @@ def format_consequences(entries: Sequence[Entry]) -> str:
             if e["about"] == about
         ]
         head = (about, "unit", "in the paper", "by the print", "as derived", "rests on")
-        parts.append(markup.format_table(head, rows, "tight"))
+        parts.append(format_table(head, rows, "tight"))
     statements = [e["statement"] for e in entries if e["statement"]]
-    parts += [markup.format_items(statements)] if statements else []
+    parts += [format_items(statements)] if statements else []
     assumed: list[str] = max((e["assumed_inputs"] for e in entries), key=len, default=[])
     if assumed:
-        parts.append(markup.format_paragraph(f"Assumed for this: {', '.join(assumed)}.", "note"))
+        parts.append(format_paragraph(f"Assumed for this: {', '.join(assumed)}.", "note"))
     return "\n".join(parts)
 
 
@@ -218,7 +226,7 @@ def format_numbers(entries: Sequence[Entry]) -> str:
                 for e in chosen]  # fmt: skip
         parts.append(f"<h4>{mark_verdict(verdict).markup} {len(chosen)}</h4>")
         head = ("quantity", "place", "unit", "printed", "recomputed", "differs by", "note")
-        parts.append(markup.format_table(*_drop_empty_columns(head, rows), "tight"))
+        parts.append(format_table(*_drop_empty_columns(head, rows), "tight"))
     listed = "".join(f"<li>{escape(text)}</li>" for text in notes.texts)
     return "\n".join([*parts, f'<ol class="notes">{listed}</ol>' if listed else ""])
 

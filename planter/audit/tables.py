@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from string import ascii_lowercase
 from typing import Any
 
-from planter.audit import consequences, fronts
+from planter.audit.attainable_front import show_front
+from planter.audit.verdicts import FAULTY, UNJUDGED
 from planter.terminal.console import Console, cell_text
 
 Entry = Mapping[str, Any]
 PARTS = ("equations", "causes", "references", "laws", "claims", "numbers", "consequences")
-FAULTY = consequences.FAULTY
 ROUNDING = 1e-9
 """Magnitude below which a computed value is shown as zero."""
 _SHORT = 60
@@ -23,7 +23,7 @@ _SHORT = 60
 def show_audit(console: Console, result: Mapping[str, Any]) -> None:
     """Print equations, laws, statements, numbers, consequences and the counts of verdicts of each paper."""
     if "front" in result:
-        fronts.show_front(console, result["front"])
+        show_front(console, result["front"])
     for paper, summary in result["summary"].items():
         parts = {part: [e for e in result.get(part, ()) if e["paper"] == paper] for part in PARTS}
         equations = ((e["equation"], e.get("claims", ""), e["verdict"], describe_fault(e), list_conditions(e))
@@ -162,7 +162,7 @@ def describe_fault(equation: Entry) -> str:
         share = largest["share_of_largest"]
         size = "" if share is None else f", {100 * share:.3g} % of the largest term"
         parts.append(f"{count} term{'s' if count > 1 else ''} missing, such as {_shorten(largest['term'])}{size}")
-    if not parts and (equation["verdict"] in (*FAULTY, consequences.UNJUDGED) or equation.get("domain")):
+    if not parts and (equation["verdict"] in (*FAULTY, UNJUDGED) or equation.get("domain")):
         parts.append(equation["finding"])
     return "; ".join(parts)
 
@@ -190,7 +190,7 @@ def _shorten(text: str) -> str:
 def list_repairs(law: Entry) -> str:
     """Return the smallest sets of equations whose repair restores a law."""
     if law["violation"] is None:
-        return consequences.UNJUDGED
+        return UNJUDGED
     sets = [law["caused_by"], *law.get("or_by", ())] if law["caused_by"] else []
     return " or ".join(", ".join(chosen) for chosen in sets) or "kept"
 

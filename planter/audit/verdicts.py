@@ -1,18 +1,148 @@
-"""`planter audit`: committed verdicts on printed equations and laws, and recomputed printed numbers.
-
-Verdicts on equations and laws come from the generation of the code; numbers are computed on request.
-"""
+"""`planter audit`: verdicts on equations, laws, numbers and statements of the text, and their consequences."""
 
 from __future__ import annotations
 
+import operator
+import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from typing import Any
 
-from planter.audit import claims, consequences, numbers
+from planter.audit import numbers
+from planter.audit.numbers import load_numbers
+from planter.audit.registry import CONSEQUENCES, FORMULAS, Computation, Inputs, Value
 from planter.errors import ComputationError, InputError
 from planter.kernels import generated
+
+EXACT = 1e-9
+"""Tolerance of exact claims; lengths and angles are of order one, or in mm and deg."""
+_TESTS: dict[str, Callable[[float, float], bool]] = {
+    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge,
+}  # fmt: skip
+
+
+def judge_claims(paper: str | None = None, content: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
+    """Return every claim, or those of one paper, with measure, condition, and whether it holds.
+
+    Assumed inputs of the measure are listed; the result is valid only for these inputs. A claim holds if some value
+    within the rounding of the printed inputs meets its condition.
+    """
+    table = load_numbers() if content is None else content
+    return [_judge_claim(row, table) for row in table["claim"] if paper in (None, row["paper"])]
+
+
+def meets(value: float, must: str, tolerance: float = EXACT) -> bool:
+    """Return whether a value meets a condition.
+
+    >>> meets(0.02, "< 0.05"), meets(1e-12, "= 0"), meets(1e-3, "= 0"), meets(-1e-12, ">= 0")
+    (True, True, False, True)
+    """
+    return interval_meets((value, value), must, tolerance)
+
+
+def interval_meets(interval: tuple[float, float], must: str, tolerance: float = EXACT) -> bool:
+    """Return whether some value of an interval meets a condition.
+
+    >>> interval_meets((-0.02, 0.03), "= 0"), interval_meets((-0.02, 0.03), "> 0")
+    (True, True)
+    >>> interval_meets((-0.02, -0.01), ">= 0")
+    False
+    """
+    sign, text = must.split()
+    (low, high), limit = interval, float(text)
+    if sign == "=":
+        return low - tolerance <= limit <= high + tolerance
+    slack = tolerance if sign in ("<=", ">=") else 0.0
+    return _TESTS[sign](high + slack if ">" in sign else low - slack, limit)
+
+
+def _judge_claim(row: Mapping[str, Any], table: Mapping[str, Any]) -> dict[str, Any]:
+    inputs = Inputs(row.get("with", {}), table["disclosed"][row["paper"]], table["assumed"][row["paper"]])
+    computed = Computation.evaluate(row["by"], inputs)
+    interval, limits = computed.interval, (row["must"], row.get("within", EXACT))
+    return {
+        "paper": row["paper"],
+        "claim": row["claim"],
+        "measure": row["measure"],
+        "value": computed.value,
+        "unit": row["unit"],
+        "must": re.sub(r"^= ", "be ", row["must"]) if row["must"].startswith("=") else f"be {row['must']}",
+        "holds": interval is not None and interval_meets(interval, *limits),
+        "assumed_inputs": list(inputs.assumed),
+    }
+
+
+FAULTY = ("misprint", "incomplete", "contradicted")
+UNJUDGED = "not judged"
+HEADLINE = "headline number"
+Consequence = dict[str, Any]
+
+
+def derive_consequences(
+    paper: str | None, table: Mapping[str, Any], trial: Mapping[str, Sequence[Mapping[str, Any]]]
+) -> list[Consequence]:
+    """Return the consequences for all papers, or for one, from the verdicts on `equations`, `laws` and `numbers`."""
+    consequences: list[Consequence] = []
+    for name in table["papers"]:
+        if paper in (None, name):
+            consequences += list_headlines(name, table, trial)
+            for row in table.get("chain", ()):
+                if row["paper"] == name:
+                    consequences += CONSEQUENCES[row["by"]](row, table["disclosed"][name], trial)
+    return consequences
+
+
+def list_headlines(
+    paper: str, table: Mapping[str, Any], trial: Mapping[str, Sequence[Mapping[str, Any]]]
+) -> Iterator[Consequence]:
+    """Yield printed numbers that rest on a fault, by the equations as printed and as derived."""
+    for row in table.get("headline", ()):
+        if row["paper"] != paper:
+            continue
+        rests_on = _find_faults(row, trial)
+        if rests_on:
+            for entry in _list_entries(row):
+                yield _build_headline(row, entry, rests_on, table)
+
+
+def _find_faults(row: Mapping[str, Any], trial: Mapping[str, Sequence[Mapping[str, Any]]]) -> list[str]:
+    judged = {part: [e for e in trial[part] if e["paper"] == row["paper"]] for part in ("equations", "numbers")}
+    equations = {e["equation"] for e in judged["equations"] if e["verdict"] in FAULTY}
+    numbers = {e["quantity"] for e in judged["numbers"] if e["verdict"] == "not reproduced"}
+    return [name for name in row.get("equations", ()) if name in equations] + [
+        name for name in row.get("quantities", ()) if name in numbers
+    ]
+
+
+def _list_entries(row: Mapping[str, Any]) -> list[dict[str, Any]]:
+    each: Mapping[str, Sequence[Any]] = row.get("each", {})
+    count = len(next(iter(each.values()))) if each else 1
+    return [{name: values[i] for name, values in each.items()} for i in range(count)]
+
+
+def _build_headline(
+    row: Mapping[str, Any], entry: Mapping[str, Any], rests_on: list[str], table: Mapping[str, Any]
+) -> Consequence:
+    disclosed, assumed = table["disclosed"][row["paper"]], table["assumed"][row["paper"]]
+    values: dict[str, Value] = {}
+    inputs = []
+    for key in ("as_printed", "as_derived"):
+        arguments = {**row.get("with", {}), **row.get(f"with_{key}", {}), **entry}
+        inputs.append(Inputs(arguments, disclosed, assumed))
+        values[key] = FORMULAS[row[key]](inputs[-1])
+    return {
+        "paper": row["paper"],
+        "about": HEADLINE,
+        "quantity": row["quantity"].format_map(entry),
+        "unit": row["unit"],
+        "printed": float(entry["printed"]) if "printed" in entry else row.get("printed"),
+        **values,
+        "rests_on": rests_on,
+        "assumed_inputs": list(dict.fromkeys(text for arguments_read in inputs for text in arguments_read.assumed)),
+        "statement": "",
+    }
+
 
 Entry = Mapping[str, Any]
 
@@ -26,12 +156,12 @@ def audit(paper: str | None = None) -> dict[str, Any]:
     verdicts_found = collect_verdicts(
         load_verdicts(), numbers.judge_numbers(paper), {name: numbers.list_papers()[name] for name in papers}
     )
-    derived = consequences.derive_consequences(paper, numbers.load_numbers(), verdicts_found)
-    return verdicts_found | {"claims": _select_papers(claims.judge_claims(paper), papers), "consequences": derived}
+    derived = derive_consequences(paper, numbers.load_numbers(), verdicts_found)
+    return verdicts_found | {"claims": _select_papers(judge_claims(paper), papers), "consequences": derived}
 
 
 def collect_verdicts(verdicts: Entry, judged: Sequence[Entry], titles: Mapping[str, str]) -> dict[str, Any]:
-    """Return the verdicts on some papers and their numbers, without statements and consequences."""
+    """Return the verdicts on some papers and their numbers, without statements and"""
     parts = ("equations", "laws", "causes", "references")
     equations, laws, causes, references = (_select_papers(verdicts.get(part, ()), list(titles)) for part in parts)
     number_verdicts = _select_papers(judged, list(titles))
@@ -47,7 +177,7 @@ def collect_verdicts(verdicts: Entry, judged: Sequence[Entry], titles: Mapping[s
             name: {
                 "title": title,
                 "equations": count_verdicts(_select_papers(equations, [name])),
-                "at_fault": sum(1 for e in _select_papers(equations, [name]) if e["verdict"] in consequences.FAULTY),
+                "at_fault": sum(1 for e in _select_papers(equations, [name]) if e["verdict"] in FAULTY),
                 "causes": len(_select_papers(causes, [name]))
                 + len(numbers.list_causes(_select_papers(number_verdicts, [name]))),
                 "laws_violated": sum(1 for law in _select_papers(laws, [name]) if law["caused_by"]),

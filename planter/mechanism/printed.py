@@ -14,8 +14,8 @@ import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from planter.audit.question import MEASURE, Question
 from planter.audit.registry import Inputs, Value, formula
+from planter.audit.user_paper import MEASURE, Question
 from planter.engine.goal import Goal, find_display_unit, resolve_measure
 from planter.engine.measures import AVERAGES, Measure, parse_measure
 from planter.errors import InputError, PlanterError

@@ -9,8 +9,7 @@ from pathlib import Path, PureWindowsPath
 import pytest
 import typer
 
-from derive.build.folder import add, strays
-from derive.build.own import OwnError
+from derive.generated_folder import OwnError, add, strays
 from planter.cli.app import application
 from planter.report import files
 from planter.report.folder import NAME, renewing

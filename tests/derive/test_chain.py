@@ -6,8 +6,7 @@ import pytest
 import sympy as sp
 from sympy import Piecewise
 
-from derive.blocks import BlockError, solved
-from derive.chain import Chain, ChainError, Solve, Together, close_cases, ordered, solve_linear
+from derive.chain import BlockError, Chain, ChainError, Solve, Together, close_cases, ordered, solve_linear, solved
 from derive.equations import ClaimError, Definition, Equation, by_claim, defined
 from derive.model import Let, LinearSolve, System
 from derive.papers import wang2017

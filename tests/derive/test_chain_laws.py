@@ -6,8 +6,19 @@ from collections.abc import Callable, Iterable, Mapping
 import pytest
 import sympy as sp
 
-from derive.blocks import BlockError, closed_set, matched, solved, states
-from derive.chain import Chain, ChainError, Solve, Together, ordered, solvable
+from derive.chain import (
+    BlockError,
+    Chain,
+    ChainError,
+    Solve,
+    Together,
+    closed_set,
+    matched,
+    ordered,
+    solvable,
+    solved,
+    states,
+)
 from derive.equations import Definition, Equation
 from derive.model import Let, LinearSolve, Step
 from derive.quantity import Quantity

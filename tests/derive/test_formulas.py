@@ -12,7 +12,7 @@ from derive.__main__ import main as derive
 from derive.chain import ChainError
 from derive.equations import Claim, ClaimError, what
 from derive.formulas import Formulas
-from derive.table import quantities
+from derive.quantity import quantities
 from tests.support import own
 
 q = quantities("""

@@ -6,9 +6,9 @@ import pytest
 import sympy as sp
 from sympy import cos, pi, sin
 
+from derive.functions import Polynomial
 from derive.influence import Influence, NotAdditive, flattened, share
 from derive.model import Call, Lane, Let, RuntimeFunction, Shared
-from derive.polynomial import Polynomial
 from derive.quantity import OpenVector, Quantity, Vector
 
 

@@ -7,7 +7,7 @@ import mpmath
 import pytest
 from mpmath import mpf
 
-from derive.machine_file import MachineFile
+from derive.evaluate import MachineFile
 
 FILE = """
 [carrier]

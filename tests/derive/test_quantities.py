@@ -4,14 +4,13 @@ import pytest
 import sympy as sp
 
 from derive import gearing, papers, systems
-from derive.build.folder import GENERATED
-from derive.build.generation import models
-from derive.dimensions import DimensionError, dimension, of_unit
 from derive.discovery import modules
-from derive.emit.schedule import expressions
+from derive.emit.expression import expressions
+from derive.generated_folder import GENERATED
+from derive.generation import models
 from derive.model import Let, System, entries
 from derive.papers import wang2017
-from derive.quantity import Quantity
+from derive.quantity import DimensionError, Quantity, dimension, of_unit
 from tests.support.late import LateDict
 
 SYSTEMS = LateDict(lambda: {one.name: one for one in models((*modules(gearing), *modules(systems), *modules(papers)))})

@@ -3,8 +3,7 @@
 import pytest
 import sympy as sp
 
-from derive.branches import switch
-from derive.slopes import along, slope
+from derive.functions import along, slope, switch
 
 x, y, z = sp.symbols("x y z", real=True)
 EXPRESSIONS = [

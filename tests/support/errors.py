@@ -12,9 +12,8 @@ from dataclasses import replace
 import sympy as sp
 from sympy import Basic, Expr
 
-from derive.dimensions import of_unit
 from derive.equations import Equation
-from derive.quantity import Quantity
+from derive.quantity import Quantity, of_unit
 
 FACTORS = (sp.Integer(2), sp.Rational(1, 2), sp.pi / 180)
 FUNCTIONS = (sp.atan, sp.asin, sp.acos, sp.tan, sp.sin, sp.cos)

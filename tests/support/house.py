@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 FOUNDATION = "foundation"
 """The room of the modules that stand at the root of a package, which all others may import."""
-WAYS_IN = ("", ".__main__", ".toolkit")
+WAYS_IN = ("", ".__main__", ".generation", ".toolkit")
 """Modules that gather a package for those who come from outside; nothing inside imports them."""
 
 

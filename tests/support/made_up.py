@@ -7,9 +7,8 @@ from typing import Any
 
 import sympy as sp
 
-from derive.audit.judge import judge
-from derive.audit.judgement import Judgement
-from derive.audit.subject import Subject
+from derive.audit.judge import Judgement, judge
+from derive.audit.paper import Subject
 from derive.equations import Claim, Claimed, Equation, Relation
 from derive.evaluate import Point
 from derive.quantity import Quantity

@@ -16,15 +16,15 @@ from sympy import Expr
 from derive import papers
 from derive.audit.case import AS_READ, Case
 from derive.audit.comparison import aligned
-from derive.audit.hearing import heard
-from derive.audit.judgement import Judgement
+from derive.audit.judge import Judgement
 from derive.audit.paper import Paper, Question
+from derive.audit.reading_search import heard
 from derive.audit.verdicts import cases
-from derive.build.folder import GENERATED
-from derive.dimensions import DimensionError, dimension
 from derive.discovery import modules
 from derive.equations import Equation
 from derive.evaluate import DIGITS, NotEvaluated, Point
+from derive.generated_folder import GENERATED
+from derive.quantity import DimensionError, dimension
 from tests.support.errors import KINDS
 
 CASES = {case.paper.name: case for case in cases(modules(papers)).values()}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from derive.audit.judgement import Judgement
+from derive.audit.judge import Judgement
 from tests.support import mutations
 from tests.support.mutations import CASES, Mutant, outcome, tried, untouched
 from tests.support.rewrites import PLACES_KEPT, REWRITES

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 from ...gearing.pitch_curve import PitchCurve
 from ...model import SineSeries, System
-from ..curve import in_closed_form
 from ..expression import PLAIN, Dialect, Printer
-from ..target import Target
-from ..text import NOTICE, Emitted, composed, filled, unpacked
+from ..folder import Target
+from ..text import NOTICE, Emitted, composed, filled, in_closed_form, unpacked
 
 SOLVER = '''def solved(xp, matrix, right):
     """The unknowns of simultaneous equations, then the least pivot over the largest entry of its column.

@@ -9,10 +9,9 @@ from collections.abc import Callable, Sequence
 from ...gearing.pitch_curve import PitchCurve
 from ...model import System
 from ...quantity import OpenVector, Quantity
-from ..curve import HOISTED, in_closed_form, parameters_of
 from ..expression import PLAIN, Dialect, Printer
-from ..target import Target
-from ..text import NOTICE, Emitted, composed, described, filled, unpacked
+from ..folder import Target
+from ..text import HOISTED, NOTICE, Emitted, composed, described, filled, in_closed_form, parameters_of, unpacked
 
 SOLVER = '''def solved(matrix: list[list[SX]], right: list[SX]) -> tuple[SX, ...]:
     """The unknowns of simultaneous equations, then the least pivot over the largest entry of its column.

@@ -10,15 +10,13 @@ import sympy as sp
 from sympy import Basic, Expr
 from sympy.core.alphabets import greeks
 
-from ...branches import Turns
+from ...functions import Polynomial, Turns
 from ...gearing.pitch_curve import PitchCurve
 from ...model import Call, Input, LinearSolve, SineSeries, Step, System, entries
-from ...polynomial import Polynomial
 from ...quantity import OpenVector, Quantity
-from ..curve import HOISTED, in_closed_form, parameters_of
-from ..schedule import COMMON
-from ..target import Target
-from ..text import NOTICE, Emitted, composed
+from ..expression import COMMON
+from ..folder import Target
+from ..text import HOISTED, NOTICE, Emitted, composed, in_closed_form, parameters_of
 
 DOCUMENT = r"""\documentclass[a4paper]{article}
 \usepackage[margin=22mm]{geometry}

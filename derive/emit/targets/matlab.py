@@ -11,11 +11,9 @@ import sympy as sp
 from ...gearing.pitch_curve import PitchCurve
 from ...model import Call, Input, LinearSolve, SineSeries, Step, System
 from ...quantity import OpenVector, Quantity
-from ..curve import HOISTED, in_closed_form, parameters_of
-from ..expression import PLAIN, Dialect, Printer
-from ..schedule import COMMON
-from ..target import Target
-from ..text import NOTICE, Emitted, composed, described, filled
+from ..expression import COMMON, PLAIN, Dialect, Printer
+from ..folder import Target
+from ..text import HOISTED, NOTICE, Emitted, composed, described, filled, in_closed_form, parameters_of
 
 MATLAB = Dialect({f: f for f in PLAIN} | {
     "abs": "abs", "min": "min", "max": "max", "select": "select", "and": "and", "or": "or", "not": "not", "pi": "pi",

@@ -5,13 +5,13 @@ from __future__ import annotations
 import sympy as sp
 from sympy import Expr, S, sqrt
 
-from ...branches import clip, switch
 from ...formulas import Formulas
+from ...functions import clip, switch
+from ...mechanics.bodies import kinetic_energy
 from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
-from ...mechanics.friction import dahl, square
-from ...mechanics.laws import kinetic
+from ...mechanics.impact import dahl, square
+from ...mechanics.kinematics import Followed
 from ...mechanics.mechanism import Mechanism
-from ...mechanics.slopes import Followed
 from ...model import Let, System, let
 from ...quantity import Quantity, Vector
 from . import contact_quantities as q
@@ -223,7 +223,7 @@ def motion(f: Formulas) -> None:
         *(let(name, expr, "Lagrange's equation") for name, expr in zip(ACCELERATIONS, m.accelerations(), strict=True)),
         *(let(name, expr, "Dahl's bristles") for name, expr in zip(BENT_RATES, bristle_rates, strict=True)),
         *(let(name, expr) for name, expr in zip(POWERS, powers, strict=True)),
-        let(energy, kinetic(m.motion, m.bodies, WORLD) + in_springs),
+        let(energy, kinetic_energy(m.motion, m.bodies, WORLD) + in_springs),
     )
     given = (*ACCELERATIONS, *BENT_RATES, *POWERS, energy)
     inputs = (q.PLACES, q.RATES, BRISTLES, SUMS, MASSES, SPRINGS, LOADS, SLIDES)

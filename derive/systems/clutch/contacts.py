@@ -8,10 +8,10 @@ from __future__ import annotations
 import sympy as sp
 from sympy import Expr, S, cos, pi, sin, sqrt
 
-from ...branches import Turns, switch
 from ...formulas import Formulas
+from ...functions import Turns, switch
 from ...mechanics.frames import Frame, Vec, Y, Z, displacement, unit
-from ...mechanics.slopes import Followed
+from ...mechanics.kinematics import Followed
 from ...model import Let, System, let
 from ...quantity import Quantity, Vector
 from . import contact_quantities as q

@@ -13,8 +13,8 @@ import sympy as sp
 from sympy import Derivative, Expr, Function, S, cos, pi, sin, sqrt
 from sympy.calculus.euler import euler_equations
 
-from ...branches import clip
 from ...formulas import Formulas
+from ...functions import clip
 from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
 from ...model import let
 from ...quantity import Quantity, Vector

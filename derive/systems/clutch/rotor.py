@@ -9,8 +9,8 @@ from __future__ import annotations
 import sympy as sp
 from sympy import Expr, Matrix, S, cos, pi, sin, sqrt
 
-from ...branches import switch, wrap
 from ...formulas import Formulas
+from ...functions import switch, wrap
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
 from ...model import Let, System, let
 from ...quantity import Quantity, Vector

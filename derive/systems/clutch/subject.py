@@ -13,10 +13,10 @@ import mpmath
 from mpmath import mpf
 from sympy import Expr
 
-from ...audit.subject import Subject
+from ...audit.paper import Subject
 from ...equations import Claimed, Equation
+from ...evaluate import MachineFile
 from ...formulas import Formulas, Values
-from ...machine_file import MachineFile
 from ...quantity import Quantity
 from . import geometry, motion
 from . import quantities as q

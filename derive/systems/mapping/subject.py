@@ -13,10 +13,10 @@ import sympy as sp
 from mpmath import mpf
 from scipy.interpolate import CubicSpline
 
-from ...audit.subject import Subject
+from ...audit.paper import Subject
 from ...equations import Claimed, Equation
+from ...evaluate import MachineFile
 from ...formulas import Formulas, value
-from ...machine_file import MachineFile
 from ...quantity import Quantity
 from . import dyads, train
 from . import quantities as q

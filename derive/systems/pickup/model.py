@@ -9,12 +9,11 @@ from __future__ import annotations
 import sympy as sp
 from sympy import Expr, S, cos, pi
 
-from ...branches import wrap
 from ...formulas import Formulas, Wanted
+from ...functions import wrap
 from ...mechanics.frames import Frame, Point, Vec, Z, displacement
 from ...model import Let, System, let
-from ...quantity import Quantity, Vector
-from ...table import quantities
+from ...quantity import Quantity, Vector, quantities
 from . import quantities as q
 from .geometry import ARM, CARRIER, WORLD, along
 from .quantities import PickupClaim

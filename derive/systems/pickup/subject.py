@@ -15,10 +15,10 @@ import mpmath as mp
 import sympy as sp
 from mpmath import mpf
 
-from ...audit.subject import Subject
+from ...audit.paper import Subject
 from ...equations import Claimed, Equation
+from ...evaluate import MachineFile
 from ...formulas import Formulas, Values, value
-from ...machine_file import MachineFile
 from ...quantity import Quantity
 from . import geometry, train
 from . import quantities as q

@@ -15,11 +15,11 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr, S, pi
 
-from ...branches import switch
 from ...chain import ordered, solve_linear
 from ...equations import Balance, Claimed, Equation, among, by_claim, defined, stated
 from ...evaluate import Point as NumericPoint
-from ...mechanics import twins
+from ...functions import switch
+from ...mechanics import driven_motion as twins
 from ...mechanics.bodies import Part, about_pin
 from ...mechanics.contacts import GearContact
 from ...mechanics.frames import Point, Vec, displacement

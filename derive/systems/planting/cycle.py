@@ -11,12 +11,11 @@ import mpmath
 import sympy as sp
 from mpmath import mpf
 
-from ...evaluate import DIGITS, GUARD, Point
+from ...evaluate import DIGITS, GUARD, MachineFile, Point
 from ...formulas import value
 from ...gearing import pitch_curve
 from ...gearing.families import FAMILIES
 from ...gearing.pitch_curve import PitchCurve
-from ...machine_file import MachineFile
 from ...model import Call, Lane, Let, Step
 from ...quantity import Quantity
 from . import derivation, flanks

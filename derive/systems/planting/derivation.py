@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy import Expr, S, pi
 
-from ...branches import wrap
 from ...chain import Chain
+from ...functions import wrap
 from ...mechanics.bodies import Part, about_pin
 from ...mechanics.contacts import GearContact, PitchPoint, pitch_places, polar_sense, tangent_angle
+from ...mechanics.driven_motion import Sides
 from ...mechanics.frames import Axis, Frame, Point, Vec, Y, Z, displacement, unit
 from ...mechanics.kinematics import GearStage
 from ...mechanics.mechanism import Mechanism
-from ...mechanics.twins import Sides
 from ...model import ClosedForm, Lane, Let, System
 from ...quantity import Quantity, Vector
 from . import quantities as q

@@ -12,12 +12,11 @@ import sympy as sp
 from sympy import S, pi, sqrt
 
 from ...formulas import Formulas
-from ...mechanics import cams
+from ...mechanics import contacts as cams
 from ...mechanics.frames import Frame, Motion, Vec, X, Y, displacement, unit
 from ...mechanics.kinematics import Kinematics
 from ...model import ClosedForm, Lane, Let, System, let
-from ...quantity import Quantity, Vector
-from ...table import NOTHING
+from ...quantity import NOTHING, Quantity, Vector
 from . import quantities as q
 from .derivation import ASSUMPTIONS as DEVICE
 from .derivation import B1, CARRIER, PLANET, WORLD, A, Half

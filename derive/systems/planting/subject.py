@@ -20,19 +20,16 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr, S, pi
 
-from ...audit.laws import Cycle, Dynamics, Law, Values
-from ...audit.subject import Subject
-from ...branches import switch
-from ...dimensions import of_unit
+from ...audit.paper import Cycle, Dynamics, Law, Subject, Values
 from ...equations import Claimed, Equation
-from ...evaluate import Point
-from ...machine_file import MachineFile
-from ...mechanics import twins
+from ...evaluate import MachineFile, Point
+from ...functions import switch
+from ...mechanics import driven_motion as twins
 from ...mechanics.contacts import GearContact
 from ...mechanics.frames import Vec
 from ...mechanics.mechanism import Mechanism
 from ...model import Event, needed
-from ...quantity import Quantity
+from ...quantity import Quantity, of_unit
 from . import claims, cycle, derivation, flanks
 from . import quantities as q
 

@@ -16,14 +16,13 @@ from dataclasses import fields, replace
 
 from sympy import Expr, S, Symbol
 
-from ...branches import clip
+from ...functions import Polynomial, clip
 from ...influence import Influence, flattened, share
+from ...mechanics.bodies import kinetic_energy, potential_energy
 from ...mechanics.contacts import GearContact, SharedContact
-from ...mechanics.laws import kinetic, potential
+from ...mechanics.driven_motion import Sides
 from ...mechanics.mechanism import Mechanism
-from ...mechanics.twins import Sides
 from ...model import ClosedForm, Effects, Lane, Let, System, entries
-from ...polynomial import Polynomial
 from ...quantity import Quantity, Vector
 from . import derivation, flanks
 from . import quantities as q
@@ -211,8 +210,8 @@ def _name_energies(m: Mechanism) -> None:
     (force,) = (step.expr for step in m.named if step.symbol == q.S)
     stretch = force.diff(q.k_s)
     stored = q.S0 * stretch + q.k_s * stretch**2 / 2
-    m.let(T_side, kinetic(m.motion, side, m.world))
-    m.let(V_side, potential(m.assembly, side, m.O, m.world) + stored)
+    m.let(T_side, kinetic_energy(m.motion, side, m.world))
+    m.let(V_side, potential_energy(m.assembly, side, m.O, m.world) + stored)
 
 
 def build_drive_system() -> System:

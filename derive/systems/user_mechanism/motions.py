@@ -12,15 +12,15 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Expr
 
-from ...audit.formula import Formula
-from ...audit.laws import Array
+from ...audit.paper import Array
+from ...audit.trial import Formula
 from ...evaluate import DIGITS, GUARD, Point
+from ...functions import slope
 from ...mechanics.loops import Coordinate
 from ...mechanics.mechanism import TIME, Mechanism
 from ...mechanics.statement import MechanismError
 from ...model import Lane, Let
 from ...quantity import Quantity
-from ...slopes import slope
 from .subject import (
     FASTER,
     REFERENCE,

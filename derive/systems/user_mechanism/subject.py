@@ -21,20 +21,17 @@ from mpmath import mpf
 from sympy import Expr
 
 from ...audit.case import change_slightly
-from ...audit.formula import Formula
-from ...audit.laws import Cycle, Dynamics, Law
-from ...audit.laws import Values as Arrays
-from ...audit.subject import Subject
+from ...audit.paper import Cycle, Dynamics, Law, Subject
+from ...audit.paper import Values as Arrays
+from ...audit.trial import Formula
 from ...chain import Chain
 from ...equations import Balance, Claimed, Equation, by_claim, defined, derived, loop, what
-from ...evaluate import Point
-from ...machine_file import scale
-from ...mechanics.lawful import LAW, VANISHES, lawful
+from ...evaluate import Point, scale
+from ...mechanics.driven_motion import LAW, VANISHES, build_law_residuals
 from ...mechanics.mechanism import Mechanism
 from ...mechanics.statement import MechanismError
 from ...model import Let, LinearSolve, Step, System, Twin, needed, sorted_steps
-from ...quantity import Quantity
-from ...table import Quantities
+from ...quantity import Quantities, Quantity
 
 SPREAD = 0.2
 """Data without bounds are tried within this share of their table_values."""
@@ -268,7 +265,9 @@ class MechanismSubject(Subject):
         """Laws that the printed equations must keep as a whole; None where they give nothing that a law feels."""
         if not self.printed.order:
             return None
-        return build_dynamics(self.mechanism, lawful(self.mechanism, self.moving), self.printed, self.motions())
+        return build_dynamics(
+            self.mechanism, build_law_residuals(self.mechanism, self.moving), self.printed, self.motions()
+        )
 
 
 def _solve_in_turn(residuals: Sequence[Expr], unknowns: Sequence[Quantity]) -> dict[Quantity, Expr]:

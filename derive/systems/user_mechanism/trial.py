@@ -11,8 +11,7 @@ from mpmath import mpf
 from sympy import Expr
 
 from ...audit.case import Case
-from ...audit.paper import Paper
-from ...audit.subject import Subject
+from ...audit.paper import Paper, Subject
 from ...chain import Chain, solvable
 from ...equations import Claim, Claimed, Definition, Equation
 from ...evaluate import NotEvaluated, Point, UnknownNodeError

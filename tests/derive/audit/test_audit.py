@@ -5,10 +5,9 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from derive.audit.judge import judge
-from derive.audit.judgement import Judgement
-from derive.dimensions import DimensionError, dimension, of_unit
+from derive.audit.judge import Judgement, judge
 from derive.equations import Equation
+from derive.quantity import DimensionError, dimension, of_unit
 from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, d, e, judged, quantity, t, u, v, x, x_dot
 
 

@@ -12,21 +12,19 @@ import sympy as sp
 from mpmath import mpf
 from sympy import atan, cos, pi, sin, tan
 
-from derive.audit.bounds import have_same_truth
 from derive.audit.case import NEAR, SEEDS, Case
-from derive.audit.hearing import heard
-from derive.audit.judgement import Judgement
+from derive.audit.judge import Judgement, holds
 from derive.audit.paper import Paper
-from derive.audit.unclaimed import holds
+from derive.audit.reading_search import heard
+from derive.audit.terms import have_same_truth
 from derive.discovery import loaded
 from derive.equations import Equation, Relation, derived
 from derive.evaluate import Point
 from derive.formulas import Formulas
 from derive.papers import shi2021, yu2023
-from derive.quantity import Quantity
+from derive.quantity import Quantity, quantities
 from derive.systems.clutch import quantities as clutch
 from derive.systems.user_mechanism.trial import trial
-from derive.table import quantities
 from tests.support import own
 from tests.support.made_up import POINTS, MadeUp, MadeUpClaim, a, b, c, judged, quantity, u, v
 

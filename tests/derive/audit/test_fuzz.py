@@ -17,10 +17,9 @@ import sympy as sp
 from derive.audit.case import Case
 from derive.audit.comparison import solved
 from derive.audit.edits import edits
-from derive.audit.judgement import FAULTS
+from derive.audit.judge import FAULTS, holds
 from derive.audit.paper import Paper
 from derive.audit.record import Record, equation
-from derive.audit.unclaimed import holds
 from derive.discovery import loaded
 from derive.equations import Equation, Unclaimed, what
 from derive.quantity import Quantity

@@ -8,16 +8,12 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from derive.audit.case import Case
-from derive.audit.causes import causes, told
-from derive.audit.fold import folded
-from derive.audit.hearing import Outcome, heard, heard_together, is_fragile, reasons
-from derive.audit.judge import judge
-from derive.audit.judgement import FAULTS, Judgement
-from derive.audit.paper import Paper, Reading
+from derive.audit.case import Case, references
+from derive.audit.judge import FAULTS, Judgement, judge
+from derive.audit.paper import Paper, Reading, Subject
+from derive.audit.reading_search import Outcome, folded, heard, heard_together, is_fragile, reasons
+from derive.audit.record import causes, told
 from derive.audit.record import equation as recorded
-from derive.audit.references import references
-from derive.audit.subject import Subject
 from derive.equations import Definition, Equation, derived, stated
 from planter.kernels import generated
 from tests.support.made_up import POINTS, WORDS, MadeUp, MadeUpClaim, a, b, c, d, e, judged, t, u, v, x, x_dot

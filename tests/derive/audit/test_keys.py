@@ -18,10 +18,10 @@ import sympy as sp
 
 from derive import papers
 from derive.__main__ import GENERATED
-from derive.audit import key, page, record, verdicts
+from derive.audit import key, record, verdicts
 from derive.audit.case import Case
-from derive.audit.hearing import reasons
-from derive.audit.judgement import Judgement
+from derive.audit.judge import Judgement
+from derive.audit.reading_search import reasons
 from derive.discovery import loaded, modules
 from derive.papers import shi2021, wang2017, yu2023
 from derive.quantity import Quantity
@@ -75,8 +75,8 @@ def counting(patch: pytest.MonkeyPatch) -> Here:
     here = Here()
     patch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: here)
     patch.setattr(
-        verdicts.record,
-        "equations",
+        verdicts,
+        "record_equations",
         lambda own, keys: [
             {"paper": own.paper.name, "equation": n, "key": its_key, "answer": _first(own, n), "mathml": {}}
             for n, its_key in keys.items()
@@ -107,7 +107,7 @@ def audited(known: Records, rooms: Sequence[ModuleType] = (shi2021, wang2017)) -
     shown: dict[str, dict[str, Any]] = {}
     for found in known[0]:
         shown.setdefault(found["paper"], {})[found["equation"]] = found["mathml"]
-    return verdicts.judged(rooms, record.keyed(known[0], shown), known[1])
+    return verdicts.judged(rooms, record.index_records(known[0], shown), known[1])
 
 
 @pytest.mark.long
@@ -184,9 +184,9 @@ def test_what_actions_are_called_changes_the_key_and_the_record_and_what_a_symbo
 
 def test_the_engine_is_the_code_that_judges_and_no_other() -> None:
     names = {path.relative_to(ROOT / "derive").as_posix() for path in key.sources(["derive.audit.record"])}
-    assert {"audit/record.py", "audit/judge.py", "audit/edits.py", "audit/terms.py", "audit/subject.py"} <= names
-    assert {"evaluate.py", "dimensions.py", "equations.py", "quantity.py", "branches.py"} <= names
-    assert not [n for n in names if n.startswith(("papers/", "systems/", "emit/")) or n == "audit/page.py"]
+    assert {"audit/record.py", "audit/judge.py", "audit/edits.py", "audit/terms.py", "audit/paper.py"} <= names
+    assert {"evaluate.py", "equations.py", "quantity.py", "functions.py"} <= names
+    assert not [n for n in names if n.startswith(("papers/", "systems/", "emit/")) or n == "audit/verdicts.py"]
     of_laws = {p.name for p in key.sources(["derive.audit.trial", laws.__name__])}
     assert {"laws.py", "chain.py", "derivation.py", "bodies.py", "pitch_curve.py"} <= of_laws
 
@@ -245,12 +245,12 @@ def test_keys_do_not_depend_on_the_hash_seed(seed: str) -> None:
 def test_the_committed_records_are_those_of_this_code() -> None:
     committed = json.loads((GENERATED / "audit.json").read_text(encoding="utf-8"))
     shown = json.loads((GENERATED / "audit_mathml.json").read_text(encoding="utf-8"))
-    known = record.keyed(committed["equations"], shown)
+    known = record.index_records(committed["equations"], shown)
     stale = [
         (own.paper.name, n)
         for own in CASES.values()
         for n in own.paper.equations
-        if not record.reusable(known.get((own.paper.name, n)), key.of_equation(own, n))
+        if not record.is_reusable(known.get((own.paper.name, n)), key.of_equation(own, n))
     ]
     assert stale == []
     answers = {r["equation"]: r["answer"] for r in committed["equations"] if r["paper"] == wang2017.PAPER.name}
@@ -262,10 +262,10 @@ def test_what_is_reused_is_written_as_it_was(monkeypatch: pytest.MonkeyPatch) ->
     committed = (GENERATED / "audit.json").read_text(encoding="utf-8")
     content = json.loads(committed)
     parts = (content[part] for part in ("equations", "laws", "references", "papers"))
-    assert record.as_json(*parts) == committed
+    assert record.format_records(*parts) == committed
     typeset = (GENERATED / "audit_mathml.json").read_text(encoding="utf-8")
     shown = json.loads(typeset)
-    assert record.typeset(record.keyed(content["equations"], shown).values()) == typeset
+    assert record.format_typeset(record.index_records(content["equations"], shown).values()) == typeset
     titles = {case.paper.name: case.paper.reference for case in CASES.values()}
-    written = page.as_page(content["equations"], titles, content["laws"], content["references"])
+    written = verdicts.as_page(content["equations"], titles, content["laws"], content["references"])
     assert written == (GENERATED / "AUDIT.md").read_text(encoding="utf-8")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from derive.audit import trial as trials
-from derive.audit.laws import Law
+from derive.audit.paper import Law
 from derive.audit.record import Record
 from derive.audit.trial import TOLERANCE, Causes, LawError, Trial, findings
 from derive.evaluate import Point

@@ -11,10 +11,10 @@ from html import unescape
 import pytest
 import sympy as sp
 
-from derive.audit import mathml
-from derive.audit.wording import Said, joined
-from derive.build.folder import GENERATED
+from derive.audit import typesetting as mathml
+from derive.audit.typesetting import Said, joined
 from derive.equations import Equation
+from derive.generated_folder import GENERATED
 from tests.support.made_up import MadeUpClaim
 from tests.support.mutations import CASES
 
@@ -43,12 +43,12 @@ def equation(residual: sp.Expr, defines: sp.Symbol | None = None, relation: str 
     ],
 )
 def test_an_equation_is_solved_for_what_it_defines(found: Equation, text: str) -> None:
-    assert shown(mathml.equation(found)) == text
+    assert shown(mathml.typeset_equation(found)) == text
 
 
 def test_a_long_sum_is_broken_before_its_signs_and_loses_nothing() -> None:
     terms = [sp.Symbol(f"a{i}") * sp.Symbol(f"b{i}") for i in range(60)]
-    element = mathml.equation(equation(terms[0] - sp.Add(*terms[1:])))
+    element = mathml.typeset_equation(equation(terms[0] - sp.Add(*terms[1:])))
     rows = ["".join(row.itertext()) for row in ET.fromstring(element).iter("mtr")]
     assert len(rows) > 2
     assert all(row.startswith("\N{MINUS SIGN}") for row in rows[1:])
@@ -72,18 +72,18 @@ def test_a_long_sum_is_broken_before_its_signs_and_loses_nothing() -> None:
     ],
 )
 def test_expressions_are_set_as_they_read(expr: sp.Expr, text: str) -> None:
-    assert shown(mathml.inline(expr)) == text
+    assert shown(mathml.typeset_inline(expr)) == text
 
 
 def test_what_cannot_be_set_is_an_error() -> None:
     with pytest.raises(TypeError, match="cannot set Interval"):
-        mathml.expression(sp.Interval(0, 1))
+        mathml.typeset_expression(sp.Interval(0, 1))
 
 
 def test_a_sentence_keeps_its_words_and_sets_its_expressions() -> None:
     said = joined("; ", (Said("sign of ", -a * b), Said(x, " for ", y), "a < b & c"))
     assert str(said) == "sign of -a*b; x for y; a < b & c"
-    element = mathml.sentence(said)
+    element = mathml.typeset_sentence(said)
     assert element.count("<math>") == 3
     assert element.endswith("; a &lt; b &amp; c")
     ET.fromstring(f"<p>{element}</p>")
@@ -97,7 +97,7 @@ def test_every_equation_can_be_set(name: str) -> None:
     for number, printed in own.paper.equations.items():
         for side in (printed, own.pair(number)[1]):
             if side is not None and side.residual != 0:
-                ET.fromstring(mathml.equation(side))
+                ET.fromstring(mathml.typeset_equation(side))
 
 
 def test_what_was_written_is_well_formed_and_of_the_same_equations() -> None:

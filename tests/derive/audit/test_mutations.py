@@ -10,8 +10,7 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from derive.audit.judge import judge
-from derive.audit.judgement import Judgement
+from derive.audit.judge import Judgement, judge
 from derive.audit.terms import expanded
 from derive.equations import Equation
 from tests.support import mutations

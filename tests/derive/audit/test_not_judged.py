@@ -11,11 +11,10 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive.audit import key, page, record, verdicts
+from derive.audit import key, record, verdicts
 from derive.audit.case import Case
-from derive.audit.hearing import heard
-from derive.audit.laws import Cycle, Dynamics, Law
-from derive.audit.paper import Paper, Reading
+from derive.audit.paper import Cycle, Dynamics, Law, Paper, Reading
+from derive.audit.reading_search import heard
 from derive.chain import Chain
 from derive.equations import derived
 from tests.support.made_up import MadeUp, MadeUpClaim, a, b, c, u, x
@@ -72,7 +71,7 @@ def test_bad_equation_costs_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "Z_1" in found["unknown"]["finding"]
     assert "odd" in found["odd"]["finding"]
     assert found["wrong"]["reasons"] == ["(wrong) does not hold"]
-    text = page.as_page(list(found.values()), {"made up": "A made-up paper"})
+    text = verdicts.as_page(list(found.values()), {"made up": "A made-up paper"})
     assert "3 not judged" in text
     assert "### (odd) not judged" in text
     for one in found.values():
@@ -146,4 +145,4 @@ def test_law_that_cannot_be_tried_costs_one_line(monkeypatch: pytest.MonkeyPatch
     assert found["1"]["verdict"] == "confirmed"
     assert (law["violation"], law["search"], law["caused_by"]) == (None, "not judged", [])
     assert law["owed"]
-    assert "unknown" in page.as_page(list(found.values()), {"made up": ""}, [law])
+    assert "unknown" in verdicts.as_page(list(found.values()), {"made up": ""}, [law])

@@ -5,11 +5,9 @@ import pytest
 import sympy as sp
 from mpmath import mpf
 
-from derive.audit.comparison import Comparison
-from derive.audit.difference import lacking
-from derive.audit.directions import directions
+from derive.audit.case import directions
+from derive.audit.comparison import Comparison, _simple_ratio, lacking
 from derive.audit.edits import edits
-from derive.audit.independent import _simple_ratio
 from derive.audit.terms import Gap, Match, content, expanded, gap, monomials, overall_factor, remainder_vanishes, value
 from derive.audit.terms import matched as matched_sums
 from derive.equations import Equation

@@ -9,10 +9,11 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from derive.audit import key, page, record
+from derive.audit import key, record
 from derive.audit.case import Case
 from derive.audit.paper import Paper
-from derive.audit.vanishing import vanished
+from derive.audit.record import vanished
+from derive.audit.verdicts import as_page
 from derive.equations import Definition, Equation, derived
 from derive.evaluate import Point
 from derive.quantity import Quantity
@@ -90,7 +91,7 @@ def test_a_term_without_a_value_has_no_size() -> None:
     own = case(equation(a - b * sp.asin(3 + u)), a - c * sp.log(1 + v))
     (term,) = recorded(own)["unexplained"]
     assert (term["max_abs"], term["share_of_largest"]) == (None, None)
-    assert "no real value" in page.as_page([recorded(own)], {"made up": ""})
+    assert "no real value" in as_page([recorded(own)], {"made up": ""})
 
 
 def test_units_are_named_or_composed() -> None:
@@ -113,7 +114,7 @@ def test_a_term_that_an_assumption_makes_vanish_is_named() -> None:
         {"term": text, "because": f"{push} = 0: nothing pushes", "printed": False}
         for text in (str(-2 * push), str(push * v))
     ]
-    assert "nothing pushes" in page.as_page([found], {"made up": ""})
+    assert "nothing pushes" in as_page([found], {"made up": ""})
 
 
 def test_a_printed_term_that_an_assumption_makes_vanish_is_named_and_no_error() -> None:

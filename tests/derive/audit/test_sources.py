@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 import derive.audit
-from derive.audit.hearing import heard
-from derive.audit.mathml import GREEK
 from derive.audit.paper import Paper
-from derive.build.folder import GENERATED
-from derive.dimensions import _BASE
+from derive.audit.reading_search import heard
+from derive.audit.typesetting import GREEK
+from derive.generated_folder import GENERATED
+from derive.quantity import _BASE
 from tests.support.mutations import CASES, at_its_points, derivable, outcome, untouched
 from tests.support.sampled import sampled
 

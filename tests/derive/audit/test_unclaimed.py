@@ -3,9 +3,7 @@
 import pytest
 import sympy as sp
 
-from derive.audit.judge import judge
-from derive.audit.judgement import Judgement
-from derive.audit.unclaimed import held
+from derive.audit.judge import Judgement, held, judge
 from derive.equations import Equation, Unclaimed
 from derive.evaluate import Point
 from tests.support.made_up import WORDS, a, b, c, quantity, u, v, values

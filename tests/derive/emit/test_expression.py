@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive.branches import Turns, clip, switch, wrap
 from derive.emit import expression
 from derive.emit.expression import Printer, UnsupportedNode, operations
 from derive.emit.targets.array import ARRAY
 from derive.emit.targets.casadi import CASADI
-from derive.polynomial import Polynomial
+from derive.functions import Polynomial, Turns, clip, switch, wrap
 
 x, y, z = sp.symbols("x y z", real=True)
 NODES = {

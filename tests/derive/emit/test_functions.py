@@ -12,9 +12,8 @@ import sympy as sp
 from sympy import Expr, cos, sin
 
 from derive import quantity as quantities
-from derive.emit import functions
-from derive.emit.folder import texts
-from derive.emit.target import built_in
+from derive.emit.folder import built_in, texts
+from derive.emit.text import list_functions
 from derive.model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, Step, System
 from derive.quantity import OpenVector, Quantity, Vector, reserve
 
@@ -43,7 +42,7 @@ def lane(*steps: Step, inputs: tuple[Vector | OpenVector, ...] = (SIZES, WEIGHTS
 
 def emitted(of: Lane) -> dict[str, tuple[str, ...]]:
     system = System("test", "Test", "test", (), of)
-    return {f.name: tuple(v.name for v in f.inputs) for f in functions.of_system(system)}
+    return {f.name: tuple(v.name for v in f.inputs) for f in list_functions(system)}
 
 
 def module(of: Lane, target: str, tmp_path: Path) -> ModuleType:

@@ -12,12 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from derive.build.folder import GENERATED, changes, differences, write
-from derive.build.generation import models
-from derive.build.pipeline import VERDICTS, code
-from derive.emit.folder import texts
-from derive.emit.target import built_in, chosen
+from derive.emit.folder import built_in, chosen, texts
 from derive.gearing.families import FAMILIES
+from derive.generated_folder import GENERATED, changes, differences, write
+from derive.generation import VERDICTS, code, models
 from derive.systems import disc_cam
 from derive.systems.clutch import contacts
 from derive.systems.planting import derivation
@@ -26,7 +24,7 @@ ROOT = Path(__file__).parents[3]
 BASELINE = json.loads((Path(__file__).parent / "operations.json").read_text())
 PRINT_HASH = """
 import hashlib
-from derive.build.pipeline import VERDICTS, code
+from derive.generation import VERDICTS, code
 print(hashlib.sha256(repr(sorted(code().items())).encode()).hexdigest())
 """
 

@@ -11,8 +11,7 @@ import pytest
 import sympy as sp
 
 from derive.__main__ import main
-from derive.emit.folder import texts
-from derive.emit.target import built_in
+from derive.emit.folder import built_in, texts
 from derive.emit.targets import latex
 from derive.gearing.families import FAMILIES
 from derive.model import ClosedForm, Let, System

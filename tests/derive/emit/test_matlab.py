@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from derive.__main__ import main
-from derive.emit.folder import texts
-from derive.emit.target import built_in
+from derive.emit.folder import built_in, texts
 from derive.gearing.families import FAMILIES
 from derive.model import ClosedForm, Let, System
 from derive.quantity import Quantity, Vector

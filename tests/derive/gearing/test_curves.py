@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive.emit import curve as emit_curve
+from derive.emit import text as emit_curve
 from derive.gearing import pitch_curve
 from derive.gearing.families import FAMILIES
 from derive.gearing.pitch_curve import PitchCurve

@@ -5,7 +5,7 @@ import sympy as sp
 from sympy import cos, sin
 
 from derive import Followed, Impact, ImpactLaw, Mechanism, Quantity, creeping, dahl, quantities
-from derive.mechanics.laws import kinetic
+from derive.mechanics.bodies import kinetic_energy
 from derive.mechanics.statement import MechanismError
 
 
@@ -89,7 +89,7 @@ def test_a_pendulum_on_a_cart_keeps_its_energy_without_forces() -> None:
     found = m.accelerations()
     rates = [m.motion.rates[s] for s in (place, angle)]
     moving = dict(zip((place, angle, *rates), (*rates, *found), strict=True))
-    energy = kinetic(m.motion, m.bodies, m.world) - given.m * given.g * given.arm * cos(angle)
+    energy = kinetic_energy(m.motion, m.bodies, m.world) - given.m * given.g * given.arm * cos(angle)
     gained = sum((energy.diff(s) * rate for s, rate in moving.items()), sp.S.Zero)
     assert sp.simplify(gained - given.push * rates[0]) == 0
     assert sp.simplify(found[0].subs({angle: 0, rates[1]: 0}) - given.push / given.m) == 0

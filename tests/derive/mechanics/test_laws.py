@@ -14,14 +14,12 @@ from mpmath import mpf
 from sympy import S
 
 from derive.evaluate import Point
-from derive.mechanics import cams, laws
-from derive.mechanics.bodies import Action
-from derive.mechanics.contacts import GearContact, SlidingContact
+from derive.mechanics.bodies import Action, action_load
+from derive.mechanics.contacts import GearContact, SlidingContact, contour, reach
+from derive.mechanics.driven_motion import LAW, build_law_residuals, motion_steps, solve_forces
 from derive.mechanics.frames import Frame, Y, Z, unit
 from derive.mechanics.frames import Point as Place
-from derive.mechanics.lawful import LAW, lawful
 from derive.mechanics.mechanism import Mechanism
-from derive.mechanics.turning import forces, motion
 from derive.quantity import Quantity
 from derive.systems.user_mechanism.subject import evaluate_steps
 
@@ -126,12 +124,12 @@ def state(m: Mechanism, spoilt: Action | None = None) -> dict[str, mpf]:
     rng, given = random.Random(4), (m1, m2, m3, Ix, Iy, Iz, P, l, s, g, h, alpha, mu, T, k, ANGLE, SPEED)
     actions = m.assembly.actions
     with mpmath.workdps(DIGITS):
-        steps = [*motion(m), *forces(m)]
+        steps = [*motion_steps(m), *solve_forces(m)]
         values = {q: mpf(rng.uniform(0.2, 0.9)) for q in given}
         values |= _closed(values) if m.loops.coordinates else {}
         m.assembly.actions = [replace(a, force=-a.force, moment=-a.moment) if a is spoilt else a for a in actions]
         try:
-            steps += [*lawful(m, []), *m.reports]
+            steps += [*build_law_residuals(m, []), *m.reports]
         finally:
             m.assembly.actions = actions
         return {str(q): v for q, v in evaluate_steps(steps, values).items()}
@@ -176,7 +174,7 @@ def test_a_force_of_the_ground_reversed_breaks_the_law_of_momentum(name: str) ->
 def test_contacts_take_what_they_lose_and_nothing_without_friction() -> None:
     for m, name, rubbing in ((gears(False), "F_P", False), (gears(True), "F_P", True), (cam(), "F_E", True)):
         action = next(a for a in m.assembly.actions if a.name == name)
-        worked = sum((f.dot(v) for f, v in laws.of_action(m.motion, action, m.ground, m.anchor)), S.Zero)
+        worked = sum((f.dot(v) for f, v in action_load(m.motion, action, m.ground, m.anchor)), S.Zero)
         with mpmath.workdps(DIGITS):
             found = state(m)
             point = Point({q: found[str(q)] for q in worked.free_symbols})
@@ -215,11 +213,11 @@ def test_a_contour_is_a_radius_away_on_the_normal_and_turns_with_its_curvature()
     t, radius, step = sp.Symbol("t", real=True), mpf("0.3"), mpf(10) ** -12
     place = (2 * sp.cos(t + t**2 / 9), sp.sin(t + t**2 / 9))
     first, second = ([sp.diff(c, t, order) for c in place] for order in (1, 2))
-    steps = cams.contour(place, tuple(first), tuple(second), (S.One, S(2)))
+    steps = contour(place, tuple(first), tuple(second), (S.One, S(2)))
     shift = mpf("0.7")
 
     def at(when: mpf) -> dict[str, mpf]:
-        values = {t: when, cams.reach: radius}
+        values = {t: when, reach: radius}
         for let in steps:
             values[let.symbol] = Point(values)(let.expr)
         return {str(q): v for q, v in values.items()} | {a: Point(values)(c) for a, c in zip("xy", place, strict=True)}

@@ -5,11 +5,10 @@ import sympy as sp
 
 from derive import Mechanism, X, Y, Z, quantities
 from derive.chain import ChainError
-from derive.dimensions import DimensionError
 from derive.mechanics.loops import LoopError
 from derive.mechanics.mechanism import MechanismError
 from derive.model import LinearSolve
-from derive.table import TableError
+from derive.quantity import DimensionError, TableError
 
 TABLE = """
     phi   | rad   | crank angle

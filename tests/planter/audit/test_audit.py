@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from planter.audit import numbers, page, verdicts
-from planter.audit.question import MEASURE
 from planter.audit.registry import FORMULAS, Computation, Inputs, Rounded
+from planter.audit.user_paper import MEASURE
 from planter.clutch.printed import formulas
 from planter.errors import ComputationError
 from planter.kernels import generated

@@ -13,8 +13,7 @@ import jsonschema
 import pytest
 
 from planter.audit import numbers as judge
-from planter.audit import own as trial
-from planter.audit import question
+from planter.audit import user_paper
 from planter.audit.registry import Inputs
 from planter.errors import InputError
 from planter.mechanism import printed
@@ -76,8 +75,8 @@ def test_digits_of_disclosed_values_bound_a_number(folder: Path, result: Any) ->
         source.write_text(
             stated.replace("r_mm = 50", f"r_mm = {text}").replace('"101.03"', '"100.20"'), encoding="utf-8"
         )
-        read = question.read_numbers_file(source)
-        rows = [row for row in question.list_rows(read, source, "p", folder / "generated" / "slider_crank.toml")
+        read = user_paper.read_numbers_file(source)
+        rows = [row for row in user_paper.list_rows(read, source, "p", folder / "generated" / "slider_crank.toml")
                 if row["quantity"] == "range s"]  # fmt: skip
         table = {"disclosed": {"p": read.disclosed}, "assumed": {"p": read.assumed}, "number": rows}
         verdicts[text] = judge.judge_numbers("p", table)[0]["verdict"]
@@ -136,8 +135,8 @@ def test_a_number_that_cannot_be_meant_is_refused_by_its_place(
     folder: Path, result: Any, change: tuple[str, str], said: str
 ) -> None:
     source = numbers(folder, change)
-    found = question.list_rows(
-        question.read_numbers_file(source), source, "invented2026", folder / "generated" / "slider_crank.toml"
+    found = user_paper.list_rows(
+        user_paper.read_numbers_file(source), source, "invented2026", folder / "generated" / "slider_crank.toml"
     )
     with pytest.raises(InputError, match=said):
         _ = [printed.measure(Inputs(row["with"], {}, {})) for row in found]
@@ -164,7 +163,7 @@ def test_a_number_that_cannot_be_meant_is_refused_by_its_place(
 def test_a_file_of_numbers_that_is_none_is_refused(folder: Path, change: tuple[str, str], said: str) -> None:
     source = numbers(folder, change)
     with pytest.raises(InputError) as error:
-        list(question.list_rows(question.read_numbers_file(source), source, "p", folder))
+        list(user_paper.list_rows(user_paper.read_numbers_file(source), source, "p", folder))
     assert said in str(error.value)
 
 
@@ -187,7 +186,7 @@ def test_number_that_cannot_be_computed_is_one_line(folder: Path, result: Any) -
     """A rod that is shorter than the crank: the loop does not close."""
     source = numbers(folder, ('printed = "249.8"', 'printed = "249.8"\nwith = { l_mm = 20 }'))
     papers = {"invented2026": {"model": "slider_crank"}}
-    found = trial._judge_file(question.read_numbers_file(source), source, papers, folder / "generated")
+    found = user_paper._judge_file(user_paper.read_numbers_file(source), source, papers, folder / "generated")
     assert [(one["verdict"], one["recomputed"]) for one in found[:1]] == [("not recomputable", None)]
     assert "do not close" in found[0]["reason"]
     others = [(one["quantity"], one["recomputed"]) for one in found[1:]]
@@ -198,10 +197,10 @@ def test_another_paper_is_not_taken_for_this_one(folder: Path) -> None:
     source = numbers(folder, ("[disclosed]", 'paper = "invented2025"\n[disclosed]'))
     papers: dict[str, Any] = {"invented2026": {}, "another": {}}
     with pytest.raises(InputError, match=r"paper = 'invented2025' is not allowed: did you mean invented2026\?"):
-        trial.find_paper(question.read_numbers_file(source), source, papers)
+        user_paper.find_paper(user_paper.read_numbers_file(source), source, papers)
     unnamed = folder / "slider_crank_numbers.toml"
     with pytest.raises(InputError, match="paper is missing: it must be one of invented2026, another"):
-        trial.find_paper(question.read_numbers_file(unnamed), unnamed, papers)
+        user_paper.find_paper(user_paper.read_numbers_file(unnamed), unnamed, papers)
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from planter.audit import article, page, tables, verdicts
+from planter.audit import equation_page, page, tables, verdicts
 from planter.kernels import generated
 from tests.support.cli import below
 
@@ -78,7 +78,7 @@ def test_an_equation_on_trial_shows_all_that_was_found() -> None:
         "unexplained": ["<math>q</math>"],
         "vanishing": [{"term": "<math>mf</math>", "because": "f = 0: constant speed"}],
     }  # fmt: skip
-    root = ET.fromstring(article.format_trial(entry, math))
+    root = ET.fromstring(equation_page.format_trial(entry, math))
     assert ["".join(node.itertext()) for node in root.iter("math")] == ["p", "d", "q", "mg", "kx", "q", "mf"]
     shown = " ".join(" ".join(root.itertext()).split())
     for text in ("x < y", "no real value", "25 %", "; or ", "constant speed", "Read so:"):

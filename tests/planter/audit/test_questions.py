@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.optimize import linprog
 
-from planter.audit import claims, consequences, numbers, verdicts
+from planter.audit import numbers, verdicts
 from planter.audit.registry import FORMULAS, Inputs
 from planter.clutch.printed import formulas
 from planter.errors import PlanterError
@@ -142,12 +142,12 @@ def differs(by: str, own: Any, other_own: Any, paper: str, other: dict[str, Any]
 )
 def test_another_input_changes_whether_a_statement_holds(claim: str, change: dict[str, Any]) -> None:
     table = copy.deepcopy(numbers.load_numbers())
-    (before,) = [e for e in claims.judge_claims() if claim in e["claim"]]
+    (before,) = [e for e in verdicts.judge_claims() if claim in e["claim"]]
     for name, value in change.items():
         part = "disclosed" if name in table["disclosed"][before["paper"]] else "assumed"
         assert name in table[part][before["paper"]]
         table[part][before["paper"]][name] = value
-    (after,) = [e for e in claims.judge_claims(content=table) if claim in e["claim"]]
+    (after,) = [e for e in verdicts.judge_claims(content=table) if claim in e["claim"]]
     assert after["holds"] is not before["holds"]
 
 
@@ -157,7 +157,7 @@ def test_another_input_changes_whether_a_statement_holds(claim: str, change: dic
      (-1e-6, ">= 0", False), (1e-12, "<= 0", True), (0.0, "> 0", False)],
 )  # fmt: skip
 def test_what_a_measure_must_be(value: float, must: str, holds: bool) -> None:
-    assert claims.meets(value, must) is holds
+    assert verdicts.meets(value, must) is holds
 
 
 # ---- the polygon in the hexagon ------------------------------------------------------------------------------------
@@ -415,7 +415,7 @@ def test_a_consequence_has_both_sides_and_its_grounds(whole: dict[str, Any]) -> 
         assert entry.keys() == keys
         for name in entry["rests_on"]:
             known = equations.get((entry["paper"], name))
-            assert known in consequences.FAULTY or any(
+            assert known in verdicts.FAULTY or any(
                 n["quantity"] == name and n["verdict"] == "not reproduced" for n in whole["numbers"]
             )
 
@@ -483,11 +483,11 @@ def test_without_faults_nothing_follows(whole: dict[str, Any]) -> None:
         entry["caused_by"] = []
     for entry in sound["numbers"]:
         entry["verdict"] = "reproduced"
-    assert consequences.derive_consequences(None, table, sound) == []
+    assert verdicts.derive_consequences(None, table, sound) == []
     for entry in sound["equations"]:
         if (entry["paper"], entry["equation"]) == ("yu2023", "14"):
             entry["verdict"] = "misprint"
-    (left,) = consequences.derive_consequences(None, table, sound)
+    (left,) = verdicts.derive_consequences(None, table, sound)
     assert (left["paper"], left["rests_on"]) == ("yu2023", ["14"])
     assert left["as_printed"] > 1.5 * left["as_derived"]
 
@@ -497,7 +497,7 @@ def test_a_repaired_formula_leaves_the_headline_as_it_is(whole: dict[str, Any]) 
     for row in table["headline"]:
         row["as_derived"] = row["as_printed"]
         row["with_as_derived"] = row.get("with_as_printed", {})
-    same = [e for e in consequences.derive_consequences("shi2021", table, whole) if e["about"] == consequences.HEADLINE]
+    same = [e for e in verdicts.derive_consequences("shi2021", table, whole) if e["about"] == verdicts.HEADLINE]
     assert same
     assert all(e["as_printed"] == e["as_derived"] for e in same)
     real = [e for e in whole["consequences"] if e["paper"] == "shi2021"]

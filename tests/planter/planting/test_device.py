@@ -11,12 +11,12 @@ import pytest
 import scipy.special
 
 import planter
-from derive.build.folder import GENERATED
 from derive.discovery import loaded
-from derive.emit.folder import of_curve
+from derive.emit.folder import emit_curve
 from derive.emit.targets import casadi
 from derive.gearing.families import FAMILIES
 from derive.gearing.pitch_curve import PitchCurve
+from derive.generated_folder import GENERATED
 from planter.errors import GeometryError, InputError
 from planter.files import examples
 from planter.gear_geometry import families as curves
@@ -140,7 +140,7 @@ def _generated_beside(folder: Path, family: PitchCurve) -> None:
     folder.mkdir()
     for path in GENERATED.iterdir():
         (folder / path.name).symlink_to(path)
-    for path, content in of_curve(family, [casadi.TARGET]).items():
+    for path, content in emit_curve(family, [casadi.TARGET]).items():
         (folder / path).write_text(content)
 
 

@@ -10,10 +10,9 @@ import mpmath
 import pytest
 import sympy as sp
 
-from derive.dimensions import DimensionError, dimension
 from derive.equations import Definition, Equation
 from derive.papers.shi2021 import PAPER
-from derive.quantity import Quantity
+from derive.quantity import DimensionError, Quantity, dimension
 from derive.systems.clutch import motion
 from derive.systems.clutch import quantities as q
 from derive.systems.clutch import subject as clutch

@@ -15,13 +15,12 @@ import pytest
 import sympy as sp
 
 from derive.chain import ChainError
-from derive.dimensions import dimension, of_unit
-from derive.emit import functions
-from derive.emit.schedule import expressions
+from derive.emit.expression import expressions
+from derive.emit.text import list_functions
 from derive.equations import Claim, ClaimError, Equation
 from derive.model import ClosedForm, Let, System
 from derive.papers import shi2021
-from derive.quantity import Quantity, Vector
+from derive.quantity import Quantity, Vector, dimension, of_unit
 from derive.systems.clutch import geometry, rotor
 from derive.systems.clutch import model as clutch_model
 from derive.systems.clutch import quantities as q
@@ -217,7 +216,7 @@ def test_an_order_that_cannot_be_solved_is_refused() -> None:
 def test_functions_keep_the_steps_that_their_outputs_need() -> None:
     spare = Let(q.f, q.a * 3, "spare")
     form = ClosedForm("one", (q.a,), (spare, Let(q.b, 2 * q.a, "kept")), Vector("one", (q.b,)))
-    (emitted,) = functions.of_system(System("x", "x", "x", (), closed_forms=(form,)))
+    (emitted,) = list_functions(System("x", "x", "x", (), closed_forms=(form,)))
     assert [s.source for s in emitted.steps] == ["kept"]
 
 

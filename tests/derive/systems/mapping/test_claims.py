@@ -12,11 +12,10 @@ import pytest
 import scipy
 import sympy as sp
 
-from derive.dimensions import DimensionError, dimension
 from derive.equations import ClaimError, Definition, Equation
-from derive.machine_file import MachineFile
+from derive.evaluate import MachineFile
 from derive.papers import sun2019
-from derive.quantity import Quantity
+from derive.quantity import DimensionError, Quantity, dimension
 from derive.systems.mapping import dyads, train
 from derive.systems.mapping import quantities as q
 from derive.systems.mapping import subject as claims

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive.dimensions import DimensionError, dimension, of_unit
-from derive.emit import functions, sidecar
+from derive.emit.folder import build_sidecar
 from derive.emit.targets import array, casadi
+from derive.emit.text import list_functions
 from derive.model import ClosedForm, System
-from derive.quantity import Quantity
+from derive.quantity import DimensionError, Quantity, dimension, of_unit
 from derive.systems.mapping import model as formulas
 from derive.systems.mapping import model as linkage
 from derive.systems.mapping import quantities as q
@@ -199,9 +199,9 @@ def test_bend_is_that_of_the_triangle() -> None:
 
 
 def written(system: System) -> dict[str, str]:
-    made = functions.of_system(system)
+    made = list_functions(system)
     return {"py": casadi.model(system, made), "array": array.model(system, made),
-            "json": sidecar.of_system(system, made)}  # fmt: skip
+            "json": build_sidecar(system, made)}  # fmt: skip
 
 
 def test_generated_module_is_that_of_the_derivation() -> None:

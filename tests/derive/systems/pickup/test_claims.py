@@ -12,11 +12,10 @@ import pytest
 import scipy
 import sympy as sp
 
-from derive.dimensions import DimensionError, dimension
 from derive.equations import Equation
 from derive.formulas import value as formula_value
 from derive.papers import yu2023
-from derive.quantity import Quantity
+from derive.quantity import DimensionError, Quantity, dimension
 from derive.systems.pickup import geometry, train
 from derive.systems.pickup import geometry as spline
 from derive.systems.pickup import quantities as q

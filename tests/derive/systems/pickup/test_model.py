@@ -9,8 +9,8 @@ import pytest
 import sympy as sp
 
 from derive.equations import Claimed, ClaimError
+from derive.evaluate import MachineFile
 from derive.gearing import teeth
-from derive.machine_file import MachineFile
 from derive.quantity import Quantity
 from derive.systems.pickup import model
 from derive.systems.pickup import quantities as q

@@ -1,24 +1,81 @@
-"""An equation heard under every reading and on every footing: the mildest judgement, and what it hangs on."""
+"""Judgement of an equation under every reading, and along the machine's own cycle: the mildest one."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
+import mpmath
 import sympy as sp
 from sympy import Expr
 
 from ..equations import Equation
-from ..evaluate import TOLERANCE
-from ..quantity import Quantity
+from ..evaluate import TOLERANCE, Point
+from ..quantity import Quantity, is_consistent
 from .case import AS_READ, Case, Choice
-from .comparison import facing, solved
-from .domain import confirm_in_use
+from .comparison import facing, say_the_same, solved
 from .edits import Edit
-from .fold import folded
-from .judge import judge
-from .judgement import FAULTS, UNJUDGED, Judgement, explain_unjudged
-from .wording import Said, joined
+from .judge import FAULTS, UNJUDGED, Judgement, explain_unjudged, holds, judge
+from .terms import Points, value
+from .typesetting import Piece, Said, joined
+
+SHOWN = 3
+"""Symbols of which a remark gives the values."""
+
+
+def confirm_in_use(case: Case, printed: Equation, derived: Equation | None, found: Judgement) -> Judgement:
+    """Return the judgement, or that the equation holds where the machine uses it, with a place where it does not."""
+    if found.verdict not in FAULTS or not is_consistent(printed.residual):
+        return found
+    where = sp.true if derived is None else derived.where
+    for points in (case.cycle, case.nearby):
+        if not _says_the_same(case, printed, derived, [point for point in points if point.holds(where)]):
+            return found
+    outside = next((p for p in case.points_where(where) if not _says_the_same(case, printed, derived, [p])), None)
+    if outside is None:
+        return found
+    domain = _describe_failure(printed, derived, outside)
+    finding = Said("it holds where the machine uses it, and not everywhere: ", domain)
+    return Judgement("confirmed as rebuilt" if printed.rebuilt else "confirmed", finding, domain=domain)
+
+
+def _says_the_same(case: Case, printed: Equation, derived: Equation | None, points: list[Point]) -> bool:
+    needed = printed.residual.free_symbols | (derived.residual.free_symbols if derived else set())
+    if not points or not all(symbol in point for point in points for symbol in needed):
+        return False
+    at: Points = tuple(points)
+    if derived is None:
+        return printed.relation == "=" and holds(printed.residual, at)
+    return say_the_same(printed, derived, at, printed.defines in case.directions)
+
+
+def _describe_failure(printed: Equation, derived: Equation | None, point: Point) -> Said:
+    """Return where an equation does not hold: values of its symbols if they are few, and of both sides."""
+    symbols = sorted(printed.residual.free_symbols - {printed.defines}, key=str)
+    places: list[Piece] = [Said(s, f" = {mpmath.nstr(point(s), 4)}") for s in symbols[:SHOWN]]
+    where = Said("at ", joined(", ", places)) if len(symbols) <= SHOWN else Said("at a random point")
+    if derived is None:
+        return Said(where, f" {_shown(printed, point)} is left")
+    return Said(where, f" it gives {_shown(printed, point)} for {_shown(derived, point)}")
+
+
+def _shown(side: Equation, point: Point) -> str:
+    """The value of what an equation defines its symbol as, or of its residual."""
+    given = value(side.residual if side.defines is None else solved(side, side.defines), point)
+    return "no real value" if given is None else mpmath.nstr(given, 6)
+
+
+def folded(terms: Iterable[Expr], folds: Mapping[sp.Symbol, Expr]) -> tuple[Expr, ...]:
+    """The same sum in fewer terms, where a symbol less what ``folds`` take from it makes them fewer."""
+    whole, back = sp.Add(*terms), dict[sp.Symbol, Expr]()
+    for symbol, base in folds.items():
+        if symbol in whole.free_symbols:
+            difference = sp.Dummy(str(symbol), real=True)
+            trial = sp.expand(whole.xreplace({symbol: base + difference}), trig=False)
+            if len(sp.Add.make_args(trial)) < len(sp.Add.make_args(whole)):
+                whole, back = trial, back | {difference: symbol - base}
+    return tuple(term.xreplace(back) for term in sp.Add.make_args(whole) if term != 0)
+
 
 ACTIONS = ("N", "N m")
 """Units of what one body does to another."""

@@ -1,21 +1,20 @@
-"""What a generated folder holds, as texts by path: of everything of our own, or of what a user names."""
+"""Content of generated folders, as texts by path: of this project, or of what a user names."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
 
-from .. import gearing, papers, systems
-from ..audit.verdicts import cases, verdicts
-from ..discovery import GROUPS, TARGETS, installed, loaded, modules, offered
-from ..emit.folder import texts
-from ..emit.target import Target, built_in, chosen
-from ..gearing.families import FAMILIES
-from ..gearing.pitch_curve import PitchCurve
-from ..model import System
-from .own import OwnError, blamed
+from . import gearing, papers, systems
+from .audit.verdicts import FILES, cases, verdicts
+from .discovery import GROUPS, TARGETS, installed, loaded, modules, offered
+from .emit.folder import Target, built_in, chosen, texts
+from .gearing.families import FAMILIES
+from .gearing.pitch_curve import PitchCurve
+from .generated_folder import OwnError, blamed
+from .model import System
 
 NOTHING = (
     "nothing to derive in it; a file offers SYSTEMS (a tuple of functions that derive a model each), SYSTEM (a model), "
@@ -94,3 +93,12 @@ def _families(rooms: Iterable[ModuleType]) -> list[PitchCurve]:
 
 def _file(module: ModuleType) -> Path:
     return Path(str(module.__file__)).resolve()
+
+
+def judge_papers(committed: Path | None = None) -> dict[str, str]:
+    """Path inside `generated/` -> content: what the audit found of every equation and of the laws."""
+    return verdicts(modules(papers), committed)
+
+
+PARTS: dict[str, Callable[[Path | None], dict[str, str]]] = {"code": lambda _: code(), "audit": judge_papers}
+VERDICTS = frozenset(FILES)

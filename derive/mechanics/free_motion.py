@@ -15,23 +15,22 @@ import sympy as sp
 from sympy import Expr, S
 
 from ..equations import Balance
+from ..functions import along, slope
 from ..model import ClosedForm, Let, Step, let, needed, sorted_steps
 from ..quantity import Quantity, Vector
-from ..slopes import along, slope
-from . import laws
-from .bodies import Action, Body, Part
+from .bodies import Action, Body, Part, action_load, body_loads, kinetic_energy, point_velocity, potential_energy
 from .frames import Motion, Vec, zero
-from .laws import kinetic, potential, velocity
 from .loops import Coordinate
-from .places import places
-from .statement import MechanismError, Statement, quantity
+from .statement import MechanismError, Statement, places, quantity
 
 _OF = {"rad": "m", "m": "1", "1": "m"}
 _FORCE = {"rad": "N m", "m": "N", "1": "N m"}
 _INERTIA = {("rad", "rad"): "kg m2", ("m", "rad"): "kg m", ("m", "m"): "kg"}
 
 
-def freely(stated: Statement, time: Quantity, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
+def derive_free_motion(
+    stated: Statement, time: Quantity, reported: Sequence[str | Quantity] | None
+) -> tuple[ClosedForm, ...]:
     """The functions that an integrator needs, and what is reported of a state and its accelerations.
 
     Raises MechanismError, ChainError or DimensionError where they cannot be derived.
@@ -143,8 +142,8 @@ class Free:
     def _energies(self) -> tuple[Let, Let]:
         """Kinetic energy, and potential energy of weights and springs [J]."""
         stated, bodies = self.stated, self.stated.assembly.bodies
-        moving = kinetic(self.motion, bodies, stated.world)
-        stored = sp.Add(*stated.potentials) + potential(stated.assembly, bodies, stated.O, stated.world)
+        moving = kinetic_energy(self.motion, bodies, stated.world)
+        stored = sp.Add(*stated.potentials) + potential_energy(stated.assembly, bodies, stated.O, stated.world)
         held = quantity("potential", "J", "potential energy of weights and springs")
         return let(quantity("kinetic", "J", "kinetic energy"), moving), let(held, stored)
 
@@ -153,7 +152,7 @@ class Free:
         count = len(self.coordinates)
         total = [[S.Zero] * count for _ in range(count)]
         for body, part in self._parts():
-            ways = self._ways(velocity(self.motion, part.centroid, self.stated.world))
+            ways = self._ways(point_velocity(self.motion, part.centroid, self.stated.world))
             turns = self._ways(self.motion.spin(body.frame))
             rest = zero(self.stated.world), zero(body.frame)
             moved = sorted(ways.keys() | turns.keys())
@@ -196,11 +195,11 @@ class Free:
 
     def _given_loads(self) -> list[tuple[Vec, Vec]]:
         stated = self.stated
-        return [p for a in self._given() for p in laws.of_action(self.motion, a, stated.ground, stated.anchor)]
+        return [p for a in self._given() for p in action_load(self.motion, a, stated.ground, stated.anchor)]
 
     def _body_loads(self) -> list[tuple[Vec, Vec]]:
         assembly = self.stated.assembly
-        return [pair for body in assembly.bodies for pair in laws.of_body(assembly, body, self.stated.ground)]
+        return [pair for body in assembly.bodies for pair in body_loads(assembly, body, self.stated.ground)]
 
     def _parts(self) -> list[tuple[Body, Part]]:
         return [(body, part) for body in self.stated.assembly.bodies for part in body.parts]

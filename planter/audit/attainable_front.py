@@ -38,7 +38,7 @@ def show_front(console: Console, front: FrontTable) -> None:
         console.table(f"Attained with {curve['contact']}", HEAD, _list_rows(curve["points"]))
 
 
-def list_sections(front: FrontTable) -> Iterator[Section]:
+def list_front_sections(front: FrontTable) -> Iterator[Section]:
     """Yield the sections of the page with statements, figure and points."""
     yield Section(
         "What can be attained", [Items(front["statements"]), FigureSvg(style.svg(plot_front(front)), CAPTION)]

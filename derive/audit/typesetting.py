@@ -1,14 +1,11 @@
-"""Presentation MathML of expressions and equations: what browsers set without a script.
-
-Long sums are broken before their signs; a definition is set with its symbol alone on the left.
-"""
+"""Sentences that contain expressions, and presentation MathML of both, which browsers set without a script."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from html import escape
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 from unicodedata import lookup
 
 import sympy as sp
@@ -18,7 +15,44 @@ from sympy.printing.precedence import PRECEDENCE, precedence
 from sympy.printing.printer import Printer
 
 from ..equations import Equation
-from .wording import Piece, parts
+
+Piece: TypeAlias = str | Basic
+
+
+class Said(str):
+    """A sentence: a string that knows which of its pieces are expressions.
+
+    >>> from sympy import symbols
+    >>> a, b = symbols("a b")
+    >>> Said("sign of ", a - b), Said("sign of ", a - b).pieces
+    ('sign of a - b', ('sign of ', a - b))
+    """
+
+    pieces: tuple[Piece, ...]
+
+    def __new__(cls, *pieces: Piece) -> Said:
+        opened = tuple(part for piece in pieces for part in parts(piece))
+        self = super().__new__(cls, "".join(map(str, opened)))
+        self.pieces = opened
+        return self
+
+    def __reduce__(self) -> tuple[type[Said], tuple[Piece, ...]]:
+        return type(self), self.pieces
+
+
+def parts(piece: Piece) -> tuple[Piece, ...]:
+    """The pieces of a sentence; a plain string or an expression is one."""
+    return piece.pieces if isinstance(piece, Said) else (piece,)
+
+
+def joined(separator: str, sentences: Iterable[Piece]) -> Said:
+    """Sentences or expressions one after the other."""
+    pieces: list[Piece] = []
+    for sentence in sentences:
+        pieces += [separator] if pieces else []
+        pieces.append(sentence)
+    return Said(*pieces)
+
 
 _SMALL = (
     "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "theta", "mu", "nu", "xi", "pi", "rho", "phi", "psi", "omega",
@@ -148,22 +182,22 @@ class Presentation(Printer):
 _SETTER = Presentation()
 
 
-def expression(expr: Basic) -> str:
+def typeset_expression(expr: Basic) -> str:
     """An expression without the element around it.
 
-    >>> expression(sp.Symbol("x_A"))
+    >>> typeset_expression(sp.Symbol("x_A"))
     '<msub><mi>x</mi><mtext>A</mtext></msub>'
     """
     return _SETTER.doprint(expr)
 
 
-def inline(expr: Basic) -> str:
+def typeset_inline(expr: Basic) -> str:
     """An expression as an element for running text."""
-    lines = _lines(_SETTER.terms(expr)) if isinstance(expr, Expr) else [expression(expr)]
+    lines = _lines(_SETTER.terms(expr)) if isinstance(expr, Expr) else [typeset_expression(expr)]
     return _math(lines[0] if len(lines) == 1 else _stacked(lines), str(expr))
 
 
-def equation(found: Equation) -> str:
+def typeset_equation(found: Equation) -> str:
     """An equation as an element of its own, solved for what it defines."""
     said = f"{found.residual} {found.relation} 0"
     left, right = sides(found)
@@ -178,9 +212,11 @@ def sides(found: Equation) -> tuple[Expr, Expr]:
     return symbol, symbol - found.residual
 
 
-def sentence(said: Piece) -> str:
+def typeset_sentence(said: Piece) -> str:
     """A sentence with the expressions in it typeset."""
-    return "".join(inline(part) if isinstance(part, Basic) else escape(part, quote=False) for part in parts(said))
+    return "".join(
+        typeset_inline(part) if isinstance(part, Basic) else escape(part, quote=False) for part in parts(said)
+    )
 
 
 def _math(content: str, text: str, display: bool = False) -> str:

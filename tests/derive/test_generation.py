@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from derive import generation
 from derive.__main__ import main
-from derive.build import generation
 from derive.gearing.families import FAMILIES
 from derive.quantity import _RESERVED
 from planter.kernels import generated
@@ -107,7 +107,7 @@ def written(folder: Path, **files: str) -> Path:
 
 
 def names(folder: Path) -> set[str]:
-    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("[!.]*") if path.is_file()}
 
 
 def test_a_file_with_a_helper_beside_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,7 +16,7 @@ from planter.kernels import generated
 from planter.mechanism.cycle import turn
 from planter.mechanism.model import Model
 
-EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "slider_crank.py"
+EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "slider_crank.py"
 PHI = np.linspace(0, 2 * np.pi, 721)
 BARE = {"e_mm": 0.0, "g_m_s2": 0.0, "mu": 0.0, "k_N_m": 0.0, "p_0_N_m2": 0.0}
 """Nothing but inertia, the guide through the crank's axis."""

@@ -1,0 +1,105 @@
+"""SymPy functions of this package (branches, polynomials), and derivatives of expressions of many symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy as sp
+from sympy import Expr, S
+
+
+def switch(g: Expr, then: Expr, other: Expr) -> Expr:
+    """``then`` where ``g >= 0``, else ``other``."""
+    return sp.Piecewise((then, sp.Ge(g, 0)), (other, True))
+
+
+def clip(x: Expr, lower: Expr, upper: Expr) -> Expr:
+    """``x`` held between two bounds."""
+    return sp.Piecewise((lower, sp.Lt(x, lower)), (upper, sp.Gt(x, upper)), (x, True))
+
+
+def clip_slope(x: Expr, slope: Expr) -> Expr:
+    """The slope of ``clip(x, 0, 1)``, where that of ``x`` is ``slope``."""
+    return sp.Piecewise((sp.S.Zero, sp.Lt(x, 0)), (sp.S.Zero, sp.Gt(x, 1)), (slope, True))
+
+
+class Turns(sp.Function):
+    """Number of whole periods in an angle: ``floor``, with the derivative that it has between its steps."""
+
+    nargs = 1
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        return sp.S.Zero
+
+    def _eval_rewrite(self, rule: object, args: tuple[Expr, ...], **hints: object) -> Expr | None:
+        return sp.floor(*args) if rule == sp.floor else None
+
+    def _eval_evalf(self, prec: int) -> Expr:
+        return sp.floor(self.args[0])._eval_evalf(prec)
+
+
+def wrap(x: Expr, period: Expr) -> Expr:
+    """``x`` brought into ``[0, period)``."""
+    return x - period * Turns(x / period)
+
+
+class Polynomial(sp.Function):
+    """``Polynomial(x, a_n, ..., a_0)``: the sum of a_k x^k."""
+
+    @classmethod
+    def of(cls, law: Expr, x: sp.Symbol, at: Expr) -> Expr:
+        """A polynomial in ``x``, taken ``at`` something."""
+        return cls(at, *sp.Poly(law, x).all_coeffs())
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        x, *coefficients = self.args
+        powers = range(len(coefficients) - 1, 0, -1)
+        return Polynomial(x, *(k * a for k, a in zip(powers, coefficients, strict=False)))
+
+    def doit(self, **hints: object) -> Expr:
+        """Written out."""
+        x, *coefficients = self.args
+        return sp.Add(*(a * x**k for k, a in enumerate(reversed(coefficients))))
+
+    def _eval_evalf(self, prec: int) -> Expr:
+        return self.doit()._eval_evalf(prec)
+
+
+def along(expr: Expr, rates: Mapping[sp.Symbol, Expr]) -> Expr:
+    """Rate of an expression whose symbols change at the rates; those without one are constant.
+
+    >>> x, y = sp.symbols("x y")
+    >>> along(x**2 * sp.sin(y), {x: S.One, y: x})
+    x**3*cos(y) + 2*x*sin(y)
+    """
+    return _Pass(rates).rate(sp.sympify(expr))
+
+
+def slope(expr: Expr, symbol: sp.Symbol) -> Expr:
+    """Derivative by a symbol."""
+    return along(expr, {symbol: S.One})
+
+
+class _Pass:
+    def __init__(self, rates: Mapping[sp.Symbol, Expr]) -> None:
+        self._found: dict[Expr, Expr] = dict(rates)
+
+    def rate(self, expr: Expr) -> Expr:
+        if expr in self._found:
+            return self._found[expr]
+        found = S.Zero if expr.is_Atom else self._of(expr)
+        self._found[expr] = found
+        return found
+
+    def _of(self, expr: Expr) -> Expr:
+        rates = [self.rate(a) if isinstance(a, Expr) else None for a in expr.args]
+        if isinstance(expr, sp.Add):
+            return sp.Add(*rates)
+        if isinstance(expr, sp.Mul):
+            return sp.Add(*(sp.Mul(*expr.args[:i], r, *expr.args[i + 1 :]) for i, r in enumerate(rates) if r != 0))
+        if isinstance(expr, sp.Pow) and rates[1] == 0:
+            base, exponent = expr.args
+            return exponent * base ** (exponent - 1) * rates[0]
+        if isinstance(expr, sp.Function) and not isinstance(expr, sp.Piecewise) and None not in rates:
+            return sp.Add(*(expr.fdiff(i) * r for i, r in enumerate(rates, 1) if r != 0))
+        return sp.Add(*(expr.diff(s) * self._found[s] for s in sorted(expr.free_symbols & self._found.keys(), key=str)))

@@ -1,0 +1,230 @@
+"""A mechanism that an angle drives: its motion, forces, conservation laws, and two equal sides half a cycle apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+from sympy import Expr
+
+from ..chain import STATES, Chain, ordered
+from ..equations import Equation, derived
+from ..model import (
+    MESHES,
+    ClosedForm,
+    Input,
+    Lane,
+    Let,
+    LinearSolve,
+    Mesh,
+    Packed,
+    Shared,
+    Step,
+    Twin,
+    build_function,
+    let,
+    needed,
+    sorted_steps,
+)
+from ..quantity import Quantity, Vector
+from .bodies import AXES, angular_momentum_residuals, momentum_residuals, sliding_velocity, total_power, virtual_work
+from .frames import Frame, Z, displacement
+from .statement import MechanismError, Statement, places, quantity
+
+LAW = "law_"
+"""Beginning of the names of laws."""
+VANISHES = ", which vanishes"
+WORK = {"rad": "N m", "m": "N", "1": "N m"}
+"""Unit of the virtual work on a coordinate, by the coordinate's."""
+
+
+def build_law_residuals(stated: Statement, coordinates: Sequence[tuple[Quantity, Quantity]]) -> list[Let]:
+    """Power, momentum, angular momentum, and virtual work on each of the coordinates, which come with their rates."""
+    parts = stated.assembly, stated.ground
+    moving = stated.told_in({rate for _, rate in coordinates})
+    found = [_law("power", "W", "power of all forces and of inertia", total_power(*parts, stated.anchor))]
+    momentum, angular = momentum_residuals(*parts), angular_momentum_residuals(*parts, stated.O)
+    found += [_law(f"force_{a}", "N", f"rate of momentum less outer forces, {a}", momentum[a]) for a in stated.axes]
+    turned = AXES if stated.spatial else AXES[2:]
+    found += [
+        _law(f"moment_{a}", "N m", f"rate of angular momentum less outer moments, {a}", angular[a]) for a in turned
+    ]
+    for tag, (inner, outer, at) in stated.rolling.items():
+        slip = sliding_velocity(stated.motion, (inner, outer), stated.ground, stated.anchor, at)
+        for axis, component in zip(stated.axes, slip.components, strict=False):
+            found.append(_law(f"roll_{tag}{axis}", "m/s", f"sliding of the pitch curves at {tag}, {axis}", component))
+    for value, rate in coordinates:
+        work = virtual_work(*parts, stated.anchor, rate, lambda expr: expr.xreplace(moving))
+        found.append(_law(f"work_{value}", WORK[value.unit], f"virtual work where {value} alone moves", work))
+    return found
+
+
+def _law(name: str, unit: str, meaning: str, vanishes: Expr) -> Let:
+    return let(quantity(f"{LAW}{name}", unit, f"{meaning}{VANISHES}"), vanishes)
+
+
+FOLLOWERS = "followers"
+
+
+@dataclass(frozen=True)
+class DrivenLane(Lane):
+    """A lane along an angle whose speed changes at the rate ``acceleration``, one of its inputs."""
+
+    acceleration: Quantity | None = None
+
+
+def derive_driven_motion(
+    stated: Statement, angle: Quantity, speed: Quantity, acceleration: Quantity | None,
+    reported: Sequence[str | Quantity] | None,
+) -> tuple[Lane, tuple[ClosedForm, ...]]:  # fmt: skip
+    """The lane with what is reported (everything, unless told), and the functions that close its loops.
+
+    Raises MechanismError, LoopError, ChainError or DimensionError where it cannot be derived.
+    """
+    if stated.slips:
+        raise MechanismError(
+            f"{stated.name}: {', '.join(stated.slips)}: slips vanish in free motion only; along an angle state "
+            "rolling as a gap, by `constrain`"
+        )
+    steps, reports = motion_steps(stated), [*stated.reports, *stated.world_components()]
+    if reported is None or any(str(asked).startswith(LAW) for asked in reported):
+        reports += build_law_residuals(stated, [(angle, speed), *((c.value, c.rate) for c in stated.loops.coordinates)])
+    outputs = stated.chosen(_known(stated, steps, reports, reported is None), reported)
+    found = solve_forces(stated)
+    tested = [s for s in needed((*steps, *found), frozenset(outputs)) if isinstance(s, LinearSolve)]
+    pivots = [s.pivot for s in tested if s.pivot not in stated.loops.pivots]
+    counts = [s.symbol for s in found if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
+    told, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
+    needs = sorted_steps(needed((*steps, *found, *reports), frozenset(told)))
+    lane = DrivenLane(
+        angle, (data,), needs, told, tuple(stated.events), along=stated.loops.inputs, speed=speed,
+        acceleration=acceleration,
+    )  # fmt: skip
+    inputs: tuple[Packed, ...] = (angle, data, *stated.loops.inputs)
+    drawn = places(stated, inputs, _found(stated))
+    cut = build_function(MESHES, (s for mesh in in_mesh(stated) for s in mesh.lets()), inputs, steps)
+    followed = build_function(FOLLOWERS, rollers(stated, angle), inputs, steps)
+    return lane, (*stated.loops.functions(angle, data, stated.named), *drawn, *cut, *followed)
+
+
+def rollers(stated: Statement, angle: Quantity) -> Iterator[Let]:
+    """Where the centres of rollers on plane cams are from the cams' axes, as if the cams turned by the angle itself."""
+    for name, (cam, centre) in stated.rollers.items():
+        if not stated.spatial:
+            place = centre.resolved(Frame(f"{cam.name}, turned back", cam.frame, Z, -angle))
+            for axis, component in zip("xy", place.components, strict=False):
+                yield let(quantity(f"{name}_centre_{axis}", "m", f"centre of the roller at {name}, {axis}"), component)
+
+
+def in_mesh(stated: Statement) -> Iterator[Mesh]:
+    """The gears that mesh in a plane, with the pitch curves that their motion has."""
+    for tag, (inner, outer, at) in stated.meshing.items():
+        assert at.base is not None
+        assert at.offset is not None
+        line, place = at.offset.frame, displacement(stated.O, at.base, stated.world)
+        way, radius = _direction(line), -at.offset[0]
+        polar = way - _direction(inner.frame), way + sp.pi - _direction(outer.frame)
+        rates = [stated.motion.rate(angle) for angle in polar]
+        yield Mesh(
+            tag, (inner.name, outer.name), way, (place[0], place[1]), polar, (-radius * rates[1] / rates[0], radius)
+        )
+
+
+def _direction(frame: Frame) -> Expr:
+    """Angle of a frame that turns about z alone, from the world's."""
+    return sp.Add(*(angle for _, angle in frame.turns()))
+
+
+def _found(stated: Statement) -> tuple[Step, ...]:
+    """What places follow from: the named steps, and the coordinates of loops as they were found."""
+    return (*(let(c.value, c.given) for c in stated.loops.coordinates), *stated.named)
+
+
+def motion_steps(stated: Statement) -> tuple[Step, ...]:
+    """Coordinates, loops, and the accelerations of all centroids, which get names."""
+    loops = stated.loops.steps(stated.motion)
+    stated.name_accelerations()
+    return (*loops, *stated.defined)
+
+
+def _known(stated: Statement, steps: Sequence[Step], reports: Sequence[Let], told: bool) -> list[Quantity]:
+    """What can be reported; on its own only what has a meaning to a person is."""
+    named = [s.symbol for s in (stated.named if told else steps) if isinstance(s, Let)]
+    return [*stated.loops.all, *named, *stated.assembly.unknowns, *(report.symbol for report in reports)]
+
+
+def solve_forces(stated: Statement) -> tuple[Step, ...]:
+    """The unknown actions from the balances; raises MechanismError where some are left that nothing can keep."""
+    return solve_balances(stated, stated.equations(), stated.unknowns).steps()
+
+
+def solve_balances(stated: Statement, equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> Chain:
+    """The chain that gives unknown actions from balances; raises MechanismError where some of these are left."""
+    chain = ordered(equations, unknowns, unknowns)
+    if left := [e.number for e in equations if e.number not in chain.spent]:
+        raise MechanismError(
+            f"{stated.name}: {len(equations)} balances for {len(unknowns)} forces and torques, so a joint or a drive "
+            f"is lacking: nothing is left to keep {'; '.join(left)}"
+        )
+    return chain
+
+
+@dataclass(frozen=True)
+class Sides:
+    """The results, in SI, of one of two equal sides and of both; ``twin`` names a quantity of the other side."""
+
+    twin: Twin
+    reported: tuple[Quantity, ...]
+    totals: tuple[Quantity, ...]
+
+
+@dataclass(frozen=True)
+class Other:
+    """Turns an expression in quantities of one side into the same in those of the other, half a turn behind."""
+
+    angle: Quantity
+    twin: Twin
+    symbols: frozenset[Quantity]
+
+    def __call__(self, expr: Expr) -> Expr:
+        ours = sorted(expr.free_symbols & self.symbols, key=str)
+        return expr.xreplace({s: self.twin(s) for s in ours} | {self.angle: self.angle - sp.pi})
+
+
+def own(stated: Statement) -> frozenset[Quantity]:
+    """Quantities that each side has of its own: its motion, and what acts in it."""
+    return frozenset(s for step in stated.steps for s in step.defines) | set(stated.unknowns)
+
+
+def shared(stated: Statement, other: Other) -> list[Equation]:
+    """Balances of the bodies that both sides share, with the actions of one side and the same of the other."""
+    of_side = [action for action in stated.assembly.actions if action not in stated.common]
+    found = []
+    for body in stated.shared:
+        pin = stated.pin_of(body)
+        loads = stated.assembly.loads(body, pin, of_side)
+        balances = stated.assembly.balances(body, pin)
+        found += [derived(e.claims, e.residual + other(load)) for e, load in zip(balances, loads, strict=True)]
+    return found
+
+
+def derive_twin_lane(
+    stated: Statement, sides: Sides, inputs: Sequence[Input], forces: Sequence[Step] | None,
+    frame: Sequence[Let] | None,
+) -> Lane:  # fmt: skip
+    """The lane of one side, and what both add up to; see `Mechanism.twin_lane`."""
+    if stated.angle is None:
+        raise MechanismError(f"{stated.name}: equal sides follow each other along an angle, and none is given")
+    side = (*motion_steps(stated), *(solve_forces(stated) if forces is None else forces))
+    if frame is None:
+        other = Other(stated.angle, sides.twin, own(stated))
+        both = [unknown for unknown in stated.assembly.unknowns if unknown not in stated.unknowns]
+        frame = solve_balances(stated, shared(stated, other), both).lets()
+    sums = needed((*frame, *stated.reports), frozenset(sides.totals))
+    summed = frozenset().union(*(step.needs for step in sums))
+    passed = [s for step in side for s in step.defines if s in summed or sides.twin(s) in summed]
+    told = Vector("side", tuple(dict.fromkeys((*sides.reported, *passed))))
+    wanted = frozenset(told).union(*(event.argument.free_symbols for event in stated.events))
+    totals = Shared(sides.twin, sums, Vector("totals", sides.totals))
+    return Lane(stated.angle, tuple(inputs), needed(side, wanted), told, tuple(stated.events), totals)
