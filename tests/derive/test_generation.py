@@ -259,6 +259,6 @@ def test_a_paper_of_ones_own_is_tried(factor: str, verdict: str, tmp_path: Path)
     own.write_text(centrifuge.TEXT.replace("WEIGHT", factor))
     assert main([str(own)]) == 0
     written = tmp_path / "generated"
-    assert {path.name for path in written.iterdir()} == {"audit.json", "audit_mathml.json", "AUDIT.md"}
+    assert {path.name for path in written.glob("[!.]*")} == {"audit.json", "audit_mathml.json", "AUDIT.md"}
     first, second = json.loads((written / "audit.json").read_text())["equations"]
     assert (first["verdict"], second["verdict"]) == (verdict, "confirmed")

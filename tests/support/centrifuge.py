@@ -10,9 +10,7 @@ import numpy as np
 import sympy as sp
 
 from derive.audit.case import Case
-from derive.audit.laws import Cycle, Dynamics, Law
-from derive.audit.paper import Paper
-from derive.audit.subject import Subject
+from derive.audit.paper import Cycle, Dynamics, Law, Paper, Subject
 from derive.chain import Chain, Solve
 from derive.equations import Claim, by_claim, defined
 from derive.quantity import Quantity

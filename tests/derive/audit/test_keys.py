@@ -188,7 +188,7 @@ def test_the_engine_is_the_code_that_judges_and_no_other() -> None:
     assert {"evaluate.py", "equations.py", "quantity.py", "functions.py"} <= names
     assert not [n for n in names if n.startswith(("papers/", "systems/", "emit/")) or n == "audit/verdicts.py"]
     of_laws = {p.name for p in key.sources(["derive.audit.trial", laws.__name__])}
-    assert {"laws.py", "chain.py", "derivation.py", "bodies.py", "pitch_curve.py"} <= of_laws
+    assert {"subject.py", "chain.py", "derivation.py", "bodies.py", "pitch_curve.py"} <= of_laws
 
 
 SOURCE = '''
