@@ -22,80 +22,87 @@ from planter.kernels import Array, Kernel
 from planter.numerics import roots
 from planter.numerics.extrema import find_stationary_points
 
-TURN, STRETCH, PITCH = 180, 48, 48
-"""Cells of the grids over a turn, over a part of it, and over a segment of a pitch curve."""
-FEW = 20
-"""More angles than these are a grid."""
+CYCLE_CELLS, PART_CELLS, PITCH_CELLS = 180, 48, 48
+"""Cells of the grids over a cycle, over a part of it, and over a segment of a pitch curve."""
+MAX_UNCACHED = 20
+"""More angles than these count as a grid, whose values are cached."""
 
 
 @dataclass(frozen=True)
 class AngleExtreme:
-    """An extreme of a course over [low, high]: place, value, and which it is: 0 low end, 1 high end, 2 inside."""
+    """An extremum of a function over [low, high]: angle, value, and location: 0 low end, 1 high end, 2 inside."""
 
-    place: float
+    angle: float
     value: float
-    where: int
+    location: int
 
     @property
     def weights(self) -> list[float]:
-        return [float(self.where == k) for k in range(3)]
+        return [float(self.location == k) for k in range(3)]
 
 
 class AngleFunction:
-    """A function of an angle, with its first two derivatives, over many of it: one row of a kernel.
+    """A function of an angle with its first two derivatives: one row of a kernel.
 
-    Grids are remembered: `of_row` gives another row of the same kernel at no further cost.
+    Values on grids are cached: `select_row` gives another row of the same kernel at no further cost.
     """
 
-    def __init__(self, kernel: Kernel, **given: object) -> None:
-        self.kernel, self.row, self.given = kernel, 0, given
+    def __init__(self, kernel: Kernel, **inputs: object) -> None:
+        self.kernel, self.row, self.inputs = kernel, 0, inputs
         self.name = next(name for name in kernel.names if name in kernel.lanes)
         self._grids: dict[bytes, dict[str, Array]] = {}
 
-    def of_row(self, row: int) -> AngleFunction:
-        other = copy.copy(self)
-        other.row = row
-        return other
+    def select_row(self, row: int) -> AngleFunction:
+        """Return another row of the same kernel."""
+        function = copy.copy(self)
+        function.row = row
+        return function
 
-    def rows(self, angles: Array) -> tuple[Array, Array, Array]:
-        found = self._grid(angles) if len(angles) > FEW else self.kernel(**{self.name: angles}, **self.given)
-        value, first, second = (found[name][self.row] for name in ("f", "df", "ddf"))
+    def evaluate(self, angles: Array) -> tuple[Array, Array, Array]:
+        """Return values and first and second derivatives at angles (n,), (n,) each."""
+        outputs = (
+            self._evaluate_grid(angles)
+            if len(angles) > MAX_UNCACHED
+            else self.kernel(**{self.name: angles}, **self.inputs)
+        )
+        value, first, second = (outputs[name][self.row] for name in ("f", "df", "ddf"))
         return value, first, second
 
-    def _grid(self, angles: Array) -> dict[str, Array]:
+    def _evaluate_grid(self, angles: Array) -> dict[str, Array]:
         key = angles.tobytes()
         if key not in self._grids:
-            self._grids[key] = self.kernel(**{self.name: angles}, **self.given)
+            self._grids[key] = self.kernel(**{self.name: angles}, **self.inputs)
         return self._grids[key]
 
     def value(self, angle: float) -> float:
-        return float(self.rows(np.array([angle]))[0][0])
+        """Return the value at an angle."""
+        return float(self.evaluate(np.array([angle]))[0][0])
 
-    def crossing(self, level: float, low: float, high: float) -> float:
-        """The angle in [low, high] where the course passes a level; its ends lie on both sides of it."""
-        ends = self.rows(np.array([low, high]))[0] - level
+    def find_crossing(self, level: float, low: float, high: float) -> float:
+        """Return the angle in [low, high] where the function passes a level, with one end on either side of it."""
+        ends = self.evaluate(np.array([low, high]))[0] - level
 
         def above(angle: Array) -> tuple[Array, Array]:
-            value, slope, _ = self.rows(angle)
+            value, slope, _ = self.evaluate(angle)
             return value - level, slope
 
         brackets = np.array([low]), np.array([high])
         return float(roots.find_bracketed_roots(above, *brackets, (ends[:1], ends[1:]))[0])
 
-    def extreme(self, low: float, high: float, sign: int, cells: int = STRETCH) -> AngleExtreme:
-        """The largest (sign +1) or least (-1) value over [low, high]."""
+    def find_extremum(self, low: float, high: float, sign: int, cells: int = PART_CELLS) -> AngleExtreme:
+        """Return the largest (sign +1) or smallest (-1) value over [low, high]."""
         grid = np.linspace(low, high, cells + 1)
-        value, slope, _ = self.rows(grid)
+        value, slope, _ = self.evaluate(grid)
         ends = [AngleExtreme(float(grid[k]), float(value[k]), w) for k, w in ((0, 0), (-1, 1))]
         inside, maxima = find_stationary_points(self._slope, grid, slope)
         inside = inside[maxima == (sign > 0)]
         if not len(inside):
             return max(ends, key=lambda e: sign * e.value)
-        found = [AngleExtreme(float(a), float(v), 2) for a, v in zip(inside, self.rows(inside)[0], strict=True)]
-        return max([*ends, *found], key=lambda e: sign * e.value)
+        interior = [AngleExtreme(float(a), float(v), 2) for a, v in zip(inside, self.evaluate(inside)[0], strict=True)]
+        return max([*ends, *interior], key=lambda e: sign * e.value)
 
     def _slope(self, angles: Array) -> tuple[Array, Array]:
-        _, first, second = self.rows(angles)
+        _, first, second = self.evaluate(angles)
         return first, second
 
 
@@ -106,8 +113,8 @@ class TipCycle:
     None for the last two where no requirement speaks of the soil; `soil` is its level [m].
     """
 
-    low: float
-    high: float
+    lowest: float
+    highest: float
     enter: float | None = None
     leave: float | None = None
     soil: float | None = None
@@ -134,47 +141,47 @@ class Soil:
 
 
 def locate_tip_cycle(height: AngleFunction, soil: Soil | None) -> TipCycle:
-    """The turn of a tip's course of height [m].
+    """Return the angles of a tip's height [m] over a cycle.
 
-    Raises ComputationError where the tip never leaves the soil, or never reaches it.
+    Raises ComputationError if the tip never leaves the soil, or never reaches it.
     """
-    lowest = _around(height, -1)
-    high = _around(height, 1, lowest - np.pi)
+    lowest = _find_closed_extremum(height, -1)
+    highest = _find_closed_extremum(height, 1, lowest - np.pi)
     if soil is None:
-        return TipCycle(lowest, high)
-    bottom, top = height.value(lowest), height.value(high)
+        return TipCycle(lowest, highest)
+    bottom, top = height.value(lowest), height.value(highest)
     level = float(soil.level(bottom))
     if not bottom < level < top:
-        key, told = ("soil_line_mm", level) if soil.line is not None else ("soil_depth_mm", level - bottom)
+        key, number = ("soil_line_mm", level) if soil.line is not None else ("soil_depth_mm", level - bottom)
         never = "leaves" if level >= top else "reaches"
         raise ComputationError(
             f"the tip's path is {1e3 * (top - bottom):.6g} mm high, its lowest point at {1e3 * bottom:.6g} mm, so that "
-            f"the tip never {never} the soil with {key} = {1e3 * told:.6g}"
+            f"the tip never {never} the soil with {key} = {1e3 * number:.6g}"
         )
-    return TipCycle(lowest, high, *_ends(height, level, lowest), level)
+    return TipCycle(lowest, highest, *_find_soil_ends(height, level, lowest), level)
 
 
-def _around(course: AngleFunction, sign: int, start: float = 0.0) -> float:
-    """The place of the extreme of a closed course over the turn that is centred on it, wherever that begins."""
-    grid = start + 2 * np.pi * np.arange(TURN) / TURN
-    best = grid[int(np.argmax(sign * course.rows(grid)[0]))]
-    step = 2 * np.pi / TURN
-    return course.extreme(best - 2 * step, best + 2 * step, sign, 4).place
+def _find_closed_extremum(function: AngleFunction, sign: int, start: float = 0.0) -> float:
+    """Return the angle of the extremum of a periodic function; `start` decides which of its periods."""
+    grid = start + 2 * np.pi * np.arange(CYCLE_CELLS) / CYCLE_CELLS
+    best = grid[int(np.argmax(sign * function.evaluate(grid)[0]))]
+    step = 2 * np.pi / CYCLE_CELLS
+    return function.find_extremum(best - 2 * step, best + 2 * step, sign, 4).angle
 
 
-def _ends(height: AngleFunction, soil: float, lowest: float) -> tuple[float, float]:
-    """Where the tip enters the soil before its lowest point and leaves it after."""
-    found = []
+def _find_soil_ends(height: AngleFunction, soil: float, lowest: float) -> tuple[float, float]:
+    """Return where the tip enters the soil before its lowest point and leaves it after."""
+    ends = []
     for side in (-1, 1):
-        grid = lowest + side * 2 * np.pi * np.arange(TURN) / TURN
-        first = int(np.argmax(height.rows(grid)[0] > soil))
+        grid = lowest + side * 2 * np.pi * np.arange(CYCLE_CELLS) / CYCLE_CELLS
+        first = int(np.argmax(height.evaluate(grid)[0] > soil))
         low, high = sorted((float(grid[first - 1]), float(grid[first])))
-        found.append(height.crossing(soil, low, high))
-    return found[0], found[1]
+        ends.append(height.find_crossing(soil, low, high))
+    return ends[0], ends[1]
 
 
 TOOTH = ("pitch_curvature", "curvature_radius", "contact_ratio")
-"""Requirements that stand along pitch curves."""
+"""Requirements on pitch curves."""
 INNER, OUTER, RATIO = 0, 1, 2
 """Rows of a segment: curvature of the inner gear and of its conjugate [1/m], contact ratio [-]."""
 
@@ -188,29 +195,29 @@ class RackTeeth:
 
     @property
     def sizes(self) -> dict[str, float]:
-        """By the names of the derivation."""
+        """Sizes by the names of the derivation."""
         return {"module": self.module, "ha1": 1.0, "ha2": 1.0, "alpha0": self.pressure_angle}
 
 
 def build_segment_function(stage: Stage, second: bool, teeth: RackTeeth) -> ca.Function:
-    """(u, parameters, hoisted) -> rows (3,) of a segment, and their first and second derivatives in u."""
+    """Return (u, parameters, invariants) -> rows (3,) of a segment, with first and second derivatives in u."""
     curvature = stage.curvature.function
     u, p = ca.SX.sym("u"), ca.SX.sym("parameters", curvature.size1_in(1))
     hoisted = ca.SX.sym("hoisted", curvature.size1_in(2))
-    found = curvature(u, p, hoisted)
-    one, two = found[2:] if second else found[:2]
-    rows = ca.vertcat(one, two, contact_ratio(one, two, teeth))
+    curvatures = curvature(u, p, hoisted)
+    inner, outer = curvatures[2:] if second else curvatures[:2]
+    rows = ca.vertcat(inner, outer, contact_ratio(inner, outer, teeth))
     first = ca.jacobian(rows, u)
     return ca.Function("segment", [u, p, hoisted], [rows, ca.densify(first), ca.densify(ca.jacobian(first, u))])
 
 
-def contact_ratio(one: ca.SX, two: ca.SX, teeth: RackTeeth) -> ca.SX:
-    """Contact ratio of rack teeth on two pitch curves by their curvatures at the pitch point [1/m]."""
-    return TEETH.composed("contact_ratio", {"kappa1": one, "kappa2": two, **teeth.sizes})["epsilon"]
+def contact_ratio(kappa1: ca.SX, kappa2: ca.SX, teeth: RackTeeth) -> ca.SX:
+    """Return the contact ratio of rack teeth on pitch curves of given curvatures at the pitch point [1/m]."""
+    return TEETH.composed("contact_ratio", {"kappa1": kappa1, "kappa2": kappa2, **teeth.sizes})["epsilon"]
 
 
 def build_segment_kernel(f: ca.Function) -> Kernel:
-    """A segment's rows at many u."""
+    """Return the kernel of a segment's rows at many u."""
     inputs = f.sx_in()
     named = ca.Function("segment", inputs, f.call(inputs), ["u", "parameters", "hoisted"], ["f", "df", "ddf"])
     return Kernel(named, lanes=["u"])

@@ -20,7 +20,7 @@ from planter.numerics.arrays import to_degrees
 from planter.numerics.extrema import ExtremePoint
 from planter.planting import angle_functions as pitch
 from planter.planting import cycle
-from planter.planting.angle_functions import PITCH, AngleFunction
+from planter.planting.angle_functions import PITCH_CELLS, AngleFunction
 from planter.planting.design_results import DesignersSummary, GearFound, PeakForce, StageFound, StressFound
 from planter.planting.model import Device
 
@@ -194,7 +194,7 @@ def _courses(turn: DesignTurn, index: int, known: float | None) -> list[AngleFun
 
 
 def _over(courses: list[AngleFunction], row: int, sign: int) -> list[float]:
-    return [course.of_row(row).extreme(0.0, np.pi, sign, PITCH).value for course in courses]
+    return [course.select_row(row).find_extremum(0.0, np.pi, sign, PITCH_CELLS).value for course in courses]
 
 
 def _radii(turn: DesignTurn, index: int) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from planter.optimise.constraints import KEPT, Constraints
 from planter.optimise.elastic import Least
 from planter.planting.angle_functions import TOOTH, AngleFunction
 from planter.planting.model import Device
-from planter.planting.requirement_rows import ABSOLUTE, STRICT, RequirementRow, RequirementRows
+from planter.planting.requirement_rows import ABSOLUTE, STRICT_MARGIN, RequirementRow, RequirementRows
 from planter.planting.requirements_section import BY_NAME, RequirementKind, Requirements
 from planter.planting.results import Requirement, Violation
 
@@ -24,9 +24,9 @@ INVERSE = "curvature_radius"
 
 @dataclass(frozen=True)
 class RowBounds:
-    """Bounds (k,) on the rows of `RequirementRows` and the size (k,) in which their violations are counted, in SI.
+    """Bounds (k,) on the rows of `RequirementRows`, and the step (k,) in which violations are counted, in SI.
 
-    With margins these are what an optimum has to keep, without them what the file limits.
+    With margins they are the constraints of an optimum, without them the limits of the file.
     """
 
     lower: Array
@@ -34,47 +34,51 @@ class RowBounds:
     step: Array
 
     def excess(self, values: Array) -> Array:
-        """By how many steps each row is beyond its bounds, negative inside, (k,)."""
+        """Return by how many steps each row exceeds its bounds, negative inside, (k,)."""
         return np.maximum(self.lower - values, values - self.upper) / self.step
 
 
 def compute_bounds(measures: RequirementRows, margins: bool = True) -> RowBounds:
-    """The bounds of every row."""
+    """Return the bounds of every row."""
     pairs = [_pair(measures.section, row.kind, margins) for row in measures.rows]
     lower, upper = np.array(pairs, dtype=float).T
     return RowBounds(lower, upper, np.array([_step(measures.section, row.kind) for row in measures.rows]))
 
 
 def to_display_unit(row: RequirementRow, value: float) -> float:
-    """A row's value as the requirement's number in the shown unit: a size, or a radius."""
+    """Return a row's value as the requirement's number in the display unit: an absolute value, or a radius."""
     if row.kind.name == INVERSE:
         value = 1 / value
     return (abs(value) if row.kind.name in ABSOLUTE else value) / row.kind.factor
 
 
 def display_limits(section: Requirements, kind: RequirementKind) -> tuple[float | None, float | None]:
-    """Lower and upper limit as the file has them."""
+    """Return lower and upper limit in the units of the file."""
     return section.limit(kind.name, "min"), section.limit(kind.name, "max")
 
 
+def _compute_margins(low: float | None, high: float | None, value: float) -> dict[str, float]:
+    """Return how far a value is inside the limit of each side; infinite without one."""
+    return {"min": np.inf if low is None else value - low, "max": np.inf if high is None else high - value}
+
+
 def compute_margin(section: Requirements, kind: RequirementKind, value: float) -> float:
-    """How far a shown value is inside the nearest limit; negative outside."""
+    """Return how far a value in the display unit is inside the nearest limit; negative outside."""
     low, high = display_limits(section, kind)
-    rooms = [value - low] if low is not None else []
-    return min([*rooms, *([high - value] if high is not None else [])])
+    return min(margin for margin in _compute_margins(low, high, value).values() if margin < np.inf)
 
 
 def suggest_limit(section: Requirements, name: str, value: float) -> tuple[str, float, float]:
-    """Key of the limit that a shown value misses, the limit, and the one that it keeps, margin included."""
+    """Return the key of the limit that a value violates, the limit, and one that it satisfies with margin."""
     kind = BY_NAME[name]
     low, high = display_limits(section, kind)
     margin = section.limit(name, "margin") or 0.0
-    rooms = {"min": np.inf if low is None else value - low, "max": np.inf if high is None else high - value}
-    side = min(rooms, key=lambda which: rooms[which])
-    old = low if side == "min" else high
-    assert old is not None
-    strict = 2 * STRICT / kind.factor if name == "pitch_curvature" else 0.0
-    return kind.key(side), old, value - margin - strict if side == "min" else value + margin
+    margins = _compute_margins(low, high, value)
+    side = min(margins, key=margins.__getitem__)
+    limit = low if side == "min" else high
+    assert limit is not None
+    strict = 2 * STRICT_MARGIN / kind.factor if name == "pitch_curvature" else 0.0
+    return kind.key(side), limit, value - margin - strict if side == "min" else value + margin
 
 
 def _pair(section: Requirements, kind: RequirementKind, margins: bool) -> tuple[float, float]:
@@ -86,39 +90,40 @@ def _pair(section: Requirements, kind: RequirementKind, margins: bool) -> tuple[
         return -upper, upper
     if kind.name == INVERSE:
         return -np.inf, 1 / lower
-    return (lower + STRICT if kind.name == "pitch_curvature" else lower), upper
+    return (lower + STRICT_MARGIN if kind.name == "pitch_curvature" else lower), upper
 
 
 def _step(section: Requirements, kind: RequirementKind) -> float:
     step = kind.step * kind.factor
     if kind.name != INVERSE:
         return step
-    least = (section.limit(kind.name, "min") or 0.0) * kind.factor
-    return step / least / (least + step)
+    # A step of the radius from the limit, as a difference of curvatures
+    radius = (section.limit(kind.name, "min") or 0.0) * kind.factor
+    return step / radius / (radius + step)
 
 
 def evaluate_device_requirements(device: Device) -> list[Requirement] | None:
-    """The requirements at the machine's own design; None where its file has none."""
+    """Return the requirements at the design of the machine file, None if it has no [requirements]."""
     return (
         None if device.machine.requirements is None else evaluate_requirements(RequirementRows(device), device.design)
     )
 
 
 def evaluate_requirements(measures: RequirementRows, x: Array) -> list[Requirement]:
-    """Every requirement of the file at a design (p,): value, limits, margins, verdict, and where it stands.
+    """Return every requirement of the file at a design (p,): value, limits, margins, verdict and angle.
 
     `margin` is how far the value is inside the nearest limit, in the requirement's unit; `phi_deg` is the carrier angle
-    of side 1 where the value stands, None for what stands nowhere.
+    of side 1 at which the value occurs, None if it belongs to no angle.
     """
-    found = measures.at(x)
-    excess = compute_bounds(measures).excess(found.values)
+    rows = measures.at(x)
+    excess = compute_bounds(measures).excess(rows.values)
     entries = []
     for kind in measures.kinds:
-        mine = [k for k, row in enumerate(measures.rows) if row.kind is kind]
-        worst = max(mine, key=lambda k: excess[k])
+        indices = [k for k, row in enumerate(measures.rows) if row.kind is kind]
+        worst = max(indices, key=lambda k: excess[k])
         row = measures.rows[worst]
         entries.append(
-            build_entry(measures, kind, row, float(found.values[worst]), find_carrier_angle(measures, x, worst))
+            build_entry(measures, kind, row, float(rows.values[worst]), find_carrier_angle(measures, x, worst))
         )
     return entries
 
@@ -126,11 +131,11 @@ def evaluate_requirements(measures: RequirementRows, x: Array) -> list[Requireme
 def build_entry(
     measures: RequirementRows, kind: RequirementKind, row: RequirementRow, value: float, angle: float | None
 ) -> Requirement:
-    """One requirement, as results show it."""
+    """Return the result of one requirement."""
     section, machine = measures.section, measures.device.machine
     number = to_display_unit(row, value)
     lower, upper = display_limits(section, kind)
-    margin, wanted = compute_margin(section, kind, number), section.limit(kind.name, "margin") or 0.0
+    margin, required_margin = compute_margin(section, kind, number), section.limit(kind.name, "margin") or 0.0
     side = "min" if lower is not None else "max"
     return Requirement(
         name=kind.name,
@@ -140,46 +145,46 @@ def build_entry(
         upper=upper,
         margin=margin,
         phi_deg=None if angle is None else to_degrees(angle),
-        wanted_margin=wanted,
-        verdict=judge_margin(kind, margin, wanted),
+        wanted_margin=required_margin,
+        verdict=judge_margin(kind, margin, required_margin),
         meaning=kind.meaning,
-        of=row.of or None,
+        of=row.subject or None,
         origin=machine.origin(f"requirements.{kind.key(side)}"),
     )
 
 
-BESIDE = 1e-9
-"""What rounding may put an angle out of its turn [rad]."""
-ROUNDING = 1e-7
-"""A margin may be short by this share of the requirement's step and is still kept."""
+ANGLE_TOLERANCE = 1e-9
+"""By how much rounding may put an angle outside its cycle [rad]."""
+MARGIN_TOLERANCE = 1e-7
+"""Share of the requirement's step by which a satisfied margin may fall short."""
 
 
-def judge_margin(kind: RequirementKind, margin: float, wanted: float) -> str:
-    """`pass`, `pass without margin` or `fail`; a curvature has to be above its limit."""
-    slack = ROUNDING * kind.step
+def judge_margin(kind: RequirementKind, margin: float, required_margin: float) -> str:
+    """Return `pass`, `pass without margin` or `fail`; a curvature must exceed its limit."""
+    slack = MARGIN_TOLERANCE * kind.step
     if margin < -slack or (kind.name == "pitch_curvature" and margin <= 0):
         return "fail"
-    return "pass" if margin >= wanted - slack else "pass without margin"
+    return "pass" if margin >= required_margin - slack else "pass without margin"
 
 
 def find_carrier_angle(measures: RequirementRows, x: Array, index: int) -> float | None:
-    """Carrier angle of side 1 where a row stands at a design [rad]; None for the spacing, which stands nowhere."""
-    row, place = measures.rows[index], float(measures.at(x).places[index])
+    """Return the carrier angle of side 1 of a row at a design [rad], None for the spacing, which has no angle."""
+    row, angle = measures.rows[index], float(measures.at(x).angles[index])
     if row.kind.name == "spacing":
         return None
-    return _meshing(measures, x, row, place) if row.kind.name in TOOTH else place
+    return _find_contact_angle(measures, x, row, angle) if row.kind.name in TOOTH else angle
 
 
-def _meshing(measures: RequirementRows, x: Array, row: RequirementRow, u: float) -> float:
-    """Carrier angle in [0, 2 pi] at which the place u of a segment is in contact [rad]."""
+def _find_contact_angle(measures: RequirementRows, x: Array, row: RequirementRow, u: float) -> float:
+    """Return the carrier angle in [0, 2 pi] at which the position u of a segment is in contact [rad]."""
     device = measures.device
-    both = device.stages[row.stage].polar(u=[u], parameters=device.of_stage(row.stage, x))
-    wanted = float(both["t_second" if row.second else "t_first"][0, 0])
+    polar = device.stages[row.stage].polar(u=[u], parameters=device.of_stage(row.stage, x))
+    target = float(polar["t_second" if row.second else "t_first"][0, 0])
     z = np.concatenate([x, device.constants, device.prologue(x).h])
     contact = AngleFunction(measures.motion.contact_kernels[row.stage], z=z)
     start = contact.value(0.0)
-    level = start + (wanted - start) % (2 * np.pi)
-    return contact.crossing(level, -BESIDE, 2 * np.pi + BESIDE)
+    level = start + (target - start) % (2 * np.pi)
+    return contact.find_crossing(level, -ANGLE_TOLERANCE, 2 * np.pi + ANGLE_TOLERANCE)
 
 
 class RequirementConstraints(Constraints):
@@ -197,55 +202,56 @@ class RequirementConstraints(Constraints):
 
     @classmethod
     def from_device(cls, device: Device) -> RequirementConstraints | None:
-        """Those of the machine file; None where it has none."""
+        """Return the constraints of the machine file, or None if it has no [requirements]."""
         return None if device.machine.requirements is None else cls(device)
 
     def values(self, x: Array) -> Array:
-        """The rows, in steps. Raises ComputationError where a design has none."""
+        """Return the rows in steps. Raises ComputationError if a design has none."""
         scaled: Array = self.measures.at(x).values / self.step
         return scaled
 
     def slopes(self, x: Array) -> Array:
-        """Gradients of the rows, (k, p)."""
+        """Return the gradients of the rows, (k, p)."""
         return self._slopes(x)
 
     def curvature(self, x: Array, weights: Array) -> Array:
-        """Weighted sum (p, p) of the rows' Hessians."""
+        """Return the weighted sum (p, p) of the rows' Hessians."""
         return self.measures.curvature(x, weights / self.step)
 
     def record(self, x: Array) -> list[Requirement]:
-        """Every requirement at a design (p,), as results show it."""
+        """Return every requirement at a design (p,), as results give it."""
         return evaluate_requirements(self.measures, x)
 
 
 class InfeasibleRequirementsError(PlanterError):
-    """No design in the box keeps the requirements; `violations` are the least found, at `design` (p,) in SI."""
+    """No design within the bounds satisfies the requirements; `violations` are the smallest, at `design` (p,) in SI."""
 
     name = "Infeasible"
 
-    def __init__(self, violations: list[Violation], partial: dict[str, Any], design: Array, of: str = "") -> None:
-        told = "; ".join(map(str, violations))
-        plural = "one of them is" if len(violations) == 1 else "these are"
-        super().__init__(f"no design{of} within the bounds keeps all requirements, and {plural} nearest to it: {told}")
+    def __init__(self, violations: list[Violation], partial: dict[str, Any], design: Array, suffix: str = "") -> None:
+        details = "; ".join(map(str, violations))
+        super().__init__(
+            f"no design{suffix} within the bounds satisfies all requirements; the closest design violates: {details}"
+        )
         self.violations, self.partial, self.design = violations, partial, design
 
 
 def build_infeasibility_error(
-    required: RequirementConstraints, x: Array, least: Least, of: str = ""
+    required: RequirementConstraints, x: Array, violation: Least, suffix: str = ""
 ) -> InfeasibleRequirementsError:
-    """What the least violation that was found, at a design x (p,), says of the requirements.
+    """Return the error for the smallest violation, which a search ended with at a design x (p,).
 
-    `of` says which designs were looked at, where not all within the bounds.
+    `suffix` says which designs were considered, if not all within the bounds.
     """
     entries = required.record(x)
-    broken = np.flatnonzero(least.excess[: len(entries)] > KEPT)
+    broken = np.flatnonzero(violation.excess[: len(entries)] > KEPT)
     violations = [_violation(required, entries[k]) for k in broken]
     partial = {
-        "violations": [one.table() for one in violations],
+        "violations": [violated.table() for violated in violations],
         "design": required.measures.device.named(x),
         "requirements": [entry.table() for entry in entries],
     }
-    return InfeasibleRequirementsError(violations, partial, x, of)
+    return InfeasibleRequirementsError(violations, partial, x, suffix)
 
 
 def _violation(required: RequirementConstraints, entry: Requirement) -> Violation:
