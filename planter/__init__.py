@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from planter.mapping.file import load_poses
     from planter.mapping.synthesis import synthesise
     from planter.mapping.train import build_training as train
-    from planter.mechanism.optimisation import optimise as optimise_machine
+    from planter.mechanism.optimisation import optimise_machine as optimise_machine
     from planter.pickup.analysis import analyse_pickup as pick_up
     from planter.planting.calibration import calibrate
     from planter.planting.family_comparison import compare_families

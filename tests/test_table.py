@@ -69,7 +69,7 @@ class Column:
     def number(self) -> float:
         """The value, in the unit of the file."""
         machine = self.machine()
-        index = machine.index_of(self.value)
+        index = machine.find_index(self.value)
         return float(machine.data[index]) / machine.values[index].factor
 
     @property
@@ -369,7 +369,7 @@ def check_explain(column: Column, folder: Path) -> None:
     for value in values:
         assert entries[value.path]["unit"] in (value.unit, units.unit(value.path))
         if "value" in entries[value.path]:
-            close(entries[value.path]["value"] * value.factor, machine.data[machine.index_of(value.path)])
+            close(entries[value.path]["value"] * value.factor, machine.data[machine.find_index(value.path)])
 
 
 @row("explain")
@@ -546,7 +546,7 @@ def check_cam(column: Column, folder: Path) -> None:
         phi = np.radians(found["pressure_angle_deg"]["at_deg"])
         step = 1e-5
         lift = evaluate(column.machine(), "s", np.array([phi - step, phi, phi + step])) * 1e-3
-        base = column.machine().data[column.machine().index_of("values.y_0_mm")]
+        base = column.machine().data[column.machine().find_index("values.y_0_mm")]
         slope = (lift[2] - lift[0]) / (2 * step)
         close(found["pressure_angle_deg"]["max"], np.degrees(np.arctan(abs(slope) / (base + lift[1]))), 1e-6)
     else:

@@ -21,7 +21,7 @@ import numpy as np
 
 from planter import workers
 from planter.bench.case import EXACT, MACHINE, Absent, Contender, Lean, compiled
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel, generated, toolchain
 from planter.mechanism.file import load
@@ -48,7 +48,7 @@ class MechanismCase:
         machine = build_machine(file)
         self.name, self.folder, self.formulas, self.data = name, folder, file.model, file.data()
         self.angles = 2 * np.pi * np.arange(ANGLES) / ANGLES
-        self.places = np.ascontiguousarray(Response(machine).coordinates(machine.data, self.angles))
+        self.places = np.ascontiguousarray(MachineResponse(machine).coordinates(machine.data, self.angles))
         self.row = self.formulas.outputs("lane").index(TORQUE)
         self.hoists = "prologue" in self.formulas.sidecar["functions"]
 

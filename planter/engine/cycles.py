@@ -17,7 +17,7 @@ from planter.kernels import Array, backends, loops, toolchain
 from planter.numerics import statistics
 
 if TYPE_CHECKING:
-    from planter.engine.rows import Rows
+    from planter.engine.rows import MachineRows
 
 KINDS = tuple(statistics.REDUCTIONS)
 """Kinds of measures, in the order of their numbers in C."""
@@ -36,7 +36,7 @@ ARRAYS = (
 )  # fmt: skip
 
 
-class Term(NamedTuple):
+class CycleTerm(NamedTuple):
     """A measure in the output at an index, of the quantity at a place; `scale` is its part of a unit in SI.
 
     It is a statistic of the samples, or of their sizes, or else the sample at an index.
@@ -90,11 +90,16 @@ class _Cycle(ctypes.Structure):
 class Cycles:
     """`outputs` sums of terms over the cycle of each row, and the slopes of the first `sloped` of them, compiled.
 
-    Threads may share an object: each computes in memory of its own.
+    Threads may share an object: each computes in separate memory.
     """
 
     def __init__(
-        self, rows: Rows, terms: Sequence[Term], averages: Sequence[tuple[int, int]], outputs: int, sloped: int = 0
+        self,
+        rows: MachineRows,
+        terms: Sequence[CycleTerm],
+        averages: Sequence[tuple[int, int]],
+        outputs: int,
+        sloped: int = 0,
     ) -> None:
         """`averages` are the outputs that quantities, by place, must repeat for.
 
@@ -209,7 +214,7 @@ def align_numbers(numbers: Array) -> Array:
 
 
 def build_cycles(
-    rows: Rows, terms: Sequence[Term], averages: Sequence[tuple[int, int]], outputs: int, sloped: int = 0
+    rows: MachineRows, terms: Sequence[CycleTerm], averages: Sequence[tuple[int, int]], outputs: int, sloped: int = 0
 ) -> Cycles | None:
     """Return `Cycles`, or None where they cannot be compiled, with one warning if there is no compiler."""
     if backends.allowed()[0] != "lanes":

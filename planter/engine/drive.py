@@ -2,7 +2,7 @@
 
 The drive's acceleration is a value of the machine. At every angle the torques on the shaft balance,
 M_motor(omega) = M_drive(phi, omega, acceleration) + J acceleration, which gives the acceleration; omega over the angle
-follows by d omega / d phi = acceleration / omega, coordinates of loops beside it.
+follows by d omega / d phi = acceleration / omega, with coordinates of loops.
 """
 
 from __future__ import annotations
@@ -16,8 +16,9 @@ import casadi as ca
 import numpy as np
 import scipy.optimize
 
+from planter.engine.loops import split_gaps
 from planter.engine.machine import Machine
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array, Kernel
@@ -65,7 +66,7 @@ class Motor:
 
 
 @dataclass(frozen=True)
-class Course:
+class SpeedHistory:
     """Angles (n,) [rad], speeds [rad/s] and accelerations [rad/s2] there, and the time that the motion takes [s]."""
 
     phi: Array
@@ -75,8 +76,8 @@ class Course:
 
 
 @dataclass(frozen=True)
-class State:
-    """What is reported along a motion, (n,) each: quantities by name in SI, torques [N m], powers [W], inertia [kg m2].
+class DriveState:
+    """Results along a motion, (n,) each: quantities by name in SI, torques [N m], powers [W], inertia [kg m2].
 
     `load` is the torque that the machine takes, `stored` the rate of all energies, `lost` the power of friction.
     `inertia` is the machine's own, as the drive has it: the slope of `load` in the acceleration.
@@ -90,7 +91,7 @@ class State:
     inertia: Array
 
 
-class Driven:
+class DrivenMachine:
     """A machine at its own design with a motor.
 
     Raises InputError for a machine without an acceleration among its values, without a single motor at its drive, or
@@ -110,7 +111,7 @@ class Driven:
                 "as `Mechanism(..., acceleration=q.eps)`, with `eps | rad/s2 | acceleration of the drive | 0` in its "
                 "table, and derive it again"
             )
-        self._response = Response(machine, [*machine.motors, *self._powers])
+        self._response = MachineResponse(machine, [*machine.motors, *self._powers])
         self._point = self._response.at(machine.design)
         if self._point.d[machine.speed] <= 0:
             value, speed = machine.values[machine.speed], self._point.d[machine.speed]
@@ -121,8 +122,8 @@ class Driven:
 
     @property
     def _powers(self) -> list[str]:
-        known = {quantity.name for quantity in self.machine.quantities}
-        return [f"P_{name}" for name in self.machine.motors if f"P_{name}" in known]
+        names = {quantity.name for quantity in self.machine.quantities}
+        return [f"P_{name}" for name in self.machine.motors if f"P_{name}" in names]
 
     def _find_shaft(self) -> str:
         """Return the torque of the motor that turns the drive: its power is the torque times the drive's speed."""
@@ -138,9 +139,9 @@ class Driven:
         ]
         if len(shafts) == 1 == len(machine.motors):
             return shafts[0]
-        told = ", ".join(machine.motors) or "none"
+        names = ", ".join(machine.motors) or "none"
         raise InputError(
-            f"{machine.source}: a motor line needs one motor, which turns the drive itself; {machine.name} has {told}"
+            f"{machine.source}: a motor line needs one motor, which turns the drive itself; {machine.name} has {names}"
         )
 
     # --- the graph ----------------------------------------------------------------------------------
@@ -152,7 +153,7 @@ class Driven:
 
     @cached_property
     def _graph(self) -> dict[str, ca.SX]:
-        """All that is reported, as functions of angle, speed and acceleration."""
+        """The graphs of all results, in angle, speed and acceleration."""
         machine, symbols = self.machine, self._symbols
         assert machine.acceleration is not None
         d = ca.SX(symbols["d"])
@@ -167,9 +168,9 @@ class Driven:
         energy = self.motor.flywheel * symbols["omega"] ** 2 / 2 + sum(
             (rows[name] for name in machine.energies), ca.SX(0)
         )
-        state, along = ca.vertcat(symbols["phi"], symbols["omega"]), ca.vertcat(symbols["omega"], symbols["rate"])
+        state, rates = ca.vertcat(symbols["phi"], symbols["omega"]), ca.vertcat(symbols["omega"], symbols["rate"])
         lost = sum((rows[name] for name in machine.losses), ca.SX(0))
-        stored = ca.jtimes(energy, state, along)
+        stored = ca.jtimes(energy, state, rates)
         if not machine.energies:
             stored = stored + load * symbols["omega"] - lost - sum((rows[name] for name in self._power_law), ca.SX(0))
         return {name: rows[name] for name in self.names} | {
@@ -180,8 +181,8 @@ class Driven:
     @property
     def _power_law(self) -> list[str]:
         """The law that the power of all forces and of inertia vanishes, of a machine that reports no energies."""
-        known = {quantity.name for quantity in self.machine.quantities}
-        return ["law_power"] if not self.machine.energies and "law_power" in known else []
+        names = {quantity.name for quantity in self.machine.quantities}
+        return ["law_power"] if not self.machine.energies and "law_power" in names else []
 
     def _kernel(self, name: str, outputs: dict[str, ca.SX], inputs: Sequence[str]) -> Kernel:
         symbols = {key: self._symbols[key] for key in inputs}
@@ -219,10 +220,10 @@ class Driven:
     def acceleration(self, phi: Array, omega: Array) -> Array:
         """Return that of the drive [rad/s2], (n,), at angles and speeds (n,): the torques on its shaft balance.
 
-        Raises ComputationError where there is none.
+        Raises ComputationError if there is none.
         """
-        found = self._accelerating(phi=phi, omega=omega, q=self._coordinates(phi), **self._fixed)
-        rate, step = found["rate"][0], found["step"][0]
+        solution = self._accelerating(phi=phi, omega=omega, q=self._coordinates(phi), **self._fixed)
+        rate, step = solution["rate"][0], solution["step"][0]
         if np.all(np.abs(step) <= SOLVED * (1 + np.abs(rate))):
             return rate
         worst = np.degrees(phi[int(np.argmax(np.abs(step)))]) % 360
@@ -236,12 +237,13 @@ class Driven:
         symbols, size = self._symbols, self._symbols["q"].numel()
         state = ca.SX.sym("state", 2 + size)
         omega = ca.fmax(state[0], self.slowest)
-        own = self._accelerating.function(phi=symbols["phi"], omega=omega, q=state[2:], d=symbols["d"], h=symbols["h"])
-        slopes = [own["rate"] / omega, 1 / omega]
+        drive = self._accelerating.function(
+            phi=symbols["phi"], omega=omega, q=state[2:], d=symbols["d"], h=symbols["h"]
+        )
+        slopes = [drive["rate"] / omega, 1 / omega]
         if self.machine.loops is not None:
-            gaps = self.machine.loops.gaps(symbols["phi"], symbols["d"], state[2:])
-            jacobian = ca.reshape(gaps[size:], size, size).T
-            slopes.append(-ca.solve(jacobian, ca.jacobian(gaps[:size], symbols["phi"])))
+            gaps, jacobian = split_gaps(self.machine.loops.gaps(symbols["phi"], symbols["d"], state[2:]), size)
+            slopes.append(-ca.solve(jacobian, ca.jacobian(gaps, symbols["phi"])))
         p = ca.vertcat(symbols["d"], symbols["h"])
         dae = {"t": symbols["phi"], "x": state, "p": p, "ode": ca.vertcat(*slopes)}
         solver = ca.integrator("motion", "cvodes", dae, float(at[0]), at[1:].tolist(), INTEGRATOR)
@@ -254,7 +256,7 @@ class Driven:
         """The speed below which the motor counts as stalled [rad/s]."""
         return STALLED * self.motor.idle
 
-    def run(self, start: float, turns: int, samples: int) -> Course:
+    def run(self, start: float, turns: int, samples: int) -> SpeedHistory:
         """Return the motion from a speed [rad/s] at the angle zero on, at `samples` equal steps a turn, with its end.
 
         Raises ComputationError, naming the angle, where the motor stalls.
@@ -271,9 +273,9 @@ class Driven:
                 f"{self.machine.name}: the motor stalls {angle:.6g} deg after the start; it needs more torque at "
                 "rest, or a larger flywheel"
             )
-        return Course(at, omega, self.acceleration(at % TURN, omega), float(seconds[-1]))
+        return SpeedHistory(at, omega, self.acceleration(at % TURN, omega), float(seconds[-1]))
 
-    def settle(self, near: float, samples: int) -> Course:
+    def settle(self, start: float, samples: int) -> SpeedHistory:
         """Return the turn that ends at the speed at which it begins, sought from a speed [rad/s] on.
 
         Raises ComputationError where there is none, and as `run` does.
@@ -282,31 +284,33 @@ class Driven:
         def missed(speed: float) -> float:
             return float(self.run(speed, 1, samples).omega[-1]) - speed
 
-        found = scipy.optimize.root_scalar(missed, x0=near, x1=near + missed(near), xtol=REPEATS * near, rtol=REPEATS)
-        if not found.converged:
-            raise ComputationError(f"{self.machine.name}: no turn repeats itself near {near * RPM:.6g} r/min")
-        return self.run(float(found.root), 1, samples)
+        root = scipy.optimize.root_scalar(
+            missed, x0=start, x1=start + missed(start), xtol=REPEATS * start, rtol=REPEATS
+        )
+        if not root.converged:
+            raise ComputationError(f"{self.machine.name}: no turn repeats itself near {start * RPM:.6g} r/min")
+        return self.run(float(root.root), 1, samples)
 
-    def report(self, at: Course) -> State:
+    def report(self, at: SpeedHistory) -> DriveState:
         """Return forces and powers along a motion."""
         return self.state(at.phi, at.omega, at.rate)
 
-    def report_constant(self, phi: Array, speed: float) -> State:
+    def report_constant(self, phi: Array, speed: float) -> DriveState:
         """Return forces at angles (n,) at a constant speed [rad/s]."""
         return self.state(phi, np.full_like(phi, speed), np.zeros_like(phi))
 
-    def state(self, phi: Array, omega: Array, rate: Array) -> State:
+    def state(self, phi: Array, omega: Array, rate: Array) -> DriveState:
         """Return what is reported at angles, speeds and accelerations (n,)."""
-        within = phi % TURN
-        found = self._reporting(phi=within, omega=omega, rate=rate, q=self._coordinates(within), **self._fixed)
-        rows = {name: row[0] for name, row in found.items()}
+        folded = phi % TURN
+        reported = self._reporting(phi=folded, omega=omega, rate=rate, q=self._coordinates(folded), **self._fixed)
+        rows = {name: row[0] for name, row in reported.items()}
         values = {name: rows[name] for name in self.names}
         parts = {name: rows[name] for name in ("torque", "load", "stored", "lost", "inertia")}
-        return State(values, **parts)
+        return DriveState(values, **parts)
 
 
 @dataclass(frozen=True)
-class MotorGiven(Record):
+class MotorSettings(Record):
     """A motor and what turns with it, as the drive has them."""
 
     stall_Nm: float
@@ -315,7 +319,7 @@ class MotorGiven(Record):
 
 
 @dataclass(frozen=True)
-class Speed(Record):
+class DriveSpeed(Record):
     """The drive's speed over a turn that repeats itself; the fluctuation is the range over the mean."""
 
     mean_rpm: float
@@ -353,9 +357,9 @@ class DriveResult(Record):
     """
 
     machine: str
-    motor: MotorGiven
+    motor: MotorSettings
     samples: int
-    speed: Speed
+    speed: DriveSpeed
     motor_work_J: float
     friction_work_J: float
     imbalance_W: float
@@ -371,31 +375,33 @@ class Drive:
     """The motion from the start, the turn that repeats itself, what is reported in it and at constant speed."""
 
     machine: Machine
-    started: Course
-    turn: Course
-    driven: State
-    constant: State
+    started: SpeedHistory
+    turn: SpeedHistory
+    driven: DriveState
+    constant: DriveState
     result: DriveResult
 
     def columns(self, names: dict[str, str] | None = None) -> dict[str, Array]:
         """Return the turn as a table: quantities by keys (all unless `names` has some), each in its unit."""
         chosen = names or {quantity.name: quantity.key for quantity in self.machine.results}
-        own, other = ({key: self._shown(state, name) for name, key in chosen.items()} for state in self._states)
+        driven, constant = (
+            {key: self._evaluate_column(state, name) for name, key in chosen.items()} for state in self._states
+        )
         return {
             "phi_deg": np.degrees(self.turn.phi[:-1]),
             "speed_rpm": self.turn.omega[:-1] * RPM,
             "acceleration_rad_s2": self.turn.rate[:-1],
-            **own,
-            **{f"constant_{key}": values for key, values in other.items()},
+            **driven,
+            **{f"constant_{key}": values for key, values in constant.items()},
             "motor_Nm": self.driven.torque[:-1],
             "load_Nm": self.driven.load[:-1],
         }
 
     @property
-    def _states(self) -> tuple[State, State]:
+    def _states(self) -> tuple[DriveState, DriveState]:
         return self.driven, self.constant
 
-    def _shown(self, state: State, name: str) -> Array:
+    def _evaluate_column(self, state: DriveState, name: str) -> Array:
         values: Array = state.values[name][:-1] / self.machine.find_quantity(name).factor
         return values
 
@@ -406,64 +412,66 @@ def drive_machine(
 ) -> Drive:  # fmt: skip
     """Return a machine at its own design, driven from a speed [rad/s] on, its own unless one is given.
 
-    `names` are the quantities that are reported, all results without. Raises InputError as `Driven`,
+    `names` are the quantities that are reported, all results without. Raises InputError as `DrivenMachine`,
     ComputationError where the motor stalls.
     """
-    driven = Driven(machine, motor, names)
+    driven = DrivenMachine(machine, motor, names)
     first = float(machine.data[machine.speed]) if start is None else start
     count = machine.samples if samples is None else samples
     started = driven.run(first, turns, count)
     turn = driven.settle(float(started.omega[-1]), count)
     mean = TURN / turn.seconds
-    own, constant = driven.report(turn), driven.report_constant(turn.phi, mean)
-    gap = own.torque * turn.omega - own.stored - own.lost
+    state, constant = driven.report(turn), driven.report_constant(turn.phi, mean)
+    gap = state.torque * turn.omega - state.stored - state.lost
     result = DriveResult(
         machine=machine.name,
-        motor=MotorGiven(motor.stall, motor.idle * RPM, motor.flywheel),
+        motor=MotorSettings(motor.stall, motor.idle * RPM, motor.flywheel),
         samples=count,
         speed=_speed(turn, mean),
-        motor_work_J=_over_a_turn(own.torque),
-        friction_work_J=_over_a_turn(own.lost / turn.omega),
+        motor_work_J=_integrate(state.torque),
+        friction_work_J=_integrate(state.lost / turn.omega),
         imbalance_W=float(np.abs(gap).max()),
         turns_rpm=(started.omega[::count] * RPM).tolist(),
-        inertia_mean_kgm2=float(own.inertia[:-1].mean()),
-        inertia_max_kgm2=float(own.inertia.max()),
-        inertia_min_kgm2=float(own.inertia.min()),
+        inertia_mean_kgm2=float(state.inertia[:-1].mean()),
+        inertia_max_kgm2=float(state.inertia.max()),
+        inertia_min_kgm2=float(state.inertia.min()),
         quantities={
-            machine.find_quantity(name).key: _quantity(machine, name, turn, own, constant) for name in driven.names
+            machine.find_quantity(name).key: _quantity(machine, name, turn, state, constant) for name in driven.names
         },
     )
-    return Drive(machine, started, turn, own, constant, result)
+    return Drive(machine, started, turn, state, constant, result)
 
 
-def _quantity(machine: Machine, name: str, turn: Course, driven: State, constant: State) -> DrivenQuantity:
+def _quantity(
+    machine: Machine, name: str, turn: SpeedHistory, driven: DriveState, constant: DriveState
+) -> DrivenQuantity:
     quantity = machine.find_quantity(name)
-    own, other = (state.values[name][:-1] / quantity.factor for state in (driven, constant))
-    high, low = (to_degrees(float(turn.phi[index_first_extremum(turn.phi[:-1], own, sign)])) for sign in (1, -1))
+    changing, steady = (state.values[name][:-1] / quantity.factor for state in (driven, constant))
+    high, low = (to_degrees(float(turn.phi[index_first_extremum(turn.phi[:-1], changing, sign)])) for sign in (1, -1))
     return DrivenQuantity(
         unit=units.unit(quantity.key),
-        max=float(own.max()),
-        min=float(own.min()),
+        max=float(changing.max()),
+        min=float(changing.min()),
         max_deg=high,
         min_deg=low,
-        constant_max=float(other.max()),
-        constant_min=float(other.min()),
-        change=float(np.abs(own - other).max()),
+        constant_max=float(steady.max()),
+        constant_min=float(steady.min()),
+        change=float(np.abs(changing - steady).max()),
     )
 
 
-def _speed(turn: Course, mean: float) -> Speed:
+def _speed(turn: SpeedHistory, mean: float) -> DriveSpeed:
     high, low = (to_degrees(float(turn.phi[index_first_extremum(turn.phi, turn.omega, sign)])) for sign in (1, -1))
-    most, least = float(turn.omega.max()), float(turn.omega.min())
-    return Speed(
+    fastest, slowest = float(turn.omega.max()), float(turn.omega.min())
+    return DriveSpeed(
         mean_rpm=mean * RPM,
-        max_rpm=most * RPM,
-        min_rpm=least * RPM,
-        fluctuation=(most - least) / mean,
+        max_rpm=fastest * RPM,
+        min_rpm=slowest * RPM,
+        fluctuation=(fastest - slowest) / mean,
         max_deg=high,
         min_deg=low,
     )
 
 
-def _over_a_turn(values: Array) -> float:
+def _integrate(values: Array) -> float:
     return float(values[:-1].mean() * TURN)

@@ -1,6 +1,6 @@
 """A sum of measures to be minimised under limits, as a smooth programme in the design and a few variables more.
 
-An extreme becomes a variable t of its own that all nodes stay below, or above: the epigraph form. The variables of the
+An extreme becomes a separate variable t that all nodes stay below, or above: the epigraph form. The variables of the
 programme are those of the design (p,), then the t's (q,); no function of it has a corner.
 """
 
@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 
 from planter.engine.machine import Machine, Quantity
-from planter.engine.measures import WITHOUT_SIZE, Condition, Extremum, Limit, Measure
+from planter.engine.measures import WITHOUT_SIZE, Extremum, Limit, Measure, MeasureCondition
 from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, JumpNodes, Nodes, NodeValues, SpanNodes
 from planter.errors import InputError
 from planter.files import units
@@ -31,7 +31,7 @@ EVERYWHERE = ("all", "max", "min", "jump")
 """Measures whose limits are those of every node."""
 CYCLE, ANGLES, EVENTS, JUMPS = "cycle", "angles", "events", "jumps"
 
-Key = str | Extremum | tuple[Condition, ...]
+Key = str | Extremum | tuple[MeasureCondition, ...]
 """Which nodes a measure has: of the cycle, its switching points, jumps, angles, an extremum, parts of the cycle."""
 
 
@@ -61,7 +61,7 @@ def resolve_limit(machine: Machine, limit: Limit) -> Limit:
     return _convert(machine, replace(limit, measure=measure), display)
 
 
-Bound = TypeVar("Bound", Limit, Condition)
+Bound = TypeVar("Bound", Limit, MeasureCondition)
 
 
 def find_display_unit(machine: Machine, measure: Measure) -> Unit:
@@ -85,7 +85,7 @@ def _convert(machine: Machine, bound: Bound, display: Unit) -> Bound:
 
 
 @dataclass(frozen=True)
-class Term:
+class GoalTerm:
     """A measure without corners at a design: value, gradient (p,), and what makes its Hessian.
 
     That is `extra` (p, p) and the Hessians of values and weights of its nodes, `weights` and `weight_weights` (n,).
@@ -99,7 +99,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Block:
+class ConstraintBlock:
     """Rows factor * (a quantity at samples) + share * (variable), within [lower, upper], of one limit, the owner."""
 
     key: Key
@@ -120,17 +120,17 @@ class Goal:
     """
 
     def __init__(
-        self, machine: Machine, least: Sequence[Measure], limits: Sequence[Limit], count: int | None = None,
+        self, machine: Machine, terms: Sequence[Measure], limits: Sequence[Limit], count: int | None = None,
         nodes: Mapping[Key, Nodes] | None = None, with_events: bool = True,
     ) -> None:  # fmt: skip
         """`with_events` takes extremes at switching points too, not only at samples; `nodes` are ready ones."""
-        self.machine, self.least, self.limits = machine, tuple(least), tuple(limits)
+        self.machine, self.terms, self.limits = machine, tuple(terms), tuple(limits)
         self.size = len(machine.design)
-        self.measures = (*self.least, *(limit.measure for limit in self.limits))
+        self.measures = (*self.terms, *(limit.measure for limit in self.limits))
         self.at = sorted({measure.angle % 360 for measure in self.measures if measure.angle is not None})
         count = machine.samples if count is None else count
         self.nodes: Mapping[Key, Nodes] = dict(self._build_nodes(count, with_events)) if nodes is None else nodes
-        self.variables = [(m, side) for m in self.least for side in self._sides(m)]
+        self.variables = [(m, side) for m in self.terms for side in self._sides(m)]
         self._objective_size = len(self.variables)
         self.variables += [(limit.measure, 1) for limit in self.limits if limit.measure.kind == "range"]
         self.unit = np.array([self.spread(m) for m, _ in self.variables])
@@ -158,7 +158,7 @@ class Goal:
         bending = Bending(self, x)
         for measure in self._smooth:
             bending.add(measure, measure.weight)
-        return self.padded(bending.total())
+        return self.pad(bending.total())
 
     def evaluate(self, x: Array) -> float:
         """Return the sum of the measures at a design x (p,)."""
@@ -173,7 +173,7 @@ class Goal:
         slopes = [self._extreme_with_slope(x, measure, side)[1] for measure, side in self.variables]
         return np.array(slopes).reshape(-1, self.size)
 
-    def reached(self, x: Array, limit: Limit) -> float | None:
+    def evaluate_limit(self, x: Array, limit: Limit) -> float | None:
         """Return what a limit is on at a design, in its display unit; None if its condition never holds."""
         is_empty = self.nodes[_key(limit.measure)](x).is_empty
         return None if is_empty else self.measure(x, limit.measure, limit.sign)
@@ -189,29 +189,29 @@ class Goal:
 
     # --- its parts -----------------------------------------------------------------------------------
 
-    def samples_of(self, x: Array, measure: Measure) -> tuple[NodeValues, int]:
+    def find_nodes(self, x: Array, measure: Measure) -> tuple[NodeValues, int]:
         """Return the nodes of a measure at a design, and the row of its quantity."""
         nodes = self.nodes[_key(measure)]
         return nodes(x), nodes.names.index(measure.name)
 
-    def term(self, x: Array, measure: Measure) -> Term:
+    def term(self, x: Array, measure: Measure) -> GoalTerm:
         """Return a measure without corners at a design x (p,)."""
-        at, row = self.samples_of(x, measure)
+        at, row = self.find_nodes(x, measure)
         values, slopes = at.values[row], at.slopes[row]
         none = np.zeros(len(values))
         if measure.kind == "at":
             node = self._node(measure)
-            one = np.eye(len(values))[node]
-            return Term(float(values[node]), slopes[node], one, none, np.zeros((self.size, self.size)))
+            unit = np.eye(len(values))[node]
+            return GoalTerm(float(values[node]), slopes[node], unit, none, np.zeros((self.size, self.size)))
         if measure.kind == "work":
             return self._work(x, at, row, self.machine.find_quantity(measure.name))
         kind = next(kind for kind in SMOOTH if kind == measure.kind)
         statistic = Statistic(kind, values, np.full(len(values), 1 / len(values)) if at.is_empty else at.weights)
         gradient = statistic.gradient(slopes, at.weight_slopes)
         extra = statistic.curvature(slopes, at.weight_slopes)
-        return Term(statistic.value, gradient, statistic.slope, statistic.weight_slope, extra)
+        return GoalTerm(statistic.value, gradient, statistic.slope, statistic.weight_slope, extra)
 
-    def _work(self, x: Array, at: NodeValues, row: int, quantity: Quantity) -> Term:
+    def _work(self, x: Array, at: NodeValues, row: int, quantity: Quantity) -> GoalTerm:
         """Return the work [J] of a power over the time of the nodes, or of a torque over their angle."""
         weights = np.zeros_like(at.weights) if at.is_empty else at.weights
         statistic = Statistic("integral", at.values[row], weights)
@@ -219,12 +219,12 @@ class Goal:
         gradient = statistic.gradient(at.slopes[row], at.weight_slopes)
         extra = statistic.curvature(at.slopes[row], at.weight_slopes)
         mixed = np.outer(gradient, rise)
-        return Term(
+        return GoalTerm(
             length * statistic.value, length * gradient + statistic.value * rise, length * statistic.slope,
             length * statistic.weight_slope, length * extra + mixed + mixed.T + statistic.value * bend,
         )  # fmt: skip
 
-    def padded(self, square: Array) -> Array:
+    def pad(self, square: Array) -> Array:
         """Return a Hessian in the design as one in all variables."""
         count = self.size + len(self.variables)
         padded = np.zeros((count, count))
@@ -233,7 +233,7 @@ class Goal:
 
     def spread(self, measure: Measure) -> float:
         """Return the size of what a measure varies by at the machine's own design, in its quantity's display unit."""
-        at, row = self.samples_of(self.machine.design, measure)
+        at, row = self.find_nodes(self.machine.design, measure)
         values = at.values[row]
         return float(np.ptp(values)) or float(np.abs(values).max()) or 1.0
 
@@ -241,21 +241,21 @@ class Goal:
         """Return what counts as one in the violation of a limit: the limit, or the spread of what it is on."""
         return abs(limit.number) or self.spread(limit.measure)
 
-    def refined(self, x: Array, tolerance: float) -> Goal | None:
+    def refine(self, x: Array, tolerance: float) -> Goal | None:
         """Return the goal with nodes where quantities pass their extremes at a design; None if none does.
 
         `tolerance` is the share of a quantity's spread that an extreme may be passed by.
         """
         nodes, changed = dict(self.nodes), False
-        for key, found in self._peaks(x, tolerance).items():
-            nodes[key], changed = self.nodes[key].with_nodes(np.unique(found)), True
-        return Goal(self.machine, self.least, self.limits, nodes=nodes) if changed else None
+        for key, places in self._peaks(x, tolerance).items():
+            nodes[key], changed = self.nodes[key].with_nodes(np.unique(places)), True
+        return Goal(self.machine, self.terms, self.limits, nodes=nodes) if changed else None
 
     def _peaks(self, x: Array, tolerance: float) -> dict[Key, Array]:
         peaks: dict[Key, Array] = {}
         searched = {(_key(m), m.name): m for m in self.measures if m.kind in ("range", *EVERYWHERE)}
         for (key, name), measure in searched.items():
-            at, row = self.samples_of(x, measure)
+            at, row = self.find_nodes(x, measure)
             values = at.values[row]
             slack = tolerance * max(float(np.ptp(values)), np.finfo(float).tiny)
             places, beyond = self.nodes[key].find_peaks(x, name)
@@ -266,12 +266,12 @@ class Goal:
 
     @property
     def _smooth(self) -> list[Measure]:
-        return [measure for measure in self.least if not self._sides(measure)]
+        return [measure for measure in self.terms if not self._sides(measure)]
 
     @property
     def _linear(self) -> Array:
         """Weights (q,) of the variables in the objective."""
-        weights = [share * m.weight for m in self.least for share in SHARES.get(m.kind, (1,) * len(self._sides(m)))]
+        weights = [share * m.weight for m in self.terms for share in SHARES.get(m.kind, (1,) * len(self._sides(m)))]
         return np.array([*weights, *[0.0] * (len(self.variables) - len(weights))])
 
     @staticmethod
@@ -283,7 +283,7 @@ class Goal:
 
     def _extreme_with_slope(self, x: Array, measure: Measure, side: int) -> tuple[float, Array]:
         """Return an extreme among nodes, and the slope (p,) of the node that has it."""
-        at, row = self.samples_of(x, measure)
+        at, row = self.find_nodes(x, measure)
         chosen = [self._node(measure)] if measure.kind == "at" else slice(None)
         values, slopes = at.values[row][chosen], at.slopes[row][chosen]
         if self._switches(measure):
@@ -311,20 +311,20 @@ class Goal:
         names: dict[Key, dict[str, None]] = {}
         for measure in self.measures:
             names.setdefault(_key(measure), {})[measure.name] = None
-        for key, own in names.items():
+        for key, group in names.items():
             if isinstance(key, Extremum):
-                yield key, ExtremumNode(self.machine, tuple(own), key)
+                yield key, ExtremumNode(self.machine, tuple(group), key)
             elif isinstance(key, tuple):
-                yield key, SpanNodes(self.machine, tuple(own), key)
+                yield key, SpanNodes(self.machine, tuple(group), key)
             elif key == JUMPS:
-                yield key, JumpNodes(self.machine, tuple(own))
+                yield key, JumpNodes(self.machine, tuple(group))
             else:
-                angles = np.radians(self.at) if key == ANGLES else self.machine.turn * np.arange(count) / count
-                yield key, FixedNodes(self.machine, tuple(own), angles)
+                angles = np.radians(self.at) if key == ANGLES else self.machine.list_angles(count)
+                yield key, FixedNodes(self.machine, tuple(group), angles)
                 if key == CYCLE and with_events and self.machine.events is not None:
-                    yield EVENTS, EventNodes(self.machine, tuple(own))
+                    yield EVENTS, EventNodes(self.machine, tuple(group))
 
-    def _build_blocks(self) -> Iterator[Block]:
+    def _build_blocks(self) -> Iterator[ConstraintBlock]:
         extremes = len(self.limits)
         for t, (measure, side) in enumerate(self.variables):
             for sign in (1, -1) if measure.is_size else (side,):
@@ -343,19 +343,19 @@ class Goal:
 
     def _blocks_of(
         self, measure: Measure, factor: float, variable: tuple[int, float], bounds: tuple[float, float], owner: int
-    ) -> Iterator[Block]:
+    ) -> Iterator[ConstraintBlock]:
         for key in (_key(measure), EVENTS) if self._switches(measure) else (_key(measure),):
             nodes = self.nodes[key]
             count = nodes(self.machine.design).values.shape[1]
             samples = np.array([self._node(measure)]) if measure.kind == "at" else np.arange(count)
-            yield Block(key, nodes.names.index(measure.name), samples, factor, *variable, *bounds, owner)
+            yield ConstraintBlock(key, nodes.names.index(measure.name), samples, factor, *variable, *bounds, owner)
 
     def _length(self, x: Array, quantity: Quantity) -> tuple[float, Array, Array]:
         """Return how long a cycle is for the work of a quantity, in time or in angle, with slope and Hessian."""
         rise, bend = np.zeros(self.size), np.zeros((self.size, self.size))
         if quantity.unit == "N m":
             return self.machine.turn, rise, bend
-        speed = float(self.machine.data_at(x)[self.machine.speed])
+        speed = float(self.machine.build_data(x)[self.machine.speed])
         length = self.machine.turn / abs(speed)
         if self.machine.speed in self.machine.moved:
             place = self.machine.moved.index(self.machine.speed)
@@ -398,8 +398,8 @@ class GoalConstraints(Constraints):
         levels = np.array([h.number for _, h in self._smooth]) / self._steps
         upper = np.array([h.sign > 0 for _, h in self._smooth], dtype=bool)
 
-        def spread(of: Callable[[Block], float]) -> Array:
-            return np.concatenate([np.empty(0), *(np.full(len(block.samples), of(block)) for block in blocks)])
+        def spread(field: Callable[[ConstraintBlock], float]) -> Array:
+            return np.concatenate([np.empty(0), *(np.full(len(block.samples), field(block)) for block in blocks)])
 
         self.lower = np.concatenate([spread(lambda b: b.lower), np.where(upper, -np.inf, levels)])
         self.upper = np.concatenate([spread(lambda b: b.upper), np.where(upper, levels, np.inf)])
@@ -434,14 +434,14 @@ class GoalConstraints(Constraints):
         bending = Bending(self.goal, y[: self.goal.size])
         first = 0
         for block in self.goal.blocks:
-            own = weights[first : first + len(block.samples)]
-            np.add.at(bending.weights[block.key][block.output], block.samples, own * block.factor)
+            part = weights[first : first + len(block.samples)]
+            np.add.at(bending.weights[block.key][block.output], block.samples, part * block.factor)
             first += len(block.samples)
         for row, (_, limit) in enumerate(self._smooth):
             bending.add(limit.measure, weights[first + row] / self._steps[row])
-        return self.goal.padded(bending.total())
+        return self.goal.pad(bending.total())
 
-    def _at(self, block: Block, x: Array) -> NodeValues:
+    def _at(self, block: ConstraintBlock, x: Array) -> NodeValues:
         return self.goal.nodes[block.key](x)
 
 

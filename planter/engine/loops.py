@@ -28,7 +28,7 @@ LEAST_STEP = 1e-5
 
 @dataclass
 class WalkLanes:
-    """Where the lanes of a walk are: an entry, or a column, for each.
+    """The state of the lanes of a walk: an entry, or a column, for each.
 
     `index` is the angle that a lane goes to next, `at` where it is, `before` where it was a step before, `target` where
     Newton's method closes it now, from `guess`, after `calls`; a lane is `settled` if it needs another target. Lanes
@@ -71,7 +71,7 @@ class WalkLanes:
             running=np.ones(count, dtype=bool),
         )
 
-    def compacted(self) -> WalkLanes:
+    def compact(self) -> WalkLanes:
         """Return the lanes that are running, filled up with others to full vectors."""
         count = np.count_nonzero(self.running)
         order = np.argsort(~self.running, kind="stable")[: count + -count % VECTOR]
@@ -81,8 +81,8 @@ class WalkLanes:
         """Set target and guess, by the secant through the last two places, where a lane is settled."""
         reach, following = self.at + self.step, angles[self.index]
         target = np.where(reach > following - LEAST_STEP, following, reach)
-        apart = self.at - self.before
-        slope = np.divide(self.q - self.q_before, apart, out=np.zeros_like(self.q), where=apart > 0)
+        distance = self.at - self.before
+        slope = np.divide(self.q - self.q_before, distance, out=np.zeros_like(self.q), where=distance > 0)
         guess = self.q + slope * (target - self.at)
         settled = self.settled
         if settled.all():
@@ -123,14 +123,19 @@ CLOSED = 1e-13
 """A loop is closed where Newton's next step is below this share of the coordinates' size."""
 SINGULAR = 1e-9
 """Below this share of its largest entries' product the Jacobian's determinant counts as zero."""
-KEPT_LANES = 0.9
+COMPACTED_SHARE = 0.9
 """Lanes of a walk are put together, in fewer vectors, where no more than this share of them is running."""
 RETURNED = 1e-6
 """A coordinate that differs by less after a turn, apart from whole turns, has returned [m or rad]."""
 
 
+def split_gaps(closure: ca.SX, size: int) -> tuple[ca.SX, ca.SX]:
+    """Return the gaps (c,) of loops and their Jacobian (c, c), which follows them row by row in a closure."""
+    return closure[:size], ca.reshape(closure[size:], size, size).T
+
+
 @dataclass(frozen=True)
-class Loops:
+class KinematicLoops:
     """The loops of a machine: `gaps` (phi, d, q) -> gaps (c,) and their Jacobian row by row, `assembly` d -> q.
 
     `names` and `units` are those of the coordinates, `gap_names` those of the gaps.
@@ -155,18 +160,17 @@ class Loops:
         """
         size = self.size
         phi, d, q = ca.SX.sym("phi"), ca.SX.sym("d", self.gaps.numel_in(1)), ca.SX.sym("q", size)
-        at, step, determinant, least = q, ca.SX(0), ca.SX(0), ca.SX(np.inf)
+        at, step, determinant, smallest = q, ca.SX(0), ca.SX(0), ca.SX(np.inf)
         for _ in range(UNROLLED):
-            gaps = self.gaps(phi, d, at)
-            jacobian = ca.reshape(gaps[size:], size, size).T
-            change = -ca.solve(jacobian, gaps[:size])
+            gaps, jacobian = split_gaps(self.gaps(phi, d, at), size)
+            change = -ca.solve(jacobian, gaps)
             at = at + change
             step = ca.mmax(ca.fabs(change) / (1 + ca.fabs(at)))
             determinant = ca.det(jacobian)
             for j in range(size):
                 determinant = determinant / ca.norm_inf(jacobian[:, j])
-            least = ca.fmin(least, ca.fabs(determinant))
-        outputs = ca.cse([ca.densify(output) for output in (at, step, determinant, least)])
+            smallest = ca.fmin(smallest, ca.fabs(determinant))
+        outputs = ca.cse([ca.densify(output) for output in (at, step, determinant, smallest)])
         names = ["next", "step", "determinant", "least"]
         return ca.Function("newton", [phi, d, q], outputs, ["phi", "d", "q"], names)
 
@@ -209,24 +213,24 @@ class Loops:
                 break
         return q, determinant, closed
 
-    def near(self, phi: Array, d: Array, q: Array) -> Array | None:
+    def find_near(self, phi: Array, d: Array, q: Array) -> Array | None:
         """Return coordinates (c, n) near others, or None where they lead to no common assembly."""
         q, determinant, closed = self.close(phi, d, q)
         return q if closed.all() and (determinant * determinant[0] > 0).all() else None
 
-    def walk(self, d: Array, angles: Array) -> Walk:
+    def walk(self, d: Array, angles: Array) -> LoopWalk:
         """Return a walk of machines with values d (v, lanes) along increasing angles (n,) from 0 on [rad]."""
-        return Walk(self, d, angles)
+        return LoopWalk(self, d, angles)
 
-    def course(self, name: str, d: Array) -> Course:
+    def course(self, name: str, d: Array) -> LoopCoordinates:
         """Return the coordinates of one machine with values d (v,) over a turn.
 
         Raises ComputationError where a loop does not close, at a dead point, and if a turn does not lead back.
         """
-        return Course(self, name, d)
+        return LoopCoordinates(self, name, d)
 
 
-class Walk:
+class LoopWalk:
     """Coordinates of loops along angles, a machine in each lane, none of which waits for another.
 
     `places` (c, n, lanes) are the coordinates at the angles, without meaning beyond what a lane `reached` (lanes,), the
@@ -234,7 +238,7 @@ class Walk:
     coordinates at the start and at the end, and `assembled` (lanes,) the lanes that closed at the start.
     """
 
-    def __init__(self, loops: Loops, d: Array, angles: Array) -> None:
+    def __init__(self, loops: KinematicLoops, d: Array, angles: Array) -> None:
         self.loops, self.angles = loops, angles
         d = np.ascontiguousarray(d, dtype=float)
         count = d.shape[1]
@@ -251,8 +255,8 @@ class Walk:
         lanes = WalkLanes.at_start(d, sense, self.first, begun)
         lanes.stop(~self.alive)
         while lanes.running.any():
-            if np.count_nonzero(lanes.running) + VECTOR <= KEPT_LANES * len(lanes.running):
-                lanes = lanes.compacted()
+            if np.count_nonzero(lanes.running) + VECTOR <= COMPACTED_SHARE * len(lanes.running):
+                lanes = lanes.compact()
             self._advance(lanes)
 
     def _advance(self, lanes: WalkLanes) -> None:
@@ -274,7 +278,7 @@ class Walk:
             self._end(lanes, ended)
 
     def _arrive(self, lanes: WalkLanes, arrived: Flags) -> None:
-        """Keep the places of lanes at their angles; a lane at the last one has come to its end."""
+        """Store the places of lanes at their angles; a lane at the last one has ended."""
         index = lanes.index[0]
         if len(arrived) == len(self.alive) and arrived.all() and (lanes.index == index).all():
             np.copyto(self.places[:, index], lanes.q, where=lanes.running)
@@ -296,14 +300,14 @@ class Walk:
         """Return what coordinates (c, lanes) gained since the start, as whole turns, and which lanes returned."""
         gained = self.last - self.first
         angular = np.array([unit == "rad" for unit in self.loops.units])[:, None]
-        whole = np.where(angular, TURN * np.round(gained / TURN), 0.0)
-        return whole, np.asarray(self.alive & (np.abs(gained - whole) <= RETURNED).all(axis=0))
+        turns = np.where(angular, TURN * np.round(gained / TURN), 0.0)
+        return turns, np.asarray(self.alive & (np.abs(gained - turns) <= RETURNED).all(axis=0))
 
 
-class Course:
+class LoopCoordinates:
     """The coordinates of one machine's loops over a turn, found once, then anywhere."""
 
-    def __init__(self, loops: Loops, name: str, d: Array) -> None:
+    def __init__(self, loops: KinematicLoops, name: str, d: Array) -> None:
         self.loops, self.name, self.d = loops, name, np.asarray(d, dtype=float)
         walk = loops.walk(self.d[:, None], np.linspace(0.0, TURN, 361))
         if not walk.assembled[0]:
@@ -313,13 +317,13 @@ class Course:
         self.gained = self._returned(walk)
         self.angles, self.places = walk.angles, walk.places[:, :, 0]
 
-    def moved_to(self, d: Array) -> Course | None:
+    def move_to(self, d: Array) -> LoopCoordinates | None:
         """Return the course at other values d (v,), or None if it is not near this one.
 
         It begins as a walk would, from the assembly of those values.
         """
         lanes = np.repeat(d[:, None], len(self.angles), axis=1)
-        q = self.loops.near(self.angles, lanes, self.places)
+        q = self.loops.find_near(self.angles, lanes, self.places)
         first = self.loops.walk(d[:, None], np.empty(0)).first[:, 0]
         if q is None or np.abs(np.column_stack([q[:, 0] - first, q[:, -1] - first - self.gained])).max() > RETURNED:
             return None
@@ -327,29 +331,29 @@ class Course:
         course.d, course.places = d, q
         return course
 
-    def at(self, angles: Array) -> Array:
+    def evaluate(self, angles: Array) -> Array:
         """Return the coordinates (c, n) at angles (n,) [rad] of any turn."""
-        within = np.mod(angles, TURN)
-        guess = np.array([np.interp(within, self.angles, row) for row in self.places])
-        q = self.loops.near(within, np.repeat(self.d[:, None], len(within), axis=1), guess)
+        folded = np.mod(angles, TURN)
+        guess = np.array([np.interp(folded, self.angles, row) for row in self.places])
+        q = self.loops.find_near(folded, np.repeat(self.d[:, None], len(folded), axis=1), guess)
         if q is None:
             raise ComputationError(f"{self.name}: the loops do not close everywhere on the turn")
-        return q + np.outer(self.gained, np.round((angles - within) / TURN))
+        return q + np.outer(self.gained, np.round((angles - folded) / TURN))
 
-    def _returned(self, walk: Walk) -> Array:
+    def _returned(self, walk: LoopWalk) -> Array:
         """Return what the coordinates gain in a turn: lengths nothing, angles whole turns."""
-        whole, returned = walk.gains()
+        turns, returned = walk.gains()
         if not returned[0]:
             gained = walk.last[:, 0] - walk.first[:, 0]
-            worst = int(np.argmax(np.abs(gained - whole[:, 0])))
+            worst = int(np.argmax(np.abs(gained - turns[:, 0])))
             raise ComputationError(
                 f"{self.name}: after a turn {self.loops.names[worst]} is not what it was (it gains {gained[worst]:.6g} "
                 f"{self.loops.units[worst]}): the mechanism does not repeat after one turn, or its loops have come "
                 "into another assembly"
             )
-        return whole[:, 0]
+        return turns[:, 0]
 
-    def _dead_point(self, walk: Walk) -> str:
+    def _dead_point(self, walk: LoopWalk) -> str:
         at = float(walk.reached[0])
         names = ", ".join(self.loops.names)
         _, _, closed = self.loops.close(np.array([at + 2 * LEAST_STEP]), self.d[:, None], walk.last)
@@ -357,7 +361,7 @@ class Course:
         return f"{self.name}: dead point near {np.degrees(at):.6g} deg: beyond it {beyond}"
 
     def _obstacle(self, angle: float, q: Array) -> str:
-        """Return what keeps the loops from closing at an angle."""
+        """Return the reason why the loops do not close at an angle."""
         gaps = self._gaps(phi=np.array([angle]), d=self.d[:, None], q=q)["gaps"][: self.loops.size, 0]
         worst = int(np.argmax(np.abs(gaps)))
         if abs(gaps[worst]) <= CLOSED:

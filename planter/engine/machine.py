@@ -1,7 +1,7 @@
-"""What every capability takes: a machine as values and composed functions, in SI units and radians.
+"""A machine as values and composed functions, in SI units and radians: the input of every general computation.
 
 d (v,) are all values of a machine, x (p,) those of them that a search may move, h (k,) what no angle changes, q (c,)
-the coordinates of its closed loops, and phi the angle of its drive. Equal sides stand at `offsets` from each other.
+the coordinates of its closed loops, and phi the angle of its drive. Equal sides are at `offsets` from each other.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 
 from planter import plugins
-from planter.engine.loops import Loops
+from planter.engine.loops import KinematicLoops
 from planter.engine.measures import CurveDistance, Limit, Measure, parse_distance
 from planter.engine.piecewise import build_distance, read_curve
 from planter.errors import InputError
@@ -44,7 +44,7 @@ class Value:
     """A number that a machine takes; `path` is its place in the machine's file and ends in the unit there.
 
     `source` says where the symbol is from, such as an equation of a paper.
-    `limits` are the least and the greatest number that the file may hold, in its unit, None where there is none.
+    `limits` are the least and the greatest number that the file may hold, in its unit, None if there is none.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Value:
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a machine yields at an angle: of one side, or, if it is a `total`, of all sides together.
+    """A result or check of a machine at an angle: of one side, or, if it is a `total`, of all sides together.
 
     `key` is its name in results and ends in the unit there. `axes` names the frame by whose axes a component is given,
     unless it is the world's. `is_push` holds for the force of a contact that cannot pull. `reference` is the source of
@@ -109,9 +109,9 @@ class Stage:
 
 @dataclass(frozen=True)
 class Documentation:
-    """What texts say of a machine: its title, where its model comes from, and the equations that it is made of.
+    """Texts about a machine: its title, the reference of its model, and its equations.
 
-    `variant` tells models of the same machine apart by name; it is empty for the usual one.
+    `variant` is the name of another model of the same machine; it is empty for the usual one.
     """
 
     title: str
@@ -133,9 +133,10 @@ class Machine:
     `acceleration` is the index of the drive's acceleration [rad/s2] among the values, if it is one; `losses` names
     powers of friction, `energies` quantities that add up to all energy, if they are reported.
     `document` is the file that it was read from, and `build` makes the machine of a file of its kind; pickles can be
-    made of both. `least` is the sum of measures that the file minimises under `limits`, over true extremes or samples
+    made of both. `objective` is the sum of measures that the file minimises under `limits`, over true extremes or
+    samples
     as `sampling` says; `genetic` are its settings of the genetic algorithm. `angle` is the name of the drive's angle.
-    `requirements` makes the constraints that the file states on its own design beside limits, if it has any.
+    `requirements` makes the constraints on its own design that the file states besides limits, if it has any.
     `stages` are further functions along the angle: `places` of points of bodies, `followers` and `meshes` of cams and
     gears.
     """
@@ -152,7 +153,7 @@ class Machine:
     prologue: ca.Function
     lane: ca.Function
     speed: int
-    loops: Loops | None = None
+    loops: KinematicLoops | None = None
     totals: ca.Function | None = None
     events: ca.Function | None = None
     event_kinds: tuple[Mapping[str, Any], ...] = ()
@@ -166,7 +167,7 @@ class Machine:
     losses: tuple[str, ...] = ()
     energies: tuple[str, ...] = ()
     stages: Mapping[str, Stage] = field(default_factory=dict)
-    least: tuple[Measure, ...] = ()
+    objective: tuple[Measure, ...] = ()
     limits: tuple[Limit, ...] = ()
     sampling: Sampling = "refined"
     genetic: GeneticAlgorithm | None = None
@@ -190,7 +191,7 @@ class Machine:
         return {value.path: value.meaning for value in self.values}
 
     @property
-    def least_samples(self) -> int:
+    def objective_samples(self) -> int:
         """Samples of a cycle that stand for the file's objective where true extremes do not."""
         return self.samples if self.sampling == "refined" else self.sampling
 
@@ -224,7 +225,7 @@ class Machine:
     def find_quantity(self, name: str) -> Quantity:
         """Return a quantity by its name or key, or a distance from a curve.
 
-        Raises InputError, with names that are close, if there is none, and for a file without a curve.
+        Raises InputError, with names that are close, if it is unknown, and for a file without a curve.
         """
         for quantity in self.quantities:
             if name in (quantity.name, quantity.key):
@@ -232,10 +233,7 @@ class Machine:
         distance = parse_distance(name)
         if distance is not None:
             return self._add_distance(distance)
-        known = [quantity.name for quantity in self.results]
-        close = paths.close(name, known)
-        hint = f"did you mean {' or '.join(close)}?" if close else f"it must be one of {', '.join(known)}"
-        raise InputError(f"{self.source}: {self.name} has no quantity {name}: {hint}")
+        raise self._refuse("quantity", name, [quantity.name for quantity in self.results])
 
     def list_parts(self, name: str) -> tuple[str, ...]:
         """Return the names of the machine's quantities that one is made of: itself, or the two of a distance."""
@@ -261,20 +259,23 @@ class Machine:
     def _distances(self) -> dict[str, ca.SX]:
         return {}
 
-    def index_of(self, path: str) -> int:
+    def find_index(self, path: str) -> int:
         """Return the index of a value by its path or key. Raises InputError, with names that are close, for none."""
         for attribute in ("path", "key"):
             indices = [i for i, value in enumerate(self.values) if getattr(value, attribute) == path]
             if len(indices) == 1:
                 return indices[0]
-        known = [value.path for value in self.values]
-        close = paths.close(path, known)
-        hint = f"did you mean {' or '.join(close)}?" if close else f"it must be one of {', '.join(known)}"
-        raise InputError(f"{self.source}: {self.name} has no value {path}: {hint}")
+        raise self._refuse("value", path, [value.path for value in self.values])
+
+    def _refuse(self, kind: str, name: str, names: Sequence[str]) -> InputError:
+        """Return the error for an unknown name, with names that are close."""
+        close = paths.close(name, names)
+        hint = f"did you mean {' or '.join(close)}?" if close else f"it must be one of {', '.join(names)}"
+        return InputError(f"{self.source}: {self.name} has no {kind} {name}: {hint}")
 
     def with_moved(self, bounds: Mapping[str, tuple[float, float]]) -> Machine:
         """Return the machine with other values to move, by path, each with its bounds in the unit of the file."""
-        moved = tuple(self.index_of(path) for path in bounds)
+        moved = tuple(self.find_index(path) for path in bounds)
         factors = np.array([self.values[index].factor for index in moved])
         ends = np.array(list(bounds.values()), dtype=float).reshape(-1, 2) * factors[:, None]
         return replace(self, moved=moved, lower=ends[:, 0], upper=ends[:, 1])
@@ -291,7 +292,7 @@ class Machine:
         for path, (low, high) in ranges.items():
             if not low < high:
                 raise InputError(f"{label} {path}={low:g}:{high:g} is not allowed: LOW must be below HIGH")
-            full = self.values[self.index_of(path)].path
+            full = self.values[self.find_index(path)].path
             for end in (low, high):
                 self.document.with_numbers({full: end})
         return self.with_moved(ranges) if ranges else self
@@ -314,11 +315,25 @@ class Machine:
         speed = self.values[self.speed]
         return self.with_numbers({speed.path: speed_rpm * units.factor("speed_rpm") / speed.factor})
 
-    def data_at(self, x: Array) -> Array:
+    def list_angles(self, count: int | None = None) -> Array:
+        """Return the angles (n,) [rad] of a cycle in equal steps, `samples` unless a count is given."""
+        count = self.samples if count is None else count
+        return self.turn * np.arange(count) / count
+
+    @property
+    def guards(self) -> tuple[Quantity, ...]:
+        """The quantities that show whether forces are determined: pivots, then numbers of states."""
+        return tuple(q for role in ("pivot", "states") for q in self.quantities if q.role == role)
+
+    def build_data(self, x: Array) -> Array:
         """Return all values (v,) at a design x (p,)."""
         data = self.data.copy()
         data[list(self.moved)] = x
         return data
+
+    def create_symbol(self, name: str, size: int) -> Any:
+        """Return a column of symbols of the type, SX or MX, that the prologue takes."""
+        return (ca.SX if self.prologue.is_a("SXFunction") else ca.MX).sym(name, size)
 
     @cached_property
     def symbols(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
@@ -361,35 +376,36 @@ class Machine:
         return self.totals(*(self.lane(phi + offset, d, h, q) for offset in self.offsets), d)
 
     def _share(self, index: int) -> ca.SX | None:
-        """Return the share of a side in a total, or None if the total is no sum of equal shares."""
+        """Return the share of a side in a total, or None if the total is not a sum of equal shares."""
         assert self.totals is not None
         phi, d, h, q = self.symbols
-        one, two = (ca.SX.sym(name, self.totals.size1_in(i)) for i, name in enumerate(("one", "two")))
-        total = self.totals(one, two, d)[index]
-        if ca.jacobian(ca.gradient(total, one), two).nnz():
+        first, second = (ca.SX.sym(name, self.totals.size1_in(i)) for i, name in enumerate(("one", "two")))
+        total = self.totals(first, second, d)[index]
+        if ca.jacobian(ca.gradient(total, first), second).nnz():
             return None
-        function = ca.Function("total", [one, two, d], [total], ["one", "two", "d"], ["total"])
+        function = ca.Function("total", [first, second, d], [total], ["one", "two", "d"], ["total"])
         if not _is_symmetric(function):
             return None
-        none = ca.SX.zeros(one.numel())
+        none = ca.SX.zeros(first.numel())
         return function(self.lane(phi, d, h, q), none, d) - function(none, none, d) / 2
 
 
 def build_vectors(components: Mapping[str, tuple[str, ...]], quantities: Sequence[Quantity]) -> Iterator[Vector]:
     """Yield vectors by the names of their components, those of which all are there; the first says what they mean."""
-    known = {quantity.name: quantity for quantity in quantities}
+    by_name = {quantity.name: quantity for quantity in quantities}
     for name, parts in components.items():
-        if all(part in known for part in parts):
-            meaning = known[parts[0]].meaning
+        if all(part in by_name for part in parts):
+            meaning = by_name[parts[0]].meaning
             yield Vector(name, meaning.rpartition(", ")[0] or meaning.partition(" ")[2] or name, parts)
 
 
 def _is_symmetric(total: ca.Function) -> bool:
     """Return whether a function of both sides stays the same when they are exchanged, at random values."""
     rng, kernel = np.random.default_rng(1), Kernel(total)
-    one, two, d = (rng.uniform(0.5, 1.5, total.size1_in(i)) for i in range(3))
-    there, back = (float(kernel(one=a, two=b, d=d)["total"][0, 0]) for a, b in ((one, two), (two, one)))
-    return abs(there - back) <= 1e-12 * abs(there)
+    first, second, d = (rng.uniform(0.5, 1.5, total.size1_in(i)) for i in range(3))
+    pairs = ((first, second), (second, first))
+    value, exchanged = (float(kernel(one=a, two=b, d=d)["total"][0, 0]) for a, b in pairs)
+    return abs(value - exchanged) <= 1e-12 * abs(value)
 
 
 def load_machine(
@@ -421,16 +437,16 @@ def check_samples(samples: int | None, fewest: int = 4) -> None:
 
 
 def find_machine_room(source: str) -> ModuleType | None:
-    """Return the module `machines` of the room that takes a source, None if no room does.
+    """Return the plug-in module `machines` that takes a source, None if there is none.
 
-    Such a module has `takes(source)` and `load(source, changes, **choices)`; the choices are those of the room.
+    Such a module has `takes(source)` and `load(source, changes, **choices)`.
     """
     return next((module for module in plugins.load_modules("machines") if module.takes(source)), None)
 
 
 @dataclass(frozen=True)
 class FunctionSignature:
-    """A function of a machine: what it takes, how many results it has, and of how many operations it is made."""
+    """A function of a machine: its inputs, and the numbers of its outputs and operations."""
 
     name: str
     inputs: tuple[str, ...]
@@ -440,9 +456,9 @@ class FunctionSignature:
 
 @dataclass(frozen=True)
 class Description:
-    """What is said of a machine; `data` (v,) are its values in SI, `bounds` in the units of their paths.
+    """The description of a machine; `data` (v,) are its values in SI, `bounds` in the units of their paths.
 
-    `origins` says by path where a value is from.
+    `origins` has the sources of values by path.
     """
 
     name: str
@@ -457,19 +473,21 @@ class Description:
     functions: tuple[FunctionSignature, ...]
 
 
-def describe(source: str, changes: Mapping[str, float]) -> Description:
-    """Return what is said of the machine of a file or a built-in name. Raises InputError as `load_machine`.
+def describe_source(source: str, changes: Mapping[str, float]) -> Description:
+    """Return the description of the machine of a file or a built-in name. Raises InputError as `load_machine`.
 
-    A room whose machines are not all driven by an angle describes them by its own `describe(source, changes)`.
+    A plug-in for machines without a driving angle describes them by a function `describe(source, changes)`.
     """
     module = find_machine_room(source)
-    own = getattr(module, "describe", None)
-    description: Description = own(source, changes) if own else describe_machine(load_machine(source, changes))
+    describe = getattr(module, "describe", None)
+    description: Description = (
+        describe(source, changes) if describe else describe_machine(load_machine(source, changes))
+    )
     return description
 
 
 def describe_machine(machine: Machine) -> Description:
-    """Return what a machine that an angle drives says of itself."""
+    """Return the description of a machine that an angle drives."""
     functions = {"prologue": machine.prologue, "lane": machine.lane, "totals": machine.totals, "events": machine.events}
     if machine.loops is not None:
         functions |= {"assembly": machine.loops.assembly, "closure": machine.loops.gaps}

@@ -111,7 +111,7 @@ class Extremum:
 
 
 @dataclass(frozen=True)
-class Condition:
+class MeasureCondition:
     """A quantity, or its size if `absolute`, on one side of a number: at most it (`sign` +1), or at least.
 
     The number is in `unit`, or in the display unit of the quantity if that is empty. `strict` is the sign without
@@ -150,7 +150,7 @@ class Measure:
     angle: float | None = None
     in_time: bool = False
     where: Extremum | None = None
-    during: tuple[Condition, ...] = ()
+    during: tuple[MeasureCondition, ...] = ()
 
     def __str__(self) -> str:
         weight = {1.0: "", -1.0: "-"}.get(self.weight) if abs(self.weight) == 1 else _text(self.weight)
@@ -192,7 +192,7 @@ class Measure:
         """Return the measure of other quantities, in the order of `names`."""
         first, *rest = names
         where = None if self.where is None else replace(self.where, name=rest.pop(0))
-        during = tuple(replace(one, name=name) for one, name in zip(self.during, rest, strict=True))
+        during = tuple(replace(condition, name=name) for condition, name in zip(self.during, rest, strict=True))
         return replace(self, name=first, where=where, during=during)
 
 
@@ -378,7 +378,7 @@ class _Reader:
         return weight
 
     def _read_name(self, before: Sequence[str]) -> str:
-        """Read a name; `before` are the words that might have stood in its place."""
+        """Read a name; `before` are the words that may precede it."""
         if self.token.kind != "word":
             self.fail("is no name of a quantity")
         if self.token.text == DISTANCE and self._qualifies() and self._next().text != "is":
@@ -436,13 +436,13 @@ class _Reader:
         self.expect(("is",), "is not expected")
         return Extremum(name, 1 if self.expect(("least", "greatest"), "is no extreme") == "greatest" else -1)
 
-    def _read_conditions(self) -> tuple[Condition, ...]:
-        conditions: list[Condition] = []
+    def _read_conditions(self) -> tuple[MeasureCondition, ...]:
+        conditions: list[MeasureCondition] = []
         while not conditions or self.accept("and"):
             absolute = self._qualifies() and bool(self.accept("abs"))
             name = self._read_name(("abs",))
             if self.token.kind != "sign":
                 self.fail("is not expected: a condition is NAME <= NUMBER")
             sign, number, unit = self.read_bound(SIGNS)
-            conditions.append(Condition(name, 1 if "<" in sign else -1, number, unit, absolute, "=" not in sign))
+            conditions.append(MeasureCondition(name, 1 if "<" in sign else -1, number, unit, absolute, "=" not in sign))
         return tuple(conditions)

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from planter.engine.machine import Machine
-from planter.engine.measures import Condition, Extremum
-from planter.engine.response import DesignPoint, Response, Switchings
+from planter.engine.measures import Extremum, MeasureCondition
+from planter.engine.response import DesignPoint, MachineResponse, Switchings
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics import extrema, roots
@@ -57,7 +57,7 @@ class Nodes(ABC):
 
     def __init__(self, machine: Machine, names: Sequence[str]) -> None:
         self.machine, self.names = machine, tuple(names)
-        self.response = Response(machine, names)
+        self.response = MachineResponse(machine, names)
         self.units = np.array([quantity.factor for quantity in self.response.quantities])
         self._latest = LastCallCache(self.evaluate)
 
@@ -154,11 +154,11 @@ class Placement:
 class MovingNodes(Nodes):
     """Nodes that move with the design by anchors, which are zeros of rows of another response."""
 
-    def __init__(self, machine: Machine, names: Sequence[str], anchors: Response) -> None:
+    def __init__(self, machine: Machine, names: Sequence[str], anchors: MachineResponse) -> None:
         super().__init__(machine, names)
         self.anchors = anchors
         count = max(machine.samples, SCANNED)
-        self.grid = machine.turn * np.arange(count) / count
+        self.grid = machine.list_angles(count)
 
     def restart(self) -> None:
         super().restart()
@@ -205,7 +205,7 @@ class ExtremumNode(MovingNodes):
     """The angle at which a quantity is greatest or least over the cycle."""
 
     def __init__(self, machine: Machine, names: Sequence[str], extremum: Extremum) -> None:
-        super().__init__(machine, names, Response(machine, [extremum.name], rates=[extremum.name]))
+        super().__init__(machine, names, MachineResponse(machine, [extremum.name], rates=[extremum.name]))
         self.extremum = extremum
 
     def place(self, point: DesignPoint) -> Placement:
@@ -226,8 +226,8 @@ class ExtremumNode(MovingNodes):
         if is_corner:
             angle = np.degrees(self.grid[index])
             raise ComputationError(f"{self.machine.name}: {self.extremum} at a corner, near {angle:.6g} deg")
-        one = np.ones((1, 1))
-        return Placement(anchor, np.array([1]), np.zeros(1), one, np.ones(1), 0 * one)
+        unit = np.ones((1, 1))
+        return Placement(anchor, np.array([1]), np.zeros(1), unit, np.ones(1), 0 * unit)
 
 
 class EventNodes(MovingNodes):
@@ -312,38 +312,38 @@ class SpanNodes(MovingNodes):
     """
 
     def __init__(
-        self, machine: Machine, names: Sequence[str], conditions: Sequence[Condition], shares: Array | None = None,
-        weights: Array | None = None, most: int | None = None,
+        self, machine: Machine, names: Sequence[str], conditions: Sequence[MeasureCondition],
+        shares: Array | None = None, weights: Array | None = None, capacity: int | None = None,
     ) -> None:  # fmt: skip
-        super().__init__(machine, names, Response(machine, [condition.name for condition in conditions]))
+        super().__init__(machine, names, MachineResponse(machine, [condition.name for condition in conditions]))
         self.conditions = tuple(conditions)
         factors = np.array([quantity.factor for quantity in self.anchors.quantities])
         self.levels = factors * [condition.number for condition in conditions]
         quadrature = clenshaw_curtis(SPAN_NODES)
         self.shares = quadrature[0] if shares is None else shares
         self.share_weights = quadrature[1] if weights is None else weights
-        self.most = most or max(len(self._spans(self.response.at(machine.design))[0]), 1) + SPARE_SPANS
+        self.capacity = capacity or max(len(self._spans(self.response.at(machine.design))[0]), 1) + SPARE_SPANS
 
     def place(self, point: DesignPoint) -> Placement:
         anchors, rows, excess = self._spans(point)
         spans, count = len(anchors), len(self.shares)
         if not spans:
             if (excess <= 0).all():
-                return Placement.at_rest(self.machine.turn * np.arange(self.most * count) / (self.most * count))
-            return Placement.at_rest(np.full(self.most * count, self.grid[int(np.argmin(excess))]), is_empty=True)
-        if spans > self.most:
+                return Placement.at_rest(self.machine.list_angles(self.capacity * count))
+            return Placement.at_rest(np.full(self.capacity * count, self.grid[int(np.argmin(excess))]), is_empty=True)
+        if spans > self.capacity:
             conditions = " and ".join(map(str, self.conditions))
             raise ComputationError(f"{self.machine.name}: the cycle has {spans} parts on which {conditions}")
-        mix = np.zeros((self.most, count, 2 * spans))
-        weights = np.zeros((self.most, count, 2 * spans))
-        for place in range(self.most):
+        mix = np.zeros((self.capacity, count, 2 * spans))
+        weights = np.zeros((self.capacity, count, 2 * spans))
+        for place in range(self.capacity):
             span = place if place < spans else 0
             mix[place, :, 2 * span] = 1 - self.shares
             mix[place, :, 2 * span + 1] = self.shares
             if place < spans:
                 weights[place, :, 2 * span] = -self.share_weights / self.machine.turn
                 weights[place, :, 2 * span + 1] = self.share_weights / self.machine.turn
-        total = self.most * count
+        total = self.capacity * count
         flat = (total, 2 * spans)
         nothing = np.zeros(total)
         return Placement(anchors.ravel(), rows.ravel(), nothing, mix.reshape(flat), nothing, weights.reshape(flat))
@@ -363,7 +363,7 @@ class SpanNodes(MovingNodes):
         places = np.setdiff1d(places, self.shares)
         weights = np.append(self.share_weights, np.zeros(len(places)))
         shares = np.append(self.shares, places)
-        return SpanNodes(self.machine, self.names, self.conditions, shares, weights, self.most)
+        return SpanNodes(self.machine, self.names, self.conditions, shares, weights, self.capacity)
 
     def _spans(self, point: DesignPoint) -> tuple[Array, Integers, Array]:
         """Return begin and end of all parts (s, 2), the conditions that end them, and by how much the grid misses all.
@@ -383,13 +383,13 @@ class SpanNodes(MovingNodes):
             return value, slope
 
         ends = excess[changes], np.roll(excess, -1)[changes]
-        found = roots.find_bracketed_roots(function, low, low + step, ends)
-        rows = self._excess(point, found)[2]
+        places = roots.find_bracketed_roots(function, low, low + step, ends)
+        rows = self._excess(point, places)[2]
         first = int(inside[changes[0]])  # the part at the grid's first angle begins before it
-        found, rows = np.roll(found, -first), np.roll(rows, -first)
+        places, rows = np.roll(places, -first), np.roll(rows, -first)
         if first:
-            found[-1] += self.machine.turn
-        return found.reshape(-1, 2), rows.reshape(-1, 2), excess
+            places[-1] += self.machine.turn
+        return places.reshape(-1, 2), rows.reshape(-1, 2), excess
 
     def _excess(self, point: DesignPoint, phi: Array) -> tuple[Array, Array, Integers]:
         """Return by how much the worst condition is missed (n,), its slope in the angle, and which one that is."""

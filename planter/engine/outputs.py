@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.engine.cycles import Cycles, Term, build_cycles
+from planter.engine.cycles import Cycles, CycleTerm, build_cycles
 from planter.engine.goal import Goal, find_display_unit, resolve_measure
 from planter.engine.machine import Machine, Quantity
 from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
-from planter.engine.response import Response
-from planter.engine.rows import Block, Rows
+from planter.engine.response import MachineResponse
+from planter.engine.rows import MachineRows, SampleBlock
 from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.kernels import Array, CallError
@@ -65,10 +65,10 @@ def list_outputs(machine: Machine) -> dict[str, Output]:
     Quantities that the objective is made of have a variance, too, if the square of their unit has a name.
     """
     outputs: list[Output] = []
-    if machine.least:
-        least = tuple(resolve_measure(machine, measure) for measure in machine.least)
-        outputs.append(Output(OBJECTIVE, "objective of the machine's file, samples of a turn", least))
-        for name in dict.fromkeys(measure.name for measure in least):
+    if machine.objective:
+        terms = tuple(resolve_measure(machine, measure) for measure in machine.objective)
+        outputs.append(Output(OBJECTIVE, "objective of the machine's file, samples of a turn", terms))
+        for name in dict.fromkeys(measure.name for measure in terms):
             quantity = machine.find_quantity(name)
             if units.suffix(quantity.key) in SQUARES:
                 outputs.append(_build_output(quantity, VARIANCE, "population variance"))
@@ -80,7 +80,7 @@ def list_outputs(machine: Machine) -> dict[str, Output]:
 def list_default_outputs(machine: Machine) -> list[str]:
     """Return the names of the outputs that stand for a machine: its objective, and the torques of its motors."""
     torques = [_build_output(machine.find_quantity(name), kind, "") for name in machine.motors for kind in MOTOR]
-    return [*([OBJECTIVE] if machine.least else []), *(output.name for output in torques)]
+    return [*([OBJECTIVE] if machine.objective else []), *(output.name for output in torques)]
 
 
 def _build_output(quantity: Quantity, kind: Kind, meaning: str) -> Output:
@@ -95,12 +95,12 @@ def find_output(machine: Machine, name: str, label: str = "output") -> Output:
 
     Raises InputError, which begins with `label`, for what is neither.
     """
-    known = list_outputs(machine)
-    if name in known:
-        return known[name]
+    outputs = list_outputs(machine)
+    if name in outputs:
+        return outputs[name]
     if " " not in name:
-        close = paths.close(name, known)
-        hint = f"did you mean {' or '.join(close)}?" if close else f"an output is called such as {next(iter(known))}"
+        close = paths.close(name, outputs)
+        hint = f"did you mean {' or '.join(close)}?" if close else f"an output is called such as {next(iter(outputs))}"
         raise InputError(f"{machine.source}: {machine.name} has no output {name}: {hint}")
     text, _, unit = name[:-1].rpartition(" [") if name.endswith("]") else (name, "", "")
     measure = resolve_measure(machine, parse_measure(text, label))
@@ -126,11 +126,11 @@ class SampledOutputs:
         terms = [(k, term) for k, output in enumerate(self.outputs) for term in output.terms]
         self.quantities = list(dict.fromkeys(term.name for _, term in terms))
         compared = any(term.kind in AVERAGES for _, term in terms)
-        self.rows = Rows(self.machine, self.quantities, samples, compared)
+        self.rows = MachineRows(self.machine, self.quantities, samples, compared)
         self._cycles: dict[int, Cycles | None] = {}
         self._terms = [self._build_term(k, term) for k, term in terms]
 
-    def _build_term(self, output: int, measure: Measure) -> Term:
+    def _build_term(self, output: int, measure: Measure) -> CycleTerm:
         """Return a measure as a term; work is a mean times the length of a turn."""
         quantity, machine = self.machine.find_quantity(measure.name), self.machine
         scale = measure.weight / (quantity.factor**2 if measure.kind == VARIANCE else quantity.factor)
@@ -139,7 +139,7 @@ class SampledOutputs:
             scale = measure.weight * machine.turn / speed
         kind: Kind = "mean" if measure.kind == "work" else measure.kind
         sample = 0 if measure.angle is None else round(self._find_sample(measure))
-        return Term(output, self.quantities.index(measure.name), kind, scale, measure.size, sample)
+        return CycleTerm(output, self.quantities.index(measure.name), kind, scale, measure.size, sample)
 
     def _find_sample(self, measure: Measure) -> float:
         """Return which sample the angle of a measure is, NaN without an angle."""
@@ -161,7 +161,7 @@ class SampledOutputs:
         return data
 
     def evaluated(self, points: Array, threads: int) -> Array:
-        """Return outputs (m, k) at points (m, n), NaN where there are none."""
+        """Return outputs (m, k) at points (m, n), NaN without a cycle."""
         values = self.sample(self.data(points), threads)
         for k, goal in self._goals.items():
             values[:, k] += [_evaluate(goal, x)[0] for x in self._designs(points, values[:, k])]
@@ -199,7 +199,7 @@ class SampledOutputs:
         if pairs and compiled:
             self.rows.compile_slopes(1 + max(place for _, place in pairs))
 
-        def reduce(block: Block) -> Array:
+        def reduce(block: SampleBlock) -> Array:
             slopes = np.zeros((count, size, len(block.rows)))
             if pairs:
                 parts = self.rows.gradients(block, [place for _, place in pairs], self._weigh(block, pairs))
@@ -226,7 +226,7 @@ class SampledOutputs:
         sampled = [term for term in self._terms if term.output < count and term.output not in self._goals]
         return list(dict.fromkeys((term.output, term.place) for term in sampled))
 
-    def _weigh(self, block: Block, pairs: Sequence[tuple[int, int]]) -> Array:
+    def _weigh(self, block: SampleBlock, pairs: Sequence[tuple[int, int]]) -> Array:
         """Return the derivatives (pairs, n, rows) of outputs in the samples of their quantities."""
         weights = np.zeros((len(pairs), *block.samples.shape[1:]))
         for term in self._terms:
@@ -234,7 +234,7 @@ class SampledOutputs:
                 weights[pairs.index((term.output, term.place))] += term.differentiate(block.samples[term.place])
         return weights
 
-    def _reduce(self, block: Block) -> Array:
+    def _reduce(self, block: SampleBlock) -> Array:
         """Return outputs (k, rows), zero where a goal is to be added."""
         reduced = np.zeros((len(self.outputs), len(block.rows)))
         for term in self._terms:
@@ -268,7 +268,7 @@ class SampledOutputs:
 
     def find_reason(self, point: Array) -> str:
         """Return why a point (n,) has no outputs: what the walk of the machine alone says."""
-        response = Response(self.machine)
+        response = MachineResponse(self.machine)
         try:
             at = response.at_data(self.data(np.asarray(point, dtype=float)[None])[0])
             response.check(response.values(at, self.rows.angles), self.rows.angles)
@@ -282,19 +282,21 @@ class SampledOutputs:
     def curves(self, keys: Sequence[str], points: Array) -> Mapping[str, Array]:
         """Return quantities by key over a turn, (m, n) each, at points (m, inputs), and the angles `phi_deg` (n,)."""
         quantities = [self.machine.find_quantity(key) for key in keys]
-        rows = Rows(self.machine, [quantity.name for quantity in quantities], len(self.rows.angles), compared=False)
+        rows = MachineRows(
+            self.machine, [quantity.name for quantity in quantities], len(self.rows.angles), compared=False
+        )
         samples = rows.evaluate(self.data(points), lambda block: block.samples.reshape(-1, block.samples.shape[2]))
         failed = np.isnan(samples).any(axis=1)
         if failed.any():
             raise ComputationError(self.find_reason(points[np.flatnonzero(failed)[0]]))
         samples = samples.reshape(len(points), len(quantities), -1).transpose(1, 0, 2)
         samples = np.tile(samples, len(rows.angles) // samples.shape[2])
-        shown = {key: row / quantity.factor for key, row, quantity in zip(keys, samples, quantities, strict=True)}
-        return shown | {"phi_deg": np.degrees(rows.angles)}
+        curves = {key: row / quantity.factor for key, row, quantity in zip(keys, samples, quantities, strict=True)}
+        return curves | {"phi_deg": np.degrees(rows.angles)}
 
 
 def _evaluate(goal: Goal, x: Array | None, with_slope: bool = False) -> tuple[float, Array | float]:
-    """Return a goal at a design (n,) and, if it is asked for, its slope (n,); NaN where it has none."""
+    """Return a goal at a design (n,) and, if it is asked for, its slope (n,); NaN without a cycle."""
     if x is None:
         return np.nan, np.nan
     try:
@@ -360,9 +362,9 @@ def evaluate_outputs(
 
 
 def check_outputs(machine: Machine, names: Sequence[str]) -> None:
-    """Raise InputError for a name that is no output of a machine, with names that are close, and for no names."""
+    """Raise InputError for an unknown output of a machine, with names that are close, and for no names."""
     if not names:
-        known = next(iter(list_outputs(machine)))
-        raise InputError(f"{machine.source}: outputs is empty: name at least one, such as {known}")
+        example = next(iter(list_outputs(machine)))
+        raise InputError(f"{machine.source}: outputs is empty: name at least one, such as {example}")
     for name in names:
         find_output(machine, name, f"{machine.source}: output")

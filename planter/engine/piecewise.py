@@ -88,7 +88,7 @@ def compose_pieces(place: ca.SX, knots: Array, coefficients: Sequence[Any], orde
     (n,) for each power of the distance from a piece's knot, the highest power first.
     """
     begun = [ca.SX(1), *(place >= float(knot) for knot in knots[1:]), ca.SX(0)]
-    chosen = ca.vertcat(*(ca.SX(one - other) for one, other in itertools.pairwise(begun)))
+    chosen = ca.vertcat(*(ca.SX(current - following) for current, following in itertools.pairwise(begun)))
     powers = [_select(chosen, row) for row in coefficients]
     distance = place - _select(chosen, knots)
     derivatives = []

@@ -18,7 +18,7 @@ from planter.engine.goal import CYCLE, Goal, GoalConstraints
 from planter.engine.loops import TURN
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
-from planter.engine.response import DesignPoint, Response
+from planter.engine.response import DesignPoint, MachineResponse
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
@@ -49,7 +49,7 @@ class DesignConstraints(Constraints):
         self.lower, self.upper = constraints.lower, constraints.upper
 
     def values(self, x: Array) -> Array:
-        """Return the rows (k,) at a point (p,). Raises ComputationError if a design has none."""
+        """Return the rows (k,) at a point (p,). Raises ComputationError without a cycle."""
         return self.constraints.values(x[: self.size])
 
     def slopes(self, x: Array) -> Array:
@@ -64,8 +64,8 @@ class DesignConstraints(Constraints):
 class DesignProblem(Problem, ABC):
     """A problem over the design of a machine under the limits of a goal, and perhaps over further variables.
 
-    `sampling` says whether extremes are the true ones ("refined") or those of samples, `further` are constraints on
-    the design beside the limits. A point u (p,) stands for the machine's design x and the variables.
+    `sampling` says whether extremes are the true ones ("refined") or those of samples, `further` are additional
+    constraints on the design. A point u (p,) stands for the machine's design x and the variables.
     """
 
     goal: Goal
@@ -91,7 +91,7 @@ class DesignProblem(Problem, ABC):
 
     def refine(self, u: Array) -> Self | None:
         """Return the problem with nodes where a quantity passes all nodes at a point; None if none does."""
-        goal = self.goal.refined(self.find_design(u), PASSED) if self.sampling == "refined" else None
+        goal = self.goal.refine(self.find_design(u), PASSED) if self.sampling == "refined" else None
         return None if goal is None else self._with_goal(goal)
 
     @abstractmethod
@@ -164,7 +164,7 @@ class CurveProblem(DesignProblem):
     objective: RangeAndSpread
 
     def __init__(
-        self, curve: Curve, weights: Weights, sampling: Sampling, goal: Goal | None = None,
+        self, curve: QuantityCurve, weights: Weights, sampling: Sampling, goal: Goal | None = None,
         further: Sequence[Constraints] = (),
     ) -> None:  # fmt: skip
         """Without a goal the further constraints are all there are."""
@@ -214,7 +214,7 @@ def build_problem(
     return GoalProblem(build_goal(terms), sampling, further)
 
 
-def find_curve(machine: Machine, terms: Sequence[Measure]) -> Curve | None:
+def find_curve(machine: Machine, terms: Sequence[Measure]) -> QuantityCurve | None:
     """Return the quantity whose weighted range and spread over a turn a sum is; None if it is another sum.
 
     None, too, for a quantity that may jump, or that differs at the end of a turn, which gives no closed curve.
@@ -225,14 +225,14 @@ def find_curve(machine: Machine, terms: Sequence[Measure]) -> Curve | None:
     is_plain = all(not (m.size or m.where or m.during) and m.weight >= 0 for m in terms)
     if not (is_weighted and is_plain and len(names) == 1) or machine.turn != TURN:
         return None
-    curve = Curve(machine, names.pop())
+    curve = QuantityCurve(machine, names.pop())
     if any(event.order == 0 for event in curve.events):
         return None
     values = curve.value(curve.prologue(machine.design), np.linspace(0.0, TURN, 1 + machine.samples))
     return curve if abs(values[-1] - values[0]) <= CLOSED * np.ptp(values) else None
 
 
-def find_weights(curve: Curve, terms: Sequence[Measure]) -> Weights:
+def find_weights(curve: QuantityCurve, terms: Sequence[Measure]) -> Weights:
     """Return the weights of range and spread of a curve in SI, of a sum in the unit of the quantity's key."""
     factor = curve.quantity.factor
     weights = {measure.kind: measure.weight for measure in terms}
@@ -241,7 +241,7 @@ def find_weights(curve: Curve, terms: Sequence[Measure]) -> Weights:
     return Weights(weights.get("range", 0.0) / factor, weights.get("variance", 0.0) / factor**2, "paper")
 
 
-class Curve:
+class QuantityCurve:
     """A quantity F(phi, x) of a machine, in SI, with the machine's events as joints: an `optimise.response.Response`.
 
     The order of a joint is that of the machine's forces: a quantity may be smoother there. The curve of a side has
@@ -251,7 +251,7 @@ class Curve:
     def __init__(self, machine: Machine, name: str) -> None:
         """Raises InputError if the machine has no quantity of that name."""
         self.machine, self.quantity = machine, machine.find_quantity(name)
-        self.response, self.is_compiled = Response(machine, [name]), False
+        self.response, self.is_compiled = MachineResponse(machine, [name]), False
         self.events = tuple(
             Event(str(kind["name"]), int(kind["order"]), kind["period"]) for kind in machine.event_kinds
         )
@@ -286,7 +286,7 @@ class Curve:
         """Angles [rad] of the lanes that add up to the curve."""
         return self.response.offsets
 
-    def with_machine(self, machine: Machine) -> Curve:
+    def with_machine(self, machine: Machine) -> QuantityCurve:
         """Return the curve of a machine that differs from this one's in numbers alone: all functions are shared."""
         curve = copy.copy(self)
         curve.machine = machine
@@ -294,7 +294,7 @@ class Curve:
 
     def prologue(self, x: Array) -> DesignPoint:
         """Return the point of a design x (p,), for all angles."""
-        return self.response.at_data(self.machine.data_at(x))
+        return self.response.at_data(self.machine.build_data(x))
 
     def restart(self) -> None:
         """Forget all designs so far, as `Response.restart`."""
@@ -329,8 +329,8 @@ class Curve:
         return self.response.curvatures(at, phi, np.ones((1, len(phi))))
 
     @cached_property
-    def _joints(self) -> Response:
-        joints = Response(self.machine, (), with_events=True)
+    def _joints(self) -> MachineResponse:
+        joints = MachineResponse(self.machine, (), with_events=True)
         joints.is_compiled = self.is_compiled
         return joints
 

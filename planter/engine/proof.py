@@ -41,12 +41,12 @@ class ProvableObjective:
     """
 
     def __init__(
-        self, machine: Machine, least: Sequence[Measure], count: int, enclose: Enclose, limits: Sequence[Limit] = ()
+        self, machine: Machine, terms: Sequence[Measure], count: int, enclose: Enclose, limits: Sequence[Limit] = ()
     ) -> None:
-        self.machine, self.least = machine, tuple(least)
+        self.machine, self.terms = machine, tuple(terms)
         self.limits = tuple(_resolve(limit) for limit in limits if is_fixed(machine, limit.measure))
         self.heeds_all = len(self.limits) == len(limits)
-        measures = (*self.least, *(limit.measure for limit in self.limits))
+        measures = (*self.terms, *(limit.measure for limit in self.limits))
         self._quantities = list(dict.fromkeys((measure.name, measure.size) for measure in measures))
         self._angles = list(dict.fromkeys(measure.angle for measure in measures if measure.angle is not None))
         self._enclosed = enclose(self._quantities)
@@ -56,14 +56,14 @@ class ProvableObjective:
         self.batch = max(1, MOST_LANES // len(self._turns)) if len(self._enclosed.offsets) == 1 else 1
 
     def __call__(self, lower: Array, upper: Array) -> Bounds:
-        """Return the bounds over a box. Raises Unbounded where there are none."""
+        """Return the bounds over a box. Raises Unbounded without bounds."""
         (result,) = self.bound_boxes([(lower, upper)])
         if isinstance(result, Unbounded):
             raise result
         return result
 
     def bound_boxes(self, boxes: Sequence[tuple[Array, Array]]) -> list[Bounds | Unbounded]:
-        """Return the bounds over each of some boxes, or why there are none."""
+        """Return the bounds over each of some boxes, or why it has none."""
         batches = [boxes[k : k + self.batch] for k in range(0, len(boxes), self.batch)]
         with np.errstate(all="ignore"):
             return [result for batch in batches for result in self._bound_batch(batch)]
@@ -97,15 +97,15 @@ class ProvableObjective:
             if not len(places):
                 raise Unbounded("a quantity may have no bound at any angle")
             return self._bound(
-                space, Samples(self.machine, self.count, self._angles, places, self._convert(jets), space)
+                space, EnclosedSamples(self.machine, self.count, self._angles, places, self._convert(jets), space)
             )
         except Unbounded as error:
             return error
 
-    def _bound(self, space: Space, samples: Samples) -> Bounds:
+    def _bound(self, space: Space, samples: EnclosedSamples) -> Bounds:
         if any(_is_violated(limit, samples.find_span(limit.measure, ANYWHERE)) for limit in self.limits):
             return _exclude(space)
-        terms = [samples.bound_term(measure) for measure in self.least]
+        terms = [samples.bound_term(measure) for measure in self.terms]
         smooth = [term.smooth for term in terms if term.smooth is not None]
         extremes = [extreme for term in terms for extreme in term.extremes]
         result = bounds(sum(smooth[1:], smooth[0]) if smooth else space.whole(0), extremes)
@@ -122,8 +122,8 @@ class ProvableObjective:
 
     @property
     def floor(self) -> float:
-        """What no objective is below."""
-        return 0.0 if all(map(_is_nonnegative, self.least)) else -np.inf
+        """The largest known number below all objectives."""
+        return 0.0 if all(map(_is_nonnegative, self.terms)) else -np.inf
 
     def _convert(self, jets: Sequence[Jet]) -> dict[tuple[str, bool], Jet]:
         """Return quantities in display units."""
@@ -134,7 +134,7 @@ class ProvableObjective:
 
 @dataclass(frozen=True)
 class BoundedTerm:
-    """What a measure is not below: a smooth part (one lane), if any, and extremes; it is that if it `is_whole`."""
+    """A lower bound of a measure: a smooth part (one lane), if any, and extremes; it is exact if it `is_whole`."""
 
     smooth: Jet | None
     extremes: tuple[Extreme, ...]
@@ -142,7 +142,7 @@ class BoundedTerm:
 
 
 @dataclass(frozen=True)
-class Samples:
+class EnclosedSamples:
     """Quantities, or their sizes, over a box at those angles that could be enclosed, in display units.
 
     `places` are the places of the lanes among all angles: `count` samples of the cycle, then `angles` [deg].
@@ -181,12 +181,12 @@ class Samples:
         jet = self.jets[measure.name, measure.size].taken(lanes)
         if measure.kind in SIDES:
             low, high = jet.value[part].low, jet.value[part].high
-            least = float(low.min()) if is_whole else -np.inf, float(high.min())
-            most = float(low.max()), float(high.max()) if is_whole else np.inf
+            minimum = float(low.min()) if is_whole else -np.inf, float(high.min())
+            maximum = float(low.max()), float(high.max()) if is_whole else np.inf
             if measure.kind == "range":
-                extent = Ball.exact(most) - Ball.exact(least[::-1])
+                extent = Ball.exact(maximum) - Ball.exact(minimum[::-1])
                 return float(extent.low[0]), float(extent.high[1])
-            return most if measure.kind == "max" else least
+            return maximum if measure.kind == "max" else minimum
         try:
             value = self._average(measure, jet).value[part]
         except Unbounded:
@@ -260,9 +260,9 @@ def _is_satisfied(limit: Limit, span: tuple[float, float]) -> bool:
     return span[1] <= limit.number if limit.sign > 0 else span[0] >= limit.number
 
 
-def check_provable(machine: Machine, least: Sequence[Measure], label: str) -> None:
+def check_provable(machine: Machine, terms: Sequence[Measure], label: str) -> None:
     """Raise InputError, which begins with `label`, for a sum of which no proof is known."""
-    for measure in least:
+    for measure in terms:
         if measure.is_moving:
             word = "jump" if measure.kind == "jump" else "while" if measure.during else "where"
             raise InputError(f"{label}: {measure}: a proof takes angles that are fixed, so leave out `{word}`")

@@ -1,7 +1,7 @@
 """Quantities of a machine along its angle, with exact derivatives in the angle and the design, for every machine.
 
 Derivatives cross the prologue's cut as inputs: along the design h moves by its tangent `dh`, so that no lane is
-differentiated by the coefficients of a series. Coordinates of loops are inputs as they were found; the lane carries
+differentiated by the coefficients of a series. Coordinates of loops are inputs; the lane carries
 their derivatives itself, by Newton steps in its graph.
 """
 
@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from planter.engine.loops import Course, Loops
+from planter.engine.loops import KinematicLoops, LoopCoordinates
 from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.errors import ComputationError, NotFiniteError
 from planter.kernels import Array, Kernel
@@ -34,7 +33,7 @@ class DesignPoint:
     dh: Array
 
 
-class Response:
+class MachineResponse:
     """Quantities by name (m,), all if none are named, at angles phi (n,) [rad] over designs x (p,), in SI units.
 
     After them stand the derivatives in phi of the quantities that `rates` names, then, `with_events`, the functions
@@ -72,16 +71,16 @@ class Response:
     def restart(self) -> None:
         """Forget where loops were closed before, near which they are closed else: what follows has the same digits."""
         self._places: tuple[Array, Array] | None = None
-        self._course: Course | None = None
+        self._course: LoopCoordinates | None = None
 
     @property
-    def _loops(self) -> Loops:
+    def _loops(self) -> KinematicLoops:
         assert self.machine.loops is not None
         return self.machine.loops
 
     def at(self, x: Array) -> DesignPoint:
         """Return the point of a design x (p,)."""
-        return self.at_data(self.machine.data_at(x))
+        return self.at_data(self.machine.build_data(x))
 
     def at_data(self, d: Array) -> DesignPoint:
         """Return the point of values d (v,)."""
@@ -112,7 +111,7 @@ class Response:
     def curvature(self, point: DesignPoint, phi: Array, weights: Array) -> Array:
         """Return the sum over quantities and angles of weights (m, n) times Hessians in (phi, x), (1 + p, 1 + p).
 
-        The first call waits for the compiler: else it would hang on a race which rounding a search goes on with.
+        The first call waits for the compiler: otherwise a race would decide with which rounding a search continues.
         """
         self.hessian_kernel.settle()
         result = self._evaluate(self.hessian_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
@@ -124,8 +123,8 @@ class Response:
         """Return the sum over quantities of weights (m, n) times Hessians in (phi, x), (n, 1 + p, 1 + p)."""
         lanes = self._evaluate(self.hessians_kernel, point, phi, dh=point.dh, weights=self._spread(weights))
         hessians = self._unpack(self._add_sides(lanes["packed"]))
-        for hessian, along in zip(hessians, self._add_sides(lanes["along"]).T, strict=True):
-            hessian[1:, 1:] += self._bend_prologue(point, along)
+        for hessian, h_slopes in zip(hessians, self._add_sides(lanes["along"]).T, strict=True):
+            hessian[1:, 1:] += self._bend_prologue(point, h_slopes)
         return hessians
 
     def curvature_along(self, point: DesignPoint, phi: Array, weights: Array, angle_slopes: Array) -> Array:
@@ -151,9 +150,9 @@ class Response:
         hessians[:, rows, columns] = hessians[:, columns, rows] = packed.T
         return hessians
 
-    def _bend_prologue(self, point: DesignPoint, along: Array) -> Array:
+    def _bend_prologue(self, point: DesignPoint, h_slopes: Array) -> Array:
         """Return what the prologue's own Hessian adds in x, (p, p), for slopes (k,) in h."""
-        return self.prologue_hessian_kernel(d=point.d, weights=along)["hessian"]
+        return self.prologue_hessian_kernel(d=point.d, weights=h_slopes)["hessian"]
 
     def check(self, values: Array, phi: Array) -> None:
         """Raise ComputationError where forces (m, n) of all quantities are not determined, or friction holds fast."""
@@ -173,19 +172,19 @@ class Response:
         if self.machine.loops is None:
             return np.empty((0, len(phi)))
         if self._places is not None and np.array_equal(self._places[0], phi):
-            q = self.machine.loops.near(phi, np.repeat(d[:, None], len(phi), axis=1), self._places[1])
+            q = self.machine.loops.find_near(phi, np.repeat(d[:, None], len(phi), axis=1), self._places[1])
             if q is not None:
                 self._places = phi, q
                 return q
-        self._places = phi, self._follow(d).at(phi)
+        self._places = phi, self._follow(d).evaluate(phi)
         return self._places[1]
 
-    def _follow(self, d: Array) -> Course:
+    def _follow(self, d: Array) -> LoopCoordinates:
         """Return the coordinates over a turn, near those of the design before if they lead there."""
         course = self._course
         if course is None or not np.array_equal(course.d, d):
-            course = None if course is None else course.moved_to(d)
-            self._course = course or Course(self._loops, self.machine.name, d)
+            course = None if course is None else course.move_to(d)
+            self._course = course or LoopCoordinates(self._loops, self.machine.name, d)
         assert self._course is not None
         return self._course
 
@@ -233,8 +232,7 @@ class Response:
         machine = self.machine
         if machine.tangent is not None:
             return machine.tangent(machine.moved)
-        symbol: Any = ca.SX if machine.prologue.is_a("SXFunction") else ca.MX
-        d = symbol.sym("d", len(machine.values))
+        d = machine.create_symbol("d", len(machine.values))
         h = machine.prologue(d)
         return ca.Function("tangent", [d], [h, ca.jacobian(h, d)[:, list(machine.moved)]], ["d"], ["h", "dh"])
 
@@ -264,16 +262,15 @@ class Response:
     @cached_property
     def prologue_hessian_kernel(self) -> Kernel:
         machine = self.machine
-        symbol: Any = ca.SX if machine.prologue.is_a("SXFunction") else ca.MX
-        d, x = symbol.sym("d", len(machine.values)), symbol.sym("x", len(machine.moved))
-        weights = symbol.sym("weights", machine.prologue.numel_out(0))
-        moved = symbol(d)
+        sizes = {"d": len(machine.values), "x": len(machine.moved), "weights": machine.prologue.numel_out(0)}
+        d, x, weights = (machine.create_symbol(name, size) for name, size in sizes.items())
+        moved = type(d)(d)
         for place, index in enumerate(machine.moved):
             moved[index] = x[place]
         hessian, _ = ca.hessian(ca.dot(weights, machine.prologue(moved)), x)
         inner = ca.Function("bent", [x, d, weights], [ca.densify(hessian)])
-        own = inner(d[list(machine.moved)], d, weights)
-        return Kernel(ca.Function("prologue_bent", [d, weights], [own], ["d", "weights"], ["hessian"]))
+        hessian = inner(d[list(machine.moved)], d, weights)
+        return Kernel(ca.Function("prologue_bent", [d, weights], [hessian], ["d", "weights"], ["hessian"]))
 
     @cached_property
     def values_function(self) -> ca.Function:
@@ -284,10 +281,10 @@ class Response:
     def slopes_function(self) -> ca.Function:
         """(phi, d, h, q, dh) -> rows (m,) and their Jacobian in (phi, x), (m (1 + p),), quantity by quantity."""
         phi, d, h, q = self.machine.symbols
-        along = ca.jacobian(self._graph, ca.vertcat(phi, d, h))
+        jacobian = ca.jacobian(self._graph, ca.vertcat(phi, d, h))
         size = 1 + d.numel()
-        design = along[:, [1 + i for i in self.machine.moved]] + along[:, size:] @ ca.SX(self._pattern, self._dh)
-        slopes = ca.densify(ca.vec(ca.horzcat(along[:, 0], design).T))
+        design = jacobian[:, [1 + i for i in self.machine.moved]] + jacobian[:, size:] @ ca.SX(self._pattern, self._dh)
+        slopes = ca.densify(ca.vec(ca.horzcat(jacobian[:, 0], design).T))
         outputs = ca.cse([self._graph, slopes])
         return ca.Function("slopes", [phi, d, h, q, self._dh], outputs, [*INPUTS, "dh"], ["rows", "slopes"])
 
@@ -379,7 +376,7 @@ class Switchings:
 
     def __init__(self, machine: Machine, count: int) -> None:
         """Scan `count` steps of a cycle."""
-        self.machine, self.response = machine, Response(machine, (), with_events=True)
+        self.machine, self.response = machine, MachineResponse(machine, (), with_events=True)
         size = len(self.response.quantities)
         self.kinds = machine.event_kinds or tuple({"name": f"event {i + 1}"} for i in range(size))
         self.periods = np.array([kind.get("period") or np.inf for kind in self.kinds])

@@ -13,7 +13,7 @@ import numpy as np
 
 from planter.engine.loops import TURN, VECTOR
 from planter.engine.machine import LEAST_PIVOT, Machine
-from planter.engine.response import INPUTS, Response
+from planter.engine.response import INPUTS, MachineResponse
 from planter.kernels import Array, Kernel
 from planter.kernels.stacked import Stacked
 from planter.numerics.arrays import Flags, Integers
@@ -34,7 +34,7 @@ The largest is that of all results, at the samples that are compared.
 
 
 @dataclass(frozen=True)
-class Block:
+class SampleBlock:
     """Quantities of some machines: samples (m, n, rows) in SI, and which quantities (m, rows) repeat.
 
     The samples are those of a turn, or of a period, of which there are whole ones in a turn.
@@ -69,10 +69,10 @@ class ClosedRows:
         return fill_lanes(self.d)
 
 
-class Rows:
+class MachineRows:
     """Quantities by name over rows of values d (r, v) in SI, at `samples` angles of a turn.
 
-    Rows do not influence each other: one has the same digits whatever stands beside it. Of equal sides one is
+    Rows do not influence each other: the digits of one do not depend on the others. Of equal sides one is
     evaluated, at all angles `steps` where one of them stands.
     """
 
@@ -89,13 +89,13 @@ class Rows:
         self._graph, self.shared = machine.rows(self.names)
         self.sides = len(machine.offsets) if any(self.shared) else 1
         self._compared, self._repeating = compared, compared and len(machine.offsets) > 1
-        self.guards = [quantity for quantity in machine.quantities if quantity.role in ("pivot", "states")]
+        self.guards = machine.guards
         self._slopes: dict[int, Stacked] = {}
         self._is_compiled = False
         count = machine.samples if samples is None else samples
-        self.angles = machine.turn * np.arange(count) / count
+        self.angles = machine.list_angles(count)
         self.stride = 1 if count % self.sides == 0 else self.sides
-        self.steps = machine.turn * np.arange(count * self.stride) / (count * self.stride)
+        self.steps = machine.list_angles(count * self.stride)
 
     @property
     def is_periodic(self) -> bool:
@@ -120,7 +120,7 @@ class Rows:
         if self.tangents.way == "casadi-vm":
             self.tangents.compile()
 
-    def evaluate(self, d: Array, reduce: Callable[[Block], Array], threads: int = 1, slopes: int = 0) -> Array:
+    def evaluate(self, d: Array, reduce: Callable[[SampleBlock], Array], threads: int = 1, slopes: int = 0) -> Array:
         """Return what `reduce` makes of blocks, (outputs, rows) each, as (r, outputs); NaN in rows without a cycle.
 
         It takes `slopes` numbers for each sample.
@@ -158,7 +158,7 @@ class Rows:
         gained, alive = walk.gains()
         return ClosedRows(d, walk.places[:, :-1], gained, alive[: len(d)])
 
-    def blocks(self, d: Array, slopes: int = 0) -> Iterator[Block]:
+    def blocks(self, d: Array, slopes: int = 0) -> Iterator[SampleBlock]:
         """Yield the samples of machines with values d (r, v): those whose loops close, but one at least.
 
         Blocks are so small that there is memory for `slopes` of each sample.
@@ -175,14 +175,16 @@ class Rows:
                 np.ascontiguousarray(places[:, :, part].transpose(2, 0, 1)), gained[:, part], alive[part] & finite[part]
             )  # fmt: skip
 
-    def _block(self, rows: Integers, d: Array, h: Array, places: Array, gained: Array, finite: Flags) -> Block:
+    def _block(self, rows: Integers, d: Array, h: Array, places: Array, gained: Array, finite: Flags) -> SampleBlock:
         """Return the samples of rows; those that are not finite have failed before."""
         values = self.values(phi=self.steps[None], d=d.T, h=h.T, q=places)["rows"]
         samples, guards = self._fold(values[:, : len(self.names)]), values[:, len(self.names) :]
         finite = finite & np.isfinite(samples).all(axis=(0, 1)) & np.isfinite(guards).all(axis=(1, 2))
         for row, guard in zip(guards.transpose(1, 0, 2), self.guards, strict=True):
             finite &= (row >= LEAST_PIVOT if guard.role == "pivot" else row != 0).all(axis=1)
-        return Block(samples, self._repeats(d, h, places[:, :, self._chosen], gained), rows, ~finite, d, h, places)
+        return SampleBlock(
+            samples, self._repeats(d, h, places[:, :, self._chosen], gained), rows, ~finite, d, h, places
+        )
 
     def _fold(self, values: Array) -> Array:
         """Return values (rows, m, steps) as samples (m, n, rows): shares of all sides added up.
@@ -198,7 +200,7 @@ class Rows:
                 sides[:, shared] = sides[:, shared].sum(axis=2, keepdims=True)
         return values[:, :, :: self.stride].transpose(1, 2, 0)
 
-    def gradients(self, block: Block, places: Sequence[int], weights: Array) -> Array:
+    def gradients(self, block: SampleBlock, places: Sequence[int], weights: Array) -> Array:
         """Return sums over all angles of weights (k, n, rows) times slopes in the moved values, (k, p, rows) in SI.
 
         The k-th sum is of the quantity at the k-th of `places` in `names`.
@@ -248,7 +250,7 @@ class Rows:
         if self._repeating or not self._compared:
             return np.full((len(self.names), count), self._repeating)
         chosen = self._chosen
-        compare, near = self._compare
+        compare, same_unit = self._compare
         now, later = (
             compare(phi=(self.steps[chosen] + turn)[None], d=d.T, h=h.T, q=q)["rows"]
             for turn, q in (
@@ -260,7 +262,7 @@ class Rows:
         angular = np.array([quantity.unit == "rad" for quantity in self.quantities])[:, None]
         changes = np.abs(change - np.where(angular, TURN * np.round(change / TURN), 0.0)).max(axis=2)
         largest = np.abs(now).max(axis=2)
-        sizes = [np.ones(count) if unit is None else largest[:, unit].max(axis=1) for unit in near]
+        sizes = [np.ones(count) if unit is None else largest[:, unit].max(axis=1) for unit in same_unit]
         return np.asarray(np.maximum(SHARE * np.array(sizes), FLOOR) >= changes.T)
 
     @cached_property
@@ -283,12 +285,12 @@ class Rows:
         """(phi, d, h, q) -> quantities, then all results; and which of these have the unit of each quantity."""
         results, _ = self.machine.rows([quantity.name for quantity in self.machine.results])
         first = len(self.names)
-        near = [
+        same_unit = [
             None if quantity.unit == "rad" else
             [first + i for i, other in enumerate(self.machine.results) if other.unit == quantity.unit]
             for quantity in self.quantities
         ]  # fmt: skip
-        return self._stack("compared", ca.vertcat(self._graph, results)), near
+        return self._stack("compared", ca.vertcat(self._graph, results)), same_unit
 
     def _stack(self, name: str, rows: ca.SX) -> Stacked:
         function = ca.Function(name, list(self.machine.symbols), ca.cse([ca.densify(rows)]), list(INPUTS), ["rows"])
@@ -303,8 +305,8 @@ class Rows:
             _, d, h, _ = self.machine.symbols
             pattern = self._tangent.sparsity_out(1)
             dh = ca.SX.sym("dh", pattern.nnz())
-            along = ca.jacobian(self._graph[:count], ca.vertcat(d, h))
-            slopes = along[:, list(self.machine.moved)] + along[:, d.numel() :] @ ca.SX(pattern, dh)
+            jacobian = ca.jacobian(self._graph[:count], ca.vertcat(d, h))
+            slopes = jacobian[:, list(self.machine.moved)] + jacobian[:, d.numel() :] @ ca.SX(pattern, dh)
             outputs = ca.cse([self._rows, ca.densify(ca.vec(slopes.T))])
             names, results = [*INPUTS, "dh"], ["rows", "slopes"]
             function = ca.Function("sloped", [*self.machine.symbols, dh], outputs, names, results)
@@ -313,7 +315,7 @@ class Rows:
 
     @cached_property
     def _tangent(self) -> ca.Function:
-        return Response(self.machine, self.names).tangent
+        return MachineResponse(self.machine, self.names).tangent
 
     @cached_property
     def tangents(self) -> Kernel:
@@ -327,10 +329,8 @@ class Rows:
     @cached_property
     def hoist(self) -> Kernel:
         """(d) -> h, what no angle changes."""
-        prologue = self.machine.prologue
-        symbol: Any = ca.SX if prologue.is_a("SXFunction") else ca.MX
-        d = symbol.sym("d", len(self.machine.values))
-        return Kernel(ca.Function("hoist", [d], [ca.densify(prologue(d))], ["d"], ["h"]), lanes=["d"])
+        d = self.machine.create_symbol("d", len(self.machine.values))
+        return Kernel(ca.Function("hoist", [d], [ca.densify(self.machine.prologue(d))], ["d"], ["h"]), lanes=["d"])
 
 
 def fill_lanes(d: Array) -> Array:

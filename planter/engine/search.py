@@ -38,7 +38,7 @@ Keep = Callable[[Best, float], None]
 
 @dataclass(frozen=True)
 class SearchSpec:
-    """How to search: true extremes ("refined") or a number of samples, and by which method from how many starts."""
+    """Settings of a search: true extremes ("refined") or a number of samples, method, starts."""
 
     sampling: Sampling = "refined"
     method: Method = "ipopt"
@@ -159,6 +159,6 @@ def _describe_infeasibility(problem: DesignProblem, points: Sequence[Array]) -> 
     assert constraints is not None
     kind = constraints.kinds[int(np.argmax(constraints.excess(problem.design(u))))]
     limit = next((limit for limit in problem.goal.limits if str(limit) == kind.name), None)
-    value = None if limit is None else problem.goal.reached(problem.find_design(u), limit)
+    value = None if limit is None else problem.goal.evaluate_limit(problem.find_design(u), limit)
     reached = "" if value is None else f": the best design found reaches {value:.6g}"
     return f"no design within the bounds satisfies {kind.name}{reached}"

@@ -11,7 +11,7 @@ import numpy as np
 from planter.engine.goal import Goal
 from planter.engine.machine import Machine
 from planter.engine.measures import Measure, format_sum
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.optimise.directions import NEGLIGIBLE, Insensitive, find_insensitive
@@ -33,10 +33,10 @@ class Combination(Record):
 
 
 @dataclass(frozen=True)
-class SensitivityFound(Record):
+class SensitivityResult(Record):
     """`planter sensitivity`: gradient per display unit, and a basis of directions on which the curves do not depend.
 
-    `objective` and `gradient` are those of true extremes (`kind` "true") or of so many `samples` ("sampled"); an
+    `objective` and `gradient` are those of true extremes (`kind` "true") or of a number of `samples` ("sampled"); an
     extreme that two angles share has the gradient of one. `scaled` is the gradient times the width of each value's
     bounds, or the size of a value without. The curves are those of the quantities in `least`, in parts of their
     ranges, over so many `samples`; `combinations` are those that they depend on, the strongest first.
@@ -55,29 +55,29 @@ class SensitivityFound(Record):
 
 
 def compute_sensitivity(
-    machine: Machine, least: Sequence[Measure], samples: int | None = None, count: int | None = None
-) -> SensitivityFound:
+    machine: Machine, terms: Sequence[Measure], samples: int | None = None, count: int | None = None
+) -> SensitivityResult:
     """Return the sensitivity of a sum of measures at a machine's own design, in its moved values.
 
     Measures are as `goal.resolve_measure` gives them, over `samples` of a cycle, or by true extremes if None; curves
     over `count` samples then. Raises ComputationError where loops do not close.
     """
     x, curve = machine.design, samples or count or machine.samples
-    goal, names = build_goal(machine, least, samples), machine.design_names
+    goal, names = build_goal(machine, terms, samples), machine.design_names
     gradient = goal.slope(x)
-    columns = _scaled_slopes(machine, _list_names(least), curve)
-    found = find_insensitive(names, columns)
-    return SensitivityFound(
+    columns = _scaled_slopes(machine, _list_names(terms), curve)
+    directions = find_insensitive(names, columns)
+    return SensitivityResult(
         samples=curve,
         objective=goal.evaluate(x),
         gradient=_by_name(names, gradient * machine.scale),
-        effective_parameters=found.effective_parameters,
-        insensitive=found.named,
+        effective_parameters=directions.effective_parameters,
+        insensitive=directions.named,
         machine=machine.name,
         kind="sampled" if samples else "true",
-        least=format_sum(least),
+        least=format_sum(terms),
         scaled=_by_name(names, gradient * find_widths(machine)),
-        combinations=_combinations(names, columns, found.effective_parameters),
+        combinations=_combinations(names, columns, directions.effective_parameters),
     )
 
 
@@ -89,12 +89,12 @@ def find_directions(machine: Machine, terms: Sequence[Measure], samples: int) ->
     return find_insensitive(machine.design_names, _scaled_slopes(machine, _list_names(terms), samples))
 
 
-def build_goal(machine: Machine, least: Sequence[Measure], samples: int | None) -> Goal:
+def build_goal(machine: Machine, terms: Sequence[Measure], samples: int | None) -> Goal:
     """Return the goal of a sum at a machine's own design: over samples, or by true extremes if None."""
     if samples is not None:
-        return Goal(machine, least, [], samples, with_events=False)
-    goal = Goal(machine, least, [])
-    return goal.refined(machine.design, 0.0) or goal
+        return Goal(machine, terms, [], samples, with_events=False)
+    goal = Goal(machine, terms, [])
+    return goal.refine(machine.design, 0.0) or goal
 
 
 def move_all(machine: Machine) -> Machine:
@@ -117,9 +117,8 @@ def _list_names(terms: Sequence[Measure]) -> list[str]:
 
 def _scaled_slopes(machine: Machine, names: list[str], samples: int) -> Array:
     """Return the slopes (n, p) of curves at samples, in parts of their ranges, times the widths of the values."""
-    response = Response(machine, names)
-    phi = machine.turn * np.arange(samples) / samples
-    values, slopes = response.slopes(response.at(machine.design), phi)
+    response = MachineResponse(machine, names)
+    values, slopes = response.slopes(response.at(machine.design), machine.list_angles(samples))
     ranges = np.ptp(values, axis=1)
     ranges[ranges == 0.0] = 1.0
     scaled = slopes[:, :, 1:] / ranges[:, None, None]
@@ -134,8 +133,8 @@ def _combinations(names: tuple[str, ...], columns: Array, rank: int) -> list[Com
     combinations = []
     for strength, weights in zip(strengths[:rank], right, strict=False):
         signed = weights * np.sign(weights[np.abs(weights).argmax()])
-        shown = {name: float(w) for name, w in zip(names, signed, strict=True) if abs(w) > NEGLIGIBLE}
-        combinations.append(Combination(float(strength / strengths[0]), shown))
+        named = {name: float(w) for name, w in zip(names, signed, strict=True) if abs(w) > NEGLIGIBLE}
+        combinations.append(Combination(float(strength / strengths[0]), named))
     return combinations
 
 

@@ -1,7 +1,7 @@
 """What a designer reads off a cycle: true peaks with their angles, means, and jumps where a law changes.
 
 A cycle is split at its switching points; between them quantities are smooth, so that extremes are roots of exact
-derivatives and integrals are right to rounding (`planter.numerics.pieces`).
+derivatives and integrals are right to rounding (`planter.numerics.piecewise`).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from planter.engine.machine import Machine, Quantity, Vector
-from planter.engine.response import Response, Switchings
+from planter.engine.response import MachineResponse, Switchings
 from planter.files import units
 from planter.kernels import Array
 from planter.numerics.arrays import to_degrees
@@ -49,7 +49,7 @@ class MotorTorque(Record):
 
 
 @dataclass(frozen=True)
-class Peak(Record):
+class QuantityPeak(Record):
     """True extremes of a quantity, or of the size of a vector, in `unit`, with their angles; one-sided where it jumps.
 
     Mean and root mean square are null if the quantity does not end the cycle as it began it.
@@ -80,19 +80,19 @@ class Shock(Record):
 
 
 @dataclass(frozen=True)
-class Summary(Record):
-    """What a designer sizes a machine by; `motor` is null unless a single motor turns the drive.
+class CycleSummary(Record):
+    """Design loads of a machine; `motor` is null unless a single motor turns the drive.
 
     `peaks` are those of all quantities and of sizes of vectors; `shocks` is empty where nothing jumps.
     """
 
     motor: MotorTorque | None
-    peaks: list[Peak]
+    peaks: list[QuantityPeak]
     shocks: list[Shock]
 
 
 @dataclass(frozen=True)
-class Row:
+class CycleRow:
     """A function of the angle by its graph in the machine's symbols, and whether its extremes or its jumps count.
 
     The graph of the size of a vector is that of its square (`is_square`).
@@ -105,27 +105,27 @@ class Row:
     is_square: bool = False
 
 
-def build_rows(machine: Machine) -> list[Row]:
+def build_rows(machine: Machine) -> list[CycleRow]:
     """Return the results of a machine, then the sizes of its vectors."""
-    rows = [Row(quantity, machine.graph(quantity.name)) for quantity in machine.results]
+    rows = [CycleRow(quantity, machine.graph(quantity.name)) for quantity in machine.results]
     return rows + [build_vector_row(machine, vector) for vector in machine.vectors]
 
 
-def build_vector_row(machine: Machine, vector: Vector) -> Row:
+def build_vector_row(machine: Machine, vector: Vector) -> CycleRow:
     """Return the size of a vector."""
     unit = machine.find_quantity(vector.components[0]).unit
     square = ca.sumsqr(ca.vertcat(*map(machine.graph, vector.components)))
     size = Quantity(vector.name, unit, vector.meaning, units.key(vector.name, unit))
-    return Row(size, square, has_jumps=False, is_square=True)
+    return CycleRow(size, square, has_jumps=False, is_square=True)
 
 
-class Cycle:
+class PiecewiseCycle:
     """Rows of a machine over a cycle at a design x (p,), its own if none is given; in SI."""
 
-    def __init__(self, machine: Machine, rows: Sequence[Row], x: Array | None = None) -> None:
+    def __init__(self, machine: Machine, rows: Sequence[CycleRow], x: Array | None = None) -> None:
         self.machine, self.rows = machine, tuple(rows)
         self.names = tuple(row.quantity.name for row in rows)
-        response = Response(machine, (), more=[(row.quantity, row.graph) for row in rows])
+        response = MachineResponse(machine, (), more=[(row.quantity, row.graph) for row in rows])
         self.point = response.at(machine.design if x is None else x)
         self.switchings = Switchings(machine, SCANNED).find_all(self.point)
         breaks = np.array([switching.angle for switching in self.switchings])
@@ -139,7 +139,7 @@ class Cycle:
     @cached_property
     def _extremes(self) -> dict[str, tuple[ExtremePoint, ExtremePoint]]:
         chosen = [index for index, row in enumerate(self.rows) if row.has_peaks]
-        response = Response(
+        response = MachineResponse(
             self.machine, (), more=[(self.rows[index].quantity, self.rows[index].graph) for index in chosen]
         )
         extremes = self.pieces.extremes(np.array(chosen), lambda phi: response.rates(self.point, phi))
@@ -161,7 +161,7 @@ class Cycle:
 
     def largest(self, name: str) -> ExtremePoint:
         """Return the size of the value of a row that is largest in size."""
-        extreme = max((self.extreme(name, sign) for sign in (1, -1)), key=lambda one: abs(one.value))
+        extreme = max((self.extreme(name, sign) for sign in (1, -1)), key=lambda side: abs(side.value))
         return ExtremePoint(extreme.place, abs(extreme.value))
 
     def motor(self, name: str, repeats: bool = True) -> MotorTorque:
@@ -183,7 +183,7 @@ class Cycle:
         before, after = self.pieces.sides
         largest = np.abs(self.pieces.values).max(axis=1)
         for k, angle in enumerate(self.pieces.breaks):
-            switching = next((one for one in self.switchings if abs(one.angle - angle) < SAME_ANGLE), None)
+            switching = next((s for s in self.switchings if abs(s.angle - angle) < SAME_ANGLE), None)
             if switching is None:
                 continue
             for row, entry in enumerate(self.rows):
@@ -202,29 +202,29 @@ class Cycle:
 def without_rounding(high: ExtremePoint, low: ExtremePoint) -> tuple[float, float]:
     """Return the values of two extremes, zero where one is rounding of the other."""
     rounding = ROUNDING * max(abs(high.value), abs(low.value))
-    first, second = (one.value if abs(one.value) > rounding else 0.0 for one in (high, low))
+    first, second = (extreme.value if abs(extreme.value) > rounding else 0.0 for extreme in (high, low))
     return first, second
 
 
-def summarise(machine: Machine, changing: Collection[str] = ()) -> Summary:
+def summarise(machine: Machine, changing: Collection[str] = ()) -> CycleSummary:
     """Return the designer's summary of a machine's own design, in display units.
 
     `changing` are the keys of quantities that do not repeat after a cycle, which have no mean. Raises
     ComputationError where loops do not close or a quantity is not finite.
     """
-    cycle = Cycle(machine, build_rows(machine))
+    cycle = PiecewiseCycle(machine, build_rows(machine))
     factors = {row.quantity.name: row.quantity.factor for row in cycle.rows}
-    shown = {row.quantity.name: units.unit(row.quantity.key) for row in cycle.rows}
+    display_units = {row.quantity.name: units.unit(row.quantity.key) for row in cycle.rows}
     motors = [name for name in machine.motors if _turns_the_drive(cycle, name)]
     motor = None
     if len(motors) == 1:
         motor = cycle.motor(motors[0], repeats=machine.find_quantity(motors[0]).key not in changing)
-    return Summary(
+    return CycleSummary(
         motor=motor,
         peaks=[_peak(cycle, row, _is_changing(machine, row, changing)) for row in cycle.rows],
         shocks=[
             Shock(
-                shock.event, shock.side, shock.phi_deg, shock.quantity, shown[shock.quantity],
+                shock.event, shock.side, shock.phi_deg, shock.quantity, display_units[shock.quantity],
                 shock.before / factors[shock.quantity], shock.after / factors[shock.quantity],
             )
             for shock in cycle.shocks()
@@ -232,7 +232,7 @@ def summarise(machine: Machine, changing: Collection[str] = ()) -> Summary:
     )  # fmt: skip
 
 
-def _turns_the_drive(cycle: Cycle, name: str) -> bool:
+def _turns_the_drive(cycle: PiecewiseCycle, name: str) -> bool:
     """Return whether the power of a motor is its torque times the drive's speed."""
     if f"P_{name}" not in cycle.names:
         return True
@@ -243,32 +243,32 @@ def _turns_the_drive(cycle: Cycle, name: str) -> bool:
     )
 
 
-def _is_changing(machine: Machine, row: Row, changing: Collection[str]) -> bool:
+def _is_changing(machine: Machine, row: CycleRow, changing: Collection[str]) -> bool:
     parts = next((v.components for v in machine.vectors if v.name == row.quantity.name), (row.quantity.name,))
     return any(machine.find_quantity(part).key in changing for part in parts)
 
 
-def _peak(cycle: Cycle, row: Row, is_changing: bool) -> Peak:
+def _peak(cycle: PiecewiseCycle, row: CycleRow, is_changing: bool) -> QuantityPeak:
     quantity, index = row.quantity, cycle.names.index(row.quantity.name)
     high, low = (cycle.extreme(quantity.name, sign) for sign in (1, -1))
-    largest, least = without_rounding(high, low)
+    largest, smallest = without_rounding(high, low)
     rms = math.sqrt(float(cycle.pieces.mean[index])) if row.is_square else float(cycle.pieces.rms[index])
     mean = _mean_size(cycle, index) if row.is_square else float(cycle.pieces.mean[index])
     factor = quantity.factor
-    return Peak(
+    return QuantityPeak(
         name=quantity.name,
         meaning=quantity.meaning,
         unit=units.unit(quantity.key),
         max=largest / factor,
         max_phi_deg=cycle.angle_deg(quantity.name, high),
-        min=least / factor,
+        min=smallest / factor,
         min_phi_deg=cycle.angle_deg(quantity.name, low),
         mean=None if is_changing else mean / factor,
         rms=None if is_changing else rms / factor,
     )
 
 
-def _mean_size(cycle: Cycle, index: int) -> float:
+def _mean_size(cycle: PiecewiseCycle, index: int) -> float:
     """Return the mean of the root of a square."""
     pieces = cycle.pieces
     return float(np.sqrt(np.maximum(pieces.values[index, : len(pieces.nodes)], 0.0)) @ pieces.weights)

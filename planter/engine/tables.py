@@ -6,9 +6,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from planter.engine.drive import DriveResult
-from planter.engine.sensitivity import Direction, SensitivityFound
-from planter.engine.summary import MotorTorque, Shock, Summary
+from planter.engine.sensitivity import Direction, SensitivityResult
+from planter.engine.summary import CycleSummary, MotorTorque, Shock
 from planter.files import units
+from planter.report.html import Table
 
 Cells = Sequence[str | float | None]
 ON_THE_SCREEN = ("N", "N m", "W")
@@ -27,40 +28,42 @@ class Shown:
     head: tuple[str, ...]
     rows: Sequence[Cells]
 
+    @property
+    def block(self) -> Table:
+        """The table as a part of a page."""
+        return Table(self.head, self.rows, self.title)
 
-def summary_tables(summary: Summary) -> Iterator[Shown]:
+
+def summary_tables(summary: CycleSummary) -> Iterator[Shown]:
     """Yield the torque of the motor, peaks of forces, torques and powers, and the largest shock of each kind."""
     if summary.motor is not None:
         rows: list[Cells] = [*motor_rows(summary.motor), ("peak power / W", summary.motor.peak_power_W, None)]
         yield Shown("Torque of the motor on the drive", ("", "N m", "phi / deg"), rows)
-    peaks = [one for one in summary.peaks if one.unit in ON_THE_SCREEN]
+    peaks = [peak for peak in summary.peaks if peak.unit in ON_THE_SCREEN]
     if peaks:
         head = ("", "largest", "phi / deg", "least", "phi / deg", "mean", "unit")
-        cells = [
-            (one.name, one.max, one.max_phi_deg, one.min, one.min_phi_deg, round_mean(one.mean, one.rms), one.unit)
-            for one in peaks
-        ]
+        cells = [(p.name, p.max, p.max_phi_deg, p.min, p.min_phi_deg, round_mean(p.mean, p.rms), p.unit) for p in peaks]
         yield Shown("Peaks, true extremes over a turn", head, cells)
     yield from shock_tables(summary.shocks, "Shocks: the largest jump of each kind")
 
 
-def sensitivity_tables(found: SensitivityFound) -> Iterator[Shown]:
+def sensitivity_tables(result: SensitivityResult) -> Iterator[Shown]:
     """Yield the gradient, then the combinations that matter and the directions that do not."""
-    over = "true extremes" if found.kind == "true" else f"{found.samples} samples"
-    least = ROUNDING * max(map(abs, found.scaled.values()))
+    over = "true extremes" if result.kind == "true" else f"{result.samples} samples"
+    rounding = ROUNDING * max(map(abs, result.scaled.values()))
     rows: list[Cells] = [
-        (name, *((value, found.scaled[name]) if abs(found.scaled[name]) > least else (0.0, 0.0)), _per(name))
-        for name, value in found.gradient.items()
+        (name, *((value, result.scaled[name]) if abs(result.scaled[name]) > rounding else (0.0, 0.0)), _per(name))
+        for name, value in result.gradient.items()
     ]
-    title = f"Gradient of the objective over {over}, {found.objective:.6g}"
+    title = f"Gradient of the objective over {over}, {result.objective:.6g}"
     yield Shown(title, ("parameter", "slope", "times width", "slope's unit"), rows)
-    strong = [one for one in found.combinations if one.strength >= WEAK]
+    combinations = [part for part in result.combinations if part.strength >= WEAK][:MOST_COMBINATIONS]
     cells = [
-        (name, *(_short(one.weights.get(name)) for one in strong[:MOST_COMBINATIONS]))
-        for name in found.gradient
-        if any(name in one.weights for one in strong[:MOST_COMBINATIONS])
+        (name, *(_short(part.weights.get(name)) for part in combinations))
+        for name in result.gradient
+        if any(name in part.weights for part in combinations)
     ]
-    head = ("parameter", *(f"{one.strength:.3g}" for one in strong[:MOST_COMBINATIONS]))
+    head = ("parameter", *(f"{part.strength:.3g}" for part in combinations))
     yield Shown("Combinations that matter, by their strength; weights in parts of widths", head, cells)
 
 
@@ -75,31 +78,31 @@ def _short(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.3g}")
 
 
-def sensitivity_sentences(found: SensitivityFound) -> Iterator[str]:
+def sensitivity_sentences(result: SensitivityResult) -> Iterator[str]:
     """Yield how many combinations matter, and each direction without effect."""
-    return describe_directions(found.effective_parameters, len(found.gradient), found.insensitive)
+    return describe_directions(result.effective_parameters, len(result.gradient), result.insensitive)
 
 
 def describe_directions(effective: int, parameters: int, insensitive: Sequence[Direction]) -> Iterator[str]:
     """Yield how many combinations of parameters matter, and each direction without effect."""
-    yield f"{effective} of {parameters} parameters matter to what is minimised."
+    yield f"{effective} of {parameters} parameters affect the objective."
     for direction in insensitive:
         text = ", ".join(f"{name} {weight:+.3g}" for part in direction for name, weight in part.items())
-        yield f"without effect: {text}"
+        yield f"no effect: {text}"
 
 
-def drive_tables(found: DriveResult) -> Iterator[Shown]:
+def drive_tables(result: DriveResult) -> Iterator[Shown]:
     """Yield motor and flywheel, and the speed over a turn that repeats itself."""
-    motor, speed = found.motor, found.speed
-    yield Shown(f"{found.machine} on a motor", ("", "", "unit"), [
-        ("torque at rest", motor.stall_Nm, "N m"),
+    motor, speed = result.motor, result.speed
+    yield Shown(f"{result.machine} on a motor", ("", "", "unit"), [
+        ("stall torque", motor.stall_Nm, "N m"),
         ("speed without load", motor.idle_rpm, "r/min"),
         ("flywheel", motor.flywheel_kgm2, "kg m2"),
-        ("inertia of the machine at the drive, mean", found.inertia_mean_kgm2, "kg m2"),
-        ("inertia of the machine at the drive, largest", found.inertia_max_kgm2, "kg m2"),
-        ("work of the motor over a turn", found.motor_work_J, "J"),
-        ("work of friction over a turn", found.friction_work_J, "J"),
-        ("power that is missing, at most", found.imbalance_W, "W"),
+        ("inertia of the machine at the drive, mean", result.inertia_mean_kgm2, "kg m2"),
+        ("inertia of the machine at the drive, largest", result.inertia_max_kgm2, "kg m2"),
+        ("work of the motor over a turn", result.motor_work_J, "J"),
+        ("work of friction over a turn", result.friction_work_J, "J"),
+        ("power that is missing, at most", result.imbalance_W, "W"),
     ])  # fmt: skip
     yield Shown("Speed of the drive over a turn that repeats itself", ("", "", "unit"), [
         ("mean", speed.mean_rpm, "r/min"),
@@ -109,21 +112,13 @@ def drive_tables(found: DriveResult) -> Iterator[Shown]:
     ])  # fmt: skip
 
 
-def driven_quantities(found: DriveResult) -> Shown:
-    """Return forces, torques and powers on the motor, beside those at constant speed."""
+def driven_quantities(result: DriveResult) -> Shown:
+    """Return forces, torques and powers on the motor, and at constant speed."""
     head = ("", "driven, largest", "least", "constant, largest", "least", "change", "unit")
     rows = [
-        (
-            key.removesuffix(units.suffix(key)),
-            one.max,
-            one.min,
-            one.constant_max,
-            one.constant_min,
-            one.change,
-            one.unit,
-        )
-        for key, one in found.quantities.items()
-        if one.unit in ON_THE_SCREEN
+        (key.removesuffix(units.suffix(key)), q.max, q.min, q.constant_max, q.constant_min, q.change, q.unit)
+        for key, q in result.quantities.items()
+        if q.unit in ON_THE_SCREEN
     ]
     return Shown("Forces, torques and powers, and those at constant mean speed", head, rows)
 
@@ -138,7 +133,7 @@ def motor_rows(motor: MotorTorque) -> list[Cells]:
 
 def shock_tables(shocks: Sequence[Shock], title: str) -> Iterator[Shown]:
     """Yield the shocks that are largest, if anything jumps."""
-    worst = [(one.event, one.phi_deg, one.quantity, one.before, one.after, one.unit) for one in find_worst(shocks)]
+    worst = [(s.event, s.phi_deg, s.quantity, s.before, s.after, s.unit) for s in find_worst(shocks)]
     if worst:
         yield Shown(title, ("event", "phi / deg", "of", "from", "to", "unit"), worst)
 

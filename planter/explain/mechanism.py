@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from planter import plugins
-from planter.engine.machine import Description, Quantity, describe, find_machine_room
+from planter.engine.machine import Description, Quantity, describe_source, find_machine_room
 from planter.errors import InputError
 from planter.explain.results import Explained, ExplainedFunction, ExplainedMechanism, Meaning
 from planter.files import paths, units
@@ -19,7 +19,7 @@ def takes(source: str) -> bool:
 
 def explain_mechanism(source: str, changes: Mapping[str, float]) -> ExplainedMechanism:
     """Return the description of the mechanism of a file. Raises InputError as its package does."""
-    description = describe(source, changes)
+    description = describe_source(source, changes)
     return ExplainedMechanism(
         machine=description.name,
         title=description.title,

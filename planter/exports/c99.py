@@ -15,9 +15,9 @@ from typing import Any
 import casadi as ca
 
 from planter.engine import loops as engine_loops
-from planter.engine.loops import Loops
+from planter.engine.loops import KinematicLoops
 from planter.engine.machine import LEAST_PIVOT, Machine, Value
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.exports.quantities import (
     STATISTICS,
     SampledGoal,
@@ -27,7 +27,6 @@ from planter.exports.quantities import (
     build_name,
     build_prologues,
     list_fixed,
-    list_guards,
     list_quantities,
 )
 from planter.kernels import Array, loops
@@ -68,7 +67,7 @@ def build_casadi_text(file: str, both: Iterable[ca.Function]) -> str:
     return str(generator.dump())
 
 
-def build_loops_text(loops_: Loops, name: str) -> str:
+def build_loops_text(loops_: KinematicLoops, name: str) -> str:
     """Return what closes loops, in C, behind the kernels `newton` and `assemble`."""
     known = {
         "coordinates": loops_.size, "angular": ", ".join(str(int(unit == "rad")) for unit in loops_.units),
@@ -90,7 +89,7 @@ class MachineText:
         self.response = self.goal.response
         self.coordinates = machine.loops.size if machine.loops else 0
         self.has_objective = bool(self.goal.measures)
-        self.guards = list_guards(machine)
+        self.guards = [guard.name for guard in machine.guards]
         self.quantities = list_quantities(machine)
         self.fixed = list_fixed(machine)
         self.lanes = len(self.response.offsets) * len(self.goal.phi)
@@ -223,7 +222,7 @@ class MachineText:
         if self.machine.loops:
             printed += [(self.machine.loops.steps_function, []), (self.machine.loops.start_function, [])]
         if self.guards:
-            guards = Response(self.machine, self.guards).values_function
+            guards = MachineResponse(self.machine, self.guards).values_function
             inputs = guards.sx_in()
             printed.append((ca.Function("guards", inputs, guards.call(inputs), guards.name_in(), ["rows"]), lanes))
         if self.has_objective:
@@ -401,8 +400,8 @@ def describe_equations(machine: Machine) -> str:
 
 def list_lines(title: str, lines: Iterable[str]) -> str:
     """Return lines of a comment below a title."""
-    wrapped = [wrap(line, "    ") for line in lines]
-    return "\n".join([f" * {title}{'' if wrapped else ' none'}", *wrapped])
+    wrap_angle = [wrap(line, "    ") for line in lines]
+    return "\n".join([f" * {title}{'' if wrap_angle else ' none'}", *wrap_angle])
 
 
 def wrap(text: str, indent: str = "") -> str:

@@ -68,12 +68,12 @@ def _add_source_command(name: str, description: str) -> None:
         console = Console(as_json)
         with console.outcome():
             from planter.exports import c99, cuda
-            from planter.exports.results import Written
+            from planter.exports.results import WrittenFiles
             from planter.report.files import write_all
 
             build_source_files = {"c": c99.build_source_files, "cuda": cuda.build_source_files}[name]
             paths = write_all(out, build_source_files(_load(machine, model, set_, speed_rpm)))
-            console.result(Written(paths), lambda: print("\n".join(paths)))
+            console.result(WrittenFiles(paths), lambda: print("\n".join(paths)))
 
 
 _add_source_command(

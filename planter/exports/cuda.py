@@ -18,11 +18,11 @@ import casadi as ca
 import numpy as np
 
 from planter.engine.machine import LEAST_PIVOT, Machine
-from planter.engine.response import INPUTS, Response
+from planter.engine.response import INPUTS, MachineResponse
 from planter.errors import ComputationError
 from planter.exports import c99, quantities
 from planter.exports.c99 import join_integers, read_template
-from planter.exports.quantities import SampledGoal, list_guards
+from planter.exports.quantities import SampledGoal
 from planter.kernels import Array, CallError, builds, loops, toolchain
 from planter.kernels.loops import functions
 from planter.kernels.loops.graph import Assignment, Graph, Place
@@ -46,7 +46,7 @@ class CudaText:
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.name, self.goal = machine, quantities.build_name(machine), SampledGoal(machine)
-        self.guards, self.fixed = list_guards(machine), quantities.list_fixed(machine)
+        self.guards, self.fixed = [guard.name for guard in machine.guards], quantities.list_fixed(machine)
         self.coordinates = machine.loops.size if machine.loops else 0
 
     @cached_property
@@ -55,7 +55,7 @@ class CudaText:
         symbols = list(self.machine.symbols)
         parts = [self.goal.response.values_function(*symbols)]
         if self.guards:
-            parts.append(Response(self.machine, self.guards).values_function(*symbols))
+            parts.append(MachineResponse(self.machine, self.guards).values_function(*symbols))
         function = ca.Function("lane", symbols, [ca.vertcat(*parts)], list(INPUTS), ["rows"])
         return Graph.of(function, ["phi", "q"] if self.coordinates else ["phi"])
 
@@ -205,7 +205,7 @@ class Batches:
         x, found = np.ascontiguousarray(designs, dtype=float), np.empty((len(designs), len(self.goal.fields)))
         angles = self.goal.count_angles(self.samples)
         nodes = [angle for _, angle in self.goal.nodes]
-        phi = np.concatenate([self.machine.turn * np.arange(angles) / self.samples, nodes])
+        phi = np.concatenate([self.machine.list_angles(self.samples)[:angles], nodes])
         lanes = np.add.outer(self.goal.response.offsets, phi).ravel()
         data = self.machine.data[quantities.list_fixed(self.machine)]
         code = self._run(

@@ -16,7 +16,7 @@ from planter.errors import InputError
 from planter.exports import c99, quantities
 from planter.exports.c99 import quote, read_template
 from planter.exports.quantities import SideQuantity
-from planter.exports.results import LeftOut, UnitWritten
+from planter.exports.results import MissingLibrary, UnitWritten
 from planter.files import units
 from planter.interchange import co_simulation
 from planter.interchange.co_simulation import MAIN, UnitModel, Variable
@@ -59,8 +59,8 @@ def build_sources(machine: Machine) -> dict[str, str]:
         "starts": ", ".join(repr(variable.start) for variable in settable),
         "names": quote(f"{variable.name} is not finite" for variable in settable),
     }  # fmt: skip
-    own = machine if machine.least == () else replace(machine, least=())
-    texts = {file: text for file, text in c99.build_source_files(own).items() if not file.endswith("_main.c")}
+    plain = machine if machine.objective == () else replace(machine, objective=())
+    texts = {file: text for file, text in c99.build_source_files(plain).items() if not file.endswith("_main.c")}
     return texts | {MAIN: read_template("fmu.c").substitute(values)}
 
 
@@ -131,7 +131,7 @@ def write_unit(machine: Machine, file: Path, fmi: str = "2.0") -> UnitWritten:
         try:
             built[platform] = co_simulation.build_library(platform, texts, model.name)
         except NoCompiler as reason:
-            left_out.append(LeftOut(platform, str(reason)))
+            left_out.append(MissingLibrary(platform, str(reason)))
     target = output_folder(file.parent) / file.name
     write_bytes(target, co_simulation.pack_unit(version, model, texts, token, built))
     causes = Counter(variable.causality for variable in model.variables)

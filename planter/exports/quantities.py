@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from planter.engine.goal import find_display_unit, resolve_measure
 from planter.engine.machine import Machine, Quantity, check_samples
 from planter.engine.measures import Measure, format_sum, parse_distance
-from planter.engine.response import INPUTS, Response
+from planter.engine.response import INPUTS, MachineResponse
 from planter.errors import InputError
 from planter.files import units
 from planter.interchange.motion_tables import Column, Motion
@@ -96,8 +95,7 @@ def build_headline(machine: Machine) -> str:
 
 def build_prologues(machine: Machine, tangent: ca.Function) -> list[ca.Function]:
     """Return `hoisting` (d) -> h and `prologue` (d) -> h, dh."""
-    symbol: Any = ca.SX if machine.prologue.is_a("SXFunction") else ca.MX
-    d = symbol.sym("d", len(machine.values))
+    d = machine.create_symbol("d", len(machine.values))
     return [
         ca.Function("hoisting", [d], [ca.densify(machine.prologue(d))], ["d"], ["h"]),
         ca.Function("prologue", [d], list(tangent(d)), ["d"], ["h", "dh"]),
@@ -119,7 +117,7 @@ def build_cycle(machine: Machine) -> ca.Function:
 
 
 @dataclass(frozen=True)
-class Row:
+class SampledRow:
     """A quantity at the samples of a cycle, or its size; `shared` ones are sums over the sides."""
 
     quantity: Quantity
@@ -133,7 +131,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Field:
+class ReportedField:
     """A number that is reported of a cycle: its C name, and that with its SI unit."""
 
     name: str
@@ -149,17 +147,19 @@ class SampledGoal:
 
     def __init__(self, machine: Machine) -> None:
         self.machine = machine
-        self.measures = tuple(resolve_measure(machine, measure) for measure in machine.least)
+        self.measures = tuple(resolve_measure(machine, measure) for measure in machine.objective)
         if self.reason_missing:
             self.measures = ()
         pairs = [(m.name, m.size) for m in self.measures] or [(q.name, False) for q in machine.results]
         names = tuple(dict.fromkeys(pairs))
-        self.response = Response(machine, [name for name, _ in names])
+        self.response = MachineResponse(machine, [name for name, _ in names])
         shared = self.response.shared
         quantities = (machine.find_quantity(name) for name, _ in names)
-        self.rows = tuple(Row(q, size, share) for q, (_, size), share in zip(quantities, names, shared, strict=True))
+        self.rows = tuple(
+            SampledRow(q, size, share) for q, (_, size), share in zip(quantities, names, shared, strict=True)
+        )
         self._names = names
-        self.samples = machine.least_samples if self.measures else machine.samples
+        self.samples = machine.objective_samples if self.measures else machine.samples
         self.angles = self.count_angles(self.samples)
 
     def count_angles(self, samples: int) -> int:
@@ -170,7 +170,7 @@ class SampledGoal:
     @property
     def reason_missing(self) -> str:
         """What keeps a stated sum out of C, empty if nothing does."""
-        for measure in self.machine.least:
+        for measure in self.machine.objective:
             if measure.is_moving:
                 return f"{measure} is of a part of the cycle that the design moves, and has no form in C"
             if any(parse_distance(name) for name in measure.names):
@@ -187,19 +187,19 @@ class SampledGoal:
     def phi(self) -> Array:
         """The samples and the angles of the nodes [rad], (n,)."""
         return np.concatenate(
-            [self.machine.turn * np.arange(self.angles) / self.samples, [angle for _, angle in self.nodes]]
+            [self.machine.list_angles(self.samples)[: self.angles], [angle for _, angle in self.nodes]]
         )
 
     @property
-    def fields(self) -> list[Field]:
+    def fields(self) -> list[ReportedField]:
         """What is reported of a cycle: the sum if there is one, then `FIELDS` of each row."""
-        found = [Field("objective", "objective")] if self.measures else []
+        found = [ReportedField("objective", "objective")] if self.measures else []
         for row in self.rows:
             suffix = f"_{row.label}" if len(self.rows) > 1 else ""
             unit = row.quantity.unit
             for name in FIELDS:
                 field = f"{name}{suffix}"
-                found.append(Field(field, f"{field}{_unit_suffix(unit, 2 if name == 'variance' else 1)}"))
+                found.append(ReportedField(field, f"{field}{_unit_suffix(unit, 2 if name == 'variance' else 1)}"))
         return found
 
     @property
@@ -266,11 +266,6 @@ def _factor(word: str, power: int) -> str:
     return f"{match[1]}{exponent if exponent > 1 else ''}"
 
 
-def list_guards(machine: Machine) -> list[str]:
-    """Return names of quantities that say whether forces are determined: pivots, then numbers of states."""
-    return [q.name for role in ("pivot", "states") for q in machine.quantities if q.role == role]
-
-
 def build_motion(machine: Machine, turns: int = 1, samples: int | None = None) -> Motion:
     """Return all quantities, and places of the bodies' points, over whole turns at the machine's speed.
 
@@ -309,7 +304,7 @@ def _check_numbers(machine: Machine, turns: int, samples: int | None) -> int:
 
 
 def _build_columns(machine: Machine, phi: Array) -> list[Column]:
-    guards = Response(machine, list_guards(machine))
+    guards = MachineResponse(machine, [guard.name for guard in machine.guards])
     d = machine.data
     point = guards.at_data(d)
     q = guards.coordinates(d, phi)

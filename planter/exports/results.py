@@ -8,7 +8,7 @@ from planter.records import Record
 
 
 @dataclass(frozen=True)
-class Written(Record):
+class WrittenFiles(Record):
     """`planter export c` and `cuda`: the files that were written."""
 
     files: list[str]
@@ -26,7 +26,7 @@ class MotionWritten(Record):
 
 
 @dataclass(frozen=True)
-class LeftOut(Record):
+class MissingLibrary(Record):
     """A platform that a unit has no library for, and why."""
 
     platform: str
@@ -47,8 +47,13 @@ class UnitWritten(Record):
     parameters: int
     outputs: int
     platforms: list[str]
-    left_out: list[LeftOut]
+    left_out: list[MissingLibrary]
 
 
-COMMANDS = {"export c": Written, "export cuda": Written, "export fmu": UnitWritten, "export motion": MotionWritten}
+COMMANDS = {
+    "export c": WrittenFiles,
+    "export cuda": WrittenFiles,
+    "export fmu": UnitWritten,
+    "export motion": MotionWritten,
+}
 """What the room's commands return."""

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from planter.engine.machine import Machine, Quantity
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.kernels import Array
@@ -77,7 +77,7 @@ class MeasuredCurve:
         result = find_measured(machine, quantity)
         self.quantity, self.unit, self._factor = quantity, units.unit(result.key), result.factor
         moved = machine.with_moved(dict.fromkeys(inputs, (0.0, 1.0)))
-        self._response = Response(moved, [result.name])
+        self._response = MachineResponse(moved, [result.name])
         self._machine_inputs = moved.design
         self._last: tuple[bytes, tuple[Array, Array]] | None = None
 

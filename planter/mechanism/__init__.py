@@ -1,1 +1,1 @@
-"""A mechanism of one's own: the functions that were generated of its statement, over a turn."""
+"""User-defined mechanisms: their generated functions over a cycle or in free motion."""

@@ -73,13 +73,14 @@ def move(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mechanism import dynamics, file, motion, report, tables
+        from planter.mechanism.dynamics import Dynamics
+        from planter.mechanism.file import load
+        from planter.mechanism.motion import compute_motion
+        from planter.mechanism.presentation import present_motion
 
-        machine = file.load(mechanism, changes(set_))
-        found = motion.move(dynamics.Dynamics(machine), until, points, tolerance, rest, least_squares, stiff)
-        if out is not None:
-            report.write_motion(out, found, machine, console.progress)
-        console.result(found.result, lambda: tables.motion(console, found.result))
+        file = load(mechanism, changes(set_))
+        motion = compute_motion(Dynamics(file), until, points, tolerance, rest, least_squares, stiff)
+        present_motion(motion, file).show(console, out)
 
 
 def refuse_options(machine: Machine, options: Mapping[str, bool]) -> None:
@@ -92,37 +93,35 @@ def refuse_options(machine: Machine, options: Mapping[str, bool]) -> None:
 def run_validate(console: Console, source: str, values: Mapping[str, float], speed_rpm: float | None) -> None:
     """Validate the machine of a file or of a built-in name, and print limits and warnings."""
     from planter.engine.machine import load_machine
-    from planter.mechanism import cycle, file, machines, tables
+    from planter.mechanism import cycle, file, machines
+    from planter.mechanism.presentation import present_validation
 
     if machines.takes(source) and not (mechanism := file.load(source, values)).is_driven:
-        result = cycle.validate_motion(mechanism)
+        result = cycle.validate_free_motion(mechanism)
     else:
-        result = cycle.validate(load_machine(source, values, speed_rpm))
-    console.result(result, lambda: tables.show_validation(console, source, result))
+        result = cycle.validate_machine(load_machine(source, values, speed_rpm))
+    present_validation(result, source).show(console)
 
 
 def run_simulate(
     console: Console, machine: Machine, samples: int | None, at_deg: Sequence[float], out: Path | None
 ) -> None:
     """Simulate a cycle, print it, and write it into a folder if one is named."""
-    from planter.mechanism import cycle, report, tables
+    from planter.mechanism.cycle import simulate_machine
+    from planter.mechanism.presentation import present_cycle
 
-    simulated = cycle.simulate(machine, samples, at_deg)
-    if out is not None:
-        report.write_turn(out, simulated, console.progress)
-    console.result(simulated.result, lambda: tables.turn(console, simulated.result))
+    present_cycle(simulate_machine(machine, samples, at_deg)).show(console, out)
 
 
 def run_sensitivity(
-    console: Console, machine: Machine, least: str | None, samples: int | None, all_values: bool, out: Path | None
+    console: Console, machine: Machine, objective: str | None, samples: int | None, all_values: bool, out: Path | None
 ) -> None:
     """Compute a sensitivity, print it, and write it into a folder if one is named."""
-    from planter.mechanism import optimisation, report, tables
+    from planter.mechanism.optimisation import compute_objective_sensitivity
+    from planter.mechanism.presentation import present_sensitivity
 
-    result = optimisation.compute(machine, least, samples, all_values)
-    if out is not None:
-        report.write_sensitivity(out, result, machine)
-    console.result(result, lambda: tables.show_sensitivity(console, result))
+    result = compute_objective_sensitivity(machine, objective, samples, all_values)
+    present_sensitivity(result, machine).show(console, out)
 
 
 def run_drive(
@@ -132,13 +131,10 @@ def run_drive(
     """Compute a machine on a motor from a speed [rad/s], print it, and write it into a folder if one is named."""
     from planter.engine.drive import drive_machine
     from planter.engine.machine import check_samples
-    from planter.mechanism import report, tables
+    from planter.mechanism.presentation import present_drive
 
     check_samples(samples)
-    drive = drive_machine(machine, motor, turns, start, samples)
-    if out is not None:
-        report.write_drive(out, drive, machine, console.progress)
-    console.result(drive.result, lambda: tables.show_drive(console, drive.result))
+    present_drive(drive_machine(machine, motor, turns, start, samples)).show(console, out)
 
 
 @dataclass(frozen=True)
@@ -156,13 +152,14 @@ class SearchOptions:
 
 
 def run_optimise(
-    console: Console, machine: Machine, least: str | None, holds: Sequence[str], options: SearchOptions,
+    console: Console, machine: Machine, objective: str | None, holds: Sequence[str], options: SearchOptions,
     out: Path | None,
 ) -> None:  # fmt: skip
     """Find an optimum, with its front and its proof if the options ask for them, print and write it."""
     from planter.engine.search import SearchSpec
-    from planter.mechanism import optimisation, proof, report, tables
+    from planter.mechanism import optimisation, proof
     from planter.mechanism.file import MechanismFile
+    from planter.mechanism.presentation import present_optimum
     from planter.optimise.sections import DEFAULT_GENETIC
     from planter.optimise.starts import DEFAULT_STARTS
 
@@ -178,20 +175,18 @@ def run_optimise(
     if options.prove_seconds is not None and not isinstance(file, MechanismFile):
         reason = "there are no bounds of its quantities"
         raise InputError(f"--prove does not apply to {machine.name} with --least: {reason}")
-    goal = optimisation.StatedGoal.read(machine, least, holds)
+    goal = optimisation.StatedGoal.read(machine, objective, holds)
     if options.front:
-        goal.require_least()
+        goal.require_objective()
         optimisation.require_front(goal.build_problem(spec.sampling))
     if options.prove_seconds is not None:
-        proof.require_provable(goal, least)
-    optimum = optimisation.optimise(machine, least, holds, spec, console.progress, options.means)
+        proof.require_provable(goal, objective)
+    optimum = optimisation.optimise_machine(machine, objective, holds, spec, console.progress, options.means)
     if options.prove_seconds is not None and isinstance(file, MechanismFile):
         optimum = proof.with_proof(file, optimum, goal, spec, options.prove_seconds, console.progress, options.means)
     if options.front:
         optimum = optimisation.with_front(optimum, console.progress)
-    if out is not None:
-        report.write_optimum(out, optimum, console.progress)
-    console.result(optimum.result, lambda: tables.optimum(console, optimum.result))
+    present_optimum(optimum).show(console, out)
 
 
 def calibrate_machine(

@@ -1,35 +1,42 @@
-"""The cycle of a machine: every quantity, works, laws, contacts that lift off, and warnings for the designer."""
+"""The cycle of a machine: every quantity, works, laws, contacts that lift off, and the checks of `planter validate`."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from planter.engine.machine import Machine, check_samples
-from planter.engine.machine import Quantity as Described
-from planter.engine.summary import Summary, summarise
+from planter.engine.machine import Machine, Quantity, check_samples
+from planter.engine.summary import CycleSummary, summarise
 from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import MechanismFile
-from planter.mechanism.model import Model, Periodicity, periodicity
+from planter.mechanism.model import Model, Periodicity, compare_cycles
 from planter.mechanism.optimisation import evaluate_limits
-from planter.mechanism.results import AngleValues, Law, MachineValidation, Quantity, Warned
-from planter.mechanism.results import Turn as Result
+from planter.mechanism.results import (
+    AngleValues,
+    MachineValidation,
+    MechanismCycleResult,
+    MechanismLawResult,
+    MechanismWarning,
+    QuantityStatistics,
+)
 from planter.numerics import extrema
 from planter.numerics.arrays import Flags, to_degrees
-from planter.numerics.extrema import index_first_extremum
+
+ANGLE_TOLERANCE = 1e-10
+"""Accuracy of the angle at which a contact force changes its sign [rad]."""
 
 
 @dataclass(frozen=True)
-class Turn:
-    """A turn: samples of all results in shown units (n,) by key, and what is read from them.
+class MechanismCycle:
+    """A cycle: samples of all results in display units (n,) by key, and its result.
 
-    `ends` are the results at the end of the turn by key; `places` (n,) [m] are those of the bodies' points; a turn
-    takes `seconds`.
+    `ends` are the results at the end of the cycle by key; `places` (n,) [m] the coordinates of the bodies' points; a
+    cycle takes `seconds`.
     """
 
     machine: Machine
@@ -38,7 +45,7 @@ class Turn:
     ends: dict[str, float]
     places: dict[str, Array]
     seconds: float
-    result: Result
+    result: MechanismCycleResult
 
     @property
     def repeats(self) -> bool:
@@ -46,42 +53,43 @@ class Turn:
         return not self.result.not_repeating
 
 
-def turn(model: Model, samples: int | None = None) -> Turn:
-    """Return a cycle of a machine in `samples` equal steps, the file's own without.
+def compute_cycle(model: Model, samples: int | None = None) -> MechanismCycle:
+    """Return a cycle of a machine in `samples` equal steps, as many as its file says unless they are given.
 
-    Means are those of the samples, by the trapezoidal rule where an angle gains whole turns; works [J] integrate what
-    is told in W over the time of a turn. What does not end the turn as it began has neither, and a warning says so.
+    Means are those of the samples, by the trapezoidal rule for an angle that gains whole turns; works [J] integrate
+    powers over the time of a cycle. What does not end the cycle as it began has neither, and a warning says so.
     Raises ComputationError as the model does.
     """
     machine, angles = model.machine, model.list_angles(samples)
-    found = model(angles)
-    columns = {q.key: found[q.name] / q.factor for q in machine.results}
-    repeats = periodicity(model, angles, found)
-    holds = evaluate_limits(machine, repeats.changes) if machine.limits else None
-    result = Result(
+    values = model(angles)
+    columns = {q.key: values[q.name] / q.factor for q in machine.results}
+    repeats = compare_cycles(model, angles, values)
+    limits = evaluate_limits(machine, repeats.changes) if machine.limits else None
+    seconds = machine.turn / abs(model.speed) if model.speed else np.inf
+    result = MechanismCycleResult(
         machine=machine.name,
         samples=len(angles),
-        quantities={q.key: describe_quantity(q, columns[q.key], angles, repeats) for q in machine.results},
-        work=_works(model, found, repeats),
-        laws=_laws(model, found),
+        quantities={q.key: compute_statistics(q, columns[q.key], angles, repeats) for q in machine.results},
+        work=_compute_works(model, values, repeats, seconds),
+        laws=list(_check_laws(machine, values)),
         warnings=[
-            *repeats.warnings(float(np.degrees(machine.turn))),
-            *warnings(model, angles, found, not repeats.changes),
+            *repeats.list_warnings(float(np.degrees(machine.turn))),
+            *list_lift_offs(model, angles, values, not repeats.changes),
         ],
         repeats_after_turns=repeats.turns,
         not_repeating=repeats.changes,
-        holds=holds,
-        met=None if holds is None else all(hold.met for hold in holds),
+        holds=limits,
+        met=None if limits is None else all(limit.met for limit in limits),
     )
-    return Turn(machine, np.degrees(angles), columns, repeats.end, model.places(angles), _seconds(model), result)
+    return MechanismCycle(machine, np.degrees(angles), columns, repeats.end, model.places(angles), seconds, result)
 
 
-def describe_quantity(quantity: Described, values: Array, angles: Array, repeats: Periodicity) -> Quantity:
+def compute_statistics(quantity: Quantity, values: Array, angles: Array, repeats: Periodicity) -> QuantityStatistics:
     """Return extremes, mean and root mean square of samples (n,) in the key's unit, of a cycle at angles (n,) [rad]."""
-    low, high = (to_degrees(float(angles[index_first_extremum(angles, values, sign)])) for sign in (-1, 1))
+    low, high = (to_degrees(float(angles[extrema.index_first_extremum(angles, values, sign)])) for sign in (-1, 1))
     is_averaged = quantity.key not in repeats.changes
-    mean, square = _means(values, repeats.end[quantity.key]) if is_averaged else (None, None)
-    return Quantity(
+    mean, square = _average(values, repeats.end[quantity.key]) if is_averaged else (None, None)
+    return QuantityStatistics(
         unit=units.unit(quantity.key),
         min=float(values.min()),
         max=float(values.max()),
@@ -93,10 +101,10 @@ def describe_quantity(quantity: Described, values: Array, angles: Array, repeats
     )
 
 
-def _means(values: Array, end: float) -> tuple[float, float]:
-    """Mean and mean square of values (n,) by the trapezoidal rule with the value at the end of the turn.
+def _average(values: Array, end: float) -> tuple[float, float]:
+    """Return mean and mean square of values (n,) by the trapezoidal rule with the value at the end of the cycle.
 
-    Only an angle that gains whole turns ends elsewhere than it began; otherwise the rule is the mean of the samples.
+    Only an angle that gains whole turns has another value at the end; otherwise the rule is the mean of the samples.
     """
     gains = abs(end - values[0]) > 1.0
     last = (end - values[0], end**2 - values[0] ** 2) if gains else (0.0, 0.0)
@@ -104,91 +112,89 @@ def _means(values: Array, end: float) -> tuple[float, float]:
     return float(values.mean() + last[0] / (2 * count)), float((values**2).mean() + last[1] / (2 * count))
 
 
-def _seconds(model: Model) -> float:
-    return model.machine.turn / abs(model.speed) if model.speed else np.inf
-
-
-def _works(model: Model, found: dict[str, Array], repeats: Periodicity) -> dict[str, float | None]:
-    """Return the work [J] of each power over the time of a cycle, None where it does not repeat."""
+def _compute_works(
+    model: Model, values: Mapping[str, Array], repeats: Periodicity, seconds: float
+) -> dict[str, float | None]:
+    """Return the work [J] of each power over the time of a cycle, None if the power does not repeat."""
     if model.speed == 0:
         return {}
     return {
-        f"{q.name.removeprefix('P_')}_J": None
-        if q.key in repeats.changes
-        else _seconds(model) * float(found[q.name].mean())
+        f"{q.name.removeprefix('P_')}_J": None if q.key in repeats.changes else seconds * float(values[q.name].mean())
         for q in model.machine.results
         if q.unit == "W"
     }
 
 
-def _laws(model: Model, found: dict[str, Array]) -> list[Law]:
-    """Return the laws of mechanics with their violations, and that friction has one state alone."""
-    laws = [
-        Law(q.meaning, float(np.abs(found[q.name]).max()), q.unit) for q in model.machine.quantities if q.role == "law"
-    ]
-    many = [q for q in model.machine.quantities if q.role == "states"]
-    return laws + [Law(f"{q.meaning}, beyond one", float(found[q.name].max()) - 1, "1") for q in many]
+def _check_laws(machine: Machine, values: Mapping[str, Array]) -> Iterator[MechanismLawResult]:
+    """Yield the laws of mechanics with their violations, then that friction has a single state."""
+    for q in machine.quantities:
+        if q.role == "law":
+            yield MechanismLawResult(q.meaning, float(np.abs(values[q.name]).max()), q.unit)
+    for q in machine.quantities:
+        if q.role == "states":
+            yield MechanismLawResult(f"{q.meaning}, beyond one", float(values[q.name].max()) - 1, "1")
 
 
-CLOSE = 1e-10
-"""How close the angle of a change is looked for [rad]."""
+def list_lift_offs(
+    model: Model, angles: Array, values: Mapping[str, Array], repeats: bool = True
+) -> list[MechanismWarning]:
+    """Return a warning for every interval of a cycle in which a contact would have to pull.
 
-
-def warnings(model: Model, angles: Array, found: dict[str, Array], repeats: bool = True) -> list[Warned]:
-    """A warning for every stretch of a turn in which a contact would have to pull.
-
-    `angles` (n,) [rad] go once round in equal steps, `found` are the results there; `repeats` says whether the turn
-    ends as it began. A stretch between two samples is found where the force has a hollow there.
+    `angles` (n,) [rad] are equal steps of a cycle, `values` the quantities there; `repeats` says whether the cycle ends
+    as it began. An interval between two samples is found if the force has a minimum there.
     """
-    pushing = [quantity.name for quantity in model.machine.quantities if quantity.is_push]
-    return [warned for name in pushing for warned in _warned(model, name, angles, found[name], repeats)]
+    contacts = [quantity.name for quantity in model.machine.quantities if quantity.is_push]
+    return [
+        MechanismWarning(name="contact_would_pull", angle_deg=float(angle), message=message)
+        for name in contacts
+        for angle, message in _describe_lift_off(model, name, angles, values[name], repeats)
+    ]
 
 
-def _warned(model: Model, name: str, angles: Array, values: Array, repeats: bool) -> Iterator[Warned]:
+def _describe_lift_off(
+    model: Model, name: str, angles: Array, values: Array, repeats: bool
+) -> Iterator[tuple[float, str]]:
+    """Yield the angle [deg] at which each interval of a negative contact force begins, and a message."""
     lowest = extrema.find_minimum(lambda at: model(at)[name], angles, closed=repeats)
     if lowest.value >= 0:
         return
-    what = f"{name} ({model.machine.find_quantity(name).meaning}) falls to {lowest.value:.4g} N"
+    force = f"{name} ({model.machine.find_quantity(name).meaning}) falls to {lowest.value:.4g} N"
     places = np.append(angles, lowest.place % model.machine.turn)
     order = np.argsort(places)
     places, pulls = places[order], np.append(values, lowest.value)[order] < 0
     if pulls.all():
-        yield _told(f"{what}: the contact would have to pull all over the turn", 0.0)
+        yield 0.0, f"{force}: the contact would have to pull during the whole cycle"
         return
-    for low, high in _stretches(model, name, places, pulls, repeats):
-        yield _told(
-            f"{what}: the contact would have to pull from {low:.6g} to {high:.6g} deg, so it lifts off there and "
-            "nothing told beyond holds",
-            low,
-        )
+    for low, high in _find_intervals(model, name, places, pulls, repeats):
+        interval = f"from {low:.6g} to {high:.6g} deg"
+        yield low, f"{force}: the contact would have to pull {interval}: it lifts off there, and no later result holds"
 
 
-def _stretches(model: Model, name: str, places: Array, pulls: Flags, repeats: bool) -> Iterator[tuple[float, float]]:
-    """Where stretches of places that pull begin and end [deg]; one may pass the end of a turn that repeats."""
+def _find_intervals(
+    model: Model, name: str, places: Array, pulls: Flags, repeats: bool
+) -> Iterator[tuple[float, float]]:
+    """Yield begin and end [deg] of intervals that pull; one may pass the end of a cycle that repeats."""
     before = np.roll(pulls, 1)
     before[0] &= repeats
     for begin in np.flatnonzero(pulls & ~before).tolist():
         length = int(np.argmin(np.append(pulls[begin:], pulls[:begin] if repeats else False)))
-        low = 0.0 if begin == 0 and not repeats else np.degrees(_change(model, name, places, begin))
+        low = 0.0 if begin == 0 and not repeats else np.degrees(_find_sign_change(model, name, places, begin))
         ends = begin + length == len(places) and not repeats
-        yield low, np.degrees(model.machine.turn if ends else _change(model, name, places, begin + length))
+        yield low, np.degrees(model.machine.turn if ends else _find_sign_change(model, name, places, begin + length))
 
 
-def _change(model: Model, name: str, places: Array, k: int) -> float:
-    """Return the angle in a cycle at which the force changes sign between a place and the one before it, all round."""
+def _find_sign_change(model: Model, name: str, places: Array, k: int) -> float:
+    """Return the angle in a cycle at which the force changes sign between a place and the one before it, cyclically."""
     from scipy.optimize import brentq
 
     turn, high, low = model.machine.turn, float(places[k % len(places)]), float(places[(k - 1) % len(places)])
-    found = brentq(lambda at: float(model(np.array([at]))[name][0]), low - turn * (low > high), high, xtol=CLOSE)
-    return float(found) % turn
+    start = low - turn * (low > high)
+    root = brentq(lambda at: float(model(np.array([at]))[name][0]), start, high, xtol=ANGLE_TOLERANCE)
+    return float(root) % turn
 
 
-def _told(message: str, angle: float) -> Warned:
-    return Warned(name="contact_would_pull", angle_deg=float(angle), message=message)
-
-
-def simulate(machine: Machine, samples: int | None = None, at_deg: Sequence[float] = ()) -> Turn:
-    """Return the cycle of a machine in `samples` equal steps, the file's own without, and results at angles [deg].
+def simulate_machine(machine: Machine, samples: int | None = None, at_deg: Sequence[float] = ()) -> MechanismCycle:
+    """Return the cycle of a machine with its summary for the designer, and results at single angles [deg].
 
     Raises InputError for a number of samples out of range, or an angle that is not finite; ComputationError as the
     model does.
@@ -196,7 +202,7 @@ def simulate(machine: Machine, samples: int | None = None, at_deg: Sequence[floa
     check_samples(samples)
     check_angles(at_deg)
     model = Model(machine)
-    cycle = turn(model, samples)
+    cycle = compute_cycle(model, samples)
     designer, warnings = _summarise(model, cycle)
     at = [
         AngleValues(float(angle), {key: float(values[0]) for key, values in model.results(np.radians([angle])).items()})
@@ -212,47 +218,45 @@ def check_angles(at_deg: Sequence[float]) -> None:
         raise InputError(f"--at = {bad[0]} is not allowed: it must be a finite angle in deg")
 
 
-def _summarise(model: Model, cycle: Turn) -> tuple[Summary | None, list[Warned]]:
-    """Return the designer's summary, or a warning where a quantity has a pole between samples."""
+def _summarise(model: Model, cycle: MechanismCycle) -> tuple[CycleSummary | None, list[MechanismWarning]]:
+    """Return the designer's summary, or a warning if a quantity has a pole between samples."""
     try:
         return summarise(model.machine, cycle.result.not_repeating), []
     except ComputationError as error:
-        message = f"there is no summary for the designer: {error.message}"
-        return None, [Warned(name="no_summary", angle_deg=0.0, message=message)]
+        message = f"the designer's summary is missing: {error.message}"
+        return None, [MechanismWarning(name="no_summary", angle_deg=0.0, message=message)]
 
 
-def validate(machine: Machine) -> MachineValidation:
-    """Return what a designer should know of a machine whose file has passed every check: limits and warnings.
+def validate_machine(machine: Machine) -> MachineValidation:
+    """Return limits and warnings of a machine whose file is valid.
 
     Raises ComputationError if its loops do not close at some angle of the cycle.
     """
-    cycle = turn(Model(machine)).result
+    cycle = compute_cycle(Model(machine)).result
     return MachineValidation(
         machine=machine.name, valid=True, design=list(machine.design_names), holds=cycle.holds, met=cycle.met,
-        warnings=[*_warn_of_bounds(machine), *cycle.warnings],
+        warnings=[*_list_bound_warnings(machine), *cycle.warnings],
     )  # fmt: skip
 
 
-def validate_motion(mechanism: MechanismFile) -> MachineValidation:
-    """Return what a designer should know of a mechanism that moves by itself, at its start.
+def validate_free_motion(mechanism: MechanismFile) -> MachineValidation:
+    """Return the entries of a mechanism's initial state that its constraints change, as warnings.
 
-    Raises ComputationError if no start near the stated one satisfies its constraints.
+    Raises ComputationError if no state near the stated one satisfies its constraints.
     """
     dynamics = Dynamics(mechanism)
     start = dynamics.start()
-    names = [dynamics.names[index] for index in dynamics.changed(start)]
+    names = [dynamics.names[index] for index in dynamics.find_changes(start)]
     message = "the stated start breaks the constraints: the motion begins at the nearest one that satisfies them"
-    return MachineValidation(
-        machine=mechanism.name, valid=True, design=[],
-        warnings=[Warned(name=name, message=message) for name in names],
-    )  # fmt: skip
+    warnings = [MechanismWarning(name=name, message=message) for name in names]
+    return MachineValidation(machine=mechanism.name, valid=True, design=[], warnings=warnings)
 
 
-def _warn_of_bounds(machine: Machine) -> Iterator[Warned]:
+def _list_bound_warnings(machine: Machine) -> Iterator[MechanismWarning]:
     """Yield a warning for each value of the design that lies outside its bounds."""
     for index, lower, upper in zip(machine.moved, machine.lower, machine.upper, strict=True):
         value, number = machine.values[index], machine.data[index]
         if not lower <= number <= upper:
             ends = f"[{lower / value.factor:g}, {upper / value.factor:g}]"
             message = f"{value.path} = {number / value.factor:g} lies outside its bounds {ends}"
-            yield Warned(name="design", message=message)
+            yield MechanismWarning(name="design", message=message)

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 import casadi as ca
 import numpy as np
 
+from planter.engine.drive import RPM
+from planter.engine.loops import split_gaps
 from planter.engine.machine import LEAST_PIVOT
 from planter.files import units
 from planter.kernels import Array
@@ -23,141 +25,173 @@ from planter.view.scene import Body, Chain, Curve, Outline, Point, Scene
 from planter.view.subject import Input, Portable
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from planter.mechanism.cycle import Turn
+    from planter.engine.drive import Drive
+    from planter.mechanism.cycle import MechanismCycle
 
 MOST_CURVES = 6
 """Curves in one figure."""
 
 
 @dataclass(frozen=True)
-class Course:
-    """What curves are drawn over: values (n,), their name with its unit, and whether they are angles of a turn.
+class PlotAxis:
+    """The abscissa of curves: values (n,), its name with its unit, and whether it is the angle of a cycle [deg].
 
-    Of a turn `end` is its last angle, `ends` are the curves' values there by key, and `repeats` says whether it ends as
-    it began.
+    For a cycle, `end` is its last angle, `ends` are the values of the curves there by key, and `repeats` holds if it
+    ends in the state in which it began.
     """
 
     values: Array
     label: str
-    turn: bool
+    is_angle: bool
     ends: Mapping[str, float] = field(default_factory=dict)
     repeats: bool = False
     end: float = 360.0
 
     @classmethod
-    def from_cycle(cls, cycle: Turn) -> Course:
-        """Return what the curves of a cycle are drawn over."""
+    def from_cycle(cls, cycle: MechanismCycle) -> PlotAxis:
+        """Return the angle of a cycle as an abscissa."""
         end = float(np.degrees(cycle.machine.turn))
         return cls(cycle.angles_deg, f"{cycle.machine.angle} / deg", True, cycle.ends, cycle.repeats, end)
 
 
-def curves(columns: Mapping[str, Array], course: Course) -> Iterator[tuple[str, Figure]]:
-    """Figures of all columns, by the names of their files."""
+def draw_curves(columns: Mapping[str, Array], axis: PlotAxis) -> Iterator[tuple[str, Figure]]:
+    """Yield figures of all columns (n,) by the names of their files; columns of one unit share figures."""
     by_unit: dict[str, list[str]] = {}
     for key in columns:
         by_unit.setdefault(units.unit(key), []).append(key)
     for unit, keys in by_unit.items():
-        for first in range(0, len(keys), MOST_CURVES):
-            some = {key: columns[key] for key in keys[first : first + MOST_CURVES]}
-            word = "".join(c if c.isalnum() else "_" for c in unit or "number")
-            yield f"{word}_{first // MOST_CURVES + 1}", _figure(some, unit, course)
+        stem = "".join(c if c.isalnum() else "_" for c in unit or "number")
+        for number, first in enumerate(range(0, len(keys), MOST_CURVES), 1):
+            group = {key: columns[key] for key in keys[first : first + MOST_CURVES]}
+            yield f"{stem}_{number}", _draw_group(group, unit, axis)
 
 
 @style.drawn
-def _figure(columns: Mapping[str, Array], unit: str, course: Course) -> Figure:
+def _draw_group(columns: Mapping[str, Array], unit: str, axis: PlotAxis) -> Figure:
     figure = style.new_figure(2.8)
     axes = figure.subplots()
-    if course.turn:
-        style.over_a_turn(axes, end=course.end)
-    axes.set_xlabel(course.label)
+    if axis.is_angle:
+        style.over_a_turn(axes, end=axis.end)
+    axes.set_xlabel(axis.label)
     axes.set_ylabel(unit or "1")
     ends = []
     for index, (key, values) in enumerate(columns.items()):
         shade = style.colour(key, index)
-        x, y = _with_end(course, key, values)
+        x, y = axis.values, values
+        if key in axis.ends:
+            x, y = np.append(x, axis.end), np.append(y, axis.ends[key])
         axes.plot(x, y, color=shade, linewidth=1.2)
         ends.append((float(y[-1]), labels.name(key), shade))
-    if not course.turn:
-        axes.set_xlim(course.values[0], course.values[-1])
+    if not axis.is_angle:
+        axes.set_xlim(axis.values[0], axis.values[-1])
     axes.autoscale_view()
     style.label_ends(axes, ends, 0.07)
     return figure
 
 
-def _with_end(course: Course, key: str, values: Array) -> tuple[Array, Array]:
-    """A curve (n,), of a turn with its value at the end, as far as that is known."""
-    if key not in course.ends:
-        return course.values, values
-    return np.append(course.values, course.end), np.append(values, course.ends[key])
+@style.drawn
+def draw_drive(drive: Drive) -> Figure:
+    """Draw the speed of a machine on a motor from the start and over the steady cycle, and that cycle's torques."""
+    figure = style.new_figure(6.2)
+    start, cycle, torque = figure.subplots(3, 1, height_ratios=(1, 1, 1.5))
+    draw_drive_speeds(drive, start, cycle)
+    curves = [
+        ("motor", drive.driven.torque, style.VERMILION), ("load", drive.driven.load, style.BLUE),
+        ("load at constant speed", drive.constant.load, style.INK),
+    ]  # fmt: skip
+    for _, curve, shade in curves:
+        torque.plot(np.degrees(drive.turn.phi), curve, color=shade, linewidth=1.2)
+    label_cycle_curves(torque, "torque / (N m)", [(float(curve[-1]), text, shade) for text, curve, shade in curves])
+    for axes in (cycle, torque):
+        axes.set_xlabel("angle of the drive / deg")
+    return figure
+
+
+def draw_drive_speeds(drive: Drive, start: Axes, cycle: Axes) -> None:
+    """Draw the speed of a machine on a motor from the start, and over the steady cycle with its mean."""
+    begun, steady, mean = drive.started, drive.turn, drive.result.speed.mean_rpm
+    start.plot(begun.phi / (2 * np.pi), begun.omega * RPM, color=style.BLUE, linewidth=1.0)
+    start.set_xlim(0, begun.phi[-1] / (2 * np.pi))
+    start.set_xlabel("revolutions from the start")
+    start.set_ylabel("speed / (r/min)")
+    cycle.plot(np.degrees(steady.phi), steady.omega * RPM, color=style.BLUE)
+    cycle.axhline(mean, color=style.VERMILION, linewidth=1.0)
+    ends = [(steady.omega[-1] * RPM, "driven", style.BLUE), (mean, "mean", style.VERMILION)]
+    label_cycle_curves(cycle, "speed / (r/min)", ends)
+
+
+def label_cycle_curves(axes: Axes, label: str, ends: list[tuple[float, str, str]]) -> None:
+    """Label curves over a cycle at their ends: value, name and colour of each."""
+    style.over_a_turn(axes)
+    axes.set_ylabel(label)
+    style.label_ends(axes, ends, 0.12)
 
 
 GROUND = "ground"
-MOST = 400
-"""Moments that are shown."""
+MOST_FRAMES = 400
+"""Frames of a scene."""
 MOST_SCENE_CURVES = 16
 """Curves of a scene, those of the first quantities."""
-MARK = np.array([[0.0, 0.0], [-0.6, -1.0], [0.6, -1.0]])
-"""Of a point of the ground."""
-MARKS = 30
-"""So many go into the drawing side by side."""
+GROUND_MARK = np.array([[0.0, 0.0], [-0.6, -1.0], [0.6, -1.0]])
+"""Triangle below a point of the ground, in parts of its size."""
+MARK_SHARE = 30
+"""Extent of a mechanism over the size of the marks of its ground."""
 OBLIQUE = 0.35
-"""How far a length towards the viewer is drawn to the left and down: the cabinet view of a mechanism in space."""
+"""Share of a length towards the viewer that is drawn to the left and down: the cabinet view of a spatial mechanism."""
 
 
-def scene(
-    title: str, course: Course, seconds: float, columns: Mapping[str, Array], places: Mapping[str, Array]
+def build_scene(
+    title: str, axis: PlotAxis, seconds: float, columns: Mapping[str, Array], places: Mapping[str, Array]
 ) -> Scene:
-    """A course with columns (n,) in shown units by key; `places` (n,) [m] are those of the generated functions."""
-    chosen = shown(len(course.values))
+    """Return a moving scene with curves (n,) by key in display units; `places` (n,) [m] are coordinates of points."""
+    frames = select_frames(len(axis.values))
     points: list[Point] = []
     numbers: dict[tuple[str, bytes], int] = {}
     chains: list[Chain] = []
-    bodies = _bodies(places)
-    extent = 1e3 * float(max(np.ptp([at for of in bodies.values() for at in of.values()], axis=(0, 2))))
+    bodies = _project_bodies(places)
+    extent = 1e3 * float(max(np.ptp([at for corners in bodies.values() for at in corners.values()], axis=(0, 2))))
     for shade, (body, corners) in enumerate(bodies.items()):
-        found = [_number(points, numbers, name, 1e3 * at[:, chosen]) for name, at in corners.items()]
-        if body != GROUND and len(found) > 1:
-            chains.append(Chain(body.replace("_", " "), found, len(found) > 2, shade % 6))
-    place, _, unit = course.label.partition(" / ")
+        ends = [_number_point(points, numbers, name, 1e3 * at[:, frames]) for name, at in corners.items()]
+        if body != GROUND and len(ends) > 1:
+            chains.append(Chain(body.replace("_", " "), ends, len(ends) > 2, shade % 6))
+    place, _, unit = axis.label.partition(" / ")
     return Scene(
         title=title,
         place=place,
         unit=unit,
-        places=course.values[chosen],
+        places=axis.values[frames],
         seconds=seconds,
-        bodies=_ground(bodies.get(GROUND, {}), extent / MARKS),
+        bodies=_mark_ground(bodies.get(GROUND, {}), extent / MARK_SHARE),
         points=points,
-        again=course.repeats,
+        again=axis.repeats,
         chains=chains,
-        curves=[Curve(key, units.unit(key), column[chosen])
+        curves=[Curve(key, units.unit(key), column[frames])
                 for key, column in list(columns.items())[:MOST_SCENE_CURVES]],
     )  # fmt: skip
 
 
-def shown(count: int) -> Integers:
-    """Which of so many moments are shown."""
-    return np.unique(np.linspace(0, count - 1, min(MOST, count)).astype(np.int64))
+def select_frames(count: int) -> Integers:
+    """Return the indices of the samples, of `count`, that are frames of a scene."""
+    return np.unique(np.linspace(0, count - 1, min(MOST_FRAMES, count)).astype(np.int64))
 
 
-def _bodies(places: Mapping[str, Array]) -> dict[str, dict[str, Array]]:
-    """Points (2, n) [m] of the drawing, by body and by name."""
-    by_name: dict[str, dict[str, dict[str, Array]]] = {}
-    for name, values in places.items():
+def _project_bodies(places: Mapping[str, Array]) -> dict[str, dict[str, Array]]:
+    """Return points (2, n) [m] in the drawing, by body and by name."""
+    bodies: dict[str, dict[str, Array]] = {}
+    for name, x in places.items():
         axis, _, rest = name.partition("_")
-        body, _, point = rest.partition("__")
-        by_name.setdefault(body, {}).setdefault(point, {})[axis] = values
-    return {body: {name: _seen(at) for name, at in points.items()} for body, points in by_name.items()}
+        if axis == "x":
+            body, _, point = rest.partition("__")
+            depth = OBLIQUE * places.get(f"z_{rest}", np.zeros_like(x))
+            bodies.setdefault(body, {})[point] = np.array([x - depth, places[f"y_{rest}"] - depth])
+    return bodies
 
 
-def _seen(at: Mapping[str, Array]) -> Array:
-    towards = at.get("z", np.zeros_like(at["x"]))
-    return np.array([at["x"] - OBLIQUE * towards, at["y"] - OBLIQUE * towards])
-
-
-def _number(points: list[Point], numbers: dict[tuple[str, bytes], int], name: str, at: Array) -> int:
-    """The number of a point: bodies that meet share theirs."""
+def _number_point(points: list[Point], numbers: dict[tuple[str, bytes], int], name: str, at: Array) -> int:
+    """Return the number of a point (2, n), which is added unless another body has it already."""
     key = name, at.tobytes()
     if key not in numbers:
         numbers[key] = len(points)
@@ -165,98 +199,92 @@ def _number(points: list[Point], numbers: dict[tuple[str, bytes], int], name: st
     return numbers[key]
 
 
-def _ground(points: Mapping[str, Array], size: float) -> list[Body]:
-    """A mark at each point of the ground that stands still."""
-    still = {name: 1e3 * at[:, 0] for name, at in points.items() if not np.ptp(at, axis=1).any()}
-    return [Body(f"ground at {name}", (Outline(at + size * MARK, "ground"),)) for name, at in still.items()]
+def _mark_ground(points: Mapping[str, Array], size: float) -> list[Body]:
+    """Return a mark at each point (2, n) of the ground that does not move."""
+    fixed = {name: 1e3 * at[:, 0] for name, at in points.items() if not np.ptp(at, axis=1).any()}
+    return [Body(f"ground at {name}", (Outline(at + size * GROUND_MARK, "ground"),)) for name, at in fixed.items()]
 
 
-STEPS = 8
-"""Of Newton's method at an angle, from where the angle before has led."""
-STARTS = 6
-"""How many times as many at the first."""
-
-
-def closed(model: Formulas, name: str, angles: int) -> ca.Function:
-    """(angles (n,), data) -> loops (n, k), open (n,), sense (n,).
-
-    `loops` are the coordinates, `open` is what the next step would change, in parts of their size, and `sense` the
-    Jacobian's determinant: where that changes its sign the walk has come into another assembly.
-    """
-    closure, assembly = model.function("closure"), model.function("assembly")
-    at = _at(closure, assembly.numel_out(0))
-    phi, data = ca.MX.sym("angles", angles), ca.MX.sym("data", closure.numel_in(1))
-    start = assembly(data)
-    for _ in range(STARTS):
-        start = at(start, phi[0], data)[0]
-    walk = at.mapaccum("walk", angles, [0], [0])
-    found, left, sense = walk(start, phi.T, ca.repmat(data, 1, angles))
-    return ca.Function(name, [phi, data], [found.T, left.T, sense.T], ["angles", "data"], ["loops", "open", "sense"])
-
-
-def _at(closure: ca.Function, count: int) -> ca.Function:
-    """(loops (k,), angle, data) -> those after all steps, what another would change, the determinant."""
-    q, phi, data = ca.SX.sym("q", count), ca.SX.sym("phi"), ca.SX.sym("data", closure.numel_in(1))
-    gaps = closure(phi, data, q)
-    jacobian = ca.reshape(gaps[count:], count, count).T
-    change = -ca.solve(jacobian, gaps[:count])
-    left = ca.mmax(ca.fabs(change) / (1 + ca.fabs(q)))
-    step = ca.Function("step", [q, phi, data], [q + change, left, ca.det(jacobian)])
-    found, angle, known = ca.MX.sym("q", count), ca.MX.sym("phi"), ca.MX.sym("data", closure.numel_in(1))
-    at = found
-    for _ in range(STEPS):
-        at = step(at, angle, known)[0]
-    return ca.Function("at", [found, angle, known], [at, *step(at, angle, known)[1:]])
-
-
+NEWTON_STEPS = 8
+"""Newton steps at an angle, from the solution at the angle before."""
+START_ROUNDS = 6
+"""Rounds of Newton steps at the first angle."""
 OPEN = 1e-11
 """A loop is closed where Newton's next step is below this share of the coordinates' size."""
 NOTES = (
-    "Laws that must be obeyed, contacts that lift, limits and optima are not told here: save the file beside its "
-    "generated functions, and planter turn tells them.",
+    "Laws of mechanics, contacts that lift off, limits and optima are not computed here: save the file in the folder "
+    "of its generated functions, and run planter turn.",
 )
-Known = Mapping[str, ca.SX]
 
 
-class Turning:
-    """A mechanism's turn at `samples` angles."""
+def build_loop_closure(model: Formulas, name: str, count: int) -> ca.Function:
+    """Return (angles (n,), data) -> loops (n, k), open (n,), sense (n,), with a fixed number of Newton steps.
+
+    `loops` are the coordinates, `open` the largest change by another step, relative to their size, and `sense` the
+    determinant of the Jacobian: where its sign changes, the coordinates have passed to another assembly.
+    """
+    closure, assembly = model.function("closure"), model.function("assembly")
+    solve = _build_newton_steps(closure, assembly.numel_out(0))
+    phi, data = ca.MX.sym("angles", count), ca.MX.sym("data", closure.numel_in(1))
+    start = assembly(data)
+    for _ in range(START_ROUNDS):
+        start = solve(start, phi[0], data)[0]
+    walk = solve.mapaccum("walk", count, [0], [0])
+    outputs = [output.T for output in walk(start, phi.T, ca.repmat(data, 1, count))]
+    return ca.Function(name, [phi, data], outputs, ["angles", "data"], ["loops", "open", "sense"])
+
+
+def _build_newton_steps(closure: ca.Function, size: int) -> ca.Function:
+    """Return (coordinates (k,), angle, data) -> coordinates, relative change by another step, determinant."""
+    q, phi, data = ca.SX.sym("q", size), ca.SX.sym("phi"), ca.SX.sym("data", closure.numel_in(1))
+    gaps, jacobian = split_gaps(closure(phi, data, q), size)
+    change = -ca.solve(jacobian, gaps)
+    relative = ca.mmax(ca.fabs(change) / (1 + ca.fabs(q)))
+    step = ca.Function("step", [q, phi, data], [q + change, relative, ca.det(jacobian)])
+    start, angle, values = ca.MX.sym("q", size), ca.MX.sym("phi"), ca.MX.sym("data", closure.numel_in(1))
+    at = start
+    for _ in range(NEWTON_STEPS):
+        at = step(at, angle, values)[0]
+    return ca.Function("at", [start, angle, values], [at, *step(at, angle, values)[1:]])
+
+
+class MechanismCycleProgram:
+    """The cycle of a mechanism at the samples of its file, as a program that a page runs without Python."""
 
     def __init__(self, file: MechanismFile) -> None:
         self.machine, self.formulas = build_machine(file), file.model
         self.samples = self.machine.samples
         self.angles = 2 * np.pi * np.arange(self.samples) / self.samples
-        self.loops = self.machine.loops is not None
+        self.has_loops = self.machine.loops is not None
 
-    def portable(self) -> Portable:
-        """All that a page needs."""
+    def build_portable(self) -> Portable:
+        """Return the program with its inputs, outputs and texts."""
         return Portable(
             inputs=[Input(value.path, "data", k, value.factor) for k, value in enumerate(self.machine.values)],
-            seen=Program("turn", {"angles": self.angles, "data": self.machine.data}, self._steps()),
-            rows={"rows": len(self._drawn)},
+            seen=Program("turn", {"angles": self.angles, "data": self.machine.data}, self._list_steps()),
+            rows={"rows": len(self._row_names)},
             singles=list(self._singles),
             assumptions=self.formulas.sidecar["assumptions"],
             notes=NOTES,
-        )  # fmt: skip
+        )
 
-    def _steps(self) -> list[Step]:
-        found = [Step(closed(self.formulas, "turn_loops", self.samples))] if self.loops else []
+    def _list_steps(self) -> list[Step]:
+        steps = [Step(build_loop_closure(self.formulas, "turn_loops", self.samples))] if self.has_loops else []
         if HOISTED in self._lane.name_in():
             prologue = self.formulas.function("prologue")
             data = ca.MX.sym("data", prologue.numel_in(0))
-            found.append(Step(ca.Function("turn_prologue", [data], [prologue(data)], ["data"], [HOISTED])))
+            steps.append(Step(ca.Function("turn_prologue", [data], [prologue(data)], ["data"], [HOISTED])))
         names = ["angles", *self._lane.name_in()[1:]]
-        values = ca.vertcat(*self._rows.values())
-        rows = ca.Function("turn_rows", self._inputs, [ca.cse(values)], names, ["all"])
-        found.append(Step(rows, tuple(name for name in names if name in ("angles", "loops"))))
-        all_, taken = self._all, shown(self.samples).tolist()
-        drawn = ca.horzcat(*(all_[taken, list(self._rows).index(key)] for key in self._drawn))
-        found.append(Step(ca.Function("turn_drawn", [all_], [drawn], ["all"], ["rows"])))
-        singles = ca.vertcat(*self._singles.values())
-        found.append(Step(ca.Function("turn_singles", list(self._given.values()), [singles], list(self._given),
-                                      ["singles"])))  # fmt: skip
-        return found
+        rows = ca.Function("turn_rows", self._inputs, [ca.cse(ca.vertcat(*self._rows.values()))], names, ["all"])
+        steps.append(Step(rows, tuple(name for name in names if name in ("angles", "loops"))))
+        matrix, frames, keys = self._matrix, select_frames(self.samples).tolist(), list(self._rows)
+        columns = ca.horzcat(*(matrix[frames, keys.index(key)] for key in self._row_names))
+        steps.append(Step(ca.Function("turn_drawn", [matrix], [columns], ["all"], ["rows"])))
+        inputs, singles = self._single_inputs, ca.vertcat(*self._singles.values())
+        steps.append(Step(ca.Function("turn_singles", list(inputs.values()), [singles], list(inputs), ["singles"])))
+        return steps
 
-    # --- along the angle ------------------------------------------------------------------------------
+    # --- quantities along the angle --------------------------------------------------------------------
 
     @cached_property
     def _lane(self) -> ca.Function:
@@ -267,25 +295,24 @@ class Turning:
         return list(self._lane.sx_in())
 
     @cached_property
-    def _rows(self) -> Known:
-        """Everything at an angle by name, results in shown units by their keys first."""
-        values = ca.vertsplit(self._lane(*self._inputs))
-        quantities = list(zip(self.machine.quantities, values, strict=True))
-        told = {q.key: value / q.factor for q, value in quantities if q.role == "result"}
-        checked = {q.name: value for q, value in quantities if q.role in ("pivot", "states")}
-        return {**told, **checked, **self._points, "angle": self._inputs[0] / units.factor("angle_deg")}
+    def _rows(self) -> Mapping[str, ca.SX]:
+        """All graphs at an angle: results in display units by key, guards, coordinates of points, the angle [deg]."""
+        quantities = list(zip(self.machine.quantities, ca.vertsplit(self._lane(*self._inputs)), strict=True))
+        results = {q.key: value / q.factor for q, value in quantities if q.role == "result"}
+        guards = {q.name: value for q, value in quantities if q.role in ("pivot", "states")}
+        return {**results, **guards, **self._points, "angle": self._inputs[0] / units.factor("angle_deg")}
 
     @property
     def _keys(self) -> list[str]:
         return [quantity.key for quantity in self.machine.results]
 
     @cached_property
-    def _points(self) -> Known:
-        """Where points of bodies are drawn [mm], as `x BODY__POINT` and `y BODY__POINT`."""
+    def _points(self) -> Mapping[str, ca.SX]:
+        """Coordinates of points of bodies in the drawing [mm], as `x BODY__POINT` and `y BODY__POINT`."""
         places = self.formulas.function("places")
-        given = dict(zip(self._lane.name_in(), self._inputs, strict=True))
-        at = dict(zip(self.formulas.outputs("places"), ca.vertsplit(places(*(given[n] for n in places.name_in()))),
-                      strict=True))  # fmt: skip
+        inputs = dict(zip(self._lane.name_in(), self._inputs, strict=True))
+        values = ca.vertsplit(places(*(inputs[name] for name in places.name_in())))
+        at = dict(zip(self.formulas.outputs("places"), values, strict=True))
         return {
             f"{axis} {point}": 1e3 * (at[f"{axis}_{point}"] - OBLIQUE * at.get(f"z_{point}", 0.0))
             for name in at
@@ -294,53 +321,52 @@ class Turning:
         }
 
     @cached_property
-    def _drawn(self) -> Sequence[str]:
+    def _row_names(self) -> Sequence[str]:
         return ["angle", *self._keys[:MOST_SCENE_CURVES], *self._points]
 
-    # --- single numbers -------------------------------------------------------------------------------
+    # --- single numbers --------------------------------------------------------------------------------
 
     @cached_property
-    def _all(self) -> ca.MX:
+    def _matrix(self) -> ca.MX:
         return ca.MX.sym("all", self.samples, len(self._rows))
 
     @cached_property
-    def _given(self) -> Mapping[str, ca.MX]:
-        """What single numbers are made of."""
-        loops = {name: ca.MX.sym(name, self.samples) for name in ("open", "sense")} if self.loops else {}
-        return {"data": ca.MX.sym("data", len(self.machine.data)), "all": self._all, **loops}
+    def _single_inputs(self) -> Mapping[str, ca.MX]:
+        """The inputs of the single numbers: values, the matrix of all rows, the state of the loops."""
+        loops = {name: ca.MX.sym(name, self.samples) for name in ("open", "sense")} if self.has_loops else {}
+        return {"data": ca.MX.sym("data", len(self.machine.data)), "all": self._matrix, **loops}
 
     @cached_property
     def _singles(self) -> Mapping[str, ca.MX]:
-        rows = dict(zip(self._rows, ca.horzsplit(self._all), strict=True))
-        speed = self._given["data"][self.machine.speed]
+        rows = dict(zip(self._rows, ca.horzsplit(self._matrix), strict=True))
+        speed = self._single_inputs["data"][self.machine.speed]
         return {
             "seconds": 2 * np.pi / ca.fabs(speed),
-            "sound": 1 / self._sound(rows),
+            "sound": 1 / self._build_soundness(rows),
             **{f"largest {key}": ca.mmax(rows[key]) for key in self._keys},
             **{f"least {key}": ca.mmin(rows[key]) for key in self._keys},
-            **self._marks(rows),
+            **self._place_ground_marks(rows),
         }
 
-    def _sound(self, rows: Mapping[str, ca.MX]) -> ca.MX:
-        """One where all loops are closed in one assembly and the equations determine their forces; else zero."""
-        least = {"pivot": LEAST_PIVOT, "states": 0}
-        checks = [ca.mmin(rows[q.name]) > least[q.role] for q in self.machine.quantities if q.role in least]
-        if self.loops:
-            sense = self._given["sense"]
-            checks += [ca.mmax(self._given["open"]) < OPEN, ca.mmin(sense * sense[0]) > 0]
-        found = ca.MX(1)
+    def _build_soundness(self, rows: Mapping[str, ca.MX]) -> ca.MX:
+        """Return 1 if all loops are closed in one assembly and the equations determine the forces, else 0."""
+        thresholds = {"pivot": LEAST_PIVOT, "states": 0}
+        checks = [ca.mmin(rows[q.name]) > thresholds[q.role] for q in self.machine.quantities if q.role in thresholds]
+        if self.has_loops:
+            sense = self._single_inputs["sense"]
+            checks += [ca.mmax(self._single_inputs["open"]) < OPEN, ca.mmin(sense * sense[0]) > 0]
+        product = ca.MX(1)
         for check in checks:
-            found *= check
-        return found
+            product *= check
+        return product
 
-    def _marks(self, rows: Mapping[str, ca.MX]) -> Mapping[str, ca.MX]:
-        """Corners of the marks at points of the ground."""
-        both = [[row for name, row in rows.items() if name.startswith(f"{axis} ")] for axis in "xy"]
-        apart = [ca.mmax(ca.vertcat(*of)) - ca.mmin(ca.vertcat(*of)) for of in both]
-        size = ca.fmax(*apart) / MARKS
+    def _place_ground_marks(self, rows: Mapping[str, ca.MX]) -> Mapping[str, ca.MX]:
+        """Return coordinates of the corners of the marks at points of the ground."""
+        axes = [ca.vertcat(*(row for name, row in rows.items() if name.startswith(f"{axis} "))) for axis in "xy"]
+        size = ca.fmax(*(ca.mmax(values) - ca.mmin(values) for values in axes)) / MARK_SHARE
         return {
             f"{name} {k}": rows[name][0] + size * corner["xy".index(name[0])]
             for name in self._points
             if name[2:].startswith(f"{GROUND}__")
-            for k, corner in enumerate(MARK)
+            for k, corner in enumerate(GROUND_MARK)
         }

@@ -2,12 +2,12 @@
 
 inertia accelerations = forces + slopes^T multipliers,    slopes accelerations = bends
 
-Constraints that follow from others are left out where they do: of the rows of the slopes those are kept that a QR
-decomposition with column pivoting takes first.
+Redundant constraints are left out: a QR decomposition with column pivoting selects independent rows of the slopes.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -26,20 +26,25 @@ from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
 
 RANK = 1e-9
-"""Rows of the slopes that add less than this share of the first follow from the others."""
+"""Rows of the slopes that add less than this share of the first are redundant."""
 PASSAGE = 1e-3
 """Rows that fall below this share of the weakest one at the start are left out while a singular pose is passed."""
-ON = 1e-12
+GAP_TOLERANCE = 1e-12
 """Gaps below this, in SI units, are closed."""
-ASIDE = 1e-7
+DIFFERENCE_STEP = 1e-7
 """Step of the implicit integrator's differences, in parts of a state and one."""
-MOST = 30
+MOST_PROJECTIONS = 30
+"""Newton steps onto the constraints."""
 MOST_EVALUATIONS = 1_000_000
 """Evaluations of the accelerations that a motion may need: minutes."""
-LOOKED_AFTER = 10_000
-"""Evaluations after which, again and again, it is asked whether a motion gets on fast enough for that."""
-MOVED = 1e-9
+CHECK_INTERVAL = 10_000
+"""Evaluations between two checks of whether a motion advances fast enough."""
+START_TOLERANCE = 1e-9
 """A start is used as stated if it changes by less than this, in parts of it and one."""
+BALANCE_RANK = 1e-10
+"""Singular values of the balances below this share of the largest leave a reaction undetermined."""
+BALANCE_TOLERANCE = 1e-6
+"""A balance holds if its residual is less than this share of the largest load."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +52,8 @@ class Run:
     """A motion: times (n,) [s], states (2k, n), accelerations (k, n) and results (n,) by name, in SI and radians.
 
     A state holds coordinates, then rates. Signs, axes and units of results are those of the statement
-    (`derive.Mechanism`). ``undetermined`` names reactions of over-constrained joints: results lack them unless asked
-    for.
+    (`derive.Mechanism`). ``undetermined`` names statically indeterminate reactions: results lack them unless they are
+    of minimum norm.
     """
 
     times: Array
@@ -121,7 +126,7 @@ class Dynamics:
     @cached_property
     def constraints(self) -> list[str]:
         """The names of the constraints: gaps [m, or without unit], then slips [m/s]."""
-        return [name.removeprefix("speed_") for name in self._told("speeds")]
+        return [name.removeprefix("speed_") for name in self._list_outputs("speeds")]
 
     @property
     def stated(self) -> Array:
@@ -133,12 +138,12 @@ class Dynamics:
 
         Raises ComputationError if the constraints cannot be met from there.
         """
-        return self.projected(0.0, self.stated)
+        return self.project(0.0, self.stated)
 
-    def changed(self, start: Array) -> list[int]:
-        """Return the indices of entries that ``start`` (2k,) [rad, m and per s] has otherwise than the statement."""
+    def find_changes(self, start: Array) -> list[int]:
+        """Return the indices of entries of ``start`` (2k,) [rad, m and per s] that differ from the statement."""
         stated = self.stated
-        moved = np.abs(start - stated) > MOVED * (1 + np.abs(stated))
+        moved = np.abs(start - stated) > START_TOLERANCE * (1 + np.abs(stated))
         indices: list[int] = np.flatnonzero(moved).tolist()
         return indices
 
@@ -147,7 +152,7 @@ class Dynamics:
         """The CasADi function (time [s], state (2k,)) -> parts of `Equations` [SI]; what always vanishes is sparse."""
         time, state = ca.SX.sym("time"), ca.SX.sym("state", 2 * self.size)
         coordinates, constraints = self.names[: self.size], self.constraints
-        gaps = [name for name in constraints if name in self._told("gaps")]
+        gaps = [name for name in constraints if name in self._list_outputs("gaps")]
         names = {
             "inertia": [[f"inertia_{a}_{b}" for b in coordinates] for a in coordinates],
             "forces": [[f"force_{a}"] for a in coordinates],
@@ -156,22 +161,22 @@ class Dynamics:
             "speeds": [[f"speed_{c}"] for c in constraints],
             "gaps": [[c] for c in gaps],
         }
-        parts = [self._scattered(stage, entries, time, state) for stage, entries in names.items()]
+        parts = [self._arrange(stage, entries, time, state) for stage, entries in names.items()]
         return ca.Function("motion", [time, state], parts, ["time", "state"], list(names))
 
-    def _told(self, stage: str) -> list[str]:
+    def _list_outputs(self, stage: str) -> list[str]:
         return self.formulas.outputs(stage) if stage in self._stages else []
 
-    def _scattered(self, stage: str, names: list[list[str]], time: ca.SX, state: ca.SX) -> ca.SX:
-        """What a stage gives, at the places that the names have."""
+    def _arrange(self, stage: str, names: list[list[str]], time: ca.SX, state: ca.SX) -> ca.SX:
+        """Return the outputs of a stage as a matrix in the arrangement of their names."""
         width = len(names[0]) if names else 1 if stage != "slopes" else self.size
-        found = ca.SX(len(names), width)
+        matrix = ca.SX(len(names), width)
         places = {name: (i, j) for i, row in enumerate(names) for j, name in enumerate(row)}
         if stage in self._stages:
             values = self.formulas.function(stage)(time, self.data, state)
-            for k, name in enumerate(self._told(stage)):
-                found[places[name]] = values[k]
-        return found
+            for k, name in enumerate(self._list_outputs(stage)):
+                matrix[places[name]] = values[k]
+        return matrix
 
     @cached_property
     def _kernel(self) -> Kernel:
@@ -193,11 +198,10 @@ class Dynamics:
         the first follow from others. Raises ComputationError if neither inertia nor a constraint resists some motion.
         """
         now = self.equations(time, state)
-        kept = independent(now.slopes, share)
-        found, pulls = self._solved(time, now.inertia, now.slopes[kept], now.forces, now.bends[kept])
+        rows = find_independent_rows(now.slopes, share)
         multipliers = np.zeros(len(now.slopes))
-        multipliers[kept] = pulls
-        return found, multipliers
+        accelerations, multipliers[rows] = self._solve(time, now.inertia, now.slopes[rows], now.forces, now.bends[rows])
+        return accelerations, multipliers
 
     def dependent(self, state: Array, time: float = 0.0) -> list[str]:
         """Return the names of constraints that follow from one another in a state (2k,) [rad, m, per s] at a time [s].
@@ -211,113 +215,118 @@ class Dynamics:
     def redundant(self, state: Array, time: float = 0.0) -> int:
         """Return how many constraints follow from the others in a state (2k,) [rad, m and per s] at a time [s]."""
         slopes = self.equations(time, state).slopes
-        return len(slopes) - len(independent(slopes))
+        return len(slopes) - len(find_independent_rows(slopes))
 
-    def projected(self, time: float, state: Array, share: float = RANK) -> Array:
+    def project(self, time: float, state: Array, share: float = RANK) -> Array:
         """Return the state (2k,) [rad, m and per s] on the constraints that is nearest to one at a time [s].
 
         The inertia is the measure of distance. Rows of slopes that add less than ``share`` of the first follow from
         others. Raises ComputationError if the constraints cannot be met from there.
         """
         at = np.array(state, dtype=float)
-        for _ in range(MOST):
+        for _ in range(MOST_PROJECTIONS):
             now = self.equations(time, at)
             slopes = now.slopes[: len(now.gaps)]
-            kept = independent(slopes, share)
-            if np.all(np.abs(now.gaps[kept]) < ON):
+            rows = find_independent_rows(slopes, share)
+            if np.all(np.abs(now.gaps[rows]) < GAP_TOLERANCE):
                 break
-            at[: self.size] -= self._nearest(time, now.inertia, slopes[kept], now.gaps[kept])
+            at[: self.size] -= self._find_correction(time, now.inertia, slopes[rows], now.gaps[rows])
         else:
             gap = self.constraints[int(np.argmax(np.abs(now.gaps)))]
             raise ComputationError(
                 f"{self.file.name}: the loops do not close at {time:.6g} s: {gap} is {np.abs(now.gaps).max():.3g} m"
             )
-        kept = independent(now.slopes, share)
-        at[self.size :] -= self._nearest(time, now.inertia, now.slopes[kept], now.speeds[kept])
+        rows = find_independent_rows(now.slopes, share)
+        at[self.size :] -= self._find_correction(time, now.inertia, now.slopes[rows], now.speeds[rows])
         return at
 
-    def _nearest(self, time: float, inertia: Array, slopes: Array, gaps: Array) -> Array:
-        """The smallest step, by the inertia, that changes the gaps by what they are."""
-        return self._solved(time, inertia, slopes, np.zeros(self.size), gaps)[0]
+    def _find_correction(self, time: float, inertia: Array, slopes: Array, gaps: Array) -> Array:
+        """Return the smallest step, by the inertia, that closes the gaps."""
+        return self._solve(time, inertia, slopes, np.zeros(self.size), gaps)[0]
 
-    def _solved(self, time: float, inertia: Array, slopes: Array, push: Array, bend: Array) -> tuple[Array, Array]:
-        """x, y of  inertia x - slopes^T y = push,  slopes x = bend."""
+    def _solve(self, time: float, inertia: Array, slopes: Array, push: Array, bend: Array) -> tuple[Array, Array]:
+        """Return x, y of  inertia x - slopes^T y = push,  slopes x = bend."""
         count = len(slopes)
         system = np.block([[inertia, -slopes.T], [slopes, np.zeros((count, count))]])
         try:
-            found = np.linalg.solve(system, np.concatenate([push, bend]))
+            solution = np.linalg.solve(system, np.concatenate([push, bend]))
         except np.linalg.LinAlgError:
             raise ComputationError(
                 f"{self.file.name}: at {time:.6g} s neither inertia nor a constraint resists some motion"
             ) from None
-        return found[: self.size], found[self.size :]
+        return solution[: self.size], solution[self.size :]
 
     def run(
-        self, times: Array, tolerance: float = 1e-10, state: Array | None = None, least: bool = False,
+        self, times: Array, tolerance: float = 1e-10, state: Array | None = None, minimum_norm: bool = False,
         stiff: bool = False,
     ) -> Run:  # fmt: skip
         """Return the motion at times (n,) [s] that rise, from ``state`` (2k,) [rad, m and per s] at the first of them.
 
         The start of the statement is used unless a state is passed; each step is projected onto the constraints.
         ``tolerance`` is relative, the absolute one a hundredth of it in SI. The integrator is DOP853, or the implicit
-        Radau IIA if springs and dampers are ``stiff``. With ``least``, statically indeterminate actions of joints are
-        those of minimum norm, else results lack them. Raises ComputationError if the integrator fails, if the motion
-        would need more than MOST_EVALUATIONS, or if the joints do not keep the motion.
+        Radau IIA if springs and dampers are ``stiff``. With ``minimum_norm``, results have statically indeterminate
+        reactions by least squares, else they lack them. Raises ComputationError if the integrator fails, if the motion
+        would need more than MOST_EVALUATIONS, or if the joints do not allow the motion.
         """
         with threadpool_limits(1, "blas"):
-            return self._run(times, tolerance, state, least, stiff)
+            return self._run(times, tolerance, state, minimum_norm, stiff)
 
-    def _run(self, times: Array, tolerance: float, state: Array | None, least: bool, stiff: bool) -> Run:
-        """The motion, its many small linear systems by one thread each: more would wait for one another."""
+    def _run(self, times: Array, tolerance: float, state: Array | None, minimum_norm: bool, stiff: bool) -> Run:
+        """Return the motion; one thread solves each of its many small linear systems, since more would wait."""
         times = np.asarray(times, dtype=float)
-        at = self.projected(times[0], self.start() if state is None else state)
-        share = max(RANK, PASSAGE * weakest(self.equations(times[0], at).slopes))
+        at = self.project(times[0], self.start() if state is None else state)
+        share = max(RANK, PASSAGE * find_weakest_share(self.equations(times[0], at).slopes))
 
         pace = _Pace(self.file.name, times[0], times[-1])
 
         def rates(time: float, y: Array) -> Array:
-            pace.evaluated(time)
+            pace.count(time)
             return np.concatenate([y[self.size :], self.accelerations(time, y, share)[0]])
 
-        def by_state(time: float, y: Array) -> Array:
-            found: Array = scipy.optimize.approx_fprime(y, lambda near: rates(time, near), ASIDE * (1 + np.abs(y)))
-            return found
+        def differentiate(time: float, y: Array) -> Array:
+            steps = DIFFERENCE_STEP * (1 + np.abs(y))
+            jacobian: Array = scipy.optimize.approx_fprime(y, lambda point: rates(time, point), steps)
+            return jacobian
 
-        method = partial(scipy.integrate.Radau, jac=by_state) if stiff else scipy.integrate.DOP853
+        method = partial(scipy.integrate.Radau, jac=differentiate) if stiff else scipy.integrate.DOP853
         solver = method(rates, times[0], at, times[-1], rtol=tolerance, atol=1e-2 * tolerance)
         states = [at]
         while solver.status == "running":
             if (message := solver.step()) is not None:
                 raise ComputationError(f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}")
-            within = times[len(states) :][times[len(states) :] <= solver.t]
-            dense = solver.dense_output() if len(within) else None
-            states += [self.projected(t, dense(t), share) for t in within if dense is not None]
-            solver.y = self.projected(solver.t, solver.y, share)
+            passed = times[len(states) :][times[len(states) :] <= solver.t]
+            dense = solver.dense_output() if len(passed) else None
+            states += [self.project(t, dense(t), share) for t in passed if dense is not None]
+            solver.y = self.project(solver.t, solver.y, share)
             solver.f = solver.fun(solver.t, solver.y)
-        return self._results(times, np.array(states).T, least, share)
+        return self._results(times, np.array(states).T, minimum_norm, share)
 
-    def _results(self, times: Array, states: Array, least: bool, share: float) -> Run:
+    def _results(self, times: Array, states: Array, minimum_norm: bool, share: float) -> Run:
         pairs = zip(times, states.T, strict=True)
         accelerations = np.array([self.accelerations(time, state, share)[0] for time, state in pairs]).T
         inputs = {"time": times, "data": self.data, "state": states, "accelerations": accelerations}
-        left: tuple[str, ...] = ()
+        undetermined: tuple[str, ...] = ()
         if "balances" in self._stages:
             reactions = Reactions(self.formulas)
-            inputs["actions"], left = reactions.found(inputs)
-        results = self.formulas("lane", **inputs)
-        return Run(times, states, accelerations, {k: v for k, v in results.items() if least or k not in left}, left)
+            inputs["actions"], undetermined = reactions.solve(inputs)
+        results = {
+            name: values
+            for name, values in self.formulas("lane", **inputs).items()
+            if minimum_norm or name not in undetermined
+        }
+        return Run(times, states, accelerations, results, undetermined)
 
 
 class _Pace:
-    """Watches how far a motion gets: extreme values make steps so short that it would not end."""
+    """Watches the progress of a motion: extreme values make steps so short that it would not end."""
 
     def __init__(self, name: str, start: float, end: float) -> None:
         self._name, self._start, self._end, self._count = name, start, end, 0
 
-    def evaluated(self, time: float) -> None:
+    def count(self, time: float) -> None:
         """Count an evaluation at a time [s]. Raises ComputationError if there would have to be too many of them."""
         self._count += 1
-        if self._count % LOOKED_AFTER == 0 and (
+        if self._count % CHECK_INTERVAL == 0 and (
             abs(time - self._start) * MOST_EVALUATIONS < self._count * abs(self._end - self._start)
         ):
             raise ComputationError(
@@ -327,20 +336,20 @@ class _Pace:
             )
 
 
-def independent(slopes: Array, share: float = RANK) -> npt.NDArray[np.intp]:
-    """Rows (m,) of slopes (c, k) from which the others follow, in their order."""
-    order, sizes = _ranked(slopes)
+def find_independent_rows(slopes: Array, share: float = RANK) -> npt.NDArray[np.intp]:
+    """Return independent rows (m,) of slopes (c, k), in their order."""
+    order, sizes = _rank_rows(slopes)
     return np.sort(order[sizes > share])
 
 
-def weakest(slopes: Array) -> float:
-    """What the weakest of the independent rows adds, over what the first does."""
-    _, sizes = _ranked(slopes)
+def find_weakest_share(slopes: Array) -> float:
+    """Return the contribution of the weakest independent row, over that of the first."""
+    _, sizes = _rank_rows(slopes)
     return float(np.min(sizes[sizes > RANK], initial=1.0))
 
 
-def _ranked(slopes: Array) -> tuple[npt.NDArray[np.intp], Array]:
-    """Rows as a QR decomposition with pivoting takes them, and what each adds, over what the first does."""
+def _rank_rows(slopes: Array) -> tuple[npt.NDArray[np.intp], Array]:
+    """Return rows in the order of a pivoting QR decomposition, and their contributions over that of the first."""
     if not len(slopes):
         return np.arange(0), np.empty(0)
     triangle, order = scipy.linalg.qr(slopes.T, mode="r", pivoting=True)
@@ -348,48 +357,47 @@ def _ranked(slopes: Array) -> tuple[npt.NDArray[np.intp], Array]:
     return order[: len(sizes)], sizes / sizes[0]
 
 
-BALANCE_RANK = 1e-10
-"""Singular values of the balances below this share of the largest leave something undetermined."""
-
-BALANCE_TOLERANCE = 1e-6
-"""A balance is kept that is off by less than this share of the largest push."""
-
-
 class Reactions:
-    """The balances of a mechanism as generated: rows ``held_i_u`` and ``pushed_i``."""
+    """Reactions of joints in free motion, from the generated balances of all bodies by least squares.
+
+    Without redundant constraints the balances determine them in every pose, also where bars are collinear: then the
+    solution of least squares is unique. Outputs of the balances are ``held_i_u`` and ``pushed_i``.
+    """
 
     def __init__(self, formulas: Formulas) -> None:
         self.formulas = formulas
         self.names = [entry["name"] for entry in formulas.sidecar["vectors"]["actions"]]
         self._places = [name.split("_", 2) for name in formulas.outputs("balances")]
 
-    def found(self, inputs: Mapping[str, object]) -> tuple[Array, tuple[str, ...]]:
-        """Actions (u, n) of states in motion, and the names of those that some pose leaves undetermined.
+    def solve(self, inputs: Mapping[str, object]) -> tuple[Array, tuple[str, ...]]:
+        """Return reactions (u, n) of states, and the names of those that some pose leaves undetermined.
 
-        Raises ComputationError where no actions of the joints keep the motion.
+        Raises ComputationError if no reactions of the joints allow the motion.
         """
-        matrix, right = self._rows(inputs)
-        found, left = [], np.zeros(len(self.names), dtype=bool)
-        for rows, pushes in zip(matrix, right, strict=True):
-            actions, _, rank, _ = np.linalg.lstsq(rows, -pushes, rcond=BALANCE_RANK)
-            self._check(rows @ actions + pushes, float(np.abs(pushes).max(initial=1.0)))
-            found.append(actions)
+        matrix, right = self._build_rows(inputs)
+        reactions, undetermined = [], np.zeros(len(self.names), dtype=bool)
+        for rows, loads in zip(matrix, right, strict=True):
+            actions, _, rank, _ = np.linalg.lstsq(rows, -loads, rcond=BALANCE_RANK)
+            self._check(rows @ actions + loads, float(np.abs(loads).max(initial=1.0)))
+            reactions.append(actions)
             if rank < len(self.names):
-                left |= np.linalg.norm(scipy.linalg.null_space(rows, BALANCE_RANK), axis=1) > np.sqrt(BALANCE_RANK)
-        return np.array(found).T, tuple(name for name, free in zip(self.names, left, strict=True) if free)
+                null_sizes = np.linalg.norm(scipy.linalg.null_space(rows, BALANCE_RANK), axis=1)
+                undetermined |= null_sizes > np.sqrt(BALANCE_RANK)
+        return np.array(reactions).T, tuple(itertools.compress(self.names, undetermined))
 
-    def _check(self, left: Array, size: float) -> None:
-        worst = int(np.argmax(np.abs(left)))
-        if abs(left[worst]) > BALANCE_TOLERANCE * size:
+    def _check(self, residuals: Array, size: float) -> None:
+        worst = int(np.argmax(np.abs(residuals)))
+        if abs(residuals[worst]) > BALANCE_TOLERANCE * size:
             entry = next(e for e in self.formulas.sidecar["vectors"]["balances_outputs"]
                          if e["name"].split("_", 2)[1] == str(worst))  # fmt: skip
             raise ComputationError(
-                f"{self.formulas.name}: the joints do not keep the motion of the coordinates: "
-                f"{entry['meaning'].rpartition(', ')[0]} is off by {abs(left[worst]):.3g}; a joint or force is lacking"
+                f"{self.formulas.name}: the joints do not allow the motion of the coordinates: "
+                f"{entry['meaning'].rpartition(', ')[0]} is off by {abs(residuals[worst]):.3g}; a joint or force is "
+                "missing"
             )
 
-    def _rows(self, inputs: Mapping[str, object]) -> tuple[Array, Array]:
-        """Slopes (n, rows, u) of the balances in the actions, and what else stands in them (n, rows)."""
+    def _build_rows(self, inputs: Mapping[str, object]) -> tuple[Array, Array]:
+        """Return slopes (n, rows, u) of the balances in the reactions, and the loads (n, rows)."""
         values = list(self.formulas("balances", **inputs).values())
         rows = 1 + max(int(place[1]) for place in self._places)
         columns = {name: j for j, name in enumerate(self.names)}

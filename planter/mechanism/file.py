@@ -1,4 +1,4 @@
-"""The file of a mechanism of one's own: values for the functions that were generated of its statement."""
+"""The file of a user-defined mechanism: values for the functions that were generated from its statement."""
 
 from __future__ import annotations
 
@@ -20,38 +20,38 @@ from planter.kernels.formulas import Formulas
 from planter.kernels.formulas import load as formulas
 from planter.optimise.sections import GeneticAlgorithm
 
-GENERATED = "generated"
+GENERATED = Path("generated")
 
 
-class Turn(Section):
-    """Samples of a turn."""
+class CycleSettings(Section):
+    """Samples of a cycle."""
 
     samples: Annotated[Whole, Field(ge=4, le=100_000)] = 360
 
 
-class Objective(Section):
-    """What `planter optimise` minimises: a sum of measures, over `samples` of a turn or "refined", by true extremes."""
+class ObjectiveSection(Section):
+    """Objective of `planter optimise`: a sum of measures, over `samples` of a cycle or, "refined", by true extremes."""
 
     least: Line
     samples: Annotated[Whole, Field(ge=4, le=100_000)] | Literal["refined"] = "refined"
 
 
-class Requirements(Section):
-    """Limits on measures of a turn."""
+class RequirementsSection(Section):
+    """Limits on measures of a cycle."""
 
     hold: Annotated[list[Line], Field(min_length=1)]
 
 
 class MechanismFile(Document):
-    """Values of a mechanism, bounds for the search, and the name of its functions, which stand beside the file."""
+    """Values of a mechanism, bounds for a search, and the name of its functions, which lie near the file."""
 
     functions: Annotated[Line, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
     folder: Line | None = None
     values: dict[str, Real]
     bounds: Annotated[dict[str, Pair], Field(default_factory=dict)]
-    turn: Annotated[Turn, Field(default_factory=Turn)]
-    objective: Objective | None = None
-    requirements: Requirements | None = None
+    turn: Annotated[CycleSettings, Field(default_factory=CycleSettings)]
+    objective: ObjectiveSection | None = None
+    requirements: RequirementsSection | None = None
     genetic_algorithm: GeneticAlgorithm | None = None
     origins: Origins = Field(alias="origin")
 
@@ -63,15 +63,15 @@ class MechanismFile(Document):
         return formulas(self.functions, self._folder)
 
     @property
-    def least(self) -> tuple[Measure, ...]:
-        """The measures of the file's sum; none if it has no [objective]. Raises InputError for what is no sum."""
+    def objective_terms(self) -> tuple[Measure, ...]:
+        """The measures of the objective; none without [objective]. Raises InputError if it cannot be parsed."""
         if self.objective is None:
             return ()
         return parse_sum(self.objective.least, f"{self.source}: objective.least =")
 
     @property
     def limits(self) -> tuple[Limit, ...]:
-        """The limits of the file's [requirements]. Raises InputError for what is none."""
+        """The limits of the file's [requirements]. Raises InputError if one cannot be parsed."""
         texts = [] if self.requirements is None else self.requirements.hold
         return tuple(parse_limit(text, f"{self.source}: requirements.hold[{i}] =") for i, text in enumerate(texts))
 
@@ -81,18 +81,19 @@ class MechanismFile(Document):
         _check(changed)
         return changed
 
-    def moved_to(self, values: Mapping[str, float]) -> Self:
-        """The same with other values, by key."""
+    def with_values(self, values: Mapping[str, float]) -> Self:
+        """Return a copy with other values, by key."""
         return self.with_numbers({f"values.{key}": value for key, value in values.items()})
 
     def written_table(self) -> dict[str, Any]:
-        """Return the table with whole paths of the functions' folder and of curves, to be written anywhere."""
+        """Return the table with absolute paths of the functions' folder and of curves, for a file in any folder."""
         table = self.table() | {"folder": str(self._folder)}
         if self.objective is not None:
-            table["objective"]["least"] = format_sum([term.with_whole_paths(self.source) for term in self.least])
+            terms = [term.with_whole_paths(self.source) for term in self.objective_terms]
+            table["objective"]["least"] = format_sum(terms)
         if self.requirements is not None:
-            holds = [replace(limit, measure=limit.measure.with_whole_paths(self.source)) for limit in self.limits]
-            table["requirements"]["hold"] = [str(limit) for limit in holds]
+            limits = (replace(limit, measure=limit.measure.with_whole_paths(self.source)) for limit in self.limits)
+            table["requirements"]["hold"] = [str(limit) for limit in limits]
         return table
 
     @property
@@ -108,11 +109,11 @@ class MechanismFile(Document):
     @property
     def entries(self) -> list[dict[str, str]]:
         """Name, unit, meaning and key of every value, in the order in which the functions take them."""
-        found: list[dict[str, str]] = self.model.sidecar["vectors"]["data"]
-        return found
+        entries: list[dict[str, str]] = self.model.sidecar["vectors"]["data"]
+        return entries
 
     def data(self) -> Array:
-        """The values (n,) as the functions take them, in SI."""
+        """Return the values (n,) in the order of the functions, in SI."""
         import numpy as np
 
         return np.array([self.si(entry["shown"]) for entry in self.entries])
@@ -124,60 +125,59 @@ def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Mech
     ``changes`` holds other values by key, in the unit that the key ends in: ``{"r_mm": 50}``. Raises InputError if
     there is no file, or for a key or value that is not allowed, with what is.
     """
-    place = path(str(source))
-    found = MechanismFile.read(read_toml(place), str(place), changes)
-    found._folder = _functions(place, found)
-    _check(found)
-    return found
+    path = find_file(str(source))
+    file = MechanismFile.read(read_toml(path), str(path), changes)
+    file._folder = _find_functions(path, file)
+    _check(file)
+    return file
 
 
-def made(table: Mapping[str, Any], source: str, folder: Path) -> MechanismFile:
-    """The file of a table, whose functions are in a folder. Raises InputError as `load`."""
-    found = MechanismFile.read(table, source)
-    found._folder = folder
-    _check(found)
-    return found
+def build_from_table(table: Mapping[str, Any], source: str, folder: Path) -> MechanismFile:
+    """Return the file of a table, whose functions are in a folder. Raises InputError as `load`."""
+    file = MechanismFile.read(table, source)
+    file._folder = folder
+    _check(file)
+    return file
 
 
-def path(source: str) -> Path:
-    """The file that is meant by its path, or by its name here or in ``generated/``. Raises InputError for none."""
-    near = [Path(source)] if source.endswith(".toml") else [Path(f"{source}.toml"), Path(GENERATED, f"{source}.toml")]
-    for place in near:
-        if is_file(place):
-            return place
-    places = " or ".join(map(str, near))
-    raise InputError(f"{source}: there is no {places}; `planter derive FILE.py` writes one beside the generated code")
+def find_file(source: str) -> Path:
+    """Return the path of a file by its path, or by its name here or in ``generated/``. Raises InputError for none."""
+    file = Path(source if source.endswith(".toml") else f"{source}.toml")
+    candidates = [file] if source.endswith(".toml") else [file, GENERATED / file]
+    for path in candidates:
+        if is_file(path):
+            return path
+    places = " or ".join(map(str, candidates))
+    raise InputError(f"{source}: there is no {places}; `planter derive FILE.py` writes one to the generated code")
 
 
-def _functions(path: Path, file: MechanismFile) -> Path:
-    """The folder of the generated functions: that which is named, the file's own, or ``generated/`` in it."""
-    name, own = file.functions, [] if file.folder is None else [path.parent / file.folder]
-    for folder in (*own, path.parent, path.parent / GENERATED):
+def _find_functions(path: Path, file: MechanismFile) -> Path:
+    """Return the folder of the generated functions: the one of the file, the file's own, or ``generated/`` in it."""
+    name, named = file.functions, [] if file.folder is None else [path.parent / file.folder]
+    for folder in (*named, path.parent, path.parent / GENERATED):
         if (folder / f"{name}.json").is_file():
             return folder.resolve()
-    allowed = f"{name}.py and {name}.json must stand beside the file or in {GENERATED}/ there"
+    allowed = f"{name}.py and {name}.json must be in the folder of the file or in {GENERATED}/ there"
     raise InputError(f"{path}: functions = {name} is not allowed: {allowed}; `planter derive FILE.py` writes them")
 
 
-def _check(found: MechanismFile) -> None:
-    """The values are those that the functions take. Raises InputError."""
-    known = {entry["shown"].rpartition(".")[2]: entry["meaning"] for entry in found.entries}
-    _ = found.least, found.limits
-    for section, given in (("values", found.values), ("bounds", found.bounds)):
-        for key in given:
-            if key not in known:
-                close = paths.close(key, known)
+def _check(file: MechanismFile) -> None:
+    """Raise InputError unless values and bounds are those that the functions take."""
+    meanings = {entry["shown"].rpartition(".")[2]: entry["meaning"] for entry in file.entries}
+    _ = file.objective_terms, file.limits
+    for section, numbers in (("values", file.values), ("bounds", file.bounds)):
+        for key in numbers:
+            if key not in meanings:
+                close = paths.close(key, meanings)
                 hint = f"did you mean {close[0]}? " if close else ""
-                raise InputError(f"{found.source}: {section}.{key} is not allowed: {hint}there are {', '.join(known)}")
-    for key, value in found.values.items():
-        if value < 0 and units.suffix(key) == "_kg":  # products of inertia may be
-            raise found.input_error(f"values.{key}", "it must not be negative")
-    lacking = [f"{key} ({meaning})" for key, meaning in known.items() if key not in found.values]
-    if lacking:
-        raise InputError(f"{found.source}: [values] lacks {', '.join(lacking)}")
-    for key, (lower, upper) in found.bounds.items():
+                known = ", ".join(meanings)
+                raise InputError(f"{file.source}: {section}.{key} is not allowed: {hint}there are {known}")
+    for key, value in file.values.items():
+        if value < 0 and units.suffix(key) == "_kg":  # products of inertia may be negative
+            raise file.input_error(f"values.{key}", "it must not be negative")
+    missing = [f"{key} ({meaning})" for key, meaning in meanings.items() if key not in file.values]
+    if missing:
+        raise InputError(f"{file.source}: [values] lacks {', '.join(missing)}")
+    for key, (lower, upper) in file.bounds.items():
         if not lower < upper:
-            raise InputError(
-                f"{found.source}: bounds.{key} = [{lower:g}, {upper:g}] is not allowed: "
-                "it must be [lower, upper] with lower < upper"
-            )
+            raise InputError(f"{file.source}: bounds.{key} = [{lower:g}, {upper:g}]: lower must be below upper")

@@ -1,4 +1,4 @@
-"""Mechanisms of one's own as the engine takes them."""
+"""User-defined mechanisms as machines of the engine."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from planter.engine.loops import Loops
+from planter.engine.loops import KinematicLoops
 from planter.engine.machine import (
     Description,
     Documentation,
@@ -30,18 +30,18 @@ from planter.mechanism import file
 from planter.mechanism.file import MechanismFile
 
 ROLES: dict[str, Role] = {"law_": "law", "pivot_": "pivot", "states_": "states"}
-"""Beginnings of names that say how sound results are."""
+"""Roles of quantities by the beginnings of their names."""
 
 FURTHER = ("places", "followers", "meshes")
-"""Generated functions along the angle beside its quantities."""
+"""Further generated functions along the angle."""
 LOSS = "power lost to friction"
-"""Beginning of what derived powers of friction mean."""
+"""Beginning of the meanings of derived powers of friction."""
 
 
 def takes(source: str) -> bool:
     """Return whether a source is the file of a mechanism that an angle drives, or its name."""
     try:
-        return "functions" in read_toml(file.path(source))
+        return "functions" in read_toml(file.find_file(source))
     except InputError:
         return False
 
@@ -52,7 +52,7 @@ def load(source: str, changes: Mapping[str, float]) -> Machine:
 
 
 def describe(source: str, changes: Mapping[str, float]) -> Description:
-    """Return what is said of a mechanism, whether an angle drives it or not. Raises InputError as its file does."""
+    """Return the description of a mechanism, driven or not. Raises InputError as its file does."""
     mechanism = file.load(source, changes)
     formulas = mechanism.model
     sidecar, values = formulas.sidecar, _values(formulas)
@@ -77,8 +77,8 @@ def build_machine(mechanism: MechanismFile) -> Machine:
     """Return the machine of a mechanism's file. Raises InputError if no angle drives it."""
     formulas = mechanism.model
     sidecar = formulas.sidecar
-    if "speed" not in sidecar:
-        message = f"{mechanism.name} moves by itself, no angle drives it; `planter move` takes it"
+    if not mechanism.is_driven:
+        message = f"no angle drives {mechanism.name}; run `planter move` for its free motion"
         raise InputError(f"{mechanism.source}: {message}")
     values, stages = _values(formulas), _stages(formulas)
     keys, names = [value.key for value in values], [value.name for value in values]
@@ -107,7 +107,7 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         acceleration=names.index(sidecar["acceleration"]) if "acceleration" in sidecar else None,
         losses=tuple(q.name for q in _quantities(formulas) if q.role == "result" and q.meaning.startswith(LOSS)),
         stages=stages.further,
-        least=mechanism.least,
+        objective=mechanism.objective_terms,
         limits=mechanism.limits,
         sampling=mechanism.objective.samples if mechanism.objective else "refined",
         genetic=mechanism.genetic_algorithm,
@@ -117,18 +117,18 @@ def build_machine(mechanism: MechanismFile) -> Machine:
 
 
 class _Stages(NamedTuple):
-    """The functions of a mechanism, in the inputs that the engine gives them."""
+    """The functions of a mechanism of the inputs (phi, d, h, q) of the engine."""
 
     prologue: ca.Function
     lane: ca.Function
-    loops: Loops | None
+    loops: KinematicLoops | None
     events: ca.Function | None
     further: Mapping[str, Stage]
 
 
 @cache
 def _stages(formulas: Formulas) -> _Stages:
-    """Return the functions of a generated model: composed once, so that what is compiled of them is, too."""
+    """Return the functions of a generated model: composed once, so that they are compiled once."""
     lane = formulas.function("lane")
     sizes = {name: lane.size1_in(name) for name in lane.name_in()}
     phi, d = ca.SX.sym("phi"), ca.SX.sym("d", len(formulas.entries("data")))
@@ -144,7 +144,7 @@ def _stages(formulas: Formulas) -> _Stages:
     none = ca.Function("prologue", [d], [ca.SX.zeros(0, 1)], ["d"], ["y"])
     loops = None
     if "closure" in formulas.sidecar["functions"]:
-        loops = Loops(
+        loops = KinematicLoops(
             gaps=compose("closure", {"phi": phi, "d": d, "q": q}),
             assembly=compose("assembly", {"d": d}),
             names=tuple(formulas.outputs("assembly")),
@@ -208,6 +208,6 @@ def _vectors(formulas: Formulas) -> tuple[Vector, ...]:
 
 @cache
 def _motors(formulas: Formulas) -> tuple[str, ...]:
-    """Return the torques that a power is given of."""
+    """Return the names of the torques that have a power."""
     units_of = {q.name: q.unit for q in _quantities(formulas)}
     return tuple(name for name, unit in units_of.items() if unit == "N m" and units_of.get(f"P_{name}") == "W")

@@ -7,7 +7,7 @@ Angles are compared modulo 2 pi.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -15,12 +15,20 @@ from functools import cached_property
 import numpy as np
 
 from planter.engine.machine import Machine, Quantity
-from planter.engine.response import DesignPoint, Response
+from planter.engine.response import DesignPoint, MachineResponse
+from planter.engine.rows import COMPARED, FLOOR, SHARE
 from planter.errors import ComputationError
 from planter.files import units
 from planter.kernels import Array, Kernel
-from planter.mechanism.results import Warned
+from planter.mechanism.results import MechanismWarning
 from planter.numerics.arrays import TURN
+
+SIDE_STEP = 1e-9
+"""Distance of the one-sided values from an angle [rad]: above the rounding of angles, below any visible change."""
+MOST_TURNS = 60
+"""Largest number of cycles after which a repetition is looked for."""
+MOST_NAMED = 4
+"""Quantities that a warning names; `not_repeating` has all."""
 
 
 class Model:
@@ -41,8 +49,8 @@ class Model:
 
     def __init__(self, machine: Machine, data: Array | None = None) -> None:
         self.machine = machine if data is None else machine.with_data(data)
-        still = replace(self.machine, moved=(), lower=np.empty(0), upper=np.empty(0))  # slopes are not asked for
-        self._response, self._kernels = Response(still), dict[str, Kernel]()
+        fixed = replace(self.machine, moved=(), lower=np.empty(0), upper=np.empty(0))  # no slopes in the design
+        self._response, self._kernels = MachineResponse(fixed), dict[str, Kernel]()
 
     @property
     def speed(self) -> float:
@@ -51,8 +59,7 @@ class Model:
 
     def list_angles(self, samples: int | None = None) -> Array:
         """Return the angles (n,) [rad] of a cycle in equal steps, as many as the file says unless `samples` does."""
-        count = self.machine.samples if samples is None else samples
-        return self.machine.turn * np.arange(count) / count
+        return self.machine.list_angles(samples)
 
     def __call__(self, angles: Array) -> dict[str, Array]:
         """Return all quantities (n,) by name at angles (n,) [rad].
@@ -73,10 +80,10 @@ class Model:
         return {q.key: values[q.name] / q.factor for q in self.machine.results}
 
     def places(self, angles: Array) -> dict[str, Array]:
-        """Return where the points of all bodies are (n,) [m] at angles (n,) [rad], by name.
+        """Return coordinates (n,) [m] of the points of all bodies at angles (n,) [rad], by name.
 
-        Components are along the axes of the world. Names are ``x_BODY__POINT`` and its like. Machines without bodies of
-        their own statement have none.
+        Components are along the axes of the world. Names are ``x_BODY__POINT`` and its like. The result is empty for a
+        machine whose statement has no bodies.
         """
         return self.evaluate("places", angles)
 
@@ -99,25 +106,13 @@ class Model:
         return self._response.at_data(self.machine.data)
 
 
-SHARE, FLOOR = 1e-7, 1e-12
-"""A quantity repeats if it changes by less than this share of the largest value in its unit, or this much in SI."""
-ASIDE = 1e-9
-"""How far beside an angle its sides are looked at [rad]: more than rounding of angles, less than a change shows."""
-MOST_TURNS = 60
-"""Turns after which a repetition is looked for."""
-COMPARED = 24
-"""Samples at which a repetition after several turns is looked for."""
-MOST_NAMED = 4
-"""Quantities that a warning names; all stand in `not_repeating`."""
-
-
 @dataclass(frozen=True)
 class Periodicity:
-    """How a mechanism's results at a turn's samples differ from those a turn later.
+    """The differences of a mechanism's results between a cycle and the next one.
 
-    `end` holds the results at the end of the turn by key, in its unit; `changes` the largest difference [shown unit] by
-    the key of each quantity that does not repeat; `turns` is after how many turns all of them do, None if after none of
-    the first MOST_TURNS. Where the next turn cannot be computed `obstacle` says why, and differences are None.
+    `end` holds the results at the end of the cycle by key, in its unit; `changes` the largest difference [display unit]
+    by the key of each quantity that does not repeat; all quantities repeat after `turns` cycles, None if they do not
+    within MOST_TURNS. If the next cycle cannot be computed, `obstacle` says why, and differences are None.
     """
 
     end: dict[str, float]
@@ -125,38 +120,36 @@ class Periodicity:
     turns: int | None
     obstacle: str = ""
 
-    def warnings(self, angle_deg: float) -> list[Warned]:
-        """Return one sentence if the turn, which ends at an angle, does not end as it began."""
+    def list_warnings(self, angle_deg: float) -> list[MechanismWarning]:
+        """Return one warning if the cycle, which ends at an angle, does not end as it began."""
         if not self.changes:
             return []
-        again = (
-            f"it repeats after {self.turns} turns" if self.turns else f"it does not repeat within {MOST_TURNS} turns"
-        )
+        after = f"repeats after {self.turns} turns" if self.turns else f"does not repeat within {MOST_TURNS} turns"
+        changes = self.obstacle or self._describe_changes()
         message = (
-            f"the turn does not end in the state in which it began: {self.obstacle or self._listed}; means, root mean "
-            "squares and works of what does not repeat are not given, and its extremes are those of this turn alone"
-            + ("" if self.obstacle else f"; {again}")
+            f"the turn does not end in the state in which it began: {changes}; means, root mean squares and works of "
+            "what does not repeat are not given, and its extremes are those of this "
+            f"turn alone{'' if self.obstacle else f'; it {after}'}"
         )
-        return [Warned(name="does_not_repeat", angle_deg=angle_deg, message=message)]
+        return [MechanismWarning(name="does_not_repeat", angle_deg=angle_deg, message=message)]
 
-    @property
-    def _listed(self) -> str:
-        """The first quantities that do not repeat, with what they change by."""
+    def _describe_changes(self) -> str:
+        """Return the first quantities that do not repeat, with their changes."""
         changes = [(key, change) for key, change in self.changes.items() if change is not None]
-        listed = ", ".join(f"{describe_change(key, change)}" for key, change in changes[:MOST_NAMED])
+        text = ", ".join(format_change(key, change) for key, change in changes[:MOST_NAMED])
         more = len(changes) - MOST_NAMED
-        return f"{listed} and {more} more" if more > 0 else listed
+        return f"{text} and {more} more" if more > 0 else text
 
 
-def describe_change(key: str, change: float) -> str:
-    """What a quantity changes by in a turn, in words."""
+def format_change(key: str, change: float) -> str:
+    """Return the change of a quantity in a cycle as text."""
     return f"{key.removesuffix(units.suffix(key))} differs by {change:.4g} {units.unit(key)}".rstrip()
 
 
-def periodicity(model: Model, angles: Array, results: dict[str, Array], search: bool = True) -> Periodicity:
-    """Compare results (n,) by name at angles (n,) [rad] from zero on, in equal steps, with those of the next turn.
+def compare_cycles(model: Model, angles: Array, results: Mapping[str, Array], search: bool = True) -> Periodicity:
+    """Compare results (n,) by name at angles (n,) [rad] from zero on, in equal steps, with those of the next cycle.
 
-    Without `search` it is not looked for after how many turns all repeats.
+    `search` looks for the number of cycles after which all results repeat.
     """
     quantities = model.machine.results
     try:
@@ -164,25 +157,24 @@ def periodicity(model: Model, angles: Array, results: dict[str, Array], search: 
     except ComputationError as error:
         reason = f"the next one cannot be computed ({error.message})"
         return Periodicity({}, {q.key: None for q in quantities}, None, reason)
-    changes: dict[str, float | None] = {
-        q.key: change / q.factor for q, change in _find_changes(model, angles, results, later).items()
-    }
+    differences = _find_changes(model, angles, results, later)
+    changes: dict[str, float | None] = {q.key: change / q.factor for q, change in differences.items()}
     end = {q.key: float(later[q.name][0] / q.factor) for q in quantities}
     turns = 1 if not changes else _find_repetition(model, angles, results) if search else None
     return Periodicity(end, changes, turns)
 
 
 def require_repeating(machine: Machine, names: Collection[str], samples: int | None = None) -> None:
-    """Raise ComputationError if a quantity does not repeat after a turn, which then gives no mean or closed curve."""
+    """Raise ComputationError if a quantity does not repeat after a cycle, so that it has no mean or closed curve."""
     if not names:
         return
     model = Model(machine)
     angles = model.list_angles(samples)
-    repeats = periodicity(model, angles, model(angles), search=False)
+    repeats = compare_cycles(model, angles, model(angles), search=False)
     for key in (machine.find_quantity(part).key for name in names for part in machine.list_parts(name)):
         if key in repeats.changes:
             change = repeats.changes[key]
-            reason = repeats.obstacle if change is None else describe_change(key, change)
+            reason = repeats.obstacle if change is None else format_change(key, change)
             raise ComputationError(
                 f"{machine.name}: a turn does not end in the state in which it began ({reason}), so that it gives "
                 "neither a mean nor a closed curve"
@@ -190,11 +182,11 @@ def require_repeating(machine: Machine, names: Collection[str], samples: int | N
 
 
 def _find_changes(
-    model: Model, angles: Array, results: dict[str, Array], later: dict[str, Array]
+    model: Model, angles: Array, results: Mapping[str, Array], later: Mapping[str, Array]
 ) -> dict[Quantity, float]:
-    """Return the results that are others later, beyond rounding of the largest value in their unit, with by how much.
+    """Return results that differ a cycle later, beyond rounding of the largest value in their unit, with the change.
 
-    At an angle where a result jumps rounding decides on which side it is taken: there the nearer side counts.
+    At an angle where a result jumps, rounding decides on which side it is evaluated: there the nearer side counts.
     """
     sizes: dict[str, float] = {}
     for q in model.machine.results:
@@ -202,33 +194,33 @@ def _find_changes(
     limits = {unit: max(SHARE * (1.0 if unit == "rad" else size), FLOOR) for unit, size in sizes.items()}
     sides = [results]
 
-    def change(q: Quantity) -> float:
-        nearest = np.min([_differences(q.unit, later[q.name], side[q.name]) for side in sides], axis=0)
+    def find_change(q: Quantity) -> float:
+        nearest = np.min([_measure_differences(q.unit, later[q.name], side[q.name]) for side in sides], axis=0)
         return float(nearest.max())
 
-    if any(change(q) > limits[q.unit] for q in model.machine.results):
-        with suppress(ComputationError):  # which may begin or end there
-            sides += [model(angles - ASIDE), model(angles + ASIDE)]
-    changes = {q: change(q) for q in model.machine.results}
+    if any(find_change(q) > limits[q.unit] for q in model.machine.results):
+        with suppress(ComputationError):  # a side angle may lie beyond the range of a loop or a law
+            sides += [model(angles - SIDE_STEP), model(angles + SIDE_STEP)]
+    changes = {q: find_change(q) for q in model.machine.results}
     return {q: size for q, size in changes.items() if size > limits[q.unit]}
 
 
-def _differences(unit: str, later: Array, before: Array) -> Array:
-    """Return the sizes (n,) of changes, of angles beyond whole turns."""
+def _measure_differences(unit: str, later: Array, before: Array) -> Array:
+    """Return the sizes (n,) of changes; those of angles without whole turns."""
     change = later - before
     sizes: Array = np.abs(change - TURN * np.round(change / TURN) if unit == "rad" else change)
     return sizes
 
 
-def _find_repetition(model: Model, angles: Array, results: dict[str, Array]) -> int | None:
-    """Return the least number of turns after which all results are what they were, None if there is none."""
+def _find_repetition(model: Model, angles: Array, results: Mapping[str, Array]) -> int | None:
+    """Return the number of cycles after which all results are the same for the first time, None if there is none."""
     chosen = np.unique(np.linspace(0, len(angles) - 1, min(COMPARED, len(angles))).astype(np.int64))
-    some, before = angles[chosen], {name: values[chosen] for name, values in results.items()}
+    compared, before = angles[chosen], {name: values[chosen] for name, values in results.items()}
     for turns in range(2, MOST_TURNS + 1):
         try:
-            later = model(some + model.machine.turn * turns)
+            later = model(compared + model.machine.turn * turns)
         except ComputationError:
             continue
-        if not _find_changes(model, some, before, later):
+        if not _find_changes(model, compared, before, later):
             return turns
     return None

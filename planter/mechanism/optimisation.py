@@ -1,4 +1,4 @@
-"""Optima of machines: the engine's search for what their file, `--least` and `--hold` ask."""
+"""Optima and sensitivities of machines for the objective of their file, `--least` and `--hold`."""
 
 from __future__ import annotations
 
@@ -15,12 +15,19 @@ from planter.engine.machine import Machine, check_samples
 from planter.engine.measures import AVERAGES, Limit, Measure, format_sum, parse_limit, parse_sum
 from planter.engine.problem import CurveProblem, DesignProblem, build_problem
 from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
-from planter.engine.sensitivity import SensitivityFound, compute_sensitivity, find_directions, move_all
+from planter.engine.sensitivity import SensitivityResult, compute_sensitivity, find_directions, move_all
 from planter.engine.summary import ROUNDING
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.mechanism.model import require_repeating
-from planter.mechanism.results import ActiveLimit, Evaluations, FrontDesign, Held, Optimum, Proof
+from planter.mechanism.results import (
+    ActiveLimit,
+    EvaluationCounts,
+    FrontDesign,
+    LimitResult,
+    MechanismCertificate,
+    MechanismOptimumResult,
+)
 from planter.optimise import pareto
 from planter.optimise.constraints import KEPT
 from planter.optimise.range_and_spread import Sampling
@@ -30,30 +37,30 @@ from planter.progress import Listener
 
 
 @dataclass(frozen=True)
-class Found:
+class MechanismOptimum:
     """An optimum: the design (p,) in SI, the machine with it in place, its problem, and its result."""
 
     x: Array
     machine: Machine
     problem: DesignProblem
-    result: Optimum
+    result: MechanismOptimumResult
 
 
 @dataclass(frozen=True)
 class StatedGoal:
-    """The sum and the limits of a machine's file and of a call, in the names of its quantities."""
+    """The objective and the limits of a machine's file and of a call, in the names of its quantities."""
 
     machine: Machine
-    least: tuple[Measure, ...]
+    objective: tuple[Measure, ...]
     limits: tuple[Limit, ...]
 
     @classmethod
-    def read(cls, machine: Machine, least: str | None = None, holds: Sequence[str] = ()) -> StatedGoal:
-        """Return the goal of a machine's file; `least` replaces its sum, `holds` are more limits.
+    def read(cls, machine: Machine, objective: str | None = None, holds: Sequence[str] = ()) -> StatedGoal:
+        """Return the goal of a machine's file; `objective` replaces its sum, `holds` are more limits.
 
-        Raises InputError for what cannot be parsed, or is of another machine.
+        Raises InputError for a text that cannot be parsed, or for unknown quantities.
         """
-        terms = machine.least if least is None else parse_sum(least)
+        terms = machine.objective if objective is None else parse_sum(objective)
         limits = (*machine.limits, *map(parse_limit, holds))
         return cls(
             machine,
@@ -61,57 +68,57 @@ class StatedGoal:
             tuple(resolve_limit(machine, limit) for limit in limits),
         )
 
-    def require_least(self) -> None:
+    def require_objective(self) -> None:
         """Raise InputError if there is no sum, ComputationError for the mean of what does not repeat after a cycle."""
-        if not self.least:
+        if not self.objective:
             raise InputError(f"{self.machine.source}: objective.least is missing: give a sum there, or by --least")
         self.require_averages()
 
     def require_jumps(self) -> None:
-        """Raise InputError for a jump that is to be least and is zero already, since nothing is less."""
-        for measure in self.least:
+        """Raise InputError for a jump in the objective that is zero already, the least value of a jump."""
+        for measure in self.objective:
             if measure.kind != "jump":
                 continue
             largest = Measure("max", measure.name, size=True)
             goal = Goal(self.machine, (replace(measure, weight=1.0), largest), (), with_events=False)
-            jump, size = (goal.measure(self.machine.design, term) for term in goal.least)
+            jump, size = (goal.measure(self.machine.design, term) for term in goal.terms)
             if jump <= ROUNDING * size:
                 reason = f"{measure.name} does not jump at the machine's own design, and no jump is less than 0"
                 raise InputError(f"{self.machine.source}: {measure}: {reason}; leave it out, or state it as a limit")
 
     def build_problem(self, sampling: Sampling) -> DesignProblem:
         """Return the problem of the sum under the limits. Raises InputError for a machine without bounds."""
-        return build_problem(self.machine, self.least, self.limits, sampling)
+        return build_problem(self.machine, self.objective, self.limits, sampling)
 
     def require_averages(self) -> None:
         """Raise ComputationError for the mean of what does not repeat after a cycle."""
-        measures = (*self.least, *(limit.measure for limit in self.limits))
+        measures = (*self.objective, *(limit.measure for limit in self.limits))
         require_repeating(self.machine, [measure.name for measure in measures if measure.kind in AVERAGES])
 
 
-def optimise(
+def optimise_machine(
     machine: Machine,
     least: str | None = None,
     holds: Sequence[str] = (),
     spec: SearchSpec | None = None,
     listener: Listener | None = None,
     means: Means = AUTO,
-) -> Found:
+) -> MechanismOptimum:
     """Return the design within the file's bounds that minimises a sum of measures under limits.
 
-    `least` replaces the file's sum, `holds` are limits beside the file's, `means` says what runs the descents, whose
-    results do not depend on it. Raises InputError for measures that cannot be parsed, a file without bounds or sum,
+    `least` replaces the file's objective, `holds` are additional limits, `means` the processes of the local searches,
+    on which results do not depend. Raises InputError for measures that cannot be parsed, a file without bounds or sum,
     or a jump that is zero already; ComputationError if no start leads to a design that satisfies the limits, and for
-    the mean of what does not repeat after a turn.
+    the mean of a quantity that does not repeat after a cycle.
     """
     begun = time.perf_counter()
     goal = StatedGoal.read(machine, least, holds)
-    goal.require_least()
+    goal.require_objective()
     goal.require_jumps()
     spec = spec or SearchSpec(machine.sampling)
     stated = {"searched": machine.searched, "least": least, "holds": list(holds), "sampling": spec.sampling}
     task = Task(prepare_descents, {"build": partial(machine.build, machine.document), **stated})
-    words = least or format_sum(machine.least)
+    words = least or format_sum(machine.objective)
     try:
         optimum = minimise(goal.build_problem(spec.sampling), spec, listener, task, means)
     except InterruptedSearch as stop:
@@ -124,43 +131,43 @@ def prepare_descents(
     build: Callable[[], Machine], searched: Mapping[str, Any], least: str | None, holds: Sequence[str],
     sampling: Sampling,
 ) -> Callable[[Array], Descent]:  # fmt: skip
-    """Return the function that descends from a point to what a sum and limits ask for, in a worker.
+    """Return the local search from a point for an objective under limits, in a worker.
 
-    `build` gives the machine as its file has it, `searched` are the fields that the search has set otherwise.
+    `build` gives the machine of the file, `searched` are the fields that the search has changed.
     """
     goal = StatedGoal.read(replace(build(), **searched), least, holds)
     return search.prepare_descents(goal.build_problem(sampling))
 
 
-def evaluate_limits(machine: Machine, changing: Collection[str] = ()) -> list[Held]:
-    """Return what the limits of a machine's file are on at its own design, true extremes and integrals.
+def evaluate_limits(machine: Machine, changing: Collection[str] = ()) -> list[LimitResult]:
+    """Return the limits of a machine's file with their values at its own design, by true extremes and integrals.
 
-    `changing` are the keys of quantities that do not repeat after a turn, which has no averages of them. Raises
-    InputError for limits on what the machine does not have, ComputationError where there is no cycle.
+    `changing` are the keys of quantities that do not repeat after a cycle, which have no averages. Raises InputError
+    for limits on unknown quantities, ComputationError without a cycle.
     """
     stated = StatedGoal.read(machine)
     goal, x = Goal(stated.machine, (), stated.limits), stated.machine.design
-    goal, holds = goal.refined(x, 0.0) or goal, []
+    goal, results = goal.refine(x, 0.0) or goal, []
     for limit in goal.limits:
-        hold, parts = _hold(goal, x, limit), stated.machine.list_parts(limit.measure.name)
+        result, parts = _evaluate_limit(goal, x, limit), stated.machine.list_parts(limit.measure.name)
         is_changing = any(stated.machine.find_quantity(part).key in changing for part in parts)
         averaged = limit.measure.kind in AVERAGES and is_changing
-        holds.append(replace(hold, value=None, active=False, met=False) if averaged else hold)
-    return holds
+        results.append(replace(result, value=None, active=False, met=False) if averaged else result)
+    return results
 
 
 def require_front(problem: DesignProblem) -> CurveProblem:
-    """Return the problem as one of range and variance. Raises InputError for another sum, and under limits."""
+    """Return the problem as one of range and variance. Raises InputError for another objective, and under limits."""
     if not isinstance(problem, CurveProblem):
-        allowed = "the front is that of range and variance of one quantity that repeats and does not jump"
+        allowed = "a front takes range and variance of one quantity that repeats and does not jump"
         raise InputError(f"--front does not apply to the sum for {problem.machine.name}: {allowed}")
     if problem.constraints is not None:
         raise InputError(f"--front does not apply to {problem.machine.name} under limits: they would not be satisfied")
     return problem
 
 
-def with_front(optimum: Found, listener: Listener | None = None) -> Found:
-    """Return an optimum with the front of range and variance, from least range to least variance.
+def with_front(optimum: MechanismOptimum, listener: Listener | None = None) -> MechanismOptimum:
+    """Return an optimum with the Pareto front, from the smallest range to the smallest variance.
 
     Raises InputError as `require_front`.
     """
@@ -177,20 +184,20 @@ def with_front(optimum: Found, listener: Listener | None = None) -> Found:
     return replace(optimum, result=replace(optimum.result, front=front))
 
 
-def _hold(goal: Goal, x: Array, limit: Limit, active: bool | None = None) -> Held:
-    """Return a limit with what it is on; without a certificate it is active where it is reached to rounding."""
-    value = goal.reached(x, limit)
-    room = float("inf") if value is None else limit.sign * (limit.number - value) / goal.step(limit)
-    return Held(
+def _evaluate_limit(goal: Goal, x: Array, limit: Limit, active: bool | None = None) -> LimitResult:
+    """Return a limit with its value; without a certificate it is active if it is reached to rounding."""
+    value = goal.evaluate_limit(x, limit)
+    margin = float("inf") if value is None else limit.sign * (limit.number - value) / goal.step(limit)
+    return LimitResult(
         limit_on=str(limit),
         value=value,
         limit=limit.number,
-        active=abs(room) <= KEPT if active is None else active,
-        met=room >= -KEPT,
+        active=abs(margin) <= KEPT if active is None else active,
+        met=margin >= -KEPT,
     )
 
 
-def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOptimum, begun: float) -> Found:
+def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOptimum, begun: float) -> MechanismOptimum:
     problem, x, reached = optimum.problem, optimum.x, optimum.result
     goal, certificate = problem.goal, reached.certificate
     design = [float(f"{value:.15g}") for value in x / machine.scale]
@@ -198,11 +205,11 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
     limit_units = {kind.name: kind.unit for constraints in problem.further for kind in constraints.kinds}
     limit_units |= {str(limit): find_display_unit(machine, limit.measure).text for limit in goal.limits}
     active = {constraint.name for constraint in certificate.active_constraints}
-    holds = [_hold(goal, x, limit, str(limit) in active) for limit in goal.limits]
+    holds = [_evaluate_limit(goal, x, limit, str(limit) in active) for limit in goal.limits]
     document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
-    best = replace(machine, document=document, data=machine.data_at(x))
-    directions = find_directions(best, stated.least, machine.samples)
-    result = Optimum(
+    best = replace(machine, document=document, data=machine.build_data(x))
+    directions = find_directions(best, stated.objective, machine.samples)
+    result = MechanismOptimumResult(
         machine=machine.name,
         method=reached.method,
         least=words,
@@ -212,9 +219,9 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
         start_design={name: numbers[path] for name, path in zip(machine.design_names, paths, strict=True)},
         holds=holds,
         met=all(hold.met for hold in holds),
-        certificate=Proof(
+        certificate=MechanismCertificate(
             kkt_residual=certificate.kkt_residual,
-            active_bounds=[f"{one.name} {one.side}" for one in certificate.active_bounds],
+            active_bounds=[f"{bound.name} {bound.side}" for bound in certificate.active_bounds],
             active_limits=[
                 ActiveLimit(constraint.name, constraint.multiplier, limit_units[constraint.name])
                 for constraint in certificate.active_constraints
@@ -224,28 +231,28 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
             agreeing_starts=certificate.agreeing_starts,
             spread=certificate.spread,
         ),
-        evaluations=Evaluations(**vars(reached.evaluations)),
+        evaluations=EvaluationCounts(**vars(reached.evaluations)),
         samples=problem.count_samples(x),
         seconds=time.perf_counter() - begun,
         effective_parameters=directions.effective_parameters,
         insensitive=directions.named,
     )
-    return Found(x, best, problem, result)
+    return MechanismOptimum(x, best, problem, result)
 
 
-def compute(
-    machine: Machine, least: str | None = None, samples: int | None = None, all_values: bool = False
-) -> SensitivityFound:
-    """Return the sensitivity of a file's sum, or of `least`, in the values that have bounds, or in all.
+def compute_objective_sensitivity(
+    machine: Machine, objective: str | None = None, samples: int | None = None, all_values: bool = False
+) -> SensitivityResult:
+    """Return the sensitivity of a file's objective, or of another, in the values that have bounds, or in all.
 
     Without `samples` it is that of true extremes, unless the file asks for samples. Raises InputError for a file
     without a sum or bounds; ComputationError for the mean of what does not repeat after a cycle.
     """
     check_samples(samples)
-    goal = StatedGoal.read(machine, least)
-    goal.require_least()
+    goal = StatedGoal.read(machine, objective)
+    goal.require_objective()
     if not (machine.moved or all_values):
         raise InputError(f"{machine.source}: none of its values has bounds: ask for all values by --all")
     if samples is None and machine.sampling != "refined":
         samples = machine.sampling
-    return compute_sensitivity(move_all(machine) if all_values else machine, goal.least, samples)
+    return compute_sensitivity(move_all(machine) if all_values else machine, goal.objective, samples)

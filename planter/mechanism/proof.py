@@ -1,6 +1,6 @@
-"""`planter optimise --prove` for mechanisms of one's own: how much better than the optimum any design can be at most.
+"""`planter optimise --prove` for user-defined mechanisms: a bound on the objective of every design.
 
-The objective that is bounded is that of samples. A search over true extremes ends at another design: the incumbent of
+The bounded objective is that of samples. A search over true extremes ends at another design: the incumbent of
 the proof is then the best design over the file's samples, which is searched from that optimum and other starts.
 """
 
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from planter.engine.goal import Goal
-from planter.engine.loops import TURN, Loops
+from planter.engine.loops import TURN, KinematicLoops
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
 from planter.engine.problem import build_problem
@@ -26,7 +26,7 @@ from planter.kernels.array_code import extract_outputs, find_periodic
 from planter.kernels.formulas import HOISTED, Formulas
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
-from planter.mechanism.optimisation import Found, StatedGoal
+from planter.mechanism.optimisation import MechanismOptimum, StatedGoal
 from planter.numerics.arrays import Integers
 from planter.optimise.constraints import KEPT
 from planter.optimise.proof.arithmetic import Enclosing
@@ -42,39 +42,39 @@ from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 
 
-def require_provable(goal: StatedGoal, least: str | None) -> None:
-    """Raise InputError for a goal of which no proof is known; `least` is the sum of the call, if it gives one."""
+def require_provable(goal: StatedGoal, option: str | None) -> None:
+    """Raise InputError for an objective that cannot be bounded; `option` is that of the call, if it has one."""
     machine = goal.machine
-    check_provable(machine, goal.least, "--least" if least is not None else f"{machine.source}: objective.least")
+    check_provable(machine, goal.objective, "--least" if option is not None else f"{machine.source}: objective.least")
 
 
 def with_proof(
-    file: MechanismFile, found: Found, goal: StatedGoal, spec: SearchSpec, seconds: float = SECONDS,
+    file: MechanismFile, optimum: MechanismOptimum, goal: StatedGoal, spec: SearchSpec, seconds: float = SECONDS,
     listener: Listener | None = None, means: Means = AUTO,
-) -> Found:  # fmt: skip
-    """Return an optimum of a file with the proof of the best design over samples, in so many seconds.
+) -> MechanismOptimum:  # fmt: skip
+    """Return an optimum of a file with the proof of the best design over samples, within a time [s].
 
-    `means` says what bounds the boxes: a proof that ends before its time is up does not depend on it.
+    `means` are the processes that bound the boxes: a proof that ends in time does not depend on them.
     """
     machine = goal.machine
     count = file.turn.samples if spec.sampling == "refined" else spec.sampling
-    sampled = Goal(machine, goal.least, goal.limits, count, with_events=False)
-    x, objective = _find_incumbent(found, sampled, spec, replace(spec, sampling=count), listener)
+    sampled = Goal(machine, goal.objective, goal.limits, count, with_events=False)
+    x, objective = _find_incumbent(optimum, sampled, spec, replace(spec, sampling=count), listener)
     limits = [  # as the search takes them, to its tolerance
         replace(limit, number=limit.number + limit.sign * KEPT * sampled.step(limit)) for limit in goal.limits
     ]
-    build = partial(build_objective, file, machine.searched, goal.least, limits, count)
+    build = partial(build_objective, file, machine.searched, goal.objective, limits, count)
     bounding = build()
     design = {key: float(value) for key, value in zip(machine.design_names, x / machine.scale, strict=True)}
     incumbent = Incumbent(x, design, objective, count, _describe_scope(goal, bounding))
     box = (machine.lower, machine.upper)
     with share_boxes(bounding, build, means) as shared:
         proof = prove_bound(shared, box, incumbent, seconds, listener)
-    return replace(found, result=replace(found.result, proof=proof))
+    return replace(optimum, result=replace(optimum.result, proof=proof))
 
 
 def build_objective(
-    file: MechanismFile, searched: Mapping[str, Any], least: Sequence[Measure], limits: Sequence[Limit], count: int
+    file: MechanismFile, searched: Mapping[str, Any], terms: Sequence[Measure], limits: Sequence[Limit], count: int
 ) -> ProvableObjective:  # fmt: skip
     """Return a sum of measures over `count` samples as a proof bounds it, in the values that are searched."""
     machine = replace(build_machine(file), **searched)
@@ -82,7 +82,7 @@ def build_objective(
     def enclose(quantities: Sequence[tuple[str, bool]]) -> EnclosedMechanism:
         return EnclosedMechanism(machine, file.model, quantities)
 
-    return ProvableObjective(machine, least, count, enclose, limits)
+    return ProvableObjective(machine, terms, count, enclose, limits)
 
 
 def _describe_scope(goal: StatedGoal, bounding: ProvableObjective) -> str:
@@ -94,21 +94,21 @@ def _describe_scope(goal: StatedGoal, bounding: ProvableObjective) -> str:
 
 
 def _find_incumbent(
-    found: Found, goal: Goal, spec: SearchSpec, sampled: SearchSpec, listener: Listener | None
+    optimum: MechanismOptimum, goal: Goal, spec: SearchSpec, sampled: SearchSpec, listener: Listener | None
 ) -> tuple[Array, float]:
-    """Return the optimum over the samples of a goal (p,) and its objective: the one found, or one searched from there.
+    """Return the optimum over the samples of a goal (p,) and its objective: the given one, or one searched from there.
 
-    `spec` is how it was found, `sampled` how it is searched over samples.
+    `spec` are the settings of the given one, `sampled` those of the search over samples.
     """
     if spec == sampled:
-        return found.x, found.result.objective
-    start = goal.machine.with_data(goal.machine.data_at(found.x))
-    optimum = minimise(build_problem(start, goal.least, goal.limits, sampled.sampling), sampled, listener)
-    return optimum.x, goal.evaluate(optimum.x)
+        return optimum.x, optimum.result.objective
+    start = goal.machine.with_data(goal.machine.build_data(optimum.x))
+    best = minimise(build_problem(start, goal.terms, goal.limits, sampled.sampling), sampled, listener)
+    return best.x, goal.evaluate(best.x)
 
 
 FARTHEST = 1e3
-"""Size of a coordinate beyond which no assembly is looked for [m or rad]."""
+"""Largest size of a coordinate at which an assembly is looked for [m or rad]."""
 MOST_NEWTON_STEPS = 9
 """Newton steps of generated code have numbers of one digit."""
 
@@ -187,8 +187,8 @@ class EnclosedMechanism:
     def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
         """Return whether loops close at no design of a box [lower, upper] (p,) at one of the angles phi (n,) [rad].
 
-        It is looked into where they do not close at the centre, after `follow` has found that.
-        Angles of which the gaps only take sine and cosine are looked for in a turn, other coordinates up to `FARTHEST`.
+        It is checked only where they do not close at the centre, which `follow` has found before.
+        Angles in sine and cosine alone are searched within a turn, other coordinates up to `FARTHEST`.
         """
         loops = self.machine.loops
         if loops is None or Space(lower, upper).centre.tobytes() not in self._unclosed:
@@ -205,14 +205,14 @@ class EnclosedMechanism:
             return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
 
         periodic = find_periodic(self._module, "closure", "loops", size)
-        most = np.where(periodic, np.pi * (1 + 1e-9), FARTHEST)
-        return has_rootless_lane(enclose_gaps, -most, most, len(phi.mid))
+        limit = np.where(periodic, np.pi * (1 + 1e-9), FARTHEST)
+        return has_rootless_lane(enclose_gaps, -limit, limit, len(phi.mid))
 
-    def _find_coordinates(self, loops: Loops, space: Space, phi: Array) -> Array:
+    def _find_coordinates(self, loops: KinematicLoops, space: Space, phi: Array) -> Array:
         """Return coordinates (c, lanes) at the centres of boxes, NaN where a walk from 0 on along closed loops ends."""
         centres, boxes = np.unique(space.centre.reshape(len(space.centre), -1), axis=1, return_inverse=True)
         angles, places = np.unique(phi, return_inverse=True)
-        walk = loops.walk(np.array([self.machine.data_at(x) for x in centres.T]).T, np.append(angles, TURN))
+        walk = loops.walk(np.array([self.machine.build_data(x) for x in centres.T]).T, np.append(angles, TURN))
         _, returned = walk.gains()
         self._unclosed = {x.tobytes() for x in centres.T[~returned]}
         reached = np.where(returned, np.inf, np.where(walk.assembled & ~walk.alive, walk.reached, -1.0))

@@ -1,21 +1,21 @@
-"""Results of the commands for mechanisms of one's own, as their JSON has them."""
+"""Results of the commands for user-defined mechanisms, in the keys of their JSON."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 from planter.engine.sensitivity import Direction
-from planter.engine.summary import Summary
+from planter.engine.summary import CycleSummary
 from planter.optimise.proof.results import GlobalBound
 from planter.records import Record
 
 
 @dataclass(frozen=True)
-class Quantity(Record):
-    """A quantity over a turn: extremes with their angles [deg], mean, root mean square.
+class QuantityStatistics(Record):
+    """A quantity over a cycle: extremes with their angles [deg], mean, root mean square.
 
-    Mean and root mean square are null if the quantity does not end the turn as it began it. `axes` names the frame by
-    whose axes a joint's component is told, if they are not the world's.
+    Mean and root mean square are null if the quantity does not end the cycle as it began it. `axes` names the frame of
+    a joint's component if it is not the world's.
     """
 
     unit: str
@@ -29,8 +29,8 @@ class Quantity(Record):
 
 
 @dataclass(frozen=True)
-class Law(Record):
-    """A law of mechanics, and the largest amount by which the results break it."""
+class MechanismLawResult(Record):
+    """A law of mechanics, and the largest residual of the results."""
 
     law: str
     violation: float
@@ -38,8 +38,8 @@ class Law(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Warned(Record):
-    """Something that a user should know, with the angle where it begins if it has one."""
+class MechanismWarning(Record):
+    """A warning, with the angle at which it begins if it has one."""
 
     name: str
     angle_deg: float | None = None
@@ -47,11 +47,11 @@ class Warned(Record):
 
 
 @dataclass(frozen=True)
-class Held(Record):
-    """A limit, in its unit, with what it is on, whether that is at the limit, and whether it satisfies it.
+class LimitResult(Record):
+    """A limit in its unit with its value, whether it is active, and whether it is satisfied.
 
-    `value` is null if the condition of the limit never holds, which satisfies it, and if it is an average of what does
-    not repeat, which does not.
+    `value` is null if the condition of the limit never holds, which satisfies it, and for an average of a quantity that
+    does not repeat, which violates it.
     """
 
     limit_on: str
@@ -70,48 +70,48 @@ class AngleValues(Record):
 
 
 @dataclass(frozen=True)
-class Turn(Record):
-    """A turn of a mechanism; works [J] by what does them, null if their power does not repeat.
+class MechanismCycleResult(Record):
+    """A cycle of a mechanism; works [J] by the names of their powers, null if the power does not repeat.
 
-    `repeats_after_turns` is 1 if the turn ends in the state in which it began, null if no number of turns is known
-    after which it does; `not_repeating` has the largest difference, a turn later, of each quantity that does not
-    repeat, in its unit, or null if the next turn cannot be computed. Angles are compared modulo 360 deg. `holds` are
-    the limits of the file, if it has any, and `met` says whether all of them are satisfied. `at` are the angles that
-    were asked for. `designer` has true extremes; it is missing where there is none, and a warning says why.
+    `repeats_after_turns` is 1 if the cycle ends in the state in which it began, null if no number of cycles is known
+    after which it does; `not_repeating` has the largest difference, a cycle later, of each quantity that does not
+    repeat, in its unit, or null if the next cycle cannot be computed. Angles are compared modulo 360 deg. `holds` are
+    the limits of the file, if it has any, and `met` says whether all of them are satisfied. `at` are the requested
+    angles. `designer` has true extremes; a warning explains if it is missing.
     """
 
     machine: str
     samples: int
-    quantities: dict[str, Quantity]
+    quantities: dict[str, QuantityStatistics]
     work: dict[str, float | None]
-    laws: list[Law]
-    warnings: list[Warned]
+    laws: list[MechanismLawResult]
+    warnings: list[MechanismWarning]
     repeats_after_turns: int | None
     not_repeating: dict[str, float | None]
-    holds: list[Held] | None = None
+    holds: list[LimitResult] | None = None
     met: bool | None = None
     at: list[AngleValues] | None = None
-    designer: Summary | None = None
+    designer: CycleSummary | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class MachineValidation(Record):
-    """`planter validate` of a machine that the engine takes: its file, limits and cycle.
+    """`planter validate` of a machine of the engine: its file, limits and cycle.
 
-    `design` are the values with bounds; `holds` and `met` as in a turn.
+    `design` are the values with bounds; `holds` and `met` are those of a cycle.
     """
 
     machine: str
     valid: bool
     design: list[str]
-    holds: list[Held] | None = None
+    holds: list[LimitResult] | None = None
     met: bool | None = None
-    warnings: list[Warned]
+    warnings: list[MechanismWarning]
 
 
 @dataclass(frozen=True)
-class Course(Record):
-    """A quantity over a time; `axes` as in a turn."""
+class QuantityHistory(Record):
+    """A quantity over a time; `axes` as in a cycle."""
 
     unit: str
     min: float
@@ -121,8 +121,8 @@ class Course(Record):
 
 
 @dataclass(frozen=True)
-class Energy(Record):
-    """Energy of weights, springs and motion; given loads and dampers move it."""
+class MechanismEnergy(Record):
+    """Energy of weights, springs and motion, which loads and dampers change."""
 
     start_J: float
     least_J: float
@@ -131,7 +131,7 @@ class Energy(Record):
 
 @dataclass(frozen=True)
 class ChangedStart(Record):
-    """A coordinate or a rate that does not start as stated, because the constraints do not allow it."""
+    """A coordinate or a rate whose stated start the constraints do not allow."""
 
     quantity: str
     unit: str
@@ -140,18 +140,18 @@ class ChangedStart(Record):
 
 
 @dataclass(frozen=True)
-class Motion(Record):
-    """A free motion; eigenvalues are pairs of real and imaginary part, at the state of rest.
+class MotionResult(Record):
+    """A free motion; eigenvalues are pairs of real and imaginary part, at the equilibrium.
 
-    `changed_start` has what starts elsewhere than stated: the nearest start, by inertia, that keeps the constraints.
-    `dependent_constraints` follow from one another, `redundant_constraints` of them are too many;
-    `undetermined_actions` are reactions of over-constrained joints.
+    `changed_start` has the entries of the start that differ from the stated ones: the motion begins at the nearest
+    state, by inertia, that satisfies the constraints. `dependent_constraints` follow from one another, of which
+    `redundant_constraints` are redundant; `undetermined_actions` are statically indeterminate reactions.
     """
 
     machine: str
     until_s: float
-    quantities: dict[str, Course]
-    energy: Energy
+    quantities: dict[str, QuantityHistory]
+    energy: MechanismEnergy
     redundant_constraints: int
     dependent_constraints: list[str]
     undetermined_actions: list[str]
@@ -162,7 +162,7 @@ class Motion(Record):
 
 @dataclass(frozen=True)
 class ActiveLimit(Record):
-    """A limit or requirement that holds an optimum: what the objective loses per `unit` of it."""
+    """An active limit or requirement of an optimum, and its multiplier: the loss of the objective per `unit`."""
 
     limit_on: str
     multiplier: float
@@ -170,8 +170,8 @@ class ActiveLimit(Record):
 
 
 @dataclass(frozen=True)
-class Proof(Record):
-    """How sure an optimum is: below 1e-6 the residual of the optimality conditions is that of a local minimum."""
+class MechanismCertificate(Record):
+    """Evidence of an optimum: a residual of the optimality conditions below 1e-6 is that of a local minimum."""
 
     kkt_residual: float
     active_bounds: list[str]
@@ -182,8 +182,8 @@ class Proof(Record):
 
 
 @dataclass(frozen=True)
-class Evaluations(Record):
-    """How often the objective was evaluated: its value, its gradient, its Hessian."""
+class EvaluationCounts(Record):
+    """Numbers of evaluations of the objective, its gradient and its Hessian."""
 
     objective: int
     gradient: int
@@ -192,7 +192,7 @@ class Evaluations(Record):
 
 @dataclass(frozen=True)
 class FrontDesign(Record):
-    """A design of which neither range nor variance can be made smaller without the other growing, in results' units."""
+    """A Pareto-optimal design for range and variance, in the units of results."""
 
     range: float
     variance: float
@@ -200,8 +200,8 @@ class FrontDesign(Record):
 
 
 @dataclass(frozen=True)
-class Optimum(Record):
-    """The least sum of measures of a turn within bounds and limits.
+class MechanismOptimumResult(Record):
+    """The least objective of a cycle within bounds and limits.
 
     The quantities in `least` depend on `effective_parameters` combinations of the design at the optimum; along the
     directions in `insensitive`, in parts of the bounds, they do not change, so that the design is not determined.
@@ -214,10 +214,10 @@ class Optimum(Record):
     start_objective: float
     design: dict[str, float]
     start_design: dict[str, float]
-    holds: list[Held]
+    holds: list[LimitResult]
     met: bool
-    certificate: Proof
-    evaluations: Evaluations
+    certificate: MechanismCertificate
+    evaluations: EvaluationCounts
     samples: int
     seconds: float
     effective_parameters: int
@@ -226,5 +226,5 @@ class Optimum(Record):
     front: list[FrontDesign] | None = None
 
 
-COMMANDS = {"move": Motion, "optimise least": Optimum}
-"""What the room's commands return."""
+COMMANDS = {"move": MotionResult, "optimise least": MechanismOptimumResult}
+"""Results by command."""

@@ -1,7 +1,7 @@
-"""A mechanism of one's own with its symbols: what of its values and angles can be seen, found by comparing numbers.
+"""Drawing of a user-defined mechanism with its symbols: visible values and angles, found by comparing numbers.
 
-A length of the file is drawn where two points of a body are as far apart all through the turn, or a point as far from
-an axis of the world, and follow when the length is changed; an angle where a body points that way.
+A length of the file is drawn between two points of a body, or a point and an axis of the world, whose distance equals
+it over the whole cycle and follows when the length is changed; an angle at a body that has its direction.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ from planter.kernels import Array
 from planter.mechanism import machines
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
-from planter.mechanism.show import Mechanism
+from planter.mechanism.show import MechanismView
 from planter.numerics.arrays import wrap_angle
 from planter.view.sheet import Angle, Length, Mark, Sheet, Spot
 
-SHOWN_DEG = 50.0
+DRAWN_DEG = 50.0
 """Angle of the drive at which a mechanism is drawn, where most of them are open."""
 COMPARED = np.radians(np.arange(7.0, 360.0, 48.5))
 """Angles at which distances and directions are compared, besides the one that is drawn."""
-SAME = 1e-9
-"""Share of the mechanism's size within which two lengths are the same."""
+SHARE_TOLERANCE = 1e-9
+"""Share of the mechanism's size within which two lengths are equal."""
 CHANGE = 1e-3
-"""Share by which a length is changed to tell what follows it from what is as long by chance."""
+"""Share by which a length is changed, to exclude distances that equal it by chance."""
 RADIUS = 0.12
 """Radius of an angle's arc, in parts of the drawing."""
 
@@ -37,16 +37,16 @@ takes = machines.takes
 
 
 def draw(source: str, changes: Mapping[str, float]) -> Sheet | None:
-    """Return the drawing of a file's mechanism, None for one that moves by itself or has no points in a plane.
+    """Return the drawing of a file's mechanism, None for one that moves freely or has no points in a plane.
 
-    Raises InputError as the file does, ComputationError where the mechanism cannot be moved.
+    Raises InputError as the file does, ComputationError if the mechanism cannot be moved.
     """
     file = load(source, changes)
-    if "speed" not in file.model.sidecar:
+    if not file.is_driven:
         return None
-    model, shown = Model(machines.build_machine(file)), Mechanism(file)
-    scene = shown.scenes({control.path: control.value for control in shown.controls}, "exact")[0]
-    moment = int(np.argmin(np.abs(scene.places - SHOWN_DEG)))
+    model, view = Model(machines.build_machine(file)), MechanismView(file)
+    scene = view.scenes({control.path: control.value for control in view.controls}, "exact")[0]
+    moment = int(np.argmin(np.abs(scene.places - DRAWN_DEG)))
     angles = np.append(np.radians(scene.places[moment]), COMPARED)
     if not (bodies := find_points(model.places(angles))):
         return None
@@ -69,9 +69,9 @@ def find_marks(model: Model, angles: Array, bodies: Bodies) -> list[Mark]:
     """Return lengths, angles and points, each name once."""
     points = np.hstack([at for body in bodies.values() for at in body.values()])
     size = float(np.ptp(points, axis=1).max())
-    every: list[Mark] = [*_lengths(model, angles, bodies, size), *_angles(model, angles, bodies, size)]
+    lines: list[Mark] = [*_lengths(model, angles, bodies, size), *_angles(model, angles, bodies, size)]
     marks: dict[str, Mark] = {}
-    for mark in [*every, *_spots(bodies)]:
+    for mark in [*lines, *_spots(bodies)]:
         marks.setdefault(mark.names[0], mark)
     return list(marks.values())
 
@@ -106,29 +106,29 @@ def _spans(bodies: Bodies) -> Iterator[tuple[tuple[str, ...], tuple[Array, Array
 
 
 def _is_long(ends: tuple[Array, Array], length: float, size: float) -> bool:
-    return bool(np.abs(np.hypot(*(ends[1] - ends[0])) - abs(length)).max() <= SAME * size)
+    return bool(np.abs(np.hypot(*(ends[1] - ends[0])) - abs(length)).max() <= SHARE_TOLERANCE * size)
 
 
 def _angles(model: Model, angles: Array, bodies: Bodies, size: float) -> Iterator[Angle]:
     """Yield the angles along which two points of a body stand, from x on."""
     results = model(angles)
-    turned = {model.machine.angle: angles} | {
-        one.name: results[one.name] for one in model.machine.results if one.unit == "rad"
-    }
+    turned = {model.machine.angle: angles} | {q.name: results[q.name] for q in model.machine.results if q.unit == "rad"}
     for points in bodies.values():
         for start, end in combinations(points.values(), 2):
-            if np.hypot(*(end - start)).min() <= SAME * size:
+            if np.hypot(*(end - start)).min() <= SHARE_TOLERANCE * size:
                 continue
             for first, second in ((start, end), (end, start)):
                 way = np.arctan2(*(second - first)[::-1])
-                names = [name for name, value in turned.items() if np.abs(wrap_angle(value - way)).max() <= SAME]
+                names = [
+                    name for name, value in turned.items() if np.abs(wrap_angle(value - way)).max() <= SHARE_TOLERANCE
+                ]
                 if names:
                     turn = float(np.degrees(way[0]))
                     yield Angle(names, 1e3 * first[:, 0], 0.0, turn, 1e3 * RADIUS * size)
 
 
 def _spots(bodies: Bodies) -> Iterator[Spot]:
-    """Yield all points; bodies that meet share theirs, others of one name are told apart by their bodies."""
+    """Yield all points; bodies that meet share theirs, labels of other points with one name state the body."""
     owners: dict[str, dict[bytes, str]] = {}
     for body, points in bodies.items():
         for name, at in points.items():

@@ -1,4 +1,4 @@
-"""Mechanisms of one's own to be shown and changed by hand: `KIND`, as `planter.view.subject` has it."""
+"""User-defined mechanisms as subjects of the studio: `KIND`, found by name."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from planter.mechanism.swept import ROOM
 from planter.view.subject import Check, Control, Export, Reading, Table, Values, controls, written
 
 if TYPE_CHECKING:
-    from planter.mechanism.cycle import Turn
+    from planter.mechanism.cycle import MechanismCycle
     from planter.mechanism.file import MechanismFile
     from planter.view.scene import Scene
     from planter.view.subject import Portable
 
-MOST = 12
-"""Results of which largest and least values are told."""
+MOST_READINGS = 12
+"""Results whose largest and least values are displayed."""
 EXPORTS = (Export("report", "page, figures and table of a turn", ("turn",)),)
 
 
-class Mechanism:
+class MechanismView:
     """A mechanism that an angle drives."""
 
     handles: Sequence[tuple[str, str]] = ()
@@ -29,77 +29,77 @@ class Mechanism:
 
     def __init__(self, file: MechanismFile) -> None:
         self.file, self.name = file, file.name
-        self._latest: tuple[dict[str, float], Turn] | None = None
+        self._latest: tuple[dict[str, float], MechanismCycle] | None = None
 
     @cached_property
     def controls(self) -> Sequence[Control]:
-        """Its values, within their bounds where the file has any."""
+        """Its values, within their bounds if the file has any."""
         meanings = {entry["shown"]: entry["meaning"] for entry in self.file.entries}
         bounds = {f"values.{key}": pair for key, pair in self.file.bounds.items()}
         return controls(self.file, meanings, meanings, bounds)
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
-        """Its bodies over a turn."""
-        from planter.mechanism.drawing import Course, scene
+        """Return its bodies over a cycle."""
+        from planter.mechanism.drawing import PlotAxis, build_scene
 
-        found = self._turn(values)
-        return [scene(self.name, Course.from_cycle(found), found.seconds, found.columns, found.places)]
+        cycle = self._compute_cycle(values)
+        return [build_scene(self.name, PlotAxis.from_cycle(cycle), cycle.seconds, cycle.columns, cycle.places)]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
-        """Largest and least values of the first results that change over the turn."""
-        found = self._turn(values).result.quantities.items()
-        moving = [(key, one) for key, one in found if one.max > one.min][:MOST]
-        return [Reading(f"{kind} {key}", one.unit, value) for key, one in moving
-                for kind, value in (("largest", one.max), ("least", one.min))]  # fmt: skip
+        """Return largest and least values of the first results that change over the cycle."""
+        quantities = self._compute_cycle(values).result.quantities.items()
+        moving = [(key, quantity) for key, quantity in quantities if quantity.max > quantity.min][:MOST_READINGS]
+        return [Reading(f"{kind} {key}", quantity.unit, value) for key, quantity in moving
+                for kind, value in (("largest", quantity.max), ("least", quantity.min))]  # fmt: skip
 
     def checks(self, values: Values, model: str) -> Sequence[Check]:
-        """None: limits are told to `planter optimise`."""
+        """Return nothing: `planter validate` and `planter optimise` check limits."""
         return []
 
     def details(self, values: Values, model: str) -> Sequence[Table]:
-        """None: its report has more."""
+        """Return nothing: the report of the cycle has details."""
         return []
 
     def text(self, values: Values) -> str:
-        """The mechanism's file with these values, which knows where its functions are."""
-        moved = self._moved(values)
+        """Return the mechanism's file with these values and the folder of its functions."""
+        moved = self._with_values(values)
         return written(self.file, moved.model_copy(update={"folder": str(self.file.place)}))
 
     def portable(self, model: str) -> Portable:
-        """What a page needs to compute the mechanism by itself."""
-        from planter.mechanism.drawing import Turning
+        """Return the program of the cycle for a page."""
+        from planter.mechanism.drawing import MechanismCycleProgram
 
-        return Turning(self.file).portable()
+        return MechanismCycleProgram(self.file).build_portable()
 
     def handed(self, values: Values) -> str:
-        """The file without the place of its functions."""
-        return written(self.file, self._moved(values))
+        """Return the file without the folder of its functions."""
+        return written(self.file, self._with_values(values))
 
-    def _moved(self, values: Values) -> MechanismFile:
-        return self.file.moved_to({path.removeprefix("values."): value for path, value in values.items()})
+    def _with_values(self, values: Values) -> MechanismFile:
+        return self.file.with_values({path.removeprefix("values."): value for path, value in values.items()})
 
-    def _turn(self, values: Values) -> Turn:
-        from planter.mechanism.cycle import turn
+    def _compute_cycle(self, values: Values) -> MechanismCycle:
+        from planter.mechanism.cycle import compute_cycle
         from planter.mechanism.machines import build_machine
         from planter.mechanism.model import Model
 
         if self._latest is None or self._latest[0] != dict(values):
-            self._latest = dict(values), turn(Model(build_machine(self._moved(values))))
+            self._latest = dict(values), compute_cycle(Model(build_machine(self._with_values(values))))
         return self._latest[1]
 
 
-class Kind:
-    """Mechanisms of one's own."""
+class MechanismViewKind:
+    """User-defined mechanisms as a kind of subject."""
 
     def takes(self, source: str) -> bool:
-        """A mechanism's file, or its name as `planter turn` takes it."""
+        """Return whether a source is a mechanism's file, or its name as `planter turn` takes it."""
         return ROOM.takes(source)
 
-    def open(self, source: str, changes: Values) -> Mechanism:
-        """The mechanism in a file."""
+    def open(self, source: str, changes: Values) -> MechanismView:
+        """Return the mechanism in a file."""
         from planter.mechanism.file import load
 
-        return Mechanism(load(source, changes))
+        return MechanismView(load(source, changes))
 
 
-KIND = Kind()
+KIND = MechanismViewKind()

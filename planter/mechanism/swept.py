@@ -1,4 +1,4 @@
-"""Sweeps and tolerances of mechanisms of one's own: `ROOM`, as `planter.tolerance.room` has it."""
+"""Sweeps and tolerances of user-defined mechanisms: the adapter `ROOM`, found by name."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ if TYPE_CHECKING:
     from planter.mechanism.file import MechanismFile
 
 
-class Room(MachineRoom):
+class MechanismSweepAdapter(MachineRoom):
     """Mechanisms that an angle drives."""
 
     def frozen(self, machine: MechanismFile) -> dict[str, Any]:
-        """Return its table, and where its functions are."""
+        """Return its table, its source and the folder of its functions."""
         return {"table": machine.table(), "source": machine.source, "folder": str(machine.place)}
 
     def thaw(self, frozen: Mapping[str, Any]) -> MechanismFile:
         """Return the file of a table."""
-        return file.made(frozen["table"], frozen["source"], Path(frozen["folder"]))
+        return file.build_from_table(frozen["table"], frozen["source"], Path(frozen["folder"]))
 
     def read_goal(self, machine: MechanismFile) -> tuple[Sequence[Measure], Sequence[Limit], int] | None:
-        """Return the sum of the file's [objective], its limits, and the samples of one or of the other."""
+        """Return the file's objective, its limits, and the number of samples of a cycle."""
         from planter.mechanism.optimisation import StatedGoal
 
         if machine.objective is None:
             return None
         goal = StatedGoal.read(self.build(machine))
         goal.require_averages()
-        return goal.least, goal.limits, goal.machine.least_samples
+        return goal.objective, goal.limits, goal.machine.objective_samples
 
 
-ROOM = Room(__package__)
+ROOM = MechanismSweepAdapter(__package__)

@@ -1,4 +1,4 @@
-"""The toothed gears of a mechanism of one's own: every pair that its statement lets mesh, for `planter gears`."""
+"""The toothed gears of a user-defined mechanism: every meshing pair of its statement, for `planter gears`."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ SAMPLES = 360
 """Points of a pitch curve."""
 MOST_TURNS = 24
 """Turns of the drive within which a gear must turn once against its line of centres."""
-MISSED = 1e-5
+PITCH_TOLERANCE = 1e-5
 """Share of the distance of the axes by which pitch radii that roll on each other may miss it."""
 
 takes = ROOM.takes
 
 
-class Mesh:
-    """Two gears of a mechanism that mesh, over a turn of the faster one against their line of centres.
+class MechanismMesh:
+    """A pair of meshing gears of a mechanism, over a revolution of the faster one against their line of centres.
 
-    Raises InputError for gears that no pitch curves with outer teeth can be: they stop, swing to and fro, turn by no
-    whole number of turns for one of the other, or keep no distance of their axes.
+    Raises InputError for gears that cannot have pitch curves with outer teeth: they stop or oscillate, their ratio is
+    no integer, or the distance of their axes is not constant.
     """
 
     def __init__(self, model: Model, tag: str, names: tuple[str, str]) -> None:
@@ -47,7 +47,7 @@ class Mesh:
         self.slow = int(np.argmin(turned))
         ratio = turned[1 - self.slow] / turned[self.slow]
         self.turns = round(ratio)
-        if abs(ratio - self.turns) > MISSED:
+        if abs(ratio - self.turns) > PITCH_TOLERANCE:
             raise InputError(
                 f"{self.place}: one gear turns {ratio:.6g} times in a turn of the other; pitch curves close for a "
                 "whole number of turns"
@@ -62,15 +62,16 @@ class Mesh:
         polar, radius = values[f"polar_{self.gear + 1}"], values[f"r_{self.gear + 1}"]
         sense = 1 if polar[1] > polar[0] else -1
         if not (np.diff(sense * polar) > 0).all():
-            raise InputError(f"{self.place}: {self.names[0]} swings to and fro against the line of centres")
+            raise InputError(f"{self.place}: {self.names[0]} oscillates against the line of centres")
         sums = values["r_1"] + values["r_2"]
-        if not np.ptp(sums) <= MISSED * abs(sums[0]) or min(values["r_1"].min(), values["r_2"].min()) <= 0:
+        if not np.ptp(sums) <= PITCH_TOLERANCE * abs(sums[0]) or min(values["r_1"].min(), values["r_2"].min()) <= 0:
             raise InputError(
                 f"{self.place}: radii that roll on each other add up to {sums.min() * 1e3:.6g} to "
-                f"{sums.max() * 1e3:.6g} mm, which is no distance of axes; correct the motion or the pitch radius"
+                f"{sums.max() * 1e3:.6g} mm, but the distance of the axes must be constant; correct the motion or the "
+                "pitch radius"
             )
         pair = build_sampled_pair(sense * polar, radius, self.place, self.turns, sense)
-        if not abs(pair.distance - sums.mean()) <= MISSED * pair.distance:
+        if not abs(pair.distance - sums.mean()) <= PITCH_TOLERANCE * pair.distance:
             raise InputError(
                 f"{self.place}: the mate closes at {pair.distance * 1e3:.6g} mm between the axes, but they are "
                 f"{sums.mean() * 1e3:.6g} mm apart"
@@ -85,13 +86,13 @@ class Mesh:
         start = {name: float(value[0]) for name, value in self._values(np.zeros(1)).items()}
         centre = np.array([start["x"], start["y"]]) * cut.sized.scale
         if self.gear == 0:
-            centre -= cut.sized.pair.distance * _along(start["line"])
+            centre -= cut.sized.pair.distance * _direction(start["line"])
         way = start["line"] + np.pi * self.gear
         for number, gear, (angle, shift, _) in zip(
             (self.gear, self.slow), cut.gears, cut.mesh.places(np.zeros(1)), strict=True
         ):
             turned = way + float(angle[0])
-            x, y = centre + float(shift[0]) * _along(way)
+            x, y = centre + float(shift[0]) * _direction(way)
             key = start["line"] + np.pi * number - start[f"polar_{number + 1}"] - turned
             yield PlacedGear(gear, turned, (float(x), float(y)), float(wrap_angle(np.asarray(key))))
 
@@ -122,36 +123,36 @@ class Mesh:
         }
 
 
-def make(source: str, wanted: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
-    """Return the gears of every mesh. Raises InputError where there is none, and as `Mesh` and `toothed` do."""
+def make(source: str, options: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
+    """Return the gears of every mesh. Raises InputError without a mesh, and as `MechanismMesh` and `cut_teeth` do."""
     from planter.gears import gear_set
 
-    machine = load_machine(source, wanted.changes, wanted.speed_rpm)
+    machine = load_machine(source, options.changes, options.speed_rpm)
     mechanism = machine.document
     assert isinstance(mechanism, MechanismFile)
     meshes = {tag: tuple(names) for tag, names in mechanism.model.sidecar.get("meshes", {}).items()}
     if not meshes:
-        raise InputError(f"{mechanism.source}: it has no pair of gears: its statement lets none mesh")
-    if wanted.counts and len(wanted.counts) != len(meshes):
-        numbers = ",".join(map(str, wanted.counts))
+        raise InputError(f"{mechanism.source}: its statement has no meshing gears")
+    if options.counts and len(options.counts) != len(meshes):
+        numbers = ",".join(map(str, options.counts))
         allowed = f"it must be the teeth of one gear of each mesh: {', '.join(meshes)}"
         raise InputError(f"--teeth {numbers} is not allowed: {allowed}")
     model, pairs, placed = Model(machine), [], list[PlacedGear]()
     for number, (tag, names) in enumerate(meshes.items()):
-        mesh = Mesh(model, tag, _tell_apart(names, tag, meshes))
-        count, module = wanted.counts[number] if wanted.counts else None, wanted.modules_mm[min(number, 1)]
-        pairs.append(cut_teeth(mesh.pair(), wanted.teeth.order(count, module, wanted.keep), mesh.place, mesh.names))
+        mesh = MechanismMesh(model, tag, _label_gears(names, tag, meshes))
+        count, module = options.counts[number] if options.counts else None, options.modules_mm[min(number, 1)]
+        pairs.append(cut_teeth(mesh.pair(), options.teeth.order(count, module, options.keep), mesh.place, mesh.names))
         placed += mesh.placed(pairs[-1])
     gears = gear_set.GearSet(mechanism.name, pairs, placed, None, files.provenance(mechanism))
-    return gear_set.make_gear_set(gears, wanted.teeth, wanted.part_settings, out, progress)
+    return gear_set.make_gear_set(gears, options.teeth, options.part_settings, out, progress)
 
 
-def _tell_apart(names: tuple[str, ...], tag: str, meshes: Mapping[str, tuple[str, ...]]) -> tuple[str, str]:
+def _label_gears(names: tuple[str, ...], tag: str, meshes: Mapping[str, tuple[str, ...]]) -> tuple[str, str]:
     """Return the names of a mesh's gears, with the tag where a body has gears in several meshes."""
     all_names = [name for pair in meshes.values() for name in pair]
     inner, outer = (f"{name} {tag}" if all_names.count(name) > 1 else name for name in names)
     return inner, outer
 
 
-def _along(angle: float) -> Array:
+def _direction(angle: float) -> Array:
     return np.array([np.cos(angle), np.sin(angle)])

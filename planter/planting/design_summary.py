@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from planter.engine.machine import Machine, Quantity
-from planter.engine.summary import Cycle, Row, build_vector_row, without_rounding
+from planter.engine.summary import CycleRow, PiecewiseCycle, build_vector_row, without_rounding
 from planter.gear_geometry.stage import Stage
 from planter.kernels import Array, formulas
 from planter.numerics import extrema
@@ -47,27 +47,27 @@ class DeviceRows:
             value.name: self._d[device.size + i] for i, value in enumerate(machine.values[device.size :])
         }
 
-    def build(self) -> list[Row]:
+    def build(self) -> list[CycleRow]:
         """Return all rows."""
         return [*self._forces(), *self._accelerations(), *self._meshing(), self._cam()]
 
-    def _forces(self) -> Iterator[Row]:
+    def _forces(self) -> Iterator[CycleRow]:
         for name in (*TORQUES, *CONTACTS):
-            yield Row(self.machine.find_quantity(name), self.machine.graph(name))
+            yield CycleRow(self.machine.find_quantity(name), self.machine.graph(name))
         for vector in self.machine.vectors:
             for part in vector.components:
-                yield Row(self.machine.find_quantity(part), self.machine.graph(part), has_peaks=False)
+                yield CycleRow(self.machine.find_quantity(part), self.machine.graph(part), has_peaks=False)
             yield build_vector_row(self.machine, vector)
 
-    def _accelerations(self) -> Iterator[Row]:
+    def _accelerations(self) -> Iterator[CycleRow]:
         for name in (*TURNED, *CENTRE):
             quantity = self.machine.find_quantity(name)
             rate = ca.gradient(ca.gradient(self.machine.graph(name), self.phi), self.phi)
             meaning, unit = f"acceleration of the {quantity.meaning}", f"{quantity.unit}/s2"
             acceleration = Quantity(f"{name}_ddot", unit, meaning, "")
-            yield Row(acceleration, rate * self._constants["omega"] ** 2, has_peaks=False)
+            yield CycleRow(acceleration, rate * self._constants["omega"] ** 2, has_peaks=False)
 
-    def _meshing(self) -> Iterator[Row]:
+    def _meshing(self) -> Iterator[CycleRow]:
         for index, (stage, t, force) in enumerate(zip(self.device.stages, ("t1", "t2"), CONTACTS, strict=False)):
             parameters, hoisted = self._of_stage(index)
             polar = self.machine.graph(t)
@@ -81,11 +81,11 @@ class DeviceRows:
                 bends = _curvatures(stage, polar, parameters, hoisted)
                 yield from self._stresses(index, known | {"F": self.machine.graph(force)}, bends)
 
-    def _stresses(self, index: int, known: Mapping[str, ca.SX], bends: tuple[ca.SX, ca.SX]) -> Iterator[Row]:
+    def _stresses(self, index: int, known: Mapping[str, ca.SX], bends: tuple[ca.SX, ca.SX]) -> Iterator[CycleRow]:
         own = {**known, **{name: self.device.machine.si(f"gears.{key}") for name, key in OF_GEARS.items()}}
         contact = STRENGTH.composed("contact_stress", own | {"kappa1": bends[0], "kappa2": bends[1]})
         stress = Quantity(f"contact{index + 1}", "N/m2", "contact stress", "")
-        yield Row(stress, contact["square"], has_jumps=False, is_square=True)
+        yield CycleRow(stress, contact["square"], has_jumps=False, is_square=True)
         for gear, bend in zip(GEARS[index], bends, strict=True):
             bending = STRENGTH.composed("bending_stress", own | {"kappa1": bend})["sigma"]
             yield _row(f"bending, {gear}", bending, "bending stress", "N/m2")
@@ -98,15 +98,15 @@ class DeviceRows:
         parameters, hoisted = ca.substitute(inputs, [functions.x, functions.h], [design, self._h])
         return parameters, hoisted
 
-    def _cam(self) -> Row:
+    def _cam(self) -> CycleRow:
         theta = self.machine.graph("theta1")
         rate = ca.gradient(theta, self.phi) * self._constants["omega"]
         known = {**self._constants, "theta1": theta, "theta1_dot": rate, "Omega": self.machine.graph("Omega")}
         return _row("cam", CAM.composed("cam", known)["pressure"], "pressure angle of the cam", "rad")
 
 
-def _row(name: str, graph: ca.SX, meaning: str, unit: str) -> Row:
-    return Row(Quantity(name, unit, meaning, ""), graph, has_jumps=False)
+def _row(name: str, graph: ca.SX, meaning: str, unit: str) -> CycleRow:
+    return CycleRow(Quantity(name, unit, meaning, ""), graph, has_jumps=False)
 
 
 def _curvatures(stage: Stage, t: ca.SX, parameters: ca.SX, hoisted: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -123,7 +123,7 @@ def _curvatures(stage: Stage, t: ca.SX, parameters: ca.SX, hoisted: ca.SX) -> tu
     return inner, outer
 
 
-class DesignTurn(Cycle):
+class DesignTurn(PiecewiseCycle):
     """A design (p,) over a turn: its rows by name, each an angle and a value, in SI."""
 
     def __init__(self, device: Device, x: Array) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from planter.engine.machine import Documentation, Quantity, Value, build_vectors
 from planter.engine.machine import Machine as EngineMachine
 from planter.engine.measures import Kind, Measure
-from planter.engine.problem import Curve
+from planter.engine.problem import QuantityCurve
 from planter.engine.response import DesignPoint
 from planter.errors import InputError
 from planter.files import paths, units
@@ -149,9 +149,9 @@ class Device:
         self.compiled = True
 
     @cached_property
-    def force(self) -> Curve:
+    def force(self) -> QuantityCurve:
         """The vertical force on the support over a turn, with derivatives and joints."""
-        return Curve(build_machine(self), FORCE)
+        return QuantityCurve(build_machine(self), FORCE)
 
     @property
     def size(self) -> int:
@@ -305,7 +305,7 @@ def build_machine(device: Device) -> EngineMachine:
         tangent=lambda moved: _tangent(functions, size, moved),
         vectors=tuple(build_vectors(VECTORS, quantities)),
         motors=("M_L",),
-        least=build_measures(device.machine),
+        objective=build_measures(device.machine),
         sampling=device.machine.objective.samples,
         genetic=device.machine.genetic_algorithm,
         documentation=_documentation(device),

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 from planter.engine.drive import DriveResult
-from planter.engine.sensitivity import SensitivityFound
+from planter.engine.sensitivity import SensitivityResult
 from planter.measured.findings import MeasuredFound
-from planter.mechanism.results import MachineValidation, Turn
+from planter.mechanism.results import MachineValidation, MechanismCycleResult
 from planter.optimise.proof.results import GlobalBound
 from planter.planting.design_results import DesignersSummary
 from planter.planting.tooth_count_results import ToothCountResult
@@ -479,9 +479,9 @@ class DriveFound(DriveResult):
 
 COMMANDS = {
     "drive": DriveFound | DriveResult,
-    "simulate": SimulationFound | Turn,
-    "turn": SimulationFound | Turn,
-    "sensitivity": SensitivityFound,
+    "simulate": SimulationFound | MechanismCycleResult,
+    "turn": SimulationFound | MechanismCycleResult,
+    "sensitivity": SensitivityResult,
     "validate": Validation | MachineValidation,
     "calibrate": CalibrationFound | MeasuredFound,
     "compare": ComparisonFound,

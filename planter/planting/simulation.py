@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 import numpy as np
 
 from planter.engine.machine import Machine as EngineMachine
-from planter.engine.sensitivity import SensitivityFound, build_goal
+from planter.engine.sensitivity import SensitivityResult, build_goal
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.mechanism import cycle as mechanism
-from planter.mechanism.cycle import Turn
-from planter.mechanism.optimisation import compute
+from planter.mechanism.cycle import MechanismCycle
+from planter.mechanism.optimisation import compute_objective_sensitivity
 from planter.optimise.refined import Panels
 from planter.planting import cycle as planting
 from planter.planting import lifted
@@ -148,7 +148,7 @@ def simulate(
 
 
 @overload
-def simulate(device: EngineMachine, samples: int | None = None, at_deg: Sequence[float] = ()) -> Turn: ...
+def simulate(device: EngineMachine, samples: int | None = None, at_deg: Sequence[float] = ()) -> MechanismCycle: ...
 
 
 def simulate(
@@ -156,7 +156,7 @@ def simulate(
     samples: int | None = None,
     at_deg: Sequence[float] = (),
     lift_mm: float | None = None,
-) -> Simulation | Turn:
+) -> Simulation | MechanismCycle:
     """A machine's own design over a cycle of `samples` angles, and at single angles of its drive [deg].
 
     It may be any machine, as `load_mechanism` returns it. With `lift_mm`, the module of its teeth, what each assumption
@@ -164,7 +164,7 @@ def simulate(
     is not finite, and where the printed model's assumptions are to be lifted.
     """
     if isinstance(device, EngineMachine):
-        return mechanism.simulate(device, samples, at_deg)
+        return mechanism.simulate_machine(device, samples, at_deg)
     if lift_mm is not None and device.model != "exact":
         raise InputError("--lift is not allowed with --model printed: assumptions of the exact model can be lifted")
     count = check_samples(device.machine.objective.samples if samples is None else samples)
@@ -225,16 +225,16 @@ def compute_work(device: Device) -> Work:
 
 def sensitivity(
     device: Device | EngineMachine, samples: int | None = None, least: str | None = None, all_values: bool = False
-) -> SensitivityFound:
+) -> SensitivityResult:
     """Return the sensitivity of the objective, or of the sum `least`, over samples.
 
     It is that in the design, or, with `all_values`, in all numbers of the machine's file. Of any other machine, as
     `load_mechanism` returns it, it is that of true extremes where neither `samples` nor the file say a number.
     """
     if isinstance(device, EngineMachine):
-        return compute(device, least, samples, all_values)
+        return compute_objective_sensitivity(device, least, samples, all_values)
     count = check_samples(device.machine.objective.samples if samples is None else samples)
-    return compute(device.force.machine, least, count, all_values)
+    return compute_objective_sensitivity(device.force.machine, least, count, all_values)
 
 
 def compute_objective_gradient(device: Device, samples: int) -> tuple[float, Array]:

@@ -28,11 +28,15 @@ WIDTH = 80
 
 @dataclass(frozen=True)
 class ModelAssumptions:
-    """The title of a model, its assumptions, and the meanings of the file's numbers by their paths."""
+    """The title of a model, its assumptions, and the meanings of the file's numbers by their paths.
+
+    `in_summary` adds the assumptions to summary.json.
+    """
 
     title: str
     assumptions: Sequence[str]
     meanings: Mapping[str, str]
+    in_summary: bool = True
 
     @classmethod
     def from_sidecar(cls, sidecar: Mapping[str, Any]) -> ModelAssumptions:
@@ -76,7 +80,7 @@ class ResultPresentation:
     def summary(self) -> dict[str, Any]:
         """Return the content of summary.json: the record, what the model assumes, the input and the provenance."""
         parts: dict[str, Any] = {}
-        if self.model is not None:
+        if self.model is not None and self.model.in_summary:
             parts["assumptions"] = self.model.assumptions
         if self.document is not None:
             parts["input"] = self.document.table()

@@ -184,7 +184,7 @@ class MachineRoom(ABC):
         if not terms or not built.moved:
             return None
         bounds = DesignLimits(Goal(built, (), limits, samples, with_events=False)) if limits else None
-        return RobustGoal(replace(built, least=tuple(terms)), spreads, settings, samples, bounds)
+        return RobustGoal(replace(built, objective=tuple(terms)), spreads, settings, samples, bounds)
 
     def read_goal(self, machine: Any) -> tuple[Sequence[Measure], Sequence[Limit], int] | None:
         """Return the sum of measures that a file minimises, its limits, and samples; None if it has no sum."""

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import load_machine
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.errors import ComputationError
 from planter.kernels import generated
-from planter.mechanism.cycle import turn
+from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.model import Model
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "examples" / "slider_crank.py"
@@ -83,7 +83,7 @@ def test_friction_follows_both_signs_of_the_guides_force(folder: Path, friction:
 
 
 def test_a_turn_obeys_the_laws_and_a_wrong_reaction_breaks_them(folder: Path) -> None:
-    found = turn(model(folder, mu=0.2, omega_rpm=700.0), 90).result
+    found = compute_cycle(model(folder, mu=0.2, omega_rpm=700.0), 90).result
     assert {law.law.partition(",")[0] for law in found.laws} >= {
         "power of all forces and of inertia", "rate of angular momentum less outer moments",
         "virtual work where phi alone moves", "virtual work where beta alone moves",
@@ -96,7 +96,7 @@ def test_a_turn_obeys_the_laws_and_a_wrong_reaction_breaks_them(folder: Path) ->
 def test_the_casadi_module_builds_and_agrees_with_the_arrays(folder: Path) -> None:
     arrays, own = generated.module("array/slider_crank", folder), model(folder)
     data = own.machine.data
-    found = arrays.lane(np, PHI, data, Response(own.machine).coordinates(data, PHI), arrays.prologue(np, data))
+    found = arrays.lane(np, PHI, data, MachineResponse(own.machine).coordinates(data, PHI), arrays.prologue(np, data))
     by_casadi = own(PHI)
     for quantity, values in zip(own.machine.quantities, found, strict=True):
         assert by_casadi[quantity.name] == pytest.approx(values + 0 * PHI, rel=1e-10, abs=1e-10), quantity.name
@@ -125,13 +125,13 @@ def test_what_is_written_compares_equal_and_a_changed_file_does_not(folder: Path
 
 def test_friction_that_jams_is_told_and_friction_that_locks_is_an_error(folder: Path) -> None:
     """Where mu tan(beta) passes one, more states than one are possible, or none."""
-    one, many = (turn(model(folder, mu=mu), 90).result.laws[-1] for mu in (0.2, 5.0))
+    one, many = (compute_cycle(model(folder, mu=mu), 90).result.laws[-1] for mu in (0.2, 5.0))
     assert one.law.startswith("states of friction")
     assert (one.violation, many.violation) == (0, 1)
     with pytest.raises(ComputationError, match="friction holds it fast at"):
-        turn(model(folder, mu=50.0), 90)
+        compute_cycle(model(folder, mu=50.0), 90)
 
 
 def test_what_is_not_finite_is_named_with_its_angle(folder: Path) -> None:
     with pytest.raises(ComputationError, match=r"F_\w+ \(force of .*\) is not finite at 0 deg"):
-        turn(model(folder, h_mm=0.0), 90)
+        compute_cycle(model(folder, h_mm=0.0), 90)

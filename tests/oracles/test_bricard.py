@@ -78,7 +78,7 @@ def test_it_is_held_once_too_often_and_says_where() -> None:
         print("held twice:", ", ".join(run.undetermined))
         assert run.undetermined
         assert not set(run.undetermined) & run.results.keys()
-        asked = dynamics.run(np.linspace(0, 0.5, 6), 1e-9, least=True)
+        asked = dynamics.run(np.linspace(0, 0.5, 6), 1e-9, minimum_norm=True)
         assert set(run.undetermined) <= asked.results.keys()
 
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 from planter.mechanism.dynamics import Dynamics
-from planter.mechanism.motion import Linear, linear
+from planter.mechanism.motion import LinearisedMotion, linearise
 from tests.support import own
 
 M = [[80.81722, 2.31941332208709], [2.31941332208709, 0.29784188199686]]
@@ -37,13 +37,13 @@ def bicycle(speed: float, **values: float) -> Dynamics:
     return own.dynamics("whipple", v_m_s=speed, **values)
 
 
-def about(speed: float, **values: float) -> Linear:
+def about(speed: float, **values: float) -> LinearisedMotion:
     """Small motions about steady riding; lean and steer come first."""
     dynamics = bicycle(speed, **values)
     names = dynamics.names[: dynamics.size]
     free = ["lean", "steer", "rear_spin"]
     places = ["lean", "steer", *(n for n in names if n not in ("lean", "steer", "z", "pitch"))]
-    return linear(dynamics, dynamics.start(), free, places)
+    return linearise(dynamics, dynamics.start(), free, places)
 
 
 def test_the_matrices_are_those_in_print() -> None:
@@ -62,14 +62,14 @@ def test_a_trail_that_is_off_by_a_micrometre_is_seen() -> None:
 @pytest.mark.parametrize("speed", range(11))
 def test_eigenvalues_are_those_in_print(speed: int) -> None:
     """Those of lean and steer: what can be ignored (place, course, turns of the wheels, speed) has zeros."""
-    linear = about(float(speed))
+    motion = about(float(speed))
     found = np.linalg.eigvals(
         np.block(
             [
                 [np.zeros((2, 2)), np.eye(2)],
                 [
                     -np.linalg.solve(
-                        linear.inertia[:2, :2], np.hstack([linear.stiffness[:2, :2], linear.damping[:2, :2]])
+                        motion.inertia[:2, :2], np.hstack([motion.stiffness[:2, :2], motion.damping[:2, :2]])
                     )
                 ],
             ]
@@ -83,7 +83,7 @@ def test_eigenvalues_are_those_in_print(speed: int) -> None:
     size = np.abs(printed).max()
     nearest = [found[np.argmin(np.abs(found - one))] for one in printed]
     assert own.deviation(f"eigenvalues at {speed} m/s", nearest, printed) < 1e-12 * size
-    whole = linear.eigenvalues()
+    whole = motion.eigenvalues()
     assert max(np.abs(whole - one).min() for one in printed) < 1e-9 * size
 
 

@@ -95,7 +95,7 @@ def sensitivity(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mechanism.tables import show_sensitivity
+        from planter.mechanism.presentation import list_sensitivity_sections
 
         if (other := load_other(machine, set_, speed_rpm)) is not None:
             refuse_options(other, {"--model": model is not Model.exact})
@@ -109,7 +109,10 @@ def sensitivity(
             from planter.planting.report import results as report
 
             report.write_result(out, device, result)
-        console.result(result, lambda: show_sensitivity(console, result))
+        from planter.report.presentation import ResultPresentation
+
+        sections = list(list_sensitivity_sections(result))
+        ResultPresentation(f"Sensitivity of {result.machine}", result, sections).show(console)
 
 
 @app.command()

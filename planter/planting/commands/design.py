@@ -288,8 +288,8 @@ def cam(
             from planter.mechanism.model import Model as MechanismModel
 
             mechanism, bore = MechanismModel(other), (bore_mm or 0.0) * 1e-3
-            centre, push = ((x or "0", y), force) if y else disc.centre_of_follower(mechanism, force)
-            design = disc.made(mechanism, roller, centre, push, tolerance, width, bore)
+            centre, push = ((x or "0", y), force) if y else disc.find_follower_centre(mechanism, force)
+            design = disc.build_disc_cam(mechanism, roller, centre, push, tolerance, width, bore)
         else:
             from planter.planting import cam as end_face
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from planter.engine.tables import drive_tables
 from planter.kernels import generated
-from planter.mechanism.report import draw_speeds, draw_turn
+from planter.mechanism.drawing import draw_drive_speeds, label_cycle_curves
 from planter.planting import motor_drive
 from planter.planting.cycle import compute_weight
 from planter.planting.model import FORCE, Device
@@ -64,7 +64,7 @@ def speed_and_force(found: DeviceDrive, weight_N: float) -> Figure:
     figure = style.new_figure(6.2)
     begun, over, force = figure.subplots(3, 1, height_ratios=(1, 1, 1.5))
     drive = found.drive
-    draw_speeds(drive, begun, over)
+    draw_drive_speeds(drive, begun, over)
     ends = [(weight_N, f"weight {weight_N:.1f} N", style.INK)]
     for label, curve, shade in (
         ("driven", drive.driven.values[FORCE], style.BLUE),
@@ -73,5 +73,5 @@ def speed_and_force(found: DeviceDrive, weight_N: float) -> Figure:
         force.plot(np.degrees(drive.turn.phi), curve, color=shade, linewidth=1.2)
         ends.append((float(curve[-1]), label, shade))
     force.axhline(weight_N, color=style.INK, linewidth=0.8, linestyle=(0, (1, 2)))
-    draw_turn(force, "support force / N", ends)
+    label_cycle_curves(force, "support force / N", ends)
     return figure

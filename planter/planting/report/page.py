@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from planter.engine.sensitivity import SensitivityFound
+from planter.engine.sensitivity import SensitivityResult
 from planter.explain import dictionary
 from planter.files import units
-from planter.mechanism.report import sensitivity_sections
+from planter.mechanism.presentation import list_sensitivity_sections
 from planter.planting import cycle, design_results, tables
 from planter.planting.design_results import DesignersSummary
 from planter.report import labels
@@ -128,7 +128,7 @@ def sections(
     if summary.get("teeth"):
         yield Section("Whole teeth", list(describe_tooth_counts(summary["teeth"])))
     if "gradient" in summary:
-        yield from sensitivity_sections(SensitivityFound.read(summary))
+        yield from list_sensitivity_sections(SensitivityResult.read(summary))
     elif "insensitive" in summary:
         yield Section("What the force does not feel", list(insensitive(summary["insensitive"])))
     yield Section("Design", [design(machine, summary)])

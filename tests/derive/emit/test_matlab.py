@@ -14,7 +14,7 @@ from derive.gearing.families import FAMILIES
 from derive.model import ClosedForm, Let, System
 from derive.quantity import Quantity, Vector
 from derive.systems.planting import derivation, flanks
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.kernels import generated
 from tests.support import machines, octave, own
 
@@ -51,7 +51,7 @@ def test_a_mechanism_of_ones_own(name: str, tmp_path: Path) -> None:
     """Newton steps, simultaneous equations and friction by cases."""
     assert main([str(own.EXAMPLES / f"{name}.py"), "--target", "matlab", "--out", str(tmp_path)]) == 0
     machine = own.machine(name)
-    at = Response(machine).coordinates(machine.data, PHI)
+    at = MachineResponse(machine).coordinates(machine.data, PHI)
     module = generated.module(name, own.generated(name))
     lane, hoisted = module.lane(), module.prologue()(machine.data)
     expected = np.array([lane(p, machine.data, g, hoisted).full()[:, 0] for p, g in zip(PHI, at.T, strict=True)]).T

@@ -9,8 +9,8 @@ from planter.clutch.file import load_clutch
 from planter.clutch.geometry import CrankLinkage, control_motion
 from planter.clutch.model import collect_values, load_model, pack_crank
 from planter.engine.machine import Machine, load_machine
-from planter.engine.response import Response
-from planter.engine.rows import Rows
+from planter.engine.response import MachineResponse
+from planter.engine.rows import MachineRows
 from planter.engine.summary import summarise
 from planter.errors import GeometryError
 from planter.kernels import formulas
@@ -22,7 +22,7 @@ def machine() -> Machine:
 
 
 def values_of(machine: Machine, angles: np.ndarray) -> dict[str, np.ndarray]:
-    response = Response(machine)
+    response = MachineResponse(machine)
     rows = response.values(response.at(machine.design), angles)
     return {quantity.name: row for quantity, row in zip(machine.quantities, rows, strict=True)}
 
@@ -69,7 +69,7 @@ def test_measures_are_those_of_the_way(machine: Machine) -> None:
     ends = values_of(machine, np.array([0, lift]))["tooth_force"]
     peak = next(peak for peak in summarise(machine).peaks if peak.name == "tooth_force")
     assert (peak.mean, peak.min, peak.max) == pytest.approx((mean, *ends), rel=1e-9)
-    rows = Rows(machine, ["tooth_force"], 360)
+    rows = MachineRows(machine, ["tooth_force"], 360)
     block = next(rows.blocks(machine.data[None]))
     assert not block.failed.any()
     assert block.repeats.all()
@@ -98,7 +98,7 @@ def test_jumps_are_those_of_the_ends(machine: Machine) -> None:
 
 def test_derivatives_are_those_of_differences(machine: Machine) -> None:
     moved = machine.with_moved({value.path: (0.0, 1.0) for value in machine.values})
-    response, x, angles = Response(moved), moved.design, machine.turn * np.array([0.1, 0.33, 0.7])
+    response, x, angles = MachineResponse(moved), moved.design, machine.turn * np.array([0.1, 0.33, 0.7])
     slopes = response.slopes(response.at(x), angles)[1][:, :, 1:]
     for column, step in enumerate(np.diag(1e-6 * x)):
         high, low = (response.values(response.at(x + sign * step), angles) for sign in (1, -1))

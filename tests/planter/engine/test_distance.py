@@ -9,6 +9,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from planter.mechanism.report import format_optimum_file
 
 from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_measure
 from planter.engine.machine import Machine, load_machine
@@ -22,8 +23,7 @@ from planter.exports.quantities import SampledGoal
 from planter.kernels import Array
 from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
-from planter.mechanism.optimisation import evaluate_limits, optimise
-from planter.mechanism.report import format_optimum_file
+from planter.mechanism.optimisation import evaluate_limits, optimise_machine
 from planter.planting.swept import ROOM
 from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
@@ -158,7 +158,7 @@ def test_search_returns_to_the_arm_that_drew_the_path(tmp_path: Path) -> None:
     phi = np.linspace(0, 2 * np.pi, 72, endpoint=False)
     path = write_path(tmp_path / "path.csv", *(evaluate(drawn, name, phi) for name in ("x_tip", "y_tip")))
     machine = build_machine(own.file("transplanting_arm")).with_moved({"p_mm": (200.0, 280.0), "n_mm": (-140.0, -40.0)})
-    result = optimise(machine, f"rms {TIP} {path}", spec=FEW).result
+    result = optimise_machine(machine, f"rms {TIP} {path}", spec=FEW).result
     assert result.design == pytest.approx({"p_mm": 250, "n_mm": -80}, abs=0.1)
     assert result.objective < 0.05
 
@@ -167,8 +167,8 @@ def test_limit_on_the_distance_is_kept(tmp_path: Path) -> None:
     """Between two places of the curve that are equally near the distance has a corner, which a scan just misses."""
     curve = write_ellipse(tmp_path / "path.csv", 0.5, 0.4)
     machine = build_machine(own.file("transplanting_arm")).with_moved({"p_mm": (200.0, 280.0), "n_mm": (-140.0, -40.0)})
-    free = optimise(machine, f"max {TIP} {curve}", spec=FEW).result.objective
-    result = optimise(machine, "-mean x_tip", [f"{TIP} {curve} <= {free + 2!r} mm"], FEW).result
+    free = optimise_machine(machine, f"max {TIP} {curve}", spec=FEW).result.objective
+    result = optimise_machine(machine, "-mean x_tip", [f"{TIP} {curve} <= {free + 2!r} mm"], FEW).result
     assert result.holds[0].active
     design = build_machine(own.file("transplanting_arm", **result.design))
     tip = np.column_stack([evaluate(design, name, np.linspace(0, 2 * np.pi, 721)) for name in ("x_tip", "y_tip")])
@@ -181,7 +181,7 @@ def test_path_of_a_planting_tip_is_an_output_of_sweeps(tmp_path: Path) -> None:
     machine = load_machine("wang2017")
     phi = 2 * np.pi * np.arange(180) / 180
     path = write_path(tmp_path / "tip.csv", *(evaluate(machine, name, phi) for name in ("x_tip", "y_tip")))
-    m31 = float(machine.data[machine.index_of("design.m31")])
+    m31 = float(machine.data[machine.find_index("design.m31")])
     plan = {"machine": "wang2017", "outputs": [f"max {TIP} {path}"], "inputs": {"m31": [m31, 1.01 * m31]}}
     asked = Sweep(Plan.read(plan, "plan.toml"))
     same, other = asked.recipe.job().chunk(0, 2, 1)[:, 0]
@@ -216,7 +216,7 @@ def test_file_names_its_curve_as_seen_from_its_folder(tmp_path: Path, monkeypatc
     machine = build_machine(load(tmp_path / "arm.toml")).with_moved({"p_mm": (200.0, 280.0)})
     (hold,) = evaluate_limits(machine)
     assert hold.met
-    optimum = optimise(machine)
+    optimum = optimise_machine(machine)
     written = tmp_path / "elsewhere" / "optimum.toml"
     written.write_text(format_optimum_file(optimum), encoding="utf-8")
     assert tomllib.loads(written.read_text())["objective"]["least"] == f"rms {TIP} {tmp_path / 'path.csv'}"
@@ -249,7 +249,7 @@ def test_proof_and_c_take_no_distance_and_no_jump(kind: str, part: str, curve: s
     (term,) = parse_sum(f"{kind} {TIP} {curve}")
     with pytest.raises(InputError, match=part):
         check_provable(arm(), [resolve_measure(arm(), term)], "--least")
-    assert "has no form in C" in SampledGoal(replace(arm(), least=(term,))).reason_missing
+    assert "has no form in C" in SampledGoal(replace(arm(), objective=(term,))).reason_missing
 
 
 def test_columns_may_be_those_of_a_motion_in_any_unit(tmp_path: Path) -> None:

@@ -11,10 +11,10 @@ import scipy.integrate
 
 from derive import Mechanism, quantities
 from derive.mechanics.statement import MechanismError
-from planter.engine.drive import Driven, Motor, drive_machine
+from planter.engine.drive import DrivenMachine, Motor, drive_machine
 from planter.engine.machine import Machine
 from planter.errors import ComputationError, InputError
-from planter.mechanism.cycle import simulate
+from planter.mechanism.cycle import simulate_machine
 from planter.mechanism.machines import build_machine
 from tests.support import own
 from tests.support.cli import answer
@@ -31,7 +31,7 @@ def machine(**values: float) -> Machine:
 
 def test_reduced_inertia_is_that_of_the_kinetic_energy() -> None:
     """Of rod and slider without friction, by their velocities over that of the crank."""
-    driven = Driven(machine(mu=0.0), MOTOR, ["M_in"])
+    driven = DrivenMachine(machine(mu=0.0), MOTOR, ["M_in"])
     r, rod, e, c, m_r, m_s, inertia = 0.05, 0.2, 0.01, 0.08, 0.8, 1.5, 0.004
     across = e - r * np.sin(PHI)
     along = np.sqrt(rod**2 - across**2)
@@ -48,9 +48,9 @@ def test_reduced_inertia_is_that_of_the_kinetic_energy() -> None:
 
 
 def test_laws_hold_at_an_acceleration() -> None:
-    result = simulate(own.machine("slider_crank", eps_rad_s2=300.0, mu=0.3), 36).result
+    result = simulate_machine(own.machine("slider_crank", eps_rad_s2=300.0, mu=0.3), 36).result
     assert max(law.violation for law in result.laws) < 1e-10
-    plain = simulate(own.machine("slider_crank", mu=0.3), 36).result
+    plain = simulate_machine(own.machine("slider_crank", mu=0.3), 36).result
     assert abs(result.quantities["M_in_Nm"].max - plain.quantities["M_in_Nm"].max) > 0.1
 
 
@@ -75,7 +75,7 @@ def test_motor_gives_to_friction_what_it_takes() -> None:
 
 
 def test_another_integrator_finds_the_same_speed() -> None:
-    driven = Driven(machine(), MOTOR, [])
+    driven = DrivenMachine(machine(), MOTOR, [])
     at = driven.run(SPEED, 1, 36)
 
     def rates(phi: float, omega: np.ndarray) -> np.ndarray:
@@ -95,15 +95,15 @@ def test_a_heavy_flywheel_keeps_the_speed() -> None:
 def test_what_cannot_be_driven_is_refused() -> None:
     base = machine()
     with pytest.raises(InputError, match=r"acceleration=q\.eps"):
-        Driven(replace(base, acceleration=None), MOTOR)
+        DrivenMachine(replace(base, acceleration=None), MOTOR)
     with pytest.raises(InputError, match="no torque of a motor"):
-        Driven(replace(base, motors=()), MOTOR)
+        DrivenMachine(replace(base, motors=()), MOTOR)
     with pytest.raises(InputError, match="one motor"):
-        Driven(replace(base, motors=("M_in", "M_guide")), MOTOR)
+        DrivenMachine(replace(base, motors=("M_in", "M_guide")), MOTOR)
     with pytest.raises(InputError, match="omega_rpm = -300"):
-        Driven(machine(omega_rpm=-300.0), MOTOR)
+        DrivenMachine(machine(omega_rpm=-300.0), MOTOR)
     with pytest.raises(ComputationError, match="stalls"):
-        Driven(base, replace(MOTOR, stall=0.01, flywheel=1e-4), []).run(SPEED, 20, 36)
+        DrivenMachine(base, replace(MOTOR, stall=0.01, flywheel=1e-4), []).run(SPEED, 20, 36)
 
 
 def test_command_answers_for_a_file() -> None:

@@ -7,7 +7,7 @@ from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_me
 from planter.engine.machine import Machine
 from planter.engine.measures import parse_limit, parse_measure, parse_sum
 from planter.engine.problem import build_problem
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.engine.search import SearchSpec, minimise
 from planter.errors import InputError
 from planter.kernels import Array
@@ -86,12 +86,12 @@ def test_size_without_a_measure_over_a_cycle_is_refused(machine: Machine) -> Non
 def test_limit_on_a_jump_is_kept_at_the_dead_centres() -> None:
     """Friction reverses where crank and rod are in line: the force beside these angles, by the closed form of both."""
     machine = build_machine(own.file("slider_crank")).with_moved({"r_mm": (30.0, 70.0), "e_mm": (5.0, 15.0)})
-    rod = float(machine.data[machine.index_of("l_mm")])
+    rod = float(machine.data[machine.find_index("l_mm")])
 
     def jump(x: Array) -> float:
         r, e = x
         dead = np.array([np.arcsin(e / (rod + r)), np.pi - np.arcsin(-e / (rod - r))])
-        before, after = (evaluate(machine.with_data(machine.data_at(x)), "F_Ox", dead + s) for s in (-1e-7, 1e-7))
+        before, after = (evaluate(machine.with_data(machine.build_data(x)), "F_Ox", dead + s) for s in (-1e-7, 1e-7))
         return float(np.abs(after - before).max())
 
     measures = [resolve_measure(machine, one) for one in parse_sum("-mean s")]
@@ -107,17 +107,17 @@ def test_limit_on_a_jump_is_kept_at_the_dead_centres() -> None:
 
 def test_a_condition_that_never_holds_reaches_nothing(machine: Machine) -> None:
     goal = build(machine, "max s", "abs M_in while s <= 1 <= 3", "M_in while s >= 1 <= 1e6")
-    assert goal.reached(machine.design, goal.limits[0]) is None
-    assert goal.reached(machine.design, goal.limits[1]) is not None
+    assert goal.evaluate_limit(machine.design, goal.limits[0]) is None
+    assert goal.evaluate_limit(machine.design, goal.limits[1]) is not None
 
 
 def test_extremes_between_nodes_become_nodes(machine: Machine) -> None:
     goal = build(machine, "range F_Ox", count=9)
     coarse, x = goal.evaluate(machine.design), machine.design
     for _ in range(4):
-        goal = goal.refined(x, 1e-10) or goal
+        goal = goal.refine(x, 1e-10) or goal
     dense = build(machine, "range F_Ox", count=36_000).evaluate(x)
-    assert goal.refined(x, 1e-10) is None
+    assert goal.refine(x, 1e-10) is None
     assert coarse < dense <= goal.evaluate(x) + 1e-12
     assert goal.evaluate(x) == pytest.approx(dense, rel=1e-5)
 
@@ -127,7 +127,7 @@ def test_least_value_counts_as_it_is_and_is_made_greater() -> None:
     machine = build_machine(own.file("cam_follower")).with_moved({"values.k_N_m": (1000.0, 2500.0)})
     measures = [resolve_measure(machine, one) for one in parse_sum("std M_in - 0.5 min N_cam")]
     goal = Goal(machine, measures, (), 40, with_events=False)
-    model, phi = Response(machine, ["M_in", "N_cam"]), 2 * np.pi * np.arange(40) / 40
+    model, phi = MachineResponse(machine, ["M_in", "N_cam"]), 2 * np.pi * np.arange(40) / 40
 
     def evaluate(x: Array) -> float:
         torque, force = model.values(model.at(x), phi)

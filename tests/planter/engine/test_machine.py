@@ -10,7 +10,7 @@ import pytest
 from planter.engine.loops import TURN
 from planter.engine.machine import Machine, load_machine
 from planter.engine.nodes import FixedNodes
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.errors import ComputationError, InputError
 from planter.mechanism.machines import build_machine
 from tests.support import own
@@ -27,7 +27,7 @@ def machine(name: str, *moved: str) -> Machine:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_quantities_are_those_of_the_generated_functions(name: str) -> None:
-    response, expected = Response(machine(name)), own.evaluate_lane(own.file(name), ANGLES)
+    response, expected = MachineResponse(machine(name)), own.evaluate_lane(own.file(name), ANGLES)
     values = response.values(response.at_data(machine(name).data), ANGLES)
     for quantity, row in zip(response.quantities, values, strict=True):
         np.testing.assert_allclose(row, expected[quantity.name], rtol=1e-12, atol=1e-11)
@@ -36,7 +36,7 @@ def test_quantities_are_those_of_the_generated_functions(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_derivatives_are_those_of_differences(name: str) -> None:
     built = machine(name)
-    response = Response(built, [quantity.name for quantity in built.results][:3])
+    response = MachineResponse(built, [quantity.name for quantity in built.results][:3])
     x = built.design
     weights = np.random.default_rng(2).normal(size=(3, len(ANGLES)))
 
@@ -63,7 +63,7 @@ def test_samples_are_in_the_units_of_their_keys() -> None:
     built = machine("slider_crank", "r_mm")
     quantity = built.find_quantity("s")
     sampled = FixedNodes(built, ["s"], ANGLES)(built.design)
-    si = Response(built, ["s"]).values(Response(built, ["s"]).at(built.design), ANGLES)
+    si = MachineResponse(built, ["s"]).values(MachineResponse(built, ["s"]).at(built.design), ANGLES)
     assert quantity.key.endswith("_mm")
     np.testing.assert_allclose(sampled.values * quantity.factor, si, rtol=1e-13)
 
@@ -71,14 +71,14 @@ def test_samples_are_in_the_units_of_their_keys() -> None:
 def test_a_machine_is_loaded_by_its_file() -> None:
     path = own.generated("slider_crank") / "slider_crank.toml"
     built = load_machine(str(path), {"r_mm": 55.0})
-    assert built.data[built.index_of("r_mm")] == pytest.approx(0.055)
+    assert built.data[built.find_index("r_mm")] == pytest.approx(0.055)
 
 
 def test_unknown_names_are_refused_with_close_ones() -> None:
     with pytest.raises(InputError, match="did you mean"):
         machine("slider_crank").find_quantity("F_Oy_")
     with pytest.raises(InputError, match="did you mean"):
-        machine("slider_crank").index_of("values.r_m")
+        machine("slider_crank").find_index("values.r_m")
     with pytest.raises(InputError, match="no such machine"):
         load_machine("nowhere.toml")
 
@@ -86,7 +86,7 @@ def test_unknown_names_are_refused_with_close_ones() -> None:
 def test_a_dead_point_is_named_with_its_angle() -> None:
     built = machine("slider_crank")
     data = built.data.copy()
-    data[built.index_of("l_mm")] = 0.5 * data[built.index_of("r_mm")]
-    response = Response(built, ["s"])
+    data[built.find_index("l_mm")] = 0.5 * data[built.find_index("r_mm")]
+    response = MachineResponse(built, ["s"])
     with pytest.raises(ComputationError, match="dead point near"):
         response.values(response.at_data(data), ANGLES)

@@ -8,10 +8,10 @@ import pytest
 
 from planter.engine.measures import (
     KINDS,
-    Condition,
     Extremum,
     Limit,
     Measure,
+    MeasureCondition,
     format_sum,
     parse_distance,
     parse_limit,
@@ -32,17 +32,21 @@ TEXTS = {
     "range": Measure("all", "range"),
     "abs tilt where y_tip is least": Measure("at", "tilt", size=True, where=Extremum("y_tip", -1)),
     "mean F while y <= 20 mm and abs v > 0.1 m/s": Measure(
-        "mean", "F", during=(Condition("y", 1, 20, "mm"), Condition("v", -1, 0.1, "m/s", absolute=True, strict=True))
+        "mean",
+        "F",
+        during=(MeasureCondition("y", 1, 20, "mm"), MeasureCondition("v", -1, 0.1, "m/s", absolute=True, strict=True)),
     ),
     "rms distance x_tip y_tip to ../a-b/path.csv": Measure("rms", "distance x_tip y_tip to ../a-b/path.csv"),
     'distance x y to "my path.csv" at 90': Measure("at", 'distance x y to "my path.csv"', angle=90),
     "F where distance x y to p.csv is least": Measure("at", "F", where=Extremum("distance x y to p.csv", -1)),
     "max F while distance x y to p.csv <= 2 mm and y > 3": Measure(
-        "max", "F", during=(Condition("distance x y to p.csv", 1, 2, "mm"), Condition("y", -1, 3, strict=True))
+        "max",
+        "F",
+        during=(MeasureCondition("distance x y to p.csv", 1, 2, "mm"), MeasureCondition("y", -1, 3, strict=True)),
     ),
     "distance": Measure("all", "distance"),
     "distance where distance is least": Measure("at", "distance", where=Extremum("distance", -1)),
-    "work P_in while n >= -3 r/min": Measure("work", "P_in", during=(Condition("n", -1, -3, "r/min"),)),
+    "work P_in while n >= -3 r/min": Measure("work", "P_in", during=(MeasureCondition("n", -1, -3, "r/min"),)),
 }
 
 
@@ -64,9 +68,9 @@ def random_measure(rng: random.Random) -> Measure:
     def number() -> float:
         return rng.choice([1.0, -2.5, rng.uniform(-1e9, 1e9), rng.gauss(0, 1e-7), 0.0])
 
-    def condition() -> Condition:
+    def condition() -> MeasureCondition:
         unit = rng.choice(["", "mm", "N m", "m/s2", "r/min", "kg m2", "%"])
-        return Condition(name(), rng.choice([1, -1]), number(), unit, rng.random() < 0.3, rng.random() < 0.3)
+        return MeasureCondition(name(), rng.choice([1, -1]), number(), unit, rng.random() < 0.3, rng.random() < 0.3)
 
     measure = Measure(rng.choice([*KINDS, "all"]), name(), rng.random() < 0.4)
     match rng.randrange(4):

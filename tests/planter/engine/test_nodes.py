@@ -7,7 +7,7 @@ import pytest
 
 from planter.engine.loops import TURN
 from planter.engine.machine import Machine, load_machine
-from planter.engine.measures import Condition, Extremum
+from planter.engine.measures import Extremum, MeasureCondition
 from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, JumpNodes, Nodes, SpanNodes, clenshaw_curtis
 from planter.engine.summary import summarise
 from planter.errors import ComputationError
@@ -27,9 +27,12 @@ NODES = {
     "events": lambda: EventNodes(machine(), NAMES),
     "jumps": lambda: JumpNodes(machine(), NAMES),
     "where": lambda: ExtremumNode(machine(), NAMES, Extremum("beta", 1)),
-    "while": lambda: SpanNodes(machine(), NAMES, [Condition("s", 1, 200.0)], *clenshaw_curtis(5)),
+    "while": lambda: SpanNodes(machine(), NAMES, [MeasureCondition("s", 1, 200.0)], *clenshaw_curtis(5)),
     "while both": lambda: SpanNodes(
-        machine(), NAMES, [Condition("s", 1, 220.0), Condition("beta", -1, 4.0, absolute=True)], *clenshaw_curtis(4)
+        machine(),
+        NAMES,
+        [MeasureCondition("s", 1, 220.0), MeasureCondition("beta", -1, 4.0, absolute=True)],
+        *clenshaw_curtis(4),
     ),
 }
 
@@ -126,7 +129,7 @@ def test_more_events_than_nodes_are_refused() -> None:
 
 def test_parts_of_a_cycle_are_those_of_a_dense_grid() -> None:
     """Length, mean and both ends of the parts, one of which spans the end of the turn."""
-    spans = SpanNodes(machine(), ["s"], [Condition("s", -1, 180.0)])
+    spans = SpanNodes(machine(), ["s"], [MeasureCondition("s", -1, 180.0)])
     result = spans(machine().design)
     grid = TURN * np.arange(100_000) / 100_000
     s = FixedNodes(machine(), ["s"], grid)(machine().design).values[0]
@@ -138,10 +141,10 @@ def test_parts_of_a_cycle_are_those_of_a_dense_grid() -> None:
 
 
 def test_conditions_that_hold_everywhere_or_nowhere() -> None:
-    always = SpanNodes(machine(), ["s"], [Condition("s", 1, 1e4)])(machine().design)
+    always = SpanNodes(machine(), ["s"], [MeasureCondition("s", 1, 1e4)])(machine().design)
     assert always.weights.sum() == pytest.approx(1, rel=1e-12)
     assert not always.is_empty
-    never = SpanNodes(machine(), ["s"], [Condition("s", 1, 10.0)])(machine().design)
+    never = SpanNodes(machine(), ["s"], [MeasureCondition("s", 1, 10.0)])(machine().design)
     assert never.is_empty
     assert np.ptp(never.values) == 0
 

@@ -135,9 +135,9 @@ def test_what_is_no_output_is_refused(name: str, part: str) -> None:
 )
 def test_objective_is_the_sum_that_the_file_minimises(least: str) -> None:
     """Sums of plain measures come from the samples, those with clauses from the machine's goal: both are a goal's."""
-    machine = replace(slider_crank(), least=parse_sum(least))
+    machine = replace(slider_crank(), objective=parse_sum(least))
     outputs = SampledOutputs(machine, INPUTS, ["objective"], ANGLES)
-    terms = [resolve_measure(machine, measure) for measure in machine.least]
+    terms = [resolve_measure(machine, measure) for measure in machine.objective]
     goal = Goal(outputs.machine, terms, [], ANGLES, with_events=False)
     x = goal.machine.design
     points = x / goal.machine.scale * np.array([[1.0], [1.02]])
@@ -151,7 +151,7 @@ def test_objective_is_the_sum_that_the_file_minimises(least: str) -> None:
 
 
 def test_variance_is_that_of_what_the_objective_is_made_of() -> None:
-    machine = replace(slider_crank(), least=parse_sum("range F_Ox + 2 std M_in"))
+    machine = replace(slider_crank(), objective=parse_sum("range F_Ox + 2 std M_in"))
     known = list_outputs(machine)
     assert [name for name in known if "variance" in name] == ["F_Ox_variance_N2"], "no unit is called N m squared"
     outputs = SampledOutputs(machine, INPUTS, ["F_Ox_variance_N2", "F_Ox_std_N"], ANGLES)

@@ -10,7 +10,7 @@ from planter.engine.problem import CurveProblem, DesignProblem, GoalProblem, bui
 from planter.engine.search import InterruptedSearch, SearchSpec, minimise
 from planter.errors import InputError
 from planter.mechanism import optimisation
-from planter.mechanism.optimisation import optimise
+from planter.mechanism.optimisation import optimise_machine
 from planter.optimise.hybrid import Method
 from planter.optimise.range_and_spread import Sampling
 from planter.parallel.task import Means
@@ -84,20 +84,20 @@ def test_optimum_is_no_worse_than_that_of_the_smooth_programme(arm: Machine, sam
 def test_limits_are_satisfied_between_nodes(arm: Machine) -> None:
     """The limit binds at a true extreme; its price is that of a limit that is moved."""
     limit = "min F_Oy >= -4.2"
-    free, bound = (optimise(arm, "range F_Ox", holds, SearchSpec(starts=2)) for holds in ([], [limit]))
+    free, bound = (optimise_machine(arm, "range F_Ox", holds, SearchSpec(starts=2)) for holds in ([], [limit]))
     assert isinstance(bound.problem, CurveProblem)
     peaks = [build(f.machine, "range F_Oy").reference.look.low for f in (free, bound)]
     assert peaks[0] < -4.5
     assert peaks[1] == pytest.approx(-4.2, abs=1e-6)
     (price,) = bound.result.certificate.active_limits
-    moved = optimise(arm, "range F_Ox", ["min F_Oy >= -4.201"], SearchSpec(starts=1))
+    moved = optimise_machine(arm, "range F_Ox", ["min F_Oy >= -4.201"], SearchSpec(starts=1))
     change = (bound.result.objective - moved.result.objective) / 1e-3
     assert change == pytest.approx(price.multiplier, rel=1e-2)
 
 
 def test_values_without_effect_stay_where_they_are(arm: Machine) -> None:
     """The tip moves no force: its place on the coupler is left alone, and reported."""
-    result = optimise(arm, "range F_Ox", [], SearchSpec(24, starts=2)).result
+    result = optimise_machine(arm, "range F_Ox", [], SearchSpec(24, starts=2)).result
     assert [list(part) for direction in result.insensitive for part in direction] == [["p_mm"], ["n_mm"]]
     assert result.effective_parameters == 5
     for name in ("p_mm", "n_mm"):
@@ -107,7 +107,7 @@ def test_values_without_effect_stay_where_they_are(arm: Machine) -> None:
 @pytest.mark.parametrize("method", ["ipopt", "hybrid"])
 def test_number_of_workers_changes_no_bit(arm: Machine, method: Method) -> None:
     spec = SearchSpec("refined", method, 3, genetic=SHORT)
-    alone, shared = (optimise(arm, "range F_Ox", [], spec, means=Means(count)) for count in (1, 2))
+    alone, shared = (optimise_machine(arm, "range F_Ox", [], spec, means=Means(count)) for count in (1, 2))
     assert alone.x.tobytes() == shared.x.tobytes()
     assert (alone.result.certificate, alone.result.evaluations) == (
         shared.result.certificate,

@@ -9,8 +9,8 @@ import pytest
 
 from planter.engine.loops import TURN
 from planter.engine.machine import load_machine
-from planter.engine.response import Response
-from planter.engine.rows import Block, Rows
+from planter.engine.response import MachineResponse
+from planter.engine.rows import MachineRows, SampleBlock
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel, backends
 from planter.mechanism.machines import build_machine
@@ -21,7 +21,7 @@ from tests.support import own
 ANGLES = 36
 
 
-def measure(block: Block) -> Array:
+def measure(block: SampleBlock) -> Array:
     samples = block.samples
     return np.vstack([samples.max(axis=1), np.where(block.repeats, samples.mean(axis=1), np.nan)])
 
@@ -34,8 +34,8 @@ def test_a_row_is_the_machine_alone_and_none_where_it_has_a_dead_point() -> None
     file = own.file("slider_crank")
     machine = build_machine(file)
     d = spread(machine.data, 0.2, 24)
-    d[::3, machine.index_of("l_mm")] *= np.linspace(0.3, 1.0, 8)
-    result = Rows(machine, ["F_Ox", "M_in"], ANGLES).evaluate(d, measure)
+    d[::3, machine.find_index("l_mm")] *= np.linspace(0.3, 1.0, 8)
+    result = MachineRows(machine, ["F_Ox", "M_in"], ANGLES).evaluate(d, measure)
     refused = 0
     for row, data in zip(result, d, strict=True):
         try:
@@ -52,7 +52,7 @@ def test_a_row_is_the_machine_alone_and_none_where_it_has_a_dead_point() -> None
 def test_digits_do_not_depend_on_threads_and_neighbours() -> None:
     machine = build_machine(own.file("slider_crank"))
     d = spread(machine.data, 0.5, 150)
-    rows = Rows(machine, ["F_Ox"], ANGLES)
+    rows = MachineRows(machine, ["F_Ox"], ANGLES)
     whole = rows.evaluate(d, measure)
     np.testing.assert_array_equal(rows.evaluate(d, measure, threads=3), whole)
     for start, stop in ((0, 1), (7, 20), (140, 150)):
@@ -81,7 +81,7 @@ def test_rows_that_cannot_close_cost_no_more_than_twice(monkeypatch: pytest.Monk
     d = spread(machine.data, 0.02, 256)
     usual, failed = count_lanes(d)
     assert failed == 0
-    d[::2, machine.index_of("l_mm")] *= np.linspace(0.2, 0.28, 128)
+    d[::2, machine.find_index("l_mm")] *= np.linspace(0.2, 0.28, 128)
     slow, failed = count_lanes(d)
     assert failed == 128
     assert slow < 2 * usual
@@ -93,7 +93,7 @@ def test_a_lane_that_halves_its_step_keeps_its_digits() -> None:
     loops = machine.loops
     assert loops is not None
     d = spread(machine.data, 0.0, 24)
-    d[:, machine.index_of("l_mm")] = (0.05 + 0.01) * (1 + np.geomspace(1e-7, 1e-1, 24))
+    d[:, machine.find_index("l_mm")] = (0.05 + 0.01) * (1 + np.geomspace(1e-7, 1e-1, 24))
     angles = np.append(TURN * np.arange(ANGLES) / ANGLES, TURN)
     whole = loops.walk(np.ascontiguousarray(d.T), angles)
     assert np.count_nonzero(whole.alive) > 0
@@ -107,19 +107,19 @@ def test_a_lane_that_halves_its_step_keeps_its_digits() -> None:
 def test_rows_are_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = build_machine(own.file("cam_follower"))
     d = spread(machine.data, 0.1, 9)
-    compiled = Rows(machine, ["N_cam"], ANGLES).evaluate(d, measure)
+    compiled = MachineRows(machine, ["N_cam"], ANGLES).evaluate(d, measure)
     monkeypatch.setattr(backends, "fastest", backends.virtual_machine)
-    plain = Rows(machine, ["N_cam"], ANGLES).evaluate(d, measure)
+    plain = MachineRows(machine, ["N_cam"], ANGLES).evaluate(d, measure)
     np.testing.assert_allclose(plain, compiled, rtol=1e-12)
 
 
 def test_an_average_needs_a_cycle_that_repeats() -> None:
     machine = build_machine(belt(Fraction(1, 2)))
-    block = next(Rows(machine, ["F_Ox", "chi_dot"], ANGLES).blocks(machine.data[None]))
+    block = next(MachineRows(machine, ["F_Ox", "chi_dot"], ANGLES).blocks(machine.data[None]))
     assert not block.failed.any()
     assert block.repeats[:, 0].tolist() == [False, True]
     whole = build_machine(belt(Fraction(2)))
-    assert next(Rows(whole, ["F_Ox", "chi_dot"], ANGLES).blocks(whole.data[None])).repeats.all()
+    assert next(MachineRows(whole, ["F_Ox", "chi_dot"], ANGLES).blocks(whole.data[None])).repeats.all()
 
 
 @pytest.mark.parametrize("samples", [8, 9])
@@ -128,9 +128,9 @@ def test_totals_of_equal_sides_are_those_of_all_sides(samples: int) -> None:
     machine = load_machine("wang2017", model="printed")
     names = ["F_support", "M_L", "y_tip"]
     for chosen in (names, names[:1]):
-        rows = Rows(machine, chosen, samples)
+        rows = MachineRows(machine, chosen, samples)
         block = next(rows.blocks(machine.data[None]))
-        response = Response(machine, chosen)
+        response = MachineResponse(machine, chosen)
         expected = response.values(response.at_data(machine.data), rows.angles)
         count = block.samples.shape[1]
         np.testing.assert_allclose(block.samples[:, :, 0], expected[:, :count], rtol=1e-11)
@@ -144,7 +144,7 @@ def test_slopes_of_equal_sides_are_those_of_all_sides() -> None:
     machine = machine.with_moved({"design.theta_deg": (0, 1), "operation.speed_rpm": (0, 1)})
     names, rng = ["F_support", "M_L"], np.random.default_rng(4)
     for samples in (6, 7):
-        rows, response = Rows(machine, names, samples), Response(machine, names)
+        rows, response = MachineRows(machine, names, samples), MachineResponse(machine, names)
         block = next(rows.blocks(machine.data[None]))
         weights = rng.normal(size=(2, samples))
         _, slopes = response.slopes(response.at_data(machine.data), rows.angles)

@@ -8,11 +8,11 @@ import pytest
 from planter.engine.goal import resolve_measure
 from planter.engine.machine import Machine
 from planter.engine.measures import Measure, parse_sum
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.engine.sensitivity import build_goal, compute_sensitivity, find_widths, move_all
 from planter.errors import InputError
 from planter.mechanism.machines import build_machine
-from planter.mechanism.optimisation import compute
+from planter.mechanism.optimisation import compute_objective_sensitivity
 from tests.support import own
 from tests.support.cli import answer
 
@@ -45,7 +45,7 @@ def test_directions_without_effect_leave_the_curves() -> None:
     found = compute_sensitivity(machine, least, None, 90)
     assert [{"p_mm": 1.0}] in found.insensitive
     assert found.effective_parameters + len(found.insensitive) == len(machine.values)
-    response, phi = Response(machine, ["M_in"]), np.linspace(0, 6, 40)
+    response, phi = MachineResponse(machine, ["M_in"]), np.linspace(0, 6, 40)
     slopes = response.slopes(response.at(machine.design), phi)[1][0, :, 1:] * find_widths(machine)
     for direction in found.insensitive:
         weights = {name: weight for part in direction for name, weight in part.items()}
@@ -60,9 +60,9 @@ def test_directions_without_effect_leave_the_curves() -> None:
 def test_what_is_missing_is_refused_plainly() -> None:
     machine = own.machine("slider_crank")
     with pytest.raises(InputError, match=r"objective\.least is missing"):
-        compute(machine)
+        compute_objective_sensitivity(machine)
     with pytest.raises(InputError, match="--all"):
-        compute(machine.with_moved({}), "max M_in")
+        compute_objective_sensitivity(machine.with_moved({}), "max M_in")
     free = machine.with_moved({"values.J_kg_m2": (0.0, 1.0)})
     with pytest.raises(InputError, match="has an effect on s"):
         compute_sensitivity(free, [resolve_measure(free, measure) for measure in parse_sum("max s")], 12)

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import Machine, load_machine
-from planter.engine.response import Response
-from planter.engine.summary import Summary, summarise
-from planter.mechanism.cycle import simulate
+from planter.engine.response import MachineResponse
+from planter.engine.summary import CycleSummary, summarise
+from planter.mechanism.cycle import simulate_machine
 from planter.mechanism.machines import build_machine
 from tests.support import own
 
@@ -23,13 +23,13 @@ def crank() -> Machine:
 
 
 @pytest.fixture(scope="module")
-def summary(crank: Machine) -> Summary:
+def summary(crank: Machine) -> CycleSummary:
     return summarise(crank)
 
 
-def test_no_dense_cycle_passes_the_peaks(crank: Machine, summary: Summary) -> None:
+def test_no_dense_cycle_passes_the_peaks(crank: Machine, summary: CycleSummary) -> None:
     names = [quantity.name for quantity in crank.results]
-    response = Response(crank, names)
+    response = MachineResponse(crank, names)
     values = dict(zip(names, response.values(response.at(crank.design), DENSE), strict=True))
     values["F_O"] = np.hypot(values["F_Ox"], values["F_Oy"])
     peaks = {peak.name: peak for peak in summary.peaks}
@@ -46,7 +46,7 @@ def test_no_dense_cycle_passes_the_peaks(crank: Machine, summary: Summary) -> No
         assert shown[near].max() == pytest.approx(peak.max, abs=1e-4 * span)
 
 
-def test_force_jumps_by_friction_of_both_sides(summary: Summary) -> None:
+def test_force_jumps_by_friction_of_both_sides(summary: CycleSummary) -> None:
     """The rod's axial force jumps by mu (N before + N after) where the slider turns round."""
     for angle in {shock.phi_deg for shock in summary.shocks}:
         at = {shock.quantity: shock for shock in summary.shocks if shock.phi_deg == angle}
@@ -56,7 +56,7 @@ def test_force_jumps_by_friction_of_both_sides(summary: Summary) -> None:
     assert {shock.event for shock in summary.shocks} == {"sliding of guide turns"}
 
 
-def test_switching_points_matter_to_peaks(crank: Machine, summary: Summary) -> None:
+def test_switching_points_matter_to_peaks(crank: Machine, summary: CycleSummary) -> None:
     blind = summarise(replace(crank, events=None, event_kinds=()))
     largest = [next(peak.max for peak in one.peaks if peak.name == "F_Bx") for one in (blind, summary)]
     assert blind.shocks == []
@@ -64,7 +64,7 @@ def test_switching_points_matter_to_peaks(crank: Machine, summary: Summary) -> N
 
 
 def test_cam_peaks_are_those_of_the_lift() -> None:
-    result = simulate(own.machine("cam_follower"), 36).result
+    result = simulate_machine(own.machine("cam_follower"), 36).result
     assert result.designer is not None
     spring = next(peak for peak in result.designer.peaks if peak.name == "F_spring")
     assert (spring.max, spring.max_phi_deg, spring.min) == pytest.approx((22 + 1800 * 0.014, 180.0, 22.0), rel=1e-12)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import load_machine
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.errors import ComputationError
 from planter.exports import cuda
 from tests.planter.exports.exported import SAMPLES, library, machine, machine_file
@@ -39,7 +39,7 @@ def test_cuda_without_an_objective_has_all_results(tmp_path: Path) -> None:
     batches = cuda.Batches(owner, build_on_threads(owner, tmp_path), samples=30)
     row = batches(owner.design[None])[0]
     names = [one.name for one in owner.results]
-    response = Response(owner, names)
+    response = MachineResponse(owner, names)
     values = response.values(response.at(owner.design), 2 * np.pi * np.arange(30) / 30)
     expected = np.column_stack([np.ptp(values, axis=1), values.var(axis=1), values.mean(axis=1)])
     scale = np.maximum(np.abs(expected).max(axis=1, keepdims=True), 1e-9)

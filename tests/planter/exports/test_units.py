@@ -80,7 +80,7 @@ def test_motion_has_quantities_and_places_of_points(tmp_path: Path) -> None:
         np.testing.assert_allclose(columns[name].values, expected[name], rtol=1e-12, atol=1e-12)
     assert set(places) <= set(columns)
     apart = np.hypot(places["x_rod__A"] - places["x_rod__slot"], places["y_rod__A"] - places["y_rod__slot"])
-    np.testing.assert_allclose(apart, owner.data[owner.index_of("l_mm")], rtol=1e-12)
+    np.testing.assert_allclose(apart, owner.data[owner.find_index("l_mm")], rtol=1e-12)
     np.testing.assert_allclose(columns["x_rod__slot"].values, expected["s"], atol=1e-14)
 
 

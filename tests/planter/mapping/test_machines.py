@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import Machine, load_machine
-from planter.engine.response import Response
-from planter.engine.rows import Rows
+from planter.engine.response import MachineResponse
+from planter.engine.rows import MachineRows
 from planter.errors import ComputationError, InputError
 from planter.files.text import parse_toml
 from planter.mapping import model
@@ -43,7 +43,7 @@ def linkage_machine(number: int) -> Machine:
 
 
 def values_of(machine: Machine, angles: np.ndarray = ANGLES, x: np.ndarray | None = None) -> dict[str, np.ndarray]:
-    response = Response(machine)
+    response = MachineResponse(machine)
     rows = response.values(response.at_data(machine.data if x is None else x), angles)
     return {quantity.name: row for quantity, row in zip(machine.quantities, rows, strict=True)}
 
@@ -89,7 +89,7 @@ def test_other_poses_give_the_linkage_that_is_synthesised_from_them() -> None:
 def test_derivatives_are_those_of_differences(machine: Callable[[], Machine]) -> None:
     built = machine()
     built = built.with_moved({value.path: (0.0, 1.0) for value in built.values})
-    response, x, angles = Response(built), built.design, 0.013 + TURN * np.arange(12) / 12
+    response, x, angles = MachineResponse(built), built.design, 0.013 + TURN * np.arange(12) / 12
     values, slopes = response.slopes(response.at(x), angles)
     for column, step in enumerate(np.vstack([np.zeros(len(x)), 1e-6 * np.eye(len(x))])):
         turned = 1e-6 if column == 0 else 0.0
@@ -121,7 +121,7 @@ def test_a_train_turns_its_arm_by_the_curve() -> None:
 
 def test_the_tip_s_velocity_is_its_rate() -> None:
     for machine in (linkage_machine(2), load_machine("sun2019", {"carrier_speed_rpm": 30.0})):
-        response, angles = Response(machine, ["d1", "d2", "v1", "v2"]), np.array([0.3, 2.1, 4.4])
+        response, angles = MachineResponse(machine, ["d1", "d2", "v1", "v2"]), np.array([0.3, 2.1, 4.4])
         point = response.at(machine.design)
         values, rates = response.derivatives(point, angles)
         np.testing.assert_allclose(values[2:], machine.data[machine.speed] * rates[:2], rtol=1e-13)
@@ -145,7 +145,7 @@ def test_rows_without_a_linkage_fail_alone() -> None:
     machine = linkage_machine(2)
     rows = np.tile(machine.data, (3, 1))
     rows[1, 3] += 5.0
-    result = Rows(machine, ["d1"]).evaluate(rows, lambda block: block.samples.max(axis=1))
+    result = MachineRows(machine, ["d1"]).evaluate(rows, lambda block: block.samples.max(axis=1))
     assert np.isnan(result[:, 0]).tolist() == [False, True, False]
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from planter.mechanism import tables
-from planter.mechanism.cycle import turn
+from planter.mechanism import presentation
+from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.model import Model
-from planter.mechanism.motion import move
+from planter.mechanism.motion import compute_motion
 from tests.support import own
 
 GYRO = '''
@@ -72,17 +72,17 @@ def test_gyroscopic_moment_by_axes_of_the_table_and_of_the_world() -> None:
 
 
 def test_results_name_the_axes() -> None:
-    result = turn(Model(own.machine(GYRO, "gyro")), 8).result
+    result = compute_cycle(Model(own.machine(GYRO, "gyro")), 8).result
     named = {key: one.axes for key, one in result.quantities.items() if one.axes is not None}
     assert named == {"M_Py_Nm": "turned", "M_Pz_Nm": "turned"}
     assert "axes" not in result.table()["quantities"]["F_Px_N"]
-    assert tables.unit_with_axes(result.quantities["M_Py_Nm"]) == "N m, axes of turned"
-    assert tables.unit_with_axes(result.quantities["F_Px_N"]) == "N"
+    assert presentation.format_unit(result.quantities["M_Py_Nm"]) == "N m, axes of turned"
+    assert presentation.format_unit(result.quantities["F_Px_N"]) == "N"
 
 
 def test_free_motion_names_the_axes_too() -> None:
     """The moments of the hinge are what turns the bob about the vertical: nothing else does."""
-    moved = move(own.dynamics(FALLING, "falling"), 0.3, 31, 1e-10)
+    moved = compute_motion(own.dynamics(FALLING, "falling"), 0.3, 31, 1e-10)
     quantities = moved.result.quantities
     assert {key for key, one in quantities.items() if one.axes == "arm"} == {"M_Ay_Nm", "M_Az_Nm"}
     angle = np.radians(moved.columns["a_deg"])

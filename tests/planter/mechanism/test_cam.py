@@ -21,7 +21,7 @@ def model() -> Model:
 
 def test_curvature_and_pressure_angle_are_those_of_a_harmonic_lift(model: Model) -> None:
     phi = np.linspace(0, 2 * np.pi, 50)
-    found = cam.profile(model, 0.008, "0", "y_0 + s").course(phi)
+    found = cam.build_profile(model, 0.008, "0", "y_0 + s").course(phi)
     h, y = 0.014, 0.038 + 0.014 * (1 - np.cos(phi)) / 2
     dy, ddy = h * np.sin(phi) / 2, h * np.cos(phi) / 2
     curvature = (y**2 + 2 * dy**2 - y * ddy) / np.hypot(y, dy) ** 3
@@ -32,7 +32,7 @@ def test_curvature_and_pressure_angle_are_those_of_a_harmonic_lift(model: Model)
 
 def test_an_offset_line_is_another_cam(model: Model) -> None:
     straight, beside, same = (
-        cam.profile(model, 0.008, x, y) for x, y in (("0", "y_0+s"), ("5", "38+s"), ("0", "38+s"))
+        cam.build_profile(model, 0.008, x, y) for x, y in (("0", "y_0+s"), ("5", "38+s"), ("0", "38+s"))
     )
     angles = np.linspace(0, 6, 9)
     np.testing.assert_allclose(straight.course(angles)["contact_x"], same.course(angles)["contact_x"], rtol=1e-12)
@@ -40,7 +40,7 @@ def test_an_offset_line_is_another_cam(model: Model) -> None:
 
 
 def test_it_lifts_off_where_the_spring_and_gravity_give_in(model: Model) -> None:
-    found = find_lift_off(cam.push(model, "N_cam"), model.speed)
+    found = find_lift_off(cam.find_contact_force(model, "N_cam"), model.speed)
     assert found is not None
     top = 22 + 1800 * 0.014 + 0.65 * 9.81
     assert found.speed == pytest.approx(np.sqrt(top / (0.65 * 0.007)), rel=1e-9)

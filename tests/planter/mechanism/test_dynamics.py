@@ -14,7 +14,7 @@ from planter.engine.machine import load_machine
 from planter.errors import ComputationError, InputError
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import load
-from planter.mechanism.motion import eigenvalues, equilibrium, move
+from planter.mechanism.motion import compute_motion, eigenvalues, equilibrium
 from planter.records import schema
 from tests.support.cli import answer
 
@@ -135,7 +135,7 @@ def test_rest_and_small_motions_are_those_of_the_textbook(folder: Path) -> None:
     rate = np.sqrt(3 * 9.81 / 0.8)
     for name, count in (("swing", 1), ("held", 3)):
         one = dynamics(folder, name)
-        rest = equilibrium(one, one.projected(0.0, np.concatenate([[-1.4], np.zeros(2 * count - 1)])))
+        rest = equilibrium(one, one.project(0.0, np.concatenate([[-1.4], np.zeros(2 * count - 1)])))
         assert np.sin(rest[0]) == pytest.approx(-1, abs=1e-12)
         assert np.sort(eigenvalues(one, rest).imag) == pytest.approx([-rate, rate], rel=1e-9)
 
@@ -164,13 +164,13 @@ def test_changed_start_is_reported(folder: Path) -> None:
     """Half as long again, the rod's centroid cannot start where the statement says; the angle moves with it."""
     stated = np.array([-0.5, 0.2 * np.cos(0.5), -0.2 * np.sin(0.5)])
     begun = dynamics(folder, "held")
-    assert begun.changed(begun.start()) == []
-    result = move(begun, 0.01, 3, 1e-9).result
+    assert begun.find_changes(begun.start()) == []
+    result = compute_motion(begun, 0.01, 3, 1e-9).result
     assert result.changed_start == []
     moved = dynamics(folder, "off")
     used = moved.start()
     assert moved.stated[:3] == pytest.approx([-0.5, 0.05 + stated[1], stated[2]])
-    changes = move(moved, 0.01, 3, 1e-9).result.changed_start
+    changes = compute_motion(moved, 0.01, 3, 1e-9).result.changed_start
     assert [one.quantity for one in changes] == ["a_deg", "x_mm", "y_mm"]
     assert [one.used for one in changes] == pytest.approx([np.degrees(used[0]), 1e3 * used[1], 1e3 * used[2]])
     assert changes[1].stated == pytest.approx(1e3 * (0.05 + stated[1]))
@@ -179,12 +179,12 @@ def test_changed_start_is_reported(folder: Path) -> None:
 
 @pytest.mark.parametrize("stiff", [False, True])
 def test_motion_that_would_not_end_is_given_up(folder: Path, stiff: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("planter.mechanism.dynamics.LOOKED_AFTER", 500)
+    monkeypatch.setattr("planter.mechanism.dynamics.CHECK_INTERVAL", 500)
     rod = dynamics(folder, "swing", g_m_s2=1e15)
     with pytest.raises(ComputationError, match="evaluations"):
         rod.run(np.array([0.0, 1.0]), stiff=stiff)
 
 
 def test_each_command_sends_to_the_other(folder: Path) -> None:
-    with pytest.raises(InputError, match="swing moves by itself, no angle drives it; `planter move` takes it"):
+    with pytest.raises(InputError, match="no angle drives swing; run `planter move`"):
         load_machine(str(folder / "swing.toml"))

@@ -6,7 +6,7 @@ import scipy.integrate
 import scipy.linalg
 import scipy.optimize
 
-from planter.mechanism.cycle import turn
+from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.model import Model
 from planter.mechanism.motion import eigenvalues, equilibrium
 from tests.support import own
@@ -22,7 +22,7 @@ def test_an_example_is_short(path: object) -> None:
 
 @pytest.mark.parametrize("name", ["transplanting_arm", "cam_follower", "slider_crank", "planetary_train"])
 def test_a_turn_keeps_the_laws(name: str) -> None:
-    laws = turn(Model(own.machine(name)), 90).result.laws
+    laws = compute_cycle(Model(own.machine(name)), 90).result.laws
     assert {"W", "N", "N m"} <= {law.unit for law in laws} <= {"W", "N", "N m", "1", "m/s"}
     assert max(law.violation for law in laws) < 1e-9
 
@@ -74,7 +74,7 @@ def test_the_roller_lifts_off_above_the_speed_where_nothing_is_left() -> None:
 
 
 def lifting(**values: float) -> list[tuple[str, float]]:
-    return [(w.name, w.angle_deg) for w in turn(Model(own.machine("cam_follower", **values))).result.warnings]
+    return [(w.name, w.angle_deg) for w in compute_cycle(Model(own.machine("cam_follower", **values))).result.warnings]
 
 
 def test_a_turn_warns_where_the_cam_would_have_to_pull() -> None:
@@ -82,7 +82,7 @@ def test_a_turn_warns_where_the_cam_would_have_to_pull() -> None:
     assert lifting() == []
     omega = 1100 * np.pi / 30
     off = np.degrees(np.arccos(-(0.65 * G + 22 + 1800 * 0.007) / (0.65 * 0.007 * omega**2 - 1800 * 0.007)))
-    (found,) = turn(Model(own.machine("cam_follower", mu=0.0, omega_rpm=1100))).result.warnings
+    (found,) = compute_cycle(Model(own.machine("cam_follower", mu=0.0, omega_rpm=1100))).result.warnings
     assert found.angle_deg == pytest.approx(off, abs=1e-6)
     assert f"would have to pull from {off:.6g} to {360 - off:.6g} deg" in found.message
 
@@ -91,7 +91,7 @@ def test_a_pull_between_two_samples_or_all_over_the_turn_is_told() -> None:
     rpm = np.sqrt(2 / 0.014 * (G + (22 + 1800 * 0.014) / 0.65)) * 30 / np.pi
     model = Model(own.machine("cam_follower", mu=0.0, omega_rpm=rpm * 1.00001))
     assert model(np.radians([179.0, 181.0]))["N_cam"].min() > 0
-    assert [w.angle_deg for w in turn(model, 45).result.warnings] == [pytest.approx(179.6, abs=0.4)]
+    assert [w.angle_deg for w in compute_cycle(model, 45).result.warnings] == [pytest.approx(179.6, abs=0.4)]
     assert lifting(F_0_N=-900.0) == [("contact_would_pull", 0.0)]
 
 
@@ -121,7 +121,9 @@ def test_the_planet_turns_as_pitch_curves_roll() -> None:
 
 def test_pitch_curves_that_do_not_roll_break_a_law() -> None:
     text = (own.EXAMPLES / "planetary_train.py").read_text().replace("2 * atan2(q.k", "2 * atan2(-q.k")
-    laws = {law.law: law.violation for law in turn(Model(own.machine(text, "planetary_train")), 90).result.laws}
+    laws = {
+        law.law: law.violation for law in compute_cycle(Model(own.machine(text, "planetary_train")), 90).result.laws
+    }
     assert laws["sliding of the pitch curves at P, y, which vanishes"] > 0.01
     assert laws["sliding of the pitch curves at Q, y, which vanishes"] > 0.01
 

@@ -73,7 +73,7 @@ def test_joints_of_space_keep_momentum_and_work_nothing() -> None:
 
 def test_a_joint_that_carries_less_than_its_coordinates_say_is_found_out() -> None:
     loose = own.dynamics(SPACE.replace("UNIVERSAL", 'ball("two", two, one, joint)'), "space")
-    with pytest.raises(ComputationError, match=r"the joints do not keep the motion of the coordinates: .*moment"):
+    with pytest.raises(ComputationError, match=r"the joints do not allow the motion of the coordinates: .*moment"):
         loose.run(np.linspace(0, 0.1, 3), 1e-8)
 
 

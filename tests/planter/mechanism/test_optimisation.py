@@ -17,7 +17,7 @@ from planter.errors import ComputationError, InputError
 from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
-from planter.mechanism.optimisation import optimise
+from planter.mechanism.optimisation import optimise_machine
 from planter.optimise.hybrid import METHODS
 from planter.optimise.problem import Problem
 from planter.parallel.task import Means
@@ -73,7 +73,7 @@ def test_restart_forgets_earlier_designs(file: Path) -> None:
     (nodes,) = goal.nodes.values()
 
     def close(x: np.ndarray) -> bytes:
-        return nodes.response.coordinates(machine.data_at(x), nodes.angles).tobytes()
+        return nodes.response.coordinates(machine.build_data(x), nodes.angles).tobytes()
 
     problem.restart()
     alone, _, after = close(second), close(first), close(second)
@@ -83,12 +83,12 @@ def test_restart_forgets_earlier_designs(file: Path) -> None:
 
 def test_jump_of_what_does_not_jump_is_not_minimised(file: Path) -> None:
     with pytest.raises(InputError, match="jump s: s does not jump at the machine's own design"):
-        optimise(build_machine(load(file)), "jump s")
+        optimise_machine(build_machine(load(file)), "jump s")
 
 
 def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
     """The stroke of a crank and rod with offset e: sqrt((l+r)^2 - e^2) - sqrt((l-r)^2 - e^2); the least at r = 30."""
-    found = optimise(
+    found = optimise_machine(
         build_machine(load(file)), "range s", ["s at 0 >= 170"], spec=SearchSpec(starts=2), means=Means(1)
     ).result
     assert found.design["r_mm"] == pytest.approx(30, abs=1e-9)
@@ -100,13 +100,13 @@ def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
 
 def test_an_optimum_under_a_limit_is_that_of_a_dense_grid(file: Path) -> None:
     machine = load(file)
-    found = optimise(build_machine(machine), "max abs M_in", ["s at 180 >= 100"], spec=SearchSpec(starts=2))
+    found = optimise_machine(build_machine(machine), "max abs M_in", ["s at 180 >= 100"], spec=SearchSpec(starts=2))
     best = np.inf
     phi = np.radians(np.arange(0.0, 360.0, 2.0))
     for r in (30.0, 31.0):
         for length in np.linspace(120, 200, 5):
             for e in (-15.0, 0.0, 15.0):
-                turned = Model(build_machine(machine.moved_to({"r_mm": r, "l_mm": float(length), "e_mm": e})))
+                turned = Model(build_machine(machine.with_values({"r_mm": r, "l_mm": float(length), "e_mm": e})))
                 if turned(np.array([np.pi]))["s"][0] >= 0.1:
                     best = min(best, np.abs(turned(phi)["M_in"]).max())
     assert found.result.objective <= best * (1 + 2e-3), "the grid of angles misses a peak by as much"
@@ -119,7 +119,7 @@ def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) 
     with pytest.raises(
         ComputationError, match=r"no design within the bounds satisfies s at 180 >= 500: the best .* reaches 1"
     ):
-        optimise(build_machine(load(file)), "range s", ["s at 180 >= 500"], spec=SearchSpec(starts=1))
+        optimise_machine(build_machine(load(file)), "range s", ["s at 180 >= 500"], spec=SearchSpec(starts=1))
 
 
 @pytest.mark.parametrize(
@@ -136,7 +136,7 @@ def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) 
 )
 def test_what_cannot_be_meant_is_refused(file: Path, least: str, hold: str | None, said: str) -> None:
     with pytest.raises(InputError, match=said):
-        optimise(build_machine(load(file)), least, [hold] if hold else [], spec=SearchSpec(starts=1))
+        optimise_machine(build_machine(load(file)), least, [hold] if hold else [], spec=SearchSpec(starts=1))
 
 
 @pytest.mark.usefixtures("blank_figures")
@@ -200,7 +200,7 @@ def test_methods_agree(file: Path, tmp_path: Path) -> None:
     goal = f'[genetic_algorithm]\n{settings}[objective]\nleast = "rms F_Ox"\nsamples = 60\n'
     source = build_machine(load(with_goal(file, tmp_path, goal)))
     found = {
-        method: optimise(source, None, ["s at 0 >= 170"], SearchSpec(60, method, 1, genetic=source.genetic))
+        method: optimise_machine(source, None, ["s at 0 >= 170"], SearchSpec(60, method, 1, genetic=source.genetic))
         for method in METHODS
     }
     best = found["ipopt"].result.objective
@@ -212,7 +212,9 @@ def test_methods_agree(file: Path, tmp_path: Path) -> None:
 def test_number_of_workers_changes_no_bit(file: Path) -> None:
     """The loops of an optimum are closed from where the search was before, wherever its descents ran."""
     machine, spec = build_machine(load(file)), SearchSpec(starts=3, method="hybrid", genetic=SHORT)
-    alone, shared = (optimise(machine, "max abs M_in", ["s at 180 >= 100"], spec, means=Means(n)) for n in (1, 2))
+    alone, shared = (
+        optimise_machine(machine, "max abs M_in", ["s at 180 >= 100"], spec, means=Means(n)) for n in (1, 2)
+    )
     assert alone.x.tobytes() == shared.x.tobytes()
     assert (alone.result.certificate, alone.result.evaluations) == (
         shared.result.certificate,
@@ -235,18 +237,18 @@ def test_goals_of_files_are_refused_by_their_place(file: Path, tmp_path: Path, g
 def test_value_without_effect_stays_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where the tip of the arm goes does not depend on its spring."""
     machine, spec = own.machine("transplanting_arm"), SearchSpec(sampling=24, starts=3, seed=1)
-    result = optimise(machine, "-mean x_tip", spec=spec).result
+    result = optimise_machine(machine, "-mean x_tip", spec=spec).result
     assert result.design["k_N_m"] == pytest.approx(result.start_design["k_N_m"], rel=1e-9)
     assert [{"k_N_m": 1.0}] in result.insensitive
     monkeypatch.setattr(GoalProblem, "flat", Problem.flat)
-    wandering = optimise(machine, "-mean x_tip", spec=spec).result
+    wandering = optimise_machine(machine, "-mean x_tip", spec=spec).result
     assert wandering.objective == pytest.approx(result.objective, rel=1e-9)
     assert abs(wandering.design["k_N_m"] - result.design["k_N_m"]) > 1
 
 
 def test_device_has_an_optimum_of_any_sum() -> None:
     machine = load_machine("wang2017").with_moved({"design.alpha3_deg": (25.0, 26.0), "design.m31": (1.5, 1.6)})
-    found = optimise(machine, "range F_support", spec=SearchSpec(12, starts=1), means=Means(1))
+    found = optimise_machine(machine, "range F_support", spec=SearchSpec(12, starts=1), means=Means(1))
     document = found.machine.document
     assert isinstance(document, PlantingFile)
     turned = simulate(Device(document), 12).result

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import load_machine
-from planter.mechanism.cycle import simulate
+from planter.mechanism.cycle import simulate_machine
 from planter.report.files import read_cycle_csv
 from tests.support.cli import answer, refusal
 
@@ -29,12 +29,12 @@ def test_sensitivity_of_a_linkage_is_that_of_differences() -> None:
     found = answer("sensitivity", "sun2019-corrected", "--least", "X_f at 40", "--all", "--samples", "24")
     machine = load_machine("sun2019-corrected")
     key = max(found["scaled"], key=lambda name: abs(found["scaled"][name]))
-    index = machine.index_of(key)
+    index = machine.find_index(key)
     step, ends = 1e-6 * machine.data[index], []
     for sign in (1, -1):
         data = machine.data.copy()
         data[index] += sign * step
-        at = simulate(machine.with_data(data), 24, [40.0]).result.at
+        at = simulate_machine(machine.with_data(data), 24, [40.0]).result.at
         assert at is not None
         ends.append(at[0].quantities["X_f_mm"])
     difference = (ends[0] - ends[1]) / (2 * step) * machine.values[index].factor
@@ -44,7 +44,7 @@ def test_sensitivity_of_a_linkage_is_that_of_differences() -> None:
 def test_a_place_of_a_pick_up_is_fitted_to_data(tmp_path: Path) -> None:
     machine = load_machine("yu2023", {"bars.L2_mm": 170.0})
     degrees = np.arange(0, 360, 10.0)
-    at = simulate(machine, 24, degrees.tolist()).result.at or []
+    at = simulate_machine(machine, 24, degrees.tolist()).result.at or []
     rows = [f"{one.angle_deg},{one.quantities['x_S_mm']}" for one in at]
     data = tmp_path / "tip.csv"
     data.write_text("\n".join(["angle [deg],x [mm]", *rows]) + "\n", encoding="utf-8")
@@ -52,7 +52,7 @@ def test_a_place_of_a_pick_up_is_fitted_to_data(tmp_path: Path) -> None:
     found = answer("calibrate", "yu2023", "--data", str(data), *call, "--out", str(tmp_path / "fit"))
     assert found["fitted"][0]["value"] == pytest.approx(170.0, abs=1e-4)
     fitted = load_machine(str(tmp_path / "fit" / "calibrated.toml"))
-    assert fitted.data[fitted.index_of("bars.L2_mm")] == found["fitted"][0]["value"] * 1e-3
+    assert fitted.data[fitted.find_index("bars.L2_mm")] == found["fitted"][0]["value"] * 1e-3
 
 
 @pytest.mark.usefixtures("blank_figures")

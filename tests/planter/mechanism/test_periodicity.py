@@ -14,11 +14,11 @@ from planter.engine.measures import parse_measure
 from planter.engine.search import SearchSpec
 from planter.errors import ComputationError
 from planter.mechanism import cam, optimisation, printed
-from planter.mechanism.cycle import turn, warnings
+from planter.mechanism.cycle import compute_cycle, list_lift_offs
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
-from planter.mechanism.report import write_turn
+from planter.mechanism.presentation import present_cycle
 from planter.mechanism.swept import ROOM
 from planter.records import schema
 from tests.support.own import file
@@ -56,7 +56,7 @@ def belt_machine(ratio: Fraction, more: str = "") -> Machine:
 
 @pytest.mark.parametrize("ratio", [Fraction(1, 2), Fraction(-5, 4)])
 def test_turn_reports_what_does_not_repeat(ratio: Fraction) -> None:
-    result = turn(Model(belt_machine(ratio))).result
+    result = compute_cycle(Model(belt_machine(ratio))).result
     jsonschema.validate(result.table(), json.loads((schema.FOLDER / "turn.json").read_text(encoding="utf-8")))
     assert {"chi_deg", "M_in_Nm", "P_M_in_W", "F_Ox_N"} <= result.not_repeating.keys()
     assert not {"chi_dot_rad_s", "chi_ddot_rad_s2"} & result.not_repeating.keys()
@@ -69,7 +69,7 @@ def test_turn_reports_what_does_not_repeat(ratio: Fraction) -> None:
 
 def test_turn_with_whole_ratio_repeats() -> None:
     """An angle that gains whole turns is no change; its mean is that of the turn, not that of 360 samples of it."""
-    result = turn(Model(belt_machine(Fraction(-2)))).result
+    result = compute_cycle(Model(belt_machine(Fraction(-2)))).result
     assert (result.not_repeating, result.repeats_after_turns, result.warnings) == ({}, 1, [])
     assert result.quantities["chi_deg"].mean == pytest.approx(-360.0, rel=1e-12)
     assert result.quantities["chi_deg"].rms == pytest.approx(720 / np.sqrt(3), rel=1e-4)
@@ -77,7 +77,7 @@ def test_turn_with_whole_ratio_repeats() -> None:
 
 
 def test_turn_reports_a_length_that_grows() -> None:
-    result = turn(Model(belt_machine(Fraction(1), CORD))).result
+    result = compute_cycle(Model(belt_machine(Fraction(1), CORD))).result
     assert result.not_repeating == {"cord_mm": pytest.approx(100 * np.pi)}
     assert result.repeats_after_turns is None
     assert result.work["M_in_J"] == pytest.approx(0, abs=1e-12)
@@ -86,7 +86,7 @@ def test_turn_reports_a_length_that_grows() -> None:
 def test_turn_whose_next_turn_fails_gives_no_means() -> None:
     """The square root ends at 400 deg."""
     more = 'from sympy import sqrt\nm.report("left", "1", "what is left", sqrt(Rational(7) - q.phi))\n'
-    result = turn(Model(belt_machine(Fraction(1), more))).result
+    result = compute_cycle(Model(belt_machine(Fraction(1), more))).result
     assert set(result.not_repeating.values()) == {None}
     assert result.work == {"M_in_J": None}
     assert "left" in result.warnings[0].message
@@ -97,9 +97,9 @@ def test_averages_of_what_does_not_repeat_are_refused() -> None:
     with pytest.raises(ComputationError, match="M_in"):
         printed.evaluate_measure(source, parse_measure("rms M_in", "a"), None, None)
     with pytest.raises(ComputationError, match="M_in"):
-        optimisation.optimise(half, "rms M_in", spec=SearchSpec(starts=1))
+        optimisation.optimise_machine(half, "rms M_in", spec=SearchSpec(starts=1))
     with pytest.raises(ComputationError, match="cord"):
-        cam.profile(Model(half), 0.001, "cord", "e")
+        cam.build_profile(Model(half), 0.001, "cord", "e")
     assert printed.evaluate_measure(source, parse_measure("max chi", "a"), None, None) == pytest.approx(np.pi)
     assert printed.evaluate_measure(source, parse_measure("min chi", "a"), None, None) == 0
     names = ("M_in_mean_Nm", "M_in_max_Nm", "chi_dot_mean_rad_s")
@@ -114,13 +114,13 @@ def test_contact_of_a_turn_that_does_not_repeat() -> None:
     machine = belt_machine(Fraction(1, 2), more)
     pushing = tuple(replace(quantity, is_push=quantity.name == "N_c") for quantity in machine.quantities)
     model, angles = Model(replace(machine, quantities=pushing)), 2 * np.pi * np.arange(90) / 90
-    found = warnings(model, angles, model(angles), repeats=False)
+    found = list_lift_offs(model, angles, model(angles), repeats=False)
     assert [one.angle_deg for one in found] == pytest.approx([0.0, 300.0], abs=1e-6)
 
 
 def test_curve_and_drawing_end_where_the_turn_does(tmp_path: Path) -> None:
-    half = turn(Model(belt_machine(Fraction(1, 2))))
+    half = compute_cycle(Model(belt_machine(Fraction(1, 2))))
     assert not half.repeats
     assert half.ends["chi_deg"] == pytest.approx(180.0)
-    write_turn(tmp_path / "run", half)
+    present_cycle(half).write(tmp_path / "run")
     assert "does_not_repeat" in (tmp_path / "run" / "report.html").read_text(encoding="utf-8")

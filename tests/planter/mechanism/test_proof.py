@@ -12,10 +12,10 @@ import pytest
 from planter.engine.goal import Goal
 from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.proof import ProvableObjective
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.kernels import Array
 from planter.kernels.array_code import find_periodic
-from planter.mechanism.cycle import turn
+from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
@@ -62,7 +62,7 @@ def enclose(file: MechanismFile, quantities: tuple[tuple[str, bool], ...], box: 
 def count_misses(jets: list[Jet], file: MechanismFile, quantities: tuple[tuple[str, bool], ...]) -> int:
     """Return how many values and slopes of the engine, at random designs, are outside their enclosures."""
     machine = build_machine(file)
-    response = Response(machine, [name for name, _ in quantities])
+    response = MachineResponse(machine, [name for name, _ in quantities])
     angles, misses = 2 * np.pi * np.arange(COUNT) / COUNT, 0
     for x in draw_designs(find_box(file), 6):
         values, slopes = response.slopes(response.at(x), angles)
@@ -288,7 +288,7 @@ def test_objective_of_a_proof_is_over_samples_alone() -> None:
     found = answer("optimise", path, "--set", "turn.samples=12", "--least", "range F_Bx", "--starts", "1", "--prove",
                    "--prove-seconds", "0")  # fmt: skip
     machine = own.machine("slider_crank", **found["proof"]["design"])
-    forces = turn(Model(machine), 12).result.quantities["F_Bx_N"]
+    forces = compute_cycle(Model(machine), 12).result.quantities["F_Bx_N"]
     assert found["proof"]["samples"] == 12
     assert found["proof"]["objective"] == pytest.approx(forces.max - forces.min, rel=1e-9)
 

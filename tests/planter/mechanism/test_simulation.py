@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from planter.cli.app import application
 from planter.errors import InputError
-from planter.mechanism.cycle import simulate
+from planter.mechanism.cycle import simulate_machine
 from tests.support import own
 from tests.support.cli import answer
 
@@ -23,19 +23,19 @@ def test_simulate_and_turn_are_one_command() -> None:
 
 def test_results_at_angles_are_those_of_geometry() -> None:
     """A slider stands at r cos phi + sqrt(l^2 - (e - r sin phi)^2)."""
-    result = simulate(own.machine("slider_crank"), 12, [37.0, 397.0, -90.0]).result
+    result = simulate_machine(own.machine("slider_crank"), 12, [37.0, 397.0, -90.0]).result
     assert result.at is not None
     for one in result.at:
         phi = math.radians(one.angle_deg)
         expected = 50 * math.cos(phi) + math.sqrt(200**2 - (10 - 50 * math.sin(phi)) ** 2)
         assert one.quantities["s_mm"] == pytest.approx(expected, rel=1e-12)
-    assert simulate(own.machine("slider_crank"), 12).result.at is None
+    assert simulate_machine(own.machine("slider_crank"), 12).result.at is None
 
 
 @pytest.mark.parametrize(("samples", "angle"), [(3, 0.0), (100_001, 0.0), (12, math.nan)])
 def test_simulate_refuses_numbers_out_of_range(samples: int, angle: float) -> None:
     with pytest.raises(InputError, match=r"--(samples|at) = "):
-        simulate(own.machine("slider_crank"), samples, [angle])
+        simulate_machine(own.machine("slider_crank"), samples, [angle])
 
 
 @pytest.mark.parametrize("options", [("--model", "printed"), ("--lift",)])

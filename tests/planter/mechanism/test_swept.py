@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from planter.errors import InputError
-from planter.mechanism.cycle import turn
+from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.model import Model
 from planter.mechanism.swept import ROOM
 from planter.sweeps.plan import Plan
@@ -23,7 +23,7 @@ def test_rows_are_the_turns_of_the_mechanism() -> None:
     asked = Sweep(plan())
     found = asked.recipe.job().chunk(0, 4, 1)
     for row, (r, speed) in zip(found, [(50, 200), (50, 400), (60, 200), (60, 400)], strict=True):
-        told = turn(Model(own.machine("slider_crank", r_mm=r, omega_rpm=speed))).result.quantities
+        told = compute_cycle(Model(own.machine("slider_crank", r_mm=r, omega_rpm=speed))).result.quantities
         force = told["F_Ox_N"]
         wanted = [told["M_in_Nm"].max, force.max - force.min, told["M_in_Nm"].rms]
         np.testing.assert_allclose(row, wanted, rtol=1e-12)

@@ -6,7 +6,7 @@ from scipy.special import ellipe
 
 from planter.errors import InputError
 from planter.mechanism.model import Model
-from planter.mechanism.toothed import Mesh
+from planter.mechanism.toothed import MechanismMesh
 from tests.support import own
 from tests.support.cli import refusal
 
@@ -26,9 +26,9 @@ SYSTEM = gears.system()
 """
 
 
-def mesh(source: str, tag: str = "P", name: str = "") -> Mesh:
+def mesh(source: str, tag: str = "P", name: str = "") -> MechanismMesh:
     names = own.file(source, name).model.sidecar["meshes"][tag]
-    return Mesh(Model(own.machine(source, name)), tag, tuple(names))
+    return MechanismMesh(Model(own.machine(source, name)), tag, tuple(names))
 
 
 @pytest.mark.parametrize(("name", "tag"), [("elliptic_gears", "P"), ("planetary_train", "P"), ("planetary_train", "Q")])
@@ -54,4 +54,4 @@ def test_radii_that_do_not_roll_on_each_other_are_refused() -> None:
 
 def test_mechanism_without_gears_is_refused() -> None:
     place = own.generated("slider_crank") / "slider_crank.toml"
-    assert "lets none mesh" in refusal("gears", str(place), "--module", "1")
+    assert "no meshing gears" in refusal("gears", str(place), "--module", "1")

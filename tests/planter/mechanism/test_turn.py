@@ -11,7 +11,7 @@ import pytest
 from derive.__main__ import main as derive
 from planter.engine.machine import load_machine
 from planter.errors import ComputationError, InputError
-from planter.mechanism.cycle import turn
+from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
 from planter.records import schema
@@ -155,7 +155,7 @@ def test_functions_that_are_not_there_are_missed(folder: Path) -> None:
     file = folder / "generated" / "lost.toml"
     text = (folder / "generated" / "four_bar.toml").read_text()
     file.write_text(text.replace('functions = "four_bar"', 'functions = "five_bar"'), encoding="utf-8")
-    with pytest.raises(InputError, match=r"five_bar\.py and five_bar\.json must stand beside the file"):
+    with pytest.raises(InputError, match=r"five_bar\.py and five_bar\.json must be in the folder of the file"):
         load(file)
 
 
@@ -165,6 +165,6 @@ def test_a_mass_below_nothing_is_refused(folder: Path) -> None:
 
 
 def test_a_mechanism_at_rest_does_no_work(folder: Path) -> None:
-    found = turn(model(folder, omega_rad_s=0.0), 12).result
+    found = compute_cycle(model(folder, omega_rad_s=0.0), 12).result
     assert found.work == {}
     assert found.quantities["gamma_dot_rad_s"].rms == 0

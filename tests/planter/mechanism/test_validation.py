@@ -12,7 +12,7 @@ from planter.cli.app import application
 from planter.engine.machine import load_machine
 from planter.files import examples
 from planter.mechanism import file
-from planter.mechanism.cycle import validate, validate_motion
+from planter.mechanism.cycle import validate_free_motion, validate_machine
 from tests.support import own
 from tests.support.cli import answer
 
@@ -49,7 +49,7 @@ def test_built_in_machine_is_valid(name: str) -> None:
 
 
 def test_value_beyond_its_bounds_is_named() -> None:
-    (warning,) = validate(load_machine(_source(SLIDER_CRANK), {"r_mm": 81.0})).warnings
+    (warning,) = validate_machine(load_machine(_source(SLIDER_CRANK), {"r_mm": 81.0})).warnings
     assert "r_mm = 81" in warning.message
     assert "[30, 80]" in warning.message
     assert warning.angle_deg is None
@@ -78,7 +78,7 @@ def test_free_motion_is_valid() -> None:
 def test_start_off_the_constraints_is_told() -> None:
     """Andrews' mechanism closes for the stated start alone: with another link its joints begin elsewhere."""
     mechanism = file.load(_source("andrews"), {})
-    assert validate_motion(mechanism).warnings == []
+    assert validate_free_motion(mechanism).warnings == []
     key = next(key for key in mechanism.values if key.startswith("rr"))
     changed = file.load(_source("andrews"), {key: mechanism.values[key] * 1.01})
-    assert validate_motion(changed).warnings
+    assert validate_free_motion(changed).warnings

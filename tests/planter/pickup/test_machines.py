@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import Machine, load_machine
-from planter.engine.response import Response
-from planter.engine.summary import Cycle, build_rows
+from planter.engine.response import MachineResponse
+from planter.engine.summary import PiecewiseCycle, build_rows
 from planter.pickup import file
 from planter.pickup.machines import build_machine, takes
 from planter.pickup.model import PickupTrain, build_train
@@ -44,7 +44,7 @@ def train_of(source: str) -> tuple[file.Pickup, PickupTrain, Machine]:
 
 
 def values_of(machine: Machine, angles: np.ndarray = ANGLES) -> dict[str, np.ndarray]:
-    response = Response(machine)
+    response = MachineResponse(machine)
     rows = response.values(response.at(machine.design), angles)
     return {quantity.name: row for quantity, row in zip(machine.quantities, rows, strict=True)}
 
@@ -79,7 +79,7 @@ def test_the_tip_is_that_of_complex_numbers() -> None:
 def test_derivatives_are_those_of_differences(source: str) -> None:
     machine = train_of(source)[2]
     machine = machine.with_moved({value.path: (0.0, 1.0) for value in machine.values})
-    response, x, angles = Response(machine), machine.design, steps(24, 0.5)
+    response, x, angles = MachineResponse(machine), machine.design, steps(24, 0.5)
     values, slopes = response.slopes(response.at(x), angles)
     for column, step in enumerate(np.vstack([np.zeros(len(x)), np.diag(1e-5 * np.where(x == 0, 1, np.abs(x)))])):
         turned = 1e-5 if column == 0 else 0.0
@@ -92,7 +92,7 @@ def test_derivatives_are_those_of_differences(source: str) -> None:
 
 def test_the_tip_s_velocity_jumps_at_the_ends_of_the_dwell() -> None:
     _, train, machine = train_of("yu2023")
-    shocks = [shock for shock in Cycle(machine, build_rows(machine)).shocks() if shock.quantity == "vx_S"]
+    shocks = [shock for shock in PiecewiseCycle(machine, build_rows(machine)).shocks() if shock.quantity == "vx_S"]
     assert [shock.event for shock in shocks] == ["start of the dwell", "end of the dwell"]
     assert [shock.phi_deg for shock in shocks] == pytest.approx([210, 270], abs=1e-9)
     before, after = (train.motion(np.radians([210 + side]))["vx_S"][0] for side in (-1e-7, 1e-7))
@@ -101,7 +101,7 @@ def test_the_tip_s_velocity_jumps_at_the_ends_of_the_dwell() -> None:
 
 def test_changes_and_other_files(tmp_path: Path) -> None:
     machine = load_machine("yu2023", {"L2_mm": 150.0, "speed_deg_per_s": 180.0})
-    assert machine.data[machine.index_of("bars.L2_mm")] == pytest.approx(0.15)
+    assert machine.data[machine.find_index("bars.L2_mm")] == pytest.approx(0.15)
     assert machine.data[machine.speed] == pytest.approx(np.pi)
     assert not any(takes(name) for name in ("sun2019-curve", "wang2017"))
     assert takes("yu2023-path")

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 
-from planter.engine.drive import Course, Driven, Motor
+from planter.engine.drive import DrivenMachine, Motor, SpeedHistory
 from planter.errors import ComputationError, InputError
 from planter.planting.lifted import LiftedModel
 from planter.planting.motor_drive import build_driven_machine, drive_device
@@ -26,12 +26,12 @@ PHI = np.radians(np.arange(0.0, 360.0, 3.0))
 
 
 @cache
-def driven(name: str = "wang2017", flywheel: float = 0.1) -> Driven:
+def driven(name: str = "wang2017", flywheel: float = 0.1) -> DrivenMachine:
     machine = build_driven_machine(machines.device(name))
-    return Driven(machine, replace(MOTOR, flywheel=flywheel), ["F_support"])
+    return DrivenMachine(machine, replace(MOTOR, flywheel=flywheel), ["F_support"])
 
 
-def imbalance(model: Driven, at: Course, more: float = 0.0) -> float:
+def imbalance(model: DrivenMachine, at: SpeedHistory, more: float = 0.0) -> float:
     """Power of the motor less the rate of all energies and what friction takes, over its own largest value."""
     found = model.report(at)
     power = found.torque * at.omega

@@ -12,7 +12,7 @@ from planter.engine.machine import load_machine
 from planter.engine.search import SearchSpec
 from planter.errors import InputError
 from planter.files import examples
-from planter.mechanism.optimisation import optimise
+from planter.mechanism.optimisation import optimise_machine
 from planter.optimise import certificate
 from planter.optimise.constraints import KEPT
 from planter.optimise.elastic import least_violation
@@ -267,9 +267,9 @@ def test_search_for_any_sum_satisfies_the_requirements(device: Device, goal: str
     built = load_machine(WIDE)
     spec = SearchSpec(sampling=36, starts=1)
     required = RequirementConstraints(device)
-    optimum = optimise(built, goal, spec=spec)
+    optimum = optimise_machine(built, goal, spec=spec)
     assert required.violation(optimum.x) <= KEPT
-    free = optimise(replace(built, requirements=None), goal, spec=spec)
+    free = optimise_machine(replace(built, requirements=None), goal, spec=spec)
     assert required.violation(free.x) > 0.01
     prices = {limit.limit_on: limit.multiplier for limit in optimum.result.certificate.active_limits}
     assert prices

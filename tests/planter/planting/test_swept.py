@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.errors import InputError
 from planter.planting import cycle, file, simulation
 from planter.planting.file import Machine
@@ -99,7 +99,7 @@ def test_a_row_without_a_finite_turn_has_nothing(machine: Machine) -> None:
 def test_a_deviation_is_one_of_the_centre_distance_alone(name: str, kernel_cache: None) -> None:
     """Centres stand apart by as much more, and the angles over a turn are the same."""
     machine = ROOM.build(file.load(name))
-    response = Response(machine, ["phi52", "phi72", "F_B1x"])
+    response = MachineResponse(machine, ["phi52", "phi72", "F_B1x"])
     mounted = machine.data.copy()
     mounted[-2:] = [0.2e-3, -0.1e-3]
     places = cycle.find_distance_indices(Device(file.load(name)))

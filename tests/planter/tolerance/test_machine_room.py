@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planter.engine.machine import load_machine
-from planter.engine.response import Response
+from planter.engine.response import MachineResponse
 from planter.errors import InputError
 from planter.files import examples
 from planter.kernels import backends
@@ -40,7 +40,7 @@ def test_rows_are_those_of_the_machine_alone(name: str) -> None:
     (value,), slopes = subject.slopes(x)
     (term,) = subject.outputs[0].terms
     quantity = machine.find_quantity(term.name)
-    response = Response(machine, [quantity.name])
+    response = MachineResponse(machine, [quantity.name])
     samples = response.values(response.at(machine.design), subject.rows.angles)[0] / quantity.factor
     expected = samples.max() if term.kind == "max" else np.ptp(samples)
     assert value == pytest.approx(expected, rel=1e-12)
@@ -71,7 +71,7 @@ def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
 
     def find_range(length: float) -> float:
         moved = machine.with_moved(VARIED)
-        response = Response(moved, ["x_S"])
+        response = MachineResponse(moved, ["x_S"])
         at = response.at(np.array([length * 1e-3]))
         return float(np.ptp(1e3 * response.values(at, machine.turn * np.arange(machine.samples) / machine.samples)))
 

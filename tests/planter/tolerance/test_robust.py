@@ -40,7 +40,7 @@ def robust_goal(machine: Machine, spreads: dict[str, Spread], hold: str = "") ->
     least = [resolve_measure(machine, measure) for measure in parse_sum("range F_Ox + 2 rms M_in")]
     limits = [resolve_limit(machine, parse_limit(hold))] if hold else []
     bounds = DesignLimits(Goal(machine, (), limits, ANGLES, with_events=False)) if limits else None
-    return RobustGoal(replace(machine, least=tuple(least)), spreads, SETTINGS, ANGLES, bounds)
+    return RobustGoal(replace(machine, objective=tuple(least)), spreads, SETTINGS, ANGLES, bounds)
 
 
 def test_gradient_of_mean_and_deviation_agrees_with_differences() -> None:
@@ -60,9 +60,9 @@ def test_each_drawn_machine_is_a_machine_of_its_own() -> None:
     machine = robust.machine
     for deviations, value in zip(robust.deviations, values, strict=True):
         data = machine.data.copy()
-        data[machine.index_of("values.e_mm")] += deviations[1]
-        data[machine.index_of("values.m_s_kg")] = deviations[2]
-        alone = Goal(machine.with_data(data), machine.least, [], ANGLES, with_events=False)
+        data[machine.find_index("values.e_mm")] += deviations[1]
+        data[machine.find_index("values.m_s_kg")] = deviations[2]
+        alone = Goal(machine.with_data(data), machine.objective, [], ANGLES, with_events=False)
         assert value == pytest.approx(alone.evaluate(alone.machine.design), rel=1e-12)
     assert np.ptp(values) > 0.01 * values.mean()
     assert robust.nominal(robust.design)[0] != pytest.approx(values[0], rel=1e-6)

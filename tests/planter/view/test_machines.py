@@ -18,9 +18,9 @@ from planter.gears import figures as gears
 from planter.mapping import curve, synthesis, train
 from planter.mapping import file as poses
 from planter.mapping import scene as mapping
-from planter.mechanism.cycle import turn
-from planter.mechanism.drawing import Course
-from planter.mechanism.drawing import scene as own_scene
+from planter.mechanism.cycle import compute_cycle
+from planter.mechanism.drawing import PlotAxis
+from planter.mechanism.drawing import build_scene as own_scene
 from planter.mechanism.model import Model
 from planter.pickup import file as pickup_file
 from planter.pickup import model as pickup_model
@@ -95,8 +95,8 @@ def test_the_gears_of_a_train_touch_and_its_arm_ends_at_the_tip() -> None:
 def arm(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     folder = tmp_path_factory.mktemp("own")
     assert derive([str(EXAMPLES / "transplanting_arm.py"), "--out", str(folder)]) == 0
-    found = turn(Model(load_machine(str(folder / "transplanting_arm.toml"))))
-    course = Course(found.angles_deg, "phi / deg", turn=True)
+    found = compute_cycle(Model(load_machine(str(folder / "transplanting_arm.toml"))))
+    course = PlotAxis(found.angles_deg, "phi / deg", is_angle=True)
     return own_scene("arm", course, found.seconds, found.columns, found.places)
 
 

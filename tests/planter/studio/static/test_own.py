@@ -11,10 +11,10 @@ import pytest
 
 from planter.errors import NotFiniteError
 from planter.kernels.programs import webassembly
-from planter.mechanism.cycle import turn
+from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
-from planter.mechanism.show import Mechanism
+from planter.mechanism.show import MechanismView
 from tests.planter.studio.static.told import Told, written
 from tests.support import own
 from tests.support.cli import run
@@ -23,7 +23,7 @@ from tests.support.wasm import Running, apart, needs_wasm
 CRANK, TRAIN = "slider_crank", "planetary_train"
 
 
-def designs(machine: Mechanism, count: int) -> list[dict[str, float]]:
+def designs(machine: MechanismView, count: int) -> list[dict[str, float]]:
     """Its own numbers, then some by lot near them."""
     rng, known = np.random.default_rng(3), {one.path: one.value for one in machine.controls}
     return [known, *({path: value * float(rng.uniform(0.95, 1.05)) for path, value in known.items()}
@@ -33,12 +33,12 @@ def designs(machine: Mechanism, count: int) -> list[dict[str, float]]:
 @pytest.mark.parametrize("name", [CRANK, TRAIN])
 def test_its_program_finds_the_turn(name: str) -> None:
     """Extremes of every result and the course of each drawn one, loops closed in the same assembly."""
-    machine = Mechanism(own.file(name))
+    machine = MechanismView(own.file(name))
     portable = machine.portable("exact")
     for values in designs(machine, 3):
         found = portable.at(values, portable.seen)
         singles = dict(zip(portable.singles, found["singles"], strict=True))
-        known = turn(Model(build_machine(machine.file.with_numbers(values))))
+        known = compute_cycle(Model(build_machine(machine.file.with_numbers(values))))
         for key, quantity in known.result.quantities.items():
             scale = max(abs(quantity.max), abs(quantity.min))
             assert singles[f"largest {key}"] == pytest.approx(quantity.max, abs=1e-12 * scale)
@@ -48,7 +48,7 @@ def test_its_program_finds_the_turn(name: str) -> None:
 
 def test_loops_that_do_not_close_are_no_machine() -> None:
     """A rod shorter than the crank: what is found is not finite, which a page says in a sentence."""
-    machine = Mechanism(own.file(CRANK))
+    machine = MechanismView(own.file(CRANK))
     portable = machine.portable("exact")
     values = {one.path: one.value for one in machine.controls}
     with pytest.raises(NotFiniteError):
@@ -57,7 +57,7 @@ def test_loops_that_do_not_close_are_no_machine() -> None:
 
 @needs_wasm
 def test_webassembly_finds_the_same() -> None:
-    machine = Mechanism(own.file(CRANK))
+    machine = MechanismView(own.file(CRANK))
     portable = machine.portable("exact")
     running = Running(webassembly.module(portable.programs))
     for values in designs(machine, 3):

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planter.errors import ComputationError
-from planter.mechanism.show import Mechanism
+from planter.mechanism.show import MechanismView
 from planter.studio.static_model import Recogniser
 from planter.studio.static_page import bundle, file_template
 from planter.view.scene import Scene
@@ -23,7 +23,7 @@ NAMES = ("wang2017-wide", "slider_crank")
 
 @cache
 def machine(name: str) -> Movable:
-    found = Mechanism(own.file(name)) if name == "slider_crank" else opened(name)
+    found = MechanismView(own.file(name)) if name == "slider_crank" else opened(name)
     assert isinstance(found, Movable)
     return found
 

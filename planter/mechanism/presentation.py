@@ -1,0 +1,277 @@
+"""Presentations of cycles, free motions, optima, sensitivities, motor drives and checks of the engine's machines."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
+
+from planter.engine import tables
+from planter.engine.drive import Drive
+from planter.engine.machine import Machine
+from planter.engine.sensitivity import SensitivityResult
+from planter.files import units
+from planter.files.document import Document, lines
+from planter.kernels import Array
+from planter.mechanism import drawing
+from planter.mechanism.cycle import MechanismCycle, compute_cycle
+from planter.mechanism.drawing import PlotAxis
+from planter.mechanism.file import MechanismFile
+from planter.mechanism.model import Model
+from planter.mechanism.motion import MechanismMotion
+from planter.mechanism.optimisation import MechanismOptimum
+from planter.mechanism.results import (
+    LimitResult,
+    MachineValidation,
+    MechanismOptimumResult,
+    MechanismWarning,
+    QuantityHistory,
+    QuantityStatistics,
+)
+from planter.records import Record
+from planter.report import files
+from planter.report.html import Items, Keys, Section, Table, Text
+from planter.report.labels import label, name
+from planter.report.presentation import ModelAssumptions, ResultPresentation
+from planter.report.proof import describe_proof
+from planter.version import __version__
+from planter.view.animation import Motion as MotionBlock
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MEANING = "meaning"
+"""Column for which a terminal is too narrow."""
+CHANGED_START = "The constraints do not allow the stated start; the nearest that they allow is used."
+ONE_SIDED = "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
+MOTION_CAPTION = (
+    "Bodies by the points where forces act on them and by their centroids, which is all that the statement contains."
+)
+
+
+def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
+    """Return the presentation of a cycle: quantities, works, laws, limits."""
+    result = cycle.result
+    title = f"Cycle of {result.machine} in {result.samples} samples"
+    sections = [*_list_cycle_sections(cycle), *_list_limits(result.holds or ())]
+    return _present(_describe_machine(cycle.machine), title, result, sections, **_draw_cycle(title, lambda: cycle))
+
+
+def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
+    """Return the presentation of an optimum: changed values, limits, certificate, its cycle, and a file of it."""
+    result, machine = optimum.result, optimum.machine
+    title, best = f"Optimum of {machine.name}", cache(lambda: compute_cycle(Model(machine)))
+    return _present(
+        _describe_machine(machine),
+        title,
+        result,
+        _list_optimum_sections(result),
+        details=lambda: _list_cycle_sections(best()),
+        texts=lambda: {"optimum.toml": format_optimum_file(optimum)},
+        **_draw_cycle(title, best),
+    )
+
+
+def present_sensitivity(result: SensitivityResult, machine: Machine) -> ResultPresentation:
+    """Return the presentation of a sensitivity: gradient and combinations of values."""
+    title = f"Sensitivity of {machine.name}"
+    return _present(_describe_machine(machine), title, result, list_sensitivity_sections(result))
+
+
+def list_sensitivity_sections(result: SensitivityResult) -> Iterator[Section]:
+    """Yield the gradient, and the combinations of values that the objective depends on."""
+    gradient, *combinations = (table.block for table in tables.sensitivity_tables(result))
+    sentences = [Text(sentence) for sentence in tables.sensitivity_sentences(result)]
+    yield Section("Gradient", [Text(f"Objective: {result.least}."), gradient])
+    yield Section("Effective combinations", [*sentences, *combinations])
+
+
+def present_drive(drive: Drive) -> ResultPresentation:
+    """Return the presentation of a machine on a motor: speed, torques and forces."""
+    parts = (*tables.drive_tables(drive.result), tables.driven_quantities(drive.result))
+    return _present(
+        _describe_machine(drive.machine),
+        f"{drive.machine.name} on a motor",
+        drive.result,
+        [Section(title, [table.block]) for title, table in zip(("Motor", "Speed", "Forces"), parts, strict=True)],
+        figures=lambda: {"drive": drawing.draw_drive(drive)},
+        tables=lambda: {"turn.csv": drive.columns()},
+    )
+
+
+def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresentation:
+    """Return the presentation of a free motion: quantities, energy, constraints, equilibrium."""
+    sidecar, meanings = file.model.sidecar, {entry["shown"]: entry["meaning"] for entry in file.entries}
+    model = ModelAssumptions(f"{sidecar['title']}, from {sidecar['source']}", sidecar["assumptions"], meanings, False)
+    result, axis = motion.result, PlotAxis(motion.times, "time / s", is_angle=False)
+    title = f"Motion of {file.name} until {result.until_s:g} s"
+    scene = partial(drawing.build_scene, title, axis, result.until_s, motion.columns, motion.places)
+    parts = _draw_quantities(lambda: (axis, motion.columns), lambda: [MotionBlock(scene(), MOTION_CAPTION)])
+    return _present((file, model), title, result, _list_motion_sections(motion), **parts)
+
+
+def present_validation(result: MachineValidation, source: str) -> ResultPresentation:
+    """Return the presentation of a valid file: its limits and warnings."""
+    design = f"; design values {', '.join(result.design)}" if result.design else ""
+    sections = [*_list_limits(result.holds or ()), *_list_warnings(result.warnings)]
+    return ResultPresentation(f"{source}: valid{design}", result, sections)
+
+
+def format_optimum_file(optimum: MechanismOptimum) -> str:
+    """Return the machine's file (TOML) with the optimum's values; comments state the values before."""
+    result, machine = optimum.result, optimum.machine
+    table, paths = machine.document.written_table(), [machine.values[index].path for index in machine.moved]
+    start = dict(zip(paths, result.start_design.values(), strict=True))
+    moved = [path for path, value in zip(paths, result.design.values(), strict=True) if value != start[path]]
+    notes = {path: f"was {start[path]!r} {units.unit(path)}".rstrip() for path in moved}
+    table["origin"] = machine.document.origins | dict.fromkeys(moved, f"optimised (least {result.least})")
+    limits = "; ".join(limit.limit_on for limit in result.holds)
+    head = [
+        f"# {machine.name} with least {result.least}{f' under {limits}' if limits else ''}.",
+        f"# By planter {__version__}.",
+        f"# Reached {result.objective!r}, before {result.start_objective!r}.",
+    ]
+    order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict)))
+    return "\n".join([*head, "", *lines(order, notes)]) + "\n"
+
+
+def _describe_machine(machine: Machine) -> tuple[Document, ModelAssumptions]:
+    text = machine.documentation
+    title = ", from ".join(filter(None, (text.title or machine.name, text.reference)))
+    return machine.document, ModelAssumptions(title, machine.assumptions, machine.meanings, False)
+
+
+def _present(
+    described: tuple[Document, ModelAssumptions], title: str, result: Record, sections: Iterable[Section], **parts: Any
+) -> ResultPresentation:
+    document, model = described
+    comments = list(files.comments(document, "mechanism"))
+    return ResultPresentation(title, result, list(sections), document=document, model=model, comments=comments, **parts)
+
+
+def _draw_cycle(title: str, find_cycle: Callable[[], MechanismCycle]) -> dict[str, Any]:
+    """Return figures, table and moving scene of a cycle, which is computed only if a folder is written."""
+
+    def animate() -> Iterator[MotionBlock]:
+        cycle = find_cycle()
+        if cycle.places:
+            axis = PlotAxis.from_cycle(cycle)
+            scene = drawing.build_scene(title, axis, cycle.seconds, cycle.columns, cycle.places)
+            yield MotionBlock(scene, MOTION_CAPTION)
+
+    return _draw_quantities(lambda: (PlotAxis.from_cycle(find_cycle()), find_cycle().columns), animate)
+
+
+def _draw_quantities(
+    find_curves: Callable[[], tuple[PlotAxis, Mapping[str, Array]]], animate: Callable[[], Iterable[MotionBlock]]
+) -> dict[str, Any]:
+    """Return figures, table and moving scene of quantities (n,) by key over an axis."""
+
+    def draw() -> dict[str, Figure]:
+        axis, columns = find_curves()
+        return dict(drawing.draw_curves(columns, axis))
+
+    def tabulate() -> Mapping[str, Mapping[str, Array]]:
+        axis, columns = find_curves()
+        return {"values.csv": {axis.label.replace(" / ", "_"): axis.values, **columns}}
+
+    return {"figures": draw, "tables": tabulate, "motions": animate}
+
+
+def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
+    result = cycle.result
+    yield from _list_warnings(result.warnings)
+    meanings = {quantity.key: quantity.meaning for quantity in cycle.machine.results}
+    head = ("quantity", MEANING, "min", "at / deg", "max", "at / deg", "mean", "rms", "unit")
+    rows = [
+        (name(key), meanings[key], q.min, q.min_deg, q.max, q.max_deg, tables.round_mean(q.mean, q.rms), q.rms,
+         format_unit(q))
+        for key, q in result.quantities.items()
+    ]  # fmt: skip
+    yield Section("Quantities", [Table(head, rows, page_columns=(MEANING,))])
+    if result.work:
+        yield Section("Work of a cycle", [_list_values(result.work)])
+    if result.designer is not None:
+        blocks = [table.block for table in tables.summary_tables(result.designer)]
+        yield Section("Designer's summary", [*blocks, Text(ONE_SIDED, "note")])
+    if result.at:
+        angles = [f"at {values.angle_deg:.6g} deg" for values in result.at]
+        cells: list[tuple[str | float, ...]] = [
+            (name(key), *(values.quantities[key] for values in result.at), units.unit(key)) for key in result.quantities
+        ]
+        yield Section("At single angles", [Table(("quantity", *angles, "unit"), cells)])
+    if result.laws:
+        laws = [(law.law, law.violation, law.unit) for law in result.laws]
+        yield Section("Laws", [Table(("law", "largest violation", "unit"), laws)])
+
+
+def _list_motion_sections(motion: MechanismMotion) -> Iterator[Section]:
+    result = motion.result
+    head = ("quantity", MEANING, "min", "max", "last", "unit")
+    rows = [
+        (name(key), motion.meanings[key], q.min, q.max, q.last, format_unit(q)) for key, q in result.quantities.items()
+    ]
+    yield Section("Quantities", [Table(head, rows, page_columns=(MEANING,))])
+    if result.changed_start:
+        changed = [(name(value.quantity), value.stated, value.used, value.unit) for value in result.changed_start]
+        table = Table(("quantity", "stated", "used", "unit"), changed)
+        yield Section("Start", [Text(CHANGED_START, "warning"), table])
+    yield Section("Energy of weights, springs and motion", [_list_values(result.energy.table())])
+    if sentences := list(_describe_constraints(motion)):
+        yield Section("Constraints", [Items(sentences)])
+    if result.equilibrium is not None and result.eigenvalues_per_s is not None:
+        values = Table(("real / 1/s", "imaginary / 1/s"), result.eigenvalues_per_s, "Eigenvalues")
+        yield Section("Equilibrium", [_list_values(result.equilibrium), values])
+
+
+def _describe_constraints(motion: MechanismMotion) -> Iterator[str]:
+    result = motion.result
+    if result.redundant_constraints:
+        names = ", ".join(result.dependent_constraints)
+        yield f"{result.redundant_constraints} redundant among the constraints {names}"
+    if result.undetermined_actions:
+        yield f"Statically indeterminate reactions: {', '.join(result.undetermined_actions)}"
+
+
+def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
+    change = f"{result.start_objective:.6g} to {result.objective:.6g}"
+    rows = [(label(key), result.start_design[key], value) for key, value in result.design.items()]
+    table = Table(("quantity", "before", "optimum"), rows)
+    yield Section("Optimum", [Text(f"Least {result.least}: {change}."), table])
+    yield from _list_limits(result.holds)
+    certificate = result.certificate
+    yield Section("Certificate", [Keys({
+        "residual of the optimality conditions": certificate.kkt_residual,
+        "agreeing starts": f"{certificate.agreeing_starts} of {certificate.starts}",
+        "active bounds": ", ".join(certificate.active_bounds) or "none",
+        **{f"price of {row.limit_on} per {row.unit or 'unit'}": row.multiplier for row in certificate.active_limits},
+        "samples of the cycle": result.samples,
+    })])  # fmt: skip
+    sentences = tables.describe_directions(result.effective_parameters, len(result.design), result.insensitive)
+    yield Section("Effective combinations", [Text(sentence) for sentence in sentences])
+    if result.front:
+        points = [(point.range, point.variance, *point.design.values()) for point in result.front]
+        head = ("range", "variance", *map(label, result.design))
+        yield Section("Pareto front of range and variance", [Table(head, points)])
+    if result.proof is not None:
+        yield Section("Proof", list(describe_proof(result.proof.table())))
+
+
+def _list_limits(limits: Sequence[LimitResult]) -> Iterator[Section]:
+    if limits:
+        rows = [(limit.limit_on, limit.value, limit.limit, limit.active, limit.met) for limit in limits]
+        yield Section("Limits", [Table(("limit", "value", "bound", "active", "satisfied"), rows)])
+
+
+def _list_warnings(warnings: Sequence[MechanismWarning]) -> Iterator[Section]:
+    if warnings:
+        yield Section("Warnings", [Items([f"{row.message} ({row.name})" for row in warnings], "warning")])
+
+
+def _list_values(values: Mapping[str, float | None]) -> Keys:
+    return Keys({label(key): value for key, value in values.items()})
+
+
+def format_unit(quantity: QuantityStatistics | QuantityHistory) -> str:
+    """Return a unit, and the frame of a component if it is not the world's."""
+    return quantity.unit if quantity.axes is None else f"{quantity.unit}, axes of {quantity.axes}"
