@@ -9,7 +9,6 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
-from planter.mechanism.report import format_optimum_file
 
 from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_measure
 from planter.engine.machine import Machine, load_machine
@@ -24,6 +23,7 @@ from planter.kernels import Array
 from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import evaluate_limits, optimise_machine
+from planter.mechanism.presentation import format_optimum_file
 from planter.planting.swept import ROOM
 from planter.sweeps.plan import Plan
 from planter.sweeps.sweep import Sweep
