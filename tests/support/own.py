@@ -42,7 +42,7 @@ def evaluate_lane(file: MechanismFile, angles: Array, data: Array | None = None)
     """Return quantities (n,) by name as the generated functions have them, its loops closed by a walk."""
     formulas, own = file.model, file.data() if data is None else data
     loops = build_machine(file).loops
-    closed = {} if loops is None else {"loops": loops.course(file.name, own).at(angles)}
+    closed = {} if loops is None else {"loops": loops.course(file.name, own).evaluate(angles)}
     return formulas("lane", **{formulas.function("lane").name_in(0): angles, "data": own, **closed})
 
 
