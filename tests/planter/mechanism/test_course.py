@@ -58,7 +58,7 @@ def test_a_motion_is_measured_at_a_time_and_over_one() -> None:
      ("manipulator", "x_G at 90", None), ("manipulator", "x_G at 90 deg", None)],
 )  # fmt: skip
 def test_a_turn_has_angles_and_a_motion_times(name: str, text: str, until: float | None) -> None:
-    with pytest.raises(InputError, match="drives cam_follower|moves freely"):
+    with pytest.raises(InputError, match=r"drives cam_follower|moves freely"):
         printed.evaluate_measure(own.file(name), parse_measure(text, "test"), None, until)
 
 
