@@ -69,8 +69,9 @@ def engage_clutch(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch import contact_simulation, modal_engagement, tables
+        from planter.clutch import contact_simulation, modal_engagement
         from planter.clutch.file import load_clutch
+        from planter.clutch.presentation import present_engagement
 
         file = load_clutch(source, changes(set_, {"engagement.input_speed_rpm": speed_rpm}))
         if mode is EngagementMode.modal:
@@ -79,11 +80,7 @@ def engage_clutch(
         else:
             comparison = contact_simulation.compare_clutches(file, shape, progress=console.progress)
             result, curves = comparison.result, comparison.runs
-        if out is not None:
-            from planter.clutch.report import engagement
-
-            engagement.write_engagement(out, file, result, shape, curves)
-        console.result(result, lambda: tables.print_engagement(console, result))
+        present_engagement(file, result, shape, curves).show(console, out)
 
 
 @clutch.command(name="field")
@@ -182,10 +179,7 @@ def plan_field(
     "summary.json", "poses.csv", "turning.gif", "report.html", figures=("linkage", "travel", "turning", "vertex_path")
 )
 def show_geometry(
-    source: ClutchArgument,
-    set_: SetOption = None,
-    as_json: JsonOption = False,
-    out: OutOption = None,
+    source: ClutchArgument, set_: SetOption = None, as_json: JsonOption = False, out: OutOption = None
 ) -> None:
     """Compute polygon, hexagon, teeth and linkage of a clutch.
 
@@ -194,15 +188,11 @@ def show_geometry(
     console = Console(as_json)
     with console.outcome():
         from planter.clutch import geometry as shape
-        from planter.clutch import tables
+        from planter.clutch.presentation import present_geometry
 
         clutch_file = _load_file(source, set_)
         result = shape.compute_geometry(clutch_file)
-        if out is not None:
-            from planter.clutch.report import shape as report
-
-            report.write_geometry(out, clutch_file, result)
-        console.result(result, lambda: tables.print_geometry(console, result))
+        present_geometry(clutch_file, result).show(console, out)
 
 
 @clutch.command(name="design")
@@ -223,7 +213,8 @@ def size_clutch(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch import file, sizing, tables
+        from planter.clutch import file, sizing
+        from planter.clutch.presentation import present_design
 
         targets = {
             "shaft.flat_to_flat_mm": shaft_mm,
@@ -233,13 +224,12 @@ def size_clutch(
         }
         clutch_file = file.load_clutch(source, changes(set_, targets))
         result = sizing.size_clutch(clutch_file)
-        if out is not None:
-            from planter.clutch.report import shape as report
-
-            report.write_design(out, clutch_file, result)
+        presentation = present_design(clutch_file, result)
         if not result.feasible:
+            if out is not None:
+                presentation.write(out)
             raise sizing.build_refusal(result)
-        console.result(result, lambda: tables.print_design(console, result))
+        presentation.show(console, out)
 
 
 @clutch.command(name="optimise")
@@ -258,15 +248,12 @@ def optimise_clutch(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch import sizing, tables
+        from planter.clutch import sizing
+        from planter.clutch.presentation import present_optimisation
 
         clutch_file = _load_file(source, set_)
         result = sizing.optimise_clutch(clutch_file, seed, starts)
-        if out is not None:
-            from planter.clutch.report import shape as report
-
-            report.write_optimisation(out, clutch_file, result)
-        console.result(result, lambda: tables.print_optimum(console, result))
+        present_optimisation(clutch_file, result).show(console, out)
 
 
 @clutch.command(name="rotor")
@@ -283,16 +270,12 @@ def summarise_rotor(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch import tables
+        from planter.clutch.presentation import present_rotor
         from planter.clutch.rotor import Rotor, summarise_rotor
 
         pair = Rotor(vertices, sides)
         result = summarise_rotor(pair)
-        if out is not None:
-            from planter.clutch.report import shape as report
-
-            report.write_rotor(out, pair, result)
-        console.result(result, lambda: tables.print_rotor(console, result))
+        present_rotor(pair, result).show(console, out)
 
 
 def _load_file(source: str, set_: Sequence[str] | None) -> ClutchFile:

@@ -85,6 +85,11 @@ class ContactRun:
         return self.states[FREE + OUTPUT]
 
     @property
+    def link_deg(self) -> Array:
+        """Angle of the link [deg], (n,)."""
+        return np.degrees(self.seen["link"][0])
+
+    @property
     def ahead(self) -> Array:
         """Rotation of the input against the output [rad], (n,)."""
         return self.states[ANGLE] - self.states[OUTPUT]
@@ -326,10 +331,7 @@ class Comparison:
 
 
 def compare_clutches(
-    file: ClutchFile,
-    shape: str = PAPERS,
-    factors: Sequence[float] | None = None,
-    progress: Listener | None = None,
+    file: ClutchFile, shape: str = PAPERS, factors: Sequence[float] | None = None, progress: Listener | None = None
 ) -> Comparison:
     """Return the motions and loads of both clutches under the inputs of a clutch file, the shaft bending in a shape.
 

@@ -55,11 +55,7 @@ def size_clutch(clutch: ClutchFile) -> Sizing:
     """
     values = compute_sizes(clutch)
     linkage, rotation = _linkage(clutch, values)
-    rows = [
-        *evaluate_conditions(values),
-        *_space(clutch, values),
-        *_limits(clutch, values, linkage),
-    ]
+    rows = [*evaluate_conditions(values), *_space(clutch, values), *_limits(clutch, values, linkage)]
     violated = sorted((c for c in rows if not c.holds), key=lambda c: c.share)
     return Sizing(
         clutch=clutch.name,

@@ -173,9 +173,7 @@ def check_gear(gear: Gear, order: ToothOrder) -> None:
     )
     if not order.allow_undercut:
         _refuse_flanks(
-            gear,
-            gear.flanks.margins < 0,
-            "are undercut: use more teeth or a larger pressure angle, or allow undercut",
+            gear, gear.flanks.margins < 0, "are undercut: use more teeth or a larger pressure angle, or allow undercut"
         )
     begin, end = gear.flanks.tips[1].reshape(2, -1)
     lands = np.where(end > begin, gear.top_lands, 0.0) / gear.rack.module

@@ -230,12 +230,7 @@ class Gear:
     def _cutting(self) -> tuple[Callable[[Array, Integers, Array], Cut], ...]:
         """Functions that evaluate each of KINDS."""
         f, height = self.flanks, self.rack.sizes["tip"]
-        return (
-            f.fillet,
-            f.flank,
-            lambda s, _, towards: f.equidistant(s, height, towards),
-            f.root,
-        )
+        return (f.fillet, f.flank, lambda s, _, towards: f.equidistant(s, height, towards), f.root)
 
     @cached_property
     def _quadrature(self) -> tuple[Cut, Array]:

@@ -84,7 +84,9 @@ class ResultPresentation:
             parts["assumptions"] = self.model.assumptions
         if self.document is not None:
             parts["input"] = self.document.table()
-        return {**self.record.table(), **parts, "provenance": self._provenance()}
+        if provenance := self._provenance():
+            parts["provenance"] = provenance
+        return {**self.record.table(), **parts}
 
     def page(self, svgs: Mapping[str, str]) -> str:
         """Return the page as HTML text, with figures as SVG texts by name."""

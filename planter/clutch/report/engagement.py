@@ -1,133 +1,29 @@
-"""Files of the clutch's engagement: summary, CSV, figures and page."""
+"""Figures of a clutch's engagement."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from planter.clutch import modal_engagement
 from planter.clutch.contact_dynamics import ANGLE, FREE, REULEAUX, TRAVEL
 from planter.clutch.geometry import SIDES, VERTICES
-from planter.clutch.report import drawings
-from planter.clutch.results import ContactEngagement, ModalEngagement
 from planter.clutch.rotor import Rotor, body_outline, polygon_outline
 from planter.kernels import formulas
-from planter.report import files, style
-from planter.report.folder import check, renews
-from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
-from planter.report.inputs import inputs, provenance_section
-from planter.report.labels import label
-from planter.view.animation import Motion
+from planter.report import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from planter.clutch.contact_simulation import ContactRun, SwitchingRun
-    from planter.clutch.file import ClutchFile
     from planter.clutch.modal_engagement import Modal
     from planter.clutch.results import ContactLoadSensitivity
     from planter.kernels import Array
-
-
-Result = Mapping[str, Any]
-CAPTIONS = {
-    "load": "Contact load over the link angle while both clutches engage: the sum over all teeth or jaws. The dog "
-    "clutch is struck; the Reuleaux clutch slides until its coupling holds, and then has a short lever for its torque.",
-    "speed": "Speed of the output over the link angle, at engagement and at cut-off.",
-    "section": "Body, shaft and sleeve as the shaft sees them, at the start and at the end of the engagement.",
-    "ratio": "How the ratio of the largest loads moves with inputs that the paper does not disclose.",
-    "modal": "Load on the tooth in one mode of the shaft, derived and as printed, until it is gone.",
-}
-MOVING = "Body and teeth as the shaft sees them while the clutch engages, many times slower than they are."
-EVERY = 5
-"""Every how many points of the grid a row of the CSV stands."""
-
-
-@renews
-def write_engagement(
-    out: Path,
-    clutch: ClutchFile,
-    engagement: ModalEngagement | ContactEngagement,
-    shape: str,
-    runs: Mapping[str, SwitchingRun] | None,
-) -> None:
-    """Write summary.json, figures and report.html, and a CSV of each motion. Raises InputError if it cannot."""
-    folder, result = files.output_folder(out), engagement.table()
-    plots: dict[str, Figure] = {}
-    if runs is None or isinstance(engagement, ModalEngagement):
-        struck = modal_engagement.build_engagement(clutch.si, shape)
-        plots["modal"] = draw_modal_load(struck, modal_engagement.printed_extremes(struck))
-    else:
-        check(folder, [f"{name}_{way}.csv" for name in runs for way in ("engagement", "cut_off")])
-        _motions(folder, clutch, runs)
-        plots = {
-            "load": draw_loads(runs),
-            "speed": draw_speeds(runs),
-            "section": draw_section(runs["reuleaux"].engagement),
-            "ratio": draw_ratios(engagement.sensitivity, engagement.N_max_ratio),
-        }
-    provenance = files.provenance(clutch)
-    files.write_summary(folder / "summary.json", {**result, "input": clutch.table(), "provenance": provenance})
-    place = files.output_folder(folder / "figures")
-    saved = {name: style.save(figure, place, name) for name, figure in plots.items()}
-    moving = [] if runs is None else [Motion(drawings.build_engagement_scene(runs["reuleaux"].engagement), MOVING)]
-    parts = [
-        *_sections(result, saved, moving),
-        Section("Inputs", list(inputs(clutch, {}))),
-        provenance_section(provenance),
-    ]
-    files.write_text(folder / "report.html", page(f"Engagement of the clutch {clutch.name}", parts, clutch.description))
-
-
-def _motions(folder: Path, clutch: ClutchFile, runs: Mapping[str, SwitchingRun]) -> None:
-    """One CSV for each clutch and way: time, link angle, sleeve, load, output speed."""
-    comments = list(files.comments(clutch, "clutch"))
-    for name, switching in runs.items():
-        for way, run in (("engagement", switching.engagement), ("cut_off", switching.cut_off)):
-            columns = {
-                "time_s": run.time,
-                "link_deg": link_deg(run),
-                "sleeve_mm": 1e3 * run.states[TRAVEL],
-                "load_N": run.load,
-                "output_rpm": run.speed * 30 / np.pi,
-            }
-            rows = {key: column[::EVERY] for key, column in columns.items()}
-            files.write_cycle_csv(folder / f"{name}_{way}.csv", comments, rows)
-
-
-def _sections(result: Result, saved: Mapping[str, str], moving: Sequence[Block]) -> Iterator[Section]:
-    groups = {key: value for key, value in result.items() if isinstance(value, Mapping)}
-    plain = {label(key): value for key, value in result.items() if not isinstance(value, Mapping | list)}
-    tables = [
-        Table(
-            ("quantity", "value"), [(label(k), v) for k, v in group.items() if not isinstance(v, Mapping)], label(key)
-        )
-        for key, group in groups.items()
-    ]
-    yield Section("Results", [Keys(plain), *tables])
-    for key in ("sensitivity", "phases"):
-        rows = result.get(key)
-        if rows:
-            yield Section(label(key), [Table([label(k) for k in rows[0]], [tuple(row.values()) for row in rows], "")])
-    if moving:
-        yield Section("Motion", moving)
-    yield Section("Figures", [FigureSvg(svg, CAPTIONS[name]) for name, svg in saved.items()])
-    assumed = result.get("assumptions") or model_assumptions()
-    yield Section("Model", [Text("First principles. It assumes:"), Items(assumed)])
-
-
-def model_assumptions() -> list[str]:
-    """Return the assumptions of the one-mode engagement."""
-    texts: list[str] = formulas.load("clutch_beam").sidecar["assumptions"]
-    return texts
-
 
 Mask = NDArray[np.bool_]
 BINS = 900
@@ -151,11 +47,6 @@ def _extremes(y: Array, a: int, b: int) -> list[int]:
     return sorted({a + int(np.argmin(y[a:b])), a + int(np.argmax(y[a:b]))})
 
 
-def link_deg(run: ContactRun) -> Array:
-    """Link angle over a motion [deg], (n,)."""
-    return np.degrees(run.seen["link"][0])
-
-
 def _while_moving(run: ContactRun) -> Mask:
     return (run.time >= 0) & (run.time <= run.inputs.switching_s)
 
@@ -167,7 +58,7 @@ def draw_loads(runs: Mapping[str, SwitchingRun]) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=[1.8, 1])
     for name, run in runs.items():
         moving = _while_moving(run.engagement)
-        angle, load = link_deg(run.engagement)[moving], run.engagement.load[moving]
+        angle, load = run.engagement.link_deg[moving], run.engagement.load[moving]
         left.plot(*thin_curve(angle, load), color=COLOURS[name], linewidth=0.9, label=LABELS[name])
         time, load = _round_the_peak(run.engagement)
         right.plot(time, load, color=COLOURS[name], linewidth=1.0)
@@ -196,7 +87,7 @@ def draw_speeds(runs: Mapping[str, SwitchingRun]) -> Figure:
         for axes, run in zip(panels, (switching.engagement, switching.cut_off), strict=True):
             moving = _while_moving(run)
             rpm = run.speed[moving] * 30 / math.pi
-            axes.plot(*thin_curve(link_deg(run)[moving], rpm), color=COLOURS[name], linewidth=0.9, label=LABELS[name])
+            axes.plot(*thin_curve(run.link_deg[moving], rpm), color=COLOURS[name], linewidth=0.9, label=LABELS[name])
             axes.set_xlabel(LINK)
     panels[0].invert_xaxis()
     panels[0].set_title("engagement")

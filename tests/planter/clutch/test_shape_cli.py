@@ -36,7 +36,7 @@ def test_every_command_has_tables_and_one_object(command):
 def test_geometry_follows_a_changed_value():
     own, other = answer("geometry", "shi2021"), answer("geometry", "shi2021", "--set", "hexagon_side_mm=18")
     assert other["R_mm"] / own["R_mm"] == pytest.approx(18 / 17, rel=1e-14)
-    assert run("geometry", "shi2021", "--set", "hexagon_side_mm=60")[1].count("warning: shi2021: levels.rods_mm[") == 2
+    assert run("geometry", "shi2021", "--set", "hexagon_side_mm=60")[1].count("- shi2021: levels.rods_mm[") == 2
 
 
 def test_geometry_leaves_files_that_hold_together(tmp_path):

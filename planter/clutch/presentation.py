@@ -1,0 +1,338 @@
+"""The presentation of the clutch's shape and engagement: what the terminal prints and the folder contains."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planter.clutch.geometry import SIDES, VERTICES, CrankLinkage, least_travel
+from planter.clutch.model import MODELS, collect_values, load_model
+from planter.clutch.results import ContactEngagement
+from planter.clutch.rotor import Rotor
+from planter.files import units
+from planter.kernels import formulas
+from planter.report import files
+from planter.report.html import Block, Items, Keys, Section, Table, Text
+from planter.report.labels import label
+from planter.report.presentation import ModelAssumptions, ResultPresentation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from planter.clutch.contact_simulation import ContactRun, SwitchingRun
+    from planter.clutch.file import ClutchFile
+    from planter.clutch.results import (
+        ClutchGeometry,
+        FastestSwitching,
+        InequalityResult,
+        ModalEngagement,
+        PolygonFit,
+        Sizing,
+    )
+    from planter.kernels import Array
+    from planter.records import Record
+
+CAPTIONS = {
+    "turning": "The body at five rotations in the smallest regular polygon that lets it turn, with the orbit of its "
+    "centroid; and the distance of the sides that each rotation needs beyond the body's width.",
+    "vertex_path": "Path of a vertex: straight along the sides, an ellipse arc at each corner. Fillets that the path "
+    "clears stay inside it; tooth tips take the same path round the shaft.",
+    "travel": "Least travel of the sleeve over the axial angle; dots are the levels of the file. The printed formula "
+    "counts the radial gap twice.",
+    "linkage": "Crank and rod at both ends of the travel; the circle is the pitch circle of the crank gear.",
+    "load": "Contact load over the link angle while both clutches engage: the sum over all teeth or jaws. The dog "
+    "clutch is struck; the Reuleaux clutch slides until its coupling holds, and then has a short lever for its torque.",
+    "speed": "Speed of the output over the link angle, at engagement and at cut-off.",
+    "section": "Body, shaft and sleeve as the shaft sees them, at the start and at the end of the engagement.",
+    "ratio": "How the ratio of the largest loads moves with inputs that the paper does not disclose.",
+    "modal": "Load on the tooth in one mode of the shaft, derived and as printed, until it is gone.",
+}
+ROTATING = "The body over a turn in the smallest regular polygon that lets it, with the path of a vertex."
+ENGAGING = "Body and teeth as the shaft sees them while the clutch engages, in slow motion."
+ANGLES = np.linspace(8, 25, 69)
+"""Axial angles of the travel figure [deg]."""
+POSES, SHIFTS = 97, 101
+"""Rows of poses.csv and of way.csv."""
+EVERY = 5
+"""Step of the rows of an engagement's table in points of the grid."""
+LISTS = ("conditions", "travel", "linkage", "harmonics", "sensitivity", "phases")
+"""Keys of a result with a section each, if they are lists."""
+SENTENCES = ("printed", "assumes", "assumptions", "warnings", "clutch")
+
+
+def present_geometry(clutch: ClutchFile, result: ClutchGeometry) -> ResultPresentation:
+    """Return the presentation of a clutch's geometry."""
+    values, rotor = collect_values(clutch), Rotor(VERTICES, SIDES, result.R_mm * 1e-3)
+
+    def draw() -> dict[str, Figure]:
+        from planter.clutch.report import shape
+
+        curves: dict[str, Array] = {
+            m: 1e3 * np.array([least_travel(values, math.radians(x), m) for x in ANGLES]) for m in MODELS
+        }
+        linkages = {
+            f"axial angle {at.axial_angle_deg:g}°, printed travel": (
+                CrankLinkage(values["l_AB"], row.rod_mm * 1e-3, values["l_AC"]), at.printed_mm * 1e-3, values["r_A"]
+            )
+            for at, row in zip(result.travel, result.linkage, strict=True)
+            if row.crank_rotation_deg is not None
+        }  # fmt: skip
+        fillets = {"limit": rotor.ellipse["fillet"], "printed": result.printed.fillet_limit_over_R * rotor.width}
+        return {
+            "turning": shape.draw_turning(rotor),
+            "vertex_path": shape.draw_vertex_path(rotor, fillets),
+            "travel": shape.draw_travels(ANGLES, curves, clutch.levels.axial_angles_deg),
+            **({"linkage": shape.draw_linkages(linkages)} if linkages else {}),
+        }
+
+    presentation = _present(f"Geometry of the clutch {clutch.name}", result, clutch, draw, rotor)
+    return replace(
+        presentation,
+        conclusion=_conclude(result.conditions),
+        tables=lambda: {"poses.csv": _tabulate_poses(rotor, values["a"])},
+        texts=lambda: _animate_gif(rotor),
+    )
+
+
+def present_design(clutch: ClutchFile, result: Sizing) -> ResultPresentation:
+    """Return the presentation of a sized clutch."""
+    values, rods = collect_values(clutch), result.linkage
+    linkage = CrankLinkage(rods.crank_mm * 1e-3, rods.rod_mm * 1e-3, rods.distance_mm * 1e-3)
+    way = linkage, result.sizes.travel_mm * 1e-3, values["r_A"]
+    rotor = Rotor(VERTICES, SIDES, result.sizes.width_mm * 1e-3)
+
+    def draw() -> dict[str, Figure]:
+        from planter.clutch.report import shape
+
+        path = shape.draw_vertex_path(rotor, {"limit": rotor.ellipse["fillet"]})
+        return {
+            "turning": shape.draw_turning(rotor),
+            "vertex_path": path,
+            "linkage": shape.draw_linkages({"sized": way}),
+        }
+
+    return replace(
+        _present(f"Sizes of the clutch {clutch.name}", result, clutch, draw, rotor),
+        conclusion=f"{_conclude(result.conditions)} Next is: {result.tightest}.",
+        tables=lambda: {"way.csv": _tabulate_way(values["F1"], *way)},
+    )
+
+
+def present_optimisation(clutch: ClutchFile, result: FastestSwitching) -> ResultPresentation:
+    """Return the presentation of the fastest switching of a clutch."""
+    values, linkages = collect_values(clutch), dict[str, tuple[CrankLinkage, float, float]]()
+    for name, choice in (("file", result.start_design), ("optimum", result.design)):
+        linkage = CrankLinkage(choice.crank_mm * 1e-3, choice.rod_mm * 1e-3, choice.distance_mm * 1e-3)
+        travel = least_travel(values, math.radians(choice.axial_angle_deg))
+        span = values["r_A"] + values["r_D"]
+        gear = load_model().at("drive", k=choice.ratio, span=span, gamma=values["gamma"], theta_Amax=0.0)["r_A"]
+        linkages[name] = linkage, travel, gear
+
+    def draw() -> dict[str, Figure]:
+        from planter.clutch.report import shape
+
+        return {"linkage": shape.draw_linkages(linkages)}
+
+    return replace(
+        _present(f"Fastest switching of the clutch {clutch.name}", result, clutch, draw),
+        conclusion=f"The travel time falls from {result.start_travel_time_s:.4g} s to {result.travel_time_s:.4g} s; "
+        f"{result.certificate.agreeing_starts} of {result.certificate.starts} starts agree.",
+        tables=lambda: {"way.csv": _tabulate_way(values["F1"], *linkages["optimum"])},
+        provenance=files.provenance(clutch, result.seed),
+    )
+
+
+def present_rotor(rotor: Rotor, result: PolygonFit) -> ResultPresentation:
+    """Return the presentation of a Reuleaux polygon in a regular polygon."""
+    sample = Rotor(rotor.vertices, rotor.sides, 0.03)
+
+    def draw() -> dict[str, Figure]:
+        from planter.clutch.report import shape
+
+        figures = {"turning": shape.draw_turning(sample)}
+        if result.ellipse:
+            figures["vertex_path"] = shape.draw_vertex_path(sample, {"limit": sample.ellipse["fillet"]})
+        return figures
+
+    title = f"Reuleaux polygon of {rotor.vertices} vertices in a regular one of {rotor.sides} sides"
+    presentation = _present(title, result, None, draw, sample)
+    conclusion = f"The body {'is a rotor' if result.exact else 'needs clearance to turn'}."
+    return replace(presentation, conclusion=conclusion, texts=lambda: _animate_gif(sample))
+
+
+def present_engagement(
+    clutch: ClutchFile, result: ModalEngagement | ContactEngagement, shape: str,
+    runs: Mapping[str, SwitchingRun] | None,
+) -> ResultPresentation:  # fmt: skip
+    """Return the presentation of an engagement in one mode of the shaft or, if there are `runs`, by contact."""
+    table = result.table()
+    assumptions = table.get("assumptions") or formulas.load("clutch_beam").sidecar["assumptions"]
+    ratio = f", {table['N_max_ratio']:.3g} times that of the dog clutch" if runs else ""
+    largest = table["reuleaux"]["N_max_N"] if runs else table["N_max_N"]
+
+    def draw() -> dict[str, Figure]:
+        from planter.clutch import modal_engagement
+        from planter.clutch.report import engagement
+
+        if runs is None or not isinstance(result, ContactEngagement):
+            struck = modal_engagement.build_engagement(clutch.si, shape)
+            return {"modal": engagement.draw_modal_load(struck, modal_engagement.printed_extremes(struck))}
+        return {
+            "load": engagement.draw_loads(runs),
+            "speed": engagement.draw_speeds(runs),
+            "section": engagement.draw_section(runs["reuleaux"].engagement),
+            "ratio": engagement.draw_ratios(result.sensitivity, table["N_max_ratio"]),
+        }
+
+    def animate() -> Iterator[Block]:
+        from planter.clutch.report.drawings import build_engagement_scene
+        from planter.view.animation import Motion
+
+        if runs is not None:
+            yield Motion(build_engagement_scene(runs["reuleaux"].engagement), ENGAGING)
+
+    return ResultPresentation(
+        title=f"Engagement of the clutch {clutch.name}",
+        conclusion=f"The largest load at engagement is {largest:.4g} N{ratio}.",
+        record=result,
+        sections=list(_list_sections(table)),
+        document=clutch,
+        motions=animate,
+        figures=draw,
+        captions=CAPTIONS,
+        details=lambda: [Section("Model", [Text("First principles. It assumes:"), Items(assumptions)])],
+        tables=lambda: {
+            f"{name}_{way}.csv": _tabulate_run(getattr(run, way))
+            for name, run in (runs or {}).items()
+            for way in ("engagement", "cut_off")
+        },
+        comments=files.comments(clutch, "clutch"),
+    )
+
+
+def _present(
+    title: str, result: Record, clutch: ClutchFile | None, draw: Callable[[], Mapping[str, Figure]],
+    rotor: Rotor | None = None,
+) -> ResultPresentation:  # fmt: skip
+    """Return the presentation of a shape, with the rotating `rotor` if there is one."""
+    table = result.table()
+    sidecar = (load_model() if clutch is not None else formulas.load("clutch_rotor")).sidecar
+    entries = [entry for vector in load_model().sidecar["vectors"].values() for entry in vector]
+    meanings = {e["shown"]: e["meaning"] for e in entries if e.get("shown") and units.unit(e["shown"])}
+
+    def animate() -> Iterator[Block]:
+        from planter.clutch.report.drawings import build_rotor_scene
+        from planter.view.animation import Motion
+
+        if rotor is not None:
+            yield Motion(build_rotor_scene(rotor, title), ROTATING)
+
+    return ResultPresentation(
+        title=title,
+        record=result,
+        sections=list(_list_sections(table)),
+        document=clutch,
+        model=ModelAssumptions("First principles", [*sidecar["assumptions"], *table.get("assumes", ())], meanings),
+        motions=animate,
+        figures=draw,
+        captions=CAPTIONS,
+        comments=() if clutch is None else files.comments(clutch, "clutch"),
+    )
+
+
+def _animate_gif(rotor: Rotor) -> dict[str, bytes]:
+    from planter.clutch.report import shape
+
+    return {"turning.gif": shape.animate_turning(rotor)}
+
+
+def _conclude(conditions: Sequence[InequalityResult]) -> str:
+    violated = [row.condition for row in conditions if not row.holds]
+    if violated:
+        return f"{len(violated)} of {len(conditions)} inequalities are violated: {'; '.join(violated)}."
+    return f"All {len(conditions)} inequalities are satisfied."
+
+
+def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
+    if table.get("warnings"):
+        yield Section("Warnings", [Items(table["warnings"], "warning")])
+    yield Section("Results", list(_list_results(table)))
+    for key in LISTS:
+        rows = table.get(key) or table.get("rotor", {}).get(key)
+        if isinstance(rows, list):
+            yield Section(label(key), [_tabulate_rows(rows)])
+    if printed := table.get("printed"):
+        note = Text("The same quantities by the equations as the paper prints them.")
+        rows = [_tabulate_rows(printed["conditions"])] if "conditions" in printed else []
+        yield Section("As printed", [note, *_list_results(printed), *rows])
+
+
+def _list_results(table: Mapping[str, Any]) -> Iterator[Block]:
+    """Yield single values, then groups of them, then lists of words."""
+    single = {label(key): value for key, value in table.items() if not isinstance(value, Mapping | list)}
+    yield Keys(single)
+    for key, value in table.items():
+        if isinstance(value, Mapping) and key not in SENTENCES:
+            rows = [(label(k), _format_cell(v)) for k, v in value.items() if not _is_table(v)]
+            yield Table(("quantity", "value"), rows, label(key))
+            for name, entries in value.items():
+                if _is_table(entries) and name != "harmonics":
+                    yield _tabulate_rows(entries, label(name))
+        elif isinstance(value, list) and not _is_table(value) and key not in SENTENCES:
+            yield Keys({label(key): _format_cell(value)})
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, list) and bool(value) and isinstance(value[0], Mapping)
+
+
+def _format_cell(value: Any) -> Any:
+    if isinstance(value, list):
+        return "; ".join(f"{v:.6g}" if isinstance(v, float) else str(v) for v in value) or None
+    return value
+
+
+def _tabulate_rows(rows: Iterable[Mapping[str, Any]], caption: str = "") -> Table:
+    rows = list(rows)
+    cells = [tuple(map(_format_cell, row.values())) for row in rows]
+    return Table([label(key) for key in rows[0]], cells, caption, page_columns=(label("source"), label("share")))
+
+
+def _tabulate_poses(rotor: Rotor, side: float) -> dict[str, Array]:
+    """Return positions of A, B, C and the centroid while C passes a corner, and the overlap with the third sides."""
+    theta = np.linspace(*rotor.passage, POSES)
+    places = {f"{name}_mm": 1e3 * values for name, values in rotor.path(theta).items()}
+    overlap = 1e3 * load_model()("path", theta=theta, a=side)["e_3"]
+    return {"theta_deg": np.degrees(theta), **places, "overlap_mm": overlap}
+
+
+def _tabulate_way(force: float, linkage: CrankLinkage, travel: float, gear: float) -> dict[str, Array]:
+    """Return crank, rod and forces over the travel of the sleeve."""
+    shift = np.linspace(0, travel, SHIFTS)
+    pose, push = linkage.evaluate(shift), load_model()("push", shift=shift, crank=linkage.packed, F1=force, r_A=gear)
+    return {
+        "shift_mm": 1e3 * shift,
+        "crank_angle_deg": np.degrees(pose["crank_angle"]),
+        "rod_angle_deg": np.degrees(pose["rod_angle"]),
+        "lever_mm": 1e3 * pose["lever"],
+        "tooth_force_N": push["tooth_force"],
+        "side_force_N": push["side_force"],
+    }
+
+
+def _tabulate_run(run: ContactRun) -> dict[str, Array]:
+    """Return time, link angle, sleeve, load and output speed of a motion."""
+    from planter.clutch.contact_dynamics import TRAVEL
+
+    columns = {
+        "time_s": run.time,
+        "link_deg": run.link_deg,
+        "sleeve_mm": 1e3 * run.states[TRAVEL],
+        "load_N": run.load,
+        "output_rpm": run.speed * 30 / np.pi,
+    }
+    return {key: column[::EVERY] for key, column in columns.items()}
