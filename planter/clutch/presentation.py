@@ -263,7 +263,7 @@ def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
     yield Section("Results", list(_list_results(table)))
     for key in LISTS:
         rows = table.get(key) or table.get("rotor", {}).get(key)
-        if isinstance(rows, list):
+        if _is_table(rows):
             yield Section(label(key), [_tabulate_rows(rows)])
     if printed := table.get("printed"):
         note = Text("The same quantities by the equations as the paper prints them.")
@@ -277,7 +277,9 @@ def _list_results(table: Mapping[str, Any]) -> Iterator[Block]:
     yield Keys(single)
     for key, value in table.items():
         if isinstance(value, Mapping) and key not in SENTENCES:
-            rows = [(label(k), _format_cell(v)) for k, v in value.items() if not _is_table(v)]
+            rows = [
+                (label(k), _format_cell(v)) for k, v in value.items() if not isinstance(v, Mapping) and not _is_table(v)
+            ]
             yield Table(("quantity", "value"), rows, label(key))
             for name, entries in value.items():
                 if _is_table(entries) and name != "harmonics":

@@ -62,6 +62,8 @@ class ResultPresentation:
     conclusion: str = ""
     document: Document | None = None
     model: ModelAssumptions | None = None
+    meanings: Mapping[str, str] = field(default_factory=dict)
+    """Meanings of the numbers of `document` by their paths; by default those of `model`."""
     motions: Callable[[], Iterable[Block]] = tuple
     figures: Callable[[], Mapping[str, Figure]] = dict
     captions: Mapping[str, str] = field(default_factory=dict)
@@ -101,7 +103,7 @@ class ResultPresentation:
         if self.model is not None:
             sections.append(Section("Model", [Text(f"{self.model.title}. It assumes:"), Items(self.model.assumptions)]))
         if self.document is not None:
-            meanings = {} if self.model is None else self.model.meanings
+            meanings = self.meanings if self.model is None else self.model.meanings
             sections.append(Section("Inputs", list(inputs(self.document, meanings))))
         if provenance := self._provenance():
             sections.append(provenance_section(provenance))

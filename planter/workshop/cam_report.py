@@ -1,24 +1,21 @@
-"""Files of `planter cam --out` (drawing, preview, table, figures, page, solid) and its tables for the terminal."""
+"""The presentation of `planter cam`: what the terminal prints, and drawing, table, figures, page and solid."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from planter.files.document import Document
-from planter.report import bundle, files, style
-from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
-from planter.report.inputs import inputs, provenance_section
+from planter.report import files, style
+from planter.report.html import Block, Items, Keys, Section, Table, Text
 from planter.report.labels import label
-from planter.terminal.console import Console
-from planter.workshop import drawing
+from planter.report.presentation import ResultPresentation
 from planter.workshop.cam import SAMPLES, CamPart, Push, tabulate_contour
 from planter.workshop.cam_results import Cam
-from planter.workshop.drawing import format_dxf
+from planter.workshop.drawing import format_dxf, format_svg
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,40 +57,48 @@ class CamOutput:
     solid: Callable[[], bytes]
 
 
-def write_cam(out: Path, cam: CamOutput, step: bool) -> Cam:
-    """Write all files or none, and return the result with their names.
+def present_cam(cam: CamOutput, step: bool = False, written: bool = False) -> ResultPresentation:
+    """Return the presentation of a cam, with its solid if `step`; a `written` result names its files.
 
-    Raises InputError if the folder cannot be written, or if a solid needs Open CASCADE and it is not installed.
+    Writing raises InputError if a solid needs Open CASCADE and it is not installed.
     """
-    files.output_folder(out)
     part, content = cam.part, cam.content
-    rendered = bundle.drawn(_build_figures(part, content))
-    provenance = files.provenance(content.machine)
-    texts = {
-        "contour.dxf": format_dxf(part.lines).decode(),
-        "contour.svg": drawing.format_svg(part.lines, f"Cam of {content.machine.name}"),
-        "contour.csv": files.cycle_csv(
-            "contour.csv", _describe_columns(part, content), tabulate_contour(part.profile, content.entries)
-        ),
-        **({"cam.step": cam.solid().decode()} if step else {}),
-    }
-    result = replace(part.result, files=[*texts, "summary.json", "report.html"])
-    texts["summary.json"] = files.summary_text(
-        {**result.table(), "input": content.machine.table(), "provenance": provenance}
+    names = ["contour.dxf", "contour.svg", "contour.csv", *(["cam.step"] if step else []), "summary.json",
+             "report.html"]  # fmt: skip
+    result = replace(part.result, files=names if written else [])
+    title = f"Cam of {content.machine.name}"
+    model = Text(f"{content.sidecar['title']} ({content.sidecar['source']}). Assumptions:")
+    return ResultPresentation(
+        title=title,
+        record=result,
+        sections=[Section("Results", list(_list_results(result)))],
+        document=content.machine,
+        meanings=content.meanings,
+        figures=lambda: _build_figures(part, content),
+        captions=CAPTIONS,
+        details=lambda: [Section("Model", [model, Items(content.sidecar["assumptions"])])],
+        tables=lambda: {"contour.csv": tabulate_contour(part.profile, content.entries)},
+        comments=_describe_columns(part, content),
+        texts=lambda: {
+            "contour.dxf": format_dxf(part.lines).decode(),
+            "contour.svg": format_svg(part.lines, title),
+            **({"cam.step": cam.solid().decode()} if step else {}),
+        },
     )
-    sections = [*_describe_results(result), *_describe_inputs(content, rendered, provenance)]
-    texts["report.html"] = page(f"Cam of {content.machine.name}", sections, content.machine.description)
-    bundle.write(out, texts, rendered)
-    return result
 
 
-def _build_figures(part: CamPart, content: CamPageContent) -> dict[str, Any]:
-    plots = {"contour": plot_contour(part), "limits": plot_limits(part)}
-    if content.push is not None:
-        lift_off = part.result.lift_off
-        speed = None if lift_off is None else lift_off.speed_rpm / lift_off.own_speed_rpm * content.machine_speed
-        plots["lifting"] = plot_lift_off(content.push, content.machine_speed, speed)
-    return plots
+def _list_results(result: Cam) -> Iterator[Block]:
+    table = result.table()
+    yield Keys({"kind": result.kind, "files": ", ".join(result.files)})
+    for group in ("roller", "pressure_angle_deg", "lift_off", "contour"):
+        if table[group] is not None:
+            yield Table(
+                ("quantity", "value"), [(label(key), value) for key, value in table[group].items()], label(group)
+            )
+    if result.lift_off is None:
+        yield Text(
+            "The roller does not lift off at any speed in the searched range, or no contact force was given.", "note"
+        )
 
 
 def _describe_columns(part: CamPart, content: CamPageContent) -> Iterator[str]:
@@ -102,31 +107,13 @@ def _describe_columns(part: CamPart, content: CamPageContent) -> Iterator[str]:
     yield from files.comments(content.machine, "cam", (roller, *meanings))
 
 
-def _describe_results(result: Cam) -> Iterator[Section]:
-    yield Section("Results", list(_list_results(result)))
-
-
-def _list_results(result: Cam) -> Iterator[Block]:
-    tabulate_contour = result.table()
-    yield Keys({"kind": result.kind, "files": ", ".join(result.files)})
-    for group in ("roller", "pressure_angle_deg", "lift_off", "contour"):
-        if tabulate_contour[group] is not None:
-            rows = [(label(key), value) for key, value in tabulate_contour[group].items()]
-            yield Table(("quantity", "value"), rows, label(group))
-    if result.lift_off is None:
-        yield Text(
-            "The roller does not lift off at any speed in the searched range, or no contact force was given.", "note"
-        )
-
-
-def _describe_inputs(
-    content: CamPageContent, rendered: Mapping[str, bundle.Drawn], provenance: Mapping[str, Any]
-) -> Iterator[Section]:
-    yield Section("Figures", [FigureSvg(figure.svg, CAPTIONS[name]) for name, figure in rendered.items()])
-    title = Text(f"{content.sidecar['title']} ({content.sidecar['source']}). Assumptions:")
-    yield Section("Model", [title, Items(content.sidecar["assumptions"])])
-    yield Section("Inputs", list(inputs(content.machine, content.meanings)))
-    yield provenance_section(provenance)
+def _build_figures(part: CamPart, content: CamPageContent) -> dict[str, Figure]:
+    plots = {"contour": plot_contour(part), "limits": plot_limits(part)}
+    if content.push is not None:
+        lift_off = part.result.lift_off
+        speed = None if lift_off is None else lift_off.speed_rpm / lift_off.own_speed_rpm * content.machine_speed
+        plots["lifting"] = plot_lift_off(content.push, content.machine_speed, speed)
+    return plots
 
 
 ROLLERS = 12
@@ -192,26 +179,3 @@ def _plot_curve(axes: Axes, values: Array, label: str, shade: str = style.BLUE) 
     style.over_a_turn(axes, label=False)
     axes.plot(np.degrees(_TURN), values, color=shade, linewidth=1.2)
     axes.set_ylabel(label)
-
-
-def show_cam(console: Console, result: Cam) -> None:
-    """Print roller, pressure angle, lift-off, contour and files."""
-    roller, pressure, lift_off = result.roller, result.pressure_angle_deg, result.lift_off
-    rows: list[tuple[str, float | None, str, float | None]] = [
-        ("radius of the roller", roller.radius_mm, "mm", None),
-        ("smallest concave radius of the pitch curve", roller.least_curvature_radius_mm, "mm", roller.at_deg),
-        ("1 - roller radius / that radius", roller.margin, "", None),
-        ("largest pressure angle", pressure.max, "deg", pressure.at_deg),
-        ("length of the contour", result.contour.length_mm, "mm", None),
-        ("arcs of the contour", result.contour.arcs, "", None),
-        ("largest deviation of the arcs", result.contour.deviation_um, "um", None),
-    ]
-    console.table(f"{result.machine}: {result.kind} cam", ("quantity", "value", "unit", "cam angle / deg"), rows)
-    if lift_off is not None:
-        speeds = [
-            ("lifts off at", lift_off.speed_rpm, lift_off.angle_deg),
-            ("machine speed", lift_off.own_speed_rpm, None),
-        ]
-        console.table("Roller", ("", "r/min", "angle / deg"), speeds)
-    if result.files:
-        console.table("Files", ("name",), [(name,) for name in result.files])

@@ -271,7 +271,7 @@ def cam(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.workshop import cam_report
+        from planter.workshop.cam_report import present_cam
 
         other = load_other(machine, set_, None)
         if other is not None:
@@ -294,8 +294,7 @@ def cam(
             from planter.planting import cam as end_face
 
             design = end_face.made(build_device(machine, "exact", set_, speed_rpm), roller, tolerance, width)
-        result = design.part.result if out is None else cam_report.write_cam(out, design, step)
-        console.result(result, lambda: cam_report.show_cam(console, result))
+        present_cam(design, step, out is not None).show(console, out)
 
 
 def _refuse(reason: str, options: Mapping[str, object]) -> None:
