@@ -31,14 +31,11 @@ from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.numerics import extrema
-from planter.optimise.box import Box
-from planter.optimise.constraints import Named
-from planter.optimise.descent import Minimum
-from planter.optimise.expressions import Expression, Expressions
+from planter.optimise.constraints import DesignBox, NamedConstraint
+from planter.optimise.expressions import SmoothObjective, SymbolicConstraints, SymbolicFunction
+from planter.optimise.local_search import LocalMinimum, search_from_points
 from planter.optimise.problem import Problem
-from planter.optimise.result import Certificate, certified
-from planter.optimise.smooth import Smooth
-from planter.optimise.starts import descents_from
+from planter.optimise.result import OptimalityCertificate, certify_candidates
 
 BINDS = 1e-9
 """Share of its value below which a margin counts as none."""
@@ -195,7 +192,7 @@ def optimise_clutch(clutch: ClutchFile, seed: int = 0, starts: int = STARTS) -> 
     violated = [switching.names[i] for i in np.flatnonzero(switching.margins.values(file_design) < -BROKEN)]
     first = [problem.start, *np.random.default_rng(seed).random((starts - 1, len(VARIABLES)))]
     for _ in range(ROUNDS):
-        minima = descents_from(problem, first, MOST_ITERATIONS)
+        minima = search_from_points(problem, first, MOST_ITERATIONS)
         good = [minimum for minimum in minima if minimum.settled]
         if not good:
             raise ComputationError(_hopeless(switching, problem, minima))
@@ -218,13 +215,13 @@ def optimise_clutch(clutch: ClutchFile, seed: int = 0, starts: int = STARTS) -> 
         stations={limit: list(at) for limit, at in switching.stations.items()},
         least_margin_along={limit: margin for limit, (margin, _) in margins.items()},
         bounds=_bounds(switching),
-        certificate=_to_certificate(certified(problem, best.u, good), problem.scale, starts),
+        certificate=_to_certificate(certify_candidates(problem, best.u, good), problem.scale, starts),
         assumes=list(ASSUMES),
         seed=seed,
     )
 
 
-def _to_certificate(proof: Certificate, scale: float, starts: int) -> SwitchingCertificate:
+def _to_certificate(proof: OptimalityCertificate, scale: float, starts: int) -> SwitchingCertificate:
     """The certificate; a multiplier is the share of the file's own time that a share of the limit is worth."""
     active = [(bound.name, bound.multiplier) for bound in proof.active_constraints]
     active += [(f"{bound.name} at its {bound.side} bound", bound.multiplier) for bound in proof.active_bounds]
@@ -246,7 +243,7 @@ def _bounds(switching: SwitchingProblem) -> dict[str, tuple[float, float]]:
     return {key: (lower[key], upper[key]) for key in VARIABLES}
 
 
-def _hopeless(switching: SwitchingProblem, problem: Problem, minima: list[Minimum]) -> str:
+def _hopeless(switching: SwitchingProblem, problem: Problem, minima: list[LocalMinimum]) -> str:
     """Return the message that names the limit that the best of the points violates most."""
     margins = [switching.margins.values(problem.design(minimum.u)) for minimum in minima]
     best = max(margins, key=lambda m: float(m.min()))
@@ -291,7 +288,7 @@ class SwitchingProblem:
         bounds = np.array([[clutch.si(f"search.{key}[{i}]") for i in (0, 1)] for _, key in VARIABLES.values()])
         lower, upper = bounds.T
         design = np.array([self.values[name] for name, _ in VARIABLES.values()])
-        self.box = Box.shares(tuple(VARIABLES), lower, upper, np.clip(design, lower, upper))
+        self.box = DesignBox.shares(tuple(VARIABLES), lower, upper, np.clip(design, lower, upper))
         self.values |= self.design(lower)
         self._check_closure()
 
@@ -309,14 +306,18 @@ class SwitchingProblem:
     @cached_property
     def problem(self) -> Problem:
         """The travel time [s], with the margins as shares of their limits, which must be positive."""
-        return Problem(Smooth(Expression(self._x, self._expressions[0]), len(VARIABLES)), self.box, self.margins)
+        return Problem(
+            SmoothObjective(SymbolicFunction(self._x, self._expressions[0]), len(VARIABLES)), self.box, self.margins
+        )
 
     @cached_property
-    def margins(self) -> Expressions:
+    def margins(self) -> SymbolicConstraints:
         """The limits as constraints, one component each: its margin as a share of it."""
         count = len(self.names)
         bounds = np.zeros(count), np.full(count, np.inf)
-        return Expressions(self._x, self._expressions[1], bounds, [Named(n) for n in self.names], np.arange(count))
+        return SymbolicConstraints(
+            self._x, self._expressions[1], bounds, [NamedConstraint(n) for n in self.names], np.arange(count)
+        )
 
     @cached_property
     def _x(self) -> ca.SX:

@@ -21,7 +21,7 @@ from planter.files.units import Unit, measured
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.numerics.statistics import SMOOTH, Statistic
-from planter.optimise.constraints import Constraints, Named
+from planter.optimise.constraints import Constraints, NamedConstraint
 
 SIDES = {"max": (1,), "min": (-1,), "range": (1, -1), "jump": (1,)}
 """Sides on which a measure needs a variable: +1 for the greatest value, -1 for the least."""
@@ -405,7 +405,7 @@ class GoalConstraints(Constraints):
         self.upper = np.concatenate([spread(lambda b: b.upper), np.where(upper, levels, np.inf)])
         owners = [*spread(lambda b: b.owner), *(k for k, _ in self._smooth)]
         self.owner: Integers = np.array(owners, dtype=np.int64)
-        self.kinds = [*(_name(goal, limit) for limit in goal.limits), Named("extremes")]
+        self.kinds = [*(_name(goal, limit) for limit in goal.limits), NamedConstraint("extremes")]
 
     def values(self, y: Array) -> Array:
         x, variables = np.split(y, [self.goal.size])
@@ -445,8 +445,8 @@ class GoalConstraints(Constraints):
         return self.goal.nodes[block.key](x)
 
 
-def _name(goal: Goal, limit: Limit) -> Named:
-    return Named(str(limit), ("max" if limit.sign > 0 else "min",), "1", goal.step(limit))
+def _name(goal: Goal, limit: Limit) -> NamedConstraint:
+    return NamedConstraint(str(limit), ("max" if limit.sign > 0 else "min",), "1", goal.step(limit))
 
 
 def _key(measure: Measure) -> Key:

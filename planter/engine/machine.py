@@ -27,7 +27,7 @@ from planter.kernels import Array, Kernel
 if TYPE_CHECKING:
     from planter.files.document import Document
     from planter.optimise.constraints import Constraints
-    from planter.optimise.range_and_spread import Sampling
+    from planter.optimise.range_variance import Sampling
     from planter.optimise.sections import GeneticAlgorithm
 
 Role = Literal["result", "law", "pivot", "states", "distance"]

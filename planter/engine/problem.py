@@ -22,15 +22,13 @@ from planter.engine.response import DesignPoint, MachineResponse
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
-from planter.optimise.box import Box
-from planter.optimise.constraints import Constraints, joined
-from planter.optimise.directions import find_insensitive
+from planter.optimise.constraints import Constraints, DesignBox, join_constraints
+from planter.optimise.continuous_cycle import ContinuousCycle
+from planter.optimise.expressions import SmoothObjective
 from planter.optimise.problem import Problem
-from planter.optimise.range_and_spread import RangeAndSpread, Sampling
-from planter.optimise.refined import Refined
-from planter.optimise.response import Compiled, Event
-from planter.optimise.smooth import Smooth
-from planter.optimise.spread import Weights
+from planter.optimise.range_variance import RangeVarianceObjective, Sampling, find_insensitive
+from planter.optimise.response import BreakpointEvent, CompiledResponse
+from planter.optimise.variance import Weights
 
 REACH = 1e3
 """Variables for extremes lie within so many spreads of where they start."""
@@ -111,7 +109,7 @@ class GoalProblem(DesignProblem):
         start = goal.start(machine.design)
         variables = start[goal.size :]
         names = (*machine.design_names, *(f"{'most' if side > 0 else 'least'} {m}" for m, side in goal.variables))
-        box = Box(
+        box = DesignBox(
             names,
             np.concatenate([machine.lower, variables - REACH * goal.unit]),
             np.concatenate([machine.upper, variables + REACH * goal.unit]),
@@ -122,7 +120,7 @@ class GoalProblem(DesignProblem):
         constraints = [DesignConstraints(part, goal.size) for part in further]
         limits = [GoalConstraints(goal)] if goal.variables or goal.limits else []
         scale = max(abs(goal.value(start)), float(goal.unit.sum()), np.finfo(float).tiny)
-        super().__init__(Smooth(goal, len(start), scale), box, joined([*limits, *constraints]))
+        super().__init__(SmoothObjective(goal, len(start), scale), box, join_constraints([*limits, *constraints]))
         _ = self.reference  # before any design of a search, on which its last digits would depend
 
     def restart(self) -> None:
@@ -161,7 +159,7 @@ class CurveProblem(DesignProblem):
     The limits of the goal and further constraints (k,) on the design are satisfied.
     """
 
-    objective: RangeAndSpread
+    objective: RangeVarianceObjective
 
     def __init__(
         self, curve: QuantityCurve, weights: Weights, sampling: Sampling, goal: Goal | None = None,
@@ -171,8 +169,8 @@ class CurveProblem(DesignProblem):
         self.goal = Goal(curve.machine, (), ()) if goal is None else goal
         self.sampling, self.curve, self.weights, self.further = sampling, curve, weights, further
         limits = [GoalConstraints(self.goal)] if self.goal.limits else []
-        box = Box.shares(curve.names, curve.lower, curve.upper, curve.design)
-        super().__init__(RangeAndSpread(curve, weights, sampling), box, joined([*limits, *further]))
+        box = DesignBox.shares(curve.names, curve.lower, curve.upper, curve.design)
+        super().__init__(RangeVarianceObjective(curve, weights, sampling), box, join_constraints([*limits, *further]))
         if curve.machine.loops is not None:
             self.restart()
             _ = self.reference, self.free  # before any design of a search, on which their last digits would depend
@@ -187,7 +185,7 @@ class CurveProblem(DesignProblem):
     def count_samples(self, x: Array) -> int:
         """Return the number of samples, or of nodes of the true integrals at a machine's design."""
         turn = self.objective.turn
-        return len(turn.panels(x).nodes) if isinstance(turn, Refined) else len(turn.angles)
+        return len(turn.panels(x).nodes) if isinstance(turn, ContinuousCycle) else len(turn.angles)
 
     def _with_goal(self, goal: Goal) -> CurveProblem:
         return CurveProblem(self.curve, self.weights, self.sampling, goal, self.further)
@@ -253,7 +251,7 @@ class QuantityCurve:
         self.machine, self.quantity = machine, machine.find_quantity(name)
         self.response, self.is_compiled = MachineResponse(machine, [name]), False
         self.events = tuple(
-            Event(str(kind["name"]), int(kind["order"]), kind["period"]) for kind in machine.event_kinds
+            BreakpointEvent(str(kind["name"]), int(kind["order"]), kind["period"]) for kind in machine.event_kinds
         )
 
     @property
@@ -364,7 +362,7 @@ class QuantityCurve:
         self.is_compiled = True
         vars(self).pop("_joints", None)
 
-    def compiled(self, angles: int) -> Compiled | None:
+    def compiled(self, angles: int) -> CompiledResponse | None:
         """Return prologue and lanes in machine code; None if one is not compiled, or if loops must be closed."""
         response = self.response
         if self.machine.loops is not None:
@@ -376,4 +374,4 @@ class QuantityCurve:
         if prologue is None or curvature is None or value is None or slopes is None or bending is None:
             return None
         machine = self.machine
-        return Compiled(machine.data, machine.moved, self.offsets, prologue, curvature, value, slopes, bending)
+        return CompiledResponse(machine.data, machine.moved, self.offsets, prologue, curvature, value, slopes, bending)

@@ -16,13 +16,11 @@ from planter import errors
 from planter.engine.problem import CurveProblem, DesignProblem
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
-from planter.optimise import starts
-from planter.optimise.descent import descend
-from planter.optimise.genetic import Settings
-from planter.optimise.hybrid import METHODS, Method, Search
-from planter.optimise.problem import Best, Counts
-from planter.optimise.range_and_spread import Sampling
-from planter.optimise.result import NoFeasiblePointError, Result, certified
+from planter.optimise.local_search import DEFAULT_STARTS, SearchRecord, run_search, search_locally
+from planter.optimise.optimiser import METHODS, GeneticSettings, Method, OptimiserRun
+from planter.optimise.problem import BestPoint, Counts
+from planter.optimise.range_variance import Sampling
+from planter.optimise.result import NoFeasiblePointError, OptimiserResult, certify_candidates
 from planter.optimise.sections import DEFAULT_GENETIC
 from planter.parallel.task import AUTO, Means, Task, count_cores
 from planter.progress import Listener, Progress
@@ -32,7 +30,7 @@ ROUNDS = 10
 INTERVAL_S = 1.0
 """Time between two designs that an unfinished search hands over, while it goes from step to step."""
 
-Keep = Callable[[Best, float], None]
+Keep = Callable[[BestPoint, float], None]
 """What takes the best point so far of an unfinished search, and how long that runs [s]."""
 
 
@@ -42,9 +40,9 @@ class SearchSpec:
 
     sampling: Sampling = "refined"
     method: Method = "ipopt"
-    starts: int = starts.DEFAULT_STARTS
+    starts: int = DEFAULT_STARTS
     seed: int = 0
-    genetic: Settings = DEFAULT_GENETIC
+    genetic: GeneticSettings = DEFAULT_GENETIC
 
 
 @dataclass(frozen=True)
@@ -56,7 +54,7 @@ class DesignOptimum:
 
     x: Array
     problem: DesignProblem
-    result: Result
+    result: OptimiserResult
 
 
 class InterruptedSearch(errors.Interrupted):
@@ -81,7 +79,7 @@ def minimise(
     if spec.method not in METHODS:
         raise InputError(f"method = {spec.method!r}: choose one of {', '.join(METHODS)}")
     early = _choose_early_means(problem, means)
-    search = Search(problem, spec.genetic, spec.seed, spec.starts, task=task, means=means, early=early)
+    search = OptimiserRun(problem, spec.genetic, spec.seed, spec.starts, task=task, means=means, early=early)
     search.progress = listener if keep is None else _Keeper(search.best, keep, listener)
     try:
         return _refine(problem, search.run(spec.method, feasible), polish=spec.method != "ga")
@@ -96,7 +94,7 @@ def minimise(
 class _Keeper:
     """A listener that hands over the best point of a search when there is a better one, not too often."""
 
-    def __init__(self, find_best: Callable[[], Best | None], keep: Keep, listener: Listener | None) -> None:
+    def __init__(self, find_best: Callable[[], BestPoint | None], keep: Keep, listener: Listener | None) -> None:
         self._find_best, self._keep, self._listener = find_best, keep, listener
         self._begun, self._last, self._objective = time.perf_counter(), 0.0, float("inf")
 
@@ -126,7 +124,7 @@ def _choose_early_means(problem: DesignProblem, means: Means) -> Means | None:
     return Means(spare) if spare and is_slow else None
 
 
-def _refine(problem: DesignProblem, result: Result, polish: bool) -> DesignOptimum:
+def _refine(problem: DesignProblem, result: OptimiserResult, polish: bool) -> DesignOptimum:
     """Return the optimum near a result of a search, with true extremes among the nodes of its problem."""
     counts, u, first = Counts(), problem.box.point(result.design), problem
     for _ in range(ROUNDS):
@@ -135,10 +133,10 @@ def _refine(problem: DesignProblem, result: Result, polish: bool) -> DesignOptim
             break
         u, problem = refined.find_point(problem.find_design(u)), refined
         if polish:
-            u = descend(problem, u).u
+            u = search_locally(problem, u).u
         counts = counts + problem.counts
     if problem is not first:
-        sure, final = result.certificate, certified(problem, u, ())
+        sure, final = result.certificate, certify_candidates(problem, u, ())
         certificate = replace(final, starts=sure.starts, agreeing_starts=sure.agreeing_starts, spread=sure.spread)
         y = problem.design(u)
         result = replace(
@@ -148,9 +146,9 @@ def _refine(problem: DesignProblem, result: Result, polish: bool) -> DesignOptim
     return DesignOptimum(result.design[: problem.goal.size], problem, result)
 
 
-def prepare_descents(problem: DesignProblem) -> Callable[[Array], starts.Descent]:
+def prepare_descents(problem: DesignProblem) -> Callable[[Array], SearchRecord]:
     """Return the function that descends from a point (p,) of a problem: the job of a worker."""
-    return lambda start: starts.run_descent(problem, start)
+    return lambda start: run_search(problem, start)
 
 
 def _describe_infeasibility(problem: DesignProblem, points: Sequence[Array]) -> str:

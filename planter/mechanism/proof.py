@@ -28,16 +28,12 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import MechanismOptimum, StatedGoal
 from planter.numerics.arrays import Integers
-from planter.optimise.constraints import KEPT
-from planter.optimise.proof.arithmetic import Enclosing
-from planter.optimise.proof.balls import Ball, Unbounded
-from planter.optimise.proof.bound import SECONDS, Incumbent, prove_bound
-from planter.optimise.proof.branches import Unbranched
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE
+from planter.optimise.proof.enclosures import JetNamespace
+from planter.optimise.proof.intervals import Ball, Unbounded, Unbranched
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
-from planter.optimise.proof.linear import solve
-from planter.optimise.proof.paving import has_rootless_lane
-from planter.optimise.proof.roots import roots
-from planter.optimise.proof.shared import share_boxes
+from planter.optimise.proof.roots import enclose_roots, has_rootless_lane, solve_linear_jets
+from planter.optimise.proof.search import SECONDS, Incumbent, prove_bound, share_boxes
 from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 
@@ -61,7 +57,8 @@ def with_proof(
     sampled = Goal(machine, goal.objective, goal.limits, count, with_events=False)
     x, objective = _find_incumbent(optimum, sampled, spec, replace(spec, sampling=count), listener)
     limits = [  # as the search takes them, to its tolerance
-        replace(limit, number=limit.number + limit.sign * KEPT * sampled.step(limit)) for limit in goal.limits
+        replace(limit, number=limit.number + limit.sign * FEASIBILITY_TOLERANCE * sampled.step(limit))
+        for limit in goal.limits
     ]
     build = partial(build_objective, file, machine.searched, goal.objective, limits, count)
     bounding = build()
@@ -137,14 +134,14 @@ class EnclosedMechanism:
         outputs = [names.index(name) for name, _ in quantities]
         self._lane = extract_outputs(module, "lane", outputs, {**steps, "solved": _solve})
 
-    def follow(self, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
+    def follow(self, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
         """Return the quantities over a box as a function of lanes, of angles phi (lanes,) [rad].
 
         Raises Unbounded where loops do not close at the centre of the box, or may not close within it.
         """
         coordinates = self._enclose_loops(space, phi)
 
-        def shares(xp: Enclosing, lanes: Integers) -> Sequence[Jet]:
+        def shares(xp: JetNamespace, lanes: Integers) -> Sequence[Jet]:
             values = {
                 self._inputs[0]: xp.space.constant(phi[lanes]),
                 "data": self._data(xp.space),
@@ -177,12 +174,12 @@ class EnclosedMechanism:
         angles, data = smooth.constant(phi), self._data(smooth)
 
         def residual(q: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
-            closure = self._module.closure(Enclosing(smooth), angles, data, q)
+            closure = self._module.closure(JetNamespace(smooth), angles, data, q)
             rows = [smooth.lift(row) for row in closure]
             size = loops.size
             return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
 
-        return roots(smooth, start, residual)
+        return enclose_roots(smooth, start, residual)
 
     def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
         """Return whether loops close at no design of a box [lower, upper] (p,) at one of the angles phi (n,) [rad].
@@ -200,7 +197,7 @@ class EnclosedMechanism:
 
         def enclose_gaps(q: Sequence[Ball], lanes: Integers) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:
             coordinates = [space.constant(ball) for ball in q]
-            closure = self._module.closure(Enclosing(space), space.constant(phi[lanes]), data, coordinates)
+            closure = self._module.closure(JetNamespace(space), space.constant(phi[lanes]), data, coordinates)
             rows = [space.lift(row).value[ANYWHERE] for row in closure]
             return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
 
@@ -220,6 +217,6 @@ class EnclosedMechanism:
         return np.where(phi <= reached[boxes], walk.places[:, places, boxes], np.nan)
 
 
-def _solve(xp: Enclosing, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> tuple[Any, ...]:
+def _solve(xp: JetNamespace, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> tuple[Any, ...]:
     """Return the unknowns of simultaneous equations, and None for the pivot, of which no result is made."""
-    return (*solve(xp.space, matrix, right), None)
+    return (*solve_linear_jets(xp.space, matrix, right), None)

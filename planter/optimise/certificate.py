@@ -64,10 +64,10 @@ class Residuals:
         return max(self.stationarity, self.shares, self.feasibility, self.sign, self.complementarity)
 
 
-def check(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
+def check_conditions(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
     """How far a point u (p,) with these multipliers is from satisfying the conditions. Knows no solver."""
     found, m = problem.conditions(u), multipliers
-    rate, weight, rows = _rate(problem, u), problem.objective.weight, len(found.upper) > 0
+    rate, weight, rows = _smooth_rate(problem, u), problem.objective.weight, len(found.upper) > 0
     slope = (
         rate * (found.smooth + found.kinks.T @ m.kinks)
         + found.upper_gradients.T @ m.upper
@@ -75,7 +75,7 @@ def check(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
         - m.at_lower
         + m.at_upper
     )
-    required = _Required(problem, u)
+    required = _ConstraintState(problem, u)
     slope = slope + required.gradients.T @ m.required
     unit = problem.reference.look.range / problem.scale if rows else 1.0
     signed = np.concatenate([m.upper, m.lower]) * unit
@@ -85,28 +85,28 @@ def check(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
     slack = np.concatenate([top - found.upper, found.lower - bottom]) / problem.scale
     room = np.concatenate(problem.box.room(u))
     return Residuals(
-        stationarity=_size(slope) / problem.scale,
-        shares=_size(shares) * unit,
-        feasibility=max(_size(np.minimum(room, 0)), required.violation),
-        sign=_size(np.minimum(np.concatenate([signed, bounds, m.kinks, 1 - m.kinks]), 0)),
+        stationarity=_max_norm(slope) / problem.scale,
+        shares=_max_norm(shares) * unit,
+        feasibility=max(_max_norm(np.minimum(room, 0)), required.violation),
+        sign=_max_norm(np.minimum(np.concatenate([signed, bounds, m.kinks, 1 - m.kinks]), 0)),
         complementarity=max(
-            _size(np.concatenate([m.upper, m.lower]) * slack),
-            _size(bounds * room),
-            _size(required.complementarity(m.required) / problem.scale),
+            _max_norm(np.concatenate([m.upper, m.lower]) * slack),
+            _max_norm(bounds * room),
+            _max_norm(required.complementarity(m.required) / problem.scale),
         ),
     )
 
 
-def best_multipliers(problem: Problem, u: Array) -> Multipliers:
+def estimate_multipliers(problem: Problem, u: Array) -> Multipliers:
     """The multipliers that come nearest to satisfying the conditions at a point, by bounded least squares.
 
     Only rows and bounds that are active within `ACTIVE` get any; signs are exact, the rest is least squares.
     """
     found, scale = problem.conditions(u), problem.scale
-    rate, weight = _rate(problem, u), problem.objective.weight
-    tops, bottoms = _extreme(found.upper, found.lower)
+    rate, weight = _smooth_rate(problem, u), problem.objective.weight
+    tops, bottoms = _find_extreme_rows(found.upper, found.lower)
     low, high = (np.flatnonzero(room <= ACTIVE) for room in problem.box.room(u))
-    eye, required = np.eye(len(u)), _Required(problem, u)
+    eye, required = np.eye(len(u)), _ConstraintState(problem, u)
     up, down, even = required.active()
     rows = required.gradients
     blocks = [weight * found.upper_gradients[tops].T, -weight * found.lower_gradients[bottoms].T, rate * found.kinks.T,
@@ -122,16 +122,16 @@ def best_multipliers(problem: Problem, u: Array) -> Multipliers:
     mu, nu, theta, below, above, over, under, free = np.split(solved, np.cumsum(sizes)[:-1])
     count = len(rows)
     return Multipliers(
-        upper=_spread(weight * mu, tops, len(found.upper)),
-        lower=_spread(weight * nu, bottoms, len(found.lower)),
-        at_lower=_spread(scale * below, low, len(u)),
-        at_upper=_spread(scale * above, high, len(u)),
+        upper=_scatter(weight * mu, tops, len(found.upper)),
+        lower=_scatter(weight * nu, bottoms, len(found.lower)),
+        at_lower=_scatter(scale * below, low, len(u)),
+        at_upper=_scatter(scale * above, high, len(u)),
         kinks=theta,
-        required=scale * (_spread(over, up, count) - _spread(under, down, count) + _spread(free, even, count)),
+        required=scale * (_scatter(over, up, count) - _scatter(under, down, count) + _scatter(free, even, count)),
     )
 
 
-def _extreme(upper: Array, lower: Array) -> tuple[Integers, Integers]:
+def _find_extreme_rows(upper: Array, lower: Array) -> tuple[Integers, Integers]:
     """Rows that attain the maximum and rows that attain the minimum."""
     if not len(upper):
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
@@ -139,7 +139,7 @@ def _extreme(upper: Array, lower: Array) -> tuple[Integers, Integers]:
     return np.flatnonzero(upper >= upper.max() - margin), np.flatnonzero(lower <= lower.min() + margin)
 
 
-class _Required:
+class _ConstraintState:
     """The constraints at a point u (p,): gradients in u (c, p) and the room to either bound (c,), in steps."""
 
     def __init__(self, problem: Problem, u: Array) -> None:
@@ -161,7 +161,7 @@ class _Required:
 
     @property
     def violation(self) -> float:
-        return _size(np.minimum(np.append(self.above, self.below), 0))
+        return _max_norm(np.minimum(np.append(self.above, self.below), 0))
 
     def complementarity(self, multipliers: Array) -> Array:
         """Multipliers times the room to the side that their sign says, (c,)."""
@@ -178,7 +178,7 @@ class ActiveBound:
     multiplier: float
 
 
-def active_bounds(problem: Problem, multipliers: Multipliers) -> list[ActiveBound]:
+def find_active_bounds(problem: Problem, multipliers: Multipliers) -> list[ActiveBound]:
     """Bounds that hold the optimum, in the order of the design."""
     limit = ACTIVE * problem.scale
     return [
@@ -199,7 +199,7 @@ class ActiveConstraint:
     unit: str
 
 
-def active_constraints(problem: Problem, multipliers: Multipliers) -> list[ActiveConstraint]:
+def find_active_constraints(problem: Problem, multipliers: Multipliers) -> list[ActiveConstraint]:
     """Constraints with a multiplier, in the order of their kinds; several rows of one add up."""
     if problem.constraints is None:
         return []
@@ -207,29 +207,29 @@ def active_constraints(problem: Problem, multipliers: Multipliers) -> list[Activ
     for k, kind in enumerate(problem.constraints.kinds):
         size = float(np.abs(multipliers.required[owner == k]).sum())
         if size > ACTIVE * problem.scale:
-            side = kind.sides[0] if len(kind.sides) == 1 else _side(multipliers.required[owner == k])
+            side = kind.sides[0] if len(kind.sides) == 1 else _name_side(multipliers.required[owner == k])
             found.append(ActiveConstraint(kind.name, side, size / kind.step, kind.unit))
     return found
 
 
-def _side(multipliers: Array) -> str:
+def _name_side(multipliers: Array) -> str:
     return "max" if multipliers.sum() > 0 else "min"
 
 
 def kkt_residual(problem: Problem, u: Array) -> float:
     """The residual at a point with its best multipliers: below 1e-6 at an optimum. Dimensionless."""
-    return check(problem, u, best_multipliers(problem, u)).worst
+    return check_conditions(problem, u, estimate_multipliers(problem, u)).worst
 
 
-def _rate(problem: Problem, u: Array) -> float:
+def _smooth_rate(problem: Problem, u: Array) -> float:
     return problem.objective.outer(problem.objective.look(problem.design(u)).smooth)[1]
 
 
-def _spread(values: Array, places: Integers, size: int) -> Array:
+def _scatter(values: Array, places: Integers, size: int) -> Array:
     full = np.zeros(size)
     full[places] = values
     return full
 
 
-def _size(values: Array) -> float:
+def _max_norm(values: Array) -> float:
     return float(np.abs(values).max(initial=0.0))

@@ -1,20 +1,81 @@
-"""Smooth functions and rows of constraints given as CasADi expressions, with exact derivatives."""
+"""A smooth function as an objective.
+
+Smooth functions and rows of constraints given as CasADi expressions, with exact derivatives.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import casadi as ca
+import numpy as np
 
 from planter.kernels import Array, Kernel
-from planter.numerics.arrays import Integers, LastCallCache
-from planter.optimise.constraints import Constraints, Kind
+from planter.numerics.arrays import Flags, Integers, LastCallCache
+from planter.optimise.constraints import ConstraintKind, Constraints
+from planter.optimise.objective import BreakpointHold, Conditions, ObjectiveSummary, RowGradients, RowValues
+
+NO_ROWS: Array = np.empty(0)
+
+
+class SmoothFunction(Protocol):
+    """A function of designs x (p,), smooth wherever a search may go."""
+
+    def value(self, x: Array) -> float: ...
+
+    def gradient(self, x: Array) -> Array:
+        """(p,)."""
+
+    def hessian(self, x: Array) -> Array:
+        """(p, p)."""
+
+
+class SmoothObjective:
+    """The `Objective` that is one smooth function of `size` parameters; it is its own local model."""
+
+    weight, kinks, windows = 0.0, None, False
+
+    def __init__(self, function: SmoothFunction, size: int, unit: float | None = None) -> None:
+        self.function, self.unit = function, unit
+        self.felt: Flags = np.ones(size, dtype=bool)
+        self.bounds = np.empty((2, 0))
+        self._nothing = np.empty((0, size))
+
+    def outer(self, smooth: float) -> tuple[float, float, float]:
+        return smooth, 1.0, 0.0
+
+    def look(self, x: Array) -> ObjectiveSummary:
+        return ObjectiveSummary(self.function.value(x))
+
+    def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> SmoothObjective:
+        return self
+
+    def grown(self, x: Array, high: float, low: float) -> SmoothObjective:
+        return self
+
+    def values(self, x: Array) -> RowValues:
+        return RowValues(self.function.value(x), NO_ROWS, NO_ROWS, NO_ROWS)
+
+    def slopes(self, x: Array) -> RowGradients:
+        return RowGradients(self.function.gradient(x), self._nothing, self._nothing, self._nothing)
+
+    def curvature(self, x: Array, weights: RowValues) -> Array:
+        total: Array = weights.smooth * self.function.hessian(x)
+        return total
+
+    def conditions(self, x: Array) -> Conditions:
+        nothing = self._nothing
+        return Conditions(NO_ROWS, nothing, NO_ROWS, nothing, self.function.gradient(x), nothing)
+
+    def flat(self, x: Array) -> Array:
+        return self._nothing
+
 
 Symbols = TypeVar("Symbols", ca.SX, ca.MX)
 
 
-class Expression:
+class SymbolicFunction:
     """A `Function` given as a CasADi expression in the symbols x (p,)."""
 
     def __init__(self, x: Symbols, f: Symbols) -> None:
@@ -35,11 +96,11 @@ class Expression:
         return self._hessian(x=x)["ddf"]
 
 
-class Expressions(Constraints):
+class SymbolicConstraints(Constraints):
     """`Constraints` whose rows (k,) are CasADi expressions in the symbols x (p,)."""
 
     def __init__(
-        self, x: Symbols, g: Symbols, bounds: tuple[Array, Array], kinds: Sequence[Kind], owner: Integers
+        self, x: Symbols, g: Symbols, bounds: tuple[Array, Array], kinds: Sequence[ConstraintKind], owner: Integers
     ) -> None:
         self.lower, self.upper = bounds
         self.kinds, self.owner = kinds, owner

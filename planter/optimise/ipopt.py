@@ -16,7 +16,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.kernels.interrupts import uninterrupted
 
-OPTIONS: dict[str, Any] = {
+IPOPT_OPTIONS: dict[str, Any] = {
     "print_level": 0,
     "sb": "yes",
     "linear_solver": "mumps",
@@ -30,7 +30,7 @@ OPTIONS: dict[str, Any] = {
     "acceptable_iter": 0,
 }
 
-QUIET: dict[str, Any] = {
+CASADI_OPTIONS: dict[str, Any] = {
     "print_time": False,
     "show_eval_warnings": False,
     "error_on_fail": False,
@@ -42,7 +42,7 @@ Shapes = dict[str, ca.Sparsity]
 Run = Callable[..., Sequence[Any]]
 
 
-class Programme(Protocol):
+class NonlinearProgram(Protocol):
     """Minimise f(z) with z in [lower, upper] and g(z) in [g_lower, g_upper]; z is (n,), g (m,)."""
 
     lower: Array
@@ -63,7 +63,7 @@ class Programme(Protocol):
 
 
 @dataclass(frozen=True)
-class Solution:
+class IpoptSolution:
     """Where IPOPT stopped, with the multipliers of the constraints (m,), positive at upper bounds.
 
     `calls` says how often `nlp_f`, `nlp_grad_f` and `nlp_hess_l` were evaluated.
@@ -113,7 +113,7 @@ class _Function(ca.Callback):
             return [ca.DM.nan(sparsity) for _, sparsity in self._outputs]
 
 
-def _functions(p: Programme, failures: list[BaseException]) -> dict[str, _Function]:
+def _build_functions(p: NonlinearProgram, failures: list[BaseException]) -> dict[str, _Function]:
     n, m = len(p.lower), len(p.g_lower)
     dense, upper = ca.Sparsity.dense, ca.Sparsity.upper(n)
     x = {"x": dense(n, 1), "p": ca.Sparsity(0, 0)}
@@ -130,21 +130,21 @@ def _functions(p: Programme, failures: list[BaseException]) -> dict[str, _Functi
     }  # fmt: skip
 
 
-def solve(
-    programme: Programme,
+def solve_program(
+    programme: NonlinearProgram,
     start: Array,
     most_iterations: int = 100,
     compiled: Mapping[str, ca.Function] | None = None,
-) -> Solution:
+) -> IpoptSolution:
     """A local minimum from `start` (n,), or where IPOPT gave up: see `converged`.
 
     `compiled` are `nlp`, `grad_f`, `jac_g` and `hess_lag` as CasADi functions, used instead of the programme's own.
     Raises what the programme's functions raise, KeyboardInterrupt included.
     """
     failures: list[BaseException] = []
-    functions = compiled or _functions(programme, failures)
+    functions = compiled or _build_functions(programme, failures)
     given = {key: function for key, function in functions.items() if key != "nlp"}
-    settings: dict[str, Any] = {**given, **QUIET, "ipopt": {**OPTIONS, "max_iter": most_iterations}}
+    settings: dict[str, Any] = {**given, **CASADI_OPTIONS, "ipopt": {**IPOPT_OPTIONS, "max_iter": most_iterations}}
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], settings)
     bounds = {"lbx": programme.lower, "ubx": programme.upper, "lbg": programme.g_lower, "ubg": programme.g_upper}
     found = uninterrupted(lambda: solver(x0=start, **bounds)) if compiled else solver(x0=start, **bounds)
@@ -153,4 +153,4 @@ def solve(
     stats = solver.stats()
     z, constraints = (np.asarray(found[key], dtype=float)[:, 0] for key in ("x", "lam_g"))
     calls = {name: int(stats[f"n_call_{name}"]) for name in ("nlp_f", "nlp_grad_f", "nlp_hess_l")}
-    return Solution(z, constraints, bool(stats["success"]), int(stats["iter_count"]), calls)
+    return IpoptSolution(z, constraints, bool(stats["success"]), int(stats["iter_count"]), calls)

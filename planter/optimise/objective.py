@@ -1,31 +1,146 @@
-"""What a problem makes small: a weighted range of rows, if it has any, and what it makes of a smooth function."""
+"""Rows and a smooth function: what objectives offer to the optimisers and to the certificate.
+
+The maximum is the largest of some rows, the minimum the least of others, and a smooth function stands beside them: of a
+turn of a response it is the variance.
+
+What a problem makes small: a weighted range of rows, if it has any, and what it makes of a smooth function.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
-from planter.optimise.conditions import Conditions, Local, Look
-from planter.optimise.samples import Hold
 
 
 @dataclass(frozen=True)
-class Evaluation:
+class ObjectiveSummary:
+    """The smooth function at a design, the extremes of all rows there and a level between these.
+
+    Of a turn of a response they are variance, extremes and mean; where there are no rows, the extremes are those of
+    the empty set and the range is 0.
+    """
+
+    smooth: float
+    high: float = -math.inf
+    low: float = math.inf
+    mean: float = math.nan
+
+    @classmethod
+    def at(cls, values: Array) -> ObjectiveSummary:
+        """Of samples (n,) of a turn."""
+        return cls(float(values.var()), float(values.max()), float(values.min()), float(values.mean()))
+
+    @property
+    def range(self) -> float:
+        return max(self.high - self.low, 0.0)
+
+    @property
+    def variance(self) -> float:
+        """The smooth function of a turn: the population variance of the response."""
+        return self.smooth
+
+
+@dataclass(frozen=True)
+class RowValues:
+    """The smooth function, the rows that bound the maximum (a,) and the minimum (b,), what is held in bounds (k,)."""
+
+    smooth: float
+    upper: Array
+    lower: Array
+    holds: Array
+
+
+@dataclass(frozen=True)
+class RowGradients:
+    """Gradients in the design of what `Values` holds: (p,), (a, p), (b, p), (k, p)."""
+
+    smooth: Array
+    upper: Array
+    lower: Array
+    holds: Array
+
+
+@dataclass(frozen=True)
+class BreakpointHold:
+    """Keeps a joint, psi, of an event: low <= psi(x) - phi_sample <= high [rad]. A pin if both are 0, else a wall."""
+
+    sample: int
+    event: int
+    low: float = 0.0
+    high: float = 0.0
+
+    @property
+    def pin(self) -> bool:
+        return self.low == self.high == 0.0
+
+
+class LocalModel(Protocol):
+    """Functions of the design that are smooth near one: a fixed set of rows.
+
+    `bounds` (2, k) are those of the values' `holds`.
+    """
+
+    @property
+    def bounds(self) -> Array: ...
+
+    def look(self, x: Array) -> ObjectiveSummary: ...
+
+    def grown(self, x: Array, high: float, low: float) -> LocalModel:
+        """With the rows that are missing if those at x are to stay within [low, high]."""
+
+    def values(self, x: Array) -> RowValues: ...
+
+    def slopes(self, x: Array) -> RowGradients: ...
+
+    def curvature(self, x: Array, weights: RowValues) -> Array:
+        """Weighted sum (p, p) of the Hessians of all that `values` gives."""
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """First-order data at a design, complete: every row, active or not, and every kink.
+
+    `upper` (a,) and `lower` (b,) are values whose largest and least are the maximum and the minimum, with gradients
+    (a, p), (b, p). A sample that sits on a joint stands twice, with the gradient of either side. `smooth` (p,) is the
+    gradient of the smooth function with every such sample taken on the first side, `kinks` (k, p) what each adds on
+    the other.
+    """
+
+    upper: Array
+    upper_gradients: Array
+    lower: Array
+    lower_gradients: Array
+    smooth: Array
+    kinks: Array
+
+
+class CycleEvaluation(Protocol):
+    """A way to take a turn of a response: its samples, or its true extremes and integrals. Designs x (p,) in SI."""
+
+    def look(self, x: Array) -> ObjectiveSummary: ...
+
+    def conditions(self, x: Array) -> Conditions: ...
+
+
+@dataclass(frozen=True)
+class ObjectiveEvaluation:
     """The objective at a design, and what it is made of."""
 
     objective: float
-    look: Look
+    look: ObjectiveSummary
 
 
 class Kinks(Protocol):
     """Where an objective has kinks: joints that pass its rows, to be kept on one side of them or on the kink."""
 
-    def near(self, x: Array) -> list[tuple[Hold, float]]: ...
+    def near(self, x: Array) -> list[tuple[BreakpointHold, float]]: ...
 
-    def wall(self, pin: Hold, distance: float) -> Hold: ...
+    def wall(self, pin: BreakpointHold, distance: float) -> BreakpointHold: ...
 
 
 class Objective(Protocol):
@@ -50,9 +165,9 @@ class Objective(Protocol):
     def outer(self, smooth: float) -> tuple[float, float, float]:
         """What the smooth function's value adds to the objective, with first and second derivative."""
 
-    def look(self, x: Array) -> Look: ...
+    def look(self, x: Array) -> ObjectiveSummary: ...
 
-    def local(self, x: Array, holds: Sequence[Hold] = ()) -> Local:
+    def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """The objective near a design, joints held as told."""
 
     def conditions(self, x: Array) -> Conditions:
@@ -62,6 +177,6 @@ class Objective(Protocol):
         """Directions (k, p) in the design that the objective does not feel at one, to first order."""
 
 
-def evaluation(objective: Objective, look: Look) -> Evaluation:
+def evaluate_summary(objective: Objective, look: ObjectiveSummary) -> ObjectiveEvaluation:
     """What an objective makes of a look at a design."""
-    return Evaluation(objective.weight * look.range + objective.outer(look.smooth)[0], look)
+    return ObjectiveEvaluation(objective.weight * look.range + objective.outer(look.smooth)[0], look)

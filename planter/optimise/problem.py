@@ -14,16 +14,26 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
-from planter.optimise.box import Box
-from planter.optimise.conditions import Conditions, Local, Look
-from planter.optimise.constraints import KEPT, Constrained, Constraints
-from planter.optimise.equations import onto
-from planter.optimise.objective import Evaluation, Objective, evaluation
-from planter.optimise.samples import Hold
+from planter.optimise.constraints import (
+    FEASIBILITY_TOLERANCE,
+    ConstrainedModel,
+    Constraints,
+    DesignBox,
+    project_onto_equations,
+)
+from planter.optimise.objective import (
+    BreakpointHold,
+    Conditions,
+    LocalModel,
+    Objective,
+    ObjectiveEvaluation,
+    ObjectiveSummary,
+    evaluate_summary,
+)
 
-FELT = 1e-6
+DIRECTION_TOLERANCE = 1e-6
 """Part of a direction that counts as none of it."""
-MOST_STEPS = 1e3
+MAX_VIOLATION = 1e3
 """Violations above this many steps are all as bad."""
 
 
@@ -44,7 +54,7 @@ class Counts:
 
 
 @dataclass(frozen=True)
-class Best:
+class BestPoint:
     """A point u (p,) and its objective."""
 
     u: Array
@@ -62,10 +72,10 @@ class Problem:
     """
 
     objective: Objective
-    box: Box
+    box: DesignBox
     constraints: Constraints | None = None
     counts: Counts = field(default_factory=Counts)
-    best: Best | None = None
+    best: BestPoint | None = None
     history: list[tuple[int, float]] = field(default_factory=list)
     heard: Callable[[float | None], None] | None = None
 
@@ -81,7 +91,7 @@ class Problem:
     def restart(self) -> None:
         """Forget all designs so far: what is evaluated next does not depend on them, to the last digit."""
 
-    def absorb(self, counts: Counts, best: Best | None, history: Sequence[tuple[int, float]]) -> None:
+    def absorb(self, counts: Counts, best: BestPoint | None, history: Sequence[tuple[int, float]]) -> None:
         """Count as met here, after all else, what the same problem has met anew."""
         before, least = self.counts.total, self.least
         self.history += [(before + n, value) for n, value in history if least is None or value < least]
@@ -133,12 +143,12 @@ class Problem:
 
     def onto(self, u: Array) -> Array:
         """The point (p,) of the box beside a point u (p,) that keeps the equations to rounding, if one does."""
-        return u if self.equations is None else onto(self.box, self.equations, u)
+        return u if self.equations is None else project_onto_equations(self.box, self.equations, u)
 
-    def local(self, u: Array, holds: Sequence[Hold] = ()) -> Local:
+    def local(self, u: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """The objective near a point as smooth functions, joints held as told, with the rows of the constraints."""
         found = self.objective.local(self.design(u), holds)
-        return found if self.constraints is None else Constrained(found, self.constraints)
+        return found if self.constraints is None else ConstrainedModel(found, self.constraints)
 
     def violation(self, u: Array) -> float:
         """By how many steps the worst constraint is violated at a point, 0 where all are kept."""
@@ -146,7 +156,7 @@ class Problem:
 
     def kept(self, u: Array) -> bool:
         """Whether a point keeps all constraints."""
-        return self.violation(u) <= KEPT
+        return self.violation(u) <= FEASIBILITY_TOLERANCE
 
     def merit(self, u: Array) -> float:
         """Return the objective, and one unit more for each step of the worst violation; inf without an objective."""
@@ -154,18 +164,18 @@ class Problem:
             objective = self.evaluate(u).objective
         except ComputationError:
             return math.inf
-        return objective + (min(self.violation(u), MOST_STEPS) * self.scale if self.constraints else 0.0)
+        return objective + (min(self.violation(u), MAX_VIOLATION) * self.scale if self.constraints else 0.0)
 
-    def evaluate(self, u: Array) -> Evaluation:
+    def evaluate(self, u: Array) -> ObjectiveEvaluation:
         """The objective at a point."""
         self.counts.objective += 1
         return self.met(u, self.objective.look(self.design(u)))
 
-    def met(self, u: Array, look: Look) -> Evaluation:
+    def met(self, u: Array, look: ObjectiveSummary) -> ObjectiveEvaluation:
         """The objective of a point that was looked at on the way, kept if it is the best so far."""
-        found = evaluation(self.objective, look)
+        found = evaluate_summary(self.objective, look)
         if (self.best is None or found.objective < self.best.objective) and self.kept(u):
-            self.best = Best(u.copy(), found.objective)
+            self.best = BestPoint(u.copy(), found.objective)
             self.history.append((self.counts.total, found.objective))
         if self.heard is not None:
             self.heard(self.least)
@@ -176,12 +186,12 @@ class Problem:
         """The least objective met so far."""
         return None if self.best is None else self.best.objective
 
-    def score(self, x: Array) -> Evaluation:
+    def score(self, x: Array) -> ObjectiveEvaluation:
         """The objective of a design x (p,), neither counted nor kept."""
-        return evaluation(self.objective, self.objective.look(x))
+        return evaluate_summary(self.objective, self.objective.look(x))
 
     @cached_property
-    def reference(self) -> Evaluation:
+    def reference(self) -> ObjectiveEvaluation:
         """The design to start from: the measure of what is large and what is small."""
         return self.score(self.box.design)
 
@@ -197,7 +207,7 @@ class Problem:
         if not len(directions) or not len(fixed):
             return np.linalg.qr(directions.T)[0].T
         _, sizes, right = np.linalg.svd(directions[:, fixed].T)
-        kept = right[int((sizes > FELT).sum()) :] @ directions
+        kept = right[int((sizes > DIRECTION_TOLERANCE).sum()) :] @ directions
         return np.linalg.qr(kept.T)[0].T
 
     def conditions(self, u: Array) -> Conditions:

@@ -11,7 +11,7 @@ import numpy as np
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.numerics.arrays import TURN
-from planter.optimise.result import Certificate
+from planter.optimise.result import OptimalityCertificate
 from planter.pickup import gears
 from planter.pickup.file import Pickup, load_pickup
 from planter.pickup.gears import Locking, compute_locking_arcs
@@ -265,7 +265,7 @@ def _to_optimised(moved: Redesign) -> Optimised:
     )
 
 
-def _certificate(proof: Certificate) -> PickupCertificate:
+def _certificate(proof: OptimalityCertificate) -> PickupCertificate:
     """Residual of the last round's optimum, and the requirements that hold it.
 
     A multiplier is what the change gains per unit of its requirement.

@@ -16,13 +16,11 @@ from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.kernels.formulas import load
 from planter.numerics.arrays import TURN
-from planter.optimise.box import Box
-from planter.optimise.constraints import Named
-from planter.optimise.descent import Minimum, descend
-from planter.optimise.expressions import Expression, Expressions
+from planter.optimise.constraints import DesignBox, NamedConstraint
+from planter.optimise.expressions import SmoothObjective, SymbolicConstraints, SymbolicFunction
+from planter.optimise.local_search import LocalMinimum, search_locally
 from planter.optimise.problem import Problem
-from planter.optimise.result import Certificate, certified
-from planter.optimise.smooth import Smooth
+from planter.optimise.result import OptimalityCertificate, certify_candidates
 from planter.pickup.file import Pickup
 from planter.pickup.graph import LawNodes, SampledChain, build_nodes, sample_chain
 from planter.pickup.law import NEEDLE
@@ -57,12 +55,13 @@ BROKEN = 1e-4
 
 MOST_ITERATIONS = 300
 KINDS = (
-    Named("push angle", unit="deg"), Named("straight entry", unit="mm"), Named("needle to tray", unit="mm"),
-    Named("slope on the teeth", step=0.1), Named("pitch curves convex", unit="1/m", step=10.0),
+    NamedConstraint("push angle", unit="deg"), NamedConstraint("straight entry", unit="mm"),
+    NamedConstraint("needle to tray", unit="mm"), NamedConstraint("slope on the teeth", step=0.1),
+    NamedConstraint("pitch curves convex", unit="1/m", step=10.0),
 )  # fmt: skip
 """Requirements that the optimiser knows, each with a slack of its own."""
 NAMES = tuple(kind.name for kind in KINDS)
-PINNED = Named("arm at the farthest tip", ("equal",), "rad")
+PINNED = NamedConstraint("arm at the farthest tip", ("equal",), "rad")
 """What stays as it is."""
 
 
@@ -81,7 +80,7 @@ class Redesign:
     after: list[PickupRequirement]
     iterations: int
     rounds: int
-    certificate: Certificate | None
+    certificate: OptimalityCertificate | None
 
     @property
     def holds(self) -> bool:
@@ -99,7 +98,7 @@ def redesign_path(machine: Pickup, train: PickupTrain, progress: Listener | None
     at = build_nodes(train, machine.spline.value_points)
     reserve = dict.fromkeys(NAMES, 0.0)
     v, iterations, current, after, turns = at.values, 0, train, before, 0
-    proof: Certificate | None = None
+    proof: OptimalityCertificate | None = None
     phase = ProgressPhase("pickup", "round", ROUNDS, progress)
     for turns in range(1, ROUNDS + 1):
         if all(requirement.holds for requirement in after):
@@ -110,7 +109,7 @@ def redesign_path(machine: Pickup, train: PickupTrain, progress: Listener | None
         v, broken, proof = (
             change.angles(minimum.u),
             change.slack(minimum.u),
-            certified(change.problem, minimum.u, [minimum]),
+            certify_candidates(change.problem, minimum.u, [minimum]),
         )
         iterations += minimum.iterations
         rested = find_push(current)[0]
@@ -163,11 +162,11 @@ class LeastChange:
         count, free = rows.numel(), rows.numel() - pinned.numel()
         owner = np.repeat(np.arange(len(KINDS) + 1), [*(part.numel() for part in margins), pinned.numel()])
         bounds = np.zeros(count), np.where(np.arange(count) < free, np.inf, 0.0)
-        constraints = Expressions(x, rows, bounds, (*KINDS, PINNED), owner)
-        return Problem(Smooth(Expression(x, objective), x.numel(), unit=1.0), self._box, constraints)
+        constraints = SymbolicConstraints(x, rows, bounds, (*KINDS, PINNED), owner)
+        return Problem(SmoothObjective(SymbolicFunction(x, objective), x.numel(), unit=1.0), self._box, constraints)
 
     @property
-    def _box(self) -> Box:
+    def _box(self) -> DesignBox:
         n, k = self.at.size, len(NAMES)
         upper = np.concatenate([np.full(n, np.pi / 2 / STEP), [1.0], np.full(k, 1e3)])
         lower = np.concatenate([-upper[: n + 1], np.zeros(k)])
@@ -176,7 +175,7 @@ class LeastChange:
             "slope of the entry",
             *(f"slack of {s}" for s in NAMES),
         )
-        return Box.plain(names, lower, upper, np.zeros(n + 1 + k))
+        return DesignBox.plain(names, lower, upper, np.zeros(n + 1 + k))
 
     def _graph(self, x: ca.MX) -> tuple[ca.MX, list[ca.MX], ca.MX]:
         """The change, the rows of each requirement, which are at least 0 where it holds, and what is 0."""
@@ -256,9 +255,9 @@ class LeastChange:
         """The largest slack at a point."""
         return float(u[-len(NAMES) :].max())
 
-    def solve(self, v: Array) -> Minimum:
+    def solve(self, v: Array) -> LocalMinimum:
         """The least change, looked for from angles (size,). Raises ComputationError where IPOPT finds none."""
-        minimum = descend(self.problem, self.start(v), MOST_ITERATIONS)
+        minimum = search_locally(self.problem, self.start(v), MOST_ITERATIONS)
         if not minimum.settled:
             raise ComputationError(
                 f"the value points were not moved: IPOPT stopped after {minimum.iterations} iterations"

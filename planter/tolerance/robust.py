@@ -25,8 +25,8 @@ from planter.engine.outputs import OBJECTIVE, SampledOutputs
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import Integers, LastCallCache
-from planter.optimise.constraints import KEPT, Constraints, Kind
-from planter.optimise.spread import Variance
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE, ConstraintKind, Constraints
+from planter.optimise.variance import Variance
 from planter.progress import Listener, ProgressPhase
 from planter.sweeps.plan import SobolSequence
 from planter.tolerance.job import Spread
@@ -236,7 +236,7 @@ class _Search:
         """Return whether a point satisfies the limits."""
         limits = self.robust.limits
         try:
-            return limits is None or limits.violation(self.design(u)) <= KEPT
+            return limits is None or limits.violation(self.design(u)) <= FEASIBILITY_TOLERANCE
         except ComputationError:
             return False
 
@@ -277,7 +277,7 @@ class DesignLimits(Constraints):
 
     def __init__(self, goal: Goal) -> None:
         self.goal, self._rows = goal, GoalConstraints(goal)
-        self.kinds: Sequence[Kind] = self._rows.kinds
+        self.kinds: Sequence[ConstraintKind] = self._rows.kinds
         self.owner: Integers = self._rows.owner
         self.lower, self.upper = self._rows.lower, self._rows.upper
 

@@ -18,8 +18,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
-from planter.optimise.proof.balls import GROWN, TINY, Ball, chosen, products, tighter
-from planter.optimise.proof.branches import Branches
+from planter.optimise.proof.intervals import GROWTH, TINY, Ball, Branches, intersect_balls, select_balls, sum_products
 
 CENTRE, ANYWHERE = 0, 1
 
@@ -35,7 +34,7 @@ class Space:
         self.lower, self.upper = lower, upper
         self.centre = lower + (upper - lower) / 2
         half = np.maximum(upper - self.centre, self.centre - lower)
-        self.half = np.where(upper > lower, half * GROWN + TINY, 0.0).reshape(len(lower), -1)
+        self.half = np.where(upper > lower, half * GROWTH + TINY, 0.0).reshape(len(lower), -1)
         self.branches = Branches.none(1) if branches is None else branches
         self.jumping: Flags = np.zeros(1, dtype=bool)
         self.is_cutting = True
@@ -90,13 +89,13 @@ class Space:
     def reach(self, felt: tuple[int, ...], hessian: Array) -> Array:
         """Return what a Hessian's absolute values (K, lanes), packed, make of a gradient (k, lanes) up to the faces."""
         if self.half.shape[1] > 1:
-            rows, columns = packing(len(felt))
+            rows, columns = packed_indices(len(felt))
             square = np.empty((len(felt), len(felt)), dtype=np.int64)
             square[rows, columns] = square[columns, rows] = np.arange(len(rows))
             found: Array = (hessian[square] * self.half[list(felt)]).sum(axis=1)
             return found
         if felt not in self._reach:
-            rows, columns = packing(len(felt))
+            rows, columns = packed_indices(len(felt))
             reach = np.zeros((len(felt), len(rows)))
             for place, (i, j) in enumerate(zip(rows, columns, strict=True)):
                 reach[i, place] = self.half[felt[j], 0]
@@ -125,25 +124,29 @@ class Jet:
     @property
     def is_bounded(self) -> Flags:
         """Which lanes (lanes,) have bounds."""
-        balls = [_full(ball, self.lanes) for ball in (self.value, self.gradient, self.hessian)]
+        balls = [_broadcast_lanes(ball, self.lanes) for ball in (self.value, self.gradient, self.hessian)]
         sides = [side.reshape(-1, self.lanes) for ball in balls for side in (ball.mid, ball.rad)]
         return np.asarray(np.isfinite(np.concatenate(sides)).all(axis=0))
 
     def repeated(self, count: int) -> Jet:
         """Return the same over so many lanes, if it has but one."""
-        return Jet(self.space, self.felt, *(_full(b, count) for b in (self.value, self.gradient, self.hessian)))
+        return Jet(
+            self.space, self.felt, *(_broadcast_lanes(b, count) for b in (self.value, self.gradient, self.hessian))
+        )
 
     def taken(self, lanes: Any) -> Jet:
         """Some of its lanes."""
-        value, gradient, hessian = (_full(b, self.lanes) for b in (self.value, self.gradient, self.hessian))
+        value, gradient, hessian = (_broadcast_lanes(b, self.lanes) for b in (self.value, self.gradient, self.hessian))
         return Jet(self.space, self.felt, value[..., lanes], gradient[..., lanes], hessian[..., lanes])
 
     def over(self, felt: tuple[int, ...]) -> Jet:
         """The same as a function of more parameters."""
         if felt == self.felt:
             return self
-        rows, places = _embedding(self.felt, felt)
-        gradient, hessian = (_zeros(b, n) for b, n in ((self.gradient, len(felt)), (self.hessian, packed(len(felt)))))
+        rows, places = _embedding_indices(self.felt, felt)
+        gradient, hessian = (
+            _zero_ball(b, n) for b, n in ((self.gradient, len(felt)), (self.hessian, packed_size(len(felt))))
+        )
         for part in ("mid", "rad"):
             getattr(gradient, part)[:, rows] = getattr(self.gradient, part)
             getattr(hessian, part)[places] = getattr(self.hessian, part)
@@ -155,24 +158,24 @@ class Jet:
             return self
         half, moved = self.space.half[list(self.felt)], self.space.reach(self.felt, self.hessian.most)
         slope = self.gradient[CENTRE]
-        gradient = Ball(slope.mid, (slope.rad + moved) * GROWN + TINY)
+        gradient = Ball(slope.mid, (slope.rad + moved) * GROWTH + TINY)
         centre = self.value[CENTRE]
         change = _weigh(half, slope.most + moved / 2)
-        value = Ball(centre.mid + 0 * change, (centre.rad + change) * GROWN + TINY)
+        value = Ball(centre.mid + 0 * change, (centre.rad + change) * GROWTH + TINY)
         return Jet(
-            self.space, self.felt, join_parts(centre, tighter(self.value[ANYWHERE], value)),
-            join_parts(slope, tighter(self.gradient[ANYWHERE], gradient)), self.hessian,
+            self.space, self.felt, join_parts(centre, intersect_balls(self.value[ANYWHERE], value)),
+            join_parts(slope, intersect_balls(self.gradient[ANYWHERE], gradient)), self.hessian,
         )  # fmt: skip
 
     @property
     def least(self) -> Array:
         """Lower bounds over the box, (lanes,)."""
-        half, (rows, columns) = self.space.half[list(self.felt)], packing(len(self.felt))
+        half, (rows, columns) = self.space.half[list(self.felt)], packed_indices(len(self.felt))
         weights = np.where(rows == columns, 0.5, 1.0)[:, None] * half[rows] * half[columns]
         bent = np.where((rows == columns)[:, None], np.maximum(-self.hessian.low, 0), self.hessian.most)
-        change = (_weigh(half, self.gradient[CENTRE].most) + _weigh(weights, bent)) * GROWN + TINY
+        change = (_weigh(half, self.gradient[CENTRE].most) + _weigh(weights, bent)) * GROWTH + TINY
         centre = self.value[CENTRE]
-        formed = Ball(centre.mid, (centre.rad + change) * GROWN + TINY).low
+        formed = Ball(centre.mid, (centre.rad + change) * GROWTH + TINY).low
         return np.maximum(formed, self.value[ANYWHERE].low)
 
     def __neg__(self) -> Jet:
@@ -184,7 +187,7 @@ class Jet:
             return Jet(self.space, one.felt, one.value + two.value, one.gradient, one.hessian)
         if not one.felt:
             return Jet(self.space, two.felt, one.value + two.value, two.gradient, two.hessian)
-        one, two = _together(one, two)
+        one, two = _align_jets(one, two)
         return Jet(
             self.space, one.felt, one.value + two.value, one.gradient + two.gradient, one.hessian + two.hessian
         ).cut()
@@ -197,11 +200,11 @@ class Jet:
         if not one.felt:
             rate = one.value[:, None]
             return Jet(self.space, two.felt, value, rate * two.gradient, one.value[ANYWHERE] * two.hessian)
-        one, two = _together(one, two)
-        gradient = products((one.value[:, None], two.gradient), (two.value[:, None], one.gradient))
-        rows, columns = packing(len(one.felt))
+        one, two = _align_jets(one, two)
+        gradient = sum_products((one.value[:, None], two.gradient), (two.value[:, None], one.gradient))
+        rows, columns = packed_indices(len(one.felt))
         along, across = one.gradient[ANYWHERE], two.gradient[ANYWHERE]
-        hessian = products(
+        hessian = sum_products(
             (one.value[ANYWHERE], two.hessian), (two.value[ANYWHERE], one.hessian),
             (along[rows], across[columns]), (along[columns], across[rows]),
         )  # fmt: skip
@@ -211,9 +214,9 @@ class Jet:
         """A function of this, from its value (2, lanes), first (2, lanes) and second derivative (lanes,)."""
         if not self.felt:
             return Jet(self.space, (), value, self.gradient, self.hessian)
-        rows, columns = packing(len(self.felt))
+        rows, columns = packed_indices(len(self.felt))
         slope = self.gradient[ANYWHERE]
-        hessian = products((first[ANYWHERE], self.hessian), (second * slope[rows], slope[columns]))
+        hessian = sum_products((first[ANYWHERE], self.hessian), (second * slope[rows], slope[columns]))
         return Jet(self.space, self.felt, value, first[:, None] * self.gradient, hessian).cut()
 
     def __pow__(self, exponent: int) -> Jet:
@@ -238,7 +241,7 @@ class Jet:
             for k in range(1, end):
                 about[k] = about[k] + centre * about[k - 1]
         taylor, step = about[::-1], self.value - Ball(join_parts(centre, centre).mid, np.zeros_like(self.value.mid))
-        value, first, second = (_derivative(taylor, step, n) for n in range(3))
+        value, first, second = (_polynomial_derivative(taylor, step, n) for n in range(3))
         return self.through(value, first, second[ANYWHERE])
 
     def inverse(self) -> Jet:
@@ -279,15 +282,15 @@ class Jet:
     def mean(self) -> Jet:
         """Over the lanes."""
         share = Ball.exact(1.0) / Ball.exact(float(self.lanes))
-        whole = (_full(b, self.lanes).sum() for b in (self.value, self.gradient, self.hessian))
+        whole = (_broadcast_lanes(b, self.lanes).sum() for b in (self.value, self.gradient, self.hessian))
         value, gradient, hessian = (Ball(b.mid[..., None], b.rad[..., None]) * share for b in whole)
         return Jet(self.space, self.felt, value, gradient, hessian).cut()
 
     def where(self, condition: Any, other: Any) -> Jet:
         """This on the lanes where the condition holds, the other elsewhere."""
-        one, two = _together(*self._paired(other))
+        one, two = _align_jets(*self._paired(other))
         parts = zip((one.value, one.gradient, one.hessian), (two.value, two.gradient, two.hessian), strict=True)
-        return Jet(self.space, one.felt, *(chosen(condition, mine, its) for mine, its in parts))
+        return Jet(self.space, one.felt, *(select_balls(condition, mine, its) for mine, its in parts))
 
     def holding(self, value: Ball) -> Jet:
         """The same where the value (2, lanes) is known otherwise."""
@@ -330,7 +333,7 @@ class Jet:
         return (-self)._ask(-other, strictly=False)
 
 
-def _derivative(taylor: Sequence[Ball], step: Ball, order: int) -> Ball:
+def _polynomial_derivative(taylor: Sequence[Ball], step: Ball, order: int) -> Ball:
     """The n-th derivative of sum b_k h^k at steps h (2, lanes)."""
     found = Ball.exact(np.zeros_like(step.mid))
     for k in range(order, len(taylor)):
@@ -344,28 +347,28 @@ def _weigh(weights: Array, values: Array) -> Array:
     return found
 
 
-def packed(size: int) -> int:
+def packed_size(size: int) -> int:
     return size * (size + 1) // 2
 
 
 @lru_cache(maxsize=64)
-def packing(size: int) -> tuple[Integers, Integers]:
+def packed_indices(size: int) -> tuple[Integers, Integers]:
     """Rows and columns of the entries of a packed symmetric matrix."""
     rows, columns = np.tril_indices(size)
     return rows, columns
 
 
 @lru_cache(maxsize=4096)
-def _embedding(few: tuple[int, ...], many: tuple[int, ...]) -> tuple[Integers, Integers]:
+def _embedding_indices(few: tuple[int, ...], many: tuple[int, ...]) -> tuple[Integers, Integers]:
     """Where the parameters, and the packed entries, of a function of few stand in one of many."""
     rows = np.array([many.index(k) for k in few], dtype=np.int64)
-    i, j = packing(len(few))
+    i, j = packed_indices(len(few))
     a, b = rows[i], rows[j]
     high, low = np.maximum(a, b), np.minimum(a, b)
     return rows, high * (high + 1) // 2 + low
 
 
-def _together(one: Jet, two: Jet) -> tuple[Jet, Jet]:
+def _align_jets(one: Jet, two: Jet) -> tuple[Jet, Jet]:
     """Both as functions of the same parameters."""
     if one.felt == two.felt:
         return one, two
@@ -373,12 +376,12 @@ def _together(one: Jet, two: Jet) -> tuple[Jet, Jet]:
     return one.over(felt), two.over(felt)
 
 
-def _zeros(like: Ball, rows: int) -> Ball:
+def _zero_ball(like: Ball, rows: int) -> Ball:
     shape = (*like.mid.shape[:-2], rows, like.mid.shape[-1])
     return Ball(np.zeros(shape), np.zeros(shape))
 
 
-def _full(ball: Ball, lanes: int) -> Ball:
+def _broadcast_lanes(ball: Ball, lanes: int) -> Ball:
     if ball.mid.shape[-1] == lanes == ball.rad.shape[-1]:
         return ball
     shape = (*ball.mid.shape[:-1], lanes)
@@ -387,10 +390,10 @@ def _full(ball: Ball, lanes: int) -> Ball:
 
 def join_parts(centre: Ball, anywhere: Ball) -> Ball:
     """Return a ball with parts at the centre of a box and anywhere in it."""
-    return Ball(_stacked(centre.mid, anywhere.mid), _stacked(centre.rad, anywhere.rad))
+    return Ball(_stack_parts(centre.mid, anywhere.mid), _stack_parts(centre.rad, anywhere.rad))
 
 
-def _stacked(one: Array, two: Array) -> Array:
+def _stack_parts(one: Array, two: Array) -> Array:
     found = np.empty((2, *np.broadcast_shapes(one.shape, two.shape)))
     found[CENTRE], found[ANYWHERE] = one, two
     return found

@@ -1,29 +1,206 @@
-"""Roots over a box: enclosed by interval Newton steps, their derivatives by Newton steps on jets."""
+"""Simultaneous linear equations of balls, or of jets, in every lane.
+
+Simultaneous equations without a root in a domain: it is divided, and parts that can hold none are left out.
+
+Roots over a box: enclosed by interval Newton steps, their derivatives by Newton steps on jets.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import reduce
+from operator import add
+from typing import Any
 
 import numpy as np
 
 from planter.kernels import Array
-from planter.numerics.arrays import Flags
-from planter.optimise.proof.balls import GROWN, Ball, Unbounded
-from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, join_parts, packed
-from planter.optimise.proof.linear import ROUNDS, BallSolver, invert_centre, multiply
+from planter.numerics.arrays import Flags, Integers
+from planter.optimise.proof.intervals import GROWTH, Ball, Unbounded, sum_products
+from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, join_parts, packed_indices, packed_size
+
+LINEAR_ROUNDS = 2
+"""So often solutions over a box are formed, each time from those before, which their derivatives have narrowed."""
+
+
+class BallSolver:
+    """Solves simultaneous equations whose matrix (k, k) is one of balls (lanes,), about the identity.
+
+    Raises Unbounded where the matrix may be singular.
+    """
+
+    def __init__(self, matrix: Sequence[Sequence[Ball]]) -> None:
+        size, lanes = len(matrix), max(ball.mid.shape[-1] for row in matrix for ball in row)
+        unit = [[Ball.exact(np.full(lanes, float(i == j))) for j in range(size)] for i in range(size)]
+        self._inverse = _eliminate(matrix, unit)
+
+    def solve(self, right: Sequence[Ball]) -> list[Ball]:
+        """Return the unknowns (k,) for right sides (k,) of balls (..., lanes)."""
+        return [row[0] for row in multiply_matrices(self._inverse, [[ball] for ball in right])]
+
+
+def invert_centre(matrix: Sequence[Sequence[Jet]]) -> list[list[Jet]]:
+    """Return the inverse (k, k) of a matrix's midpoints at the centre of the box. NaN in lanes where there is none.
+
+    Raises Unbounded where that is so in every lane.
+    """
+    lanes = max(jet.lanes for row in matrix for jet in row)
+    midpoints = np.array([[np.broadcast_to(jet.value.mid[CENTRE], lanes) for jet in row] for row in matrix])
+    matrices = midpoints.transpose(2, 0, 1)
+    with np.errstate(all="ignore"):
+        is_regular = np.isfinite(matrices).all(axis=(1, 2)) & (np.linalg.det(matrices) != 0)
+    if not is_regular.any():
+        raise Unbounded("a matrix is singular")
+    inverse = np.full(matrices.shape, np.nan)
+    inverse[is_regular] = np.linalg.inv(matrices[is_regular])
+    inverse = inverse.transpose(1, 2, 0)
+    return [[matrix[0][0].space.constant(Ball.exact(entry)) for entry in row] for row in inverse]
+
+
+def multiply_matrices(one: Sequence[Sequence[Any]], two: Sequence[Sequence[Any]]) -> list[list[Any]]:
+    """Return the product (k, m) of two matrices of jets, or of balls."""
+    return [
+        [_add_terms(a * b for a, b in zip(row, column, strict=True)) for column in zip(*two, strict=True)]
+        for row in one
+    ]
+
+
+def solve_linear_jets(space: Space, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> list[Jet]:
+    """Return the solution y (k,) of simultaneous equations A y = b of jets and numbers over a box.
+
+    Its derivatives solve A y' = b' - A' y and A y'' = b'' - A'' y - 2 A' y'. Raises Unbounded where the matrix may be
+    singular.
+    """
+    jets = [[space.lift(entry) for entry in (*row, value)] for row, value in zip(matrix, right, strict=True)]
+    felt = tuple(sorted({k for row in jets for jet in row for k in jet.felt}))
+    jets = [[jet.over(felt) for jet in row] for row in jets]
+    jets = multiply_matrices(invert_centre([row[:-1] for row in jets]), jets)
+    rows, sides = [row[:-1] for row in jets], [row[-1] for row in jets]
+    parts = (CENTRE, ANYWHERE)
+    solvers = [BallSolver([[jet.value[part] for jet in row] for row in rows]) for part in parts]
+    values = [solvers[part].solve([jet.value[part] for jet in sides]) for part in parts]
+    low, high = packed_indices(len(felt))
+    solution: list[Jet] = []
+    for _ in range(LINEAR_ROUNDS):
+        slopes = [
+            solvers[part].solve([
+                side.gradient[part] - _add_terms(a.gradient[part] * y for a, y in zip(row, values[part], strict=True))
+                for row, side in zip(rows, sides, strict=True)
+            ])
+            for part in parts
+        ]  # fmt: skip
+        y, slope = values[ANYWHERE], slopes[ANYWHERE]
+        bends = solvers[ANYWHERE].solve([
+            side.hessian - _add_terms(
+                sum_products((a.hessian, y[j]), (a.gradient[ANYWHERE][low], slope[j][high]),
+                         (a.gradient[ANYWHERE][high], slope[j][low]))
+                for j, a in enumerate(row)
+            )
+            for row, side in zip(rows, sides, strict=True)
+        ])  # fmt: skip
+        solution = [
+            Jet(space, felt, join_parts(*value), join_parts(*slope), bend).cut()
+            for value, slope, bend in zip(zip(*values, strict=True), zip(*slopes, strict=True), bends, strict=True)
+        ]
+        if not felt:
+            break
+        values = [[jet.value[part] for jet in solution] for part in parts]
+    return solution
+
+
+def _eliminate(matrix: Sequence[Sequence[Ball]], right: Sequence[Sequence[Ball]]) -> list[list[Ball]]:
+    """Return the solutions (k, m) of equations with right sides (k, m), by elimination without pivoting."""
+    size = len(matrix)
+    rows = [[*row, *sides] for row, sides in zip(matrix, right, strict=True)]
+    for k in range(size):
+        for i in range(k + 1, size):
+            share = rows[i][k] / rows[k][k]
+            rows[i] = [
+                *rows[i][: k + 1],
+                *(a - share * b for a, b in zip(rows[i][k + 1 :], rows[k][k + 1 :], strict=True)),
+            ]
+    solution: list[list[Ball]] = []
+    for k in reversed(range(size)):
+        values = rows[k][size:]
+        for place, known in enumerate(solution):
+            values = [value - rows[k][size - 1 - place] * y for value, y in zip(values, known, strict=True)]
+        solution.append([value / rows[k][k] for value in values])
+    return solution[::-1]
+
+
+def _add_terms(terms: Any) -> Any:
+    return reduce(add, terms)
+
+
+BallEquations = Callable[[Sequence[Ball], Integers], tuple[Sequence[Ball], Sequence[Sequence[Ball]]]]
+"""Balls (k,) of unknowns in some lanes -> f (k,) and its Jacobian (k, k) there, enclosed."""
+MAX_DIVISIONS = 12
+"""So often the parts of a domain are halved."""
+MAX_PARTS = 4096
+"""Parts of all lanes that are divided further: those of the lanes that have the fewest."""
+
+
+def has_rootless_lane(equations: BallEquations, low: Array, high: Array, lanes: int) -> bool:
+    """Return whether equations have certainly no root between `low` and `high` (k,) in at least one of some lanes."""
+    lane, open_lanes = np.arange(lanes), np.arange(lanes)
+    below, above = (np.repeat(side[:, None], lanes, axis=1) for side in (low, high))
+    for _ in range(MAX_DIVISIONS):
+        with np.errstate(all="ignore"):  # parts without a root have no points
+            below, above = _contract(equations, below, above, lane)
+        kept = np.flatnonzero((below <= above).all(axis=0))
+        counts = np.bincount(lane[kept], minlength=lanes)[open_lanes]
+        if not counts.all():
+            return True
+        order = np.argsort(counts, kind="stable")
+        open_lanes = open_lanes[order[np.cumsum(counts[order]) <= MAX_PARTS]]
+        kept = kept[np.isin(lane[kept], open_lanes)]
+        if not len(kept):
+            return False
+        below, above, lane = below[:, kept], above[:, kept], lane[kept]
+        widest = ((above - below) / (high - low)[:, None]).argmax(axis=0)
+        here, middle = np.arange(len(lane)), below + (above - below) / 2
+        ends, starts = above.copy(), below.copy()
+        ends[widest, here] = starts[widest, here] = middle[widest, here]
+        below, above = np.concatenate([below, starts], axis=1), np.concatenate([ends, above], axis=1)
+        lane = np.concatenate([lane, lane])
+    return False
+
+
+def _contract(equations: BallEquations, low: Array, high: Array, lane: Integers) -> tuple[Array, Array]:
+    """Return parts (k, n) without margins that hold no root; where one holds none, `low` is above `high`.
+
+    By the mean value theorem a root is at m - f(m) / f' in each unknown, m a point in it, all others anywhere.
+    """
+    low, high = low.copy(), high.copy()
+    values, slopes = equations([Ball.between(*side) for side in zip(low, high, strict=True)], lane)
+    for value in values:
+        rootless = (value.low > 0) | (value.high < 0)
+        low[:, rootless], high[:, rootless] = np.inf, -np.inf
+    for j in range(len(low)):
+        point = [Ball.between(*side) for side in zip(low, high, strict=True)]
+        point[j] = Ball.exact(point[j].mid)
+        values, _ = equations(point, lane)
+        for value, row in zip(values, slopes, strict=True):
+            try:
+                root = point[j] - value / row[j]
+            except Unbounded:
+                continue
+            low[j], high[j] = np.fmax(low[j], root.low), np.fmin(high[j], root.high)
+    return low, high
+
 
 Residual = Callable[[Sequence[Jet]], tuple[Sequence[Jet], Sequence[Sequence[Jet]]]]
 """a (k,) -> f(a) (k,) and its Jacobian (k, k), both over the box."""
 WIDER = 1.5
 """How much wider than a Newton step each trial is."""
-MOST_STEPS = 30
+MAX_NEWTON_STEPS = 30
 SMALL_STEP = 1e-9
 """Relative size of the last Newton step: the error after it goes with its square."""
 NARROW = 0.02
 """Derivatives whose radii are below this share of the largest are not narrowed further."""
 
 
-def roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
+def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
     """Return the roots a(x) (k,) of f(a, x) near `start` (k, lanes), over the box, of jets in `space`.
 
     Newton's step N(A) = s - f_a(A)^-1 f(s) from a point s maps balls A into themselves: then A holds exactly one root
@@ -41,13 +218,15 @@ def roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
     def scaled(a: Sequence[Jet]) -> tuple[list[Jet], list[list[Jet]]]:
         """Return f(a) and its Jacobian, multiplied by the inverse of the Jacobian at the centre."""
         excess, slopes = residual(a)
-        return [row[0].over(felt) for row in multiply(scale, [[jet] for jet in excess])], multiply(scale, slopes)
+        return [row[0].over(felt) for row in multiply_matrices(scale, [[jet] for jet in excess])], multiply_matrices(
+            scale, slopes
+        )
 
     middle, values = (_enclose(space, at, scaled, part) for part in (CENTRE, ANYWHERE))
     excess, jacobian = scaled([space.constant(value) for value in middle])
     centre = _divide([jet.gradient[CENTRE] for jet in excess], jacobian, CENTRE)
-    flat, jets = Ball.exact(np.zeros((packed(len(felt)), 1))), list[Jet]()
-    for _ in range(ROUNDS):
+    flat, jets = Ball.exact(np.zeros((packed_size(len(felt)), 1))), list[Jet]()
+    for _ in range(LINEAR_ROUNDS):
         excess, jacobian = scaled([space.constant(value) for value in values])
         rates = _divide([jet.gradient[ANYWHERE] for jet in excess], scaled(jets)[1] if jets else jacobian, ANYWHERE)
         lines = [
@@ -74,7 +253,7 @@ def _divide(right: Sequence[Ball], matrix: Sequence[Sequence[Jet]], part: int) -
 def _refine(space: Space, start: Array, residual: Residual) -> Array:
     """Return a point (k, lanes) closer to the roots at the box's centre, by Newton's method in plain numbers."""
     at = np.array(start, dtype=float)
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_NEWTON_STEPS):
         excess, slopes = residual([space.constant(Ball.exact(row)) for row in at])
         lanes = at.shape[1]
         right = np.array([np.broadcast_to(jet.value.mid[0], lanes) for jet in excess])
@@ -101,7 +280,7 @@ def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[
     first = BallSolver([[jet.value[CENTRE] for jet in row] for row in slopes]).solve(right)
     rad = np.array([np.abs(ball.mid) + ball.rad for ball in first])
     settled: Flags = np.zeros(start.shape[1], dtype=bool)
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_NEWTON_STEPS):
         rad = np.where(settled, rad, WIDER * rad + 1e-15 * np.abs(start))
         balls = [space.constant(Ball(point.mid, own)) for point, own in zip(points, rad, strict=True)]
         _, slopes = residual(balls)
@@ -111,7 +290,7 @@ def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[
             break
         result = [point - change for point, change in zip(points, changes, strict=True)]
         moved = np.array([np.abs(ball.mid - point.mid) + ball.rad for ball, point in zip(result, points, strict=True)])
-        settled = np.asarray((moved * GROWN < rad).all(axis=0))
+        settled = np.asarray((moved * GROWTH < rad).all(axis=0))
         if (settled | ~np.isfinite(moved).all(axis=0)).all():
             break
     if not settled.any():

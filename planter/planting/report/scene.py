@@ -12,7 +12,7 @@ from planter.files import units
 from planter.gear_geometry.cutting import DEFAULT_MODULE, ToothOrder
 from planter.gear_geometry.polygons import build_polygon
 from planter.kernels import Array
-from planter.optimise.joints import places
+from planter.optimise.response import list_breakpoints
 from planter.planting import cycle
 from planter.planting.model import Device
 from planter.planting.toothed import Gearing, cut_gear_train, locate_pitch_curves
@@ -85,7 +85,7 @@ def build_scene(device: Device, x: Array, before: Array | None = None, toothed: 
         points=points,
         forces=[_force(columns, name, side) for side in (1, 2) for name in FORCES],
         curves=[_curve(device, columns, key) for key in CURVES],
-        events=[Event(p.name, float(np.degrees(p.angle))) for p in places(device.force, device.prologue(x))],
+        events=[Event(p.name, float(np.degrees(p.angle))) for p in list_breakpoints(device.force, device.prologue(x))],
         labels=(Label("nozzle opening (front view)", float(corner[0]), float(corner[1]) + 70, "end"),),
         ground=_soil(device, columns, forward * seconds * 1e3),
         travel=1e3 * forward * columns["phi_deg"] / 360 * seconds,

@@ -21,13 +21,10 @@ from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.proof import EnclosedMechanism
 from planter.numerics.arrays import Integers
-from planter.optimise.proof.arithmetic import Enclosing
-from planter.optimise.proof.balls import Ball, Unbounded
-from planter.optimise.proof.bound import Incumbent, prove_bound
-from planter.optimise.proof.curve import samples
+from planter.optimise.proof.enclosures import JetNamespace, ObjectiveBounds, enclose_samples
+from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
-from planter.optimise.proof.objective import Bounds
-from planter.optimise.proof.results import GlobalBound
+from planter.optimise.proof.search import GlobalBound, Incumbent, prove_bound
 from planter.report.proof import describe_proof
 from tests.support import own
 from tests.support.cli import answer, refusal
@@ -56,7 +53,7 @@ def draw_designs(box: tuple[Array, Array], count: int) -> list[Array]:
 
 def enclose(file: MechanismFile, quantities: tuple[tuple[str, bool], ...], box: tuple[Array, Array]) -> list[Jet]:
     enclosed = EnclosedMechanism(build_machine(file), file.model, quantities)
-    return samples(enclosed, Space(*box), COUNT)
+    return enclose_samples(enclosed, Space(*box), COUNT)
 
 
 def count_misses(jets: list[Jet], file: MechanismFile, quantities: tuple[tuple[str, bool], ...]) -> int:
@@ -158,7 +155,7 @@ def test_friction_that_may_turn_proves_nothing_by_slopes() -> None:
     ).may_jump
 
 
-def bound_arm(least: str, *limits: str) -> Bounds:
+def bound_arm(least: str, *limits: str) -> ObjectiveBounds:
     """Return bounds of a sum over a small box of the four-bar, under limits."""
     file = own.file("transplanting_arm")
     machine, terms, holds = build_machine(file), parse_sum(least), [parse_limit(limit) for limit in limits]
@@ -183,7 +180,7 @@ def test_samples_without_an_enclosure_are_left_out(monkeypatch: pytest.MonkeyPat
     sums = "range F_Ox + rms M_in", "max F_Ox + std M_in - min F_Oy + variance F_Ay"
     whole, follow = [bound_arm(least) for least in sums], EnclosedMechanism.follow
 
-    def fail(self: EnclosedMechanism, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
+    def fail(self: EnclosedMechanism, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
         shares, gap = follow(self, space, phi), np.where(np.arange(len(phi.mid)) == 5, np.nan, 0.0)
         return lambda xp, lanes: [jet + xp.space.constant(Ball.exact(gap[lanes])) for jet in shares(xp, lanes)]
 
@@ -197,7 +194,7 @@ def test_samples_without_an_enclosure_are_left_out(monkeypatch: pytest.MonkeyPat
         bound_arm("mean F_Ox")
 
 
-def bound_at_once(*boxes: tuple[Array, Array]) -> list[Bounds | Unbounded]:
+def bound_at_once(*boxes: tuple[Array, Array]) -> list[ObjectiveBounds | Unbounded]:
     """Return the bounds over boxes of the four-bar, at once, or why there are none."""
     return goal_of("transplanting_arm", "range F_Ox + rms M_in")[1].bound_boxes(boxes)
 
@@ -219,8 +216,8 @@ def test_boxes_are_bounded_at_once_as_one_by_one() -> None:
     boxes = [move({}), move(OPEN), move({"a_mm": 40.0, "k_N_m": 300.0}), find_box(own.file("transplanting_arm"), 0.2)]
     for box, result in zip(boxes, bound_at_once(*boxes), strict=True):
         (alone,) = bound_at_once(box)
-        assert isinstance(result, Bounds)
-        assert isinstance(alone, Bounds)
+        assert isinstance(result, ObjectiveBounds)
+        assert isinstance(alone, ObjectiveBounds)
         assert result.least == pytest.approx(alone.least, rel=1e-5), "how often roots are narrowed may differ"
         assert result.reached == pytest.approx(alone.reached, rel=1e-9)
         np.testing.assert_allclose(result.slopes.mid, alone.slopes.mid, rtol=1e-3, atol=1e-3)
@@ -229,7 +226,7 @@ def test_boxes_are_bounded_at_once_as_one_by_one() -> None:
 def test_boxes_whose_loops_cannot_close_hold_no_design() -> None:
     machine = build_machine(own.file("transplanting_arm"))
     lower, upper = move(OPEN)
-    assert [result.least for result in bound_at_once((lower, upper)) if isinstance(result, Bounds)] == [np.inf]
+    assert [result.least for result in bound_at_once((lower, upper)) if isinstance(result, ObjectiveBounds)] == [np.inf]
     (wide,) = bound_at_once((np.minimum(lower, machine.design), np.maximum(upper, machine.design)))
     assert isinstance(wide, Unbounded) or wide.least < np.inf, "one of its designs closes"
 

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from planter.optimise.box import Box
+from planter.optimise.constraints import DesignBox
 
 LOWER, UPPER = np.array([-1.0, 0.3, 2.0]), np.array([2.0, 0.7, 5.0])
-SHARES = Box.shares(("a", "b", "c"), LOWER, UPPER, np.array([0.0, 0.9, 2.0]))
-PLAIN = Box.plain(("a", "b", "c"), LOWER, UPPER, np.array([0.0, 0.9, 2.0]))
+SHARES = DesignBox.shares(("a", "b", "c"), LOWER, UPPER, np.array([0.0, 0.9, 2.0]))
+PLAIN = DesignBox.plain(("a", "b", "c"), LOWER, UPPER, np.array([0.0, 0.9, 2.0]))
 
 
 def test_shares_run_from_0_to_1_and_plain_variables_are_the_design():

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from planter.optimise import certificate, ipopt
-from planter.optimise.certificate import best_multipliers, check, kkt_residual
-from planter.optimise.descent import STATIONARY, descend
+from planter.optimise.certificate import check_conditions, estimate_multipliers, kkt_residual
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.range_and_spread import problem as over_turn
-from planter.optimise.spread import Weights
+from planter.optimise.local_search import STATIONARITY_TOLERANCE, search_locally
+from planter.optimise.range_variance import build_range_problem as over_turn
+from planter.optimise.variance import Weights
 from tests.planter.optimise import toys
 
 SAMPLINGS = [360, 91, "refined"]
@@ -19,12 +19,12 @@ SAMPLINGS = [360, 91, "refined"]
 @pytest.fixture(scope="module", params=SAMPLINGS)
 def optimum(request):
     problem = toys.problem(request.param)
-    return problem, descend(problem, problem.start).u
+    return problem, search_locally(problem, problem.start).u
 
 
 def test_a_true_optimum_passes(optimum):
     problem, u = optimum
-    assert check(problem, u, best_multipliers(problem, u)).worst < STATIONARY
+    assert check_conditions(problem, u, estimate_multipliers(problem, u)).worst < STATIONARITY_TOLERANCE
 
 
 @pytest.mark.parametrize("step", [1e-2, 1e-3])
@@ -33,22 +33,22 @@ def test_a_moved_optimum_fails(optimum, step):
     for j in problem.free:
         moved = u.copy()
         moved[j] += step if u[j] < 0.5 else -step
-        assert kkt_residual(problem, moved) > STATIONARY, problem.box.names[j]
+        assert kkt_residual(problem, moved) > STATIONARITY_TOLERANCE, problem.box.names[j]
 
 
 def test_a_point_outside_the_box_fails(optimum):
     problem, u = optimum
-    m = best_multipliers(problem, u)
+    m = estimate_multipliers(problem, u)
     outside = u.copy()
     outside[problem.free[0]] = 1 + 1e-3
-    assert check(problem, outside, m).feasibility == pytest.approx(1e-3)
+    assert check_conditions(problem, outside, m).feasibility == pytest.approx(1e-3)
 
 
 @pytest.mark.parametrize("field", ["upper", "lower", "at_lower", "at_upper"])
 @pytest.mark.parametrize("change", ["zeroed", "doubled", "negated", "moved to the next"])
 def test_a_wrong_multiplier_fails(optimum, field, change):
     problem, u = optimum
-    m = best_multipliers(problem, u)
+    m = estimate_multipliers(problem, u)
     values = getattr(m, field)
     assert values.max() > 0
     wrong = {
@@ -56,22 +56,22 @@ def test_a_wrong_multiplier_fails(optimum, field, change):
     }[change]  # fmt: skip
     if np.array_equal(wrong, values):
         pytest.skip("one row alone cannot move")
-    assert check(problem, u, replace(m, **{field: wrong})).worst > STATIONARY
+    assert check_conditions(problem, u, replace(m, **{field: wrong})).worst > STATIONARITY_TOLERANCE
 
 
 def test_a_solver_stopped_after_three_iterations_fails(optimum):
     problem, _ = optimum
     programme = Epigraph(problem, problem.objective.turn.local(problem.design(problem.start)), problem.start)
-    stopped = ipopt.solve(programme, programme.start, most_iterations=3)
+    stopped = ipopt.solve_program(programme, programme.start, most_iterations=3)
     assert stopped.iterations == 3
-    assert kkt_residual(problem, programme.point(stopped.z)) > STATIONARY
+    assert kkt_residual(problem, programme.point(stopped.z)) > STATIONARITY_TOLERANCE
 
 
 def test_multipliers_say_what_a_bound_costs():
     """Giving way by 1e-4 of the box saves multiplier times 1e-4."""
     problem = toys.problem("refined")
-    u = descend(problem, problem.start).u
-    for bound in certificate.active_bounds(problem, best_multipliers(problem, u)):
+    u = search_locally(problem, problem.start).u
+    for bound in certificate.find_active_bounds(problem, estimate_multipliers(problem, u)):
         j = problem.box.names.index(bound.name)
         x, step = problem.design(u), 1e-4 * problem.box.unit[j]
         x[j] += step if bound.side == "upper" else -step
@@ -83,26 +83,26 @@ def test_third_harmonic_shares_of_tied_peaks():
     """By symmetry the four tied peaks, two of each sign, need shares that add up to the weight of the range."""
     problem = over_turn(toys.third_harmonic(), toys.RANGE, "refined")
     u = np.array([(0.5 - 1 / 6) / 0.9])
-    m = best_multipliers(problem, u)
-    assert check(problem, u, m).worst < 1e-12
+    m = estimate_multipliers(problem, u)
+    assert check_conditions(problem, u, m).worst < 1e-12
     assert (m.upper.sum(), m.lower.sum()) == pytest.approx((1, 1), abs=1e-12)
-    assert kkt_residual(problem, u + 1e-3) > STATIONARY
+    assert kkt_residual(problem, u + 1e-3) > STATIONARITY_TOLERANCE
 
 
 def test_clarke_at_a_kink_that_holds_the_optimum():
     """Variance over 12 samples; the corner on a sample: neither one-sided gradient is zero, their mixture is."""
     problem = over_turn(toys.corner(), toys.VARIANCE, 12)
-    u = descend(problem, problem.start).u
+    u = search_locally(problem, problem.start).u
     found = problem.conditions(u)
     assert len(found.kinks) == 1
     one, other = found.smooth[0], (found.smooth + found.kinks[0])[0]
     assert one * other < 0
-    m = best_multipliers(problem, u)
+    m = estimate_multipliers(problem, u)
     assert 0 < m.kinks[0] < 1
-    assert check(problem, u, m).worst < STATIONARY
+    assert check_conditions(problem, u, m).worst < STATIONARITY_TOLERANCE
     for wrong in (0.0, 1.0, -1e-3, 1 + 1e-3):
-        assert check(problem, u, replace(m, kinks=np.array([wrong]))).worst > STATIONARY
-    assert kkt_residual(problem, u + 1e-4) > STATIONARY
+        assert check_conditions(problem, u, replace(m, kinks=np.array([wrong]))).worst > STATIONARITY_TOLERANCE
+    assert kkt_residual(problem, u + 1e-4) > STATIONARITY_TOLERANCE
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1e6])

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, minimize_scalar
 
-from planter.optimise.descent import descend
-from planter.optimise.range_and_spread import problem as over_turn
-from planter.optimise.samples import angles
-from planter.optimise.spread import Weights
+from planter.optimise.local_search import search_locally
+from planter.optimise.range_variance import build_range_problem as over_turn
+from planter.optimise.sampled_cycle import sample_angles
+from planter.optimise.variance import Weights
 from tests.planter.optimise import toys
 from tests.support.sampled import sampled
 
@@ -19,7 +19,7 @@ from tests.support.sampled import sampled
 def test_third_harmonic_injection(sampling, start):
     """Least range of cos phi + x cos 3 phi: sqrt 3 at x = -1/6, several peaks tied."""
     problem = over_turn(toys.third_harmonic(), toys.RANGE, sampling)
-    found = descend(problem, np.array([start]))
+    found = search_locally(problem, np.array([start]))
     assert found.evaluation.look.range == pytest.approx(np.sqrt(3), abs=1e-8)
     if sampling == "refined":
         assert problem.design(found.u) == pytest.approx([-1 / 6], abs=1e-5)
@@ -31,8 +31,8 @@ def test_third_harmonic_injection(sampling, start):
 def test_a_linear_force_agrees_with_linear_programming(seed, samples):
     toy, constant, slopes = toys.linear(seed)
     problem = over_turn(toy, toys.RANGE, samples)
-    found = descend(problem, problem.start)
-    basis = toys.waves(angles(samples, toy.period))
+    found = search_locally(problem, problem.start)
+    basis = toys.waves(sample_angles(samples, toy.period))
     rows, level = basis @ slopes, basis @ constant
     ones = np.ones((samples, 1))
     matrix = np.vstack([np.hstack([rows, -ones, 0 * ones]), np.hstack([-rows, 0 * ones, ones])])
@@ -45,7 +45,7 @@ def test_refined_ties_are_sharper_than_samples():
     """True extremes tie at the optimum of a linear force: as many as hold a vertex of three parameters."""
     toy, _, _ = toys.linear(1)
     problem = over_turn(toy, toys.RANGE, "refined")
-    found = descend(problem, problem.start)
+    found = search_locally(problem, problem.start)
     assert found.stationary
     conditions = problem.conditions(found.u)
     tied = (conditions.upper > conditions.upper.max() - 1e-6).sum() + (
@@ -54,7 +54,7 @@ def test_refined_ties_are_sharper_than_samples():
     assert tied > 2
     fine = over_turn(toy, toys.RANGE, 2000)
     assert fine.evaluate(found.u).objective == pytest.approx(found.evaluation.objective, abs=1e-4)
-    assert descend(fine, found.u).evaluation.objective <= found.evaluation.objective
+    assert search_locally(fine, found.u).evaluation.objective <= found.evaluation.objective
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_a_corner_agrees_with_a_search_of_the_line(kind, sampling, weights):
         lambda u: problem.evaluate(np.array([u])).objective,
         bounds=(max(scan[1] - 0.005, 0), min(scan[1] + 0.005, 1)), method="bounded", options={"xatol": 1e-12},
     )  # fmt: skip
-    found = [descend(problem, np.array([start])) for start in (0.05, 0.35, 0.65, 0.95)]
+    found = [search_locally(problem, np.array([start])) for start in (0.05, 0.35, 0.65, 0.95)]
     best = min(found, key=lambda m: m.evaluation.objective)
     assert best.evaluation.objective <= min(near.fun, scan[0]) + 1e-9
     assert best.stationary
@@ -80,7 +80,7 @@ def test_a_corner_agrees_with_a_search_of_the_line(kind, sampling, weights):
 
 def test_an_optimum_on_a_kink_is_found_and_lies_on_it():
     problem = over_turn(toys.corner(), toys.VARIANCE, 12)
-    found = descend(problem, problem.start)
+    found = search_locally(problem, problem.start)
     assert found.stationary
     gaps = np.abs(problem.objective.turn.angles[:, None] - problem.design(found.u))
     assert gaps.min() < 1e-8
@@ -93,7 +93,7 @@ def test_two_parameters_with_a_moving_corner_agree_with_a_search_of_the_plane(sa
     """The corner's place depends on both, not linearly; many kinks, peaks that tie: no point of a grid is better."""
     problem = over_turn(toys.bent(), toys.PAPER, sampling)
     starts = [np.array([a, b]) for a in (0.2, 0.8) for b in (0.2, 0.8)]
-    found = [descend(problem, start) for start in starts]
+    found = [search_locally(problem, start) for start in starts]
     assert all(minimum.stationary for minimum in found)
     line = np.linspace(0, 1, side)
     scan = min(problem.evaluate(np.array([a, b])).objective for a in line for b in line)
@@ -109,7 +109,7 @@ def test_two_parameters_with_a_moving_corner_agree_with_a_search_of_the_plane(sa
 )
 def test_the_machine_is_optimised_within_its_bounds(sampling, kind, model):
     problem = toys.problem(sampling, Weights(0.6, 0.4, kind), model)
-    found = descend(problem, problem.start)
+    found = search_locally(problem, problem.start)
     assert found.stationary
     assert found.evaluation.objective < problem.reference.objective
     x, response = problem.design(found.u), problem.objective.response
@@ -121,7 +121,7 @@ def test_the_machine_is_optimised_within_its_bounds(sampling, kind, model):
 
 def test_a_refined_optimum_does_not_depend_on_a_grid():
     problem = toys.problem("refined")
-    found = descend(problem, problem.start)
+    found = search_locally(problem, problem.start)
     fine = toys.problem(20000)
     assert fine.evaluate(found.u).objective == pytest.approx(found.evaluation.objective, rel=1e-6)
     for j in problem.free:
@@ -132,7 +132,7 @@ def test_a_refined_optimum_does_not_depend_on_a_grid():
 
 def test_insensitive_parameters_keep_the_design_of_the_machine_file():
     problem = toys.problem(90)
-    found = descend(problem, problem.point(np.full(len(problem.free), 0.9)))
+    found = search_locally(problem, problem.point(np.full(len(problem.free), 0.9)))
     names = problem.box.names
     fixed = [names.index("gamma_deg"), names.index("A6_mm")]
     assert sorted(set(range(10)) - set(problem.free)) == fixed

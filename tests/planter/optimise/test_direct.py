@@ -11,15 +11,15 @@ import pytest
 
 from planter.kernels import backends
 from planter.kernels.work import Work
-from planter.optimise import direct, ipopt
-from planter.optimise.descent import descend
+from planter.optimise import epigraph, ipopt
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.range_and_spread import problem as over_turn
-from planter.planting import file, optimisation
+from planter.optimise.local_search import search_locally
+from planter.optimise.range_variance import build_range_problem as over_turn
+from planter.planting import file, search
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
-from planter.planting.objective import build_problem as problem_of
-from planter.planting.objective import read_weights
+from planter.planting.objective import problem as problem_of
+from planter.planting.objective import weights
 from tests.support.lanes import needs_compiler
 
 SAMPLES = 120
@@ -29,7 +29,7 @@ pytestmark = [needs_compiler, pytest.mark.usefixtures("kernel_cache")]
 
 
 def programme(device: Device, kind: str = "paper") -> Epigraph:
-    chosen = replace(read_weights(device.machine), kind=kind)
+    chosen = replace(weights(device.machine), kind=kind)
     problem = over_turn(device.force, chosen, SAMPLES)
     return Epigraph(problem, problem.objective.turn.local(problem.design(problem.start)), problem.start)
 
@@ -52,7 +52,7 @@ def values(function: ca.Function, arguments: list[object]) -> list[np.ndarray]:
 @pytest.mark.parametrize("kind", ["paper", "newton"])
 def test_the_compiled_functions_are_those_of_the_programme(device: Device, kind: str) -> None:
     plain, failures = programme(device, kind), []
-    compiled, called_back = direct.functions(plain), ipopt._functions(plain, failures)
+    compiled, called_back = epigraph.compile_epigraph(plain), ipopt._build_functions(plain, failures)
     rng = np.random.default_rng(3)
     z = np.clip(plain.start + 1e-2 * rng.standard_normal(len(plain.start)), plain.lower, plain.upper)
     dual = [0.7, rng.standard_normal(len(plain.g_lower))]
@@ -65,11 +65,11 @@ def test_the_compiled_functions_are_those_of_the_programme(device: Device, kind:
 
 def test_a_tampered_width_is_noticed(device: Device) -> None:
     plain = programme(device)
-    called_back = ipopt._functions(plain, [])["grad_f"]
-    before = values(direct.functions(plain)["grad_f"], [plain.start, ca.DM(0, 0)])
+    called_back = ipopt._build_functions(plain, [])["grad_f"]
+    before = values(epigraph.compile_epigraph(plain)["grad_f"], [plain.start, ca.DM(0, 0)])
     box = plain.problem.box
     plain.problem.box = replace(box, unit=box.unit * 1.001)
-    after = values(direct.functions(plain)["grad_f"], [plain.start, ca.DM(0, 0)])
+    after = values(epigraph.compile_epigraph(plain)["grad_f"], [plain.start, ca.DM(0, 0)])
     assert np.abs(after[1] - before[1]).max() > 1e-6 * np.abs(before[1]).max()
     assert values(called_back, [plain.start, ca.DM(0, 0)])[1].shape == after[1].shape
 
@@ -77,24 +77,24 @@ def test_a_tampered_width_is_noticed(device: Device) -> None:
 def test_both_ways_end_at_the_same_minimum(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     def minimum() -> tuple[float, float, int]:
         problem = problem_of(device, SAMPLES)
-        found = descend(problem, problem.start)
+        found = search_locally(problem, problem.start)
         assert problem.counts.gradient > 5
         return found.objective, found.residual, found.iterations
 
     fast = minimum()
-    monkeypatch.setattr(direct, "functions", lambda programme: None)
+    monkeypatch.setattr(epigraph, "compile_epigraph", lambda programme: None)
     slow = minimum()
     assert fast[0] == pytest.approx(slow[0], rel=1e-10)
     assert max(fast[1], slow[1]) < 1e-8
 
 
 def test_without_compiled_kernels_there_are_no_compiled_functions() -> None:
-    assert direct.functions(programme(Device(file.load("wang2017")))) is None
+    assert epigraph.compile_epigraph(programme(Device(file.load("wang2017")))) is None
 
 
 def test_counts_do_not_hang_on_when_the_compiler_ends(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """The Hessian is compiled in the background: a search that began before its end took other steps."""
-    known = optimisation.search_optimum(device, "ipopt", SAMPLES, starts=1).evaluations
+    known = search.run(device, "ipopt", SAMPLES, starts=1).evaluations
     late, fastest = Device(device.machine, device.model), backends.fastest
 
     def slow(work: Work) -> backends.Way:
@@ -105,4 +105,4 @@ def test_counts_do_not_hang_on_when_the_compiler_ends(device: Device, monkeypatc
     monkeypatch.setattr(backends, "fastest", slow)
     late.compile()
     assert late.force.response.hessian_kernel.way == "casadi-vm"
-    assert optimisation.search_optimum(late, "ipopt", SAMPLES, starts=1).evaluations == known
+    assert search.run(late, "ipopt", SAMPLES, starts=1).evaluations == known

@@ -4,14 +4,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.optimise.directions import sensitivity
+from planter.optimise.range_variance import find_insensitivity
 from tests.planter.optimise import toys
 from tests.planter.optimise.toy import Toy
 
 
 def test_the_machine():
     machine = toys.device()
-    found = sensitivity(machine.force, machine.design, 360)
+    found = find_insensitivity(machine.force, machine.design, 360)
     assert found.effective_parameters == 7
     single, other, mixed = found.named
     assert (single, other) == ([{"gamma_deg": 1.0}], [{"A6_mm": 1.0}])
@@ -24,7 +24,7 @@ def test_the_machine():
 def test_directions_span_the_null_space():
     """Along each the curve stands still, to first order; across none of the others does it."""
     response = toys.planting("printed")
-    found = sensitivity(response, response.design, 360)
+    found = find_insensitivity(response, response.design, 360)
     phi = np.linspace(0, np.pi, 50)
     columns = response.slopes(response.prologue(response.design), phi)[1][:, 1:]
     columns = columns * (response.upper - response.lower)
@@ -39,7 +39,7 @@ def test_directions_span_the_null_space():
 def test_a_product_of_two_parameters_is_one():
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 4)
     toy = Toy(phi, x, x[0] * x[1] * ca.cos(phi) + x[3] * ca.sin(phi), lower=[1, 1, 1, 1], upper=[2, 3, 2, 2])
-    found = sensitivity(toy, np.array([1.5, 2.0, 1.5, 1.5]), 24)
+    found = find_insensitivity(toy, np.array([1.5, 2.0, 1.5, 1.5]), 24)
     assert found.effective_parameters == 2
     assert found.named[0] == [{"x2": 1.0}]
     assert {k: v for entry in found.named[1] for k, v in entry.items()} == pytest.approx({"x0": 1.0, "x1": -2 / 3})

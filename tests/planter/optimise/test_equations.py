@@ -6,19 +6,23 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.optimise import genetic
-from planter.optimise.box import Box
+from planter.optimise import optimiser
 from planter.optimise.certificate import kkt_residual
-from planter.optimise.constraints import Joined, Named, joined
-from planter.optimise.descent import STATIONARY
-from planter.optimise.directions import sensitivity
-from planter.optimise.elastic import least_violation
-from planter.optimise.equations import least_step, onto
-from planter.optimise.expressions import Expression, Expressions
-from planter.optimise.hybrid import METHODS, Method, Search
+from planter.optimise.constraints import (
+    DesignBox,
+    JoinedConstraints,
+    NamedConstraint,
+    compute_short_step,
+    join_constraints,
+    project_onto_equations,
+)
+from planter.optimise.expressions import SmoothObjective, SymbolicConstraints, SymbolicFunction
+from planter.optimise.feasibility import minimise_violation
+from planter.optimise.local_search import STATIONARITY_TOLERANCE
+from planter.optimise.optimiser import METHODS, Method, OptimiserRun
 from planter.optimise.problem import Problem
-from planter.optimise.range_and_spread import problem as over_turn
-from planter.optimise.smooth import Smooth
+from planter.optimise.range_variance import build_range_problem as over_turn
+from planter.optimise.range_variance import find_insensitivity
 from tests.planter.optimise import toys
 from tests.planter.optimise.test_smooth import SHORT
 
@@ -27,12 +31,12 @@ NAMES = ("a", "b", "c")
 X = ca.SX.sym("x", 3)
 
 
-def rows(g: ca.SX, lower: list[float], upper: list[float], *names: str) -> Expressions:
-    kinds = [Named(name, ("min", "max")) for name in names]
-    return Expressions(X, g, (np.array(lower), np.array(upper)), kinds, np.arange(len(names)))
+def rows(g: ca.SX, lower: list[float], upper: list[float], *names: str) -> SymbolicConstraints:
+    kinds = [NamedConstraint(name, ("min", "max")) for name in names]
+    return SymbolicConstraints(X, g, (np.array(lower), np.array(upper)), kinds, np.arange(len(names)))
 
 
-class Held(Expressions):
+class Held(SymbolicConstraints):
     """Rows that do not give way."""
 
     @property
@@ -40,18 +44,18 @@ class Held(Expressions):
         return np.zeros(len(self.kinds), dtype=bool)
 
 
-def sphere(radius: float = 1.5) -> Expressions:
+def sphere(radius: float = 1.5) -> SymbolicConstraints:
     return rows(ca.sumsqr(X), [radius**2], [radius**2], "sphere")
 
 
-def halfspace() -> Expressions:
+def halfspace() -> SymbolicConstraints:
     return rows(X[0] + X[1], [0.4], [np.inf], "half space")
 
 
 def task(f: ca.SX = X[0] + 2 * X[1] + X[2] ** 2) -> Problem:
     """Least f on a sphere and in a half space."""
-    box = Box.shares(NAMES, LOWER, UPPER, np.array([0.3, 1.1, 0.2]))
-    return Problem(Smooth(Expression(X, f), 3), box, joined([halfspace(), sphere()]))
+    box = DesignBox.shares(NAMES, LOWER, UPPER, np.array([0.3, 1.1, 0.2]))
+    return Problem(SmoothObjective(SymbolicFunction(X, f), 3), box, join_constraints([halfspace(), sphere()]))
 
 
 def test_points_are_taken_onto_equations_to_rounding() -> None:
@@ -64,31 +68,31 @@ def test_points_are_taken_onto_equations_to_rounding() -> None:
 
 
 def test_coordinates_on_bounds_stay_there_if_the_others_can_do_it_alone() -> None:
-    box = Box.shares(NAMES, np.array([-1.0, -1.0, -1.0]), UPPER, np.zeros(3))
+    box = DesignBox.shares(NAMES, np.array([-1.0, -1.0, -1.0]), UPPER, np.zeros(3))
     start = np.array([0.0, 0.5, 0.6])
-    reached = onto(box, sphere(), start)
+    reached = project_onto_equations(box, sphere(), start)
     assert reached[0] == 0.0
     assert np.linalg.norm(box.at(reached)) == pytest.approx(1.5, rel=1e-14)
 
 
 def test_a_step_stops_at_its_bounds_and_the_others_take_over() -> None:
     slopes, miss = np.array([[1.0, 1.0, 0.0]]), np.array([1.0])
-    step = least_step(slopes, miss, np.full(3, -1.0), np.array([0.2, 1.0, 1.0]))
+    step = compute_short_step(slopes, miss, np.full(3, -1.0), np.array([0.2, 1.0, 1.0]))
     assert step == pytest.approx([0.2, 0.8, 0.0])
-    short = least_step(slopes, miss, np.full(3, -1.0), np.array([0.2, 0.3, 1.0]))
+    short = compute_short_step(slopes, miss, np.full(3, -1.0), np.array([0.2, 0.3, 1.0]))
     assert short == pytest.approx([0.2, 0.3, 0.0])
 
 
 def test_where_no_point_keeps_them_the_nearest_found_is_told() -> None:
-    box = Box.shares(NAMES, LOWER, UPPER, np.zeros(3))
-    reached = onto(box, sphere(9.0), np.array([0.7, 0.6, 0.9]))
+    box = DesignBox.shares(NAMES, LOWER, UPPER, np.zeros(3))
+    reached = project_onto_equations(box, sphere(9.0), np.array([0.7, 0.6, 0.9]))
     assert np.abs(box.at(reached)).max() <= 2
     assert abs(np.linalg.norm(box.at(reached)) - 9) > 1
 
 
 def test_rows_of_several_constraints_stand_one_after_another() -> None:
     parts, x, weights = (halfspace(), sphere()), np.array([0.3, -0.2, 0.9]), np.array([0.7, -1.3])
-    whole = Joined(parts)
+    whole = JoinedConstraints(parts)
     assert whole.values(x) == pytest.approx(np.concatenate([part.values(x) for part in parts]))
     assert whole.slopes(x) == pytest.approx(np.vstack([part.slopes(x) for part in parts]))
     assert whole.curvature(x, weights) == pytest.approx(-1.3 * parts[1].curvature(x, np.ones(1)))
@@ -96,7 +100,7 @@ def test_rows_of_several_constraints_stand_one_after_another() -> None:
     assert whole.owner.tolist() == [0, 1]
     assert whole.equations is not None
     assert whole.equations.values(x) == pytest.approx(parts[1].values(x))
-    assert joined([]) is None
+    assert join_constraints([]) is None
     assert halfspace().equations is None
 
 
@@ -104,35 +108,38 @@ def test_rows_of_several_constraints_stand_one_after_another() -> None:
 def test_every_method_ends_on_them(method: Method) -> None:
     """Least a + 2 b there: by hand the half space holds it, with a + b = 0.4."""
     problem = task()
-    found = Search(problem, SHORT, seed=2, starts=3).run(method, known=[problem.onto(problem.start)])
+    found = OptimiserRun(problem, SHORT, seed=2, starts=3).run(method, known=[problem.onto(problem.start)])
     assert np.linalg.norm(found.design) == pytest.approx(1.5, rel=1e-14)
     if method != "ga":
-        assert found.certificate.kkt_residual < STATIONARY
+        assert found.certificate.kkt_residual < STATIONARITY_TOLERANCE
         assert {one.name for one in found.certificate.active_constraints} == {"half space", "sphere"}
 
 
 def test_a_point_off_an_equation_fails_the_certificate() -> None:
     problem = task()
-    found = Search(problem, SHORT, seed=2, starts=2).run("ipopt")
+    found = OptimiserRun(problem, SHORT, seed=2, starts=2).run("ipopt")
     u = (found.design - problem.box.origin) / problem.box.unit
-    assert kkt_residual(problem, u) < STATIONARY
-    assert kkt_residual(problem, (found.design * (1 + 1e-6) - problem.box.origin) / problem.box.unit) > STATIONARY
+    assert kkt_residual(problem, u) < STATIONARITY_TOLERANCE
+    assert (
+        kkt_residual(problem, (found.design * (1 + 1e-6) - problem.box.origin) / problem.box.unit)
+        > STATIONARITY_TOLERANCE
+    )
 
 
 def test_a_population_lives_on_them() -> None:
     problem = task()
-    for one in genetic.search(problem, SHORT, seed=1):
+    for one in optimiser.search_genetically(problem, SHORT, seed=1):
         assert np.linalg.norm(problem.design(one.u)) == pytest.approx(1.5, rel=1e-12)
 
 
 def test_what_may_not_give_way_is_held_while_the_rest_gives() -> None:
     """No point of the sphere has a >= 1.7: it comes as near as 1.5, and the sphere stays."""
     far = rows(X[0], [1.7], [np.inf], "far")
-    held = Held(X, ca.sumsqr(X), (np.array([2.25]),) * 2, [Named("sphere")], np.arange(1))
-    both = Joined((far, held))
-    box = Box.shares(NAMES, LOWER, UPPER, np.array([0.3, 0.4, 0.2]))
-    problem = Problem(Smooth(Expression(X, X[2]), 3), box, both)
-    least = least_violation(problem, both, problem.onto(problem.start))
+    held = Held(X, ca.sumsqr(X), (np.array([2.25]),) * 2, [NamedConstraint("sphere")], np.arange(1))
+    both = JoinedConstraints((far, held))
+    box = DesignBox.shares(NAMES, LOWER, UPPER, np.array([0.3, 0.4, 0.2]))
+    problem = Problem(SmoothObjective(SymbolicFunction(X, X[2]), 3), box, both)
+    least = minimise_violation(problem, both, problem.onto(problem.start))
     assert least.excess == pytest.approx([0.2, 0.0], abs=1e-6)
     assert not least.kept
 
@@ -141,9 +148,9 @@ def test_what_equations_hold_is_not_without_effect() -> None:
     """The first toy's parameter does not move a force that has none of it: held, it is determined."""
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 3)
     toy = toys.Toy(phi, x, x[0] * ca.cos(phi), lower=-np.ones(3), upper=np.ones(3))
-    free = sensitivity(toy, np.full(3, 0.5), 36)
+    free = find_insensitivity(toy, np.full(3, 0.5), 36)
     assert (free.effective_parameters, len(free.directions)) == (1, 2)
-    held = sensitivity(toy, np.full(3, 0.5), 36, np.array([[0.3, 1.0, 1.0]]))
+    held = find_insensitivity(toy, np.full(3, 0.5), 36, np.array([[0.3, 1.0, 1.0]]))
     assert held.effective_parameters == 1
     assert len(held.space) == 1
     assert held.space[0] / held.space[0, 1] == pytest.approx([0, 1, -1], abs=1e-12)
@@ -153,8 +160,10 @@ def test_what_equations_hold_is_not_without_effect() -> None:
 def test_a_response_is_optimised_on_them() -> None:
     toy, _, _ = toys.linear(3)
     x = ca.SX.sym("x", 3)
-    circle = Expressions(x, ca.sumsqr(x), (np.array([0.5]),) * 2, [Named("sphere", ("min", "max"))], np.arange(1))
+    circle = SymbolicConstraints(
+        x, ca.sumsqr(x), (np.array([0.5]),) * 2, [NamedConstraint("sphere", ("min", "max"))], np.arange(1)
+    )
     problem = over_turn(toy, toys.PAPER, 40, circle)
-    found = Search(problem, SHORT, seed=2, starts=3).run("ipopt", known=[problem.onto(problem.start)])
+    found = OptimiserRun(problem, SHORT, seed=2, starts=3).run("ipopt", known=[problem.onto(problem.start)])
     assert found.design @ found.design == pytest.approx(0.5, rel=1e-14)
-    assert found.certificate.kkt_residual < STATIONARY
+    assert found.certificate.kkt_residual < STATIONARITY_TOLERANCE

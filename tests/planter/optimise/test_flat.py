@@ -4,11 +4,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.optimise import flat
-from planter.optimise.constraints import Named
-from planter.optimise.descent import descend
-from planter.optimise.expressions import Expressions
-from planter.optimise.range_and_spread import problem as over_turn
+from planter.optimise import result
+from planter.optimise.constraints import NamedConstraint
+from planter.optimise.expressions import SymbolicConstraints
+from planter.optimise.local_search import search_locally
+from planter.optimise.range_variance import build_range_problem as over_turn
 from tests.planter.optimise import toys
 from tests.planter.optimise.toy import Toy
 
@@ -21,11 +21,11 @@ def scaled() -> Toy:
     return Toy(phi, x, ca.cos(phi) - x[0] / x[1] * ca.cos(3 * phi), lower=[0.1, 1.0, 0.0], upper=[0.5, 3.0, 1.0])
 
 
-def limited(most: float) -> Expressions:
+def limited(most: float) -> SymbolicConstraints:
     """x1 <= most."""
     x = ca.SX.sym("x", 3)
     bounds = np.full(1, -np.inf), np.array([most])
-    return Expressions(x, x[1], bounds, [Named("limit", ("max",))], np.zeros(1, dtype=np.int64))
+    return SymbolicConstraints(x, x[1], bounds, [NamedConstraint("limit", ("max",))], np.zeros(1, dtype=np.int64))
 
 
 def nearest_on_the_ray(problem) -> np.ndarray:
@@ -37,9 +37,9 @@ def nearest_on_the_ray(problem) -> np.ndarray:
 
 def test_searches_that_end_apart_tell_the_same_design():
     problem = over_turn(scaled(), toys.RANGE, "refined")
-    ends = [descend(problem, np.array(start)).u for start in STARTS]
+    ends = [search_locally(problem, np.array(start)).u for start in STARTS]
     assert max(np.abs(end - ends[0]).max() for end in ends) > 1e-2
-    told = [flat.nearest(problem, end) for end in ends]
+    told = [result.select_nearest_optimum(problem, end) for end in ends]
     for u in told:
         assert u == pytest.approx(nearest_on_the_ray(problem), abs=1e-5)
         assert problem.evaluate(u).objective == pytest.approx(problem.evaluate(ends[0]).objective, abs=1e-9)
@@ -48,12 +48,12 @@ def test_searches_that_end_apart_tell_the_same_design():
 @pytest.mark.parametrize("most", [2.5, 1.4])
 def test_the_rule_keeps_constraints(most):
     problem = over_turn(scaled(), toys.RANGE, "refined", limited(most))
-    told = [flat.nearest(problem, descend(problem, np.array(start)).u) for start in STARTS]
+    told = [result.select_nearest_optimum(problem, search_locally(problem, np.array(start)).u) for start in STARTS]
     assert all(problem.kept(u) for u in told)
     assert max(np.abs(u - told[0]).max() for u in told) < 1e-5
 
 
 def test_what_is_felt_is_not_moved():
     problem = over_turn(toys.third_harmonic(), toys.RANGE, "refined")
-    u = descend(problem, np.array([0.9])).u
-    assert flat.nearest(problem, u) == pytest.approx(u, abs=0)
+    u = search_locally(problem, np.array([0.9])).u
+    assert result.select_nearest_optimum(problem, u) == pytest.approx(u, abs=0)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from planter.optimise import genetic
-from planter.optimise.objective import evaluation
-from planter.optimise.range_and_spread import problem as over_turn
+from planter.optimise import optimiser
+from planter.optimise.objective import evaluate_summary
+from planter.optimise.range_variance import build_range_problem as over_turn
 from planter.planting.file import load
 from tests.planter.optimise import toys
 
@@ -17,7 +17,7 @@ def settings():
 
 def search(settings, seed=0, progress=None):
     problem = over_turn(toys.third_harmonic(), toys.RANGE, 24)
-    return problem, genetic.search(problem, settings, seed, progress)
+    return problem, optimiser.search_genetically(problem, settings, seed, progress)
 
 
 def test_the_same_seed_gives_the_same_bits(settings):
@@ -45,11 +45,13 @@ def test_it_finds_the_optimum_nearly_and_never_loses_it(settings):
 def test_elite_survives_and_offspring_replace_the_rest(settings, monkeypatch):
     """A worse child still replaces a parent that is not among the elite."""
     bits = np.zeros((16, 200), bool)
-    monkeypatch.setattr(genetic, "breed", lambda random, chromosomes, *rest: bits[:, : chromosomes.shape[1]])
+    monkeypatch.setattr(
+        optimiser, "breed_offspring", lambda random, chromosomes, *rest: bits[:, : chromosomes.shape[1]]
+    )
     _, first = search(settings.model_copy(update={"generations": 1}))
     problem, second = search(settings.model_copy(update={"generations": 2}))
     length = settings.bits_per_variable
-    (child,) = (u.tobytes() for u in genetic.decode(problem, bits[:1, : len(problem.free) * length], length))
+    (child,) = (u.tobytes() for u in optimiser.decode_points(problem, bits[:1, : len(problem.free) * length], length))
     assert sum(individual.u.tobytes() == child for individual in second) == 16
     assert [p.u.tobytes() for p in first[:4]] == [p.u.tobytes() for p in second if p.u.tobytes() != child]
 
@@ -59,7 +61,7 @@ def breed(settings, seed=0, crossover=0.0, mutation=0.0, count=4000, merits=(0.0
     parents = np.array([[False] * 12, [True] * 12])
     probabilities = {"crossover_probability": crossover, "mutation_probability": mutation}
     changed = settings.model_copy(update=probabilities)
-    return genetic.breed(np.random.default_rng(seed), parents, np.array(merits), count, changed)
+    return optimiser.breed_offspring(np.random.default_rng(seed), parents, np.array(merits), count, changed)
 
 
 def test_tournament_prefers_the_better_parent(settings):
@@ -93,14 +95,14 @@ def test_mutation_flips_the_given_share_of_bits(settings):
 def test_chromosomes_reach_both_bounds_exactly():
     problem = over_turn(toys.linear(0)[0], toys.RANGE, 24)
     bits = np.array([[False] * 20 + [True] * 20 + [True] + [False] * 19])
-    (u,) = genetic.decode(problem, bits, 20)
+    (u,) = optimiser.decode_points(problem, bits, 20)
     assert u.tolist() == [0.0, 1.0, 2**19 / (2**20 - 1)]
 
 
 def test_distinct_individuals_are_apart():
     listed = ((0.1, 1.0), (0.11, 1.1), (0.3, 1.2), (0.9, 1.3))
-    population = [genetic.Individual(np.array([u, 0.5]), f) for u, f in listed]
-    assert [p.objective for p in genetic.distinct(population, 2, 0.05)] == [1.0, 1.2]
+    population = [optimiser.Individual(np.array([u, 0.5]), f) for u, f in listed]
+    assert [p.objective for p in optimiser.select_distinct(population, 2, 0.05)] == [1.0, 1.2]
 
 
 def test_an_interrupt_leaves_the_best_so_far(settings, monkeypatch):
@@ -115,6 +117,6 @@ def test_an_interrupt_leaves_the_best_so_far(settings, monkeypatch):
 
     monkeypatch.setattr(problem.objective.turn, "look", stopped)
     with pytest.raises(KeyboardInterrupt):
-        genetic.search(problem, settings, 0)
-    least = min(evaluation(problem.objective, look(x)).objective for x in calls[:49])
+        optimiser.search_genetically(problem, settings, 0)
+    least = min(evaluate_summary(problem.objective, look(x)).objective for x in calls[:49])
     assert problem.best.objective == least

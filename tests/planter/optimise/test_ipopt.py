@@ -29,7 +29,7 @@ class Circle:
 
 
 def test_a_known_optimum_and_its_multiplier(capfd):
-    found = ipopt.solve(Circle(), np.array([0.3, 0.4]))
+    found = ipopt.solve_program(Circle(), np.array([0.3, 0.4]))
     assert found.converged
     assert found.z == pytest.approx([np.sqrt(0.5), 0], abs=1e-6)
     assert found.multipliers == pytest.approx([np.sqrt(2) - 1], abs=1e-6)
@@ -37,7 +37,7 @@ def test_a_known_optimum_and_its_multiplier(capfd):
 
 
 def test_it_stops_when_told():
-    found = ipopt.solve(Circle(), np.array([0.3, 0.4]), most_iterations=3)
+    found = ipopt.solve_program(Circle(), np.array([0.3, 0.4]), most_iterations=3)
     assert not found.converged
     assert found.iterations == 3
 
@@ -51,4 +51,4 @@ def test_what_a_function_raises_comes_out(name, error, monkeypatch):
     programme = Circle()
     monkeypatch.setattr(programme, name, broken)
     with pytest.raises(error, match="from inside"):
-        ipopt.solve(programme, np.array([0.3, 0.4]))
+        ipopt.solve_program(programme, np.array([0.3, 0.4]))

@@ -5,7 +5,7 @@ import pytest
 
 from planter.errors import ComputationError
 from planter.numerics import roots
-from planter.optimise import joints
+from planter.optimise.response import find_breakpoints, list_breakpoints
 from tests.planter.optimise import toys
 from tests.planter.optimise.toys import difference
 
@@ -13,7 +13,7 @@ from tests.planter.optimise.toys import difference
 def test_joints_of_the_machine_lie_where_closed_forms_put_them():
     machine = toys.device()
     alpha3, m31 = machine.design[2], machine.design[6]
-    found = joints.places(machine.force, machine.prologue(machine.design))
+    found = list_breakpoints(machine.force, machine.prologue(machine.design))
     angles = {(place.name, place.side): place.angle for place in found}
     assert angles["gear 3, t = 0", 1] == pytest.approx(2 * np.pi - alpha3, abs=1e-13)
     assert angles["gear 3, t = pi/m", 1] == pytest.approx(np.pi / m31 - alpha3, abs=1e-13)
@@ -25,7 +25,7 @@ def test_joints_are_joints():
     """Each of the machine's joints of order 1 that the force feels is a jump of its slope."""
     response = toys.planting()
     at = response.prologue(response.design)
-    found = joints.find(response, at)
+    found = find_breakpoints(response, at)
     for angle, name in zip(found.angles, found.names, strict=True):
         if name.startswith("gear 3") or name == "gear 6, t = pi/m":
             beside = np.array([angle - 1e-4, angle - 1e-9, angle + 1e-9, angle + 1e-4])
@@ -40,7 +40,7 @@ def test_velocity_and_acceleration_agree_with_differences(response):
     x = response.lower + 0.4 * width
 
     def at(y):
-        return joints.find(response, response.prologue(y))
+        return find_breakpoints(response, response.prologue(y))
 
     found = at(x)
     slopes = difference(lambda y: at(y).angles, x, 1e-4 * width)
@@ -52,7 +52,7 @@ def test_velocity_and_acceleration_agree_with_differences(response):
 
 def test_a_response_without_events_has_no_joints():
     toy = toys.third_harmonic()
-    assert len(joints.find(toy, toy.prologue(toy.design)).angles) == 0
+    assert len(find_breakpoints(toy, toy.prologue(toy.design)).angles) == 0
 
 
 def test_newton_finds_roots_that_plain_newton_misses():

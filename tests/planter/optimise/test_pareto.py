@@ -5,16 +5,16 @@ import numpy as np
 import pytest
 
 from planter.optimise import ipopt, pareto
-from planter.optimise.descent import descend
-from planter.optimise.range_and_spread import problem as over_turn
-from planter.optimise.spread import Weights
+from planter.optimise.local_search import search_locally
+from planter.optimise.range_variance import build_range_problem as over_turn
+from planter.optimise.variance import Weights
 from tests.planter.optimise import toys
 from tests.planter.optimise.toy import Toy
 
 
 @pytest.fixture(scope="module")
 def front():
-    return pareto.sweep(toys.linear(2)[0], 40, points=7)
+    return pareto.trace_pareto_front(toys.linear(2)[0], 40, points=7)
 
 
 def test_the_front_falls_and_no_design_beats_it(front):
@@ -34,7 +34,7 @@ def test_weighted_sums_lie_on_or_above_it(front):
     ranges = [one.evaluation.look.range for one in front]
     variances = [one.evaluation.look.variance for one in front]
     problem = over_turn(toys.linear(2)[0], Weights(0.3, 1.0, "paper"), 40)
-    found = descend(problem, problem.start).evaluation
+    found = search_locally(problem, problem.start).evaluation
     on_front = np.interp(found.look.range, ranges, variances)
     assert found.look.variance == pytest.approx(on_front, rel=0.02)
     assert found.look.variance <= on_front * (1 + 1e-9)
@@ -46,24 +46,26 @@ def test_points_are_evenly_spaced_in_range(front):
 
 
 def test_caps_without_an_optimum_are_left_out(monkeypatch):
-    solve = ipopt.solve
+    solve = ipopt.solve_program
 
     def stuck(programme, start, most, compiled=None, options=None):
-        if isinstance(programme, pareto.Capped) and programme.g_upper[-1] > stuck.limit:
+        if isinstance(programme, pareto.CappedEpigraph) and programme.g_upper[-1] > stuck.limit:
             return solve(programme, start, 0)
         return solve(programme, start, most)
 
-    whole = pareto.sweep(toys.linear(2)[0], 40, points=4)
+    whole = pareto.trace_pareto_front(toys.linear(2)[0], 40, points=4)
     unit = over_turn(toys.linear(2)[0], toys.RANGE, 40).reference.look.range
     stuck.limit = whole[1].evaluation.look.range * 1.001 / unit
     monkeypatch.setattr(pareto.ipopt, "solve", stuck)
-    assert len(pareto.sweep(toys.linear(2)[0], 40, points=4)) == 2 < len(whole)
+    assert len(pareto.trace_pareto_front(toys.linear(2)[0], 40, points=4)) == 2 < len(whole)
 
 
 @pytest.mark.parametrize("sampling", [40, "refined"])
 def test_a_design_that_is_best_in_both_is_the_whole_front(sampling):
     """(2 + x) cos phi: range and variance are least at the same bound."""
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 1)
-    (only,) = pareto.sweep(Toy(phi, x, (2 + x) * ca.cos(phi), lower=[-0.5], upper=[0.4]), sampling, points=5)
+    (only,) = pareto.trace_pareto_front(
+        Toy(phi, x, (2 + x) * ca.cos(phi), lower=[-0.5], upper=[0.4]), sampling, points=5
+    )
     assert only.design == pytest.approx([-0.5], abs=1e-9)
     assert only.evaluation.look.range == pytest.approx(3.0, rel=1e-9)

@@ -3,23 +3,23 @@
 import numpy as np
 import pytest
 
-from planter.optimise import joints
-from planter.optimise.conditions import Values
-from planter.optimise.samples import Hold, SampledRows, Samples, angles
+from planter.optimise.objective import BreakpointHold, RowValues
+from planter.optimise.response import find_breakpoints
+from planter.optimise.sampled_cycle import SampledCycle, SampledRows, sample_angles
 from tests.planter.optimise import toys
 from tests.planter.optimise.toys import difference
 
 
 @pytest.mark.parametrize(("samples", "count"), [(360, 180), (361, 361), (90, 45)])
 def test_only_samples_that_differ_are_taken(samples, count):
-    assert len(angles(samples, np.pi)) == count
+    assert len(sample_angles(samples, np.pi)) == count
 
 
 @pytest.mark.parametrize("samples", [90, 91])
 def test_a_half_turn_tells_what_all_samples_would(samples):
     response = toys.planting()
     force = response.value(response.prologue(response.design), 2 * np.pi * np.arange(samples) / samples)
-    look = Samples(response, samples).look(response.design)
+    look = SampledCycle(response, samples).look(response.design)
     assert (look.high, look.low) == pytest.approx((force.max(), force.min()), abs=1e-10)
     assert (look.mean, look.variance) == pytest.approx((force.mean(), force.var()), rel=1e-11)
 
@@ -30,7 +30,7 @@ def crossing(side: float) -> tuple[SampledRows, np.ndarray]:
     x = response.design.copy()
     x[6] = np.pi / (np.radians(92) + side * 1e-4 + x[2])
     every = np.arange(180)
-    return SampledRows(response, angles(360, np.pi), every, every), x
+    return SampledRows(response, sample_angles(360, np.pi), every, every), x
 
 
 @pytest.mark.parametrize("side", [-1, 1])
@@ -38,7 +38,7 @@ def test_derivatives_are_exact_on_both_sides_of_a_joint(side):
     rows, x = crossing(side)
     width = rows.response.upper - rows.response.lower
     rng = np.random.default_rng(3)
-    weights = Values(0.7, rng.normal(size=180), rng.normal(size=180), np.empty(0))
+    weights = RowValues(0.7, rng.normal(size=180), rng.normal(size=180), np.empty(0))
 
     def weighted(y):
         slopes = rows.slopes(y)
@@ -58,7 +58,7 @@ def test_derivatives_are_exact_on_both_sides_of_a_joint(side):
 
 def test_second_derivatives_jump_there():
     """What makes the test above one of two sides: the curvature of sample 92 is not the same on both."""
-    weights = Values(0.0, np.eye(180)[92], np.zeros(180), np.empty(0))
+    weights = RowValues(0.0, np.eye(180)[92], np.zeros(180), np.empty(0))
     before, after = (rows.curvature(x, weights)[6, 6] for rows, x in (crossing(-1), crossing(1)))
     assert abs(after - before) > 0.1 * max(abs(before), abs(after))
 
@@ -67,15 +67,15 @@ def test_second_derivatives_jump_there():
 def test_pinned_samples_move_with_their_joint_smoothly(response):
     width = response.upper - response.lower
     x = response.lower + 0.4 * width
-    turn = Samples(response, 24)
-    found = joints.find(response, response.prologue(x))
+    turn = SampledCycle(response, 24)
+    found = find_breakpoints(response, response.prologue(x))
     first = int(np.flatnonzero(found.orders == 1)[0])
     sample = int(np.abs(turn.angles - found.folded[first]).argmin())
-    rows = turn.local(x).held((Hold(sample, int(found.events[first])),))
+    rows = turn.local(x).held((BreakpointHold(sample, int(found.events[first])),))
     assert rows.values(x).holds == pytest.approx([found.folded[first] - turn.angles[sample]], abs=1e-12)
     n = len(turn.angles)
     rows = SampledRows(response, turn.angles, np.arange(n), np.arange(0), rows.holds)
-    weights = Values(1.3, np.linspace(-1, 1, n), np.empty(0), np.array([0.8]))
+    weights = RowValues(1.3, np.linspace(-1, 1, n), np.empty(0), np.array([0.8]))
 
     def value(y):
         values = rows.values(y)
@@ -94,7 +94,7 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
 
 def test_a_sample_on_a_joint_stands_in_the_conditions_with_both_gradients():
     toy = toys.corner()
-    turn = Samples(toy, 12)
+    turn = SampledCycle(toy, 12)
     on = turn.conditions(np.array([np.pi / 6]))
     off = turn.conditions(np.array([np.pi / 6 + 1e-4]))
     assert (len(on.upper), len(off.upper)) == (13, 12)

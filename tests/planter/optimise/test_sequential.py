@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from planter.optimise import certificate, quadratic, sequential
-from planter.optimise.constraints import Named
-from planter.optimise.expressions import Expressions
-from planter.optimise.range_and_spread import problem as over_turn
-from planter.optimise.samples import angles
+from planter.optimise import certificate, sqp
+from planter.optimise.constraints import NamedConstraint
+from planter.optimise.expressions import SymbolicConstraints
+from planter.optimise.range_variance import build_range_problem as over_turn
+from planter.optimise.sampled_cycle import sample_angles
 from tests.planter.optimise import toys
 
 SAMPLES = 40
@@ -19,7 +19,9 @@ def limited(toy, row, most):
     """Constraints with row . x <= most."""
     x = ca.SX.sym("x", len(row))
     bounds = np.full(1, -np.inf), np.array([most])
-    return Expressions(x, ca.dot(ca.DM(row), x), bounds, [Named("limit", ("max",))], np.zeros(1, dtype=np.int64))
+    return SymbolicConstraints(
+        x, ca.dot(ca.DM(row), x), bounds, [NamedConstraint("limit", ("max",))], np.zeros(1, dtype=np.int64)
+    )
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -30,7 +32,7 @@ def test_a_quadratic_programme_satisfies_its_conditions(seed):
     root = rng.normal(size=(n, n - 2))
     hessian, gradient, rows, most = root @ root.T, rng.normal(size=n), rng.normal(size=(m, n)), rng.random(m)
     low, high = np.full(n, -2.0), np.full(n, 2.0)
-    found = quadratic.solve(hessian, gradient, rows, most, (low, high))
+    found = sqp.solve_quadratic_program(hessian, gradient, rows, most, (low, high))
     slope = hessian @ found.z + gradient + rows.T @ found.rows + found.bounds
     assert np.abs(slope).max() < 1e-6
     assert (rows @ found.z - most).max() < 1e-8
@@ -41,7 +43,7 @@ def test_a_quadratic_programme_satisfies_its_conditions(seed):
 def test_a_quadratic_programme_without_a_point_has_no_minimum():
     one = np.ones((1, 1))
     rows, most = np.vstack([one, -one]), np.array([-1.0, -1.0])
-    assert quadratic.solve(one, np.zeros(1), rows, most, (np.full(1, -9.0), np.full(1, 9.0))) is None
+    assert sqp.solve_quadratic_program(one, np.zeros(1), rows, most, (np.full(1, -9.0), np.full(1, 9.0))) is None
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -51,7 +53,7 @@ def test_a_model_made_convex_keeps_the_steps_that_its_normals_hold(seed):
     hessian = hessian + hessian.T
     free = np.linalg.svd(normals)[2][3:].T
     hessian += free @ (3 * np.eye(3) - free.T @ hessian @ free) @ free.T
-    model = sequential._convex(hessian, normals)
+    model = sqp._convexify(hessian, normals)
     assert np.linalg.eigvalsh(model).min() > 0
     assert free.T @ model @ free == pytest.approx(free.T @ hessian @ free, abs=1e-9)
     fixed = np.linalg.lstsq(normals, rng.normal(size=3), rcond=None)[0]
@@ -63,12 +65,12 @@ def test_a_model_made_convex_keeps_the_steps_that_its_normals_hold(seed):
 def test_a_constrained_linear_force_agrees_with_linear_programming(seed, share):
     toy, constant, slopes = toys.linear(seed)
     free = over_turn(toy, toys.RANGE, SAMPLES)
-    best = free.design(sequential.minimum(free, free.start).u)
+    best = free.design(sqp.minimise_by_sqp(free, free.start).u)
     row = np.array([1.0, -2.0, 0.5])
     most = float(row @ best - share)
     problem = over_turn(toy, toys.RANGE, SAMPLES, limited(toy, row, most))
-    found = sequential.minimum(problem, np.array([0.9, 0.1, 0.6]))
-    basis = toys.waves(angles(SAMPLES, toy.period))
+    found = sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6]))
+    basis = toys.waves(sample_angles(SAMPLES, toy.period))
     rows, level, ones = basis @ slopes, basis @ constant, np.ones((SAMPLES, 1))
     matrix = np.vstack([np.hstack([rows, -ones, 0 * ones]), np.hstack([-rows, 0 * ones, ones]), [[*row, 0, 0]]])
     limits = np.concatenate([-level, level, [most]])
@@ -80,14 +82,14 @@ def test_a_constrained_linear_force_agrees_with_linear_programming(seed, share):
 
 
 def test_a_price_that_is_too_low_is_raised_until_the_constraints_are_kept(monkeypatch):
-    monkeypatch.setattr(sequential, "PENALTY", 1e-6)
+    monkeypatch.setattr(sqp, "PENALTY", 1e-6)
     toy, _, _ = toys.linear(2)
     free = over_turn(toy, toys.RANGE, SAMPLES)
     row = np.array([1.0, -2.0, 0.5])
-    most = float(row @ free.design(sequential.minimum(free, free.start).u) - 0.5)
+    most = float(row @ free.design(sqp.minimise_by_sqp(free, free.start).u) - 0.5)
     problem = over_turn(toy, toys.RANGE, SAMPLES, limited(toy, row, most))
-    found = sequential.minimum(problem, np.array([0.9, 0.1, 0.6]))
+    found = sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6]))
     assert problem.kept(found.u)
     assert certificate.kkt_residual(problem, found.u) < 1e-8
-    monkeypatch.setattr(sequential, "MOST_PENALTY", 1e-6)
-    assert not problem.kept(sequential.minimum(problem, np.array([0.9, 0.1, 0.6])).u)
+    monkeypatch.setattr(sqp, "MAX_PENALTY", 1e-6)
+    assert not problem.kept(sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6])).u)

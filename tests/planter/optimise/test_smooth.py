@@ -11,23 +11,35 @@ import pytest
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.optimise.box import Box
-from planter.optimise.certificate import active_bounds, active_constraints, best_multipliers, check, kkt_residual
-from planter.optimise.constraints import Named
-from planter.optimise.descent import STATIONARY, descend
-from planter.optimise.elastic import least_violation
+from planter.optimise.certificate import (
+    check_conditions,
+    estimate_multipliers,
+    find_active_bounds,
+    find_active_constraints,
+    kkt_residual,
+)
+from planter.optimise.constraints import DesignBox, NamedConstraint
 from planter.optimise.epigraph import Epigraph
-from planter.optimise.expressions import Expression, Expressions
-from planter.optimise.feasible import nearest
-from planter.optimise.hybrid import Search
+from planter.optimise.expressions import SmoothObjective, SymbolicConstraints, SymbolicFunction
+from planter.optimise.feasibility import find_feasible_or_nearest, minimise_violation
+from planter.optimise.local_search import (
+    STATIONARITY_TOLERANCE,
+    sample_starts,
+    search_from_points,
+    search_from_starts,
+    search_locally,
+)
+from planter.optimise.optimiser import OptimiserRun
 from planter.optimise.problem import Problem
-from planter.optimise.result import certified
-from planter.optimise.smooth import Smooth
-from planter.optimise.starts import descents, descents_from, points
+from planter.optimise.result import certify_candidates
 
 NAMES = ("a", "b", "c")
 LOWER, UPPER = np.array([-4.0, -1.0, 0.5]), np.array([6.0, 3.0, 10.0])
-KINDS = (Named("sum", ("equal",), "m"), Named("product", unit="m2", step=0.5), Named("disc", ("max",)))
+KINDS = (
+    NamedConstraint("sum", ("equal",), "m"),
+    NamedConstraint("product", unit="m2", step=0.5),
+    NamedConstraint("disc", ("max",)),
+)
 SHORT = SimpleNamespace(
     individuals=20, generations=5, bits_per_variable=12, selection_ratio=0.8, crossover_probability=0.7,
     mutation_probability=0.01,
@@ -42,8 +54,10 @@ def toy(plain: bool = False, least: float = 2.0) -> Problem:
     f = (x[0] - 5) ** 2 + x[1] ** 2 + x[2]
     g = ca.vertcat(x[0] + x[1], x[0] * x[1] / 0.5, x[0] ** 2 + x[1] ** 2)
     bounds = np.array([3.0, least / 0.5, -np.inf]), np.array([3.0, np.inf, 8.0])
-    box = (Box.plain if plain else Box.shares)(NAMES, LOWER, UPPER, np.array([0.0, 0.0, 5.0]))
-    return Problem(Smooth(Expression(x, f), 3), box, Expressions(x, g, bounds, KINDS, np.arange(3)))
+    box = (DesignBox.plain if plain else DesignBox.shares)(NAMES, LOWER, UPPER, np.array([0.0, 0.0, 5.0]))
+    return Problem(
+        SmoothObjective(SymbolicFunction(x, f), 3), box, SymbolicConstraints(x, g, bounds, KINDS, np.arange(3))
+    )
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["shares", "plain"])
@@ -53,28 +67,28 @@ def problem(request: pytest.FixtureRequest) -> Problem:
 
 @pytest.fixture(scope="module")
 def optimum(problem: Problem) -> np.ndarray:
-    return descend(problem, problem.start).u
+    return search_locally(problem, problem.start).u
 
 
 def test_every_start_ends_at_the_optimum_and_it_is_certified(problem: Problem) -> None:
-    minima = list(descents(problem, 5, seed=3))
+    minima = list(search_from_starts(problem, 5, seed=3))
     assert all(minimum.settled and minimum.stationary for minimum in minima)
     for minimum in minima:
         assert problem.design(minimum.u) == pytest.approx(BEST, abs=1e-7)
-    proof = certified(problem, minima[0].u, minima)
-    assert proof.kkt_residual < STATIONARY
+    proof = certify_candidates(problem, minima[0].u, minima)
+    assert proof.kkt_residual < STATIONARITY_TOLERANCE
     assert (proof.starts, proof.agreeing_starts) == (5, 5)
     assert proof.spread < 1e-7
 
 
 def test_multipliers_are_those_by_hand(problem: Problem, optimum: np.ndarray) -> None:
     """At (2, 1): (-6, 2) + p (1, 1) - q (1, 2) = 0 gives q = 8, p = 14; c costs 1 at its lower bound."""
-    m = best_multipliers(problem, optimum)
-    held = {one.name: one for one in active_constraints(problem, m)}
+    m = estimate_multipliers(problem, optimum)
+    held = {one.name: one for one in find_active_constraints(problem, m)}
     assert set(held) == {"sum", "product"}
     assert (held["sum"].multiplier, held["product"].multiplier) == pytest.approx((14, 8), rel=1e-6)
     assert m.required[:2] == pytest.approx([14, -8 * 0.5], rel=1e-6)
-    (bound,) = active_bounds(problem, m)
+    (bound,) = find_active_bounds(problem, m)
     assert (bound.name, bound.side) == ("c", "lower")
     assert bound.multiplier == pytest.approx(problem.box.unit[2], rel=1e-6)
 
@@ -83,7 +97,7 @@ def test_multipliers_are_those_by_hand(problem: Problem, optimum: np.ndarray) ->
 def test_a_moved_point_fails(problem: Problem, optimum: np.ndarray, j: int) -> None:
     moved = optimum.copy()
     moved[j] += 1e-3
-    assert kkt_residual(problem, moved) > STATIONARY
+    assert kkt_residual(problem, moved) > STATIONARITY_TOLERANCE
 
 
 def test_a_kept_point_that_is_not_optimal_fails(problem: Problem) -> None:
@@ -96,22 +110,22 @@ def test_a_kept_point_that_is_not_optimal_fails(problem: Problem) -> None:
 @pytest.mark.parametrize("change", ["zeroed", "doubled", "negated", "moved to the next"])
 @pytest.mark.parametrize("field", ["required", "at_lower"])
 def test_a_wrong_multiplier_fails(problem: Problem, optimum: np.ndarray, field: str, change: str) -> None:
-    m = best_multipliers(problem, optimum)
+    m = estimate_multipliers(problem, optimum)
     values = getattr(m, field)
     wrong = {
         "zeroed": 0 * values, "doubled": 2 * values, "negated": -values, "moved to the next": np.roll(values, 1)
     }[change]  # fmt: skip
-    assert check(problem, optimum, m).worst < STATIONARY
-    assert check(problem, optimum, replace(m, **{field: wrong})).worst > STATIONARY
+    assert check_conditions(problem, optimum, m).worst < STATIONARITY_TOLERANCE
+    assert check_conditions(problem, optimum, replace(m, **{field: wrong})).worst > STATIONARITY_TOLERANCE
 
 
 def test_an_inequality_may_not_push_to_its_other_side(problem: Problem) -> None:
     """At the start of the product's valley its multiplier would have to be positive: the certificate gives it none."""
     x = np.array([1.0, 2.0, 0.5])
     u = (x - problem.box.origin) / problem.box.unit
-    m = best_multipliers(problem, u)
+    m = estimate_multipliers(problem, u)
     assert m.required[1] == pytest.approx(0.0, abs=1e-9)
-    assert check(problem, u, m).stationarity > 1e-3
+    assert check_conditions(problem, u, m).stationarity > 1e-3
 
 
 def test_the_programme_has_no_ends_and_its_derivatives_are_exact(problem: Problem) -> None:
@@ -135,16 +149,16 @@ def test_the_programme_has_no_ends_and_its_derivatives_are_exact(problem: Proble
 def test_what_cannot_be_kept_is_found_by_its_least_violation(problem: Problem) -> None:
     """a + b = 3 allows no product above 9/4. For 11/4 the sum alone gives way, to 2 sqrt(11/4)."""
     hard = toy(problem.box.unit[0] == 1, least=2.75)
-    least = nearest(hard, hard.constraints, points(hard, 2, 0))
+    least = find_feasible_or_nearest(hard, hard.constraints, sample_starts(hard, 2, 0))
     assert not least.kept
     assert least.excess == pytest.approx([2 * np.sqrt(2.75) - 3, 0, 0], abs=1e-4)
-    assert least_violation(problem, problem.constraints, problem.start).kept
+    assert minimise_violation(problem, problem.constraints, problem.start).kept
 
 
 def test_the_methods_run_on_it_and_agree(problem: Problem) -> None:
-    found = Search(problem, SHORT, seed=1, starts=2).run("hybrid")
+    found = OptimiserRun(problem, SHORT, seed=1, starts=2).run("hybrid")
     assert found.design == pytest.approx(BEST, abs=1e-7)
-    assert found.certificate.kkt_residual < STATIONARY
+    assert found.certificate.kkt_residual < STATIONARITY_TOLERANCE
     assert found.evaluations.gradient > 0
     assert found.objective <= min(objectives[-1][1] for objectives in found.history.values()) + 1e-7
 
@@ -152,17 +166,17 @@ def test_the_methods_run_on_it_and_agree(problem: Problem) -> None:
 def test_without_constraints_the_inside_needs_no_multipliers() -> None:
     x = ca.SX.sym("x", 2)
     f = (x[0] - 0.3) ** 2 + (x[1] + 0.2) ** 2 + 1
-    box = Box.shares(("a", "b"), -np.ones(2), np.ones(2), np.zeros(2))
-    problem = Problem(Smooth(Expression(x, f), 2, unit=2.0), box)
-    (found,) = descents_from(problem, [problem.start])
+    box = DesignBox.shares(("a", "b"), -np.ones(2), np.ones(2), np.zeros(2))
+    problem = Problem(SmoothObjective(SymbolicFunction(x, f), 2, unit=2.0), box)
+    (found,) = search_from_points(problem, [problem.start])
     assert problem.design(found.u) == pytest.approx([0.3, -0.2], abs=1e-8)
     assert (problem.scale, found.violation) == (2.0, 0.0)
     assert found.settled
     assert found.stationary
-    assert kkt_residual(problem, found.u + 1e-4) > STATIONARY
+    assert kkt_residual(problem, found.u + 1e-4) > STATIONARITY_TOLERANCE
 
 
-class Partial(Expression):
+class Partial(SymbolicFunction):
     """A function without values where its first parameter is below a limit."""
 
     limit = -np.inf
@@ -176,13 +190,15 @@ class Partial(Expression):
 def test_starts_that_lead_nowhere_are_left_out() -> None:
     x = ca.SX.sym("x", 2)
     function = Partial(x, (x[0] - 0.7) ** 2 + x[1] ** 2 + 1)
-    problem = Problem(Smooth(function, 2), Box.shares(("a", "b"), -np.ones(2), np.ones(2), np.full(2, 0.5)))
-    assert len(list(descents(problem, 6, seed=3))) == 6
+    problem = Problem(
+        SmoothObjective(function, 2), DesignBox.shares(("a", "b"), -np.ones(2), np.ones(2), np.full(2, 0.5))
+    )
+    assert len(list(search_from_starts(problem, 6, seed=3))) == 6
     function.limit = 0.0
-    minima = list(descents(problem, 6, seed=3))
+    minima = list(search_from_starts(problem, 6, seed=3))
     assert 0 < len(minima) < 6
     assert [minimum.objective for minimum in minima] == pytest.approx([1.0] * len(minima), abs=1e-9)
     assert np.isinf(problem.merit(np.zeros(2)))
     function.limit = 2.0
     with pytest.raises(ComputationError, match="no start leads anywhere: there is no value here"):
-        list(descents(problem.anew(), 2, seed=3))
+        list(search_from_starts(problem.anew(), 2, seed=3))

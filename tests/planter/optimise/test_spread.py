@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from planter.kernels import Array
-from planter.optimise import direct
-from planter.optimise.spread import Variance, Weighed, Weights
+from planter.optimise import epigraph
+from planter.optimise.variance import Variance, WeightedSum, Weights
 
 PAPER, NEWTON = Weights(0.75, 0.25, "paper"), Weights(2.0, 3.0, "newton")
 
@@ -34,12 +34,12 @@ def by_casadi(weights: Weights, x: ca.MX, at: Array) -> list[Array]:
     return derivatives(weights.weight_range * span + spread, x, at)
 
 
-def weighed(weights: Weights, x: ca.MX, at: Array) -> tuple[Weighed, Array, Array]:
+def weighed(weights: Weights, x: ca.MX, at: Array) -> tuple[WeightedSum, Array, Array]:
     """The same by the one function, and the samples' slopes (n, p) and Hessians (n, p, p)."""
     samples = bowl(x)
     rows = [derivatives(samples[k], x, at) for k in range(samples.numel())]
     values, slopes, bent = (np.array(part) for part in zip(*rows, strict=True))
-    return Weighed(weights, values.ravel()), slopes[:, :, 0], bent
+    return WeightedSum(weights, values.ravel()), slopes[:, :, 0], bent
 
 
 @pytest.mark.parametrize("weights", [PAPER, NEWTON])
@@ -57,7 +57,9 @@ def test_the_spread_in_graphs_is_that_in_arrays(weights: Weights) -> None:
     x, at = ca.MX.sym("x", 3), np.array([0.7, 1.3, -0.4])
     found, slopes, _ = weighed(weights, x, at)
     f, g = ca.MX.sym("f", 12), ca.MX.sym("g", 12, 3)
-    spread = [np.array(v) for v in ca.Function("s", [f, g], direct.spread(weights, f, g))(found.samples, slopes)]
+    spread = [
+        np.array(v) for v in ca.Function("s", [f, g], epigraph.express_spread(weights, f, g))(found.samples, slopes)
+    ]
     _, first, second = weights.spread(found.variance.value)
     along = found.variance.gradient(slopes)
     assert spread[0].item() == pytest.approx(weights.spread(found.variance.value)[0], rel=1e-14)
@@ -90,4 +92,4 @@ def test_shares_of_a_turn() -> None:
 
 def test_a_constant_curve_has_no_spread() -> None:
     for weights in (PAPER, NEWTON):
-        assert Weighed(weights, np.full(5, 3.0)).value == pytest.approx(0.0, abs=1e-150)
+        assert WeightedSum(weights, np.full(5, 3.0)).value == pytest.approx(0.0, abs=1e-150)

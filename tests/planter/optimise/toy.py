@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise.response import Compiled, Event
+from planter.optimise.response import BreakpointEvent, CompiledResponse
 
 
 class Toy:
@@ -19,7 +19,7 @@ class Toy:
         phi: ca.SX,
         x: ca.SX,
         force: ca.SX,
-        joints: dict[Event, ca.SX] | None = None,
+        joints: dict[BreakpointEvent, ca.SX] | None = None,
         lower: Array | None = None,
         upper: Array | None = None,
         design: Array | None = None,
@@ -95,5 +95,5 @@ class Toy:
     def event_hessian(self, at: Any, phi: float, event: int) -> Array:
         return self._call("g_second", at, np.array([phi]), np.eye(len(self.events))[event])
 
-    def compiled(self, angles: int) -> Compiled | None:
+    def compiled(self, angles: int) -> CompiledResponse | None:
         return None

@@ -8,17 +8,17 @@ import numpy as np
 from planter.engine.problem import QuantityCurve
 from planter.kernels import Array
 from planter.optimise.problem import Problem
-from planter.optimise.range_and_spread import Sampling
-from planter.optimise.range_and_spread import problem as over_turn
-from planter.optimise.response import Event
-from planter.optimise.spread import Weights
+from planter.optimise.range_variance import Sampling
+from planter.optimise.range_variance import build_range_problem as over_turn
+from planter.optimise.response import BreakpointEvent
+from planter.optimise.variance import Weights
 from planter.planting.file import load
 from planter.planting.functions import Model
 from planter.planting.model import Device
 from tests.planter.optimise.toy import Toy
 
 RANGE, VARIANCE, PAPER = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper"), Weights(0.6, 0.4, "paper")
-CORNER = Event("corner", 1, 2 * np.pi)
+CORNER = BreakpointEvent("corner", 1, 2 * np.pi)
 
 
 def third_harmonic() -> Toy:

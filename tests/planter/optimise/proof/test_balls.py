@@ -7,8 +7,8 @@ import pytest
 from flint import arb, ctx
 
 from planter.kernels import Array
-from planter.optimise.proof import balls
-from planter.optimise.proof.balls import Ball, Unbounded, products
+from planter.optimise.proof import intervals
+from planter.optimise.proof.intervals import Ball, Unbounded, sum_products
 
 ctx.prec = 200
 RNG = np.random.default_rng(20)
@@ -26,7 +26,11 @@ OPERATIONS: dict[str, Operation] = {
     "difference": (lambda a, b: a - b, lambda x, y: x - y, (ONE, TWO)),
     "product": (lambda a, b: a * b, lambda x, y: x * y, (ONE, TWO)),
     "quotient": (lambda a, b: a / b, lambda x, y: x / y, (ONE, TWO)),
-    "sum of products": (lambda a, b: products((a, b), (b, b), (a, a)), lambda x, y: x * y + y * y + x * x, (ONE, TWO)),
+    "sum of products": (
+        lambda a, b: sum_products((a, b), (b, b), (a, a)),
+        lambda x, y: x * y + y * y + x * x,
+        (ONE, TWO),
+    ),
     "square": (lambda a: a.power(2), lambda x: x * x, (ONE,)),
     "square by its ends": (lambda a: a.square(), lambda x: x * x, (ONE,)),
     "fourth power": (lambda a: a.power(4), lambda x: x**4, (ONE,)),
@@ -58,8 +62,8 @@ def test_a_ball_holds_every_value(name: str) -> None:
 
 @pytest.mark.parametrize("name", OPERATIONS)
 def test_without_its_rounding_a_ball_misses_some(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    for part, value in (("U", 0.0), ("SLACK", 0.0), ("GROWN", 1.0), ("TINY", 0.0), ("LIBM", 0.0)):
-        monkeypatch.setattr(balls, part, value)
+    for part, value in (("U", 0.0), ("SLACK", 0.0), ("GROWTH", 1.0), ("TINY", 0.0), ("LIBM", 0.0)):
+        monkeypatch.setattr(intervals, part, value)
     assert missed(name) > 0
 
 

@@ -8,9 +8,9 @@ import pytest
 from flint import arb, arb_series, ctx
 
 from planter.kernels import Array
-from planter.optimise.proof.arithmetic import Enclosing
-from planter.optimise.proof.balls import Ball
-from planter.optimise.proof.jets import ANYWHERE, Jet, Space, packing
+from planter.optimise.proof.enclosures import JetNamespace
+from planter.optimise.proof.intervals import Ball
+from planter.optimise.proof.jets import ANYWHERE, Jet, Space, packed_indices
 
 ctx.prec = 200
 LOWER, UPPER = np.array([0.9, 0.2, 1.5]), np.array([1.0, 0.25, 1.5])
@@ -39,7 +39,7 @@ FUNCTIONS: dict[str, Function] = {
 
 def enclosed(function: Function) -> Jet:
     space = Space(LOWER, UPPER)
-    return function(Enclosing(space), space.parameters())
+    return function(JetNamespace(space), space.parameters())
 
 
 def series(function: Function, x: Array, along: Array) -> list[arb]:
@@ -56,7 +56,7 @@ def holds(ball: Ball, value: arb) -> bool:
 def missed(name: str, jet: Jet) -> int:
     """How many values, slopes and bends at points of the box in random directions are outside of a jet."""
     rng, count = np.random.default_rng(3), 0
-    rows, columns = packing(len(jet.felt))
+    rows, columns = packed_indices(len(jet.felt))
     for _ in range(60):
         x = LOWER + rng.random(3) * (UPPER - LOWER)
         along = np.append(rng.integers(-2, 3, 2).astype(float), 0.0)
@@ -97,4 +97,4 @@ def test_a_box_that_is_too_small_is_noticed(monkeypatch: pytest.MonkeyPatch) -> 
     """Widths that are forgotten leave values outside."""
     space = Space(LOWER, UPPER)
     space.half = space.half / 10
-    assert missed("waves", FUNCTIONS["waves"](Enclosing(space), space.parameters())) > 0
+    assert missed("waves", FUNCTIONS["waves"](JetNamespace(space), space.parameters())) > 0

@@ -9,11 +9,10 @@ import pytest
 
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
-from planter.optimise.proof import linear
-from planter.optimise.proof.balls import Ball
+from planter.optimise.proof import roots
+from planter.optimise.proof.intervals import Ball
 from planter.optimise.proof.jets import ANYWHERE, Space
-from planter.optimise.proof.linear import BallSolver, solve
-from planter.optimise.proof.paving import Equations, has_rootless_lane
+from planter.optimise.proof.roots import BallEquations, BallSolver, has_rootless_lane, solve_linear_jets
 
 LOWER, UPPER = np.array([0.2, 0.4]), np.array([0.3, 0.55])
 SHIFT = np.array([0.0, 1.0, 4.0])
@@ -41,7 +40,7 @@ def count_misses() -> int:
     space = Space(LOWER, UPPER)
     x, shift = space.parameters(), space.constant(Ball.exact(SHIFT))
     matrix = [[x[0] + 2, x[1]], [x[0] * x[1], shift + 3]]
-    solution = solve(space, matrix, [x[1] ** 2, 1])
+    solution = solve_linear_jets(space, matrix, [x[1] ** 2, 1])
     rng, misses = np.random.default_rng(1), 0
     for _ in range(30):
         x0 = LOWER + rng.random(2) * (UPPER - LOWER)
@@ -61,14 +60,14 @@ def test_solutions_are_enclosed_with_two_derivatives() -> None:
 
 
 def test_a_solution_without_its_mixed_terms_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(linear, "products", lambda first, *_: first[0] * first[1])
+    monkeypatch.setattr(roots, "sum_products", lambda first, *_: first[0] * first[1])
     assert count_misses() > 0
 
 
 def test_a_singular_lane_alone_has_no_solution() -> None:
     space = Space(LOWER, UPPER)
     x, shift = space.parameters()[0], space.constant(Ball.exact([1.0, -0.25]))
-    (y,) = solve(space, [[x + shift]], [1])
+    (y,) = solve_linear_jets(space, [[x + shift]], [1])
     assert y.is_bounded.tolist() == [True, False]
 
 
@@ -80,7 +79,7 @@ def test_balls_are_solved_about_the_identity() -> None:
         assert ball.low[0] < exact < ball.high[0] < exact + 0.05
 
 
-def meet(distances: Array) -> tuple[int, Equations]:
+def meet(distances: Array) -> tuple[int, BallEquations]:
     """Return lanes, and the equations of a circle of radius 1 about 0 and a line x = distance, in cosine and length."""
 
     def equations(q: Sequence[Ball], lanes: Integers) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:

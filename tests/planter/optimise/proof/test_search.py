@@ -11,13 +11,12 @@ from scipy.optimize import minimize_scalar
 
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
-from planter.optimise.proof import curve, objective
-from planter.optimise.proof.arithmetic import Enclosing
-from planter.optimise.proof.balls import Ball, Unbounded
-from planter.optimise.proof.branches import Branches
+from planter.optimise.proof import enclosures
+from planter.optimise.proof.enclosures import JetNamespace
+from planter.optimise.proof.intervals import Ball, Branches, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
-from planter.optimise.proof.roots import roots
-from planter.optimise.proof.search import Bounded, Search
+from planter.optimise.proof.roots import enclose_roots
+from planter.optimise.proof.search import BoundingResult, BranchAndBound
 
 LOWER, UPPER = np.array([0.1, 0.9, -0.04]), np.array([0.6, 1.3, 0.1])
 SAMPLES = 24
@@ -28,10 +27,10 @@ class Bent:
 
     offsets, period, is_continuous = (Fraction(0), Fraction(-1, 2)), Fraction(1, 2), True
 
-    def follow(self, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
+    def follow(self, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
         return lambda xp, lanes: self.shares(xp, xp.space.parameters(), xp.space.constant(phi[lanes]))
 
-    def shares(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
+    def shares(self, xp: JetNamespace, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
         return [x[0] * xp.absolute(xp.sin(phi - x[2])) + (x[1] - x[2] ** 2) / 2 * xp.cos(2 * phi)]
 
 
@@ -45,10 +44,10 @@ def value(x: Array) -> float:
     return float(0.6 * np.ptp(found) + 0.4 * found.var())
 
 
-def bounding(lower: Array, upper: Array) -> objective.Bounds:
-    (force,) = curve.samples(Bent(), Space(lower, upper), SAMPLES)
-    extremes = [objective.Extreme(force * 0.6), objective.Extreme(force * -0.6)]
-    return objective.bounds(objective.variance(force) * 0.4, extremes)
+def bounding(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
+    (force,) = enclosures.enclose_samples(Bent(), Space(lower, upper), SAMPLES)
+    extremes = [enclosures.ExtremumTerm(force * 0.6), enclosures.ExtremumTerm(force * -0.6)]
+    return enclosures.bound_objective(enclosures.enclose_variance(force) * 0.4, extremes)
 
 
 def found_by_hand() -> Array:
@@ -66,8 +65,8 @@ OPTIMUM = found_by_hand()
 BEST = value(OPTIMUM)
 
 
-def proved(box: tuple[Array, Array] = (LOWER, UPPER), seconds: float = 60.0, goal: float = 1e-6) -> Bounded:
-    return Search(bounding, *box, floor=0.0).run(BEST - goal, seconds)
+def proved(box: tuple[Array, Array] = (LOWER, UPPER), seconds: float = 60.0, goal: float = 1e-6) -> BoundingResult:
+    return BranchAndBound(bounding, *box, floor=0.0).run(BEST - goal, seconds)
 
 
 def test_samples_hold_the_response_on_both_sides_of_its_branches() -> None:
@@ -75,7 +74,7 @@ def test_samples_hold_the_response_on_both_sides_of_its_branches() -> None:
     for share in (1.0, 0.1):
         half = share * (UPPER - LOWER) / 2
         middle = (LOWER + UPPER) / 2
-        found = curve.samples(Bent(), Space(middle - half, middle + half), SAMPLES)[0].value[ANYWHERE]
+        found = enclosures.enclose_samples(Bent(), Space(middle - half, middle + half), SAMPLES)[0].value[ANYWHERE]
         for _ in range(100):
             exact = force(middle + rng.uniform(-1, 1, 3) * half)[: SAMPLES // 2]
             assert (found.low <= exact + 1e-14).all()
@@ -84,7 +83,7 @@ def test_samples_hold_the_response_on_both_sides_of_its_branches() -> None:
 
 def slopes_at_the_kink() -> Ball:
     """Of the sample at phi = 0 in x2, over a box in which |sin x2| has its kink."""
-    (found,) = curve.samples(Bent(), Space(LOWER, UPPER), SAMPLES)
+    (found,) = enclosures.enclose_samples(Bent(), Space(LOWER, UPPER), SAMPLES)
     return found.gradient[ANYWHERE][2, 0]
 
 
@@ -127,30 +126,30 @@ def test_a_box_without_its_optimum_is_not_taken_for_the_whole() -> None:
     """The bound of a part is above the optimum of the whole; a false optimum that is too high is never proved."""
     part = proved((LOWER, np.array([UPPER[0] - 0.1, *UPPER[1:]])))
     assert part.least > BEST + 1e-3
-    above = Search(bounding, LOWER, UPPER, floor=0.0).run(BEST + 0.01, 3.0)
+    above = BranchAndBound(bounding, LOWER, UPPER, floor=0.0).run(BEST + 0.01, 3.0)
     assert above.least <= BEST + 1e-14
     assert above.met < BEST + 0.01
 
 
 @pytest.mark.parametrize("tamper", ["slopes", "least"])
 def test_a_wrong_sign_gives_a_bound_above_the_optimum(tamper: str) -> None:
-    def wrong(lower: Array, upper: Array) -> objective.Bounds:
+    def wrong(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
         found = bounding(lower, upper)
         slopes = -found.slopes if tamper == "slopes" else found.slopes
         least = found.least if tamper == "slopes" else 2 * found.reached - found.least
-        return objective.Bounds(least, found.reached, slopes, found.looseness)
+        return enclosures.ObjectiveBounds(least, found.reached, slopes, found.looseness)
 
-    assert Search(wrong, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 20.0).least > BEST
+    assert BranchAndBound(wrong, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 20.0).least > BEST
 
 
 def test_what_has_no_bound_is_halved_and_time_ends_a_search() -> None:
-    def partly(lower: Array, upper: Array) -> objective.Bounds:
+    def partly(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
         if (upper - lower)[0] > 0.3:
             raise Unbounded("a denominator may vanish")
         return bounding(lower, upper)
 
-    assert Search(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 60.0).least >= BEST - 1e-6
-    hurried = Search(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 0.0)
+    assert BranchAndBound(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 60.0).least >= BEST - 1e-6
+    hurried = BranchAndBound(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 0.0)
     assert hurried.least == 0.0
 
 
@@ -163,7 +162,7 @@ def test_a_root_is_enclosed_with_its_derivatives() -> None:
     def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
         return [a[0] ** 3 + x[0] * a[0] - x[1]], [[3 * a[0] ** 2 + x[0]]]
 
-    (found,), rng = roots(space, np.array([[0.8]]), residual), np.random.default_rng(6)
+    (found,), rng = enclose_roots(space, np.array([[0.8]]), residual), np.random.default_rng(6)
     for _ in range(100):
         p = LOWER + rng.random(3) * (upper - LOWER)
         a = float(np.roots([1, 0, p[0], -p[1]])[-1].real)
@@ -193,7 +192,7 @@ def test_roots_of_two_equations_are_enclosed_in_every_lane() -> None:
         cos, sin = angle.cos(), angle.sin()
         return [radius * cos - x[0] - shift, radius * sin - x[1]], [[cos, -radius * sin], [sin, radius * cos]]
 
-    found, rng = roots(space, np.array([[1.2, 2.1], [0.5, 0.3]]), residual), np.random.default_rng(3)
+    found, rng = enclose_roots(space, np.array([[1.2, 2.1], [0.5, 0.3]]), residual), np.random.default_rng(3)
     for _ in range(50):
         px, py = (lower + rng.random(2) * (upper - lower))[:, None] + np.array([lanes, 0 * lanes])
         r2, r = px**2 + py**2, np.hypot(px, py)
@@ -214,9 +213,9 @@ def test_a_least_sample_among_choices_is_bounded_from_below() -> None:
     space = Space(np.array([-1.0]), np.array([1.0]))
     (x,) = space.parameters()
     lines = x * space.constant(Ball.exact([1.0, -1.0]))
-    assert objective.bounds(space.whole(0), [objective.Extreme(lines, largest=False)]).least <= -1.0
-    assert objective.bounds(space.whole(0), [objective.Extreme(lines)]).least <= 0.0
-    wrong = objective.bounds(space.whole(0), [objective.Extreme(lines)]).least
+    assert enclosures.bound_objective(space.whole(0), [enclosures.ExtremumTerm(lines, largest=False)]).least <= -1.0
+    assert enclosures.bound_objective(space.whole(0), [enclosures.ExtremumTerm(lines)]).least <= 0.0
+    wrong = enclosures.bound_objective(space.whole(0), [enclosures.ExtremumTerm(lines)]).least
     assert wrong > -1.0 - 1e-9, "what is taken for a largest sample is no bound of a least one"
 
 
@@ -224,4 +223,4 @@ def test_a_root_that_may_not_be_there_is_refused() -> None:
     space = Space(np.array([-1.0]), np.array([1.0]))
     (x,) = space.parameters()
     with pytest.raises(Unbounded):
-        roots(space, np.array([[0.5]]), lambda a: ([a[0] ** 2 - x], [[2 * a[0]]]))
+        enclose_roots(space, np.array([[0.5]]), lambda a: ([a[0] ** 2 - x], [[2 * a[0]]]))

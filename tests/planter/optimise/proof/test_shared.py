@@ -7,9 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planter.optimise.proof.bound import Incumbent, prove_bound
-from planter.optimise.proof.results import GlobalBound
-from planter.optimise.proof.shared import share_boxes
+from planter.optimise.proof.search import GlobalBound, Incumbent, prove_bound, share_boxes
 from planter.parallel.task import AUTO, Means
 from tests.planter.optimise.proof.toys import BEST, Ring
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise.proof.balls import Ball, Unbounded
-from planter.optimise.proof.objective import Bounds
+from planter.optimise.proof.enclosures import ObjectiveBounds
+from planter.optimise.proof.intervals import Ball, Unbounded
 
 Y = 0.9
 """Extent of a box that has no bound."""
@@ -21,20 +21,20 @@ class Ring:
 
     batch, floor = 2, -np.inf
 
-    def __call__(self, lower: Array, upper: Array) -> Bounds:
+    def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
         (result,) = self.bound_boxes([(lower, upper)])
         if isinstance(result, Unbounded):
             raise result
         return result
 
-    def bound_boxes(self, boxes: Sequence[tuple[Array, Array]]) -> list[Bounds | Unbounded]:
+    def bound_boxes(self, boxes: Sequence[tuple[Array, Array]]) -> list[ObjectiveBounds | Unbounded]:
         return [Unbounded("too wide") if (upper - lower)[1] > Y else _bound(lower, upper) for lower, upper in boxes]
 
 
-def _bound(lower: Array, upper: Array) -> Bounds:
+def _bound(lower: Array, upper: Array) -> ObjectiveBounds:
     x, centre = Ball.between(lower, upper), lower + (upper - lower) / 2
     reach = x.power(2).nonnegative().sum() - Ball.exact(1.0)
     slopes = x * reach * Ball.exact(4.0) + Ball.exact(np.array([0.1, 0.0]))
     least = reach.power(2).nonnegative() + x[0] * Ball.exact(0.1)
     reached = (centre @ centre - 1) ** 2 + 0.1 * centre[0]
-    return Bounds(float(least.low), float(reached) + 1e-12, slopes, (upper - lower) * slopes.most)
+    return ObjectiveBounds(float(least.low), float(reached) + 1e-12, slopes, (upper - lower) * slopes.most)

@@ -6,10 +6,13 @@ Over z = (u, s), s >= 0 one for each kind of constraint in its steps:
 
 The sum has few terms at its minimum. Where more than one remains, each is tried alone with the others kept. Kinds that
 may not give way have no s.
+
+Is there a point that keeps all constraints? If not, the nearest to it: which ones give way, by how much.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,17 +21,17 @@ from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
 from planter.optimise import ipopt
-from planter.optimise.constraints import KEPT, Constraints
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints
 from planter.optimise.problem import Problem
 
-WEIGHT = 1e-5
+DISTANCE_WEIGHT = 1e-5
 """Of the distance from the start: it only makes the point unique."""
-ALONE = 1e-6
+VIOLATION_ROUNDING = 1e-6
 """Violations below this many steps are rounding of the solver."""
-MOST_ITERATIONS = 80
+MAX_ELASTIC_ITERATIONS = 80
 
 
-class Elastic:
+class ElasticProgram:
     """A `Programme` for `planter.optimise.ipopt`; `giving` (kinds,) says which may give way."""
 
     def __init__(self, problem: Problem, constraints: Constraints, start: Array, giving: Flags) -> None:
@@ -50,10 +53,10 @@ class Elastic:
         return self.problem.design(z[: self.p])
 
     def f(self, z: Array) -> float:
-        return float(z[self.p :].sum() + WEIGHT / 2 * ((z[: self.p] - self.u) ** 2).sum())
+        return float(z[self.p :].sum() + DISTANCE_WEIGHT / 2 * ((z[: self.p] - self.u) ** 2).sum())
 
     def gradient(self, z: Array) -> Array:
-        return np.append(WEIGHT * (z[: self.p] - self.u), np.ones(self.kinds))
+        return np.append(DISTANCE_WEIGHT * (z[: self.p] - self.u), np.ones(self.kinds))
 
     def g(self, z: Array) -> Array:
         c = self.constraints
@@ -78,12 +81,12 @@ class Elastic:
         width = self.problem.box.unit
         total = np.zeros((len(z), len(z)))
         bent = self.constraints.curvature(self._x(z), weights) * np.outer(width, width)
-        total[: self.p, : self.p] = bent + weight * WEIGHT * np.eye(self.p)
+        total[: self.p, : self.p] = bent + weight * DISTANCE_WEIGHT * np.eye(self.p)
         return total
 
 
 @dataclass(frozen=True)
-class Least:
+class ViolationMinimum:
     """A point u (p,) and by how many steps each kind is violated there, (kinds,); all 0 where all are kept.
 
     `stationary` says whether the violation is least there to first order, rather than where the search was cut short.
@@ -99,26 +102,48 @@ class Least:
 
     @property
     def kept(self) -> bool:
-        return float(self.excess.max()) <= KEPT
+        return float(self.excess.max()) <= FEASIBILITY_TOLERANCE
 
 
-def least_violation(problem: Problem, constraints: Constraints, start: Array) -> Least:
+def minimise_violation(problem: Problem, constraints: Constraints, start: Array) -> ViolationMinimum:
     """The least violation reached from a point u (p,), of one kind alone if that can be."""
     kinds = np.arange(len(constraints.kinds))
-    found = _solved(problem, constraints, start, constraints.giving)
-    broken = np.flatnonzero((found.excess > ALONE) & constraints.giving)
+    found = _solve_elastic(problem, constraints, start, constraints.giving)
+    broken = np.flatnonzero((found.excess > VIOLATION_ROUNDING) & constraints.giving)
     if len(broken) < 2:
         return found
-    alone = [_solved(problem, constraints, found.u, kinds == k) for k in broken]
-    single = [one for one, k in zip(alone, broken, strict=True) if np.delete(one.excess, k).max() <= ALONE]
+    alone = [_solve_elastic(problem, constraints, found.u, kinds == k) for k in broken]
+    single = [one for one, k in zip(alone, broken, strict=True) if np.delete(one.excess, k).max() <= VIOLATION_ROUNDING]
     return min(single, key=lambda one: one.total, default=found)
 
 
-def _solved(problem: Problem, constraints: Constraints, start: Array, giving: Flags) -> Least:
-    programme = Elastic(problem, constraints, start, giving)
-    solution = ipopt.solve(programme, programme.start, MOST_ITERATIONS)
+def _solve_elastic(problem: Problem, constraints: Constraints, start: Array, giving: Flags) -> ViolationMinimum:
+    programme = ElasticProgram(problem, constraints, start, giving)
+    solution = ipopt.solve_program(programme, programme.start, MAX_ELASTIC_ITERATIONS)
     u = problem.box.inside(solution.z[: len(start)])
     try:
-        return Least(u, constraints.excess(problem.design(u)), solution.converged)
+        return ViolationMinimum(u, constraints.excess(problem.design(u)), solution.converged)
     except ComputationError:
-        return Least(start, constraints.excess(problem.design(start)), stationary=False)
+        return ViolationMinimum(start, constraints.excess(problem.design(start)), stationary=False)
+
+
+MAX_ELASTIC_STARTS = 2
+"""How many points the least violation is looked for from."""
+
+
+def find_feasible_or_nearest(problem: Problem, constraints: Constraints, starts: Sequence[Array]) -> ViolationMinimum:
+    """A point that keeps all constraints, looked for from those of `starts` with the least violation.
+
+    Where there is none, `kept` is False and the least violation that was found is told.
+    """
+    found: list[ViolationMinimum] = []
+    for start in sorted(map(problem.onto, starts), key=problem.violation)[:MAX_ELASTIC_STARTS]:
+        found.append(minimise_violation(problem, constraints, start))
+        if found[-1].kept:
+            return found[-1]
+    return select_smallest_violation(found)
+
+
+def select_smallest_violation(found: Sequence[ViolationMinimum]) -> ViolationMinimum:
+    """The least of several violations, fewest kinds of constraints first."""
+    return min(found, key=lambda least: (int((least.excess > FEASIBILITY_TOLERANCE).sum()), least.total))

@@ -12,43 +12,46 @@ Wright, Numerical Optimization, 2006, 18.4 and 18.5). A step counts by what it d
 penalty on the worst violation: no row that is missed, or that has come to be, can deceive it. Where the active rows
 bend too much for it, the step is corrected to second order; failing that the radius shrinks. An interior point method,
 which has to leave all rows a distance, creeps along such corners; here they are what a step runs along.
+
+Convex quadratic programmes of a few variables, by DAQP, a dual active-set method that comes with CasADi.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array
-from planter.optimise import quadratic
-from planter.optimise.constraints import KEPT
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE
 from planter.optimise.epigraph import Epigraph
+from planter.optimise.objective import BreakpointHold
 from planter.optimise.problem import Problem
-from planter.optimise.samples import Hold
 
-MOST_ITERATIONS = 100
-RADIUS, GREATEST, LEAST = 0.1, 0.5, 1e-11
+MAX_ITERATIONS = 100
+RADIUS, MAX_RADIUS, MIN_RADIUS = 0.1, 0.5, 1e-11
 """Of a step in any coordinate, in the box's unit: at first, at most, and where the search gives up."""
 GOOD, POOR, ACCEPTED, GROWTH = 0.75, 0.25, 0.05, 2.5
 """Shares of the predicted fall at which the radius grows, it shrinks, the step is taken at all; and how it grows."""
-NOISE, LAST = 1e-12, 3
+NOISE, MAX_NOISE_STEPS = 1e-12, 3
 """Predicted falls that rounding hides, the problem's scale being 1, and how many such steps are taken."""
 ROUNDING = 1e-12
 """Coordinates closer to their bounds are on them."""
-PENALTY, RAISED, MOST_PENALTY = 1.0, 4.0, 1e6
+PENALTY, PENALTY_GROWTH, MAX_PENALTY = 1.0, 4.0, 1e6
 """Of the worst violation in steps: at first, by what it grows where it holds the constraints back, and at most."""
-FLOOR = 1e-9
+MIN_CURVATURE = 1e-9
 """Least curvature of a model, as a share of its greatest."""
-CARRIES, SMALL = 1e-7, 1e-9
+MULTIPLIER_TOLERANCE, RANK_TOLERANCE = 1e-7, 1e-9
 """Multipliers above the first belong to active rows; singular values below this share of the largest are none."""
 
 
 @dataclass(frozen=True)
-class Reached:
+class SqpResult:
     """Where the search ended: a point u (p,), after how many iterations, and whether no step promised a fall."""
 
     u: Array
@@ -56,17 +59,17 @@ class Reached:
     converged: bool
 
 
-def minimum(
-    problem: Problem, start: Array, holds: Sequence[Hold] = (), most_iterations: int = MOST_ITERATIONS
-) -> Reached:
+def minimise_by_sqp(
+    problem: Problem, start: Array, holds: Sequence[BreakpointHold] = (), most_iterations: int = MAX_ITERATIONS
+) -> SqpResult:
     """The local minimum reached from a point u (p,), joints held as told."""
-    return _Search(problem, holds).run(problem.box.inside(start), most_iterations)
+    return _SqpSearch(problem, holds).run(problem.box.inside(start), most_iterations)
 
 
 class _Point:
     """The programme at a point u (p,), to first order. Raises ComputationError where there is none."""
 
-    def __init__(self, problem: Problem, u: Array, holds: Sequence[Hold]) -> None:
+    def __init__(self, problem: Problem, u: Array, holds: Sequence[BreakpointHold]) -> None:
         self.u, self.problem = u, problem
         self.programme = Epigraph(problem, problem.local(u, holds), u)
         self.z = self.programme.start
@@ -114,37 +117,37 @@ class _Step:
     bounds: Array
 
 
-class _Search:
+class _SqpSearch:
     """One search, with the radius of its steps and the price of a violation."""
 
-    def __init__(self, problem: Problem, holds: Sequence[Hold]) -> None:
+    def __init__(self, problem: Problem, holds: Sequence[BreakpointHold]) -> None:
         self.problem, self.holds = problem, holds
         self.radius, self.penalty = RADIUS, PENALTY
 
-    def run(self, start: Array, most_iterations: int) -> Reached:
+    def run(self, start: Array, most_iterations: int) -> SqpResult:
         here, last = _Point(self.problem, start, self.holds), 0
         model = np.eye(here.n)
         for iteration in range(most_iterations):
             first = self._step(here, model, here.g)
             if first is None:
-                return Reached(here.u, iteration, False)
+                return SqpResult(here.u, iteration, False)
             self._reprice(here, first)
-            model = _convex(here.curvature(first.rows), _normals(here, first))
+            model = _convexify(here.curvature(first.rows), _find_normals(here, first))
             following, fall = self._taken(here, model)
             small = self._noise(fall)
-            if small and here.violation > KEPT and self.penalty < MOST_PENALTY:
-                self.penalty *= RAISED
+            if small and here.violation > FEASIBILITY_TOLERANCE and self.penalty < MAX_PENALTY:
+                self.penalty *= PENALTY_GROWTH
                 continue
             last += small
-            if following is None or last == LAST:
-                return Reached((following or here).u, iteration + 1, small)
+            if following is None or last == MAX_NOISE_STEPS:
+                return SqpResult((following or here).u, iteration + 1, small)
             here = following
-        return Reached(here.u, most_iterations, False)
+        return SqpResult(here.u, most_iterations, False)
 
     def _reprice(self, here: _Point, step: _Step) -> None:
         """A higher penalty where it is what holds the constraints back."""
         if here.required.any() and np.abs(step.rows) @ here.required >= 0.99 * self.penalty:
-            self.penalty = min(RAISED * self.penalty, MOST_PENALTY)
+            self.penalty = min(PENALTY_GROWTH * self.penalty, MAX_PENALTY)
 
     def _step(self, here: _Point, model: Array, g: Array) -> _Step | None:
         """The step of a model at a point, with rows that are g (m,) there."""
@@ -160,7 +163,7 @@ class _Search:
         low[:n] = np.maximum(programme.lower[:n] - here.z[:n], -self.radius)
         high[:n] = np.minimum(programme.upper[:n] - here.z[:n], self.radius)
         low[size:] = 0.0
-        found = quadratic.solve(hessian, slope, rows, most, (low, high))
+        found = solve_quadratic_program(hessian, slope, rows, most, (low, high))
         if found is None:
             return None
         multipliers = np.zeros(len(g))
@@ -173,7 +176,7 @@ class _Search:
     def _taken(self, here: _Point, model: Array) -> tuple[_Point | None, float]:
         """The point that a step leads to, None where no radius gives one, and the fall that was predicted."""
         fall = 0.0
-        while self.radius > LEAST:
+        while self.radius > MIN_RADIUS:
             step = self._step(here, model, here.g)
             if step is None:
                 return None, np.inf
@@ -193,7 +196,7 @@ class _Search:
     def _resize(self, share: float, length: float, fall: float) -> None:
         """The radius after a step that was taken: larger where the model holds as far as it went, smaller if not."""
         if share > GOOD and length > 0.9 * self.radius:
-            self.radius = min(GROWTH * self.radius, GREATEST)
+            self.radius = min(GROWTH * self.radius, MAX_RADIUS)
         elif share < POOR and not self._noise(fall):
             self.radius = max(self.radius, length) / 2
 
@@ -232,27 +235,27 @@ class _Search:
         return None if again is None else self._trial(here, again.move)
 
 
-def _normals(here: _Point, step: _Step) -> Array:
+def _find_normals(here: _Point, step: _Step) -> Array:
     """Normals (k, n) of what holds a step: active constraints, differences of active rows of one side, bounds."""
     n, programme = here.n, here.programme
-    carrying = (np.abs(step.rows) > CARRIES) | (programme.g_lower == programme.g_upper)
+    carrying = (np.abs(step.rows) > MULTIPLIER_TOLERANCE) | (programme.g_lower == programme.g_upper)
     sides = np.split(np.arange(len(step.rows)), [programme.a, programme.a + programme.b])
     rows = [here.jacobian[side[carrying[side]], :n] for side in sides]
     apart = [group[1:] - group[:1] for group in rows[:2]]
     low, high = here.z[:n] <= programme.lower[:n], here.z[:n] >= programme.upper[:n]
-    held = (low & (step.bounds < -CARRIES)) | (high & (step.bounds > CARRIES))
+    held = (low & (step.bounds < -MULTIPLIER_TOLERANCE)) | (high & (step.bounds > MULTIPLIER_TOLERANCE))
     return np.vstack([*apart, rows[2], np.eye(n)[held]])
 
 
-def _convex(hessian: Array, normals: Array) -> Array:
+def _convexify(hessian: Array, normals: Array) -> Array:
     """A positive definite matrix (n, n) that gives the same steps as a Hessian where what is active holds them.
 
     Along the normals (k, n) a step is fixed, so that curvature added there changes none; of what remains, negative
     curvature is taken for positive.
     """
-    floor = FLOOR * max(1.0, float(np.abs(hessian).max()))
+    floor = MIN_CURVATURE * max(1.0, float(np.abs(hessian).max()))
     _, sizes, right = np.linalg.svd(normals)
-    rank = int((sizes > SMALL * sizes.max(initial=0.0)).sum())
+    rank = int((sizes > RANK_TOLERANCE * sizes.max(initial=0.0)).sum())
     along, free = right[:rank].T, right[rank:].T
     total = hessian.copy()
     values, vectors = np.linalg.eigh(free.T @ hessian @ free)
@@ -264,3 +267,40 @@ def _convex(hessian: Array, normals: Array) -> Array:
         total += max(0.0, floor - float(np.linalg.eigvalsh(rest)[0])) * along @ along.T
     symmetric: Array = (total + total.T) / 2
     return symmetric
+
+
+DAQP_OPTIONS: dict[str, Any] = {
+    "print_time": False,
+    "error_on_fail": False,
+    "daqp": {"eps_prox": 1e-4, "primal_tol": 1e-10, "dual_tol": 1e-12},
+}
+"""The proximal term makes what is only convex strictly so; it is taken back by iterating."""
+
+
+@dataclass(frozen=True)
+class QuadraticSolution:
+    """A minimum: variables (n,), multipliers of the rows (m,) and of the bounds (n,), positive at upper ones."""
+
+    z: Array
+    rows: Array
+    bounds: Array
+
+
+def solve_quadratic_program(
+    hessian: Array, gradient: Array, rows: Array, most: Array, bounds: tuple[Array, Array]
+) -> QuadraticSolution | None:
+    """Minimise gradient . z + z' hessian z / 2 with rows (m, n) . z <= most and z in bounds; None where that failed."""
+    solver = _build_solver(len(gradient), len(most))
+    low, high = bounds
+    least = np.full(len(most), -np.inf)
+    found = solver(h=hessian, g=gradient, a=rows, lba=least, uba=most, lbx=low, ubx=high)
+    if not solver.stats()["success"]:
+        return None
+    z, along, held = (np.asarray(found[key], dtype=float)[:, 0] for key in ("x", "lam_a", "lam_x"))
+    return QuadraticSolution(z, along, held)
+
+
+@cache
+def _build_solver(size: int, rows: int) -> ca.Function:
+    shapes = {"h": ca.Sparsity.dense(size, size), "a": ca.Sparsity.dense(rows, size)}
+    return ca.conic("quadratic", "daqp", shapes, DAQP_OPTIONS)

@@ -23,24 +23,31 @@ from planter.kernels import Array
 from planter.numerics import piecewise
 from planter.numerics.arrays import Flags, Integers, LastCallCache
 from planter.numerics.extrema import find_stationary_points
-from planter.optimise import joints, moving
-from planter.optimise.conditions import Conditions, Look, Slopes, Values
-from planter.optimise.joints import ASIDE
-from planter.optimise.response import Response
-from planter.optimise.spread import Variance
+from planter.optimise.objective import Conditions, ObjectiveSummary, RowGradients, RowValues
+from planter.optimise.response import (
+    ONE_SIDED_OFFSET,
+    CycleResponse,
+    PointMotion,
+    find_breakpoints,
+    fixed_motion,
+    gradients_along,
+    hessians_along,
+    peak_velocity,
+)
+from planter.optimise.variance import Variance
 
 NODES = 12
-PIECE = np.pi / 8
+MAX_PIECE = np.pi / 8
 """Nodes in a piece, and the greatest length of a piece [rad]."""
-CLUSTER = 0.02
+MIN_ROW_DISTANCE = 0.02
 """Fixed rows are at least this far apart [rad]."""
-NOWHERE: Array = np.empty(0)
-APART = 1e-8
+NO_ANGLES: Array = np.empty(0)
+MIN_BREAKPOINT_DISTANCE = 1e-8
 """Joints closer than this are one [rad]."""
 
 
 @dataclass(frozen=True)
-class Extremes:
+class CycleExtrema:
     """Local extremes in order of angle: `angles` (m,) in one period, `peaks` (m,) True for maxima, `values` (m,).
 
     `joint` (m,) is the index among the joints of one that is a kink, else -1.
@@ -52,16 +59,16 @@ class Extremes:
     joint: Integers
 
 
-class Panels:
+class CyclePanels:
     """The curve over one period at a design, split at its joints."""
 
-    def __init__(self, response: Response, x: Array) -> None:
+    def __init__(self, response: CycleResponse, x: Array) -> None:
         self.response, self.at = response, response.prologue(x)
-        self.joints = joints.find(response, self.at)
+        self.joints = find_breakpoints(response, self.at)
         self.folded = self.joints.folded
         self.breaks, self.order = self._breaks()
         self.nodes, self.weights, self.panel = self._quadrature()
-        ends = np.stack([self.breaks[:-1] + ASIDE, self.breaks[1:] - ASIDE], axis=1).ravel()
+        ends = np.stack([self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET], axis=1).ravel()
         probes = np.concatenate([self.nodes, ends])
         values, rate = response.rate(self.at, np.mod(probes, response.period))
         self.values, self.node_rates = values[: len(self.nodes)], rate[: len(self.nodes)]
@@ -74,13 +81,13 @@ class Panels:
         if not len(order):
             return np.array([0.0, self.response.period]), np.array([-1])
         places = self.folded[order]
-        apart = np.diff(places, append=places[0] + self.response.period) > APART
+        apart = np.diff(places, append=places[0] + self.response.period) > MIN_BREAKPOINT_DISTANCE
         kept = np.flatnonzero(np.roll(apart, 1))
         return np.append(places[kept], places[kept[0]] + self.response.period), order[kept]
 
     def _quadrature(self) -> tuple[Array, Array, Integers]:
         """Nodes, weights that sum to 1 and the panel of each node."""
-        pieces = np.ceil(np.diff(self.breaks) / PIECE).astype(int)
+        pieces = np.ceil(np.diff(self.breaks) / MAX_PIECE).astype(int)
         panels = zip(self.breaks[:-1], self.breaks[1:], pieces.tolist(), strict=True)
         inner = [np.linspace(low, high, count, endpoint=False) for low, high, count in panels]
         nodes, weights = piecewise.gauss_panels(np.append(np.concatenate(inner), self.breaks[-1]), NODES)
@@ -88,7 +95,7 @@ class Panels:
         return nodes.ravel(), weights.ravel() / self.response.period, panel
 
     @cached_property
-    def extremes(self) -> Extremes:
+    def extremes(self) -> CycleExtrema:
         angles, peaks = find_stationary_points(self._slope, *self._probes())
         before, after = np.roll(self.end_rates[:, 1], 1), self.end_rates[:, 0]
         kinks = np.flatnonzero((before > 0) != (after > 0))
@@ -97,15 +104,15 @@ class Panels:
         joint = np.concatenate([np.full(len(angles), -1), self.order[kinks]])
         order = np.argsort(place, kind="stable")
         place, kind, joint = place[order], kind[order], joint[order]
-        return Extremes(place, kind, self.response.value(self.at, place), joint)
+        return CycleExtrema(place, kind, self.response.value(self.at, place), joint)
 
     @cached_property
-    def look(self) -> Look:
+    def look(self) -> ObjectiveSummary:
         mean = self.variance.mean
         values = np.append(self.extremes.values, mean)
         if (self.joints.orders == 0).any():
             values = np.append(values, self.end_values)
-        return Look(self.variance.value, float(values.max()), float(values.min()), mean)
+        return ObjectiveSummary(self.variance.value, float(values.max()), float(values.min()), mean)
 
     def _slope(self, phi: Array) -> tuple[Array, Array]:
         return self.response.rates(self.at, np.mod(phi, self.response.period))
@@ -113,7 +120,7 @@ class Panels:
     def _probes(self) -> tuple[Array, Array, Flags]:
         """Nodes and ends of all panels in order, dF/dphi there, and which neighbours lie in the same panel."""
         panels = np.arange(len(self.breaks) - 1)
-        probes = np.concatenate([self.nodes, self.breaks[:-1] + ASIDE, self.breaks[1:] - ASIDE])
+        probes = np.concatenate([self.nodes, self.breaks[:-1] + ONE_SIDED_OFFSET, self.breaks[1:] - ONE_SIDED_OFFSET])
         rate = np.concatenate([self.node_rates, self.end_rates[:, 0], self.end_rates[:, 1]])
         panel = np.concatenate([self.panel, panels, panels])
         order = np.lexsort([probes, panel])
@@ -149,23 +156,23 @@ class Panels:
         held = joint >= 0
         velocity = np.zeros((len(angles), len(self.response.names)))
         velocity[held] = self.joints.velocity[joint[held]]
-        place = angles + ASIDE * held
+        place = angles + ONE_SIDED_OFFSET * held
         slopes = self.response.slopes(self.at, place)[1]
-        return slopes, moving.gradients(slopes, velocity), place
+        return slopes, gradients_along(slopes, velocity), place
 
 
-class Refined:
+class ContinuousCycle:
     """A turn of the curve by its true extremes and integrals. Implements `Turn`."""
 
-    def __init__(self, response: Response) -> None:
+    def __init__(self, response: CycleResponse) -> None:
         self.response = response
-        self.panels = LastCallCache(lambda x: Panels(response, x))
+        self.panels = LastCallCache(lambda x: CyclePanels(response, x))
 
-    def look(self, x: Array) -> Look:
+    def look(self, x: Array) -> ObjectiveSummary:
         return self.panels(x).look
 
-    def local(self, x: Array) -> RefinedRows:
-        return RefinedRows(self.panels, self.panels(x).extremes)
+    def local(self, x: Array) -> ExtremumRows:
+        return ExtremumRows(self.panels, self.panels(x).extremes)
 
     def conditions(self, x: Array) -> Conditions:
         panels = self.panels(x)
@@ -176,7 +183,7 @@ class Refined:
                           np.empty((0, len(x))))  # fmt: skip
 
 
-class RefinedRows:
+class ExtremumRows:
     """One row for each window between fixed angles: its greatest value, or its least. Implements `Local`.
 
     The windows of maxima are parted by `valleys`, those of minima by `peaks`: the angles of the extremes where the rows
@@ -186,52 +193,58 @@ class RefinedRows:
     """
 
     def __init__(
-        self, panels: Callable[[Array], Panels], found: Extremes, upper: Array = NOWHERE, lower: Array = NOWHERE
+        self,
+        panels: Callable[[Array], CyclePanels],
+        found: CycleExtrema,
+        upper: Array = NO_ANGLES,
+        lower: Array = NO_ANGLES,
     ) -> None:
         self.panels, self.upper, self.lower = panels, upper, lower
         self.valleys, self.peaks = found.angles[~found.peaks], found.angles[found.peaks]
         self.bounds = np.empty((2, 0))
         self._seen: list[tuple[float, float]] = []
-        self._state = LastCallCache(lambda x: _State(self, x))
+        self._state = LastCallCache(lambda x: _ExtremumState(self, x))
 
-    def grown(self, x: Array, high: float, low: float) -> RefinedRows:
+    def grown(self, x: Array, high: float, low: float) -> ExtremumRows:
         """With the windows of this design, and with rows where the extremes were on the way to it."""
         tops, bottoms = (np.array(angles) for angles in zip(*self._seen, strict=True))
-        upper, lower = (apart(np.concatenate(a), CLUSTER) for a in ((self.upper, tops), (self.lower, bottoms)))
-        return RefinedRows(self.panels, self._state(x).panels.extremes, upper, lower)
+        upper, lower = (
+            drop_close_angles(np.concatenate(a), MIN_ROW_DISTANCE) for a in ((self.upper, tops), (self.lower, bottoms))
+        )
+        return ExtremumRows(self.panels, self._state(x).panels.extremes, upper, lower)
 
-    def look(self, x: Array) -> Look:
+    def look(self, x: Array) -> ObjectiveSummary:
         return self._state(x).panels.look
 
-    def values(self, x: Array) -> Values:
+    def values(self, x: Array) -> RowValues:
         state = self._state(x)
-        return Values(state.panels.variance.value, state.values[state.tops], state.values[~state.tops], np.empty(0))
+        return RowValues(state.panels.variance.value, state.values[state.tops], state.values[~state.tops], np.empty(0))
 
-    def slopes(self, x: Array) -> Slopes:
+    def slopes(self, x: Array) -> RowGradients:
         state = self._state(x)
         found = state.panels.extremes
         self._seen.append((float(found.angles[found.values.argmax()]), float(found.angles[found.values.argmin()])))
         _, gradients, _ = state.slopes
         empty = np.empty((0, len(x)))
-        return Slopes(state.panels.variance_gradient, gradients[state.tops], gradients[~state.tops], empty)
+        return RowGradients(state.panels.variance_gradient, gradients[state.tops], gradients[~state.tops], empty)
 
-    def curvature(self, x: Array, weights: Values) -> Array:
+    def curvature(self, x: Array, weights: RowValues) -> Array:
         state = self._state(x)
         each = np.concatenate([weights.upper, weights.lower])
         return weights.smooth * state.panels.variance_hessian() + np.tensordot(each, state.hessians(each != 0), 1)
 
 
-class _State:
+class _ExtremumState:
     """All rows at one design: angle, value, joint or -1, and whether it is a smooth peak, which moves on its own."""
 
-    def __init__(self, rows: RefinedRows, x: Array) -> None:
+    def __init__(self, rows: ExtremumRows, x: Array) -> None:
         self.panels = rows.panels(x)
         found = self.panels.extremes
         picked = [
-            _best(self.panels, rows.valleys, found, True),
-            _still(self.panels, rows.upper),
-            _best(self.panels, rows.peaks, found, False),
-            _still(self.panels, rows.lower),
+            _select_window_rows(self.panels, rows.valleys, found, True),
+            _fixed_rows(self.panels, rows.upper),
+            _select_window_rows(self.panels, rows.peaks, found, False),
+            _fixed_rows(self.panels, rows.lower),
         ]
         self.angles, self.values, self.joint, self.smooth = (np.concatenate(part) for part in zip(*picked, strict=True))
         self.tops = np.arange(len(self.angles)) < len(rows.valleys) + len(rows.upper)
@@ -248,13 +261,13 @@ class _State:
         if wanted.any():
             second = self.panels.response.hessians(self.panels.at, place[wanted])
             motion = self._motion(second, wanted)
-            total[wanted] = moving.hessians(slopes[wanted], second, motion)
+            total[wanted] = hessians_along(slopes[wanted], second, motion)
         return total
 
-    def _motion(self, second: Array, wanted: Flags) -> moving.PointMotion:
+    def _motion(self, second: Array, wanted: Flags) -> PointMotion:
         panels, joint, smooth = self.panels, self.joint[wanted], self.smooth[wanted]
-        motion = moving.still(len(joint), second.shape[1] - 1)
-        motion.velocity[smooth] = moving.peak_velocity(second[smooth])
+        motion = fixed_motion(len(joint), second.shape[1] - 1)
+        motion.velocity[smooth] = peak_velocity(second[smooth])
         held = joint >= 0
         if held.any():
             motion.velocity[held] = panels.joints.velocity[joint[held]]
@@ -262,7 +275,9 @@ class _State:
         return motion
 
 
-def _best(panels: Panels, edges: Array, found: Extremes, peaks: bool) -> tuple[Array, Array, Integers, Flags]:
+def _select_window_rows(
+    panels: CyclePanels, edges: Array, found: CycleExtrema, peaks: bool
+) -> tuple[Array, Array, Integers, Flags]:
     """The row of each window up to an edge: its extreme, or the edge if that is more.
 
     A window without an extreme inside has it at an edge: the right one here, the left one in the window before.
@@ -270,7 +285,7 @@ def _best(panels: Panels, edges: Array, found: Extremes, peaks: bool) -> tuple[A
     sign = 1 if peaks else -1
     inside = np.flatnonzero(found.peaks == peaks)
     window = np.searchsorted(edges, found.angles[inside]) % max(len(edges), 1)
-    angles, values, joint, smooth = _still(panels, edges)
+    angles, values, joint, smooth = _fixed_rows(panels, edges)
     for i, w in zip(inside, window, strict=True):
         if sign * found.values[i] > sign * values[w]:
             angles[w], values[w], joint[w] = found.angles[i], found.values[i], found.joint[i]
@@ -278,14 +293,14 @@ def _best(panels: Panels, edges: Array, found: Extremes, peaks: bool) -> tuple[A
     return angles, values, joint, smooth
 
 
-def _still(panels: Panels, angles: Array) -> tuple[Array, Array, Integers, Flags]:
+def _fixed_rows(panels: CyclePanels, angles: Array) -> tuple[Array, Array, Integers, Flags]:
     """Rows at fixed angles."""
     count = len(angles)
     values = panels.response.value(panels.at, angles) if count else np.empty(0)
     return angles.copy(), values, np.full(count, -1, dtype=np.int64), np.zeros(count, dtype=bool)
 
 
-def apart(angles: Array, distance: float) -> Array:
+def drop_close_angles(angles: Array, distance: float) -> Array:
     """The angles in order, less those closer than `distance` to the one before [rad]."""
     kept: list[float] = []
     for angle in np.sort(angles):

@@ -3,7 +3,7 @@
 F_i(x) is smooth but where a joint passes sample i. There, for a joint of order 1, its gradient jumps by a multiple of
 the gradient of psi, the joint's angle, and the objective has a kink; at joints of order 2 only the second derivative
 jumps, which a Newton method bears. Derivatives here are those of the side that the design is on, and exact. Two kinds
-of `Hold` keep a solver on one side, or on the kink itself:
+of `BreakpointHold` keep a solver on one side, or on the kink itself:
 
 * a wall keeps a joint between two samples: within its walls every F_i is smooth;
 * a pin keeps a joint on a sample, which is then taken at the joint, F(psi(x), x): smooth again, with psi(x) = phi_i.
@@ -11,7 +11,6 @@ of `Hold` keep a solver on one side, or on the kink itself:
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -19,21 +18,27 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.arrays import Integers, LastCallCache, wrap_angle
-from planter.optimise import joints, moving
-from planter.optimise.conditions import Conditions, Look, Slopes, Values
-from planter.optimise.joints import ASIDE, Joints
-from planter.optimise.response import Response
-from planter.optimise.spread import Variance
+from planter.optimise.objective import BreakpointHold, Conditions, ObjectiveSummary, RowGradients, RowValues
+from planter.optimise.response import (
+    ONE_SIDED_OFFSET,
+    Breakpoints,
+    CycleResponse,
+    PointMotion,
+    find_breakpoints,
+    gradients_along,
+    hessians_along,
+)
+from planter.optimise.variance import Variance
 
-ON = 1e-8
+COINCIDENCE_TOLERANCE = 1e-8
 """A joint closer than this to a sample sits on it [rad]."""
-MARGIN = 1e-7
+WALL_MARGIN = 1e-7
 """How far from its samples a wall keeps a joint, so that no rounding takes it across [rad]."""
-SHARE = 0.25
+INITIAL_ROW_SHARE = 0.25
 """Samples within this share of the range from an extreme are in the first working set."""
 
 
-def angles(samples: int, period: float) -> Array:
+def sample_angles(samples: int, period: float) -> Array:
     """The samples' angles that differ modulo the period [rad], (n,): half of them where N is even and the period pi."""
     turns = round(2 * np.pi / period)
     count = samples // turns if samples % turns == 0 else samples
@@ -41,58 +46,46 @@ def angles(samples: int, period: float) -> Array:
     return found
 
 
-@dataclass(frozen=True)
-class Hold:
-    """Keeps a joint, psi, of an event: low <= psi(x) - phi_sample <= high [rad]. A pin if both are 0, else a wall."""
-
-    sample: int
-    event: int
-    low: float = 0.0
-    high: float = 0.0
-
-    @property
-    def pin(self) -> bool:
-        return self.low == self.high == 0.0
-
-
-class Samples:
+class SampledCycle:
     """A turn of the curve as N samples. Implements `Turn` and `Kinks`."""
 
-    def __init__(self, response: Response, samples: int) -> None:
+    def __init__(self, response: CycleResponse, samples: int) -> None:
         self.response = response
-        self.angles = angles(samples, response.period)
+        self.angles = sample_angles(samples, response.period)
         self.spacing = response.period / len(self.angles)
 
-    def look(self, x: Array) -> Look:
-        return Look.at(self.response.value(self.response.prologue(x), self.angles))
+    def look(self, x: Array) -> ObjectiveSummary:
+        return ObjectiveSummary.at(self.response.value(self.response.prologue(x), self.angles))
 
     def local(self, x: Array) -> SampledRows:
         """All samples near an extreme as rows; nothing held."""
         values = self.response.value(self.response.prologue(x), self.angles)
-        margin = SHARE * np.ptp(values)
+        margin = INITIAL_ROW_SHARE * np.ptp(values)
         upper, lower = np.flatnonzero(values >= values.max() - margin), np.flatnonzero(values <= values.min() + margin)
         return SampledRows(self.response, self.angles, upper, lower)
 
-    def near(self, x: Array) -> list[tuple[Hold, float]]:
+    def near(self, x: Array) -> list[tuple[BreakpointHold, float]]:
         """Every joint of order 1 as a pin on the sample nearest to it, with the distance psi - phi [rad]."""
-        found = joints.find(self.response, self.response.prologue(x))
+        found = find_breakpoints(self.response, self.response.prologue(x))
         gaps = wrap_angle(found.folded[:, None] - self.angles, self.response.period)
         samples = np.abs(gaps).argmin(axis=1)
         distance = gaps[np.arange(len(samples)), samples]
         kinks = np.flatnonzero(found.orders == 1)
-        return [(Hold(int(samples[j]), int(found.events[j])), float(distance[j])) for j in kinks]
+        return [(BreakpointHold(int(samples[j]), int(found.events[j])), float(distance[j])) for j in kinks]
 
-    def wall(self, pin: Hold, distance: float) -> Hold:
+    def wall(self, pin: BreakpointHold, distance: float) -> BreakpointHold:
         """The wall around a joint's cell between two samples, from its distance psi - phi to one of them [rad]."""
-        ends = (MARGIN, self.spacing - MARGIN)
+        ends = (WALL_MARGIN, self.spacing - WALL_MARGIN)
         low, high = ends if distance >= 0 else (-ends[1], -ends[0])
-        return Hold(pin.sample, pin.event, low, high)
+        return BreakpointHold(pin.sample, pin.event, low, high)
 
     def conditions(self, x: Array) -> Conditions:
         at = self.response.prologue(x)
         values, slopes = self.response.slopes(at, self.angles)
         gradients = slopes[:, 1:]
-        samples = np.array([pin.sample for pin, distance in self.near(x) if abs(distance) <= ON], dtype=np.int64)
+        samples = np.array(
+            [pin.sample for pin, distance in self.near(x) if abs(distance) <= COINCIDENCE_TOLERANCE], dtype=np.int64
+        )
         before, after = (self._aside(at, samples, side) for side in (-1, 1))
         gradients[samples] = before
         weights = Variance(values).slope
@@ -104,26 +97,31 @@ class Samples:
         """Gradients (k, p) of samples on joints, on one side of these."""
         if not len(samples):
             return np.empty((0, len(self.response.names)))
-        return self.response.slopes(at, self.angles[samples] + side * 2 * ON)[1][:, 1:]
+        return self.response.slopes(at, self.angles[samples] + side * 2 * COINCIDENCE_TOLERANCE)[1][:, 1:]
 
 
 class SampledRows:
     """Samples `upper` and `lower` as rows; joints kept by `holds`. Implements `Local`."""
 
     def __init__(
-        self, response: Response, phi: Array, upper: Integers, lower: Integers, holds: tuple[Hold, ...] = ()
+        self,
+        response: CycleResponse,
+        phi: Array,
+        upper: Integers,
+        lower: Integers,
+        holds: tuple[BreakpointHold, ...] = (),
     ) -> None:
         self.response, self.angles = response, phi
         self.upper, self.lower, self.holds = upper, lower, holds
         self.bounds = np.array([[h.low for h in holds], [h.high for h in holds]])
-        self._state = LastCallCache(lambda x: _State(self, x))
+        self._state = LastCallCache(lambda x: _SampleState(self, x))
 
-    def held(self, holds: tuple[Hold, ...]) -> SampledRows:
+    def held(self, holds: tuple[BreakpointHold, ...]) -> SampledRows:
         """With these joints held, and no others."""
         return SampledRows(self.response, self.angles, self.upper, self.lower, holds)
 
-    def look(self, x: Array) -> Look:
-        return Look.at(self._state(x).values)
+    def look(self, x: Array) -> ObjectiveSummary:
+        return ObjectiveSummary.at(self._state(x).values)
 
     def grown(self, x: Array, high: float, low: float) -> SampledRows:
         """With the samples that are beyond [low, high] as further rows."""
@@ -132,16 +130,18 @@ class SampledRows:
         lower = np.union1d(self.lower, np.flatnonzero(values < low))
         return SampledRows(self.response, self.angles, upper, lower, self.holds)
 
-    def values(self, x: Array) -> Values:
+    def values(self, x: Array) -> RowValues:
         state = self._state(x)
-        return Values(state.variance.value, state.values[self.upper], state.values[self.lower], state.gaps)
+        return RowValues(state.variance.value, state.values[self.upper], state.values[self.lower], state.gaps)
 
-    def slopes(self, x: Array) -> Slopes:
+    def slopes(self, x: Array) -> RowGradients:
         state = self._state(x)
         gradients = state.gradients
-        return Slopes(state.variance.gradient(gradients), gradients[self.upper], gradients[self.lower], state.velocity)
+        return RowGradients(
+            state.variance.gradient(gradients), gradients[self.upper], gradients[self.lower], state.velocity
+        )
 
-    def curvature(self, x: Array, weights: Values) -> Array:
+    def curvature(self, x: Array, weights: RowValues) -> Array:
         state = self._state(x)
         each = weights.smooth * state.variance.slope
         np.add.at(each, self.upper, weights.upper)
@@ -149,24 +149,24 @@ class SampledRows:
         return weights.smooth * state.variance.squared(state.gradients) + state.hessian(each, weights.holds)
 
 
-class _State:
+class _SampleState:
     """The samples at one design: forces, gradients and Hessians, pinned ones at their joints."""
 
     def __init__(self, rows: SampledRows, x: Array) -> None:
         self.response, self.at = rows.response, rows.response.prologue(x)
         self.gaps, self.velocity = np.empty(0), np.empty((0, len(x)))
         if rows.holds:
-            self.joints = joints.find(self.response, self.at)
-            self.chosen, self.gaps = _chosen(self.joints, rows)
+            self.joints = find_breakpoints(self.response, self.at)
+            self.chosen, self.gaps = _select_rows(self.joints, rows)
             self.velocity = self.joints.velocity[self.chosen]
         self.pins = np.flatnonzero([hold.pin for hold in rows.holds])
         self.picked = np.array([rows.holds[k].sample for k in self.pins], dtype=np.int64)
         phi = rows.angles.copy()
-        phi[self.picked] += self.gaps[self.pins] + ASIDE
+        phi[self.picked] += self.gaps[self.pins] + ONE_SIDED_OFFSET
         self.phi = phi
         self.values, self.jacobian = self.response.slopes(self.at, phi)
         self.gradients = self.jacobian[:, 1:].copy()
-        self.gradients[self.picked] = moving.gradients(self.jacobian[self.picked], self.velocity[self.pins])
+        self.gradients[self.picked] = gradients_along(self.jacobian[self.picked], self.velocity[self.pins])
 
     @cached_property
     def variance(self) -> Variance:
@@ -183,16 +183,16 @@ class _State:
         standing[self.picked] = 0
         total: Array = self.response.hessian(self.at, self.phi, standing)[1:, 1:]
         if len(self.picked):
-            motion = moving.PointMotion(self.velocity[self.pins], self.acceleration[self.pins])
+            motion = PointMotion(self.velocity[self.pins], self.acceleration[self.pins])
             second = self.response.hessians(self.at, self.phi[self.picked])
-            moved = moving.hessians(self.jacobian[self.picked], second, motion)
+            moved = hessians_along(self.jacobian[self.picked], second, motion)
             total = total + np.tensordot(weights[self.picked], moved, 1)
         if len(holds):
             total = total + np.tensordot(holds, self.acceleration, 1)
         return total
 
 
-def _chosen(found: Joints, rows: SampledRows) -> tuple[Integers, Array]:
+def _select_rows(found: Breakpoints, rows: SampledRows) -> tuple[Integers, Array]:
     """The joint that each hold keeps, the nearest of its event, and its distance from the hold's sample [rad]."""
     chosen, gaps = [], []
     for hold in rows.holds:

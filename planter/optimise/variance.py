@@ -81,7 +81,7 @@ class Weights:
         return self.weight_range * range_N + self.spread(variance)[0]
 
 
-class Weighed:
+class WeightedSum:
     """The weighted sum for samples (n,) of a turn, extremes being the largest and the least of them.
 
     Derivatives take the extremes to stay at their samples.

@@ -1,0 +1,232 @@
+"""The genetic algorithm: a binary code, tournaments, single-point crossover, bit flips and elitist reinsertion.
+
+Each independent parameter is a binary number of `bits_per_variable` digits over its box. A generation draws
+`selection_ratio` times the population as offspring, by binary tournament, single-point crossover and bit flips; they
+replace all but the best individuals, which stay (elitist reinsertion). What Wang et al. (2017, 3.4) give are the
+settings; the tournament, the single point and the plain binary code are our reading. The operators are textbook ones
+(Goldberg 1989, Genetic Algorithms in Search, Optimization, and Machine Learning).
+
+The three methods: `ga`, `ipopt`, which is descents from several starts, and `hybrid`, which runs both as they are,
+descends from the best individuals and returns the best of all, so that it is never worse than either alone at the same
+seed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from planter.kernels import Array
+from planter.optimise.local_search import DEFAULT_STARTS, LocalMinimum, find_minima, sample_starts, search_from_starts
+from planter.optimise.problem import BestPoint, Problem
+from planter.optimise.result import Candidates, OptimiserResult, build_result
+from planter.parallel.jobs import Jobs
+from planter.parallel.task import AUTO, Means, Task
+from planter.progress import Listener, ProgressPhase
+
+Bits = NDArray[np.bool_]
+
+
+class GeneticSettings(Protocol):
+    """Size of the population, number of generations, digits of a parameter, shares and probabilities."""
+
+    @property
+    def individuals(self) -> int: ...
+    @property
+    def generations(self) -> int: ...
+    @property
+    def bits_per_variable(self) -> int: ...
+    @property
+    def selection_ratio(self) -> float: ...
+    @property
+    def crossover_probability(self) -> float: ...
+    @property
+    def mutation_probability(self) -> float: ...
+
+
+@dataclass(frozen=True)
+class Individual:
+    """A point u (p,) of the last population and its objective."""
+
+    u: Array
+    objective: float
+
+
+def search_genetically(
+    problem: Problem, settings: GeneticSettings, seed: int, progress: Listener | None = None
+) -> list[Individual]:
+    """Return the last population, best first. The same seed gives the same population, bit by bit.
+
+    The best individual so far is in `problem.best` at any time, also after KeyboardInterrupt.
+    """
+    random = np.random.default_rng(seed)
+    length = settings.bits_per_variable
+    offspring = max(1, round(settings.selection_ratio * settings.individuals))
+    phase = ProgressPhase("ga", "generation", settings.generations, progress)
+    problem.heard = phase.report_if_slow
+    chromosomes = random.random((settings.individuals, len(problem.independent) * length)) < 0.5
+    merits = _evaluate(problem, chromosomes, length)
+    phase.report(1, best=problem.least)
+    for generation in range(2, settings.generations + 1):
+        children = breed_offspring(random, chromosomes, merits, offspring, settings)
+        elite = np.argsort(merits, kind="stable")[: settings.individuals - offspring]
+        chromosomes = np.vstack([chromosomes[elite], children])
+        merits = np.concatenate([merits[elite], _evaluate(problem, children, length)])
+        phase.report(generation, best=problem.least)
+    points = decode_points(problem, chromosomes, length)
+    individuals = [Individual(u, float(merit)) for u, merit in zip(points, merits, strict=True)]
+    return sorted(individuals, key=lambda individual: individual.objective)
+
+
+def breed_offspring(
+    random: np.random.Generator, chromosomes: Bits, merits: Array, count: int, settings: GeneticSettings
+) -> Bits:
+    """Return chromosomes (count, bits) of the offspring of a population (n, bits) with merits (n,) to be minimised.
+
+    Every parent is the better of two individuals drawn at random. Two parents exchange what follows a random digit,
+    with the probability of crossover; then every digit flips with the probability of mutation.
+    """
+    pairs = (count + 1) // 2
+    rivals = random.integers(len(chromosomes), size=(2, pairs, 2))
+    winners = np.where(merits[rivals[..., 1]] < merits[rivals[..., 0]], rivals[..., 1], rivals[..., 0])
+    first, second = chromosomes[winners[0]], chromosomes[winners[1]]
+    bits = chromosomes.shape[1]
+    cuts = random.integers(1, bits, size=(pairs, 1))
+    crosses = random.random((pairs, 1)) < settings.crossover_probability
+    exchanged = crosses & (np.arange(bits) >= cuts)
+    children = np.vstack([np.where(exchanged, second, first), np.where(exchanged, first, second)])[:count]
+    return children ^ (random.random(children.shape) < settings.mutation_probability)
+
+
+def _evaluate(problem: Problem, chromosomes: Bits, length: int) -> Array:
+    """Return the merits (n,) of chromosomes (n, independent * length)."""
+    return np.array([problem.merit(u) for u in decode_points(problem, chromosomes, length)])
+
+
+def decode_points(problem: Problem, bits: Bits, length: int) -> list[Array]:
+    """Points u (p,) of chromosomes (n, independent * length): each gene a binary number, its highest digit first.
+
+    They are taken onto the equations, if there are any, which no binary number would meet.
+    """
+    genes = bits.astype(float).reshape(len(bits), len(problem.independent), length)
+    values = genes @ (2.0 ** np.arange(length - 1, -1, -1)) / (2.0**length - 1)
+    return [problem.onto(problem.within(v)) for v in values]
+
+
+def select_distinct(individuals: list[Individual], count: int, apart: float) -> list[Individual]:
+    """The best individuals of which no two are closer than `apart` units of the box in every coordinate."""
+    chosen: list[Individual] = []
+    for individual in individuals:
+        if len(chosen) < count and all(np.abs(individual.u - other.u).max() > apart for other in chosen):
+            chosen.append(individual)
+    return chosen
+
+
+Method = Literal["hybrid", "ipopt", "ga"]
+METHODS: tuple[Method, ...] = ("hybrid", "ipopt", "ga")
+MAX_POLISHED = 3
+"""How many individuals are polished, and how far apart they must be as a share of the box."""
+MIN_SEPARATION = 0.02
+
+
+class OptimiserRun:
+    """One run of a method on a problem; each part has its own counts and its own history.
+
+    Workers run the descents of the task as `means` says; those of `hybrid` begin before the genetic algorithm if
+    `early` says what runs them.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        settings: GeneticSettings,
+        seed: int = 0,
+        starts: int = DEFAULT_STARTS,
+        progress: Listener | None = None,
+        task: Task | None = None,
+        means: Means = AUTO,
+        early: Means | None = None,
+    ) -> None:
+        self.task, self.means, self.early = task, means, early
+        self.settings, self.seed, self.starts, self.progress = settings, seed, starts, progress
+        self.ga, self.ipopt, self.polish = (problem.anew() for _ in range(3))
+        self.minima: list[LocalMinimum] = []
+        self.begun = time.perf_counter()
+        self._jobs: Jobs | None = None
+
+    def run(self, method: Method, known: Sequence[Array] = ()) -> OptimiserResult:
+        """Return the best of what the method reaches and of points u (p,) that satisfy the constraints.
+
+        Raises NoFeasiblePointError if nothing satisfies them, ComputationError if no descent leads anywhere.
+        """
+        reached = list(known)
+        individuals: list[Individual] = []
+        with self._begin_descents(method) as self._jobs:
+            if method in ("ga", "hybrid"):
+                self.ga.restart()
+                individuals = search_genetically(self.ga, self.settings, self.seed, self.progress)
+                reached.append(individuals[0].u)
+            if method in ("ipopt", "hybrid"):
+                self._descend()
+                reached += [minimum.u for minimum in self.minima]
+            if method == "hybrid":
+                reached += self._polish(select_distinct(individuals, MAX_POLISHED, MIN_SEPARATION))
+        return self._result(method, reached)
+
+    def so_far(self, method: Method) -> OptimiserResult | None:
+        """Return the best point met by any part of an interrupted run; None if there is none."""
+        for descent in [] if self._jobs is None else self._jobs.results():
+            if isinstance(end := descent.join(self.ipopt), LocalMinimum):
+                self.minima.append(end)
+        reached = [problem.best.u for problem in self._problems if problem.best is not None]
+        reached += [minimum.u for minimum in self.minima]
+        reached = [u for u in reached if self.polish.kept(u)]
+        return self._result(method, reached) if reached else None
+
+    def best(self) -> BestPoint | None:
+        """Return the best point that any part has met so far."""
+        rest = [] if self._jobs is None else self._jobs.results()
+        met = [descent.best for descent in rest if descent.best is not None]
+        met += [problem.best for problem in self._problems if problem.best is not None]
+        return min(met, key=lambda best: best.objective, default=None)
+
+    def _begin_descents(self, method: Method) -> AbstractContextManager[Jobs | None]:
+        """Return the jobs of the starts, under way from now on; None if they come after the genetic algorithm."""
+        if method != "hybrid" or self.task is None or self.early is None:
+            return nullcontext()
+        return Jobs(self.task, sample_starts(self.ipopt, self.starts, self.seed), self.early)
+
+    def _descend(self) -> None:
+        minima = search_from_starts(
+            self.ipopt, self.starts, self.seed, self.progress, self.task, self.means, self._jobs
+        )
+        for minimum in minima:
+            self.minima.append(minimum)
+
+    def _polish(self, individuals: Sequence[Individual]) -> list[Array]:
+        """Return the local minima near individuals, points u (p,)."""
+        phase, starts = (
+            ProgressPhase("polish", "individual", len(individuals), self.progress),
+            [one.u for one in individuals],
+        )
+        if self._jobs is not None:
+            self._jobs.add(starts)
+        minima = find_minima(self.polish, starts, phase, self.task, self.means, self._jobs)
+        return [minimum.u for minimum in minima]
+
+    @property
+    def _problems(self) -> tuple[Problem, Problem, Problem]:
+        return self.ga, self.ipopt, self.polish
+
+    def _result(self, method: Method, reached: list[Array]) -> OptimiserResult:
+        counts = self.ga.counts + self.ipopt.counts + self.polish.counts
+        named = zip(("ga", "ipopt", "polish"), self._problems, strict=True)
+        history = {name: problem.history for name, problem in named if problem.history}
+        candidates = Candidates(reached, self.minima, counts, history)
+        return build_result(self.ga, method, self.seed, candidates, time.perf_counter() - self.begun)
