@@ -112,7 +112,7 @@ def test_an_interrupt_before_anything_was_found_has_nothing_to_hand_over(monkeyp
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(optimiser.genetic, "search", stop)
+    monkeypatch.setattr(optimiser, "search_genetically", stop)
     with pytest.raises(Interrupted) as caught:
         search.run(toys.device(), "ga", samples=N)
     assert caught.value.best is None

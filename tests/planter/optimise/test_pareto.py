@@ -56,7 +56,7 @@ def test_caps_without_an_optimum_are_left_out(monkeypatch):
     whole = pareto.trace_pareto_front(toys.linear(2)[0], 40, points=4)
     unit = over_turn(toys.linear(2)[0], toys.RANGE, 40).reference.look.range
     stuck.limit = whole[1].evaluation.look.range * 1.001 / unit
-    monkeypatch.setattr(pareto.ipopt, "solve", stuck)
+    monkeypatch.setattr(ipopt, "solve_program", stuck)
     assert len(pareto.trace_pareto_front(toys.linear(2)[0], 40, points=4)) == 2 < len(whole)
 
 
