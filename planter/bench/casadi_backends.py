@@ -15,7 +15,7 @@ import numpy as np
 
 from planter.bench.case import Absent, Call, Case, Contender, Lean, compiled
 from planter.kernels import Array, toolchain
-from planter.optimise.direct import spread
+from planter.optimise.epigraph import express_spread
 from planter.planting.objective import evaluate_many
 
 BUILT = "one function, share of a side in a loop over the lanes, prologue and its tangent hoisted, own memory"
@@ -113,7 +113,7 @@ class Graphs:
         packed, slope = run(self.lanes, self.d, h, dh, self._tiled(self._weights(force)))
         curved = self.response.prologue_hessian_kernel.function(self.d, slope)
         folded = _sum(ca.horzsplit(rows, force.numel()))
-        squared = spread(self.case.objective, force.T, folded.T)[2]
+        squared = express_spread(self.case.objective, force.T, folded.T)[2]
         return ca.Function("peer_hessian", [self.x], [ca.densify(self._unpacked(packed) + curved + squared)])
 
     def _mapped(self, kernel: Any) -> ca.Function:
@@ -139,13 +139,13 @@ class Graphs:
     def _objective(self, force: ca.MX) -> ca.MX:
         return (
             self.case.objective.weight_range * (ca.mmax(force) - ca.mmin(force))
-            + spread(self.case.objective, force.T)[0]
+            + express_spread(self.case.objective, force.T)[0]
         )
 
     def _weights(self, force: ca.MX) -> ca.MX:
         """Slope of the objective in the force at each angle, (1, n)."""
         extremes = (force == ca.mmax(force)) - (force == ca.mmin(force))
-        return spread(self.case.objective, force.T)[1].T + self.case.objective.weight_range * extremes
+        return express_spread(self.case.objective, force.T)[1].T + self.case.objective.weight_range * extremes
 
     def _unpacked(self, packed: ca.MX) -> ca.MX:
         """The Hessian in the design from its packed rows in (angle, design)."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array, generated, toolchain
-from planter.optimise.spread import Weighed
+from planter.optimise.variance import WeightedSum
 from planter.planting import file, functions
 from planter.planting.model import FORCE, Device
 from planter.planting.objective import CycleObjective
@@ -159,9 +159,9 @@ class Case:
         """The force at `angles` from the share at `lanes`, along the last axis."""
         return share.reshape(*share.shape[:-1], self.sides, -1).sum(-2)
 
-    def weighed(self, force: Array) -> Weighed:
+    def weighed(self, force: Array) -> WeightedSum:
         """The objective of a force (n,)."""
-        return Weighed(self.objective, force)
+        return WeightedSum(self.objective, force)
 
 
 def _dense(function: ca.Function) -> ca.Function:

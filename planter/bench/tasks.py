@@ -44,8 +44,8 @@ from planter.gear_geometry import cutting, pitch_curves
 from planter.gear_geometry.cutting import ToothOrder
 from planter.kernels import Array
 from planter.kernels.toolchain import NoCompiler
-from planter.optimise import genetic
-from planter.optimise.starts import descents
+from planter.optimise import optimiser
+from planter.optimise.local_search import search_from_starts
 from planter.planting import optimisation
 from planter.planting.model import Device
 from planter.planting.objective import build_problem
@@ -97,11 +97,11 @@ def search_exact(case: Case, rounds: int) -> Basins:
 
 def _met(device: Device, seed: int) -> Seed:
     sought, begun = build_problem(device, device.machine.objective.samples), time.perf_counter()
-    target = genetic.search(sought, device.machine.genetic_algorithm, seed)[0].objective
+    target = optimiser.search_genetically(sought, device.machine.genetic_algorithm, seed)[0].objective
     ga_s = time.perf_counter() - begun
     problem, begun = build_problem(device, device.machine.objective.samples), time.perf_counter()
     best, starts = float("inf"), 0
-    for minimum in descents(problem, MOST_STARTS, seed):
+    for minimum in search_from_starts(problem, MOST_STARTS, seed):
         best, starts = min(best, minimum.objective), starts + 1
         if best <= target * (1 + CLOSE):
             break

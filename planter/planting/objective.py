@@ -30,11 +30,11 @@ from planter.engine.problem import CurveProblem
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array, CallError
 from planter.optimise.constraints import Constraints
-from planter.optimise.joints import ASIDE
-from planter.optimise.range_and_spread import Sampling
-from planter.optimise.refined import Panels, Refined
-from planter.optimise.samples import Samples, angles
-from planter.optimise.spread import Weighed, Weights
+from planter.optimise.continuous_cycle import ContinuousCycle, CyclePanels
+from planter.optimise.range_variance import Sampling
+from planter.optimise.response import ONE_SIDED_OFFSET
+from planter.optimise.sampled_cycle import SampledCycle, sample_angles
+from planter.optimise.variance import WeightedSum, Weights
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.results import SampledScore, TrueExtremes
@@ -72,7 +72,7 @@ DENSE = np.linspace(0, 2 * np.pi, 721)
 
 def evaluate_true_extremes(device: Device, x: Array) -> TrueExtremes:
     """True extremes and integrals of the support force of a design x (p,) [SI], and the objective of these."""
-    found = Refined(device.force).look(x)
+    found = ContinuousCycle(device.force).look(x)
     objective = read_weights(device.machine).value(found.range, found.variance)
     return TrueExtremes(found.high, found.low, found.range, found.variance, objective)
 
@@ -80,7 +80,7 @@ def evaluate_true_extremes(device: Device, x: Array) -> TrueExtremes:
 def evaluate_samples(device: Device, x: Array) -> SampledScore:
     """The objective of a design x (p,) [SI] over the machine file's samples, and what it is made of."""
     samples = device.machine.objective.samples
-    found = Samples(device.force, samples).look(x)
+    found = SampledCycle(device.force, samples).look(x)
     return SampledScore(
         samples, read_weights(device.machine).value(found.range, found.variance), found.range, found.variance
     )
@@ -92,8 +92,8 @@ def find_curve_angles(device: Device, x: Array) -> Array:
     Beside `DENSE` they hold the extremes of the support force, and both sides of where it may jump.
     """
     response = device.force
-    panels = Panels(response, x)
-    ends = np.concatenate([panels.extremes.angles, panels.breaks - ASIDE, panels.breaks + ASIDE])
+    panels = CyclePanels(response, x)
+    ends = np.concatenate([panels.extremes.angles, panels.breaks - ONE_SIDED_OFFSET, panels.breaks + ONE_SIDED_OFFSET])
     cycles = round(2 * np.pi / response.period)
     every = np.add.outer(response.period * np.arange(cycles), np.mod(ends, response.period)).ravel()
     return np.union1d(DENSE, every)
@@ -141,7 +141,7 @@ class CycleObjective:
     @cached_property
     def angles(self) -> Array:
         """The samples [rad] that differ: a half turn of them where both halves are the same."""
-        return angles(self.samples, self.device.force.period)
+        return sample_angles(self.samples, self.device.force.period)
 
     def value(self, x: Array) -> float:
         """The objective (31) [-] of a design x (p,) [SI]."""
@@ -189,7 +189,7 @@ class CycleObjective:
         def bent(weights: Array) -> Array:
             return self.device.force.hessian(at, self.angles, weights)[1:, 1:]
 
-        return Weighed(self.objective, force).hessian(slopes[:, 1:], bent)
+        return WeightedSum(self.objective, force).hessian(slopes[:, 1:], bent)
 
     def _differentiate(self, designs: Array, data: Array, threads: int = 1) -> tuple[Array, Array]:
         """Return rows of `FIELDS`, (m, 4), and gradients (m, p), for data (c,), or (m, c)."""

@@ -21,12 +21,11 @@ from planter.engine.proof import ProvableObjective
 from planter.gear_geometry.stage import Stage
 from planter.kernels import Array, generated
 from planter.numerics.arrays import Integers
-from planter.optimise.proof.arithmetic import Enclosing
-from planter.optimise.proof.balls import Ball
-from planter.optimise.proof.bound import SECONDS, Incumbent, prove_bound
+from planter.optimise.proof.enclosures import JetNamespace
+from planter.optimise.proof.intervals import Ball
 from planter.optimise.proof.jets import Jet, Space
-from planter.optimise.proof.roots import roots
-from planter.optimise.proof.shared import share_boxes
+from planter.optimise.proof.roots import enclose_roots
+from planter.optimise.proof.search import SECONDS, Incumbent, prove_bound, share_boxes
 from planter.parallel.task import AUTO, Means
 from planter.planting import optimisation as planting_search
 from planter.planting.file import Machine
@@ -60,7 +59,7 @@ class EnclosedForce:
         own = [len(stage.names) for stage in device.stages]
         self._parts = np.cumsum([0, device.size - sum(own), *own]).tolist()
 
-    def follow(self, space: Space, phi: Ball) -> Callable[[Enclosing, Integers], Sequence[Jet]]:
+    def follow(self, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
         """Return the shares over a box as a function of lanes, of angles phi (lanes,) [rad]."""
         return lambda xp, lanes: self._shares(xp, xp.space.parameters(), xp.space.constant(phi[lanes]))
 
@@ -68,7 +67,7 @@ class EnclosedForce:
         """Return False: every design of a box counts."""
         return False
 
-    def _shares(self, xp: Enclosing, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
+    def _shares(self, xp: JetNamespace, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
         mounting, *parameters = (x[a:b] for a, b in pairwise(self._parts))
         pair = [gear.meshing(xp, own) for gear, own in zip(self._gears, parameters, strict=True)]
         packed = [part for own, stage in zip(parameters, pair, strict=True) for part in (own, stage.told)]
@@ -110,7 +109,7 @@ class StageEnclosure:
         """The one length of a curve of which nothing is felt that it changes."""
         return (self.stage.names[self._lengths[0]],) if len(self._lengths) == 1 else ()
 
-    def meshing(self, xp: Enclosing, own: Sequence[Jet]) -> PitchCurveEnclosure:
+    def meshing(self, xp: JetNamespace, own: Sequence[Jet]) -> PitchCurveEnclosure:
         """The stage with parameters `own`, in the box of `xp`."""
         size, parameters = xp.space.whole(1), list(own)
         if self._lengths:
@@ -120,7 +119,7 @@ class StageEnclosure:
         distance, *series = self._hoisted(xp, own, parameters)
         return PitchCurveEnclosure(self._module, parameters, [distance, *series], [distance * size, *series])
 
-    def _hoisted(self, xp: Enclosing, own: Sequence[Jet], parameters: Sequence[Jet]) -> list[Jet]:
+    def _hoisted(self, xp: JetNamespace, own: Sequence[Jet], parameters: Sequence[Jet]) -> list[Jet]:
         """Centre distance and series of a curve with these parameters, which `own` change."""
         box = tuple(float(part) for jet in own for part in (*jet.value.mid[:, 0], *jet.value.rad[:, 0]))
         if box not in self._known:
@@ -129,7 +128,7 @@ class StageEnclosure:
             self._known[box] = self._found(xp, parameters)
         return [replace(jet, space=xp.space) for jet in self._known[box]]
 
-    def _found(self, xp: Enclosing, parameters: Sequence[Jet]) -> list[Jet]:
+    def _found(self, xp: JetNamespace, parameters: Sequence[Jet]) -> list[Jet]:
         if not self.stage.sidecar["series"]:
             return [self._module.prologue(xp, parameters, 0)[0]]
         nodes, radii = self._module.radii(xp, parameters, self.stage.terms)
@@ -140,7 +139,7 @@ class StageEnclosure:
             _, excess, slope = self._module.closure(a[0], radii)
             return [excess], [[slope]]
 
-        (distance,) = roots(xp.space, start, residual)
+        (distance,) = enclose_roots(xp.space, start, residual)
         ratios, _, _ = self._module.closure(distance, radii)
         return [distance, *self._module.series(xp, ratios, nodes)]
 
@@ -154,13 +153,13 @@ class PitchCurveEnclosure:
     hoisted: Sequence[Jet]
     told: Sequence[Jet]
 
-    def contact(self, xp: Enclosing, t: Jet, _own: Any, _told: Any) -> tuple[Jet, ...]:
+    def contact(self, xp: JetNamespace, t: Jet, _own: Any, _told: Any) -> tuple[Jet, ...]:
         own = {"sine_series": _sine_series} if len(self.hoisted) > 1 else {}
         found: tuple[Jet, ...] = self.module.contact(xp, t, self.parameters, self.hoisted, **own)
         return found
 
 
-def _sine_series(_xp: Enclosing, u: Jet, b: Sequence[Jet]) -> Jet:
+def _sine_series(_xp: JetNamespace, u: Jet, b: Sequence[Jet]) -> Jet:
     """Sum over k of b[k] sin(k u) / k, term by term: enclosures would grow with each step of a recurrence."""
     terms = [b[k] / k * (u * k).sin() for k in range(1, len(b))]
     return sum(terms[1:], terms[0])

@@ -12,8 +12,8 @@ import numpy as np
 
 from planter.files import paths, units
 from planter.files.document import lines
-from planter.optimise.joints import places
-from planter.optimise.range_and_spread import Sampling
+from planter.optimise.range_variance import Sampling
+from planter.optimise.response import list_breakpoints
 from planter.planting import cycle
 from planter.planting.file import Machine
 from planter.planting.functions import MODELS
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.kernels import Array
-    from planter.optimise.conditions import Look
+    from planter.optimise.objective import ObjectiveSummary
     from planter.planting.optimisation import Optimisation
     from planter.planting.simulation import Simulation
     from planter.records import Record
@@ -199,7 +199,7 @@ def _forces(devices: Mapping[str, Device], x: Array, start: Array | None = None)
 def _joints(device: Device, x: Array) -> dict[str, list[float]]:
     """Carrier angles [deg] of the joints of both sides, in the order of the model's events."""
     found: dict[str, list[float]] = {event["name"]: [] for event in device.sidecar["events"]}
-    for place in places(device.force, device.prologue(x)):
+    for place in list_breakpoints(device.force, device.prologue(x)):
         found[place.name].append(float(np.degrees(place.angle)))
     return {name: places for name, places in found.items() if places}
 
@@ -245,7 +245,7 @@ def _front(device: Device, found: Optimisation) -> dict[str, Figure]:
     return {"pareto": figures.pareto(np.array([*scored, *marks.values()]), marks, line)}
 
 
-def _cloud(device: Device, found: Optimisation) -> list[Look]:
+def _cloud(device: Device, found: Optimisation) -> list[ObjectiveSummary]:
     """Turns of designs anywhere in the box."""
     task = build_problem(device, found.found.sampling)
     return [task.evaluate(u).look for u in np.random.default_rng(found.found.seed).random((CLOUD, device.size))]

@@ -15,11 +15,11 @@ from planter.optimise import epigraph, ipopt
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.local_search import search_locally
 from planter.optimise.range_variance import build_range_problem as over_turn
-from planter.planting import file, search
+from planter.planting import file, optimisation
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
-from planter.planting.objective import problem as problem_of
-from planter.planting.objective import weights
+from planter.planting.objective import build_problem as problem_of
+from planter.planting.objective import read_weights
 from tests.support.lanes import needs_compiler
 
 SAMPLES = 120
@@ -29,7 +29,7 @@ pytestmark = [needs_compiler, pytest.mark.usefixtures("kernel_cache")]
 
 
 def programme(device: Device, kind: str = "paper") -> Epigraph:
-    chosen = replace(weights(device.machine), kind=kind)
+    chosen = replace(read_weights(device.machine), kind=kind)
     problem = over_turn(device.force, chosen, SAMPLES)
     return Epigraph(problem, problem.objective.turn.local(problem.design(problem.start)), problem.start)
 
@@ -94,7 +94,7 @@ def test_without_compiled_kernels_there_are_no_compiled_functions() -> None:
 
 def test_counts_do_not_hang_on_when_the_compiler_ends(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """The Hessian is compiled in the background: a search that began before its end took other steps."""
-    known = search.run(device, "ipopt", SAMPLES, starts=1).evaluations
+    known = optimisation.search_optimum(device, "ipopt", SAMPLES, starts=1).evaluations
     late, fastest = Device(device.machine, device.model), backends.fastest
 
     def slow(work: Work) -> backends.Way:
@@ -105,4 +105,4 @@ def test_counts_do_not_hang_on_when_the_compiler_ends(device: Device, monkeypatc
     monkeypatch.setattr(backends, "fastest", slow)
     late.compile()
     assert late.force.response.hessian_kernel.way == "casadi-vm"
-    assert search.run(late, "ipopt", SAMPLES, starts=1).evaluations == known
+    assert optimisation.search_optimum(late, "ipopt", SAMPLES, starts=1).evaluations == known

@@ -12,8 +12,8 @@ from planter.errors import InputError
 from planter.optimise import optimiser
 from planter.optimise.local_search import search_locally
 from planter.parallel.task import AUTO, Means
-from planter.planting import search
-from planter.planting.search import Interrupted
+from planter.planting import optimisation
+from planter.planting.optimisation import OptimisationInterrupted
 from tests.planter.optimise import toys
 
 N, STARTS = 36, 2
@@ -23,7 +23,7 @@ N, STARTS = 36, 2
 def results():
     """By method; two workers run the starts of hybrid, beside the genetic algorithm."""
     means = {"hybrid": Means(2)}
-    return {m: search.run(toys.device(), m, samples=N, seed=1, starts=STARTS, means=means.get(m, AUTO))
+    return {m: optimisation.search_optimum(toys.device(), m, samples=N, seed=1, starts=STARTS, means=means.get(m, AUTO))
             for m in optimiser.METHODS}  # fmt: skip
 
 
@@ -42,7 +42,9 @@ def test_hybrid_runs_the_same_search_and_the_same_starts(results):
 
 def test_number_of_workers_changes_no_bit(results):
     told = []
-    alone = search.run(toys.device(), "ipopt", N, seed=1, starts=STARTS, progress=told.append, means=Means(1))
+    alone = optimisation.search_optimum(
+        toys.device(), "ipopt", N, seed=1, starts=STARTS, progress=told.append, means=Means(1)
+    )
     assert alone.design.tobytes() == results["ipopt"].design.tobytes()
     for found in (alone, results["hybrid"]):
         assert found.history["ipopt"] == results["ipopt"].history["ipopt"]
@@ -99,8 +101,8 @@ def test_an_interrupt_hands_over_the_best_so_far(method):
         if len(seen) == 2:
             raise KeyboardInterrupt
 
-    with pytest.raises(Interrupted) as caught:
-        search.run(toys.device(), method, samples=N, seed=1, starts=STARTS, progress=stop)
+    with pytest.raises(OptimisationInterrupted) as caught:
+        optimisation.search_optimum(toys.device(), method, samples=N, seed=1, starts=STARTS, progress=stop)
     best = caught.value.best
     assert best is not None
     assert best.objective <= seen[-1].best * (1 + 1e-12)
@@ -113,8 +115,8 @@ def test_an_interrupt_before_anything_was_found_has_nothing_to_hand_over(monkeyp
         raise KeyboardInterrupt
 
     monkeypatch.setattr(optimiser, "search_genetically", stop)
-    with pytest.raises(Interrupted) as caught:
-        search.run(toys.device(), "ga", samples=N)
+    with pytest.raises(OptimisationInterrupted) as caught:
+        optimisation.search_optimum(toys.device(), "ga", samples=N)
     assert caught.value.best is None
     assert caught.value.partial is None
 
@@ -138,11 +140,11 @@ def test_ipopt_is_interrupted_inside_a_solve(monkeypatch):
 
 def test_an_unknown_method_is_refused():
     with pytest.raises(InputError, match="hybrid, ipopt, ga"):
-        search.run(toys.device(), "annealing")
+        optimisation.search_optimum(toys.device(), "annealing")
 
 
 def test_refined_needs_no_samples():
-    found = search.run(toys.device(), "ipopt", samples="refined", starts=2)
+    found = optimisation.search_optimum(toys.device(), "ipopt", samples="refined", starts=2)
     assert found.certificate.kkt_residual < 1e-6
     assert found.certificate.agreeing_starts == 2
     assert found.evaluation.objective == pytest.approx(1.9044107244, abs=1e-9)

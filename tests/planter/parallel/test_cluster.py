@@ -10,10 +10,8 @@ from planter.errors import GeometryError
 from planter.optimise.local_search import search_from_starts
 from planter.parallel.jobs import Jobs
 from planter.parallel.task import Means
-from planter.planting.problem import build_task
-from planter.sweeps import run
-from planter.sweeps.job import CHUNK, Recipe
-from planter.sweeps.store import Store
+from planter.planting.optimisation import build_descent_task
+from planter.sweeps.job import CHUNK, Recipe, Store, run_job
 from tests.planter.optimise import toys
 from tests.planter.parallel.test_jobs import SQUARES
 
@@ -32,7 +30,7 @@ def test_rows_survive_a_killed_worker(means: Means, tmp_path: Path) -> None:
     for more in ({"fatal": CHUNK, "mark": str(mark)}, {}):
         recipe = Recipe("tests.planter.sweeps.toys:Squares", {"rows": ROWS, **more})
         with Store(None, recipe.question, ROWS, 2) as store:
-            done = run.run_job(recipe, store, means if more else Means(1))
+            done = run_job(recipe, store, means if more else Means(1))
             digests.append(store.digest())
             assert done.workers == (2 if more else 1)
     assert mark.exists()
@@ -47,7 +45,7 @@ def test_errors_arrive_as_they_were_raised(means: Means) -> None:
 def test_descents_are_those_of_this_process(means: Means) -> None:
     here, there = toys.problem(SAMPLES), toys.problem(SAMPLES)
     expected = list(search_from_starts(here, STARTS, 1))
-    minima = list(search_from_starts(there, STARTS, 1, task=build_task(toys.device(), SAMPLES), means=means))
+    minima = list(search_from_starts(there, STARTS, 1, task=build_descent_task(toys.device(), SAMPLES), means=means))
     assert [m.u.tobytes() for m in minima] == [m.u.tobytes() for m in expected]
     assert [m.evaluation for m in minima] == [m.evaluation for m in expected]
     assert (there.history, there.counts) == (here.history, here.counts)

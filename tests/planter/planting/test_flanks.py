@@ -5,7 +5,7 @@ import pytest
 
 from planter.errors import InputError
 from planter.kernels import Kernel
-from planter.optimise.refined import Refined
+from planter.optimise.continuous_cycle import ContinuousCycle
 from planter.planting import functions, objective
 from planter.planting.model import Device
 from tests.support import kinematics, machines
@@ -50,7 +50,7 @@ def test_true_extremes_are_those_of_a_dense_cycle(law: str) -> None:
     assert {event.name for event in joints.events if event.name.startswith("cam")} >= {"cam, start of the rise"}
     phi = np.linspace(0, np.pi, 400_001)
     force = subject.support(subject.prologue(subject.design), phi)
-    look = Refined(joints).look(subject.design)
+    look = ContinuousCycle(joints).look(subject.design)
     assert look.high == pytest.approx(force.max(), abs=1e-4)
     assert look.low == pytest.approx(force.min(), abs=1e-4)
     assert look.variance == pytest.approx(force[:-1].var(), rel=1e-4)

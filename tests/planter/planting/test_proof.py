@@ -10,10 +10,10 @@ import pytest
 from flint import arb, ctx
 
 from planter.kernels import Array, generated
-from planter.optimise.proof.balls import Ball
-from planter.optimise.proof.curve import samples
+from planter.optimise.proof.enclosures import enclose_samples
+from planter.optimise.proof.intervals import Ball
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
-from planter.optimise.proof.search import Search
+from planter.optimise.proof.search import BranchAndBound
 from planter.planting import optimisation, proof
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
@@ -44,7 +44,7 @@ def box(name: str, model: Model, seed: int = 3) -> tuple[Array, Array]:
 
 @cache
 def enclosed(name: str, model: Model) -> Jet:
-    return samples(EnclosedForce(device(name, model)), Space(*box(name, model)), COUNT)[0]
+    return enclose_samples(EnclosedForce(device(name, model)), Space(*box(name, model)), COUNT)[0]
 
 
 def inside(name: str, model: Model, seed: int) -> Array:
@@ -96,14 +96,13 @@ def test_without_rounding_the_force_is_missed(model: Model, monkeypatch: pytest.
     exact = [by_arb(subject, x, i) for i in ASKED]
 
     def missed() -> int:
-        found = samples(EnclosedForce(subject), Space(x, x), COUNT)[0].value[ANYWHERE]
+        found = enclose_samples(EnclosedForce(subject), Space(x, x), COUNT)[0].value[ANYWHERE]
         return sum(not holds(found[i], value) for i, value in zip(ASKED, exact, strict=True))
 
     assert missed() == 0
-    for part, value in (("U", 0.0), ("SLACK", 0.0), ("GROWN", 1.0), ("TINY", 0.0), ("LIBM", 0.0)):
-        monkeypatch.setattr(f"planter.optimise.proof.balls.{part}", value)
-    monkeypatch.setattr("planter.optimise.proof.curve.PI", Ball.exact([np.pi]))
-    monkeypatch.setattr("planter.optimise.proof.arithmetic.PI", Ball.exact([np.pi]))
+    for part, value in (("U", 0.0), ("SLACK", 0.0), ("GROWTH", 1.0), ("TINY", 0.0), ("LIBM", 0.0)):
+        monkeypatch.setattr(f"planter.optimise.proof.intervals.{part}", value)
+    monkeypatch.setattr("planter.optimise.proof.enclosures.PI", Ball.exact([np.pi]))
     assert missed() > 0
 
 
@@ -163,12 +162,12 @@ def test_bounds_hold_at_designs_of_a_box(model: Model, count: int) -> None:
     assert ((found.slopes.low > 0) | (found.slopes.high < 0))[open_].sum() >= 5
 
 
-def shifted(name: str, lower: Array, upper: Array, without: tuple[str, ...], design: Array) -> Search:
+def shifted(name: str, lower: Array, upper: Array, without: tuple[str, ...], design: Array) -> BranchAndBound:
     """A search that takes `without` as having no effect."""
     subject = device(name, "exact")
     gone = np.isin(subject.names, without)
     bounding = proof.ObjectiveEnclosure(subject, COUNT)
-    return Search(bounding, np.where(gone, design, lower), np.where(gone, design, upper), 0.0)
+    return BranchAndBound(bounding, np.where(gone, design, lower), np.where(gone, design, upper), 0.0)
 
 
 def test_a_small_box_is_proved_and_a_false_claim_of_no_effect_is_not() -> None:
