@@ -17,7 +17,7 @@ import numpy as np
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
-from planter.optimise.objective import LocalModel, ObjectiveSummary, RowGradients, RowValues
+from planter.optimise.objective import LocalModel, ModelGradients, ModelValues, ObjectiveSummary
 
 
 @dataclass(frozen=True)
@@ -236,7 +236,7 @@ class ConstrainedModel:
     def grown(self, x: Array, high: float, low: float) -> ConstrainedModel:
         return ConstrainedModel(self.local.grown(x, high, low), self.constraints)
 
-    def values(self, x: Array) -> RowValues:
+    def values(self, x: Array) -> ModelValues:
         found = self.local.values(x)
         try:
             rows = self.constraints.values(x)
@@ -244,11 +244,11 @@ class ConstrainedModel:
             rows = np.full(self.constraints.count, np.nan)
         return replace(found, holds=np.append(found.holds, rows))
 
-    def slopes(self, x: Array) -> RowGradients:
+    def slopes(self, x: Array) -> ModelGradients:
         found = self.local.slopes(x)
         return replace(found, holds=np.vstack([found.holds, self.constraints.slopes(x)]))
 
-    def curvature(self, x: Array, weights: RowValues) -> Array:
+    def curvature(self, x: Array, weights: ModelValues) -> Array:
         own, required = np.split(weights.holds, [len(weights.holds) - self.constraints.count])
         return self.local.curvature(x, replace(weights, holds=own)) + self.constraints.curvature(x, required)
 

@@ -23,7 +23,7 @@ from planter.kernels import Array
 from planter.numerics import piecewise
 from planter.numerics.arrays import Flags, Integers, LastCallCache
 from planter.numerics.extrema import find_stationary_points
-from planter.optimise.objective import Conditions, ObjectiveSummary, RowGradients, RowValues
+from planter.optimise.objective import Conditions, ModelGradients, ModelValues, ObjectiveSummary
 from planter.optimise.response import (
     ONE_SIDED_OFFSET,
     CycleResponse,
@@ -216,19 +216,21 @@ class ExtremumRows:
     def look(self, x: Array) -> ObjectiveSummary:
         return self._state(x).panels.look
 
-    def values(self, x: Array) -> RowValues:
+    def values(self, x: Array) -> ModelValues:
         state = self._state(x)
-        return RowValues(state.panels.variance.value, state.values[state.tops], state.values[~state.tops], np.empty(0))
+        return ModelValues(
+            state.panels.variance.value, state.values[state.tops], state.values[~state.tops], np.empty(0)
+        )
 
-    def slopes(self, x: Array) -> RowGradients:
+    def slopes(self, x: Array) -> ModelGradients:
         state = self._state(x)
         found = state.panels.extremes
         self._seen.append((float(found.angles[found.values.argmax()]), float(found.angles[found.values.argmin()])))
         _, gradients, _ = state.slopes
         empty = np.empty((0, len(x)))
-        return RowGradients(state.panels.variance_gradient, gradients[state.tops], gradients[~state.tops], empty)
+        return ModelGradients(state.panels.variance_gradient, gradients[state.tops], gradients[~state.tops], empty)
 
-    def curvature(self, x: Array, weights: RowValues) -> Array:
+    def curvature(self, x: Array, weights: ModelValues) -> Array:
         state = self._state(x)
         each = np.concatenate([weights.upper, weights.lower])
         return weights.smooth * state.panels.variance_hessian() + np.tensordot(each, state.hessians(each != 0), 1)

@@ -23,7 +23,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.arrays import Integers, LastCallCache
-from planter.optimise.objective import LocalModel, RowValues
+from planter.optimise.objective import LocalModel, ModelValues
 from planter.optimise.problem import Problem
 from planter.optimise.range_variance import RangeVarianceObjective
 from planter.optimise.response import CompiledResponse
@@ -50,7 +50,7 @@ class Epigraph:
         self.start = np.append(u[self.free], self._ends(first))
         self._values = LastCallCache(lambda z: local.values(self.design(z)))
 
-    def _ends(self, found: RowValues) -> Array:
+    def _ends(self, found: ModelValues) -> Array:
         """t_max and t_min of the rows."""
         if not self.ends:
             return np.empty(0)
@@ -109,7 +109,7 @@ class Epigraph:
         _, first, second = self.problem.objective.outer(self._values(z).smooth)
         upper, lower, holds = np.split(multipliers, [self.a, self.a + self.b])
         share = weight / self.problem.scale
-        weights = RowValues(share * first, upper / self.unit, -lower / self.unit, holds)
+        weights = ModelValues(share * first, upper / self.unit, -lower / self.unit, holds)
         bent = self.local.curvature(x, weights)
         along = self.local.slopes(x).smooth
         bent = (bent + share * second * np.outer(along, along)) * np.outer(width, width)

@@ -14,7 +14,7 @@ import numpy as np
 from planter.kernels import Array, Kernel
 from planter.numerics.arrays import Flags, Integers, LastCallCache
 from planter.optimise.constraints import ConstraintKind, Constraints
-from planter.optimise.objective import BreakpointHold, Conditions, ObjectiveSummary, RowGradients, RowValues
+from planter.optimise.objective import BreakpointHold, Conditions, ModelGradients, ModelValues, ObjectiveSummary
 
 NO_ROWS: Array = np.empty(0)
 
@@ -54,13 +54,13 @@ class SmoothObjective:
     def grown(self, x: Array, high: float, low: float) -> SmoothObjective:
         return self
 
-    def values(self, x: Array) -> RowValues:
-        return RowValues(self.function.value(x), NO_ROWS, NO_ROWS, NO_ROWS)
+    def values(self, x: Array) -> ModelValues:
+        return ModelValues(self.function.value(x), NO_ROWS, NO_ROWS, NO_ROWS)
 
-    def slopes(self, x: Array) -> RowGradients:
-        return RowGradients(self.function.gradient(x), self._nothing, self._nothing, self._nothing)
+    def slopes(self, x: Array) -> ModelGradients:
+        return ModelGradients(self.function.gradient(x), self._nothing, self._nothing, self._nothing)
 
-    def curvature(self, x: Array, weights: RowValues) -> Array:
+    def curvature(self, x: Array, weights: ModelValues) -> Array:
         total: Array = weights.smooth * self.function.hessian(x)
         return total
 

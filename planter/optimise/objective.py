@@ -46,7 +46,7 @@ class ObjectiveSummary:
 
 
 @dataclass(frozen=True)
-class RowValues:
+class ModelValues:
     """The smooth function, the rows that bound the maximum (a,) and the minimum (b,), what is held in bounds (k,)."""
 
     smooth: float
@@ -56,7 +56,7 @@ class RowValues:
 
 
 @dataclass(frozen=True)
-class RowGradients:
+class ModelGradients:
     """Gradients in the design of what `Values` holds: (p,), (a, p), (b, p), (k, p)."""
 
     smooth: Array
@@ -93,11 +93,11 @@ class LocalModel(Protocol):
     def grown(self, x: Array, high: float, low: float) -> LocalModel:
         """With the rows that are missing if those at x are to stay within [low, high]."""
 
-    def values(self, x: Array) -> RowValues: ...
+    def values(self, x: Array) -> ModelValues: ...
 
-    def slopes(self, x: Array) -> RowGradients: ...
+    def slopes(self, x: Array) -> ModelGradients: ...
 
-    def curvature(self, x: Array, weights: RowValues) -> Array:
+    def curvature(self, x: Array, weights: ModelValues) -> Array:
         """Weighted sum (p, p) of the Hessians of all that `values` gives."""
 
 

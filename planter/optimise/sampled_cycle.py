@@ -18,7 +18,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.arrays import Integers, LastCallCache, wrap_angle
-from planter.optimise.objective import BreakpointHold, Conditions, ObjectiveSummary, RowGradients, RowValues
+from planter.optimise.objective import BreakpointHold, Conditions, ModelGradients, ModelValues, ObjectiveSummary
 from planter.optimise.response import (
     ONE_SIDED_OFFSET,
     Breakpoints,
@@ -130,18 +130,18 @@ class SampledRows:
         lower = np.union1d(self.lower, np.flatnonzero(values < low))
         return SampledRows(self.response, self.angles, upper, lower, self.holds)
 
-    def values(self, x: Array) -> RowValues:
+    def values(self, x: Array) -> ModelValues:
         state = self._state(x)
-        return RowValues(state.variance.value, state.values[self.upper], state.values[self.lower], state.gaps)
+        return ModelValues(state.variance.value, state.values[self.upper], state.values[self.lower], state.gaps)
 
-    def slopes(self, x: Array) -> RowGradients:
+    def slopes(self, x: Array) -> ModelGradients:
         state = self._state(x)
         gradients = state.gradients
-        return RowGradients(
+        return ModelGradients(
             state.variance.gradient(gradients), gradients[self.upper], gradients[self.lower], state.velocity
         )
 
-    def curvature(self, x: Array, weights: RowValues) -> Array:
+    def curvature(self, x: Array, weights: ModelValues) -> Array:
         state = self._state(x)
         each = weights.smooth * state.variance.slope
         np.add.at(each, self.upper, weights.upper)

@@ -10,7 +10,7 @@ import numpy as np
 
 from planter.files import units
 from planter.kernels.programs.program import Program, Step
-from planter.optimise.samples import angles
+from planter.optimise.sampled_cycle import sample_angles
 from planter.planting import cycle
 from planter.planting.model import Device
 from planter.planting.objective import read_weights
@@ -246,7 +246,7 @@ def _named(
 def _descent(device: Device) -> Program:
     """The objective and its gradient, the extremes staying at their samples; folded as the engine has it."""
     shares, response = device.force.offsets, device.force.response
-    turn = angles(device.machine.objective.samples, device.force.period)
+    turn = sample_angles(device.machine.objective.samples, device.force.period)
     x, c = device.functions.tangent_function.mx_in()
     h, dh = device.functions.tangent_function(x, c)
     slopes = response.slopes_function

@@ -14,13 +14,18 @@ from planter.gear_geometry import families
 from planter.gear_geometry.families import SUFFIX, compute_family_parameters
 from planter.gear_geometry.stage import list_design_names
 from planter.kernels import Array
-from planter.optimise import flat
-from planter.optimise.constraints import KEPT
-from planter.optimise.descent import STATIONARY, Minimum, at, descend
-from planter.optimise.elastic import Least, least_violation
-from planter.optimise.feasible import least_of
+from planter.optimise import result
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE
+from planter.optimise.feasibility import ViolationMinimum, minimise_violation, select_smallest_violation
+from planter.optimise.local_search import (
+    AGREEMENT_TOLERANCE,
+    STATIONARITY_TOLERANCE,
+    LocalMinimum,
+    evaluate_minimum,
+    sample_starts,
+    search_locally,
+)
 from planter.optimise.problem import Problem
-from planter.optimise.starts import AGREEING, points
 from planter.planting import file
 from planter.planting.design_summary import summarise_design
 from planter.planting.file import Machine
@@ -153,12 +158,14 @@ def optimised(own: Machine, pair: Pair, starts: int, seed: int) -> dict[str, Any
     ends, least = _searched(problem, required, starts, seed)
     entry: dict[str, Any] = {"stage1": pair[0], "stage2": pair[1], "feasible": bool(ends)}
     if ends:
-        ends[0] = best = at(problem, flat.nearest(problem, ends[0].u), ends[0].iterations)
+        ends[0] = best = evaluate_minimum(
+            problem, result.select_nearest_optimum(problem, ends[0].u), ends[0].iterations
+        )
         entry |= _found(problem, required, best.u)
         entry |= {"objectives": [m.objective for m in ends], "kkt_residual": best.residual, "violations": [],
                   "agreeing_starts": len(_agreeing(problem, ends)), "lacks": _lacks(problem, ends)}  # fmt: skip
     else:
-        nearest = least_of(least)
+        nearest = select_smallest_violation(least)
         found = build_infeasibility_error(required, problem.design(nearest.u), nearest)
         entry |= _found(problem, required, nearest.u) | {"objectives": [], "kkt_residual": None, "agreeing_starts": 0}
         entry |= {"binding": [one.name for one in found.violations], "violations": found.partial["violations"],
@@ -168,15 +175,15 @@ def optimised(own: Machine, pair: Pair, starts: int, seed: int) -> dict[str, Any
 
 def _searched(
     problem: Problem, required: RequirementConstraints, starts: int, seed: int
-) -> tuple[list[Minimum], list[Least]]:
+) -> tuple[list[LocalMinimum], list[ViolationMinimum]]:
     """From each start to where the requirements are kept, and from there down: where each of those ended, best first.
 
     Where more than one was asked for, more starts are taken about the best, until two agree and `CHECKS` of these have
     found nothing better.
     """
-    ends: list[Minimum] = []
-    least: list[Least] = []
-    first, *more = points(problem, starts + MORE_STARTS, seed)
+    ends: list[LocalMinimum] = []
+    least: list[ViolationMinimum] = []
+    first, *more = sample_starts(problem, starts + MORE_STARTS, seed)
     for start in (first, *more[: starts - 1]):
         _try(problem, required, start, ends, least)
     if not least:
@@ -189,33 +196,37 @@ def _searched(
             break
         best = ends[0]
         _try(problem, required, best.u + ABOUT * (aim - best.u), ends, least)
-        unbeaten = unbeaten + 1 if best.objective - ends[0].objective <= AGREEING * problem.scale else 0
+        unbeaten = unbeaten + 1 if best.objective - ends[0].objective <= AGREEMENT_TOLERANCE * problem.scale else 0
     return ends, least
 
 
 def _try(
-    problem: Problem, required: RequirementConstraints, start: Array, ends: list[Minimum], least: list[Least]
+    problem: Problem,
+    required: RequirementConstraints,
+    start: Array,
+    ends: list[LocalMinimum],
+    least: list[ViolationMinimum],
 ) -> None:
     """A start whose end goes to the others, in order; nothing where a path that can plant is left on the way."""
     try:
-        least.append(least_violation(problem, required, start))
-        found = descend(problem, least[-1].u, ITERATIONS)
+        least.append(minimise_violation(problem, required, start))
+        found = search_locally(problem, least[-1].u, ITERATIONS)
     except ComputationError:
         return
-    if found.violation <= KEPT:
+    if found.violation <= FEASIBILITY_TOLERANCE:
         ends.append(found)
         ends.sort(key=lambda minimum: minimum.objective)
 
 
-def _agreeing(problem: Problem, ends: list[Minimum]) -> list[Minimum]:
+def _agreeing(problem: Problem, ends: list[LocalMinimum]) -> list[LocalMinimum]:
     """The minima whose objective is that of the first."""
-    return [one for one in ends if abs(one.objective - ends[0].objective) <= AGREEING * problem.scale]
+    return [one for one in ends if abs(one.objective - ends[0].objective) <= AGREEMENT_TOLERANCE * problem.scale]
 
 
-def _lacks(problem: Problem, ends: list[Minimum]) -> list[str]:
+def _lacks(problem: Problem, ends: list[LocalMinimum]) -> list[str]:
     """What is missing until the best of the minima counts as settled."""
     best, *others = ends
-    found = [] if best.stationary else [f"a KKT residual below {STATIONARY:.0e} ({best.residual:.0e})"]
+    found = [] if best.stationary else [f"a KKT residual below {STATIONARITY_TOLERANCE:.0e} ({best.residual:.0e})"]
     if len(_agreeing(problem, ends)) < 2:
         told = f"the next ended at {others[0].objective:.6g}" if others else "no other kept the requirements"
         found.append(f"a second start that agrees ({told})")
@@ -255,7 +266,7 @@ def optimise_narrow(own: Machine) -> dict[str, Any]:
     """The paper's pair within the paper's narrow bounds, no requirement kept, and what that makes of them."""
     device = Device(build_narrow_machine(own))
     problem = task_of(device, "refined")
-    u = descend(problem, problem.start, ITERATIONS, 3).u
+    u = search_locally(problem, problem.start, ITERATIONS, 3).u
     entry = _found(problem, RequirementConstraints(device), u)
     broken = [one["name"] for one in entry["requirements"] if one["verdict"] != "pass"]
     keys = ("objective", "range_N", "variance_N2", "requirements")

@@ -14,16 +14,22 @@ from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, 
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.optimise import pareto
-from planter.optimise.constraints import KEPT, Constraints, joined
-from planter.optimise.descent import STATIONARY, Minimum, descend
-from planter.optimise.directions import sensitivity
-from planter.optimise.feasible import MOST_TRIED, nearest
-from planter.optimise.hybrid import Method
-from planter.optimise.pareto import Compromise
-from planter.optimise.problem import Best, Problem
-from planter.optimise.range_and_spread import Sampling, angles_of
-from planter.optimise.result import Result
-from planter.optimise.starts import DEFAULT_STARTS, Descent, nearer, points
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints, join_constraints
+from planter.optimise.feasibility import MAX_ELASTIC_STARTS, find_feasible_or_nearest
+from planter.optimise.local_search import (
+    DEFAULT_STARTS,
+    STATIONARITY_TOLERANCE,
+    LocalMinimum,
+    SearchRecord,
+    sample_starts,
+    search_locally,
+    select_start,
+)
+from planter.optimise.optimiser import Method
+from planter.optimise.pareto import ParetoPoint
+from planter.optimise.problem import BestPoint, Problem
+from planter.optimise.range_variance import Sampling, count_angles, find_insensitivity
+from planter.optimise.result import OptimiserResult
 from planter.parallel.task import AUTO, Means, Task
 from planter.planting import objective
 from planter.planting.design_summary import summarise_design
@@ -60,7 +66,7 @@ def build_constrained_problem(
 ) -> CurveProblem:
     """Return the problem of a device under its requirements and lengths of pitch curves, where there are any."""
     parts: list[Constraints | None] = [required, lengths]
-    return objective.build_problem(device, sampling, joined([part for part in parts if part is not None]))
+    return objective.build_problem(device, sampling, join_constraints([part for part in parts if part is not None]))
 
 
 def find_feasible_point(
@@ -72,18 +78,18 @@ def find_feasible_point(
     one with the lengths was found.
     """
     assert task.constraints is not None
-    least = nearest(task, task.constraints, points(task, MOST_TRIED, seed))
+    least = find_feasible_or_nearest(task, task.constraints, sample_starts(task, MAX_ELASTIC_STARTS, seed))
     if least.kept:
         return least.u
     of = "" if lengths is None else f" with {lengths.spec}"
-    if required is None or least.excess[: len(required.kinds)].max() <= KEPT:
+    if required is None or least.excess[: len(required.kinds)].max() <= FEASIBILITY_TOLERANCE:
         raise ComputationError(f"no design{of} was found within the bounds")
     raise build_infeasibility_error(required, task.design(least.u), least, of)
 
 
-def search_from_design(task: Problem, x: Array) -> Minimum:
+def search_from_design(task: Problem, x: Array) -> LocalMinimum:
     """The local minimum beside a design x (p,)."""
-    return descend(task, nearer(task, task.box.point(x)))
+    return search_locally(task, select_start(task, task.box.point(x)))
 
 
 def build_descent_task(device: Device, sampling: Sampling, lengths: PitchLengthConstraints | None = None) -> Task:
@@ -95,7 +101,7 @@ def build_descent_task(device: Device, sampling: Sampling, lengths: PitchLengthC
 
 def prepare_device_descents(
     machine: Machine, model: Model, sampling: Sampling, compiled: bool, wanted: ToothCountSpec | None
-) -> Callable[[Array], Descent]:
+) -> Callable[[Array], SearchRecord]:
     """Return the function that descends from a point (p,), with kernels compiled if asked for, whole teeth if any."""
     device = Device(machine, model)
     if compiled:
@@ -107,7 +113,7 @@ def prepare_device_descents(
 
 
 @dataclass(frozen=True)
-class DeviceOptimum(Result):
+class DeviceOptimum(OptimiserResult):
     """A device's optimum: `design` x (p,) in SI.
 
     `insensitive` spans the directions that the force does not feel at the optimum, each [{name: weight}, ...] in
@@ -194,7 +200,7 @@ def search_optimum(
         result = replace(best.result, seconds=time.perf_counter() - begun)
         return _build_optimum(device, required, lengths, samples, result)
 
-    def keep_table(best: Best, seconds: float) -> None:
+    def keep_table(best: BestPoint, seconds: float) -> None:
         assert keep is not None
         x = task.design(best.u)
         look = task.score(x).look
@@ -220,10 +226,10 @@ def _build_optimum(
     required: RequirementConstraints | None,
     lengths: PitchLengthConstraints | None,
     sampling: Sampling,
-    found: Result,
+    found: OptimiserResult,
 ) -> DeviceOptimum:
     held = None if lengths is None else lengths.slopes(found.design)
-    felt = sensitivity(device.force, found.design, angles_of(sampling), held)
+    felt = find_insensitivity(device.force, found.design, count_angles(sampling), held)
     return DeviceOptimum(
         **vars(found), sampling=sampling, names=device.names, effective_parameters=felt.effective_parameters,
         insensitive=felt.named,
@@ -238,7 +244,7 @@ class Optimisation:
     found: DeviceOptimum
     devices: dict[str, Device]
     result: OptimisationFound
-    front: Sequence[Compromise] = ()
+    front: Sequence[ParetoPoint] = ()
 
     def show(self) -> Any:
         """A widget of a notebook that shows the optimum as it moves, the path of the tip before beneath.
@@ -291,7 +297,7 @@ def optimise(
 def add_pareto_front(found: Optimisation, progress: Listener | None = None) -> Optimisation:
     """The same with the front of range and variance: its designs, from least range to least variance."""
     device = found.devices[found.result.model]
-    front = pareto.sweep(device.force, found.found.sampling, pareto.FRONT_POINTS, progress)
+    front = pareto.trace_pareto_front(device.force, found.found.sampling, pareto.FRONT_POINTS, progress)
     points = [
         FrontPoint(one.evaluation.look.range, one.evaluation.look.variance, device.named(one.design)) for one in front
     ]
@@ -328,7 +334,7 @@ def describe_optimum(start_range_N: float, found: OptimumFound, parameters: int)
     """What an optimisation came to, in one sentence: the range before and after, how sure, and what holds it."""
     share = 100 * (found.range_N / start_range_N - 1)
     proof = found.certificate
-    sure = proof.kkt_residual < STATIONARY and (proof.agreeing_starts > 1 or not proof.starts)
+    sure = proof.kkt_residual < STATIONARITY_TOLERANCE and (proof.agreeing_starts > 1 or not proof.starts)
     told = [f"the box binds in {len(proof.active_bounds)} of {parameters}"]
     if proof.active_requirements is not None:
         told.append(f"requirements that bind: {len(proof.active_requirements)}")

@@ -15,10 +15,9 @@ from planter.gear_geometry.cutting import ToothedPair, ToothOrder, cut_teeth
 from planter.gear_geometry.pitch_curves import build_stage_pair
 from planter.kernels import Array
 from planter.optimise.certificate import ActiveConstraint
-from planter.optimise.descent import STATIONARY
-from planter.optimise.hybrid import Method
-from planter.optimise.range_and_spread import Sampling
-from planter.optimise.starts import AGREEING
+from planter.optimise.local_search import AGREEMENT_TOLERANCE, STATIONARITY_TOLERANCE
+from planter.optimise.optimiser import Method
+from planter.optimise.range_variance import Sampling
 from planter.parallel.task import AUTO, Means
 from planter.planting import optimisation
 from planter.planting.model import Device
@@ -83,7 +82,7 @@ class ToothCountSearch:
             list(counts),
             minimum.objective if feasible else None,
             minimum.residual,
-            settled=feasible and minimum.residual < STATIONARY,
+            settled=feasible and minimum.residual < STATIONARITY_TOLERANCE,
         )
 
     def _rank(self, counts: ToothCounts) -> tuple[bool, float]:
@@ -93,7 +92,7 @@ class ToothCountSearch:
     def _is_better(self, counts: ToothCounts, reference: ToothCounts) -> bool:
         """Return whether tooth numbers are better by more than two local searches may differ."""
         (unsettled, objective), bar = self._rank(counts), self._rank(reference)
-        return (unsettled, objective + AGREEING * abs(objective)) < bar
+        return (unsettled, objective + AGREEMENT_TOLERANCE * abs(objective)) < bar
 
 
 def generate_neighbours(counts: ToothCounts, ranges: Sequence[PitchLengthRange]) -> Iterator[ToothCounts]:

@@ -20,11 +20,10 @@ from planter.gear_geometry.stage import PitchLength, StageCandidate
 from planter.gears import request
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
-from planter.optimise.box import Box
-from planter.optimise.constraints import Constraints, Named
+from planter.optimise.constraints import Constraints, DesignBox, NamedConstraint
+from planter.optimise.expressions import SmoothObjective
+from planter.optimise.local_search import search_from_points
 from planter.optimise.problem import Problem
-from planter.optimise.smooth import Smooth
-from planter.optimise.starts import descents_from
 from planter.planting.model import Device
 
 LENGTH_SCALE = 1e-3
@@ -108,7 +107,9 @@ class PitchLengthConstraints(Constraints):
         self.device = device
         self.parameter_indices = [find_stage_parameters(device, k) for k in spec.stages]
         self.curves = [build_pitch_length(device, k) for k in spec.stages]
-        self.kinds = [Named(constraint_name(k), ("min", "max"), "mm", LENGTH_SCALE * 1e3) for k in spec.stages]
+        self.kinds = [
+            NamedConstraint(constraint_name(k), ("min", "max"), "mm", LENGTH_SCALE * 1e3) for k in spec.stages
+        ]
         self.owner: Integers = np.arange(len(self.kinds))
         self._set_spec(spec)
 
@@ -251,8 +252,10 @@ def _find_extreme_length(curve: PitchLength, lower: Array, upper: Array, sign: i
     signed = _SignedLength(curve, sign)
     names = tuple(str(k) for k in range(len(lower)))
     centre = (lower + upper) / 2
-    problem = Problem(Smooth(signed, len(lower), curve.at(centre).value), Box.shares(names, lower, upper, centre))
+    problem = Problem(
+        SmoothObjective(signed, len(lower), curve.at(centre).value), DesignBox.shares(names, lower, upper, centre)
+    )
     corners = (np.array(corner, dtype=float) for corner in itertools.product((0, 1), repeat=len(lower)))
     best = min(corners, key=lambda u: signed.value(problem.design(u)))
-    ends = [best, *(minimum.u for minimum in descents_from(problem, [problem.start, best]))]
+    ends = [best, *(minimum.u for minimum in search_from_points(problem, [problem.start, best]))]
     return sign * min(signed.value(problem.design(u)) for u in ends)

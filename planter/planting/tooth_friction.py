@@ -20,7 +20,7 @@ from planter.gears.results import KINDS, Extent, Friction, FrictionCurves, Frict
 from planter.kernels import Array
 from planter.numerics import piecewise
 from planter.numerics.arrays import TURN
-from planter.optimise import joints
+from planter.optimise import response
 from planter.planting import cycle
 from planter.planting.lifted import JOINTS, TOTALS, LiftedCycle, LiftedModel, Lifting
 from planter.planting.model import Device
@@ -81,7 +81,7 @@ class ToothedTurn:
     def angles(self) -> Angles:
         """Angles between which no pair of teeth that bears comes, goes or passes the pitch point, and nothing else
         jumps."""
-        own = joints.find(self.device.force, self.device.prologue(self.x)).angles
+        own = response.find_breakpoints(self.device.force, self.device.prologue(self.x)).angles
         return Angles.between(np.concatenate([own, *self._changes()]))
 
     def _changes(self) -> Iterator[Array]:

@@ -16,7 +16,7 @@ from scipy.optimize import least_squares, minimize
 from planter.files import units
 from planter.files.text import parse_toml
 from planter.kernels import Array, Kernel
-from planter.optimise.samples import angles
+from planter.optimise.sampled_cycle import sample_angles
 from planter.planting import cycle
 from planter.planting.model import Device
 
@@ -198,7 +198,7 @@ class CalibrationForce:
         self._kernel = self._build_kernel()
         self._kernel.compile()
         offsets, curves = device.force.offsets, device.prologue(device.design).h[: self._curves]
-        phi = angles(device.machine.objective.samples, device.force.period)
+        phi = sample_angles(device.machine.objective.samples, device.force.period)
         self._count = len(offsets)
         self._fixed = {"phi": np.add.outer(offsets, phi).reshape(1, -1), "x": device.design, "curves": curves}
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planter.optimise.objective import BreakpointHold, RowValues
+from planter.optimise.objective import BreakpointHold, ModelValues
 from planter.optimise.response import find_breakpoints
 from planter.optimise.sampled_cycle import SampledCycle, SampledRows, sample_angles
 from tests.planter.optimise import toys
@@ -38,7 +38,7 @@ def test_derivatives_are_exact_on_both_sides_of_a_joint(side):
     rows, x = crossing(side)
     width = rows.response.upper - rows.response.lower
     rng = np.random.default_rng(3)
-    weights = RowValues(0.7, rng.normal(size=180), rng.normal(size=180), np.empty(0))
+    weights = ModelValues(0.7, rng.normal(size=180), rng.normal(size=180), np.empty(0))
 
     def weighted(y):
         slopes = rows.slopes(y)
@@ -58,7 +58,7 @@ def test_derivatives_are_exact_on_both_sides_of_a_joint(side):
 
 def test_second_derivatives_jump_there():
     """What makes the test above one of two sides: the curvature of sample 92 is not the same on both."""
-    weights = RowValues(0.0, np.eye(180)[92], np.zeros(180), np.empty(0))
+    weights = ModelValues(0.0, np.eye(180)[92], np.zeros(180), np.empty(0))
     before, after = (rows.curvature(x, weights)[6, 6] for rows, x in (crossing(-1), crossing(1)))
     assert abs(after - before) > 0.1 * max(abs(before), abs(after))
 
@@ -75,7 +75,7 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
     assert rows.values(x).holds == pytest.approx([found.folded[first] - turn.angles[sample]], abs=1e-12)
     n = len(turn.angles)
     rows = SampledRows(response, turn.angles, np.arange(n), np.arange(0), rows.holds)
-    weights = RowValues(1.3, np.linspace(-1, 1, n), np.empty(0), np.array([0.8]))
+    weights = ModelValues(1.3, np.linspace(-1, 1, n), np.empty(0), np.array([0.8]))
 
     def value(y):
         values = rows.values(y)

@@ -18,9 +18,8 @@ import pytest
 
 from planter.errors import InputError
 from planter.gear_geometry import families
-from planter.optimise.conditions import Look
-from planter.optimise.descent import Minimum
-from planter.optimise.objective import Evaluation
+from planter.optimise.local_search import LocalMinimum
+from planter.optimise.objective import ObjectiveEvaluation, ObjectiveSummary
 from planter.planting import family_comparison as tables
 from planter.planting import family_pairs as box
 from planter.planting import family_pairs as pair
@@ -121,14 +120,14 @@ def test_devices_that_change_places_are_not_read(
 
 def test_the_own_design_is_the_described_one(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
     """The families' own parameters, put into a machine of these families, make the same objective."""
-    from planter.optimise.refined import Refined
+    from planter.optimise.continuous_cycle import ContinuousCycle
 
     (entry,) = resumed[0]["devices"]
     own = file.load("wang2017").table()
     own["design"] = {name: entry["design"][name] for name in own["design"]}
     own["bounds"] = {name: [value - 1e-3, value + 1e-3] for name, value in own["design"].items()}
     device = Device(file.Machine.read(own, "own"))
-    look = Refined(device.force).look(device.design)
+    look = ContinuousCycle(device.force).look(device.design)
     assert look.high - look.low == pytest.approx(entry["range_N"], rel=1e-7)
 
 
@@ -199,8 +198,8 @@ def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFi
 def test_a_pair_is_settled_only_with_a_small_residual_and_a_start_that_agrees() -> None:
     problem = SimpleNamespace(scale=1.0)
 
-    def minimum(objective: float, residual: float) -> Minimum:
-        return Minimum(np.zeros(1), Evaluation(objective, Look(0, 0, 0, 0)), residual, 1)
+    def minimum(objective: float, residual: float) -> LocalMinimum:
+        return LocalMinimum(np.zeros(1), ObjectiveEvaluation(objective, ObjectiveSummary(0, 0, 0, 0)), residual, 1)
 
     assert pair._lacks(problem, [minimum(1.0, 1e-9), minimum(1.0 + 9e-7, 1e-3)]) == []
     rough = pair._lacks(problem, [minimum(1.0, 1e-5), minimum(1.0, 1e-5)])

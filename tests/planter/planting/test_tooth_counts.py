@@ -14,8 +14,8 @@ from typer.testing import CliRunner
 from planter.cli.app import application
 from planter.gear_geometry.pitch_curves import build_stage_pair
 from planter.optimise.certificate import kkt_residual
-from planter.optimise.descent import STATIONARY
-from planter.optimise.hybrid import METHODS
+from planter.optimise.local_search import STATIONARITY_TOLERANCE
+from planter.optimise.optimiser import METHODS
 from planter.planting import optimisation as device_search
 from planter.planting import tooth_count_search
 from planter.planting.file import load
@@ -88,7 +88,7 @@ def test_certificate_holds_on_the_constraints_only() -> None:
     assert kkt_residual(task, (design - task.box.origin) / task.box.unit) < 1e-9
     longer = design.copy()
     longer[list(device().names).index("R3_mm")] *= 1 + 1e-6
-    assert kkt_residual(task, (longer - task.box.origin) / task.box.unit) > STATIONARY
+    assert kkt_residual(task, (longer - task.box.origin) / task.box.unit) > STATIONARITY_TOLERANCE
 
 
 def test_length_derivatives_agree_with_differences() -> None:
@@ -140,7 +140,7 @@ def test_lengths_hold_in_each_model_and_for_true_extremes(model: str, sampling: 
         machine, "ipopt", sampling, starts=1, lengths=PitchLengthConstraints(machine, SPEC)
     )
     assert is_satisfied(machine, SPEC, optimum)
-    assert optimum.certificate.kkt_residual < STATIONARY
+    assert optimum.certificate.kkt_residual < STATIONARITY_TOLERANCE
 
 
 def test_insensitive_directions_respect_the_lengths() -> None:
@@ -161,7 +161,7 @@ def test_any_family_takes_integer_tooth_numbers(pair: tuple[str, str]) -> None:
         machine, "ipopt", 60, starts=1, lengths=PitchLengthConstraints(machine, spec)
     )
     assert is_satisfied(machine, spec, optimum)
-    assert optimum.certificate.kkt_residual < STATIONARY
+    assert optimum.certificate.kkt_residual < STATIONARITY_TOLERANCE
 
 
 def test_length_range_encloses_random_designs() -> None:
@@ -189,7 +189,7 @@ def test_requirements_and_lengths_hold_together() -> None:
     )
     assert all(requirement.verdict == "pass" for requirement in optimum.requirements)
     assert is_satisfied(machine, spec, optimum)
-    assert optimum.certificate.kkt_residual < STATIONARY
+    assert optimum.certificate.kkt_residual < STATIONARITY_TOLERANCE
 
 
 @pytest.mark.usefixtures("blank_figures")
