@@ -10,8 +10,8 @@ import numpy as np
 from planter.errors import PlanterError
 from planter.kernels import Array
 from planter.numerics.arrays import LastCallCache, to_degrees
-from planter.optimise.constraints import KEPT, Constraints
-from planter.optimise.elastic import Least
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints
+from planter.optimise.feasibility import ViolationMinimum
 from planter.planting.angle_functions import TOOTH, AngleFunction
 from planter.planting.model import Device
 from planter.planting.requirement_rows import ABSOLUTE, STRICT_MARGIN, RequirementRow, RequirementRows
@@ -237,14 +237,14 @@ class InfeasibleRequirementsError(PlanterError):
 
 
 def build_infeasibility_error(
-    required: RequirementConstraints, x: Array, violation: Least, suffix: str = ""
+    required: RequirementConstraints, x: Array, violation: ViolationMinimum, suffix: str = ""
 ) -> InfeasibleRequirementsError:
     """Return the error for the smallest violation, which a search ended with at a design x (p,).
 
     `suffix` says which designs were considered, if not all within the bounds.
     """
     entries = required.record(x)
-    broken = np.flatnonzero(violation.excess[: len(entries)] > KEPT)
+    broken = np.flatnonzero(violation.excess[: len(entries)] > FEASIBILITY_TOLERANCE)
     violations = [_violation(required, entries[k]) for k in broken]
     partial = {
         "violations": [violated.table() for violated in violations],
