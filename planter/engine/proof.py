@@ -14,11 +14,20 @@ from planter.engine.measures import Kind, Limit, Measure
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
-from planter.optimise.proof.arithmetic import PI
-from planter.optimise.proof.balls import Ball, Unbounded
-from planter.optimise.proof.curve import Enclosed, enclose_at, list_angles, list_samples
+from planter.optimise.proof.enclosures import (
+    PI,
+    EnclosedResponse,
+    ExtremumTerm,
+    ObjectiveBounds,
+    bound_objective,
+    enclose_at,
+    enclose_mean_square,
+    enclose_variance,
+    list_angles,
+    list_samples,
+)
+from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
-from planter.optimise.proof.objective import Bounds, Extreme, bounds, mean_square, variance
 
 NONNEGATIVE = ("range", "variance", "std", "rms")
 """Measures that are never below zero, of whatever quantity."""
@@ -26,7 +35,7 @@ NONNEGATIVE = ("range", "variance", "std", "rms")
 MOST_LANES = 768
 """Lanes of boxes and angles above which it saves no more time to bound several boxes at once."""
 
-Enclose = Callable[[Sequence[tuple[str, bool]]], Enclosed]
+Enclose = Callable[[Sequence[tuple[str, bool]]], EnclosedResponse]
 """Gives enclosures of quantities by name, or of their sizes."""
 
 
@@ -55,20 +64,20 @@ class ProvableObjective:
         self._turns = [*cycle, *(Fraction(angle % 360) / 360 for angle in self._angles)]
         self.batch = max(1, MOST_LANES // len(self._turns)) if len(self._enclosed.offsets) == 1 else 1
 
-    def __call__(self, lower: Array, upper: Array) -> Bounds:
+    def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
         """Return the bounds over a box. Raises Unbounded without bounds."""
         (result,) = self.bound_boxes([(lower, upper)])
         if isinstance(result, Unbounded):
             raise result
         return result
 
-    def bound_boxes(self, boxes: Sequence[tuple[Array, Array]]) -> list[Bounds | Unbounded]:
+    def bound_boxes(self, boxes: Sequence[tuple[Array, Array]]) -> list[ObjectiveBounds | Unbounded]:
         """Return the bounds over each of some boxes, or why it has none."""
         batches = [boxes[k : k + self.batch] for k in range(0, len(boxes), self.batch)]
         with np.errstate(all="ignore"):
             return [result for batch in batches for result in self._bound_batch(batch)]
 
-    def _bound_batch(self, boxes: Sequence[tuple[Array, Array]]) -> list[Bounds | Unbounded]:
+    def _bound_batch(self, boxes: Sequence[tuple[Array, Array]]) -> list[ObjectiveBounds | Unbounded]:
         """Return the bounds over boxes, each of which takes as many lanes as there are angles."""
         count = len(self._turns)
         ends = [np.repeat(np.array(side).T, count, axis=1) for side in zip(*boxes, strict=True)]
@@ -84,7 +93,7 @@ class ProvableObjective:
 
     def _bound_lanes(
         self, box: tuple[Array, Array], jets: Sequence[Jet], jumping: Flags, lanes: slice
-    ) -> Bounds | Unbounded:
+    ) -> ObjectiveBounds | Unbounded:
         """Return the bounds over a box from some lanes of jets, those without bounds left out."""
         space = Space(*box)
         jets = [replace(jet.taken(lanes), space=space) for jet in jets]
@@ -102,13 +111,13 @@ class ProvableObjective:
         except Unbounded as error:
             return error
 
-    def _bound(self, space: Space, samples: EnclosedSamples) -> Bounds:
+    def _bound(self, space: Space, samples: EnclosedSamples) -> ObjectiveBounds:
         if any(_is_violated(limit, samples.find_span(limit.measure, ANYWHERE)) for limit in self.limits):
             return _exclude(space)
         terms = [samples.bound_term(measure) for measure in self.terms]
         smooth = [term.smooth for term in terms if term.smooth is not None]
         extremes = [extreme for term in terms for extreme in term.extremes]
-        result = bounds(sum(smooth[1:], smooth[0]) if smooth else space.whole(0), extremes)
+        result = bound_objective(sum(smooth[1:], smooth[0]) if smooth else space.whole(0), extremes)
         if not (np.isfinite(result.least) and np.isfinite(result.looseness).all()):
             raise Unbounded("a bound is not finite")
         is_whole = all(term.is_whole for term in terms)
@@ -137,7 +146,7 @@ class BoundedTerm:
     """A lower bound of a measure: a smooth part (one lane), if any, and extremes; it is exact if it `is_whole`."""
 
     smooth: Jet | None
-    extremes: tuple[Extreme, ...]
+    extremes: tuple[ExtremumTerm, ...]
     is_whole: bool
 
 
@@ -164,7 +173,7 @@ class EnclosedSamples:
             return BoundedTerm(None, (), False)
         jet = self.jets[measure.name, measure.size].taken(lanes)
         if measure.kind in SIDES:  # minus a least value is the greatest of minus the values
-            ends = tuple(Extreme(jet * (share * measure.weight)) for share in SHARES[measure.kind])
+            ends = tuple(ExtremumTerm(jet * (share * measure.weight)) for share in SHARES[measure.kind])
             return BoundedTerm(None, ends, is_whole)
         try:
             return BoundedTerm(self._average(measure, jet) * measure.weight, (), is_whole)
@@ -211,7 +220,7 @@ class EnclosedSamples:
             return jet.mean()
         if measure.kind == "work":
             return jet.mean() * self._length(measure)
-        square = mean_square(jet) if measure.kind == "rms" else variance(jet)
+        square = enclose_mean_square(jet) if measure.kind == "rms" else enclose_variance(jet)
         if jet.lanes < self.count:
             square = square * (self.space.whole(jet.lanes) / self.space.whole(self.count))
         return square if measure.kind == "variance" else square.sqrt()
@@ -228,10 +237,10 @@ class EnclosedSamples:
         return turn / abs(float(self.machine.data[index]))
 
 
-def _exclude(space: Space) -> Bounds:
+def _exclude(space: Space) -> ObjectiveBounds:
     """Return the bounds over a box in which no design counts."""
     nothing = np.zeros(len(space.lower))
-    return Bounds(np.inf, np.inf, Ball(nothing, nothing), nothing, may_jump=True)
+    return ObjectiveBounds(np.inf, np.inf, Ball(nothing, nothing), nothing, may_jump=True)
 
 
 def is_fixed(machine: Machine, measure: Measure) -> bool:

@@ -14,7 +14,7 @@ from planter.engine.measures import Measure, format_sum
 from planter.engine.response import MachineResponse
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.optimise.directions import NEGLIGIBLE, Insensitive, find_insensitive
+from planter.optimise.range_variance import WEIGHT_TOLERANCE, InsensitiveDirections, find_insensitive
 from planter.records import Record
 
 Direction = list[dict[str, float]]
@@ -81,7 +81,7 @@ def compute_sensitivity(
     )
 
 
-def find_directions(machine: Machine, terms: Sequence[Measure], samples: int) -> Insensitive:
+def find_directions(machine: Machine, terms: Sequence[Measure], samples: int) -> InsensitiveDirections:
     """Return on how many combinations of a machine's moved values the curves of a sum depend, and on which not.
 
     That is to first order at the machine's own design, over samples of a cycle.
@@ -133,7 +133,7 @@ def _combinations(names: tuple[str, ...], columns: Array, rank: int) -> list[Com
     combinations = []
     for strength, weights in zip(strengths[:rank], right, strict=False):
         signed = weights * np.sign(weights[np.abs(weights).argmax()])
-        named = {name: float(w) for name, w in zip(names, signed, strict=True) if abs(w) > NEGLIGIBLE}
+        named = {name: float(w) for name, w in zip(names, signed, strict=True) if abs(w) > WEIGHT_TOLERANCE}
         combinations.append(Combination(float(strength / strengths[0]), named))
     return combinations
 

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from planter.files.document import Document
     from planter.measured.calibration import Calibrated, Check
     from planter.measured.reading import Columns
-    from planter.optimise.hybrid import Method
-    from planter.optimise.range_and_spread import Sampling
+    from planter.optimise.optimiser import Method
+    from planter.optimise.range_variance import Sampling
     from planter.parallel.task import Means
     from planter.progress import Listener
 
@@ -160,8 +160,8 @@ def run_optimise(
     from planter.mechanism import optimisation, proof
     from planter.mechanism.file import MechanismFile
     from planter.mechanism.presentation import present_optimum
+    from planter.optimise.local_search import DEFAULT_STARTS
     from planter.optimise.sections import DEFAULT_GENETIC
-    from planter.optimise.starts import DEFAULT_STARTS
 
     spec = SearchSpec(
         sampling=options.samples or machine.sampling,

@@ -29,9 +29,9 @@ from planter.mechanism.results import (
     MechanismOptimumResult,
 )
 from planter.optimise import pareto
-from planter.optimise.constraints import KEPT
-from planter.optimise.range_and_spread import Sampling
-from planter.optimise.starts import Descent
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE
+from planter.optimise.local_search import SearchRecord
+from planter.optimise.range_variance import Sampling
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener
 
@@ -130,7 +130,7 @@ def optimise_machine(
 def prepare_descents(
     build: Callable[[], Machine], searched: Mapping[str, Any], least: str | None, holds: Sequence[str],
     sampling: Sampling,
-) -> Callable[[Array], Descent]:  # fmt: skip
+) -> Callable[[Array], SearchRecord]:  # fmt: skip
     """Return the local search from a point for an objective under limits, in a worker.
 
     `build` gives the machine of the file, `searched` are the fields that the search has changed.
@@ -179,7 +179,7 @@ def with_front(optimum: MechanismOptimum, listener: Listener | None = None) -> M
             compromise.evaluation.look.variance / factor**2,
             dict(zip(machine.design_names, (compromise.design / machine.scale).tolist(), strict=True)),
         )
-        for compromise in pareto.sweep(problem.curve, problem.sampling, pareto.FRONT_POINTS, listener)
+        for compromise in pareto.trace_pareto_front(problem.curve, problem.sampling, pareto.FRONT_POINTS, listener)
     ]
     return replace(optimum, result=replace(optimum.result, front=front))
 
@@ -192,8 +192,8 @@ def _evaluate_limit(goal: Goal, x: Array, limit: Limit, active: bool | None = No
         limit_on=str(limit),
         value=value,
         limit=limit.number,
-        active=abs(margin) <= KEPT if active is None else active,
-        met=margin >= -KEPT,
+        active=abs(margin) <= FEASIBILITY_TOLERANCE if active is None else active,
+        met=margin >= -FEASIBILITY_TOLERANCE,
     )
 
 

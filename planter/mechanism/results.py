@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from planter.engine.sensitivity import Direction
 from planter.engine.summary import CycleSummary
-from planter.optimise.proof.results import GlobalBound
+from planter.optimise.proof.search import GlobalBound
 from planter.records import Record
 
 

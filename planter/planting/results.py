@@ -9,7 +9,7 @@ from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import SensitivityResult
 from planter.measured.findings import MeasuredFound
 from planter.mechanism.results import MachineValidation, MechanismCycleResult
-from planter.optimise.proof.results import GlobalBound
+from planter.optimise.proof.search import GlobalBound
 from planter.planting.design_results import DesignersSummary
 from planter.planting.tooth_count_results import ToothCountResult
 from planter.records import Record

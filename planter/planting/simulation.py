@@ -20,7 +20,7 @@ from planter.kernels import Array
 from planter.mechanism import cycle as mechanism
 from planter.mechanism.cycle import MechanismCycle
 from planter.mechanism.optimisation import compute_objective_sensitivity
-from planter.optimise.refined import Panels
+from planter.optimise.continuous_cycle import CyclePanels
 from planter.planting import cycle as planting
 from planter.planting import lifted
 from planter.planting.design_summary import summarise_design
@@ -213,7 +213,7 @@ def evaluate_angles(device: Device, angles_deg: Sequence[float]) -> list[At]:
 
 def compute_work(device: Device) -> Work:
     """Work over a turn [J], by quadrature between joints: of the motor, and lost to friction at both cams."""
-    panels = Panels(device.force, device.design)
+    panels = CyclePanels(device.force, device.design)
     found = planting.evaluate_cycle(device, device.prologue(device.design), panels.nodes)
     lost = found.sides[0]["F_E_loss_W"] + found.sides[1]["F_E_loss_W"]
     turn = 2 * np.pi * panels.weights

@@ -11,8 +11,8 @@ from planter.engine.search import InterruptedSearch, SearchSpec, minimise
 from planter.errors import InputError
 from planter.mechanism import optimisation
 from planter.mechanism.optimisation import optimise_machine
-from planter.optimise.hybrid import Method
-from planter.optimise.range_and_spread import Sampling
+from planter.optimise.optimiser import Method
+from planter.optimise.range_variance import Sampling
 from planter.parallel.task import Means
 from planter.progress import Progress
 from tests.planter.optimise.test_smooth import SHORT

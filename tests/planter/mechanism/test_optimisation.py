@@ -18,7 +18,7 @@ from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.optimisation import optimise_machine
-from planter.optimise.hybrid import METHODS
+from planter.optimise.optimiser import METHODS
 from planter.optimise.problem import Problem
 from planter.parallel.task import Means
 from planter.planting.file import Machine as PlantingFile

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from planter.engine.problem import QuantityCurve
-from planter.optimise.conditions import Values
-from planter.optimise.refined import Panels, Refined
+from planter.optimise.continuous_cycle import ContinuousCycle, CyclePanels
+from planter.optimise.objective import ModelValues
 from tests.planter.optimise import toys
 from tests.planter.optimise.toys import difference
 
@@ -15,7 +15,7 @@ def test_extremes_and_integrals_agree_with_a_fine_grid(model):
     response = toys.planting(model)
     phi = np.pi * np.arange(20000) / 20000
     force = response.value(response.prologue(response.design), phi)
-    look = Refined(response).look(response.design)
+    look = ContinuousCycle(response).look(response.design)
     rough = np.abs(np.diff(force, 2)).max() / 4
     assert 0 <= look.high - force.max() < rough
     assert 0 <= force.min() - look.low < rough
@@ -25,16 +25,16 @@ def test_extremes_and_integrals_agree_with_a_fine_grid(model):
 
 def test_quadrature_has_converged(monkeypatch):
     response = toys.planting()
-    found = Panels(response, response.design)
+    found = CyclePanels(response, response.design)
     monkeypatch.setattr("planter.optimise.refined.NODES", 24)
-    finer = Panels(response, response.design)
+    finer = CyclePanels(response, response.design)
     assert found.variance.value == pytest.approx(finer.variance.value, rel=1e-12)
     assert found.variance.mean == pytest.approx(finer.variance.mean, rel=1e-14)
 
 
 def test_closed_forms():
     """cos phi - cos(3 phi) / 6: peaks sqrt 3 / 2 at +-30 deg, a dip 5/6 between them; variance (1 + 1/36) / 2."""
-    panels = Panels(toys.third_harmonic(), np.array([-1 / 6]))
+    panels = CyclePanels(toys.third_harmonic(), np.array([-1 / 6]))
     found = panels.extremes
     assert np.degrees(found.angles) == pytest.approx([0, 30, 150, 180, 210, 330], abs=1e-9)
     assert found.values == pytest.approx(np.sqrt([25 / 36, 0.75, 0.75, 25 / 36, 0.75, 0.75]) * [1, 1, -1, -1, -1, 1])
@@ -44,7 +44,7 @@ def test_closed_forms():
 
 def test_a_corner_is_a_peak_where_the_slope_changes_sign():
     toy = toys.corner(height=-4.0)
-    found = Panels(toy, np.array([0.2])).extremes
+    found = CyclePanels(toy, np.array([0.2])).extremes
     top = found.values.argmax()
     assert (found.angles[top], found.joint[top]) == (pytest.approx(0.2, abs=1e-14), 0)
     assert found.values[top] == pytest.approx(3 * np.cos(0.2), abs=1e-14)
@@ -57,10 +57,10 @@ def test_a_corner_is_a_peak_where_the_slope_changes_sign():
 def test_derivatives_of_peaks_kinks_and_variance_agree_with_differences(response, share):
     width = response.upper - response.lower
     x = response.lower + share * width
-    rows = Refined(response).local(x)
+    rows = ContinuousCycle(response).local(x)
     first = rows.values(x)
     rng = np.random.default_rng(5)
-    weights = Values(0.7, rng.normal(size=len(first.upper)), rng.normal(size=len(first.lower)), np.empty(0))
+    weights = ModelValues(0.7, rng.normal(size=len(first.upper)), rng.normal(size=len(first.lower)), np.empty(0))
 
     def value(y):
         values = rows.values(y)
@@ -80,15 +80,15 @@ def test_derivatives_of_peaks_kinks_and_variance_agree_with_differences(response
 
 def test_the_jump_terms_at_joints_are_needed():
     """Without them the curvature of the variance of a moving corner would be wrong: the test above can fail."""
-    panels = Panels(toys.corner(-4.0), np.array([0.2]))
+    panels = CyclePanels(toys.corner(-4.0), np.array([0.2]))
     assert abs(panels._at_joints()).max() > 0.1 * abs(panels.variance_hessian()).max()
 
 
 def test_windows_cover_the_turn_wherever_the_design_goes():
     response = toys.bent()
-    rows = Refined(response).local(np.array([0.1, 0.1]))
+    rows = ContinuousCycle(response).local(np.array([0.1, 0.1]))
     for x in np.random.default_rng(0).random((6, 2)):
-        values, look = rows.values(x), Refined(response).look(x)
+        values, look = rows.values(x), ContinuousCycle(response).look(x)
         assert values.upper.max() == pytest.approx(look.high, abs=1e-12)
         assert values.lower.min() == pytest.approx(look.low, abs=1e-12)
 
@@ -96,5 +96,5 @@ def test_windows_cover_the_turn_wherever_the_design_goes():
 def test_all_joints_are_panel_ends():
     response = toys.planting()
     assert isinstance(response, QuantityCurve)
-    panels = Panels(response, response.design)
+    panels = CyclePanels(response, response.design)
     assert np.isin(np.round(panels.folded, 9), np.round(np.mod(panels.breaks, np.pi), 9)).all()

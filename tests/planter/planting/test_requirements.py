@@ -14,9 +14,8 @@ from planter.errors import InputError
 from planter.files import examples
 from planter.mechanism.optimisation import optimise_machine
 from planter.optimise import certificate
-from planter.optimise.constraints import KEPT
-from planter.optimise.elastic import least_violation
-from planter.optimise.feasible import nearest
+from planter.optimise.constraints import FEASIBILITY_TOLERANCE
+from planter.optimise.feasibility import find_feasible_or_nearest, minimise_violation
 from planter.optimise.problem import Problem
 from planter.planting import cycle
 from planter.planting import file as machine
@@ -213,7 +212,7 @@ def problem_of(device: Device) -> tuple[Problem, RequirementConstraints]:
 def test_a_point_that_keeps_them_is_found_and_the_margin_counts(device: Device) -> None:
     problem, constraints = problem_of(device)
     assert not problem.kept(problem.start)
-    found = least_violation(problem, constraints, problem.start)
+    found = minimise_violation(problem, constraints, problem.start)
     assert found.kept
     for entry in evaluate_requirements(constraints.measures, problem.design(found.u)):
         assert entry.verdict == "pass", entry
@@ -223,7 +222,7 @@ def test_infeasible_says_which_where_and_how_much_and_relaxing_it_helps() -> Non
     """The list's own margin of the funnel's speed conflicts with the distance of the nozzles."""
     strict = machine.load(WIDE, {"funnel_speed_margin_m_s": 0.05})
     problem, constraints = problem_of(Device(strict))
-    least = nearest(problem, constraints, [problem.start])
+    least = find_feasible_or_nearest(problem, constraints, [problem.start])
     assert not least.kept
     error = build_infeasibility_error(constraints, problem.design(least.u), least)
     assert error.exit_code == 1
@@ -237,25 +236,28 @@ def test_infeasible_says_which_where_and_how_much_and_relaxing_it_helps() -> Non
         again, rows = problem_of(Device(relaxed))
         u = (error.design - again.box.origin) / again.box.unit
         assert (rows.violation(again.design(u)) < 1e-6) is kept
-        assert (least_violation(again, rows, np.clip(u, 0, 1)).total < 1e-6) is kept
+        assert (minimise_violation(again, rows, np.clip(u, 0, 1)).total < 1e-6) is kept
 
 
 def test_the_certificate_knows_the_multipliers_of_requirements(device: Device) -> None:
     """A linear objective would do: here a corner made of one requirement's gradient, judged without a solver."""
     problem, constraints = problem_of(device)
-    u = least_violation(problem, constraints, problem.start).u
-    m = certificate.best_multipliers(problem, u)
+    u = minimise_violation(problem, constraints, problem.start).u
+    m = certificate.estimate_multipliers(problem, u)
     assert len(m.required) == constraints.count
-    right = certificate.check(problem, u, m)
+    right = certificate.check_conditions(problem, u, m)
     active = int(np.argmin(np.minimum(constraints.upper, 1e9) - constraints.values(problem.design(u))))
     wrong = np.zeros(constraints.count)
     inactive = int(np.argmax(np.minimum(constraints.upper, 1e9) - constraints.values(problem.design(u))))
     assert inactive != active
     wrong[inactive] = problem.scale
-    assert certificate.check(problem, u, replace(m, required=m.required + wrong)).complementarity > 1e-3
+    assert certificate.check_conditions(problem, u, replace(m, required=m.required + wrong)).complementarity > 1e-3
     assert right.feasibility < 1e-6
     assert (
-        certificate.check(problem, problem.start, certificate.best_multipliers(problem, problem.start)).feasibility > 1
+        certificate.check_conditions(
+            problem, problem.start, certificate.estimate_multipliers(problem, problem.start)
+        ).feasibility
+        > 1
     )
 
 
@@ -268,7 +270,7 @@ def test_search_for_any_sum_satisfies_the_requirements(device: Device, goal: str
     spec = SearchSpec(sampling=36, starts=1)
     required = RequirementConstraints(device)
     optimum = optimise_machine(built, goal, spec=spec)
-    assert required.violation(optimum.x) <= KEPT
+    assert required.violation(optimum.x) <= FEASIBILITY_TOLERANCE
     free = optimise_machine(replace(built, requirements=None), goal, spec=spec)
     assert required.violation(free.x) > 0.01
     prices = {limit.limit_on: limit.multiplier for limit in optimum.result.certificate.active_limits}
