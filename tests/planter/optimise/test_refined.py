@@ -26,7 +26,7 @@ def test_extremes_and_integrals_agree_with_a_fine_grid(model):
 def test_quadrature_has_converged(monkeypatch):
     response = toys.planting()
     found = CyclePanels(response, response.design)
-    monkeypatch.setattr("planter.optimise.refined.NODES", 24)
+    monkeypatch.setattr("planter.optimise.continuous_cycle.NODES", 24)
     finer = CyclePanels(response, response.design)
     assert found.variance.value == pytest.approx(finer.variance.value, rel=1e-12)
     assert found.variance.mean == pytest.approx(finer.variance.mean, rel=1e-14)
