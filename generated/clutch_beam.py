@@ -212,7 +212,7 @@ def extremes() -> Function:
         N_0 [N] contact load at the start
         N_max [N] largest contact load
         t_max [s] time of the largest load
-        t_loss [s] time at which contact is lost; after a full swing to zero where it never is
+        t_loss [s] time of loss of contact; a full swing if the contact is never lost
         period [s] time of a full swing
     """
     M_1 = SX.sym("M_1")
@@ -309,7 +309,7 @@ def energy() -> Function:
 
     energies (2)
         given [J] work of the driving force since the start
-        kept [J] kinetic and strain energy less that at the start
+        kept [J] kinetic and strain energy minus that at the start
     """
     y_max = SX.sym("y_max")
     rate = SX.sym("rate")

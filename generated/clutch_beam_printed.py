@@ -41,7 +41,7 @@ def extremes() -> Function:
         N_0 [N] contact load at the start
         N_max [N] largest contact load
         t_max [s] time of the largest load
-        t_loss [s] time at which contact is lost; after a full swing to zero where it never is
+        t_loss [s] time of loss of contact; a full swing if the contact is never lost
         period [s] time of a full swing
     """
     E = SX.sym("E")

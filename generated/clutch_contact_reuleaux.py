@@ -9,7 +9,7 @@ Operations: tooth 295, side 232, clear 9, seen 15, section 25.
 
 Inputs:
 
-index [1] which of the equal ones, counted from 0
+index [1] index of one of the equal contacts, from 0
 tooth_shape (4)
     tip [m] distance of the tooth tips from the centroid
     root [m] distance of the tooth roots from the centroid
@@ -18,33 +18,33 @@ tooth_shape (4)
 places (8)
     x [m] centre of the body, x
     y [m] centre of the body, y
-    way [m] way of the sleeve from its engaged place
+    way [m] displacement of the sleeve from its engaged position
     output [rad] rotation of the output shaft
     shaft_x [m] end of the output shaft, x
     shaft_y [m] end of the output shaft, y
     angle [rad] rotation of the input and the body
-    pushed [m] way to which the linkage has pushed the sleeve
+    pushed [m] displacement to which the linkage has pushed the sleeve
 rates (8)
     x_dot [m/s] rate: centre of the body, x
     y_dot [m/s] rate: centre of the body, y
-    way_dot [m/s] rate: way of the sleeve from its engaged place
+    way_dot [m/s] rate: displacement of the sleeve from its engaged position
     output_dot [rad/s] rate: rotation of the output shaft
     shaft_x_dot [m/s] rate: end of the output shaft, x
     shaft_y_dot [m/s] rate: end of the output shaft, y
     angle_dot [rad/s] rate: rotation of the input and the body
-    pushed_dot [m/s] rate: way to which the linkage has pushed the sleeve
+    pushed_dot [m/s] rate: displacement to which the linkage has pushed the sleeve
 law (5)
     stiffness [N/m1.5] stiffness K of a contact: its force is K d^1.5
     dissipation [s/m] dissipation D of a contact: the factor of its force is 1 + D d'
     friction [1] coefficient of friction of every contact
     slip_speed [m/s] slip below which friction fades
-    least_depth [m] depth at which the slope of a force is taken where there is no contact
+    least_depth [m] depth at which the slope of a force is evaluated without contact
 hole_shape (4)
     width [m] constant width of the Reuleaux polygon
     hole [m] half the distance between opposite sides of the sleeve's hole when cut off
     travel [m] travel of the sleeve
     taper [rad] inclination of the tapered contact surface to the axis
-way [m] way of the sleeve from its engaged place
+way [m] displacement of the sleeve from its engaged position
 """
 
 from casadi import (
@@ -74,15 +74,15 @@ def tooth() -> Function:
     tooth_contact (13)
         gap [m] signed distance, negative where surfaces overlap
         normal [N] normal force
-        on_x [N] generalised force of the contacts along: centre of the body, x
-        on_y [N] generalised force of the contacts along: centre of the body, y
-        on_way [N] generalised force of the contacts along: way of the sleeve from its engaged place
-        on_output [N m] generalised force of the contacts along: rotation of the output shaft
-        on_shaft_x [N] generalised force of the contacts along: end of the output shaft, x
-        on_shaft_y [N] generalised force of the contacts along: end of the output shaft, y
-        on_angle [N m] generalised force of the contacts along: rotation of the input and the body
-        on_pushed [N] generalised force of the contacts along: way to which the linkage has pushed the sleeve
-        stored [J] energy that the depth of the contact holds
+        on_x [N] generalised force of the contacts on: centre of the body, x
+        on_y [N] generalised force of the contacts on: centre of the body, y
+        on_way [N] generalised force of the contacts on: displacement of the sleeve from its engaged position
+        on_output [N m] generalised force of the contacts on: rotation of the output shaft
+        on_shaft_x [N] generalised force of the contacts on: end of the output shaft, x
+        on_shaft_y [N] generalised force of the contacts on: end of the output shaft, y
+        on_angle [N m] generalised force of the contacts on: rotation of the input and the body
+        on_pushed [N] generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
+        stored [J] energy stored in the depth of the contact
         damped [W] power lost along the normal
         rubbed [W] power lost to friction
     """
@@ -111,18 +111,18 @@ def tooth() -> Function:
     dissipation = law[1]  # [s/m] dissipation D of a contact: the factor of its force is 1 + D d'
     friction = law[2]  # [1] coefficient of friction of every contact
     slip_speed = law[3]  # [m/s] slip below which friction fades
-    least_depth = law[4]  # [m] depth at which the slope of a force is taken where there is no contact
+    least_depth = law[4]  # [m] depth at which the slope of a force is evaluated without contact
     c1 = cos(output)
     c2 = shaft_x - x
     c3 = -c2
     c4 = sin(output)
     c5 = -shaft_y + y
     c6 = c4 * c5
-    # derived: centre of the body as the turning shaft sees it, x
+    # derived: centre of the body in the turning shaft's frame, x
     c_x = c1 * c3 + c6
-    # derived: centre of the body as the turning shaft sees it, y
+    # derived: centre of the body in the turning shaft's frame, y
     c_y = c1 * c5 - c3 * c4
-    # derived: direction of the body, or of what points from its centre, as the output shaft sees it
+    # derived: direction of the body, or of a radius of it, in the output shaft's frame
     heading = angle + 2 * pi * index / 5 - output
     # derived: distance of the sides of the hexagon of the fillet centres from its centre
     inner = apothem - fillet
@@ -134,11 +134,11 @@ def tooth() -> Function:
     reach = -tip * c7 + sqrt(root**2 - tip**2 * c8**2)
     c9 = cos(heading)
     c10 = tip * c9
-    # derived: tip as the turning shaft sees it, x
+    # derived: tip in the turning shaft's frame, x
     t_x = c_x + c10
     c11 = sin(heading)
     c12 = tip * c11
-    # derived: tip as the turning shaft sees it, y
+    # derived: tip in the turning shaft's frame, y
     t_y = c_y + c12
     c13 = 3 * atan2(t_y, t_x) / pi
     c14 = pi / 3
@@ -146,12 +146,12 @@ def tooth() -> Function:
     side = c14 * floor(c13) + pi / 6
     c15 = cos(side)
     c16 = sin(side)
-    # derived: tip beyond that side
+    # derived: normal distance of the tip from that side
     out = -inner + t_x * c15 + t_y * c16
-    # derived: tip beside the middle of that side
+    # derived: lateral distance of the tip from the middle of that side
     beside = -t_x * c16 + t_y * c15
     c17 = sqrt(3) * inner
-    # derived: how far the tip is past the end of that side
+    # derived: distance of the tip beyond the end of that side
     past = -c17 / 3 + fabs(beside)
     c18 = past <= 0
     c19 = sqrt(out**2 + past**2)
@@ -169,10 +169,10 @@ def tooth() -> Function:
     c23 = -t_y
     c24 = f_y + c23
     c25 = c11 * c24 + c22 * c9
-    # derived: fillet centre as the tooth sees it from its tip, x
+    # derived: fillet centre from the tip, in the tooth's frame, x
     w_x = c25
     c26 = -c11 * c22 + c24 * c9
-    # derived: fillet centre as the tooth sees it from its tip, y
+    # derived: fillet centre from the tip, in the tooth's frame, y
     w_y = c26
     c27 = fabs(w_y)
     # derived: fillet centre along the nearer face, from the tip
@@ -198,16 +198,16 @@ def tooth() -> Function:
         * (c10 * c15 + c12 * c16)))
     )
     c35 = -fillet + nearest
-    # derived: point of contact as the turning shaft sees it, x
+    # derived: point of contact in the turning shaft's frame, x
     point_x = if_else(c28, f_x + fillet * normal_x, -normal_x * c35 - c21)
-    # derived: point of contact as the turning shaft sees it, y
+    # derived: point of contact in the turning shaft's frame, y
     point_y = if_else(c28, f_y + fillet * normal_y, -normal_y * c35 - c23)
     # derived: signed distance, negative where surfaces overlap
     gap = c35
     # derived: depth to which surfaces overlap
     overlap = fmax(-gap, least_depth)
     c36 = gap >= 0
-    # derived: force of the depth alone
+    # derived: force due to the depth alone
     elastic = if_else(c36, 0, (sqrt(overlap) * overlap) * stiffness)
     c37 = angle_dot - output_dot
     c38 = output_dot * c5 - shaft_x_dot + x_dot
@@ -230,29 +230,29 @@ def tooth() -> Function:
     c47 = normal_x * c4 + normal_y * c1
     c48 = -c47
     c49 = drag * slip_1
-    # derived: generalised force of the contacts along: centre of the body, x
+    # derived: generalised force of the contacts on: centre of the body, x
     on_x = normal * c46 - c48 * c49
-    # derived: generalised force of the contacts along: centre of the body, y
+    # derived: generalised force of the contacts on: centre of the body, y
     on_y = normal * c47 - c46 * c49
-    # derived: generalised force of the contacts along: way of the sleeve from its engaged place
+    # derived: generalised force of the contacts on: displacement of the sleeve from its engaged position
     on_way = 0
     c50 = c1 * c5 + c2 * c4
     c51 = c1 * c2 - c6
-    # derived: generalised force of the contacts along: rotation of the output shaft
+    # derived: generalised force of the contacts on: rotation of the output shaft
     on_output = (
         normal * (-lever + normal_x * c50 + normal_y * c51) - c49 * (normal_x * (c42 + c51) - normal_y * (-c_y +
         point_y + c50))
     )
     c52 = -c46
-    # derived: generalised force of the contacts along: end of the output shaft, x
+    # derived: generalised force of the contacts on: end of the output shaft, x
     on_shaft_x = normal * c52 - c47 * c49
-    # derived: generalised force of the contacts along: end of the output shaft, y
+    # derived: generalised force of the contacts on: end of the output shaft, y
     on_shaft_y = normal * c48 - c49 * c52
-    # derived: generalised force of the contacts along: rotation of the input and the body
+    # derived: generalised force of the contacts on: rotation of the input and the body
     on_angle = lever * normal - c49 * (normal_x * c43 - normal_y * c44)
-    # derived: generalised force of the contacts along: way to which the linkage has pushed the sleeve
+    # derived: generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
     on_pushed = 0
-    # derived: energy that the depth of the contact holds
+    # derived: energy stored in the depth of the contact
     stored = if_else(c36, 0, 2 * (sqrt(overlap) * overlap**2) * stiffness / 5)
     # derived: power lost along the normal
     damped = closing * (-elastic + normal)
@@ -272,15 +272,15 @@ def side() -> Function:
     side_contact (13)
         gap [m] signed distance, negative where surfaces overlap
         normal [N] normal force
-        on_x [N] generalised force of the contacts along: centre of the body, x
-        on_y [N] generalised force of the contacts along: centre of the body, y
-        on_way [N] generalised force of the contacts along: way of the sleeve from its engaged place
-        on_output [N m] generalised force of the contacts along: rotation of the output shaft
-        on_shaft_x [N] generalised force of the contacts along: end of the output shaft, x
-        on_shaft_y [N] generalised force of the contacts along: end of the output shaft, y
-        on_angle [N m] generalised force of the contacts along: rotation of the input and the body
-        on_pushed [N] generalised force of the contacts along: way to which the linkage has pushed the sleeve
-        stored [J] energy that the depth of the contact holds
+        on_x [N] generalised force of the contacts on: centre of the body, x
+        on_y [N] generalised force of the contacts on: centre of the body, y
+        on_way [N] generalised force of the contacts on: displacement of the sleeve from its engaged position
+        on_output [N m] generalised force of the contacts on: rotation of the output shaft
+        on_shaft_x [N] generalised force of the contacts on: end of the output shaft, x
+        on_shaft_y [N] generalised force of the contacts on: end of the output shaft, y
+        on_angle [N m] generalised force of the contacts on: rotation of the input and the body
+        on_pushed [N] generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
+        stored [J] energy stored in the depth of the contact
         damped [W] power lost along the normal
         rubbed [W] power lost to friction
     """
@@ -295,14 +295,14 @@ def side() -> Function:
     taper = hole_shape[3]  # [rad] inclination of the tapered contact surface to the axis
     x = places[0]  # [m] centre of the body, x
     y = places[1]  # [m] centre of the body, y
-    way = places[2]  # [m] way of the sleeve from its engaged place
+    way = places[2]  # [m] displacement of the sleeve from its engaged position
     output = places[3]  # [rad] rotation of the output shaft
     shaft_x = places[4]  # [m] end of the output shaft, x
     shaft_y = places[5]  # [m] end of the output shaft, y
     angle = places[6]  # [rad] rotation of the input and the body
     x_dot = rates[0]  # [m/s] rate: centre of the body, x
     y_dot = rates[1]  # [m/s] rate: centre of the body, y
-    way_dot = rates[2]  # [m/s] rate: way of the sleeve from its engaged place
+    way_dot = rates[2]  # [m/s] rate: displacement of the sleeve from its engaged position
     output_dot = rates[3]  # [rad/s] rate: rotation of the output shaft
     shaft_x_dot = rates[4]  # [m/s] rate: end of the output shaft, x
     shaft_y_dot = rates[5]  # [m/s] rate: end of the output shaft, y
@@ -311,18 +311,18 @@ def side() -> Function:
     dissipation = law[1]  # [s/m] dissipation D of a contact: the factor of its force is 1 + D d'
     friction = law[2]  # [1] coefficient of friction of every contact
     slip_speed = law[3]  # [m/s] slip below which friction fades
-    least_depth = law[4]  # [m] depth at which the slope of a force is taken where there is no contact
+    least_depth = law[4]  # [m] depth at which the slope of a force is evaluated without contact
     c1 = cos(output)
     c2 = shaft_x - x
     c3 = -c2
     c4 = sin(output)
     c5 = -shaft_y + y
     c6 = c4 * c5
-    # derived: centre of the body as the turning shaft sees it, x
+    # derived: centre of the body in the turning shaft's frame, x
     c_x = c1 * c3 + c6
-    # derived: centre of the body as the turning shaft sees it, y
+    # derived: centre of the body in the turning shaft's frame, y
     c_y = c1 * c5 - c3 * c4
-    # derived: direction of the body, or of what points from its centre, as the output shaft sees it
+    # derived: direction of the body, or of a radius of it, in the output shaft's frame
     heading = angle - output
     # derived: direction of the normal of a side of the hole
     outwards = pi * (2 * index + 1) / 6
@@ -331,11 +331,11 @@ def side() -> Function:
     # derived: direction of a normal, from that of a vertex
     psi = -heading + outwards
     c7 = pi / vertices
-    # derived: angle of an arc, seen from the vertex that it is drawn about
+    # derived: angle of an arc, seen from the vertex at its centre
     arc = c7
     # derived: distance of the vertices from the centroid
     circumradius = width / sqrt(2 * cos(c7) + 2)
-    # derived: the same from the nearest vertex
+    # derived: direction of the normal from that of the nearest vertex
     inside = -2 * arc * floor((arc + psi) / 2 / arc) + psi
     c8 = arc / 2 - fabs(inside) >= 0
     c9 = arc - inside
@@ -347,7 +347,7 @@ def side() -> Function:
         cos(c11)))
     )
     c12 = tan(taper)
-    # derived: half the distance between opposite sides of the hole where the sleeve is
+    # derived: half the distance between opposite sides of the hole at the sleeve's position
     room = hole + c12 * (travel - way)
     c13 = cos(outwards)
     c14 = sin(outwards)
@@ -360,9 +360,9 @@ def side() -> Function:
     c15 = if_else(c8, circumradius * sin(inside), -if_else(c10, -circumradius * sin(c9), circumradius * sin(c11)))
     # derived: slope of the distance in the direction
     lever = -c15
-    # derived: point of contact as the turning shaft sees it, x
+    # derived: point of contact in the turning shaft's frame, x
     point_x = c_x + support * c13 + c14 * c15
-    # derived: point of contact as the turning shaft sees it, y
+    # derived: point of contact in the turning shaft's frame, y
     point_y = c_y + support * c14 - c13 * c15
     c16 = cos(taper)
     # derived: signed distance, negative where surfaces overlap
@@ -370,7 +370,7 @@ def side() -> Function:
     # derived: depth to which surfaces overlap
     overlap = fmax(-gap, least_depth)
     c17 = gap >= 0
-    # derived: force of the depth alone
+    # derived: force due to the depth alone
     elastic = if_else(c17, 0, (sqrt(overlap) * overlap) * stiffness)
     c18 = angle_dot - output_dot
     c19 = output_dot * c5 - shaft_x_dot + x_dot
@@ -395,29 +395,29 @@ def side() -> Function:
     c28 = -c27
     c29 = drag * slip_1
     c30 = normal_x * c1 - normal_y * c4
-    # derived: generalised force of the contacts along: centre of the body, x
+    # derived: generalised force of the contacts on: centre of the body, x
     on_x = normal * c16 * c30 - c28 * c29
-    # derived: generalised force of the contacts along: centre of the body, y
+    # derived: generalised force of the contacts on: centre of the body, y
     on_y = normal * c16 * c27 - c29 * c30
-    # derived: generalised force of the contacts along: way of the sleeve from its engaged place
+    # derived: generalised force of the contacts on: displacement of the sleeve from its engaged position
     on_way = -drag * slip_2 - normal * c12 * c16
     c31 = c1 * c5 + c2 * c4
     c32 = c1 * c2 - c6
-    # derived: generalised force of the contacts along: rotation of the output shaft
+    # derived: generalised force of the contacts on: rotation of the output shaft
     on_output = (
         normal * c16 * (-lever + normal_x * c31 + normal_y * c32) - c29 * (normal_x * (c23 + c32) - normal_y *
         (-c_y + point_y + c31))
     )
     c33 = -c30
-    # derived: generalised force of the contacts along: end of the output shaft, x
+    # derived: generalised force of the contacts on: end of the output shaft, x
     on_shaft_x = normal * c16 * c33 - c27 * c29
-    # derived: generalised force of the contacts along: end of the output shaft, y
+    # derived: generalised force of the contacts on: end of the output shaft, y
     on_shaft_y = normal * c16 * c28 - c29 * c33
-    # derived: generalised force of the contacts along: rotation of the input and the body
+    # derived: generalised force of the contacts on: rotation of the input and the body
     on_angle = lever * normal * c16 - c29 * (normal_x * c24 - normal_y * c25)
-    # derived: generalised force of the contacts along: way to which the linkage has pushed the sleeve
+    # derived: generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
     on_pushed = 0
-    # derived: energy that the depth of the contact holds
+    # derived: energy stored in the depth of the contact
     stored = if_else(c17, 0, 2 * (sqrt(overlap) * overlap**2) * stiffness / 5)
     # derived: power lost along the normal
     damped = closing * (-elastic + normal)
@@ -435,13 +435,13 @@ def clear() -> Function:
     """clearance, 1 entries:
 
     clearance (1)
-        least_root [m] least root radius with which teeth pass the corners of the shaft
+        least_root [m] smallest root radius with which teeth pass the corners of the shaft
     """
     tooth_shape = SX.sym("tooth_shape", 4)
     tip = tooth_shape[0]  # [m] distance of the tooth tips from the centroid
     apothem = tooth_shape[2]  # [m] half the distance between opposite flats of the shaft
     fillet = tooth_shape[3]  # [m] fillet radius on the corners of the shaft
-    # derived: least root radius with which teeth pass the corners of the shaft
+    # derived: smallest root radius with which teeth pass the corners of the shaft
     least_root = 2 * fillet - tip + 4 * sqrt(3) * (apothem - fillet) / 3
     clearance = vertcat(
         least_root
@@ -454,9 +454,9 @@ def seen() -> Function:
     """view, 3 entries:
 
     view (3)
-        c_x [m] centre of the body as the turning shaft sees it, x
-        c_y [m] centre of the body as the turning shaft sees it, y
-        heading [rad] direction of the body, or of what points from its centre, as the output shaft sees it
+        c_x [m] centre of the body in the turning shaft's frame, x
+        c_y [m] centre of the body in the turning shaft's frame, y
+        heading [rad] direction of the body, or of a radius of it, in the output shaft's frame
     """
     places = SX.sym("places", 8)
     x = places[0]  # [m] centre of the body, x
@@ -469,11 +469,11 @@ def seen() -> Function:
     c2 = -shaft_x + x
     c3 = sin(output)
     c4 = -shaft_y + y
-    # derived: centre of the body as the turning shaft sees it, x
+    # derived: centre of the body in the turning shaft's frame, x
     c_x = c1 * c2 + c3 * c4
-    # derived: centre of the body as the turning shaft sees it, y
+    # derived: centre of the body in the turning shaft's frame, y
     c_y = c1 * c4 - c2 * c3
-    # derived: direction of the body, or of what points from its centre, as the output shaft sees it
+    # derived: direction of the body, or of a radius of it, in the output shaft's frame
     heading = angle - output
     view = vertcat(
         c_x, c_y, heading
@@ -486,8 +486,8 @@ def section() -> Function:
     """drawn, 2 entries:
 
     drawn (2)
-        half_tooth [rad] half the angle that a tooth takes at its root
-        room [m] half the distance between opposite sides of the hole where the sleeve is
+        half_tooth [rad] half the angle of a tooth at its root
+        room [m] half the distance between opposite sides of the hole at the sleeve's position
     """
     tooth_shape = SX.sym("tooth_shape", 4)
     hole_shape = SX.sym("hole_shape", 4)
@@ -504,9 +504,9 @@ def section() -> Function:
     c2 = sin(face)
     # derived: length of a face, from tip to root
     reach = -tip * c1 + sqrt(root**2 - tip**2 * c2**2)
-    # derived: half the angle that a tooth takes at its root
+    # derived: half the angle of a tooth at its root
     half_tooth = atan2(reach * c2, reach * c1 + tip)
-    # derived: half the distance between opposite sides of the hole where the sleeve is
+    # derived: half the distance between opposite sides of the hole at the sleeve's position
     room = hole + (travel - way) * tan(taper)
     drawn = vertcat(
         half_tooth, room

@@ -45,7 +45,7 @@ clutch (12)
     d [m] axial length of the body
 b2 [m] distance of the tooth roots from the centroid of the body
 wall [m] material between tooth roots and outline at the right end
-shift [m] way of the sleeve from its engaged place
+shift [m] displacement of the sleeve from its engaged position
 span [m] distance of the crank gear's axis from the hinge of the link: both pitch radii
 theta_Amax [rad] rotation of the crank gear from the start of mesh to the limit
 l_AB [m] length of the crank
@@ -73,7 +73,7 @@ def polygon() -> Function:
     """polygon, 11 entries:
 
     polygon (11)
-        R [m] constant width of the polygon, diagonal of its pentagon; of whichever pentagon is spoken of
+        R [m] constant width of the polygon, diagonal of its pentagon
         b [m] largest outline radius of the body: distance of a vertex from the centroid
         A1 [1] share of R sin(theta) in the path of C, x
         A2 [1] share of R cos(theta) in the path of C, x
@@ -125,7 +125,7 @@ def path() -> Function:
     """path, 13 entries:
 
     path (13)
-        R [m] constant width of the polygon, diagonal of its pentagon; of whichever pentagon is spoken of
+        R [m] constant width of the polygon, diagonal of its pentagon
         A1 [1] share of R sin(theta) in the path of C, x
         A2 [1] share of R cos(theta) in the path of C, x
         beta [rad] direction of BC below +X
@@ -265,7 +265,7 @@ def travel() -> Function:
 
     travel (4)
         b [m] largest outline radius of the body: distance of a vertex from the centroid
-        c_min [m] least axial travel that lets the body turn coaxially
+        c_min [m] smallest axial travel with which the body can turn coaxially
         F_N [N] normal force between body and sleeve
         f [N] friction force between body and sleeve
     """
@@ -456,8 +456,8 @@ def rotor() -> Function:
     """rotor, 2 entries:
 
     rotor (2)
-        miss [m] largest overlap with the third pair of sides over a turn
-        free [m] least distance of opposite sides in which the polygon turns freely
+        miss [m] largest overlap with the third pair of sides over a revolution
+        free [m] smallest distance of opposite sides in which the polygon turns freely
     """
     a = SX.sym("a")
     c1 = sqrt(3)
@@ -513,7 +513,7 @@ def slider() -> Function:
         pin_x [m] crank pin B, along the guide
         pin_y [m] crank pin B, across the guide
         rod_angle [rad] angle of the rod with the guide
-        lever [m] way of the sleeve per rotation of the crank
+        lever [m] displacement of the sleeve per rotation of the crank
     """
     shift = SX.sym("shift")
     crank = SX.sym("crank", 3)
@@ -550,10 +550,10 @@ def push() -> Function:
     """push, 4 entries:
 
     push (4)
-        lever [m] way of the sleeve per rotation of the crank
+        lever [m] displacement of the sleeve per rotation of the crank
         rod_angle [rad] angle of the rod with the guide
         tooth_force [N] tangential force of the rack on the crank gear while the sleeve is pushed
-        side_force [N] force of the guide on the sleeve, across the way
+        side_force [N] force of the guide on the sleeve, perpendicular to its travel
     """
     shift = SX.sym("shift")
     crank = SX.sym("crank", 3)
@@ -592,8 +592,8 @@ def drive() -> Function:
     drive (4)
         r_A [m] pitch radius of the crank gear
         r_D [m] pitch radius of the arc rack
-        alpha_max [rad] inclination of the link when the sleeve has made its travel
-        lift [rad] turn of the link while the sleeve makes its travel
+        alpha_max [rad] inclination of the link at the end of the sleeve's travel
+        lift [rad] rotation of the link during the sleeve's travel
     """
     k = SX.sym("k")
     span = SX.sym("span")
@@ -620,9 +620,9 @@ def rod() -> Function:
     """rod, 3 entries:
 
     rod (3)
-        share [1] travel as a share of the largest that this crank makes in that rotation
-        l_BC_1 [m] rod, the one
-        l_BC_2 [m] rod, the other
+        share [1] travel as a share of the largest travel of this crank in that rotation
+        l_BC_1 [m] rod, first solution
+        l_BC_2 [m] rod, second solution
     """
     l_AB = SX.sym("l_AB")
     l_AC = SX.sym("l_AC")

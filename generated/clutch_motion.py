@@ -23,46 +23,46 @@ crank (3)
 link (5)
     k [1] gear radius ratio, crank gear to arc rack
     gamma [rad] mounting phase angle of the arc rack
-    link_start [rad] inclination of the link at the start of its course
-    link_end [rad] inclination of the link at the end of its course
-    link_speed [rad/s] size of the rate at which the link moves
+    link_start [rad] inclination of the link at the start of its motion
+    link_end [rad] inclination of the link at the end of its motion
+    link_speed [rad/s] magnitude of the link's rate
 places (8)
     x [m] centre of the body, x
     y [m] centre of the body, y
-    way [m] way of the sleeve from its engaged place
+    way [m] displacement of the sleeve from its engaged position
     output [rad] rotation of the output shaft
     shaft_x [m] end of the output shaft, x
     shaft_y [m] end of the output shaft, y
     angle [rad] rotation of the input and the body
-    pushed [m] way to which the linkage has pushed the sleeve
+    pushed [m] displacement to which the linkage has pushed the sleeve
 rates (8)
     x_dot [m/s] rate: centre of the body, x
     y_dot [m/s] rate: centre of the body, y
-    way_dot [m/s] rate: way of the sleeve from its engaged place
+    way_dot [m/s] rate: displacement of the sleeve from its engaged position
     output_dot [rad/s] rate: rotation of the output shaft
     shaft_x_dot [m/s] rate: end of the output shaft, x
     shaft_y_dot [m/s] rate: end of the output shaft, y
     angle_dot [rad/s] rate: rotation of the input and the body
-    pushed_dot [m/s] rate: way to which the linkage has pushed the sleeve
+    pushed_dot [m/s] rate: displacement to which the linkage has pushed the sleeve
 law (5)
     stiffness [N/m1.5] stiffness K of a contact: its force is K d^1.5
     dissipation [s/m] dissipation D of a contact: the factor of its force is 1 + D d'
     friction [1] coefficient of friction of every contact
     slip_speed [m/s] slip below which friction fades
-    least_depth [m] depth at which the slope of a force is taken where there is no contact
+    least_depth [m] depth at which the slope of a force is evaluated without contact
 bristles (2)
     bent_x [m] bend of the slides' bristles, x of the input
     bent_y [m] bend of the slides' bristles, y of the input
 sums (11)
-    on_x [N] generalised force of the contacts along: centre of the body, x
-    on_y [N] generalised force of the contacts along: centre of the body, y
-    on_way [N] generalised force of the contacts along: way of the sleeve from its engaged place
-    on_output [N m] generalised force of the contacts along: rotation of the output shaft
-    on_shaft_x [N] generalised force of the contacts along: end of the output shaft, x
-    on_shaft_y [N] generalised force of the contacts along: end of the output shaft, y
-    on_angle [N m] generalised force of the contacts along: rotation of the input and the body
-    on_pushed [N] generalised force of the contacts along: way to which the linkage has pushed the sleeve
-    stored [J] energy that the depth of the contact holds
+    on_x [N] generalised force of the contacts on: centre of the body, x
+    on_y [N] generalised force of the contacts on: centre of the body, y
+    on_way [N] generalised force of the contacts on: displacement of the sleeve from its engaged position
+    on_output [N m] generalised force of the contacts on: rotation of the output shaft
+    on_shaft_x [N] generalised force of the contacts on: end of the output shaft, x
+    on_shaft_y [N] generalised force of the contacts on: end of the output shaft, y
+    on_angle [N m] generalised force of the contacts on: rotation of the input and the body
+    on_pushed [N] generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
+    stored [J] energy stored in the depth of the contact
     damped [W] power lost along the normal
     rubbed [W] power lost to friction
 masses (4)
@@ -77,15 +77,15 @@ springs (4)
     spring_rate [N/m] rate of the sleeve's spring
 loads (4)
     load [N m] load torque on the output
-    load_speed [rad/s] speed at which the load torque has 1/sqrt(2) of its size
-    push_x [N] force on the body, x; no clutch has it
-    push_y [N] force on the body, y; no clutch has it
+    load_speed [rad/s] speed at which the load torque has 1/sqrt(2) of its full value
+    push_x [N] additional force on the body, x; zero in all clutches
+    push_y [N] additional force on the body, y; zero in all clutches
 slides (5)
     slide [N] limit of the friction of the coupling's slides
-    lock [N] what the seated thrust bearing adds to it
-    lock_travel [m] last part of the sleeve's way, over which the bearing seats
-    lock_stiffness [N/m] stiffness of the slides while they hold
-    creep [m/s] speed that keeps the law of the slides smooth where sliding stops
+    lock [N] increase of the friction limit by the seated thrust bearing
+    lock_travel [m] last part of the sleeve's travel, over which the bearing seats
+    lock_stiffness [N/m] stiffness of the slides while they stick
+    creep [m/s] speed that smooths the friction law of the slides where sliding stops
 damping_share [1] damping as a share of the critical one
 shaft_mass [kg] modal mass of the output shaft's bending
 shaft_stiffness [N/m] modal stiffness of the output shaft's bending
@@ -112,8 +112,8 @@ def course() -> Function:
 
     course (3)
         link_angle [rad] inclination of the link
-        pushed [m] way to which the linkage has pushed the sleeve
-        pushed_dot [m/s] rate: way to which the linkage has pushed the sleeve
+        pushed [m] displacement to which the linkage has pushed the sleeve
+        pushed_dot [m/s] rate: displacement to which the linkage has pushed the sleeve
     """
     t = SX.sym("t")
     crank = SX.sym("crank", 3)
@@ -123,9 +123,9 @@ def course() -> Function:
     l_AC = crank[2]  # [m] distance from the crank's axis A to the sleeve's pin C when engaged
     k = link[0]  # [1] gear radius ratio, crank gear to arc rack
     gamma = link[1]  # [rad] mounting phase angle of the arc rack
-    link_start = link[2]  # [rad] inclination of the link at the start of its course
-    link_end = link[3]  # [rad] inclination of the link at the end of its course
-    link_speed = link[4]  # [rad/s] size of the rate at which the link moves
+    link_start = link[2]  # [rad] inclination of the link at the start of its motion
+    link_end = link[3]  # [rad] inclination of the link at the end of its motion
+    link_speed = link[4]  # [rad/s] magnitude of the link's rate
     c1 = link_end - link_start
     c2 = link_speed / fabs(c1)
     c3 = t * c2
@@ -147,7 +147,7 @@ def course() -> Function:
     c13 = sqrt(-c10 - c12**2 * c9)
     # derived: the loop A-B-C closes
     pushed = l_AB * c11 - l_AC + c13
-    # derived: rate: way to which the linkage has pushed the sleeve
+    # derived: rate: displacement to which the linkage has pushed the sleeve
     pushed_dot = (
         -(-l_AB * c12 - c11 * c12 * c9 / c13) * if_else(c8, c1 * c6 * if_else(logic_or(c4, c5), 0, c2), 0)
     )
@@ -164,15 +164,15 @@ def bearing() -> Function:
     bearing_contact (13)
         gap [m] signed distance, negative where surfaces overlap
         normal [N] normal force
-        on_x [N] generalised force of the contacts along: centre of the body, x
-        on_y [N] generalised force of the contacts along: centre of the body, y
-        on_way [N] generalised force of the contacts along: way of the sleeve from its engaged place
-        on_output [N m] generalised force of the contacts along: rotation of the output shaft
-        on_shaft_x [N] generalised force of the contacts along: end of the output shaft, x
-        on_shaft_y [N] generalised force of the contacts along: end of the output shaft, y
-        on_angle [N m] generalised force of the contacts along: rotation of the input and the body
-        on_pushed [N] generalised force of the contacts along: way to which the linkage has pushed the sleeve
-        stored [J] energy that the depth of the contact holds
+        on_x [N] generalised force of the contacts on: centre of the body, x
+        on_y [N] generalised force of the contacts on: centre of the body, y
+        on_way [N] generalised force of the contacts on: displacement of the sleeve from its engaged position
+        on_output [N m] generalised force of the contacts on: rotation of the output shaft
+        on_shaft_x [N] generalised force of the contacts on: end of the output shaft, x
+        on_shaft_y [N] generalised force of the contacts on: end of the output shaft, y
+        on_angle [N m] generalised force of the contacts on: rotation of the input and the body
+        on_pushed [N] generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
+        stored [J] energy stored in the depth of the contact
         damped [W] power lost along the normal
         rubbed [W] power lost to friction
     """
@@ -181,22 +181,22 @@ def bearing() -> Function:
     law = SX.sym("law", 5)
     x = places[0]  # [m] centre of the body, x
     y = places[1]  # [m] centre of the body, y
-    way = places[2]  # [m] way of the sleeve from its engaged place
+    way = places[2]  # [m] displacement of the sleeve from its engaged position
     x_dot = rates[0]  # [m/s] rate: centre of the body, x
     y_dot = rates[1]  # [m/s] rate: centre of the body, y
-    way_dot = rates[2]  # [m/s] rate: way of the sleeve from its engaged place
+    way_dot = rates[2]  # [m/s] rate: displacement of the sleeve from its engaged position
     angle_dot = rates[6]  # [rad/s] rate: rotation of the input and the body
     stiffness = law[0]  # [N/m1.5] stiffness K of a contact: its force is K d^1.5
     dissipation = law[1]  # [s/m] dissipation D of a contact: the factor of its force is 1 + D d'
     friction = law[2]  # [1] coefficient of friction of every contact
     slip_speed = law[3]  # [m/s] slip below which friction fades
-    least_depth = law[4]  # [m] depth at which the slope of a force is taken where there is no contact
+    least_depth = law[4]  # [m] depth at which the slope of a force is evaluated without contact
     # derived: signed distance, negative where surfaces overlap
     gap = way
     # derived: depth to which surfaces overlap
     overlap = fmax(-gap, least_depth)
     c1 = gap >= 0
-    # derived: force of the depth alone
+    # derived: force due to the depth alone
     elastic = if_else(c1, 0, (sqrt(overlap) * overlap) * stiffness)
     # derived: rate of the depth
     closing = -way_dot
@@ -209,23 +209,23 @@ def bearing() -> Function:
     c2 = slip_1**2 + slip_2**2
     # derived: friction per slip velocity
     drag = friction * normal / sqrt(slip_speed**2 + c2)
-    # derived: generalised force of the contacts along: centre of the body, x
+    # derived: generalised force of the contacts on: centre of the body, x
     on_x = -drag * slip_1
-    # derived: generalised force of the contacts along: centre of the body, y
+    # derived: generalised force of the contacts on: centre of the body, y
     on_y = -drag * slip_2
-    # derived: generalised force of the contacts along: way of the sleeve from its engaged place
+    # derived: generalised force of the contacts on: displacement of the sleeve from its engaged position
     on_way = normal
-    # derived: generalised force of the contacts along: rotation of the output shaft
+    # derived: generalised force of the contacts on: rotation of the output shaft
     on_output = 0
-    # derived: generalised force of the contacts along: end of the output shaft, x
+    # derived: generalised force of the contacts on: end of the output shaft, x
     on_shaft_x = 0
-    # derived: generalised force of the contacts along: end of the output shaft, y
+    # derived: generalised force of the contacts on: end of the output shaft, y
     on_shaft_y = 0
-    # derived: generalised force of the contacts along: rotation of the input and the body
+    # derived: generalised force of the contacts on: rotation of the input and the body
     on_angle = -drag * (slip_1 * y - slip_2 * x)
-    # derived: generalised force of the contacts along: way to which the linkage has pushed the sleeve
+    # derived: generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
     on_pushed = 0
-    # derived: energy that the depth of the contact holds
+    # derived: energy stored in the depth of the contact
     stored = if_else(c1, 0, 2 * (sqrt(overlap) * overlap**2) * stiffness / 5)
     # derived: power lost along the normal
     damped = closing * (-elastic + normal)
@@ -245,57 +245,57 @@ def linkage() -> Function:
     linkage_contact (13)
         gap [m] signed distance, negative where surfaces overlap
         normal [N] normal force
-        on_x [N] generalised force of the contacts along: centre of the body, x
-        on_y [N] generalised force of the contacts along: centre of the body, y
-        on_way [N] generalised force of the contacts along: way of the sleeve from its engaged place
-        on_output [N m] generalised force of the contacts along: rotation of the output shaft
-        on_shaft_x [N] generalised force of the contacts along: end of the output shaft, x
-        on_shaft_y [N] generalised force of the contacts along: end of the output shaft, y
-        on_angle [N m] generalised force of the contacts along: rotation of the input and the body
-        on_pushed [N] generalised force of the contacts along: way to which the linkage has pushed the sleeve
-        stored [J] energy that the depth of the contact holds
+        on_x [N] generalised force of the contacts on: centre of the body, x
+        on_y [N] generalised force of the contacts on: centre of the body, y
+        on_way [N] generalised force of the contacts on: displacement of the sleeve from its engaged position
+        on_output [N m] generalised force of the contacts on: rotation of the output shaft
+        on_shaft_x [N] generalised force of the contacts on: end of the output shaft, x
+        on_shaft_y [N] generalised force of the contacts on: end of the output shaft, y
+        on_angle [N m] generalised force of the contacts on: rotation of the input and the body
+        on_pushed [N] generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
+        stored [J] energy stored in the depth of the contact
         damped [W] power lost along the normal
         rubbed [W] power lost to friction
     """
     places = SX.sym("places", 8)
     rates = SX.sym("rates", 8)
     law = SX.sym("law", 5)
-    way = places[2]  # [m] way of the sleeve from its engaged place
-    pushed = places[7]  # [m] way to which the linkage has pushed the sleeve
-    way_dot = rates[2]  # [m/s] rate: way of the sleeve from its engaged place
-    pushed_dot = rates[7]  # [m/s] rate: way to which the linkage has pushed the sleeve
+    way = places[2]  # [m] displacement of the sleeve from its engaged position
+    pushed = places[7]  # [m] displacement to which the linkage has pushed the sleeve
+    way_dot = rates[2]  # [m/s] rate: displacement of the sleeve from its engaged position
+    pushed_dot = rates[7]  # [m/s] rate: displacement to which the linkage has pushed the sleeve
     stiffness = law[0]  # [N/m1.5] stiffness K of a contact: its force is K d^1.5
     dissipation = law[1]  # [s/m] dissipation D of a contact: the factor of its force is 1 + D d'
-    least_depth = law[4]  # [m] depth at which the slope of a force is taken where there is no contact
+    least_depth = law[4]  # [m] depth at which the slope of a force is evaluated without contact
     # derived: signed distance, negative where surfaces overlap
     gap = -pushed + way
     # derived: depth to which surfaces overlap
     overlap = fmax(-gap, least_depth)
     c1 = gap >= 0
-    # derived: force of the depth alone
+    # derived: force due to the depth alone
     elastic = if_else(c1, 0, (sqrt(overlap) * overlap) * stiffness)
     # derived: rate of the depth
     closing = pushed_dot - way_dot
     # derived: normal force
     normal = elastic * fmax(0, closing * dissipation + 1)
-    # derived: generalised force of the contacts along: centre of the body, x
+    # derived: generalised force of the contacts on: centre of the body, x
     on_x = 0
-    # derived: generalised force of the contacts along: centre of the body, y
+    # derived: generalised force of the contacts on: centre of the body, y
     on_y = 0
-    # derived: generalised force of the contacts along: way of the sleeve from its engaged place
+    # derived: generalised force of the contacts on: displacement of the sleeve from its engaged position
     on_way = normal
-    # derived: generalised force of the contacts along: rotation of the output shaft
+    # derived: generalised force of the contacts on: rotation of the output shaft
     on_output = 0
-    # derived: generalised force of the contacts along: end of the output shaft, x
+    # derived: generalised force of the contacts on: end of the output shaft, x
     on_shaft_x = 0
-    # derived: generalised force of the contacts along: end of the output shaft, y
+    # derived: generalised force of the contacts on: end of the output shaft, y
     on_shaft_y = 0
-    # derived: generalised force of the contacts along: rotation of the input and the body
+    # derived: generalised force of the contacts on: rotation of the input and the body
     on_angle = 0
     c2 = -normal
-    # derived: generalised force of the contacts along: way to which the linkage has pushed the sleeve
+    # derived: generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
     on_pushed = c2
-    # derived: energy that the depth of the contact holds
+    # derived: energy stored in the depth of the contact
     stored = if_else(c1, 0, 2 * (sqrt(overlap) * overlap**2) * stiffness / 5)
     # derived: power lost along the normal
     damped = closing * (-elastic - c2)
@@ -315,15 +315,15 @@ def motion() -> Function:
     motion (16)
         x_ddot [m/s2] acceleration: centre of the body, x
         y_ddot [m/s2] acceleration: centre of the body, y
-        way_ddot [m/s2] acceleration: way of the sleeve from its engaged place
+        way_ddot [m/s2] acceleration: displacement of the sleeve from its engaged position
         output_ddot [rad/s2] acceleration: rotation of the output shaft
         shaft_x_ddot [m/s2] acceleration: end of the output shaft, x
         shaft_y_ddot [m/s2] acceleration: end of the output shaft, y
         bent_x_dot [m/s] rate: bend of the slides' bristles, x of the input
         bent_y_dot [m/s] rate: bend of the slides' bristles, y of the input
-        power_input [W] power of what turns the input, and of the force on the body
+        power_input [W] power of the input's drive, and of the additional force on the body
         power_linkage [W] power of the linkage
-        power_load [W] power that the load takes
+        power_load [W] power absorbed by the load
         power_damping [W] power lost in contacts along their normals
         power_friction [W] power lost to friction in contacts
         power_slides [W] power lost in the slides
@@ -340,29 +340,29 @@ def motion() -> Function:
     slides = SX.sym("slides", 5)
     x = places[0]  # [m] centre of the body, x
     y = places[1]  # [m] centre of the body, y
-    way = places[2]  # [m] way of the sleeve from its engaged place
+    way = places[2]  # [m] displacement of the sleeve from its engaged position
     shaft_x = places[4]  # [m] end of the output shaft, x
     shaft_y = places[5]  # [m] end of the output shaft, y
     angle = places[6]  # [rad] rotation of the input and the body
     x_dot = rates[0]  # [m/s] rate: centre of the body, x
     y_dot = rates[1]  # [m/s] rate: centre of the body, y
-    way_dot = rates[2]  # [m/s] rate: way of the sleeve from its engaged place
+    way_dot = rates[2]  # [m/s] rate: displacement of the sleeve from its engaged position
     output_dot = rates[3]  # [rad/s] rate: rotation of the output shaft
     shaft_x_dot = rates[4]  # [m/s] rate: end of the output shaft, x
     shaft_y_dot = rates[5]  # [m/s] rate: end of the output shaft, y
     angle_dot = rates[6]  # [rad/s] rate: rotation of the input and the body
-    pushed_dot = rates[7]  # [m/s] rate: way to which the linkage has pushed the sleeve
+    pushed_dot = rates[7]  # [m/s] rate: displacement to which the linkage has pushed the sleeve
     bent_x = bristles[0]  # [m] bend of the slides' bristles, x of the input
     bent_y = bristles[1]  # [m] bend of the slides' bristles, y of the input
-    on_x = sums[0]  # [N] generalised force of the contacts along: centre of the body, x
-    on_y = sums[1]  # [N] generalised force of the contacts along: centre of the body, y
-    on_way = sums[2]  # [N] generalised force of the contacts along: way of the sleeve from its engaged place
-    on_output = sums[3]  # [N m] generalised force of the contacts along: rotation of the output shaft
-    on_shaft_x = sums[4]  # [N] generalised force of the contacts along: end of the output shaft, x
-    on_shaft_y = sums[5]  # [N] generalised force of the contacts along: end of the output shaft, y
-    on_angle = sums[6]  # [N m] generalised force of the contacts along: rotation of the input and the body
-    on_pushed = sums[7]  # [N] generalised force of the contacts along: way to which the linkage has pushed the sleeve
-    stored = sums[8]  # [J] energy that the depth of the contact holds
+    on_x = sums[0]  # [N] generalised force of the contacts on: centre of the body, x
+    on_y = sums[1]  # [N] generalised force of the contacts on: centre of the body, y
+    on_way = sums[2]  # [N] generalised force of the contacts on: displacement of the sleeve from its engaged position
+    on_output = sums[3]  # [N m] generalised force of the contacts on: rotation of the output shaft
+    on_shaft_x = sums[4]  # [N] generalised force of the contacts on: end of the output shaft, x
+    on_shaft_y = sums[5]  # [N] generalised force of the contacts on: end of the output shaft, y
+    on_angle = sums[6]  # [N m] generalised force of the contacts on: rotation of the input and the body
+    on_pushed = sums[7]  # [N] generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
+    stored = sums[8]  # [J] energy stored in the depth of the contact
     damped = sums[9]  # [W] power lost along the normal
     rubbed = sums[10]  # [W] power lost to friction
     body = masses[0]  # [kg] mass of the body
@@ -374,14 +374,14 @@ def motion() -> Function:
     preload = springs[2]  # [N] preload of the sleeve's spring, engaged
     spring_rate = springs[3]  # [N/m] rate of the sleeve's spring
     load = loads[0]  # [N m] load torque on the output
-    load_speed = loads[1]  # [rad/s] speed at which the load torque has 1/sqrt(2) of its size
-    push_x = loads[2]  # [N] force on the body, x; no clutch has it
-    push_y = loads[3]  # [N] force on the body, y; no clutch has it
+    load_speed = loads[1]  # [rad/s] speed at which the load torque has 1/sqrt(2) of its full value
+    push_x = loads[2]  # [N] additional force on the body, x; zero in all clutches
+    push_y = loads[3]  # [N] additional force on the body, y; zero in all clutches
     slide = slides[0]  # [N] limit of the friction of the coupling's slides
-    lock = slides[1]  # [N] what the seated thrust bearing adds to it
-    lock_travel = slides[2]  # [m] last part of the sleeve's way, over which the bearing seats
-    lock_stiffness = slides[3]  # [N/m] stiffness of the slides while they hold
-    creep = slides[4]  # [m/s] speed that keeps the law of the slides smooth where sliding stops
+    lock = slides[1]  # [N] increase of the friction limit by the seated thrust bearing
+    lock_travel = slides[2]  # [m] last part of the sleeve's travel, over which the bearing seats
+    lock_stiffness = slides[3]  # [N/m] stiffness of the slides while they stick
+    creep = slides[4]  # [m/s] speed that smooths the friction law of the slides where sliding stops
     c1 = output_dot**2
     # derived: share of the load torque that acts, by the output's speed
     spun = output_dot / sqrt(load_speed**2 + c1)
@@ -418,13 +418,13 @@ def motion() -> Function:
     bent_x_dot = -bent_x * c12 + c9
     # derived: Dahl's bristles
     bent_y_dot = -bent_y * c12 + c10
-    # derived: power of what turns the input, and of the force on the body
+    # derived: power of the input's drive, and of the additional force on the body
     power_input = (
         -angle_dot * held_x * y + angle_dot * held_y * x - angle_dot * on_angle + push_x * x_dot + push_y * y_dot
     )
     # derived: power of the linkage
     power_linkage = -on_pushed * pushed_dot
-    # derived: power that the load takes
+    # derived: power absorbed by the load
     power_load = output_dot * c7
     # derived: power lost in contacts along their normals
     power_damping = damped

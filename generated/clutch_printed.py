@@ -65,7 +65,7 @@ def polygon() -> Function:
     """polygon, 9 entries:
 
     polygon (9)
-        R [m] constant width of the polygon, diagonal of its pentagon; of whichever pentagon is spoken of
+        R [m] constant width of the polygon, diagonal of its pentagon
         b [m] largest outline radius of the body: distance of a vertex from the centroid
         A1 [1] share of R sin(theta) in the path of C, x
         A2 [1] share of R cos(theta) in the path of C, x
@@ -108,7 +108,7 @@ def path() -> Function:
     """path, 13 entries:
 
     path (13)
-        R [m] constant width of the polygon, diagonal of its pentagon; of whichever pentagon is spoken of
+        R [m] constant width of the polygon, diagonal of its pentagon
         A1 [1] share of R sin(theta) in the path of C, x
         A2 [1] share of R cos(theta) in the path of C, x
         beta [rad] direction of BC below +X
@@ -235,7 +235,7 @@ def travel() -> Function:
 
     travel (4)
         b [m] largest outline radius of the body: distance of a vertex from the centroid
-        c_min [m] least axial travel that lets the body turn coaxially
+        c_min [m] smallest axial travel with which the body can turn coaxially
         F_N [N] normal force between body and sleeve
         f [N] friction force between body and sleeve
     """

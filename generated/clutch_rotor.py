@@ -61,7 +61,7 @@ def path() -> Function:
     vertices = shape[2]  # [1] vertices of the Reuleaux polygon, odd
     sides = shape[3]  # [1] sides of the regular polygon
     c1 = pi / vertices
-    # derived: angle of an arc, seen from the vertex that it is drawn about
+    # derived: angle of an arc, seen from the vertex at its centre
     arc = c1
     # derived: angle between the normals of two neighbouring sides
     turn = 2 * pi / sides
@@ -108,11 +108,11 @@ def ellipse() -> Function:
         s_1 [m] semi-major axis of the ellipse
         s_2 [m] semi-minor axis of the ellipse
         axis [rad] direction of the major axis
-        tangency [m] radius of curvature where the path runs along a side
-        fillet [m] least radius on the corners that the path of C clears, sides a width apart
+        tangency [m] radius of curvature of the path where it is tangent to a side
+        fillet [m] smallest corner radius that the path of C clears, sides a width apart
         lead [rad] rotation of the polygon while C passes a corner
         circumradius [m] distance of the vertices from the centroid
-        arc [rad] angle of an arc, seen from the vertex that it is drawn about
+        arc [rad] angle of an arc, seen from the vertex at its centre
     """
     shape = SX.sym("shape", 4)
     width = shape[0]  # [m] constant width of the Reuleaux polygon
@@ -120,7 +120,7 @@ def ellipse() -> Function:
     vertices = shape[2]  # [1] vertices of the Reuleaux polygon, odd
     sides = shape[3]  # [1] sides of the regular polygon
     c1 = pi / vertices
-    # derived: angle of an arc, seen from the vertex that it is drawn about
+    # derived: angle of an arc, seen from the vertex at its centre
     arc = c1
     # derived: angle between the normals of two neighbouring sides
     turn = 2 * pi / sides
@@ -151,7 +151,7 @@ def ellipse() -> Function:
     c10 = 2 * sine_x
     # derived: eigenvectors of u u' + v v'
     axis = atan2(-c10, c6 + c7 - 1) / 2
-    # derived: radius of curvature where the path runs along a side
+    # derived: radius of curvature of the path where it is tangent to a side
     tangency = width**2 * c7 / fabs(width)
     c11 = tan(turn / 2)
     # derived: the fillet begins where the path leaves the side
@@ -305,11 +305,11 @@ def support() -> Function:
     width = shape[0]  # [m] constant width of the Reuleaux polygon
     vertices = shape[2]  # [1] vertices of the Reuleaux polygon, odd
     c1 = pi / vertices
-    # derived: angle of an arc, seen from the vertex that it is drawn about
+    # derived: angle of an arc, seen from the vertex at its centre
     arc = c1
     # derived: distance of the vertices from the centroid
     circumradius = width / sqrt(2 * cos(c1) + 2)
-    # derived: the same from the nearest vertex
+    # derived: direction of the normal from that of the nearest vertex
     inside = -2 * arc * floor((arc + psi) / 2 / arc) + psi
     c2 = arc / 2 - fabs(inside) >= 0
     # derived: distance of the tangent with a normal from the centroid
@@ -337,7 +337,7 @@ def harmonic() -> Function:
     width = shape[0]  # [m] constant width of the Reuleaux polygon
     vertices = shape[2]  # [1] vertices of the Reuleaux polygon, odd
     c1 = 1 / vertices
-    # derived: angle of an arc, seen from the vertex that it is drawn about
+    # derived: angle of an arc, seen from the vertex at its centre
     arc = pi * c1
     c2 = 1 / order
     c3 = arc * order * vertices

@@ -9,8 +9,8 @@ Operations: image 12, row 20, conics 132, dyad 9, slider 17, swinging 17, hinge 
 Inputs:
 
 pose (3)
-    d1 [m] first coordinate of a pose: place of the moving origin along X
-    d2 [m] second coordinate of a pose: place of the moving origin along Y
+    d1 [m] first coordinate of a pose: position of the moving origin along X
+    d2 [m] second coordinate of a pose: position of the moving origin along Y
     phi [rad] angle of a pose, from X to x
 image (4)
     Z1 [m] mapping parameter 1 of a pose
@@ -106,8 +106,8 @@ def image() -> Function:
         Z4 [1] mapping parameter 4 of a pose
     """
     pose = SX.sym("pose", 3)
-    d1 = pose[0]  # [m] first coordinate of a pose: place of the moving origin along X
-    d2 = pose[1]  # [m] second coordinate of a pose: place of the moving origin along Y
+    d1 = pose[0]  # [m] first coordinate of a pose: position of the moving origin along X
+    d2 = pose[1]  # [m] second coordinate of a pose: position of the moving origin along Y
     phi = pose[2]  # [rad] angle of a pose, from X to x
     c1 = phi / 2
     c2 = sin(c1)
@@ -304,7 +304,7 @@ def slider() -> Function:
         y [m] moving hinge in the moving frame, y
         normal_X [m] normal of a slider's line, X, at the scale of the coefficients
         normal_Y [m] normal of a slider's line, Y, at the scale of the coefficients
-        offset [m2] what the normal times a place on the line is, at the scale of the coefficients
+        offset [m2] product of the normal and a point on the line, at the scale of the coefficients
     """
     coefficients = SX.sym("coefficients", 8)
     p4 = coefficients[3]  # [m] coefficient 4 of the linear form; its scale and sign as its leading term has them
@@ -339,7 +339,7 @@ def swinging() -> Function:
         Y_c [m] fixed hinge, Y
         normal_X [m] normal of a slider's line, X, at the scale of the coefficients
         normal_Y [m] normal of a slider's line, Y, at the scale of the coefficients
-        offset [m2] what the normal times a place on the line is, at the scale of the coefficients
+        offset [m2] product of the normal and a point on the line, at the scale of the coefficients
     """
     coefficients = SX.sym("coefficients", 8)
     p2 = coefficients[1]  # [m] coefficient 2 of the linear form; its scale and sign as its leading term has them
@@ -375,8 +375,8 @@ def hinge() -> Function:
     """
     pose = SX.sym("pose", 3)
     point = SX.sym("point", 2)
-    d1 = pose[0]  # [m] first coordinate of a pose: place of the moving origin along X
-    d2 = pose[1]  # [m] second coordinate of a pose: place of the moving origin along Y
+    d1 = pose[0]  # [m] first coordinate of a pose: position of the moving origin along X
+    d2 = pose[1]  # [m] second coordinate of a pose: position of the moving origin along Y
     phi = pose[2]  # [rad] angle of a pose, from X to x
     x = point[0]  # [m] moving hinge in the moving frame, x
     y = point[1]  # [m] moving hinge in the moving frame, y
@@ -397,12 +397,12 @@ def distance() -> Function:
     """distance_out, 1 entries:
 
     distance_out (1)
-        square [m2] square of the distance of moving and fixed hinge, less that of the radius
+        square [m2] square of the distance of moving and fixed hinge minus that of the radius
     """
     pose = SX.sym("pose", 3)
     dyad = SX.sym("dyad", 5)
-    d1 = pose[0]  # [m] first coordinate of a pose: place of the moving origin along X
-    d2 = pose[1]  # [m] second coordinate of a pose: place of the moving origin along Y
+    d1 = pose[0]  # [m] first coordinate of a pose: position of the moving origin along X
+    d2 = pose[1]  # [m] second coordinate of a pose: position of the moving origin along Y
     phi = pose[2]  # [rad] angle of a pose, from X to x
     x = dyad[0]  # [m] moving hinge in the moving frame, x
     y = dyad[1]  # [m] moving hinge in the moving frame, y
@@ -424,8 +424,8 @@ def arm() -> Function:
     """arm_out, 4 entries:
 
     arm_out (4)
-        d1 [m] first coordinate of a pose: place of the moving origin along X
-        d2 [m] second coordinate of a pose: place of the moving origin along Y
+        d1 [m] first coordinate of a pose: position of the moving origin along X
+        d2 [m] second coordinate of a pose: position of the moving origin along Y
         X [m] moving hinge in the fixed frame, X
         Y [m] moving hinge in the fixed frame, Y
     """
@@ -460,8 +460,8 @@ def loop() -> Function:
     """loop_out, 3 entries:
 
     loop_out (3)
-        of_cos [m2] what cos(phi) is multiplied by in the loop
-        of_sin [m2] what sin(phi) is multiplied by in the loop
+        of_cos [m2] factor of cos(phi) in the loop
+        of_sin [m2] factor of sin(phi) in the loop
         alone [m2] the term of the loop without phi
     """
     theta = SX.sym("theta")
@@ -507,7 +507,7 @@ def closed() -> Function:
     """closed_out, 3 entries:
 
     closed_out (3)
-        closure [m2] square of the distance that the follower bridges, less the square of its length
+        closure [m2] square of the distance between the follower's hinges minus the square of its length
         by_theta [m2] derivative of the closure in the angle of the crank
         by_phi [m2] derivative of the closure in the angle of the arm
     """

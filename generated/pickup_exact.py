@@ -20,16 +20,16 @@ carrier (9)
     B [m] face width of the helical pair
     alpha_n [rad] normal pressure angle of the helical pair
     ha_n [1] addendum coefficient of the helical pair
-t [rad] carrier angle counted from where the tip is farthest
+t [rad] carrier angle counted from the farthest tip
 law (4)
     p [1] swing of the arm's slope over its mean on the teeth
-    dwell_start [rad] where the dwell begins, from the farthest tip
-    dwell_end [rad] where the dwell ends, from the farthest tip
+    dwell_start [rad] carrier angle at the start of the dwell, from the farthest tip
+    dwell_end [rad] carrier angle at the end of the dwell, from the farthest tip
     phi1_far [rad] phi1 where the tip is farthest from O
 x_S [m] tip S, x
 y_S [m] tip S, y
-short [m2] square of the largest distance of the tip less that of its distance
-over [m2] square of the tip's distance less that of the least
+short [m2] square of the largest distance of the tip minus that of its distance
+over [m2] square of the tip's distance minus that of the smallest
 way [1] 1 from the farthest tip to the nearest, -1 on the way back
 bars (2)
     L1 [m] distance from the sun's centre O to the planet's axis O1
@@ -165,14 +165,14 @@ def law() -> Function:
     t = SX.sym("t")
     law = SX.sym("law", 4)
     p = law[0]  # [1] swing of the arm's slope over its mean on the teeth
-    dwell_start = law[1]  # [rad] where the dwell begins, from the farthest tip
-    dwell_end = law[2]  # [rad] where the dwell ends, from the farthest tip
+    dwell_start = law[1]  # [rad] carrier angle at the start of the dwell, from the farthest tip
+    dwell_end = law[2]  # [rad] carrier angle at the end of the dwell, from the farthest tip
     phi1_far = law[3]  # [rad] phi1 where the tip is farthest from O
     c1 = 2 * pi
-    # derived: within a turn
+    # derived: within a revolution
     tau = t - c1 * floor(t / 2 / pi)
     c2 = -dwell_end - p * sin(dwell_end)
-    # derived: one turn of the arm in a turn
+    # derived: one revolution of the arm per cycle
     c = c1 / (dwell_start + p * sin(dwell_start) + c1 + c2)
     c3 = fmax(dwell_end, tau)
     c4 = fmin(dwell_start, tau)
@@ -183,7 +183,7 @@ def law() -> Function:
     g = c * (c5 + 1)
     # derived: slope of the slope
     dg = -c * p * sin(t)
-    # derived: bend of the slope
+    # derived: second derivative of the slope
     ddg = -c * c5
     law_outputs = vertcat(
         phi1, g, dg, ddg
@@ -356,8 +356,8 @@ def entry() -> Function:
     """entry_outputs, 2 entries:
 
     entry_outputs (2)
-        along [m] how far the tip lies beyond that point, along the axis
-        across [m] how far the tip lies beside the axis, to the left
+        along [m] distance of the tip from that point, along the axis
+        across [m] distance of the tip from the axis, to the left
     """
     x_S = SX.sym("x_S")
     y_S = SX.sym("y_S")
@@ -368,9 +368,9 @@ def entry() -> Function:
     c2 = x_S - x_bottom
     c3 = sin(axis)
     c4 = y_S - y_bottom
-    # derived: place along the cell's axis
+    # derived: position along the cell's axis
     along = c1 * c2 + c3 * c4
-    # derived: place beside the cell's axis
+    # derived: position across the cell's axis
     across = c1 * c4 - c2 * c3
     entry_outputs = vertcat(
         along, across

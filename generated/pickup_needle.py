@@ -8,7 +8,7 @@ Operations: needle 39, placed 9.
 Inputs:
 
 along [m] tip along the cell's axis, from the tray's surface
-across [m] tip beside the cell's axis, to the left
+across [m] distance of the tip from the cell's axis, to the left
 tilt [rad] angle of the needle from the cell's axis
 length [m] length of the needle
 width [m] width of the needle
@@ -37,8 +37,8 @@ def needle() -> Function:
         root_left_across [m] corner of the needle, root, left: across the cell's axis
         root_right_along [m] corner of the needle, root, right: along the cell's axis
         root_right_across [m] corner of the needle, root, right: across the cell's axis
-        right_surface [m] where the needle's right edge passes the tray's surface, across
-        left_surface [m] where the needle's left edge passes the tray's surface, across
+        right_surface [m] intersection of the needle's right edge with the tray's surface, across
+        left_surface [m] intersection of the needle's left edge with the tray's surface, across
     """
     along = SX.sym("along")
     across = SX.sym("across")
@@ -73,9 +73,9 @@ def needle() -> Function:
     root_right_across = -c10 - c6 - c9
     c11 = along * tan(tilt)
     c12 = c2 / c5
-    # derived: where the needle's right edge passes the tray's surface, across
+    # derived: intersection of the needle's right edge with the tray's surface, across
     right_surface = -c10 - c11 - c12
-    # derived: where the needle's left edge passes the tray's surface, across
+    # derived: intersection of the needle's left edge with the tray's surface, across
     left_surface = across - c11 + c12
     corners = vertcat(
         tip_right_along, tip_right_across, tip_left_along, tip_left_across, root_left_along, root_left_across,
@@ -89,17 +89,17 @@ def placed() -> Function:
     """at, 2 entries:
 
     at (2)
-        x [m] place in the machine's frame, x
-        y [m] place in the machine's frame, y
+        x [m] position in the machine's frame, x
+        y [m] position in the machine's frame, y
     """
     along = SX.sym("along")
     across = SX.sym("across")
     axis = SX.sym("axis")
     c1 = sin(axis)
     c2 = cos(axis)
-    # derived: place in the machine's frame, x
+    # derived: position in the machine's frame, x
     x = -across * c1 + along * c2
-    # derived: place in the machine's frame, y
+    # derived: position in the machine's frame, y
     y = across * c2 + along * c1
     at = vertcat(
         x, y

@@ -77,7 +77,7 @@ def cam() -> Function:
     """steepness, 1 entries:
 
     steepness (1)
-        pressure [rad] pressure angle of the cam: from the way of the roller in its swing to the cam's normal
+        pressure [rad] pressure angle of the cam: from the roller's path in its swing to the cam's normal
     """
     theta1 = SX.sym("theta1")
     theta1_dot = SX.sym("theta1_dot")

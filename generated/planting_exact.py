@@ -78,8 +78,8 @@ T1 [rad] rotation of gear 5 since the sun's polar angle was zero
 a1 [m] centre distance of stage 1
 point (3)
     on_curve [rad] polar angle of the inner gear at a point of its pitch curve
-    on_radius [m] pitch radius there
-    on_turned [rad] rotation of the outer gear, since the inner's polar angle was zero, there
+    on_radius [m] pitch radius at that angle
+    on_turned [rad] rotation of the outer gear at that angle, since the inner gear's polar angle was zero
 gamma [rad] angle between the two centre lines
 t2 [rad] gear 6's polar angle at contact Q
 T2 [rad] rotation of the planet since gear 6's polar angle was zero
@@ -215,7 +215,7 @@ def lane(stage1: Function, stage2: Function, flank: Function) -> Function:
         y_B1 [m] B1, y
         t1 [rad] sun's polar angle at contact P
         t2 [rad] gear 6's polar angle at contact Q
-        x_tip_machine [m] tip, x, as the machine sees it
+        x_tip_machine [m] tip, x, in the machine's frame
         F_Aox [N] force of the planet on the outer half, planet frame, x
         F_Aoy [N] force of the planet on the outer half, planet frame, y
         F_Az [N] force of the planet on the inner half, planet frame, z
@@ -417,7 +417,7 @@ def lane(stage1: Function, stage2: Function, flank: Function) -> Function:
     x_CB = c_CBx * c32 + c_CBy * c30 - c19
     # derived: centroid of planet, shaft and funnel, y
     y_CB = -c_CBx * c30 + c_CBy * c32 + c21
-    # derived: tip, x, as the machine sees it
+    # derived: tip, x, in the machine's frame
     x_tip_machine = L_tip * c32 + x_B1
     # derived: tip, x
     x_tip = x_tip_machine + phi * v_f / omega
@@ -1051,7 +1051,7 @@ def weight() -> Function:
     """carried, 1 entries:
 
     carried (1)
-        weight [N] weight of everything that the frame carries
+        weight [N] weight of all parts that the frame carries
     """
     machine = SX.sym("machine", 49)
     g = machine[1]  # [m/s2] gravity
@@ -1076,8 +1076,8 @@ def pair1() -> Function:
     pair1_points (4)
         x_inner [m] the point on the inner gear, x
         y_inner [m] the point on the inner gear, y
-        x_outer [m] its mate on the outer gear, x
-        y_outer [m] its mate on the outer gear, y
+        x_outer [m] the corresponding point on the outer gear, x
+        y_outer [m] the corresponding point on the outer gear, y
     """
     phi = SX.sym("phi")
     t1 = SX.sym("t1")
@@ -1085,8 +1085,8 @@ def pair1() -> Function:
     a1 = SX.sym("a1")
     point = SX.sym("point", 3)
     on_curve = point[0]  # [rad] polar angle of the inner gear at a point of its pitch curve
-    on_radius = point[1]  # [m] pitch radius there
-    on_turned = point[2]  # [rad] rotation of the outer gear, since the inner's polar angle was zero, there
+    on_radius = point[1]  # [m] pitch radius at that angle
+    on_turned = point[2]  # [rad] rotation of the outer gear at that angle, since the inner gear's polar angle was zero
     c1 = sin(phi)
     c2 = on_curve - t1
     c3 = cos(c2)
@@ -1117,8 +1117,8 @@ def pair2() -> Function:
     pair2_points (4)
         x_inner [m] the point on the inner gear, x
         y_inner [m] the point on the inner gear, y
-        x_outer [m] its mate on the outer gear, x
-        y_outer [m] its mate on the outer gear, y
+        x_outer [m] the corresponding point on the outer gear, x
+        y_outer [m] the corresponding point on the outer gear, y
     """
     phi = SX.sym("phi")
     gamma = SX.sym("gamma")
@@ -1128,8 +1128,8 @@ def pair2() -> Function:
     a2 = SX.sym("a2")
     point = SX.sym("point", 3)
     on_curve = point[0]  # [rad] polar angle of the inner gear at a point of its pitch curve
-    on_radius = point[1]  # [m] pitch radius there
-    on_turned = point[2]  # [rad] rotation of the outer gear, since the inner's polar angle was zero, there
+    on_radius = point[1]  # [m] pitch radius at that angle
+    on_turned = point[2]  # [rad] rotation of the outer gear at that angle, since the inner gear's polar angle was zero
     c1 = a1 * sin(phi)
     c2 = on_curve - t2
     c3 = cos(c2)

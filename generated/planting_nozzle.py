@@ -13,9 +13,9 @@ y_tip [m] tip, y
 alpha [rad] angle from x down to x'; the nozzle points straight down at 90 deg
 soil [m] level of the soil
 theta1 [rad] swing of the inner half (angle psi of the rocker)
-plant [m] where over ground the plant stands
+plant [m] ground coordinate of the plant
 top [m] height of the top of the plant
-hair [m] length that keeps the slope of no distance finite
+hair [m] length that regularises the slope of the distance at zero
 machine (49)
     omega [rad/s] carrier speed, constant
     g [m/s2] gravity
@@ -86,7 +86,7 @@ def axis() -> Function:
 
     passing (2)
         tilt [rad] angle of the nozzle's axis from the vertical
-        cut [m] where over ground the nozzle's axis passes that level
+        cut [m] ground coordinate at which the nozzle's axis crosses that level
     """
     x_tip = SX.sym("x_tip")
     y_tip = SX.sym("y_tip")
@@ -94,7 +94,7 @@ def axis() -> Function:
     soil = SX.sym("soil")
     # derived: angle of the nozzle's axis from the vertical
     tilt = alpha - pi / 2
-    # derived: where over ground the nozzle's axis passes that level
+    # derived: ground coordinate at which the nozzle's axis crosses that level
     cut = x_tip + (-soil + y_tip) * cos(alpha) / sin(alpha)
     passing = vertcat(
         tilt, cut
@@ -135,11 +135,11 @@ def half() -> Function:
     # derived: direction of the open half, z
     along_z = -sin(theta1)
     c4 = along_z**2
-    # derived: place on the line of the half, from the hinge, that is nearest to the plant
+    # derived: distance from the hinge to the point of the half's line that is closest to the plant
     nearest = along_x * (plant - root_x) / (along_x**2 + c4 + 1e-30)
-    # derived: place on it from which on it is lower than the plant's top
+    # derived: distance from the hinge beyond which the half is lower than the plant's top
     lowest = fmin(length, fmax(0, (-root_y + top) / along_y))
-    # derived: the nearest place that counts
+    # derived: distance from the hinge to the closest point below the plant's top
     place = fmin(length, fmax(lowest, nearest))
     # derived: horizontal distance of the half from the plant
     clearance = sqrt(hair**2 + place**2 * c4 + (along_x * place - plant + root_x)**2)

@@ -162,7 +162,7 @@ def lane(stage1: Function, stage2: Function) -> Function:
     """share, 1 entries:
 
     share (1)
-        F_share [N] what one side adds to the vertical support force
+        F_share [N] contribution of one side to the vertical support force
     """
     phi = SX.sym("phi")
     mounting = SX.sym("mounting", 4)

@@ -289,7 +289,7 @@ PAPER.admits(
     Reading("two halves with an ideal coupling, driven by one cam force"),
     Reading(
         "one half with a cam force of its own",
-        derived={derivation.coupling(): Number.Zero},
+        derived={derivation.coupling_moment(): Number.Zero},
         because="2.1.2 balances the inner half alone and does not say what drives the outer one",
     ),
 )

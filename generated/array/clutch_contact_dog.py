@@ -15,14 +15,14 @@ def jaw(xp, index, jaw_shape, places, rates, law):
     depth = jaw_shape[4]  # [m] overlap of the jaws along the axis when engaged
     x = places[0]  # [m] centre of the body, x
     y = places[1]  # [m] centre of the body, y
-    way = places[2]  # [m] way of the sleeve from its engaged place
+    way = places[2]  # [m] displacement of the sleeve from its engaged position
     output = places[3]  # [rad] rotation of the output shaft
     shaft_x = places[4]  # [m] end of the output shaft, x
     shaft_y = places[5]  # [m] end of the output shaft, y
     angle = places[6]  # [rad] rotation of the input and the body
     x_dot = rates[0]  # [m/s] rate: centre of the body, x
     y_dot = rates[1]  # [m/s] rate: centre of the body, y
-    way_dot = rates[2]  # [m/s] rate: way of the sleeve from its engaged place
+    way_dot = rates[2]  # [m/s] rate: displacement of the sleeve from its engaged position
     output_dot = rates[3]  # [rad/s] rate: rotation of the output shaft
     shaft_x_dot = rates[4]  # [m/s] rate: end of the output shaft, x
     shaft_y_dot = rates[5]  # [m/s] rate: end of the output shaft, y
@@ -31,31 +31,31 @@ def jaw(xp, index, jaw_shape, places, rates, law):
     dissipation = law[1]  # [s/m] dissipation D of a contact: the factor of its force is 1 + D d'
     friction = law[2]  # [1] coefficient of friction of every contact
     slip_speed = law[3]  # [m/s] slip below which friction fades
-    least_depth = law[4]  # [m] depth at which the slope of a force is taken where there is no contact
+    least_depth = law[4]  # [m] depth at which the slope of a force is evaluated without contact
     c1 = xp.cos(output)
     c2 = shaft_x - x
     c3 = -c2
     c4 = xp.sin(output)
     c5 = -shaft_y + y
     c6 = c4 * c5
-    # derived: centre of the body as the turning shaft sees it, x
+    # derived: centre of the body in the turning shaft's frame, x
     c_x = c1 * c3 + c6
-    # derived: centre of the body as the turning shaft sees it, y
+    # derived: centre of the body in the turning shaft's frame, y
     c_y = c1 * c5 - c3 * c4
-    # derived: direction of the body, or of what points from its centre, as the output shaft sees it
+    # derived: direction of the body, or of a radius of it, in the output shaft's frame
     heading = angle - output
     # derived: angle from jaw to jaw
     pitch = 2 * xp.pi / jaws
     c7 = heading + index * pitch
     c8 = xp.cos(c7)
     c9 = xp.sin(c7)
-    # derived: middle of the jaw from that of the nearest opposite, along the circumference
+    # derived: offset of the jaw's middle from that of the nearest opposite jaw, along the circumference
     offset = -c_x * c9 + c_y * c8 + radius * (heading - pitch * xp.floor(heading / pitch + xp.divide(1, 2)))
-    # derived: tip faces from each other, along the axis
+    # derived: distance of the tip faces, along the axis
     lift = -depth + way
-    # derived: offset beyond where the flats of the flanks would meet, edges taken off
+    # derived: offset beyond contact of the flanks' flats, without the edge radii
     over = backlash / 2 + edge - pitch * radius / 2 + xp.absolute(offset)
-    # derived: lift beyond where the flats of the tips would meet, edges taken off
+    # derived: lift beyond contact of the tips' flats, without the edge radii
     above = edge + lift
     c10 = xp.sqrt(above**2 + over**2)
     c11 = xp.logical_and(above > 0, over > 0)
@@ -73,7 +73,7 @@ def jaw(xp, index, jaw_shape, places, rates, law):
     # derived: depth to which surfaces overlap
     overlap = xp.maximum(-gap, least_depth)
     c15 = gap >= 0
-    # derived: force of the depth alone
+    # derived: force due to the depth alone
     elastic = xp.where(c15, 0, (xp.sqrt(overlap) * overlap) * stiffness)
     c16 = c_x * c8 + c_y * c9 - radius
     c17 = -c16
@@ -94,26 +94,26 @@ def jaw(xp, index, jaw_shape, places, rates, law):
     c24 = normal * push
     c25 = drag * slip_1
     c26 = hoist * c25
-    # derived: generalised force of the contacts along: centre of the body, x
+    # derived: generalised force of the contacts on: centre of the body, x
     on_x = c23 * c24 + c23 * c26
     c27 = -c1 * c8 + c4 * c9
     c28 = -c27
-    # derived: generalised force of the contacts along: centre of the body, y
+    # derived: generalised force of the contacts on: centre of the body, y
     on_y = c24 * c28 + c26 * c28
-    # derived: generalised force of the contacts along: way of the sleeve from its engaged place
+    # derived: generalised force of the contacts on: displacement of the sleeve from its engaged position
     on_way = hoist * normal - push * c25
     c29 = c16 + c8 * (c1 * c2 - c6) - c9 * (c1 * c5 + c2 * c4)
-    # derived: generalised force of the contacts along: rotation of the output shaft
+    # derived: generalised force of the contacts on: rotation of the output shaft
     on_output = c24 * c29 + c26 * c29
-    # derived: generalised force of the contacts along: end of the output shaft, x
+    # derived: generalised force of the contacts on: end of the output shaft, x
     on_shaft_x = c22 * c24 + c22 * c26
-    # derived: generalised force of the contacts along: end of the output shaft, y
+    # derived: generalised force of the contacts on: end of the output shaft, y
     on_shaft_y = c24 * c27 + c26 * c27
-    # derived: generalised force of the contacts along: rotation of the input and the body
+    # derived: generalised force of the contacts on: rotation of the input and the body
     on_angle = c17 * c24 + c17 * c26
-    # derived: generalised force of the contacts along: way to which the linkage has pushed the sleeve
+    # derived: generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
     on_pushed = 0
-    # derived: energy that the depth of the contact holds
+    # derived: energy stored in the depth of the contact
     stored = xp.where(c15, 0, 2 * (xp.sqrt(overlap) * overlap**2) * stiffness / 5)
     # derived: power lost along the normal
     damped = closing * (-elastic + normal)
@@ -131,13 +131,13 @@ def fit(xp, fit, core, places, rates, law):
     y = places[1]  # [m] centre of the body, y
     x_dot = rates[0]  # [m/s] rate: centre of the body, x
     y_dot = rates[1]  # [m/s] rate: centre of the body, y
-    way_dot = rates[2]  # [m/s] rate: way of the sleeve from its engaged place
+    way_dot = rates[2]  # [m/s] rate: displacement of the sleeve from its engaged position
     angle_dot = rates[6]  # [rad/s] rate: rotation of the input and the body
     stiffness = law[0]  # [N/m1.5] stiffness K of a contact: its force is K d^1.5
     dissipation = law[1]  # [s/m] dissipation D of a contact: the factor of its force is 1 + D d'
     friction = law[2]  # [1] coefficient of friction of every contact
     slip_speed = law[3]  # [m/s] slip below which friction fades
-    least_depth = law[4]  # [m] depth at which the slope of a force is taken where there is no contact
+    least_depth = law[4]  # [m] depth at which the slope of a force is evaluated without contact
     c1 = x**2
     c2 = y**2
     c3 = xp.sqrt(core**2 + c1 + c2)
@@ -148,7 +148,7 @@ def fit(xp, fit, core, places, rates, law):
     # derived: depth to which surfaces overlap
     overlap = xp.maximum(-gap, least_depth)
     c4 = gap >= 0
-    # derived: force of the depth alone
+    # derived: force due to the depth alone
     elastic = xp.where(c4, 0, (xp.sqrt(overlap) * overlap) * stiffness)
     c5 = 1 / c3
     c6 = x * c5
@@ -168,23 +168,23 @@ def fit(xp, fit, core, places, rates, law):
     # derived: friction per slip velocity
     drag = friction * normal / xp.sqrt(slip_speed**2 + c11)
     c12 = drag * slip_1
-    # derived: generalised force of the contacts along: centre of the body, x
+    # derived: generalised force of the contacts on: centre of the body, x
     on_x = -normal * c6 + c10 * c12
-    # derived: generalised force of the contacts along: centre of the body, y
+    # derived: generalised force of the contacts on: centre of the body, y
     on_y = -normal * c7 - c12 * c9
-    # derived: generalised force of the contacts along: way of the sleeve from its engaged place
+    # derived: generalised force of the contacts on: displacement of the sleeve from its engaged position
     on_way = -drag * slip_2
-    # derived: generalised force of the contacts along: rotation of the output shaft
+    # derived: generalised force of the contacts on: rotation of the output shaft
     on_output = 0
-    # derived: generalised force of the contacts along: end of the output shaft, x
+    # derived: generalised force of the contacts on: end of the output shaft, x
     on_shaft_x = 0
-    # derived: generalised force of the contacts along: end of the output shaft, y
+    # derived: generalised force of the contacts on: end of the output shaft, y
     on_shaft_y = 0
-    # derived: generalised force of the contacts along: rotation of the input and the body
+    # derived: generalised force of the contacts on: rotation of the input and the body
     on_angle = -c12 * (-c1 * c8 - c2 * c8)
-    # derived: generalised force of the contacts along: way to which the linkage has pushed the sleeve
+    # derived: generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
     on_pushed = 0
-    # derived: energy that the depth of the contact holds
+    # derived: energy stored in the depth of the contact
     stored = xp.where(c4, 0, 2 * (xp.sqrt(overlap) * overlap**2) * stiffness / 5)
     # derived: power lost along the normal
     damped = closing * (-elastic + normal)

@@ -28,18 +28,18 @@ def tooth(xp, index, tooth_shape, places, rates, law):
     dissipation = law[1]  # [s/m] dissipation D of a contact: the factor of its force is 1 + D d'
     friction = law[2]  # [1] coefficient of friction of every contact
     slip_speed = law[3]  # [m/s] slip below which friction fades
-    least_depth = law[4]  # [m] depth at which the slope of a force is taken where there is no contact
+    least_depth = law[4]  # [m] depth at which the slope of a force is evaluated without contact
     c1 = xp.cos(output)
     c2 = shaft_x - x
     c3 = -c2
     c4 = xp.sin(output)
     c5 = -shaft_y + y
     c6 = c4 * c5
-    # derived: centre of the body as the turning shaft sees it, x
+    # derived: centre of the body in the turning shaft's frame, x
     c_x = c1 * c3 + c6
-    # derived: centre of the body as the turning shaft sees it, y
+    # derived: centre of the body in the turning shaft's frame, y
     c_y = c1 * c5 - c3 * c4
-    # derived: direction of the body, or of what points from its centre, as the output shaft sees it
+    # derived: direction of the body, or of a radius of it, in the output shaft's frame
     heading = angle + 2 * xp.pi * index / 5 - output
     # derived: distance of the sides of the hexagon of the fillet centres from its centre
     inner = apothem - fillet
@@ -51,11 +51,11 @@ def tooth(xp, index, tooth_shape, places, rates, law):
     reach = -tip * c7 + xp.sqrt(root**2 - tip**2 * c8**2)
     c9 = xp.cos(heading)
     c10 = tip * c9
-    # derived: tip as the turning shaft sees it, x
+    # derived: tip in the turning shaft's frame, x
     t_x = c_x + c10
     c11 = xp.sin(heading)
     c12 = tip * c11
-    # derived: tip as the turning shaft sees it, y
+    # derived: tip in the turning shaft's frame, y
     t_y = c_y + c12
     c13 = 3 * xp.arctan2(t_y, t_x) / xp.pi
     c14 = xp.pi / 3
@@ -63,12 +63,12 @@ def tooth(xp, index, tooth_shape, places, rates, law):
     side = c14 * xp.floor(c13) + xp.pi / 6
     c15 = xp.cos(side)
     c16 = xp.sin(side)
-    # derived: tip beyond that side
+    # derived: normal distance of the tip from that side
     out = -inner + t_x * c15 + t_y * c16
-    # derived: tip beside the middle of that side
+    # derived: lateral distance of the tip from the middle of that side
     beside = -t_x * c16 + t_y * c15
     c17 = xp.sqrt(3) * inner
-    # derived: how far the tip is past the end of that side
+    # derived: distance of the tip beyond the end of that side
     past = -c17 / 3 + xp.absolute(beside)
     c18 = past <= 0
     c19 = xp.sqrt(out**2 + past**2)
@@ -86,10 +86,10 @@ def tooth(xp, index, tooth_shape, places, rates, law):
     c23 = -t_y
     c24 = f_y + c23
     c25 = c11 * c24 + c22 * c9
-    # derived: fillet centre as the tooth sees it from its tip, x
+    # derived: fillet centre from the tip, in the tooth's frame, x
     w_x = c25
     c26 = -c11 * c22 + c24 * c9
-    # derived: fillet centre as the tooth sees it from its tip, y
+    # derived: fillet centre from the tip, in the tooth's frame, y
     w_y = c26
     c27 = xp.absolute(w_y)
     # derived: fillet centre along the nearer face, from the tip
@@ -115,16 +115,16 @@ def tooth(xp, index, tooth_shape, places, rates, law):
         c33 * (c10 * c15 + c12 * c16)))
     )
     c35 = -fillet + nearest
-    # derived: point of contact as the turning shaft sees it, x
+    # derived: point of contact in the turning shaft's frame, x
     point_x = xp.where(c28, f_x + fillet * normal_x, -normal_x * c35 - c21)
-    # derived: point of contact as the turning shaft sees it, y
+    # derived: point of contact in the turning shaft's frame, y
     point_y = xp.where(c28, f_y + fillet * normal_y, -normal_y * c35 - c23)
     # derived: signed distance, negative where surfaces overlap
     gap = c35
     # derived: depth to which surfaces overlap
     overlap = xp.maximum(-gap, least_depth)
     c36 = gap >= 0
-    # derived: force of the depth alone
+    # derived: force due to the depth alone
     elastic = xp.where(c36, 0, (xp.sqrt(overlap) * overlap) * stiffness)
     c37 = angle_dot - output_dot
     c38 = output_dot * c5 - shaft_x_dot + x_dot
@@ -147,29 +147,29 @@ def tooth(xp, index, tooth_shape, places, rates, law):
     c47 = normal_x * c4 + normal_y * c1
     c48 = -c47
     c49 = drag * slip_1
-    # derived: generalised force of the contacts along: centre of the body, x
+    # derived: generalised force of the contacts on: centre of the body, x
     on_x = normal * c46 - c48 * c49
-    # derived: generalised force of the contacts along: centre of the body, y
+    # derived: generalised force of the contacts on: centre of the body, y
     on_y = normal * c47 - c46 * c49
-    # derived: generalised force of the contacts along: way of the sleeve from its engaged place
+    # derived: generalised force of the contacts on: displacement of the sleeve from its engaged position
     on_way = 0
     c50 = c1 * c5 + c2 * c4
     c51 = c1 * c2 - c6
-    # derived: generalised force of the contacts along: rotation of the output shaft
+    # derived: generalised force of the contacts on: rotation of the output shaft
     on_output = (
         normal * (-lever + normal_x * c50 + normal_y * c51) - c49 * (normal_x * (c42 + c51) - normal_y * (-c_y +
         point_y + c50))
     )
     c52 = -c46
-    # derived: generalised force of the contacts along: end of the output shaft, x
+    # derived: generalised force of the contacts on: end of the output shaft, x
     on_shaft_x = normal * c52 - c47 * c49
-    # derived: generalised force of the contacts along: end of the output shaft, y
+    # derived: generalised force of the contacts on: end of the output shaft, y
     on_shaft_y = normal * c48 - c49 * c52
-    # derived: generalised force of the contacts along: rotation of the input and the body
+    # derived: generalised force of the contacts on: rotation of the input and the body
     on_angle = lever * normal - c49 * (normal_x * c43 - normal_y * c44)
-    # derived: generalised force of the contacts along: way to which the linkage has pushed the sleeve
+    # derived: generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
     on_pushed = 0
-    # derived: energy that the depth of the contact holds
+    # derived: energy stored in the depth of the contact
     stored = xp.where(c36, 0, 2 * (xp.sqrt(overlap) * overlap**2) * stiffness / 5)
     # derived: power lost along the normal
     damped = closing * (-elastic + normal)
@@ -189,14 +189,14 @@ def side(xp, index, hole_shape, places, rates, law):
     taper = hole_shape[3]  # [rad] inclination of the tapered contact surface to the axis
     x = places[0]  # [m] centre of the body, x
     y = places[1]  # [m] centre of the body, y
-    way = places[2]  # [m] way of the sleeve from its engaged place
+    way = places[2]  # [m] displacement of the sleeve from its engaged position
     output = places[3]  # [rad] rotation of the output shaft
     shaft_x = places[4]  # [m] end of the output shaft, x
     shaft_y = places[5]  # [m] end of the output shaft, y
     angle = places[6]  # [rad] rotation of the input and the body
     x_dot = rates[0]  # [m/s] rate: centre of the body, x
     y_dot = rates[1]  # [m/s] rate: centre of the body, y
-    way_dot = rates[2]  # [m/s] rate: way of the sleeve from its engaged place
+    way_dot = rates[2]  # [m/s] rate: displacement of the sleeve from its engaged position
     output_dot = rates[3]  # [rad/s] rate: rotation of the output shaft
     shaft_x_dot = rates[4]  # [m/s] rate: end of the output shaft, x
     shaft_y_dot = rates[5]  # [m/s] rate: end of the output shaft, y
@@ -205,18 +205,18 @@ def side(xp, index, hole_shape, places, rates, law):
     dissipation = law[1]  # [s/m] dissipation D of a contact: the factor of its force is 1 + D d'
     friction = law[2]  # [1] coefficient of friction of every contact
     slip_speed = law[3]  # [m/s] slip below which friction fades
-    least_depth = law[4]  # [m] depth at which the slope of a force is taken where there is no contact
+    least_depth = law[4]  # [m] depth at which the slope of a force is evaluated without contact
     c1 = xp.cos(output)
     c2 = shaft_x - x
     c3 = -c2
     c4 = xp.sin(output)
     c5 = -shaft_y + y
     c6 = c4 * c5
-    # derived: centre of the body as the turning shaft sees it, x
+    # derived: centre of the body in the turning shaft's frame, x
     c_x = c1 * c3 + c6
-    # derived: centre of the body as the turning shaft sees it, y
+    # derived: centre of the body in the turning shaft's frame, y
     c_y = c1 * c5 - c3 * c4
-    # derived: direction of the body, or of what points from its centre, as the output shaft sees it
+    # derived: direction of the body, or of a radius of it, in the output shaft's frame
     heading = angle - output
     # derived: direction of the normal of a side of the hole
     outwards = xp.pi * (2 * index + 1) / 6
@@ -225,11 +225,11 @@ def side(xp, index, hole_shape, places, rates, law):
     # derived: direction of a normal, from that of a vertex
     psi = -heading + outwards
     c7 = xp.pi / vertices
-    # derived: angle of an arc, seen from the vertex that it is drawn about
+    # derived: angle of an arc, seen from the vertex at its centre
     arc = c7
     # derived: distance of the vertices from the centroid
     circumradius = width / xp.sqrt(2 * xp.cos(c7) + 2)
-    # derived: the same from the nearest vertex
+    # derived: direction of the normal from that of the nearest vertex
     inside = -2 * arc * xp.floor((arc + psi) / 2 / arc) + psi
     c8 = arc / 2 - xp.absolute(inside) >= 0
     c9 = arc - inside
@@ -241,7 +241,7 @@ def side(xp, index, hole_shape, places, rates, law):
         -circumradius * xp.cos(c11)))
     )
     c12 = xp.tan(taper)
-    # derived: half the distance between opposite sides of the hole where the sleeve is
+    # derived: half the distance between opposite sides of the hole at the sleeve's position
     room = hole + c12 * (travel - way)
     c13 = xp.cos(outwards)
     c14 = xp.sin(outwards)
@@ -257,9 +257,9 @@ def side(xp, index, hole_shape, places, rates, law):
     )
     # derived: slope of the distance in the direction
     lever = -c15
-    # derived: point of contact as the turning shaft sees it, x
+    # derived: point of contact in the turning shaft's frame, x
     point_x = c_x + support * c13 + c14 * c15
-    # derived: point of contact as the turning shaft sees it, y
+    # derived: point of contact in the turning shaft's frame, y
     point_y = c_y + support * c14 - c13 * c15
     c16 = xp.cos(taper)
     # derived: signed distance, negative where surfaces overlap
@@ -267,7 +267,7 @@ def side(xp, index, hole_shape, places, rates, law):
     # derived: depth to which surfaces overlap
     overlap = xp.maximum(-gap, least_depth)
     c17 = gap >= 0
-    # derived: force of the depth alone
+    # derived: force due to the depth alone
     elastic = xp.where(c17, 0, (xp.sqrt(overlap) * overlap) * stiffness)
     c18 = angle_dot - output_dot
     c19 = output_dot * c5 - shaft_x_dot + x_dot
@@ -292,29 +292,29 @@ def side(xp, index, hole_shape, places, rates, law):
     c28 = -c27
     c29 = drag * slip_1
     c30 = normal_x * c1 - normal_y * c4
-    # derived: generalised force of the contacts along: centre of the body, x
+    # derived: generalised force of the contacts on: centre of the body, x
     on_x = normal * c16 * c30 - c28 * c29
-    # derived: generalised force of the contacts along: centre of the body, y
+    # derived: generalised force of the contacts on: centre of the body, y
     on_y = normal * c16 * c27 - c29 * c30
-    # derived: generalised force of the contacts along: way of the sleeve from its engaged place
+    # derived: generalised force of the contacts on: displacement of the sleeve from its engaged position
     on_way = -drag * slip_2 - normal * c12 * c16
     c31 = c1 * c5 + c2 * c4
     c32 = c1 * c2 - c6
-    # derived: generalised force of the contacts along: rotation of the output shaft
+    # derived: generalised force of the contacts on: rotation of the output shaft
     on_output = (
         normal * c16 * (-lever + normal_x * c31 + normal_y * c32) - c29 * (normal_x * (c23 + c32) - normal_y *
         (-c_y + point_y + c31))
     )
     c33 = -c30
-    # derived: generalised force of the contacts along: end of the output shaft, x
+    # derived: generalised force of the contacts on: end of the output shaft, x
     on_shaft_x = normal * c16 * c33 - c27 * c29
-    # derived: generalised force of the contacts along: end of the output shaft, y
+    # derived: generalised force of the contacts on: end of the output shaft, y
     on_shaft_y = normal * c16 * c28 - c29 * c33
-    # derived: generalised force of the contacts along: rotation of the input and the body
+    # derived: generalised force of the contacts on: rotation of the input and the body
     on_angle = lever * normal * c16 - c29 * (normal_x * c24 - normal_y * c25)
-    # derived: generalised force of the contacts along: way to which the linkage has pushed the sleeve
+    # derived: generalised force of the contacts on: displacement to which the linkage has pushed the sleeve
     on_pushed = 0
-    # derived: energy that the depth of the contact holds
+    # derived: energy stored in the depth of the contact
     stored = xp.where(c17, 0, 2 * (xp.sqrt(overlap) * overlap**2) * stiffness / 5)
     # derived: power lost along the normal
     damped = closing * (-elastic + normal)
@@ -331,7 +331,7 @@ def clear(xp, tooth_shape):
     tip = tooth_shape[0]  # [m] distance of the tooth tips from the centroid
     apothem = tooth_shape[2]  # [m] half the distance between opposite flats of the shaft
     fillet = tooth_shape[3]  # [m] fillet radius on the corners of the shaft
-    # derived: least root radius with which teeth pass the corners of the shaft
+    # derived: smallest root radius with which teeth pass the corners of the shaft
     least_root = 2 * fillet - tip + 4 * xp.sqrt(3) * (apothem - fillet) / 3
     return (
         least_root,
@@ -350,11 +350,11 @@ def seen(xp, places):
     c2 = -shaft_x + x
     c3 = xp.sin(output)
     c4 = -shaft_y + y
-    # derived: centre of the body as the turning shaft sees it, x
+    # derived: centre of the body in the turning shaft's frame, x
     c_x = c1 * c2 + c3 * c4
-    # derived: centre of the body as the turning shaft sees it, y
+    # derived: centre of the body in the turning shaft's frame, y
     c_y = c1 * c4 - c2 * c3
-    # derived: direction of the body, or of what points from its centre, as the output shaft sees it
+    # derived: direction of the body, or of a radius of it, in the output shaft's frame
     heading = angle - output
     return (
         c_x, c_y, heading,
@@ -375,9 +375,9 @@ def section(xp, tooth_shape, hole_shape, way):
     c2 = xp.sin(face)
     # derived: length of a face, from tip to root
     reach = -tip * c1 + xp.sqrt(root**2 - tip**2 * c2**2)
-    # derived: half the angle that a tooth takes at its root
+    # derived: half the angle of a tooth at its root
     half_tooth = xp.arctan2(reach * c2, reach * c1 + tip)
-    # derived: half the distance between opposite sides of the hole where the sleeve is
+    # derived: half the distance between opposite sides of the hole at the sleeve's position
     room = hole + (travel - way) * xp.tan(taper)
     return (
         half_tooth, room,

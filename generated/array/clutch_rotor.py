@@ -13,7 +13,7 @@ def path(xp, theta, shape):
     vertices = shape[2]  # [1] vertices of the Reuleaux polygon, odd
     sides = shape[3]  # [1] sides of the regular polygon
     c1 = xp.pi / vertices
-    # derived: angle of an arc, seen from the vertex that it is drawn about
+    # derived: angle of an arc, seen from the vertex at its centre
     arc = c1
     # derived: angle between the normals of two neighbouring sides
     turn = 2 * xp.pi / sides
@@ -56,7 +56,7 @@ def ellipse(xp, shape):
     vertices = shape[2]  # [1] vertices of the Reuleaux polygon, odd
     sides = shape[3]  # [1] sides of the regular polygon
     c1 = xp.pi / vertices
-    # derived: angle of an arc, seen from the vertex that it is drawn about
+    # derived: angle of an arc, seen from the vertex at its centre
     arc = c1
     # derived: angle between the normals of two neighbouring sides
     turn = 2 * xp.pi / sides
@@ -87,7 +87,7 @@ def ellipse(xp, shape):
     c10 = 2 * sine_x
     # derived: eigenvectors of u u' + v v'
     axis = xp.arctan2(-c10, c6 + c7 - 1) / 2
-    # derived: radius of curvature where the path runs along a side
+    # derived: radius of curvature of the path where it is tangent to a side
     tangency = width**2 * c7 / xp.absolute(width)
     c11 = xp.tan(turn / 2)
     # derived: the fillet begins where the path leaves the side
@@ -206,11 +206,11 @@ def support(xp, psi, shape):
     width = shape[0]  # [m] constant width of the Reuleaux polygon
     vertices = shape[2]  # [1] vertices of the Reuleaux polygon, odd
     c1 = xp.pi / vertices
-    # derived: angle of an arc, seen from the vertex that it is drawn about
+    # derived: angle of an arc, seen from the vertex at its centre
     arc = c1
     # derived: distance of the vertices from the centroid
     circumradius = width / xp.sqrt(2 * xp.cos(c1) + 2)
-    # derived: the same from the nearest vertex
+    # derived: direction of the normal from that of the nearest vertex
     inside = -2 * arc * xp.floor((arc + psi) / 2 / arc) + psi
     c2 = arc / 2 - xp.absolute(inside) >= 0
     # derived: distance of the tangent with a normal from the centroid
@@ -230,7 +230,7 @@ def harmonic(xp, order, shape):
     width = shape[0]  # [m] constant width of the Reuleaux polygon
     vertices = shape[2]  # [1] vertices of the Reuleaux polygon, odd
     c1 = 1 / vertices
-    # derived: angle of an arc, seen from the vertex that it is drawn about
+    # derived: angle of an arc, seen from the vertex at its centre
     arc = xp.pi * c1
     c2 = 1 / order
     c3 = arc * order * vertices

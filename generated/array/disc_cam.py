@@ -19,11 +19,11 @@ def disc(xp, phi, centre, reach):
     c3 = xp.sin(phi)
     c4 = y * c3
     c5 = c2 + c4
-    # derived: as the cam sees it
+    # derived: in the cam's frame
     pitch_x = c5
     c6 = x * c3
     c7 = y * c1
-    # derived: as the cam sees it
+    # derived: in the cam's frame
     pitch_y = -c6 + c7
     c8 = dx * c3
     c9 = -dy * c1 + c8

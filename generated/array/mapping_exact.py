@@ -8,8 +8,8 @@ inputs are indexed along their first axis, so an entry may itself be an array.
 
 def image(xp, pose):
     """image_out: 4 entries in the order of the CasADi function."""
-    d1 = pose[0]  # [m] first coordinate of a pose: place of the moving origin along X
-    d2 = pose[1]  # [m] second coordinate of a pose: place of the moving origin along Y
+    d1 = pose[0]  # [m] first coordinate of a pose: position of the moving origin along X
+    d2 = pose[1]  # [m] second coordinate of a pose: position of the moving origin along Y
     phi = pose[2]  # [rad] angle of a pose, from X to x
     c1 = phi / 2
     c2 = xp.sin(c1)
@@ -202,8 +202,8 @@ def swinging(xp, coefficients):
 
 def hinge(xp, pose, point):
     """hinge_out: 2 entries in the order of the CasADi function."""
-    d1 = pose[0]  # [m] first coordinate of a pose: place of the moving origin along X
-    d2 = pose[1]  # [m] second coordinate of a pose: place of the moving origin along Y
+    d1 = pose[0]  # [m] first coordinate of a pose: position of the moving origin along X
+    d2 = pose[1]  # [m] second coordinate of a pose: position of the moving origin along Y
     phi = pose[2]  # [rad] angle of a pose, from X to x
     x = point[0]  # [m] moving hinge in the moving frame, x
     y = point[1]  # [m] moving hinge in the moving frame, y
@@ -220,8 +220,8 @@ def hinge(xp, pose, point):
 
 def distance(xp, pose, dyad):
     """distance_out: 1 entries in the order of the CasADi function."""
-    d1 = pose[0]  # [m] first coordinate of a pose: place of the moving origin along X
-    d2 = pose[1]  # [m] second coordinate of a pose: place of the moving origin along Y
+    d1 = pose[0]  # [m] first coordinate of a pose: position of the moving origin along X
+    d2 = pose[1]  # [m] second coordinate of a pose: position of the moving origin along Y
     phi = pose[2]  # [rad] angle of a pose, from X to x
     x = dyad[0]  # [m] moving hinge in the moving frame, x
     y = dyad[1]  # [m] moving hinge in the moving frame, y

@@ -66,14 +66,14 @@ def carrier(xp, carrier):
 def law(xp, t, law):
     """law_outputs: 4 entries in the order of the CasADi function."""
     p = law[0]  # [1] swing of the arm's slope over its mean on the teeth
-    dwell_start = law[1]  # [rad] where the dwell begins, from the farthest tip
-    dwell_end = law[2]  # [rad] where the dwell ends, from the farthest tip
+    dwell_start = law[1]  # [rad] carrier angle at the start of the dwell, from the farthest tip
+    dwell_end = law[2]  # [rad] carrier angle at the end of the dwell, from the farthest tip
     phi1_far = law[3]  # [rad] phi1 where the tip is farthest from O
     c1 = 2 * xp.pi
-    # derived: within a turn
+    # derived: within a revolution
     tau = t - c1 * xp.floor(t / 2 / xp.pi)
     c2 = -dwell_end - p * xp.sin(dwell_end)
-    # derived: one turn of the arm in a turn
+    # derived: one revolution of the arm per cycle
     c = c1 / (dwell_start + p * xp.sin(dwell_start) + c1 + c2)
     c3 = xp.maximum(dwell_end, tau)
     c4 = xp.minimum(dwell_start, tau)
@@ -84,7 +84,7 @@ def law(xp, t, law):
     g = c * (c5 + 1)
     # derived: slope of the slope
     dg = -c * p * xp.sin(t)
-    # derived: bend of the slope
+    # derived: second derivative of the slope
     ddg = -c * c5
     return (
         phi1, g, dg, ddg,
@@ -202,9 +202,9 @@ def entry(xp, x_S, y_S, x_bottom, y_bottom, axis):
     c2 = x_S - x_bottom
     c3 = xp.sin(axis)
     c4 = y_S - y_bottom
-    # derived: place along the cell's axis
+    # derived: position along the cell's axis
     along = c1 * c2 + c3 * c4
-    # derived: place beside the cell's axis
+    # derived: position across the cell's axis
     across = c1 * c4 - c2 * c3
     return (
         along, across,

@@ -36,9 +36,9 @@ def needle(xp, along, across, tilt, length, width):
     root_right_across = -c10 - c6 - c9
     c11 = along * xp.tan(tilt)
     c12 = c2 / c5
-    # derived: where the needle's right edge passes the tray's surface, across
+    # derived: intersection of the needle's right edge with the tray's surface, across
     right_surface = -c10 - c11 - c12
-    # derived: where the needle's left edge passes the tray's surface, across
+    # derived: intersection of the needle's left edge with the tray's surface, across
     left_surface = across - c11 + c12
     return (
         tip_right_along, tip_right_across, tip_left_along, tip_left_across, root_left_along, root_left_across,
@@ -50,9 +50,9 @@ def placed(xp, along, across, axis):
     """at: 2 entries in the order of the CasADi function."""
     c1 = xp.sin(axis)
     c2 = xp.cos(axis)
-    # derived: place in the machine's frame, x
+    # derived: position in the machine's frame, x
     x = -across * c1 + along * c2
-    # derived: place in the machine's frame, y
+    # derived: position in the machine's frame, y
     y = across * c2 + along * c1
     return (
         x, y,

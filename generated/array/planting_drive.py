@@ -278,7 +278,7 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     c49 = c_CBx * c35
     # derived: centroid of planet, shaft and funnel, y
     y_CB = c_CBy * c37 + c22 - c49
-    # derived: tip, x, as the machine sees it
+    # derived: tip, x, in the machine's frame
     x_tip_machine = L_tip * c37 + x_B1
     # derived: tip, x
     x_tip = x_tip_machine + phi * v_f / omega
@@ -912,7 +912,7 @@ def shaft(xp, omega, speed_rate, M_L, motor):
     """shaft_outputs: 3 entries in the order of the CasADi function."""
     M_stall = motor[0]  # [N m] torque of the motor at rest, at the carrier
     omega_idle = motor[1]  # [rad/s] speed of the motor without load, at the carrier
-    J_w = motor[2]  # [kg m2] flywheel, rotor and carrier, as the carrier feels them
+    J_w = motor[2]  # [kg m2] moment of inertia of flywheel, rotor and carrier, referred to the carrier
     # given: the motor's line
     M_motor = M_stall * (-omega / omega_idle + 1)
     # derived: balance of the shaft

@@ -106,7 +106,7 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     k_s = machine[48]  # [N/m] rate of the return spring
     speed_rate = lifted[0]  # [rad/s2] angular acceleration of the carrier
     against = lifted[1]  # [1] 1: friction of the teeth acts against the sliding; 0: outwards, as in wang2017
-    along_hinge = lifted[2]  # [1] share of the roller's sliding along the hinge that rubs on the cam
+    along_hinge = lifted[2]  # [1] share of the roller's sliding along the hinge that causes friction on the cam
     lead_P_plus = lifted[3]  # [1] normal force on the inner gear that acts ahead of, less that behind, by share, P, on the flank that turns the outer gear anticlockwise
     lead_P_minus = lifted[4]  # [1] normal force on the inner gear that acts ahead of, less that behind, by share, P, on the flank that turns the outer gear clockwise
     away_P_plus = lifted[5]  # [m] mean distance of the normal force from P, on the flank that turns the outer gear anticlockwise
@@ -260,7 +260,7 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     x_CB = c_CBx * c33 + c_CBy * c31 - c19
     # derived: centroid of planet, shaft and funnel, y
     y_CB = -c_CBx * c31 + c_CBy * c33 + c21
-    # derived: tip, x, as the machine sees it
+    # derived: tip, x, in the machine's frame
     x_tip_machine = L_tip * c33 + x_B1
     # derived: tip, x
     x_tip = x_tip_machine + phi * v_f / omega
@@ -495,7 +495,7 @@ def events(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, mach
     k_s = machine[48]  # [N/m] rate of the return spring
     speed_rate = lifted[0]  # [rad/s2] angular acceleration of the carrier
     against = lifted[1]  # [1] 1: friction of the teeth acts against the sliding; 0: outwards, as in wang2017
-    along_hinge = lifted[2]  # [1] share of the roller's sliding along the hinge that rubs on the cam
+    along_hinge = lifted[2]  # [1] share of the roller's sliding along the hinge that causes friction on the cam
     lead_Q_plus = lifted[7]  # [1] normal force on the inner gear that acts ahead of, less that behind, by share, Q, on the flank that turns the outer gear anticlockwise
     lead_Q_minus = lifted[8]  # [1] normal force on the inner gear that acts ahead of, less that behind, by share, Q, on the flank that turns the outer gear clockwise
     away_Q_plus = lifted[9]  # [m] mean distance of the normal force from Q, on the flank that turns the outer gear anticlockwise

@@ -10,7 +10,7 @@ def axis(xp, x_tip, y_tip, alpha, soil):
     """passing: 2 entries in the order of the CasADi function."""
     # derived: angle of the nozzle's axis from the vertical
     tilt = alpha - xp.pi / 2
-    # derived: where over ground the nozzle's axis passes that level
+    # derived: ground coordinate at which the nozzle's axis crosses that level
     cut = x_tip + (-soil + y_tip) * xp.cos(alpha) / xp.sin(alpha)
     return (
         tilt, cut,
@@ -37,11 +37,11 @@ def half(xp, x_tip, y_tip, alpha, theta1, plant, top, hair, machine):
     # derived: direction of the open half, z
     along_z = -xp.sin(theta1)
     c4 = along_z**2
-    # derived: place on the line of the half, from the hinge, that is nearest to the plant
+    # derived: distance from the hinge to the point of the half's line that is closest to the plant
     nearest = along_x * (plant - root_x) / (along_x**2 + c4 + 1e-30)
-    # derived: place on it from which on it is lower than the plant's top
+    # derived: distance from the hinge beyond which the half is lower than the plant's top
     lowest = xp.minimum(length, xp.maximum(0, (-root_y + top) / along_y))
-    # derived: the nearest place that counts
+    # derived: distance from the hinge to the closest point below the plant's top
     place = xp.minimum(length, xp.maximum(lowest, nearest))
     # derived: horizontal distance of the half from the plant
     clearance = xp.sqrt(hair**2 + place**2 * c4 + (along_x * place - plant + root_x)**2)

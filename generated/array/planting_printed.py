@@ -257,7 +257,7 @@ def lane(xp, phi, mounting, parameters1, hoisted1, parameters2, hoisted2, machin
     x_CB = c_CBx * c35 + c_CBy * c33 - c22
     # derived: centroid of planet, shaft and funnel, y
     y_CB = -c_CBx * c33 + c_CBy * c35 + c24
-    # derived: tip, x, as the machine sees it
+    # derived: tip, x, in the machine's frame
     x_tip_machine = L_tip * c35 + x_B1
     # derived: tip, x
     x_tip = x_tip_machine + phi * v_f / omega
@@ -724,8 +724,8 @@ def weight(xp, machine):
 def pair1(xp, phi, t1, T1, a1, point):
     """pair1_points: 4 entries in the order of the CasADi function."""
     on_curve = point[0]  # [rad] polar angle of the inner gear at a point of its pitch curve
-    on_radius = point[1]  # [m] pitch radius there
-    on_turned = point[2]  # [rad] rotation of the outer gear, since the inner's polar angle was zero, there
+    on_radius = point[1]  # [m] pitch radius at that angle
+    on_turned = point[2]  # [rad] rotation of the outer gear at that angle, since the inner gear's polar angle was zero
     c1 = xp.sin(phi)
     c2 = on_curve - t1
     c3 = xp.cos(c2)
@@ -751,8 +751,8 @@ def pair1(xp, phi, t1, T1, a1, point):
 def pair2(xp, phi, gamma, t2, T2, a1, a2, point):
     """pair2_points: 4 entries in the order of the CasADi function."""
     on_curve = point[0]  # [rad] polar angle of the inner gear at a point of its pitch curve
-    on_radius = point[1]  # [m] pitch radius there
-    on_turned = point[2]  # [rad] rotation of the outer gear, since the inner's polar angle was zero, there
+    on_radius = point[1]  # [m] pitch radius at that angle
+    on_turned = point[2]  # [rad] rotation of the outer gear at that angle, since the inner gear's polar angle was zero
     c1 = a1 * xp.sin(phi)
     c2 = on_curve - t2
     c3 = xp.cos(c2)

@@ -82,8 +82,8 @@ def dependents(changed: set[str], system: System) -> set[str]:
 def test_editing_one_transcription_changes_exactly_its_step(number: str, unknown: str) -> None:
     original = wang2017.PAPER.equations[number]
     edited = equation(number, original.residual + q.m1 * q.g)
-    before = derivation.printed(wang2017.SIDE, wang2017.FRAME)
-    after = derivation.printed(wang2017.SIDE.replace(number, edited), wang2017.FRAME)
+    before = derivation.build_printed_system(wang2017.SIDE, wang2017.FRAME)
+    after = derivation.build_printed_system(wang2017.SIDE.replace(number, edited), wang2017.FRAME)
     old, new = text_of(before), text_of(after)
     assert {name for name in old if old[name] != new[name]} == {unknown}
     assert "F_support" in dependents({unknown}, after) or unknown == "M_P"
@@ -91,8 +91,8 @@ def test_editing_one_transcription_changes_exactly_its_step(number: str, unknown
 
 def test_the_printed_model_takes_nothing_but_kinematics_and_transcriptions() -> None:
     """Every reaction of the printed model is solved from a numbered equation of the paper."""
-    system = derivation.printed(wang2017.SIDE, wang2017.FRAME)
-    kinematic = {s for step in derivation.device().steps for s in step.defines}
+    system = derivation.build_printed_system(wang2017.SIDE, wang2017.FRAME)
+    kinematic = {s for step in derivation.build_device().steps for s in step.defines}
     assert system.lane is not None
     assert system.lane.shared is not None
     own = (*system.lane.steps, *system.lane.shared.steps)

@@ -16,7 +16,7 @@ from ...model import Let, System, let
 from ...quantity import Quantity, Vector
 from . import contact_quantities as q
 from . import quantities as clutch
-from .contact_quantities import found, given
+from .contact_quantities import datum, derived
 from .motion import CRANK, MESH, crank_angle, gear_rate, pin_distance
 
 WORLD = Frame("frame")
@@ -30,21 +30,22 @@ SEEN = displacement(END, BODY, SHAFT)
 
 MOTION = Motion(dict(zip(q.PLACES, q.RATES, strict=True)))
 SEEN_RATE = MOTION.relative_derivative(displacement(END, BODY, WORLD), SHAFT).resolved(SHAFT)
-"""Of `SEEN`, as the turning shaft sees it."""
+"""Rate of `SEEN` in the turning shaft's frame."""
 TURNING = (MOTION.spin(INPUT).resolved(WORLD) - MOTION.spin(SHAFT).resolved(WORLD))[2]
 """Rate at which the body turns against the shaft."""
 OVER_INPUT = MOTION.relative_derivative(displacement(O, BODY, WORLD), INPUT)
-"""Velocity of the body over what turns with the input."""
+"""Velocity of the body relative to the input."""
 ON_SLIDES = MOTION.relative_derivative(displacement(O, BODY, INPUT), INPUT)
-"""The same as the turning input sees it."""
+"""The same velocity in the turning input's frame."""
 
 
-def vec(frame: Frame, x: Expr, y: Expr) -> Vec:
+def plane_vector(frame: Frame, x: Expr, y: Expr) -> Vec:
+    """Return a vector in the x-y plane of a frame."""
     return Vec(frame, (x, y, S.Zero))
 
 
-def heading(polar: Expr = S.Zero) -> tuple[Let, ...]:
-    """Centre of the body and direction of a radius of it, as the shaft sees them."""
+def heading_steps(polar: Expr = S.Zero) -> tuple[Let, ...]:
+    """Return the centre of the body and the direction of a radius of it, in the shaft's frame."""
     return (
         let(q.c_x, SEEN[0]),
         let(q.c_y, SEEN[1]),
@@ -52,21 +53,21 @@ def heading(polar: Expr = S.Zero) -> tuple[Let, ...]:
     )
 
 
-def opening(slopes: tuple[Expr, Expr, Expr]) -> Expr:
-    """Rate of a distance from its slopes in what the shaft sees of the body: centre (2,) and direction."""
+def distance_rate(slopes: tuple[Expr, Expr, Expr]) -> Expr:
+    """Return the rate of a distance from its slopes in the body's centre (2,) and direction, in the shaft's frame."""
     x, y, turn = slopes
     return x * SEEN_RATE[0] + y * SEEN_RATE[1] + turn * TURNING
 
 
-def slip(normal: tuple[Expr, Expr], point: tuple[Expr, Expr]) -> Expr:
-    """Velocity of the body over the shaft along the surface at a point, all as the shaft sees it."""
+def slip_velocity(normal: tuple[Expr, Expr], point: tuple[Expr, Expr]) -> Expr:
+    """Return the velocity of the body over the shaft along the surface at a point, in the shaft's frame."""
     turning = Vec(SHAFT, (S.Zero, S.Zero, TURNING))
-    over = SEEN_RATE + turning.cross(vec(SHAFT, *point) - vec(SHAFT, q.c_x, q.c_y))
-    along = Vec(SHAFT, (S.Zero, S.Zero, S.One)).cross(vec(SHAFT, *normal))
-    return along.dot(over)
+    over = SEEN_RATE + turning.cross(plane_vector(SHAFT, *point) - plane_vector(SHAFT, q.c_x, q.c_y))
+    tangent = Vec(SHAFT, (S.Zero, S.Zero, S.One)).cross(plane_vector(SHAFT, *normal))
+    return tangent.dot(over)
 
 
-def contact(
+def add_contact(
     f: Formulas,
     name: str,
     inputs: tuple[Vector | Quantity, ...],
@@ -75,11 +76,11 @@ def contact(
     rate: Expr,
     slips: tuple[Expr, ...],
 ) -> None:
-    """A contact as a function of places, rates, the law and its own ``inputs``: what it does to each coordinate."""
-    told = f"{name}_contact"
+    """Add a contact: its actions on each coordinate from positions, rates, the law and further ``inputs``."""
+    output_name = f"{name}_contact"
     steps = (*before, *q.CONTACT.steps(gap, rate, slips, q.HERTZ))
-    given = q.CONTACT.outputs(told).quantities
-    f.function(name, (*inputs, q.PLACES, q.RATES, q.LAW), *steps, gives=given, told=told)
+    outputs = q.CONTACT.outputs(output_name).quantities
+    f.function(name, (*inputs, q.PLACES, q.RATES, q.LAW), *steps, gives=outputs, told=output_name)
 
 
 ASSUMPTIONS = (
@@ -95,56 +96,56 @@ ASSUMPTIONS = (
     "below slip_speed_mm_s instead of sticking",
 )
 
-time = given("t", "s", "time since the link began to move")
-link_start = given("link_start", "rad", "inclination of the link at the start of its course")
-link_end = given("link_end", "rad", "inclination of the link at the end of its course")
-link_speed = given("link_speed", "rad/s", "size of the rate at which the link moves")
+time = datum("t", "s", "time since the link began to move")
+link_start = datum("link_start", "rad", "inclination of the link at the start of its motion")
+link_end = datum("link_end", "rad", "inclination of the link at the end of its motion")
+link_speed = datum("link_speed", "rad/s", "magnitude of the link's rate")
 LINK = Vector("link", (clutch.k, clutch.gamma, link_start, link_end, link_speed))
-link_angle = found("link_angle", "rad", "inclination of the link")
-turned = found("turned", "rad", "rotation of the crank gear against the link")
-crank = found("crank_angle", "rad", "angle of the crank from its guide")
+link_angle = derived("link_angle", "rad", "inclination of the link")
+turned = derived("turned", "rad", "rotation of the crank gear against the link")
+crank = derived("crank_angle", "rad", "angle of the crank from its guide")
 
-body = given("body", "kg", "mass of the body")
-sleeve = given("sleeve", "kg", "mass of the sleeve")
-inertia = given("inertia", "kg m2", "moment of inertia of the output")
-shaft_mass = given("shaft_mass", "kg", "modal mass of the output shaft's bending")
-shaft_stiffness = given("shaft_stiffness", "N/m", "modal stiffness of the output shaft's bending")
-shaft_damping = given("shaft_damping", "N s/m", "modal damping of the output shaft's bending")
-preload = given("preload", "N", "preload of the sleeve's spring, engaged")
-spring_rate = given("spring_rate", "N/m", "rate of the sleeve's spring")
-load = given("load", "N m", "load torque on the output")
-load_speed = given("load_speed", "rad/s", "speed at which the load torque has 1/sqrt(2) of its size")
-slide = given("slide", "N", "limit of the friction of the coupling's slides")
-lock = given("lock", "N", "what the seated thrust bearing adds to it")
-lock_travel = given("lock_travel", "m", "last part of the sleeve's way, over which the bearing seats")
-lock_stiffness = given("lock_stiffness", "N/m", "stiffness of the slides while they hold")
-creep = given("creep", "m/s", "speed that keeps the law of the slides smooth where sliding stops")
-push_x = given("push_x", "N", "force on the body, x; no clutch has it")
-push_y = given("push_y", "N", "force on the body, y; no clutch has it")
+body = datum("body", "kg", "mass of the body")
+sleeve = datum("sleeve", "kg", "mass of the sleeve")
+inertia = datum("inertia", "kg m2", "moment of inertia of the output")
+shaft_mass = datum("shaft_mass", "kg", "modal mass of the output shaft's bending")
+shaft_stiffness = datum("shaft_stiffness", "N/m", "modal stiffness of the output shaft's bending")
+shaft_damping = datum("shaft_damping", "N s/m", "modal damping of the output shaft's bending")
+preload = datum("preload", "N", "preload of the sleeve's spring, engaged")
+spring_rate = datum("spring_rate", "N/m", "rate of the sleeve's spring")
+load = datum("load", "N m", "load torque on the output")
+load_speed = datum("load_speed", "rad/s", "speed at which the load torque has 1/sqrt(2) of its full value")
+slide = datum("slide", "N", "limit of the friction of the coupling's slides")
+lock = datum("lock", "N", "increase of the friction limit by the seated thrust bearing")
+lock_travel = datum("lock_travel", "m", "last part of the sleeve's travel, over which the bearing seats")
+lock_stiffness = datum("lock_stiffness", "N/m", "stiffness of the slides while they stick")
+creep = datum("creep", "m/s", "speed that smooths the friction law of the slides where sliding stops")
+push_x = datum("push_x", "N", "additional force on the body, x; zero in all clutches")
+push_y = datum("push_y", "N", "additional force on the body, y; zero in all clutches")
 MASSES = Vector("masses", (body, sleeve, inertia, shaft_mass))
 SPRINGS = Vector("springs", (shaft_stiffness, shaft_damping, preload, spring_rate))
 LOADS = Vector("loads", (load, load_speed, push_x, push_y))
 SLIDES = Vector("slides", (slide, lock, lock_travel, lock_stiffness, creep))
-damping_share = given("damping_share", "1", "damping as a share of the critical one")
+damping_share = datum("damping_share", "1", "damping as a share of the critical one")
 
-BENT = tuple(found(f"bent_{axis}", "m", f"bend of the slides' bristles, {axis} of the input") for axis in "xy")
-BENT_RATES = tuple(found(f"{b.name}_dot", "m/s", f"rate: {b.meaning}") for b in BENT)
+BENT = tuple(derived(f"bent_{axis}", "m", f"bend of the slides' bristles, {axis} of the input") for axis in "xy")
+BENT_RATES = tuple(derived(f"{b.name}_dot", "m/s", f"rate: {b.meaning}") for b in BENT)
 BRISTLES = Vector("bristles", BENT)
 SUMS = Vector("sums", (*q.FORCES, q.stored, q.damped, q.rubbed))
-"""What all contacts do together."""
-spun = found("spun", "1", "share of the load torque that acts, by the output's speed")
-limit = found("limit", "N", "largest friction of the slides")
-HELD = tuple(found(f"held_{axis}", "N", f"force of the slides on the body, {axis}") for axis in "xy")
+"""Sums over all contacts."""
+spun = derived("spun", "1", "share of the load torque that acts, by the output's speed")
+limit = derived("limit", "N", "largest friction of the slides")
+SLIDE_FORCE = tuple(derived(f"held_{axis}", "N", f"force of the slides on the body, {axis}") for axis in "xy")
 ACCELERATIONS = tuple(
-    found(f"{n}_ddot", f"{unit}/s2", f"acceleration: {what}") for n, unit, what in q.COORDINATES[: q.FREE]
+    derived(f"{n}_ddot", f"{unit}/s2", f"acceleration: {meaning}") for n, unit, meaning in q.COORDINATES[: q.FREE]
 )
-energy = found("energy", "J", "kinetic and potential energy, the contacts' included")
+energy = derived("energy", "J", "kinetic and potential energy, the contacts' included")
 POWERS = tuple(
-    found(f"power_{name}", "W", what)
-    for name, what in (
-        ("input", "power of what turns the input, and of the force on the body"),
+    derived(f"power_{name}", "W", meaning)
+    for name, meaning in (
+        ("input", "power of the input's drive, and of the additional force on the body"),
         ("linkage", "power of the linkage"),
-        ("load", "power that the load takes"),
+        ("load", "power absorbed by the load"),
         ("damping", "power lost in contacts along their normals"),
         ("friction", "power lost to friction in contacts"),
         ("slides", "power lost in the slides"),
@@ -153,10 +154,10 @@ POWERS = tuple(
 )
 
 
-def course(f: Formulas) -> None:
-    """Where the linkage has pushed the sleeve: the link turns at a constant rate from start to end, then it rests.
+def _add_course(f: Formulas) -> None:
+    """Add the displacement by the linkage: the link turns at a constant rate from start to end, then it rests.
 
-    The crank gear rolls on the fixed rack from the start of mesh on; the crank slider carries the pin along its guide.
+    The crank gear rolls on the fixed rack from the start of mesh; the crank slider moves the pin along its guide.
     """
     k = Followed((time,))
     span = link_end - link_start
@@ -166,38 +167,38 @@ def course(f: Formulas) -> None:
     k.let(crank, crank_angle(clutch.l_AC) - turned)
     k.let(q.pushed, pin_distance(crank) - clutch.l_AC, "the loop A-B-C closes")
     rate = let(q.pushed_dot, k.along(q.pushed, time))
-    given = (link_angle, q.pushed, q.pushed_dot)
-    f.function("course", (time, CRANK, LINK), *k.steps, rate, gives=given, told="course")
+    outputs = (link_angle, q.pushed, q.pushed_dot)
+    f.function("course", (time, CRANK, LINK), *k.steps, rate, gives=outputs, told="course")
 
 
-def bearing(f: Formulas) -> None:
-    """The thrust bearing on the face of the coupling: ends the sleeve's way, and brakes the coupling's slides."""
-    contact(f, "bearing", (), (), q.way, q.way_dot, (OVER_INPUT[0], OVER_INPUT[1]))
+def _add_bearing(f: Formulas) -> None:
+    """Add the thrust bearing on the face of the coupling: it limits the sleeve's travel and brakes the slides."""
+    add_contact(f, "bearing", (), (), q.way, q.way_dot, (OVER_INPUT[0], OVER_INPUT[1]))
 
 
-def linkage(f: Formulas) -> None:
-    """The linkage pushes the sleeve away; what brings it back is the spring."""
-    contact(f, "linkage", (), (), q.way - q.pushed, q.way_dot - q.pushed_dot, ())
+def _add_linkage(f: Formulas) -> None:
+    """Add the contact by which the linkage pushes the sleeve away; the spring returns it."""
+    add_contact(f, "linkage", (), (), q.way - q.pushed, q.way_dot - q.pushed_dot, ())
 
 
-def mechanism() -> Mechanism:
-    """What moves freely, and all that acts on it; nothing weighs, and the body keeps its rotation."""
+def build_mechanism() -> Mechanism:
+    """Build the freely moving bodies with all actions; there is no gravity, and the body turns with the input."""
     m = Mechanism("clutch_motion", spatial=True, world=WORLD)
     for symbols in zip(q.PLACES, q.RATES, ACCELERATIONS, strict=False):
         m.follow(symbols)
     m.motion.rates |= {q.angle: q.angle_dot, q.pushed: q.pushed_dot}
     on_x, on_y, on_way, on_output, on_shaft_x, on_shaft_y, *_ = q.FORCES
     at = m.point("centre of the sleeve", O, WORLD, z=q.way)
-    place, way = displacement(O, END, WORLD), sp.Dummy("way")
+    deflection, way = displacement(O, END, WORLD), sp.Dummy("way")
     spring = sp.integrate(preload + spring_rate * way, (way, 0, q.way))
-    bent = shaft_stiffness * place.dot(place) / 2
+    bent = shaft_stiffness * deflection.dot(deflection) / 2
     m.potentials += [spring, bent]
 
     half = m.body("body", INPUT, body, BODY)
     ring = m.body("sleeve", WORLD, sleeve, at)
     shaft = m.body("output shaft", SHAFT, shaft_mass, END, inertia)
     m.force("contacts of the body", half, BODY, m.vector(WORLD, on_x + push_x, on_y + push_y))
-    m.force("slides", half, BODY, m.vector(WORLD, *HELD))
+    m.force("slides", half, BODY, m.vector(WORLD, *SLIDE_FORCE))
     m.force("contacts and spring of the sleeve", ring, at, m.vector(WORLD, z=on_way - spring.diff(q.way)))
     m.torque("contacts and load", shaft, m.ground, on_output - load * spun)
     m.force("contacts of the shaft", shaft, END, m.vector(WORLD, on_shaft_x, on_shaft_y))
@@ -206,38 +207,38 @@ def mechanism() -> Mechanism:
     return m
 
 
-def motion(f: Formulas) -> None:
-    """Accelerations, rates of the bristles, works per time and energy, from what all contacts do together."""
+def _add_motion(f: Formulas) -> None:
+    """Add accelerations, rates of the bristles, powers and energy, from the sums over all contacts."""
     sliding, bent = ON_SLIDES.components[:2], Vec(INPUT, (*BENT, S.Zero))
     bristle_rates, lost = dahl(sliding, BENT, lock_stiffness, limit, creep)
-    held = (-lock_stiffness * bent).resolved(WORLD)
+    slide_force = (-lock_stiffness * bent).resolved(WORLD)
     seated = clip(1 - q.way / lock_travel, S.Zero, S.One)
-    m = mechanism()
+    m = build_mechanism()
     bending = m.velocity(END)
     powers = _powers(lost, shaft_damping * bending.dot(bending))
     in_springs = sp.Add(*m.potentials) + lock_stiffness * square(BENT) / 2 + q.stored
     steps = (
         let(spun, q.output_dot / sqrt(q.output_dot**2 + load_speed**2)),
         let(limit, slide + lock * seated),
-        *(let(name, component) for name, component in zip(HELD, held.components, strict=False)),
+        *(let(name, component) for name, component in zip(SLIDE_FORCE, slide_force.components, strict=False)),
         *(let(name, expr, "Lagrange's equation") for name, expr in zip(ACCELERATIONS, m.accelerations(), strict=True)),
         *(let(name, expr, "Dahl's bristles") for name, expr in zip(BENT_RATES, bristle_rates, strict=True)),
         *(let(name, expr) for name, expr in zip(POWERS, powers, strict=True)),
         let(energy, kinetic_energy(m.motion, m.bodies, WORLD) + in_springs),
     )
-    given = (*ACCELERATIONS, *BENT_RATES, *POWERS, energy)
+    outputs = (*ACCELERATIONS, *BENT_RATES, *POWERS, energy)
     inputs = (q.PLACES, q.RATES, BRISTLES, SUMS, MASSES, SPRINGS, LOADS, SLIDES)
-    f.function("motion", inputs, *steps, gives=given, told="motion")
+    f.function("motion", inputs, *steps, gives=outputs, told="motion")
 
 
 def _powers(lost: Expr, damped: Expr) -> tuple[Expr, ...]:
-    """In the order of `POWERS`. What prescribes a coordinate gives what the contacts take there."""
+    """Return the powers in the order of `POWERS`; the drive of a coordinate supplies the power that contacts absorb."""
     carried = MOTION.derivative(displacement(O, BODY, WORLD)) - OVER_INPUT
-    held = Vec(WORLD, (*HELD, S.Zero)).dot(carried)
+    transmitted = Vec(WORLD, (*SLIDE_FORCE, S.Zero)).dot(carried)
     pushed = push_x * q.RATES.quantities[0] + push_y * q.RATES.quantities[1]
     on_angle, on_pushed = q.FORCES.quantities[q.FREE :]
     return (
-        -on_angle * q.angle_dot + held + pushed,
+        -on_angle * q.angle_dot + transmitted + pushed,
         -on_pushed * q.pushed_dot,
         load * spun * q.output_dot,
         q.damped,
@@ -247,22 +248,22 @@ def _powers(lost: Expr, damped: Expr) -> tuple[Expr, ...]:
     )
 
 
-def damping(f: Formulas) -> None:
-    """Damping as a share of the critical one, at which the shaft's bending just does not swing."""
+def _add_damping(f: Formulas) -> None:
+    """Add the damping as a share of the critical one, at which the shaft's bending is about to oscillate."""
     s, critical = sp.Dummy("s"), sp.Dummy("critical", positive=True)
     swing = sp.discriminant(shaft_mass * s**2 + critical * s + shaft_stiffness, s)
-    (most,) = sp.solve(swing, critical)
-    step = let(shaft_damping, damping_share * most, "damping without swing")
+    (limit_damping,) = sp.solve(swing, critical)
+    step = let(shaft_damping, damping_share * limit_damping, "damping without swing")
     f.function("damping", (damping_share, shaft_mass, shaft_stiffness), step, told="damped")
 
 
 def build_motion_system() -> System:
-    """What both clutches share."""
+    """Build the model of the motion that both clutches share."""
     title = "Clutch in contact: linkage, shared contacts, equations of motion"
     source = "derived (Lagrange, virtual work); laws of Hunt and Crossley 1975, Dahl 1976"
     f = Formulas("clutch_motion", title=title, source=source, assumptions=ASSUMPTIONS)
-    for part in (course, bearing, linkage, motion, damping):
-        part(f)
+    for add_function in (_add_course, _add_bearing, _add_linkage, _add_motion, _add_damping):
+        add_function(f)
     return f.system()
 
 

@@ -37,23 +37,24 @@ LEAD = sp.Dummy("lead", real=True)
 HALF_ARC = sp.Dummy("half arc", real=True)
 
 
-def apothem(side: Expr) -> Expr:
-    """Distance of a hexagon's sides from its centre."""
+def hexagon_apothem(side: Expr) -> Expr:
+    """Return the distance of a hexagon's sides from its centre [m]."""
     return side / (2 * sp.tan(pi / SIDES))
 
 
-def radial(angle: Expr) -> Matrix:
+def polar_unit_vector(angle: Expr) -> Matrix:
+    """Return the unit vector (2,) in a polar direction."""
     return Matrix([cos(angle), sin(angle)])
 
 
 def chord_direction(start: Expr, end: Expr) -> Expr:
-    """Direction of the chord between two points of a circle, from the smaller polar angle to the greater."""
+    """Return the direction of the chord between two points of a circle, from the smaller polar angle to the greater."""
     return (start + end) / 2 + pi / 2
 
 
-def with_angles(expr: Expr) -> Expr:
-    """Put in the angles of the pentagon; sines and cosines of them stay as they are."""
-    angles = {LEAD: lead(), HALF_ARC: (POLAR_A - POLAR_C) / 2}
+def substitute_angles(expr: Expr) -> Expr:
+    """Insert the angles of the pentagon without evaluating their sines and cosines."""
+    angles = {LEAD: lead_angle(), HALF_ARC: (POLAR_A - POLAR_C) / 2}
 
     def fixed(part: Expr) -> bool:
         return isinstance(part, sin | cos) and part.free_symbols <= angles.keys()
@@ -61,18 +62,19 @@ def with_angles(expr: Expr) -> Expr:
     return expr.replace(fixed, lambda part: part.func(part.args[0].subs(angles), evaluate=False)).subs(angles)
 
 
-def diagonal(circumradius: Expr) -> Expr:
-    """Diagonal of the pentagon, between points half an arc to both sides: the width of its Reuleaux polygon."""
-    return circumradius * (radial(HALF_ARC) - radial(-HALF_ARC))[1]
+def pentagon_diagonal(radius: Expr) -> Expr:
+    """Return the diagonal of a pentagon with a circumradius: the width of its Reuleaux polygon [m]."""
+    return radius * (polar_unit_vector(HALF_ARC) - polar_unit_vector(-HALF_ARC))[1]
 
 
-def circumradius(width: Expr) -> Expr:
-    return width / diagonal(S.One)
+def reuleaux_circumradius(width: Expr) -> Expr:
+    """Return the circumradius of the pentagon whose Reuleaux polygon has a width [m]."""
+    return width / pentagon_diagonal(S.One)
 
 
 @dataclass(frozen=True)
 class VertexPath:
-    """How C moves while A and B slide, for width 1 and origin O: centre + cos(theta) u + sin(theta) v."""
+    """The path of C while A and B slide, for width 1 and origin O: centre + cos(theta) u + sin(theta) v."""
 
     centre: Matrix
     u: Matrix
@@ -80,49 +82,51 @@ class VertexPath:
     side: Expr
 
     def at(self, theta: Expr) -> Matrix:
+        """Return the point at the angle theta."""
         return self.centre + cos(theta) * self.u + sin(theta) * self.v
 
 
-def lead() -> Expr:
-    """beta - theta: both diagonals from C belong to one rigid pentagon; XOY is turned."""
+def lead_angle() -> Expr:
+    """Return beta - theta: both diagonals from C belong to one rigid pentagon; XOY is turned."""
     return chord_direction(POLAR_C, POLAR_A) - chord_direction(POLAR_C, POLAR_B) + TURNED.angle
 
 
-def closed_loop() -> Expr:
-    """x of A for which A and B are both on their sides."""
+def sliding_coordinate() -> Expr:
+    """Return the x of A for which A and B are both on their sides."""
     from_A = displacement(O, C_FROM_A, TURNED)[1]
     from_B = displacement(O, C_FROM_B, TURNED)[1]
-    on_sides = {q.y_A: apothem(q.a), q.Y_B: apothem(q.a), q.beta: q.theta + LEAD}
-    (found,) = sp.solve((from_A - from_B).subs(on_sides), q.x_A)
-    return found
+    on_sides = {q.y_A: hexagon_apothem(q.a), q.Y_B: hexagon_apothem(q.a), q.beta: q.theta + LEAD}
+    (x_A,) = sp.solve((from_A - from_B).subs(on_sides), q.x_A)
+    return x_A
 
 
-def split(expr: Expr) -> tuple[Expr, Expr, Expr]:
-    """Parts of an expression without theta, with cos(theta), with sin(theta)."""
+def split_by_theta(expr: Expr) -> tuple[Expr, Expr, Expr]:
+    """Return the constant part of an expression, and the coefficients of cos(theta) and sin(theta)."""
     opened = expr.expand(trig=True).expand()
     cosine, sine = opened.coeff(cos(q.theta)), opened.coeff(sin(q.theta))
     return sp.expand(opened - cosine * cos(q.theta) - sine * sin(q.theta)), cosine, sine
 
 
-def width_side() -> Expr:
-    """Side of the hexagon whose opposite sides are the polygon's width apart."""
-    (found,) = sp.solve(2 * apothem(q.a) - q.R, q.a)
-    return found
+def hexagon_side() -> Expr:
+    """Return the side of the hexagon with opposite sides at a distance of the polygon's width."""
+    (side,) = sp.solve(2 * hexagon_apothem(q.a) - q.R, q.a)
+    return side
 
 
 @cache
-def vertex_path() -> VertexPath:
-    held = {q.x_A: closed_loop(), q.y_A: apothem(q.a)}
-    place = displacement(O, C_FROM_A, PLANE)
-    side = width_side().subs(q.R, 1)
+def derive_vertex_path() -> VertexPath:
+    """Return the path of C."""
+    on_sides = {q.x_A: sliding_coordinate(), q.y_A: hexagon_apothem(q.a)}
+    position = displacement(O, C_FROM_A, PLANE)
+    side = hexagon_side().subs(q.R, 1)
     scale = {q.a: side, q.R: S.One}
-    x, y = ([part.subs(scale).simplify() for part in split(place[i].subs(held))] for i in (0, 1))
+    x, y = ([part.subs(scale).simplify() for part in split_by_theta(position[i].subs(on_sides))] for i in (0, 1))
     centre, u, v = (Matrix(pair) for pair in zip(x, y, strict=True))
     return VertexPath(centre, u, v, side)
 
 
 @dataclass(frozen=True)
-class Ellipse:
+class PathEllipse:
     """Centre, squared semi-axes and slope of the major axis."""
 
     centre: Matrix
@@ -132,59 +136,59 @@ class Ellipse:
 
 
 @cache
-def ellipse() -> Ellipse:
-    """Axes of the path of C: eigenvalues of u u' + v v'."""
-    path = vertex_path()
+def derive_path_ellipse() -> PathEllipse:
+    """Return the axes of the path of C: eigenvalues of u u' + v v'."""
+    path = derive_vertex_path()
     squares = sp.expand(path.u * path.u.T + path.v * path.v.T)
     form = squares.subs(sin(LEAD) ** 2, 1 - cos(LEAD) ** 2).expand()
     mean = form.trace() / 2
-    spread = sp.sqrt(sp.factor(mean**2 - form.det())).replace(sp.Abs, lambda e: e * sp.sign(e.subs(LEAD, lead())))
+    spread = sp.sqrt(sp.factor(mean**2 - form.det())).replace(sp.Abs, lambda e: e * sp.sign(e.subs(LEAD, lead_angle())))
     major, minor = sp.factor(mean + spread), sp.factor(mean - spread)
-    return Ellipse(path.centre, major, minor, sp.factor((major - form[0, 0]) / form[0, 1]))
+    return PathEllipse(path.centre, major, minor, sp.factor((major - form[0, 0]) / form[0, 1]))
 
 
 def tangency_curvature() -> Expr:
-    """Radius of curvature of the path of C, width 1, where it runs along the side: x'^2 / |y''|."""
-    point = vertex_path().at(q.theta)
+    """Return the radius of curvature of the path of C, width 1, where it is tangent to the side: x'^2 / |y''|."""
+    point = derive_vertex_path().at(q.theta)
     (lowest,) = (s for s in sp.solve(point[1].diff(q.theta), q.theta) if point[1].diff(q.theta, 2).subs(q.theta, s) > 0)
     dx, ddy = point[0].diff(q.theta).subs(q.theta, lowest), point[1].diff(q.theta, 2).subs(q.theta, lowest)
     return dx**2 / sp.Abs(ddy)
 
 
 def least_fillet() -> Expr:
-    """Least fillet, width 1, on a hexagon of that width which the path of C clears.
+    """Return the smallest fillet, width 1, on a hexagon of that width that the path of C clears.
 
-    Reach of path and fillet in the directions next to the side's normal, measured from the corner's diagonal; both
-    reach the side itself, so the first difference decides.
+    Compared are the extents of path and fillet in directions close to the side's normal, measured from the corner's
+    diagonal; both touch the side itself, so that the first derivative decides.
     """
-    path, turn, half = ellipse(), sp.Dummy("turn"), pi / SIDES
-    corner, centre = vertex_path().side, path.centre.norm()
+    path, turn, half = derive_path_ellipse(), sp.Dummy("turn"), pi / SIDES
+    corner, centre = derive_vertex_path().side, path.centre.norm()
     reach = -centre * cos(turn) + sp.sqrt(path.major * cos(turn) ** 2 + path.minor * sin(turn) ** 2)
     inset = 1 / cos(half)
-    lacking, gained = corner * cos(turn) - reach, inset * cos(turn) - 1
-    return sp.simplify((lacking.diff(turn) / gained.diff(turn)).subs(turn, half))
+    missing, gained = corner * cos(turn) - reach, inset * cos(turn) - 1
+    return sp.simplify((missing.diff(turn) / gained.diff(turn)).subs(turn, half))
 
 
 def third_overlap() -> Expr:
-    """Overlap with the side right of the upper one, width 1: by a vertex on it, or by the one on the opposite side."""
-    path, rho = vertex_path(), circumradius(S.One)
+    """Return the overlap with the side right of the upper one, width 1: by a vertex there, or on the opposite side."""
+    path, rho = derive_vertex_path(), reuleaux_circumradius(S.One)
     turned = -q.theta - pi - chord_direction(POLAR_C, POLAR_A) + TURN
-    centroid = path.at(q.theta) - rho * radial(turned)
+    centroid = path.at(q.theta) - rho * polar_unit_vector(turned)
     beyond = []
     for polar, normal in ((TURN / VERTICES, pi / 2 - TURN / SIDES), (-TURN / VERTICES, 3 * pi / 2 - TURN / SIDES)):
-        vertex = centroid + rho * radial(turned + polar)
-        beyond.append(vertex.dot(radial(normal)) - apothem(path.side))
-    middle = pi / 2 - lead() / 2
+        vertex = centroid + rho * polar_unit_vector(turned + polar)
+        beyond.append(vertex.dot(polar_unit_vector(normal)) - hexagon_apothem(path.side))
+    middle = pi / 2 - lead_angle() / 2
     return sp.Piecewise((beyond[0], sp.Le(q.theta, middle)), (-beyond[1], sp.Gt(q.theta, middle)))
 
 
-def polygon(f: Formulas) -> None:
-    """Pentagon in the hexagon: sections 2.1 of the paper."""
+def add_polygon(f: Formulas) -> None:
+    """Add the equations of the pentagon in the hexagon: section 2.1 of the paper."""
     from_A, from_B = displacement(O, C_FROM_A, PLANE), displacement(O, C_FROM_B, TURNED)
     turned = displacement(O, C, TURNED)
-    rest, cosine, sine = split(closed_loop() + q.R * cos(q.theta))
+    rest, cosine, sine = split_by_theta(sliding_coordinate() + q.R * cos(q.theta))
     A1, A2 = (sp.simplify(part / q.R) for part in (sine, cosine))
-    oval = ellipse()
+    oval = derive_path_ellipse()
     intercept = sp.simplify(oval.centre[1] - oval.slope * oval.centre[0])
     eccentric = sp.sqrt((oval.major - oval.minor) / (1 + oval.slope**2))
     f.defines(q.x_C, from_A[0], ClutchClaim.C_FROM_A_X)
@@ -194,14 +198,14 @@ def polygon(f: Formulas) -> None:
     f.defines(q.X_C, turned[0], ClutchClaim.C_TURNED_X)
     f.defines(q.Y_C, turned[1], ClutchClaim.C_TURNED_Y)
     f.defines(q.beta, q.theta + LEAD, ClutchClaim.DIRECTION_BC)
-    f.defines(q.y_A, apothem(q.a), ClutchClaim.SIDE_OF_A)
-    f.defines(q.Y_B, apothem(q.a), ClutchClaim.SIDE_OF_B)
-    f.defines(q.x_A, closed_loop(), ClutchClaim.A_SLIDING)
+    f.defines(q.y_A, hexagon_apothem(q.a), ClutchClaim.SIDE_OF_A)
+    f.defines(q.Y_B, hexagon_apothem(q.a), ClutchClaim.SIDE_OF_B)
+    f.defines(q.x_A, sliding_coordinate(), ClutchClaim.A_SLIDING)
     f.defines(q.x_C, rest + q.R * (q.A1 * sin(q.theta) + q.A2 * cos(q.theta)), ClutchClaim.PATH_X)
-    f.defines(q.y_C, from_A[1].subs(q.y_A, apothem(q.a)), ClutchClaim.PATH_Y)
+    f.defines(q.y_C, from_A[1].subs(q.y_A, hexagon_apothem(q.a)), ClutchClaim.PATH_Y)
     f.defines(q.A1, A1, ClutchClaim.PATH_SINE)
     f.defines(q.A2, A2, ClutchClaim.PATH_COSINE)
-    f.defines(q.a, width_side(), ClutchClaim.HEXAGON_SIDE)
+    f.defines(q.a, hexagon_side(), ClutchClaim.HEXAGON_SIDE)
     f.defines(q.x_E, q.R * oval.centre[0], ClutchClaim.ELLIPSE_CENTRE_X)
     f.defines(q.y_E, q.R * oval.centre[1], ClutchClaim.ELLIPSE_CENTRE_Y)
     f.defines(q.x_F, q.R * (oval.centre[0] + eccentric), ClutchClaim.FOCUS_X)
@@ -215,29 +219,29 @@ def polygon(f: Formulas) -> None:
 
 
 def tip_width() -> Expr:
-    """Distance between the shaft's opposite flats: width of the tooth tips' polygon that just goes round."""
-    return 2 * apothem(q.a1)
+    """Return the distance of the shaft's opposite flats: the smallest width of a tooth tips' polygon that can turn."""
+    return 2 * hexagon_apothem(q.a1)
 
 
 def face_sine(tip: Expr, flat: Expr) -> Expr:
-    """Sine of the angle between a tooth's axis and a face: its line passes the centroid at the apothem of the shaft."""
+    """Return the sine of the angle between a tooth's axis and a face, whose line is an apothem from the centroid."""
     radius, half = Matrix([tip, S.Zero]), sp.Dummy("half")
-    face = radial(half)
+    face = polar_unit_vector(half)
     distance = radius[0] * face[1] - radius[1] * face[0]
     (sine,) = sp.solve(distance - flat, sin(half))
     return sine
 
 
 def face_angle() -> Expr:
-    """Full angle between the faces."""
-    return 2 * sp.asin(face_sine(q.b1, apothem(q.a1)))
+    """Return the full angle between the faces [rad]."""
+    return 2 * sp.asin(face_sine(q.b1, hexagon_apothem(q.a1)))
 
 
-def tooth(f: Formulas) -> None:
-    """Teeth on the output shaft: section 2.2."""
-    (least_tip,) = sp.solve(diagonal(q.b1) - tip_width(), q.b1)
+def add_tooth(f: Formulas) -> None:
+    """Add the equations of the teeth on the output shaft: section 2.2."""
+    (least_tip,) = sp.solve(pentagon_diagonal(q.b1) - tip_width(), q.b1)
     inset = sp.Dummy("inset")
-    (fillet_centre,) = sp.solve(inset * cos(pi / SIDES) - (apothem(q.a1) - q.r), inset)
+    (fillet_centre,) = sp.solve(inset * cos(pi / SIDES) - (hexagon_apothem(q.a1) - q.r), inset)
     at_least = face_angle().subs(q.b1, least_tip).subs(HALF_ARC, (POLAR_A - POLAR_C) / 2)
     f.holds(ClutchClaim.TIP_DISTANCE, q.b1 - least_tip, ">=")
     f.holds(ClutchClaim.ROOT_DISTANCE, q.b2 - sp.expand(fillet_centre + q.r), ">=")
@@ -245,21 +249,21 @@ def tooth(f: Formulas) -> None:
     f.defines(q.xi, sp.simplify(at_least), ClutchClaim.LEAST_TIP_FACE_ANGLE)
 
 
-def taper(f: Formulas) -> None:
-    """Travel and taper: section 2.3. The outline circle must come free of the sides; the sleeve must slide."""
+def add_taper(f: Formulas) -> None:
+    """Add the equations of travel and taper (section 2.3): the outline must clear the sides; the sleeve must slide."""
     steepness, advance, force = sp.Dummy("tan phi"), sp.Dummy("advance"), sp.Dummy("force")
-    free = advance * steepness - (q.b - apothem(q.a))
+    free = advance * steepness - (q.b - hexagon_apothem(q.a))
     (travel,), (flattest,) = sp.solve(free, advance), sp.solve(free.subs(advance, q.c), steepness)
     surface = Frame("surface", PLANE, Z, q.phi)
-    along, across = Vec(PLANE, (force, S.Zero, S.Zero)).resolved(surface).components[:2]
+    tangential, normal = Vec(PLANE, (force, S.Zero, S.Zero)).resolved(surface).components[:2]
     friction = q.mu * q.F_N
-    margin = sp.expand((along - friction.subs(q.F_N, -across)) / force)
+    margin = sp.expand((tangential - friction.subs(q.F_N, -normal)) / force)
     steepest = -margin.coeff(cos(q.phi)) / margin.coeff(sin(q.phi))
-    along, pressing = (e.subs(force, q.F1 - q.F2) for e in (along, -across))
-    f.defines(q.b, circumradius(2 * apothem(q.a)), ClutchClaim.OUTLINE_RADIUS)
+    driving, pressing = (e.subs(force, q.F1 - q.F2) for e in (tangential, -normal))
+    f.defines(q.b, reuleaux_circumradius(2 * hexagon_apothem(q.a)), ClutchClaim.OUTLINE_RADIUS)
     f.defines(q.c_min, travel.subs(steepness, sp.tan(q.phi)), ClutchClaim.LEAST_TRAVEL)
     f.holds(ClutchClaim.TRAVEL, q.c - q.c_min, ">=", named=True)
-    f.holds(ClutchClaim.SLEEVE_SLIDES, along - q.f, ">=")
+    f.holds(ClutchClaim.SLEEVE_SLIDES, driving - q.f, ">=")
     f.holds(ClutchClaim.SLEEVE_ACROSS, pressing - q.F_N)
     f.defines(q.f, friction, ClutchClaim.SLEEVE_FRICTION)
     f.defines(q.phi, sp.atan((q.R1 - q.R2) / q.d), ClutchClaim.AXIAL_ANGLE)

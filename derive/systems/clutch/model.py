@@ -9,6 +9,7 @@ M y'^2 / 2 and the strain energy K y^2 / 2 of one coordinate y, its deflection a
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import mpmath
 import sympy as sp
@@ -19,15 +20,15 @@ from ...formulas import Formulas, Wanted
 from ...model import ClosedForm, Let, System, let
 from ...quantity import Quantity, Vector
 from . import quantities as q
-from .geometry import apothem, split, third_overlap, with_angles
-from .motion import CRANK, add_slider, held_at_bearing, mode
+from .geometry import hexagon_apothem, split_by_theta, substitute_angles, third_overlap
+from .motion import CRANK, add_slider, assumed_mode, bearing_conditions
 from .quantities import ClutchClaim
 from .subject import ASSUMPTIONS, derive_formulas
 
 FLATS = Quantity("flats", "m", "distance between opposite flats of the output shaft", "shi2021 2.1")
 WALL = Quantity("wall", "m", "material between tooth roots and outline at the right end", "derived: clutch")
-MISS = Quantity("miss", "m", "largest overlap with the third pair of sides over a turn", "derived: clutch")
-FREE = Quantity("free", "m", "least distance of opposite sides in which the polygon turns freely", "derived: clutch")
+MISS = Quantity("miss", "m", "largest overlap with the third pair of sides over a revolution", "derived: clutch")
+FREE = Quantity("free", "m", "smallest distance of opposite sides in which the polygon turns freely", "derived: clutch")
 
 CLUTCH = Vector("clutch", (q.a, FLATS, q.r, q.b1, q.b2, q.phi, q.c, q.mu, q.F1, q.F2, q.R2, q.d))
 
@@ -92,14 +93,14 @@ _CONDITIONS = {
 
 
 def _outline_radius(f: Formulas) -> Let:
-    """Outline radius at the left end from the axial angle."""
+    """Return the outline radius at the left end, from the axial angle."""
     equation = among(f.equations, ClutchClaim.AXIAL_ANGLE)
     (radius,) = sp.solve(equation.residual, q.R1)
     return Let(q.R1, radius, equation.source)
 
 
 def _margin(f: Formulas, claim: Claim, name: str, unit: str) -> Let:
-    """By how much an inequality holds."""
+    """Return the margin of an inequality, positive if it holds."""
     equation = among(f.equations, claim)
     sign = 1 if equation.relation in (">", ">=") else -1
     symbol = Quantity(f"margin_{name}", unit, str(claim), equation.source)
@@ -107,13 +108,13 @@ def _margin(f: Formulas, claim: Claim, name: str, unit: str) -> Let:
 
 
 def section_edge() -> Let:
-    """Edge of the shaft's section from the distance of its flats."""
-    (found,) = sp.solve(2 * apothem(q.a1) - FLATS, q.a1)
-    return let(q.a1, found, "regular hexagon")
+    """Return the edge of the shaft's section, from the distance of its flats."""
+    (edge,) = sp.solve(2 * hexagon_apothem(q.a1) - FLATS, q.a1)
+    return let(q.a1, edge, "regular hexagon")
 
 
 def _add_functions(f: Formulas) -> None:
-    """The functions that both models have."""
+    """Add the functions of both models."""
     f.function("polygon", (q.a,), *_POLYGON)
     f.function("path", (q.theta, q.a), *_PATH)
     f.function("fillet", (FLATS,), section_edge(), (ClutchClaim.FILLET, q.r), gives=(q.r,))
@@ -125,21 +126,21 @@ def _add_functions(f: Formulas) -> None:
     f.function("gears", (q.alpha, q.k, q.gamma), *_GEARS)
     f.function("limit", (CRANK, q.c, q.r_A, q.m), *_LIMIT)
     margins = [_margin(f, claim, *name) for claim, name in _CONDITIONS.items()]
-    given = [step.symbol for step in margins]
-    f.function("conditions", (CLUTCH,), section_edge(), *_TRAVEL, _outline_radius(f), *margins, gives=given)
+    symbols = [step.symbol for step in margins]
+    f.function("conditions", (CLUTCH,), section_edge(), *_TRAVEL, _outline_radius(f), *margins, gives=symbols)
 
 
 def _add_rotor(f: Formulas) -> None:
-    """How far the polygon is from a rotor of its hexagon: each of three pairs of sides gives way by a third."""
-    pieces = [with_angles(piece) for piece, _ in third_overlap().args]
-    rest, cosine, sine = split(pieces[0])
+    """Add the deviation of the polygon from a rotor of its hexagon, shared equally by the three pairs of sides."""
+    pieces = [substitute_angles(piece) for piece, _ in third_overlap().args]
+    rest, cosine, sine = split_by_theta(pieces[0])
     miss = q.R * sp.Abs(sp.Abs(rest) - sp.sqrt(cosine**2 + sine**2))
     third = sp.symbols("p_x p_y s")
     turns = [sp.pi / 2 - i * sp.pi / 3 for i in range(3)]
     strips = [third[0] * sp.cos(t) + third[1] * sp.sin(t) for t in turns]
-    given = (sp.S.Zero, sp.S.Zero, MISS)
+    overlaps = (sp.S.Zero, sp.S.Zero, MISS)
     shared = sp.solve(
-        [strip - side - sign * third[2] for strip, side, sign in zip(strips, given, (1, -1, 1), strict=True)], third
+        [strip - side - sign * third[2] for strip, side, sign in zip(strips, overlaps, (1, -1, 1), strict=True)], third
     )
     widened = q.R + 2 * sp.Abs(shared[third[2]]).subs(sp.Abs(MISS), MISS)
     steps = (
@@ -151,15 +152,15 @@ def _add_rotor(f: Formulas) -> None:
 
 
 def _add_body(f: Formulas) -> None:
-    """Hexagon side with which a body of full outline at its left end keeps its wall outside the tooth roots."""
+    """Add the hexagon side with which a body of full outline at its left end has its wall outside the tooth roots."""
     side = f.expr(ClutchClaim.OUTLINE_RADIUS)
-    steepness = (side - apothem(q.a)) / q.c
-    (least,) = sp.solve(side - q.d * steepness - q.b2 - WALL, q.a)
-    f.function("body", (q.b2, WALL, q.d, q.c), let(q.a, sp.simplify(least), "tapered body"))
+    steepness = (side - hexagon_apothem(q.a)) / q.c
+    (minimum,) = sp.solve(side - q.d * steepness - q.b2 - WALL, q.a)
+    f.function("body", (q.b2, WALL, q.d, q.c), let(q.a, sp.simplify(minimum), "tapered body"))
 
 
 def build_clutch_system() -> System:
-    """The clutch from first principles."""
+    """Build the model of the clutch from first principles."""
     title = "Reuleaux-pentagon clutch, from first principles"
     stated = derive_formulas().equations.values()
     source, assumptions = "derived (kinematics, statics)", ASSUMPTIONS[:4]
@@ -174,9 +175,9 @@ def build_clutch_system() -> System:
 def build_printed_clutch(
     equations: Mapping[str, Equation], reading: Mapping[sp.Symbol, Expr], lacking: frozenset[Claim] = frozenset()
 ) -> System:
-    """The clutch as a paper prints it, ``lacking`` what it does not state.
+    """Build the model of the clutch as a paper prints it, without the claims that it is ``lacking``.
 
-    Raises ClaimError where it states what nothing derives, the same twice, or not what is asked for.
+    Raises ClaimError if the paper states a claim that is not derived, states one twice, or lacks another one.
     """
     title, source = "Reuleaux-pentagon clutch, as printed", "shi2021 (1)-(7), taken literally"
     f = Formulas(
@@ -197,12 +198,11 @@ BEAM_ASSUMPTIONS = (
 )
 
 Z = sp.Symbol("z", nonnegative=True)
-"""Place along the overhang as a share of it."""
+"""Position along the overhang, relative to its length."""
 DIGITS = 40
 
 
-def _beam(name: str, unit: str, meaning: str) -> Quantity:
-    return Quantity(name, unit, meaning, f"derived: {BEND}")
+_beam = partial(Quantity, source=f"derived: {BEND}")
 
 
 MASS = _beam("mass_coefficient", "1", "modal mass over the mass of the overhang")
@@ -211,19 +211,19 @@ SWING = _beam("swing", "N", "amplitude of the load about the driving force")
 LAG = _beam("lag", "rad", "phase at which the load passes the driving force")
 N_0 = _beam("N_0", "N", "contact load at the start")
 T_MAX = _beam("t_max", "s", "time of the largest load")
-T_LOSS = _beam("t_loss", "s", "time at which contact is lost; after a full swing to zero where it never is")
+T_LOSS = _beam("t_loss", "s", "time of loss of contact; a full swing if the contact is never lost")
 RATE = _beam("rate", "m/s", "speed of tooth and shaft end")
 PERIOD = _beam("period", "s", "time of a full swing")
-GIVEN = _beam("given", "J", "work of the driving force since the start")
-KEPT = _beam("kept", "J", "kinetic and strain energy less that at the start")
+DRIVE_WORK = _beam("given", "J", "work of the driving force since the start")
+STORED_ENERGY = _beam("kept", "J", "kinetic and strain energy minus that at the start")
 
 BEAM = Vector("beam", (FLATS, q.E, q.rho, q.l))
 STRUCK = Vector("struck", (q.m1, q.F_M, q.Delta_omega, q.r1))
-"""What strikes the shaft: mass, force, speed difference, radius."""
+"""The striking body: mass, force, speed difference, radius."""
 
 
 def clamped_mode() -> tuple[Expr, Expr]:
-    """First eigenvalue b of the clamped-free beam, cos(b) cosh(b) = -1, and its shape, of height 1 at the end."""
+    """Return the first eigenvalue b of the clamped-free beam, cos(b) cosh(b) = -1, and its mode of height 1."""
     b = sp.Dummy("b")
     root = sp.nsolve(cos(b) * cosh(b) + 1, b, 1.875, prec=DIGITS)
     share = (cosh(root) + cos(root)) / (sinh(root) + sin(root))
@@ -231,50 +231,50 @@ def clamped_mode() -> tuple[Expr, Expr]:
 
 
 def static_shape(fixity: Expr = S.One) -> Expr:
-    """A beam in its bearing at z = 0, free of moment at z = 1, under a load there, of height 1 at the end.
+    """Return the shape, of height 1, of a beam with a bearing at z = 0 and a transverse load at its end z = 1.
 
-    The bearing clamps it, or holds it elastically with a ``fixity`` from 1 down to 0, where it turns freely.
+    The ``fixity`` of the bearing is 1 if it clamps the beam, and 0 if the beam turns freely in it.
     """
     a, b, c, d = sp.symbols("a b c d")
     shape = a + b * Z + c * Z**2 + d * Z**3
-    held = held_at_bearing(shape.subs(Z, q.x / q.l)).values()
-    at_bearing = [sp.expand(q.l * left.subs(q.fixity, fixity)) for left in held]
+    conditions = bearing_conditions(shape.subs(Z, q.x / q.l)).values()
+    at_bearing = [sp.expand(q.l * condition.subs(q.fixity, fixity)) for condition in conditions]
     ends = [*at_bearing, shape.diff(Z, 2).subs(Z, 1), shape.subs(Z, 1) - 1]
     return shape.subs(sp.solve(ends, (a, b, c, d)))
 
 
-def shapes() -> dict[str, Expr]:
-    """Shapes to choose from over z, by name; the first is the paper's."""
+def bending_shapes() -> dict[str, Expr]:
+    """Return the available shapes over z by name; the first is that of the paper."""
     return {
-        "quarter_sine": mode().subs(q.x, Z * q.l),
+        "quarter_sine": assumed_mode().subs(q.x, Z * q.l),
         "clamped_cosine": 1 - cos(pi / 2 * Z),
         "clamped_static": static_shape(),
         "clamped_mode": clamped_mode()[1],
     }
 
 
-def coefficients(shape: Expr) -> tuple[Expr, Expr]:
-    """Integrals of the shape squared and of its curvature squared over 0..1."""
+def shape_integrals(shape: Expr) -> tuple[Expr, Expr]:
+    """Return the integrals over 0..1 of the squared shape and of its squared curvature."""
     if shape.has(sp.Float):
         return sp.Rational(str(_quadrature(shape))), sp.Rational(str(_quadrature(shape.diff(Z, 2))))
     return _integral(shape), _integral(shape.diff(Z, 2))
 
 
 def _integral(expr: Expr) -> Expr:
-    """Integral of a square over 0..1."""
+    """Return the integral of a square over 0..1."""
     return sp.simplify(sp.integrate(expr**2, (Z, 0, 1)))
 
 
 def _quadrature(expr: Expr) -> sp.Float:
-    """Integral of a square over 0..1 to 20 digits."""
+    """Return the integral of a square over 0..1 to 20 digits."""
     digits = DIGITS // 2
     with mpmath.workdps(digits + 5):
         return sp.N(sp.Float(mpmath.quad(sp.lambdify(Z, expr**2, "mpmath"), (0, 1)), digits + 5), digits)
 
 
 def _add_modal(f: Formulas, name: str, shape: Expr) -> None:
-    """Modal mass and stiffness of the shaft in a shape, and the mass of the whole overhang."""
-    mass, stiffness = coefficients(shape)
+    """Add modal mass and stiffness of the shaft in a shape, and the mass of the overhang."""
+    mass, stiffness = shape_integrals(shape)
     steps = (
         section_edge(),
         ClutchClaim.SHAFT_SECTION,
@@ -289,13 +289,13 @@ def _add_modal(f: Formulas, name: str, shape: Expr) -> None:
 
 
 def frequency_steps() -> tuple[Let, ...]:
-    """Frequency of shaft and body in contact, and the acceleration by the driving force: they move as one mass."""
+    """Return frequency and acceleration by the driving force of shaft and body, which move as one mass in contact."""
     moving = q.M_1 + q.m1
     return (let(q.B1, sp.sqrt(q.K_1 / moving), BEND), let(q.B2, q.F_M / moving, BEND))
 
 
 def _add_extremes(f: Formulas, inputs: tuple[Vector | Quantity, ...], *rates: Wanted) -> ClosedForm:
-    """The load as a swing about the driving force: largest, when, and when it is gone."""
+    """Add the load as an oscillation about the driving force: its maximum, the time of it, the time of its loss."""
     load = sp.expand(derive_formulas().expr(ClutchClaim.CONTACT_LOAD))
     sine, cosine = load.coeff(sin(q.B1 * q.t)), load.coeff(cos(q.B1 * q.t))
     steps = (
@@ -307,32 +307,34 @@ def _add_extremes(f: Formulas, inputs: tuple[Vector | Quantity, ...], *rates: Wa
         let(PERIOD, 2 * pi / q.B1, BEND),
         let(T_LOSS, (pi + LAG + sp.asin(sp.Min(S.One, q.F_M / SWING))) / q.B1, BEND),
     )
-    given = (q.B1, q.B2, SWING, N_0, q.N_max, T_MAX, T_LOSS, PERIOD)
-    return f.function("extremes", inputs, *rates, *steps, gives=given)
+    outputs = (q.B1, q.B2, SWING, N_0, q.N_max, T_MAX, T_LOSS, PERIOD)
+    return f.function("extremes", inputs, *rates, *steps, gives=outputs)
 
 
 def _add_energy(f: Formulas) -> None:
-    """Work done since the start, and what has become of it, where tooth and shaft end move together."""
+    """Add the work since the start and the stored energy, while tooth and shaft end move together."""
     way = sp.Dummy("way")
 
-    def held(deflection: Expr, speed: Expr) -> Expr:
+    def stored(deflection: Expr, speed: Expr) -> Expr:
         strain = sp.integrate(q.K_1 * way, (way, 0, deflection))
         return (q.M_1 + q.m1) * speed**2 / 2 + strain
 
     steps = (
         ClutchClaim.CONTACT_SPEED,
-        let(GIVEN, sp.integrate(q.F_M, (way, 0, q.y_max)), BEND),
-        let(KEPT, held(q.y_max, RATE) - held(S.Zero, q.v_0), BEND),
+        let(DRIVE_WORK, sp.integrate(q.F_M, (way, 0, q.y_max)), BEND),
+        let(STORED_ENERGY, stored(q.y_max, RATE) - stored(S.Zero, q.v_0), BEND),
     )
-    f.function("energy", (q.y_max, RATE, q.M_1, q.K_1, STRUCK), *steps, gives=(GIVEN, KEPT), told="energies")
+    f.function(
+        "energy", (q.y_max, RATE, q.M_1, q.K_1, STRUCK), *steps, gives=(DRIVE_WORK, STORED_ENERGY), told="energies"
+    )
 
 
 def build_beam_system() -> System:
-    """The engagement from first principles."""
+    """Build the model of the engagement from first principles."""
     title = "Engagement in one mode, from first principles"
     stated = derive_formulas().equations.values()
     f = Formulas("clutch_beam", stated, title=title, source="derived", assumptions=BEAM_ASSUMPTIONS, told="{}")
-    for name, shape in shapes().items():
+    for name, shape in bending_shapes().items():
         _add_modal(f, name, shape)
     _add_extremes(f, (q.M_1, q.K_1, STRUCK), *frequency_steps())
     rate = let(RATE, f.expr(ClutchClaim.CONTACT_DEFLECTION).diff(q.t), BEND)
@@ -344,10 +346,11 @@ def build_beam_system() -> System:
 
 
 def build_printed_beam(equations: Mapping[str, Equation]) -> System:
-    """The engagement with the frequency and the acceleration that a paper prints; from there on it follows (11)."""
+    """Build the model with the frequency and the acceleration that a paper prints, otherwise with (11)."""
     title, source = "Engagement in one mode, as printed", "shi2021 (8)-(12), taken literally"
-    said = equations.values()
-    f = Formulas("clutch_beam_printed", said, title=title, source=source, assumptions=BEAM_ASSUMPTIONS, told="{}")
+    f = Formulas(
+        "clutch_beam_printed", equations.values(), title=title, source=source, assumptions=BEAM_ASSUMPTIONS, told="{}"
+    )
     rates = (ClutchClaim.CONTACT_FREQUENCY, q.B1), (ClutchClaim.DRIVING_ACCELERATION, q.B2)
     _add_extremes(f, (q.E, q.I, q.l, q.m2, STRUCK), *rates)
     return f.system()

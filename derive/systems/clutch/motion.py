@@ -7,7 +7,7 @@ x axis of the slider crank is the guide AC, from the crank's axis A to the sleev
 
 from __future__ import annotations
 
-from functools import cache
+from functools import cache, partial
 
 import sympy as sp
 from sympy import Derivative, Expr, Function, S, cos, pi, sin, sqrt
@@ -28,14 +28,14 @@ GEAR = Frame("crank gear", WORLD, Z, q.theta_A)
 D = Point("D")
 AXIS = Point("A", D, Vec(LINK, (q.r_D + q.r_A, S.Zero, S.Zero)))
 MESH = pi / 2 - q.gamma
-"""Inclination of the link at which mesh begins."""
+"""Inclination of the link at the start of mesh."""
 
 SURFACE = Frame("surface", WORLD, Z, -q.theta0)
-"""The engaging surface: F_x pulls along it and presses on, F_y presses on and pushes back."""
+"""The engaging surface: F_x acts along and into it, F_y into it and backwards."""
 
 
 def gear_rate() -> Expr:
-    """Turns of the crank gear per turn of the link: the gear rolls on the fixed rack, its contact point is at rest."""
+    """Return the rate of the crank gear per rate of the link: the contact point on the fixed rack is at rest."""
     turning = sp.Dummy("rate")
     motion = Motion(rates={q.alpha: S.One, q.theta_A: turning})
     axis = motion.derivative(displacement(D, AXIS, LINK))
@@ -45,15 +45,15 @@ def gear_rate() -> Expr:
     return sp.expand(rate.subs(q.r_A, q.k * q.r_D))
 
 
-def turned(rate: Expr) -> Expr:
-    """Rotation for an inclination of the link, at a constant rate: none before mesh."""
+def gear_rotation(rate: Expr) -> Expr:
+    """Return the rotation at an inclination of the link, for a constant rate; zero before mesh."""
     angle = sp.Dummy("angle")
     rotation = rate * sp.integrate(1, (angle, MESH, q.alpha))
     return sp.Piecewise((S.Zero, sp.Lt(q.alpha, MESH)), (rotation, sp.Ge(q.alpha, MESH)))
 
 
 def crank_angle(distance: Expr) -> Expr:
-    """Angle between crank AB and guide AC for a distance AC: the loop A-B-C closes."""
+    """Return the angle between crank AB and guide AC for a distance AC, from the closed loop A-B-C."""
     angle = sp.Dummy("angle")
     crank = Frame("crank", WORLD, Z, angle)
     A = Point("A")
@@ -65,26 +65,29 @@ def crank_angle(distance: Expr) -> Expr:
     return sp.acos(cosine)
 
 
-def linkage(f: Formulas) -> None:
-    """Crank gear, rack and crank slider: section 2.4."""
+def add_linkage(f: Formulas) -> None:
+    """Add the equations of crank gear, rack and crank slider: section 2.4."""
     rate = gear_rate()
     teeth = 2 * q.r_A / q.m
-    f.defines(q.theta_A, turned(rate), ClutchClaim.CRANK_GEAR)
-    f.defines(q.theta_AR, turned(rate - 1), ClutchClaim.CRANK_GEAR_ON_LINK)
+    f.defines(q.theta_A, gear_rotation(rate), ClutchClaim.CRANK_GEAR)
+    f.defines(q.theta_AR, gear_rotation(rate - 1), ClutchClaim.CRANK_GEAR_ON_LINK)
     f.defines(q.theta_Amax, q.n * 2 * pi / teeth, ClutchClaim.CRANK_BY_TEETH)
     f.defines(q.theta_Amax, crank_angle(q.l_AC) - crank_angle(q.l_AC + q.c), ClutchClaim.CRANK_BY_TRAVEL)
     f.defines(q.t_c, travel_time(), ClutchClaim.SWITCHING_TIME, named=True)
 
 
 def travel_time() -> Expr:
-    """Time after which the sleeve, at its mean speed, has made its travel."""
+    """Return the time of the sleeve's travel at its mean speed."""
     time = sp.Dummy("time")
-    (found,) = sp.solve(sp.integrate(q.v_c, (time, 0, time)) - q.c, time)
-    return found
+    (duration,) = sp.solve(sp.integrate(q.v_c, (time, 0, time)) - q.c, time)
+    return duration
 
 
 def equations_of_motion() -> tuple[Expr, Expr]:
-    """Stationary action of a beam under a load N at x = l, and of the body that is pushed and gives this load."""
+    """Return the equations of a beam with a load N at x = l, and of the driven body that exerts it.
+
+    Both follow from stationary action.
+    """
     x, t = sp.symbols("x t", real=True)
     beam, body = Function("beam")(x, t), Function("body")(t)
     bending = q.E * q.I * beam.diff(x, 2) ** 2 / 2
@@ -99,18 +102,18 @@ def equations_of_motion() -> tuple[Expr, Expr]:
     return -of_beam.lhs.subs(named), of_body.lhs.subs(named)
 
 
-def mode() -> Expr:
-    """The assumed shape: a sine from the bearing with its first crest at the contact, of height 1 there."""
+def assumed_mode() -> Expr:
+    """Return the assumed shape: a sine from the bearing with its first crest, of height 1, at the contact."""
     wave = sp.Dummy("wave", positive=True)
     crest = min(s for s in sp.solve(cos(wave), wave) if s > 0)
     return sin(crest * q.x / q.l)
 
 
 @cache
-def modal() -> tuple[Expr, Expr]:
-    """Mass and stiffness of the shaft in its mode: the beam's equation projected on the shape."""
+def modal_coefficients() -> tuple[Expr, Expr]:
+    """Return mass and stiffness of the shaft in its mode: the beam's equation projected on the shape."""
     span = sp.Dummy("span", positive=True)
-    shape = mode().subs(q.l, span)
+    shape = assumed_mode().subs(q.l, span)
     mass = sp.integrate(q.rho * q.S * shape**2, (q.x, 0, span))
     stiffness = sp.integrate(q.E * q.I * shape.diff(q.x, 4) * shape, (q.x, 0, span))
     return mass.subs(span, q.l), stiffness.subs(span, q.l)
@@ -118,7 +121,7 @@ def modal() -> tuple[Expr, Expr]:
 
 @cache
 def contact_motion() -> Expr:
-    """Deflection at the contact over time: (M_1 + m1) y'' + K_1 y = F_M, from rest in place, with the body's speed."""
+    """Return the deflection at the contact: (M_1 + m1) y'' + K_1 y = F_M, from zero with the body's speed."""
     time, frequency = sp.Symbol("time", real=True), sp.Symbol("frequency", positive=True)
     deflection = Function("deflection")
     motion = sp.Eq(deflection(time).diff(time, 2) + frequency**2 * deflection(time), q.B2)
@@ -127,26 +130,25 @@ def contact_motion() -> Expr:
 
 
 def contact_speed() -> Expr:
-    """Speed of the contact point of the body as seen from the output shaft."""
+    """Return the speed of the body's contact point relative to the output shaft."""
     angle = sp.Dummy("angle")
     arm = Vec(Frame("body", WORLD, Z, angle), (q.r1, S.Zero, S.Zero))
     return Motion(rates={angle: q.Delta_omega}).derivative(arm)[1]
 
 
 def common_speed() -> Expr:
-    """Speed at which body and shaft leave the impact together: it keeps the momentum that the body alone brings."""
-    speed, (mass, _) = sp.Dummy("speed"), modal()
-    brought = q.m1 * contact_speed()
-    (found,) = sp.solve((q.m1 + mass) * speed - brought, speed)
-    return found
+    """Return the common speed of body and shaft after the impact, which conserves the momentum of the body."""
+    speed, (mass, _) = sp.Dummy("speed"), modal_coefficients()
+    (common,) = sp.solve((q.m1 + mass) * speed - q.m1 * contact_speed(), speed)
+    return common
 
 
-def held_at_bearing(deflection: Expr) -> dict[str, Expr]:
-    """What must vanish at the bearing: the deflection, and what is left of the moments there.
+def bearing_conditions(deflection: Expr) -> dict[str, Expr]:
+    """Return the expressions that must vanish at the bearing: the deflection, and the balance of moments.
 
-    The virtual work of bending leaves -E I y'' on the slope at x = 0, and a bearing of the stiffness k against turning
-    adds k y': k y' = E I y''. With the fixity c = k l/(k l + E I) this is c y' = (1 - c) l y'', of a clamped end where
-    c is 1, of a hinged one where c is 0, of an elastic one between.
+    The virtual work of bending has the term -E I y'' on the slope at x = 0; a bearing with rotational stiffness k adds
+    k y', so that k y' = E I y''. With the fixity c = k l/(k l + E I) this is c y' = (1 - c) l y'': the end is clamped
+    for c = 1, hinged for c = 0, and elastic in between.
     """
     slope, curvature = (deflection.diff(q.x, order).subs(q.x, 0) for order in (1, 2))
     return {
@@ -155,13 +157,13 @@ def held_at_bearing(deflection: Expr) -> dict[str, Expr]:
     }
 
 
-def engagement(f: Formulas) -> None:
-    """Contact of tooth and output shaft: section 3.1."""
+def add_engagement(f: Formulas) -> None:
+    """Add the equations of the contact of tooth and output shaft: section 3.1."""
     of_beam, of_body = equations_of_motion()
-    mass, stiffness = modal()
+    mass, stiffness = modal_coefficients()
     section = sp.Polygon(*sp.RegularPolygon((0, 0), 1, SIDES).vertices)
     moving = (mass + q.m1).subs(q.rho, q.m2 / (q.S * q.l))
-    shape, path = mode(), contact_motion()
+    shape, path = assumed_mode(), contact_motion()
     acceleration = path.diff(q.t, 2)
     load = sp.expand(sp.solve(of_body.subs(q.a_l, acceleration), q.N)[0])
     swing = load.coeff(sin(q.B1 * q.t)) ** 2 + load.coeff(cos(q.B1 * q.t)) ** 2
@@ -189,8 +191,8 @@ def engagement(f: Formulas) -> None:
     f.defines(q.N_max, q.F_M + q.m1 * sp.sqrt(inside), ClutchClaim.LARGEST_LOAD)
 
 
-def slip(f: Formulas) -> None:
-    """Forces on the tooth along the surface and across it: section 3.2."""
+def add_slip(f: Formulas) -> None:
+    """Add the equations of the forces on the tooth along the surface and across it: section 3.2."""
     reaction = Vec(WORLD, (q.F_x, q.F_y, S.Zero)).resolved(SURFACE)
     contact = Vec(SURFACE, (-q.f0, -q.N, S.Zero))
     total = reaction + contact
@@ -207,28 +209,27 @@ def slip(f: Formulas) -> None:
     f.holds(ClutchClaim.TOOTH_AT_REST, q.F_y - (q.F_y - at_rest))
 
 
-def _slider(name: str, unit: str, meaning: str) -> Quantity:
-    return Quantity(name, unit, meaning, "derived: clutch")
+_slider = partial(Quantity, source="derived: clutch")
 
 
 CRANK = Vector("crank", (q.l_AB, q.l_BC, q.l_AC))
-SHIFT = _slider("shift", "m", "way of the sleeve from its engaged place")
+SHIFT = _slider("shift", "m", "displacement of the sleeve from its engaged position")
 ANGLE = _slider("crank_angle", "rad", "angle of the crank from the guide AC")
 X_B = _slider("pin_x", "m", "crank pin B, along the guide")
 Y_B = _slider("pin_y", "m", "crank pin B, across the guide")
 ROD = _slider("rod_angle", "rad", "angle of the rod with the guide")
-LEVER = _slider("lever", "m", "way of the sleeve per rotation of the crank")
+LEVER = _slider("lever", "m", "displacement of the sleeve per rotation of the crank")
 TOOTH = _slider("tooth_force", "N", "tangential force of the rack on the crank gear while the sleeve is pushed")
-SIDE = _slider("side_force", "N", "force of the guide on the sleeve, across the way")
+SIDE = _slider("side_force", "N", "force of the guide on the sleeve, perpendicular to its travel")
 SPAN = _slider("span", "m", "distance of the crank gear's axis from the hinge of the link: both pitch radii")
-LIFT = _slider("lift", "rad", "turn of the link while the sleeve makes its travel")
-LIMIT = _slider("alpha_max", "rad", "inclination of the link when the sleeve has made its travel")
-SHARE = _slider("share", "1", "travel as a share of the largest that this crank makes in that rotation")
-RODS = (_slider("l_BC_1", "m", "rod, the one"), _slider("l_BC_2", "m", "rod, the other"))
+LIFT = _slider("lift", "rad", "rotation of the link during the sleeve's travel")
+LIMIT = _slider("alpha_max", "rad", "inclination of the link at the end of the sleeve's travel")
+SHARE = _slider("share", "1", "travel as a share of the largest travel of this crank in that rotation")
+RODS = (_slider("l_BC_1", "m", "rod, first solution"), _slider("l_BC_2", "m", "rod, second solution"))
 
 
 def add_slider(f: Formulas) -> None:
-    """The linkage along the way, what it takes to push the sleeve, its gears, and its rod for a wanted travel."""
+    """Add the linkage over its travel, the forces to push the sleeve, its gears, and its rod for a required travel."""
     crank = Frame("crank", WORLD, Z, ANGLE)
     A = Point("A")
     B = Point("B", A, Vec(crank, (q.l_AB, S.Zero, S.Zero)))
@@ -256,7 +257,7 @@ def add_slider(f: Formulas) -> None:
 
 
 def pin_distance(angle: Expr) -> Expr:
-    """Distance of the sleeve's pin C from the crank's axis A at an angle of the crank: the loop A-B-C closes."""
+    """Return the distance of the sleeve's pin C from the crank's axis A at a crank angle, from the loop A-B-C."""
     distance = sp.Dummy("distance")
     A = Point("A")
     B = Point("B", A, Vec(Frame("crank", WORLD, Z, angle), (q.l_AB, S.Zero, S.Zero)))
@@ -266,7 +267,7 @@ def pin_distance(angle: Expr) -> Expr:
 
 
 def _add_drive(f: Formulas) -> None:
-    """Pitch radii for a ratio at a fixed distance of axes, and how far the link turns for a rotation of the crank."""
+    """Add the pitch radii for a ratio at a fixed distance of axes, and the link's rotation for one of the crank."""
     radii = sp.solve([q.r_A + q.r_D - SPAN, q.r_A - q.k * q.r_D], (q.r_A, q.r_D))
     (alpha,) = sp.solve((gear_rate() - 1) * (q.alpha - MESH) - q.theta_Amax, q.alpha)
     steps = (
@@ -279,9 +280,9 @@ def _add_drive(f: Formulas) -> None:
 
 
 def _add_rod(f: Formulas) -> None:
-    """Both rods with which the crank makes a travel in a rotation: B is as far from C before as after.
+    """Add both rods with which the crank gives a travel in a rotation: the distance of B and C is the same after it.
 
-    P cos(angle) + Q sin(angle) = K at the engaged place; both sides of the direction of (P, Q) solve it.
+    P cos(angle) + Q sin(angle) = K in the engaged position; the two solutions are symmetric to the direction of (P, Q).
     """
     start = sp.Dummy("start", real=True)
 
@@ -298,9 +299,9 @@ def _add_rod(f: Formulas) -> None:
     if K.has(start):
         raise ValueError("the condition on the rod is not linear in the crank's direction")
     share = K / sqrt(P**2 + Q**2)
-    aside = sp.acos(clip(SHARE, S.NegativeOne, S.One))
+    deviation = sp.acos(clip(SHARE, S.NegativeOne, S.One))
     rods = (
-        let(symbol, sqrt(squared(sp.atan2(Q, P) + sign * aside, q.l_AC)), "rod for a travel in a rotation")
+        let(symbol, sqrt(squared(sp.atan2(Q, P) + sign * deviation, q.l_AC)), "rod for a travel in a rotation")
         for symbol, sign in zip(RODS, (1, -1), strict=True)
     )
     steps = (let(SHARE, share, "rod for a travel in a rotation"), *rods)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -39,20 +39,21 @@ SOLVED = (
     (ClutchClaim.CRANK_BY_TEETH, q.n),
     (ClutchClaim.TOOTH_ACROSS, q.F_x),
 )
-"""What follows from equations that do not define it."""
+"""Quantities that follow from equations which do not define them."""
 
 
 @cache
 def derive_formulas() -> Formulas:
-    """Every derived equation, by what it claims to be."""
+    """Return every derived equation by its claim."""
     f = Formulas("clutch")
-    for part in (geometry.polygon, geometry.tooth, geometry.taper, motion.linkage, motion.engagement, motion.slip):
-        part(f)
-    return Formulas(f.name, (replace(e, residual=geometry.with_angles(e.residual)) for e in f.equations.values()))
+    parts = geometry.add_polygon, geometry.add_tooth, geometry.add_taper
+    for add_equations in (*parts, motion.add_linkage, motion.add_engagement, motion.add_slip):
+        add_equations(f)
+    return Formulas(f.name, (replace(e, residual=geometry.substitute_angles(e.residual)) for e in f.equations.values()))
 
 
 def complete_values(independent: Values) -> Values:
-    """The independent quantities with all that depend on them, to the precision of the moment."""
+    """Return the independent quantities with all that depend on them, to the current precision."""
     values = dict(independent)
     values[q.k] = values[q.r_A] / values[q.r_D]
     values[q.Y1], values[q.Y2] = values[q.S1] - values[q.S2], values[q.S3] - values[q.S4]
@@ -70,66 +71,15 @@ _RANGES: dict[Quantity, tuple[str, str]] = {
 }  # fmt: skip
 
 
-def draw_admissible_point(rng: random.Random) -> Values:
-    """A random point at which every derived equality and every derived condition of a working clutch holds.
-
-    Two equations speak of a special state and are left out: the faces at the least tip distance, and no slip.
-    """
-    with mpmath.workdps(DIGITS):
-
-        def between(low: Any, high: Any) -> mpf:
-            return low + (high - low) * mpf(rng.getrandbits(DIGITS * 4)) / 2 ** (DIGITS * 4)
-
-        v: Values = {symbol: between(mpf(low), mpf(high)) for symbol, (low, high) in _RANGES.items()}
-        half_arc = 2 * mpmath.pi / 5
-        v[q.theta] = between(mpmath.pi * 11 / 30, mpmath.pi / 2)
-        v[q.R] = v[q.a1] * between(mpf("2.5"), mpf("3.5"))
-        v[q.r] = v[q.a1] * between(mpf("0.32"), mpf("0.5"))
-        v[q.b1] = v[q.a1] * between(mpf("0.915"), mpf("1.1"))
-        v[q.b2] = v[q.a1] * between(mpf(1), mpf("1.1"))
-        v[q.R2] = v[q.b2] + between(mpf("0.001"), mpf("0.003"))
-        v[q.R1] = v[q.R2] + v[q.d] * between(mpf("0.1"), mpf("0.5"))
-        v[q.phi] = mpmath.atan((v[q.R1] - v[q.R2]) / v[q.d])
-        lift = v[q.R] * (1 / mpmath.sin(half_arc) - 1) / 2
-        v[q.c] = lift / mpmath.tan(v[q.phi]) * between(mpf("1.05"), mpf("1.5"))
-        mesh = mpmath.pi / 2 - v[q.gamma]
-        v[q.alpha] = rng.choice((between(mpf(0), mesh), between(mesh, mpf(1))))
-        v[q.x] = v[q.l] * between(mpf("0.1"), mpf("0.9"))
-        return complete_values(v)
-
-
-def _given(machine: MachineFile) -> Values:
-    """The data of the built-in clutch in SI units and radians."""
+def _read_data(machine: MachineFile) -> Values:
+    """Return the data of the built-in clutch in SI units and radians."""
     return {s: machine.si(s.shown) for s in vars(q).values() if isinstance(s, Quantity) and s.shown}
 
 
-def compute_reference_cycle(points: int) -> list[Values]:
-    """All quantities of the built-in clutch while everything that varies runs from start to end of its own course.
-
-    C passes a corner, the link rises from the horizontal to the limit of the linkage, tooth and shaft stay in contact,
-    and the place on the shaft moves from the bearing to the contact.
-    """
-    with mpmath.workdps(DIGITS):
-        fixed = _machine()
-        zero = mpf(0)
-        still = complete_values({**fixed, q.theta: mpmath.pi / 2, q.alpha: zero, q.t: zero, q.x: zero})
-        limit = mpmath.pi / 2 - fixed[q.gamma] + still[q.k] * still[q.theta_Amax]
-        courses = {
-            q.theta: (mpmath.pi * 11 / 30, mpmath.pi / 2),
-            q.alpha: (zero, limit),
-            q.t: (zero, _contact_time(still)),
-            q.x: (zero, fixed[q.l]),
-        }
-        shares = [mpf(i) / max(points - 1, 1) for i in range(points)]
-        return [
-            complete_values({**fixed, **{s: a + (b - a) * share for s, (a, b) in courses.items()}}) for share in shares
-        ]
-
-
-def _machine() -> Values:
-    """The built-in clutch with what follows from its data at once."""
+def _machine_values() -> Values:
+    """Return the data of the built-in clutch, with the quantities that follow directly."""
     machine = MachineFile.read(DATA)
-    v = _given(machine)
+    v = _read_data(machine)
     v[q.R] = mpmath.sqrt(3) * v[q.a]
     v[q.a1] = machine.si("shaft.flat_to_flat_mm") / mpmath.sqrt(3)
     v[q.R1] = v[q.R2] + v[q.d] * mpmath.tan(v[q.phi])
@@ -139,27 +89,73 @@ def _machine() -> Values:
 
 
 def _contact_time(v: Values) -> mpf:
-    """When the contact load has fallen to zero; a full period where it never does."""
+    """Return the time at which the contact load has fallen to zero, or a full period if it never does."""
     swing, lag = v[q.N_max] - v[q.F_M], mpmath.atan2(v[q.B2], v[q.v_0] * v[q.B1])
     ends = mpmath.pi + mpmath.asin(v[q.F_M] / swing) + lag if v[q.F_M] < swing else 2 * mpmath.pi
     return ends / v[q.B1]
 
 
-class Clutch(Subject):
-    """The clutch, as derived, on the cycle of the built-in one."""
+class ClutchSubject(Subject):
+    """The clutch as derived, with the cycle of the built-in one."""
 
     def claims(self) -> Mapping[Claimed, Equation]:
+        """Return the derived equations by their claims."""
         return derive_formulas().equations
 
-    def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
-        return draw_admissible_point(rng)
+    def admissible(self, rng: random.Random) -> Values:
+        """Return a random point at which all derived equalities and conditions of a working clutch hold.
 
-    def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
-        return compute_reference_cycle(points)
+        Two equations describe a special state and are left out: the faces at the smallest tip distance, and no slip.
+        """
+        with mpmath.workdps(DIGITS):
+
+            def between(low: Any, high: Any) -> mpf:
+                return low + (high - low) * mpf(rng.getrandbits(DIGITS * 4)) / 2 ** (DIGITS * 4)
+
+            v: Values = {symbol: between(mpf(low), mpf(high)) for symbol, (low, high) in _RANGES.items()}
+            half_arc = 2 * mpmath.pi / 5
+            v[q.theta] = between(mpmath.pi * 11 / 30, mpmath.pi / 2)
+            v[q.R] = v[q.a1] * between(mpf("2.5"), mpf("3.5"))
+            v[q.r] = v[q.a1] * between(mpf("0.32"), mpf("0.5"))
+            v[q.b1] = v[q.a1] * between(mpf("0.915"), mpf("1.1"))
+            v[q.b2] = v[q.a1] * between(mpf(1), mpf("1.1"))
+            v[q.R2] = v[q.b2] + between(mpf("0.001"), mpf("0.003"))
+            v[q.R1] = v[q.R2] + v[q.d] * between(mpf("0.1"), mpf("0.5"))
+            v[q.phi] = mpmath.atan((v[q.R1] - v[q.R2]) / v[q.d])
+            lift = v[q.R] * (1 / mpmath.sin(half_arc) - 1) / 2
+            v[q.c] = lift / mpmath.tan(v[q.phi]) * between(mpf("1.05"), mpf("1.5"))
+            mesh = mpmath.pi / 2 - v[q.gamma]
+            v[q.alpha] = rng.choice((between(mpf(0), mesh), between(mesh, mpf(1))))
+            v[q.x] = v[q.l] * between(mpf("0.1"), mpf("0.9"))
+            return complete_values(v)
+
+    def reference(self, points: int) -> list[Values]:
+        """Return all quantities of the built-in clutch while each variable runs from its start to its end.
+
+        C passes a corner, the link rises from the horizontal to the limit of the linkage, tooth and shaft stay in
+        contact, and the position on the shaft moves from the bearing to the contact.
+        """
+        with mpmath.workdps(DIGITS):
+            fixed = _machine_values()
+            zero = mpf(0)
+            still = complete_values({**fixed, q.theta: mpmath.pi / 2, q.alpha: zero, q.t: zero, q.x: zero})
+            limit = mpmath.pi / 2 - fixed[q.gamma] + still[q.k] * still[q.theta_Amax]
+            ranges = {
+                q.theta: (mpmath.pi * 11 / 30, mpmath.pi / 2),
+                q.alpha: (zero, limit),
+                q.t: (zero, _contact_time(still)),
+                q.x: (zero, fixed[q.l]),
+            }
+            shares = [mpf(i) / max(points - 1, 1) for i in range(points)]
+            return [
+                complete_values({**fixed, **{s: a + (b - a) * share for s, (a, b) in ranges.items()}})
+                for share in shares
+            ]
 
     def held(self, claim: Claimed, said: Expr) -> Mapping[str, Expr]:
+        """Return what must vanish at the bearing, by a stated deflection."""
         deflections = (ClutchClaim.MODAL_DEFLECTION, ClutchClaim.SHAFT_DEFLECTION)
-        return motion.held_at_bearing(said) if claim in deflections else {}
+        return motion.bearing_conditions(said) if claim in deflections else {}
 
 
-SUBJECT = Clutch()
+SUBJECT = ClutchSubject()

@@ -1,7 +1,7 @@
 """From poses to dyads by kinematic mapping, from geometry (patent CN107654585B, step 2).
 
-Stated here: two frames, a hinge that is fixed in one and lies on a circle in the other, a pose as a dual quaternion.
-Every formula comes out of them by program.
+Stated are two frames, a hinge that is fixed in one and lies on a circle in the other, and a pose as a dual quaternion.
+Every formula is derived from them.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ NAMED_HINGE = Point("moving hinge, named", ORIGIN, Vec(WORLD, (q.X, q.Y, S.Zero)
 FIXED_HINGE = Point("fixed hinge", ORIGIN, Vec(WORLD, (q.X_c, q.Y_c, S.Zero)))
 
 LEADING: tuple[Expr, ...] = (-q.a0, q.a0 * q.x, q.a0 * q.y, q.a1, q.a2, q.a2 * q.x, -q.a1 * q.x / 2, q.a3 / 4)
-"""The term of each coefficient p that fixes what the form it multiplies is scaled by."""
+"""The term of each coefficient p that determines the scale of the form that it multiplies."""
 
 
-def hinge() -> tuple[Expr, Expr]:
-    """The moving hinge in the fixed frame, by the pose."""
+def hinge_by_pose() -> tuple[Expr, Expr]:
+    """Return the moving hinge in the fixed frame, by the pose."""
     X, Y, _ = displacement(ORIGIN, MOVING_HINGE, WORLD).components
     return X, Y
 
 
-def quaternion(real: Expr, axial: Expr) -> tuple[Expr, Expr, Expr, Expr]:
-    """Mapping parameters of a pose, its turn given by the two parts of the unit quaternion (Blaschke, Gruenwald).
+def pose_quaternion(real: Expr, axial: Expr) -> tuple[Expr, Expr, Expr, Expr]:
+    """Return the mapping parameters of a pose from the unit quaternion of its rotation (Blaschke, Gruenwald).
 
     The dual part is half the translation times the rotation.
     """
@@ -50,38 +50,38 @@ def quaternion(real: Expr, axial: Expr) -> tuple[Expr, Expr, Expr, Expr]:
 
 
 def pose_by_mapping() -> dict[Quantity, Expr]:
-    """The place of a pose by its mapping parameters, which may all be multiplied by one number."""
-    first, second, _, _ = quaternion(q.Z4, q.Z3)
+    """Return the position of a pose by its mapping parameters, which are homogeneous."""
+    first, second, _, _ = pose_quaternion(q.Z4, q.Z3)
     return sp.solve([first - q.Z1, second - q.Z2], [q.d1, q.d2], simplify=True)
 
 
 def hinge_by_mapping() -> tuple[Expr, Expr]:
-    """The moving hinge by the mapping parameters: the angle leaves through the tangent of its half."""
-    half, place = sp.tan(q.phi / 2), pose_by_mapping()
+    """Return the moving hinge by the mapping parameters; the angle is replaced by the tangent of half of it."""
+    half, position = sp.tan(q.phi / 2), pose_by_mapping()
 
     def mapped(coordinate: Expr) -> Expr:
         rational = coordinate.replace(lambda e: isinstance(e, sp.sin | sp.cos), lambda e: e.rewrite(sp.tan))
-        return sp.factor(rational.subs(half, q.Z3 / q.Z4).xreplace(place))
+        return sp.factor(rational.subs(half, q.Z3 / q.Z4).xreplace(position))
 
-    X, Y = hinge()
+    X, Y = hinge_by_pose()
     return mapped(X), mapped(Y)
 
 
-class Circle(NamedTuple):
-    """A circle about the fixed hinge: its equation, and its coefficients by centre and radius."""
+class HingeCircle(NamedTuple):
+    """The circle about the fixed hinge: its equation, and its coefficients by centre and radius."""
 
     residual: Expr
     coefficients: dict[Quantity, Expr]
 
 
-def circle() -> Circle:
-    """The moving hinge keeps its distance from the fixed one."""
+def hinge_circle() -> HingeCircle:
+    """Return the circle of the moving hinge, at a constant distance from the fixed one."""
     away = displacement(FIXED_HINGE, NAMED_HINGE, WORLD)
     poly = sp.Poly(q.a0 * (q.L1**2 - away.dot(away)), q.X, q.Y)
     names = {q.X: 2 * q.a1, q.Y: 2 * q.a2, S.One: q.a3}
     named = sum(names.get(m, poly.coeff_monomial(m)) * m for m in (sp.prod(_powers(poly, k)) for k in poly.monoms()))
     unknown = [poly.coeff_monomial(m) - name for m, name in names.items()]
-    return Circle(named, sp.solve(unknown, [q.a1, q.a2, q.a3]))
+    return HingeCircle(named, sp.solve(unknown, [q.a1, q.a2, q.a3]))
 
 
 def _powers(poly: sp.Poly, exponents: tuple[int, ...]) -> list[Expr]:
@@ -89,22 +89,22 @@ def _powers(poly: sp.Poly, exponents: tuple[int, ...]) -> list[Expr]:
 
 
 def fixed_hinge() -> dict[Quantity, Expr]:
-    """Centre and radius by the coefficients of the circle."""
-    named = circle().coefficients
+    """Return centre and radius by the coefficients of the circle."""
+    named = hinge_circle().coefficients
     centre = sp.solve([named[k] - k for k in (q.a1, q.a2)], [q.X_c, q.Y_c])
     square = sp.Dummy(positive=True)
-    (found,) = sp.solve(named[q.a3].subs(q.L1**2, square).xreplace(centre) - q.a3, square)
-    return {**centre, q.L1: sp.sqrt(sp.expand(found))}
+    (radius_square,) = sp.solve(named[q.a3].subs(q.L1**2, square).xreplace(centre) - q.a3, square)
+    return {**centre, q.L1: sp.sqrt(sp.expand(radius_square))}
 
 
 @cache
 def linear_form() -> tuple[tuple[Expr, Expr], ...]:
-    """The circle, by the mapping parameters, as a sum of eight products: coefficient of the dyad, form of the pose.
+    """Return the circle, by the mapping parameters, as a sum of eight products: dyad coefficient times pose form.
 
-    Terms of the dyad that multiply forms of the pose in proportion belong together.
+    Terms of the dyad that multiply proportional forms of the pose are collected.
     """
     X, Y = hinge_by_mapping()
-    scaled = circle().residual.xreplace({q.X: X, q.Y: Y}) * (q.Z3**2 + q.Z4**2)
+    scaled = hinge_circle().residual.xreplace({q.X: X, q.Y: Y}) * (q.Z3**2 + q.Z4**2)
     poly = sp.Poly(sp.cancel(scaled) / 4, q.a0, q.a1, q.a2, q.a3, q.x, q.y)
     terms = {sp.prod(_powers(poly, exponents)): form for exponents, form in poly.terms()}
     products = []
@@ -116,7 +116,8 @@ def linear_form() -> tuple[tuple[Expr, Expr], ...]:
     return tuple(products)
 
 
-def coefficients() -> dict[Quantity, Expr]:
+def dyad_coefficients() -> dict[Quantity, Expr]:
+    """Return the coefficients of the linear form by the dyad."""
     return {p: of_dyad for p, (of_dyad, _) in _numbered()}
 
 
@@ -124,15 +125,15 @@ def _numbered() -> Iterator[tuple[Quantity, tuple[Expr, Expr]]]:
     return zip(q.COEFFICIENTS, linear_form(), strict=True)
 
 
-def row() -> dict[Quantity, Expr]:
-    """The entries of a row of the matrix: the forms, in the mapping parameters of pose j."""
+def matrix_row() -> dict[Quantity, Expr]:
+    """Return the entries of a row of the matrix: the forms, in the mapping parameters of pose j."""
     at_j = dict(zip(q.MAPPED, q.MAPPED_J, strict=True))
     return {entry: form.xreplace(at_j) for entry, (_, form) in zip(q.ENTRIES, linear_form(), strict=True)}
 
 
-def conditions() -> tuple[Expr, Expr]:
-    """What eight coefficients of one dyad must satisfy: six of them fix the dyad, the others then follow."""
-    named = coefficients()
+def coefficient_conditions() -> tuple[Expr, Expr]:
+    """Return the two conditions on the eight coefficients of a dyad, which six of them determine."""
+    named = dyad_coefficients()
     dyad = [q.a0, q.x, q.y, q.a1, q.a2]
     fixed = sp.solve([named[p] - p for p in q.COEFFICIENTS[:5]], dyad, dict=True)[0]
     first, second = (sp.numer(sp.together(p - named[p].xreplace(fixed))) for p in (q.p6, q.p7))
@@ -140,14 +141,16 @@ def conditions() -> tuple[Expr, Expr]:
 
 
 def null_vector() -> dict[Quantity, Expr]:
-    """The vectors that a matrix takes to zero are the sums of multiples of a basis."""
+    """Return the vectors of the null space as linear combinations of a basis."""
     vector = sp.Matrix(q.BASIS).T * sp.Matrix(q.PARAMETERS)
     return dict(zip(q.COEFFICIENTS, vector, strict=True))
 
 
-def conics() -> tuple[dict[Quantity, Expr], dict[Quantity, Expr]]:
-    """The conditions on the null space: coefficients K by the basis."""
-    first, second = (sp.Poly(condition.xreplace(null_vector()), *q.PARAMETERS) for condition in conditions())
+def conic_coefficients() -> tuple[dict[Quantity, Expr], dict[Quantity, Expr]]:
+    """Return the coefficients K of the conditions on the null space by the basis."""
+    first, second = (
+        sp.Poly(condition.xreplace(null_vector()), *q.PARAMETERS) for condition in coefficient_conditions()
+    )
     return _named(q.K1, first), _named(q.K2, second)
 
 
@@ -155,58 +158,62 @@ def _named(names: tuple[Quantity, ...], conic: sp.Poly) -> dict[Quantity, Expr]:
     return {name: conic.coeff_monomial(m) for name, m in zip(names, q.MONOMIALS.values(), strict=True)}
 
 
-def conic(names: tuple[Quantity, ...]) -> Expr:
+def conic_form(names: tuple[Quantity, ...]) -> Expr:
+    """Return the quadratic form with some coefficients."""
     return sum(name * m for name, m in zip(names, q.MONOMIALS.values(), strict=True))
 
 
 @cache
-def eliminant() -> sp.Poly:
-    """What alpha/gamma of a common solution satisfies: the resultant of the two conics, divided by gamma^2."""
-    scaled = [conic(names).xreplace({q.gamma: S.One}) for names in (q.K1, q.K2)]
+def derive_eliminant() -> sp.Poly:
+    """Return the polynomial of alpha/gamma of a common solution: the resultant of the two conics over gamma^2."""
+    scaled = [conic_form(names).xreplace({q.gamma: S.One}) for names in (q.K1, q.K2)]
     return sp.Poly(sp.resultant(*scaled, q.beta), q.alpha)
 
 
 def zero_eigenvalues() -> int:
-    """Of the transposed matrix times the matrix, for five poses in general position (on the moment curve)."""
+    """Return the number of zero eigenvalues of the transposed matrix times the matrix, for five general poses.
+
+    The poses are on the moment curve.
+    """
     poses = [dict(zip(q.MAPPED_J, (1, j, j**2, j**3), strict=True)) for j in range(1, 6)]
-    matrix = sp.Matrix([[form.xreplace(pose) for form in row().values()] for pose in poses])
+    matrix = sp.Matrix([[form.xreplace(pose) for form in matrix_row().values()] for pose in poses])
     square = matrix.T * matrix
     return square.cols - square.rank()
 
 
-def state(f: Formulas) -> None:
-    """From a pose and a hinge to the conditions on the null space, and back to the dyad."""
+def add_dyads(f: Formulas) -> None:
+    """Add the equations from a pose and a hinge to the conditions on the null space, and back to the dyad."""
     tip = displacement(ORIGIN, TIP, WORLD)
-    for n, (name, expr, coordinate) in enumerate(zip("XY", hinge(), (q.X, q.Y), strict=True)):
+    for n, (name, expr, coordinate) in enumerate(zip("XY", hinge_by_pose(), (q.X, q.Y), strict=True)):
         f.defines(coordinate, expr, MappingClaim.HINGE_BY_POSE.of(name))
         f.holds(MappingClaim.POSE_COORDINATE.of(n + 1), tip[n] - (q.X_o, q.Y_o)[n], defines=(q.X_o, q.Y_o)[n])
     half = q.phi / 2
-    for name, expr in zip(q.MAPPED, quaternion(sp.cos(half), sp.sin(half)), strict=True):
+    for name, expr in zip(q.MAPPED, pose_quaternion(sp.cos(half), sp.sin(half)), strict=True):
         f.defines(name, expr, MappingClaim.MAPPING_PARAMETER.of(name))
     for name, expr in pose_by_mapping().items():
         f.holds(MappingClaim.POSE_BY_MAPPING.of(name), name - expr)
     for name, expr, coordinate in zip("XY", hinge_by_mapping(), (q.X, q.Y), strict=True):
         f.holds(MappingClaim.HINGE_BY_MAPPING.of(name), coordinate - expr)
-    f.holds(MappingClaim.CIRCLE, circle().residual)
-    for name, expr in circle().coefficients.items():
+    f.holds(MappingClaim.CIRCLE, hinge_circle().residual)
+    for name, expr in hinge_circle().coefficients.items():
         f.defines(name, expr, MappingClaim.CIRCLE_COEFFICIENT.of(name))
     for name, expr in fixed_hinge().items():
         f.defines(name, expr, MappingClaim.HINGE_BY_CIRCLE.of(name))
     arm = displacement(TIP, MOVING_HINGE, ARM)
     f.defines(q.L2, sp.sqrt(arm.dot(arm)), MappingClaim.ARM_LENGTH)
-    for name, expr in coefficients().items():
+    for name, expr in dyad_coefficients().items():
         f.defines(name, expr, MappingClaim.LINEAR_COEFFICIENT.of(name))
     f.holds(MappingClaim.LINEAR_FORM, sum(p * form for p, (_, form) in _numbered()))
-    for name, expr in row().items():
+    for name, expr in matrix_row().items():
         f.defines(name, expr, MappingClaim.MATRIX_ENTRY.of(name))
     f.holds(MappingClaim.LINEAR_ROW, sum(e * p for e, p in zip(q.ENTRIES, q.COEFFICIENTS, strict=True)))
-    for which, residual in zip(("first", "second"), conditions(), strict=True):
-        f.holds(MappingClaim.COEFFICIENT_CONDITION.of(which), residual)
+    for order, residual in zip(("first", "second"), coefficient_conditions(), strict=True):
+        f.holds(MappingClaim.COEFFICIENT_CONDITION.of(order), residual)
     f.defines(q.n_zero, sp.Integer(zero_eigenvalues()), MappingClaim.ZERO_EIGENVALUES)
     for name, expr in null_vector().items():
         f.holds(MappingClaim.NULL_VECTOR.of(name), name - expr, named=True)
-    for which, names, by_basis in zip(("first", "second"), (q.K1, q.K2), conics(), strict=True):
+    for order, names, by_basis in zip(("first", "second"), (q.K1, q.K2), conic_coefficients(), strict=True):
         for name, expr in by_basis.items():
             f.defines(name, expr, MappingClaim.CONIC_COEFFICIENT.of(name))
-        f.holds(MappingClaim.NULL_SPACE_CONDITION.of(which), conic(names), named=True)
-    f.defines(q.n_real, eliminant().degree() - 2 * q.n_pairs, MappingClaim.REAL_SOLUTIONS)
+        f.holds(MappingClaim.NULL_SPACE_CONDITION.of(order), conic_form(names), named=True)
+    f.defines(q.n_real, derive_eliminant().degree() - 2 * q.n_pairs, MappingClaim.REAL_SOLUTIONS)

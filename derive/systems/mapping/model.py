@@ -1,13 +1,13 @@
 """Design by kinematic mapping as functions in closed form, with the four-bar linkage of two dyads.
 
-A second hinge of the arm keeps its distance from a second fixed hinge, while the crank, which is the first dyad, turns
-by ``theta``; the arm is the coupler of the linkage.
+A second hinge of the arm has a constant distance from a second fixed hinge, while the crank, which is the first dyad,
+turns by ``theta``; the arm is the coupler of the linkage.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, partial
 
 import sympy as sp
 from sympy import Expr, S
@@ -21,11 +21,9 @@ from . import dyads, train
 from . import quantities as q
 from .dyads import ARM, MOVING_HINGE, ORIGIN, TIP, WORLD
 from .subject import ASSUMPTIONS
-from .train import tip
+from .train import tip_position
 
-
-def _linkage(name: str, unit: str, meaning: str) -> Quantity:
-    return Quantity(name, unit, meaning, "derived: four-bar linkage of two dyads")
+_linkage = partial(Quantity, source="derived: four-bar linkage of two dyads")
 
 
 x_f = _linkage("x_f", "m", "follower's moving hinge in the moving frame, x")
@@ -41,68 +39,74 @@ v = _linkage("v", "m", "from the crank's moving hinge to the follower's, in the 
 U = _linkage("U", "m", "from the crank's fixed hinge to the follower's, X")
 V = _linkage("V", "m", "from the crank's fixed hinge to the follower's, Y")
 GAPS: dict[Quantity, Expr] = {u: x_f - q.x, v: y_f - q.y, U: X_f - q.X_c, V: Y_f - q.Y_c}
-"""Coupler and frame: only they enter the loop, not where the hinges lie."""
+"""Vectors of coupler and frame: the loop depends on them, not on the positions of the hinges."""
 
-of_cos = _linkage("of_cos", "m2", "what cos(phi) is multiplied by in the loop")
-of_sin = _linkage("of_sin", "m2", "what sin(phi) is multiplied by in the loop")
-alone = _linkage("alone", "m2", "the term of the loop without phi")
-closure = _linkage("closure", "m2", "square of the distance that the follower bridges, less the square of its length")
+cosine_factor = _linkage("of_cos", "m2", "factor of cos(phi) in the loop")
+sine_factor = _linkage("of_sin", "m2", "factor of sin(phi) in the loop")
+constant_term = _linkage("alone", "m2", "the term of the loop without phi")
+closure = _linkage(
+    "closure", "m2", "square of the distance between the follower's hinges minus the square of its length"
+)
 by_theta = _linkage("by_theta", "m2", "derivative of the closure in the angle of the crank")
 by_phi = _linkage("by_phi", "m2", "derivative of the closure in the angle of the arm")
-across = _linkage("across", "m2", "coupler times follower times the sine of the angle from coupler to follower")
-along = _linkage("along", "m2", "coupler times follower times the cosine of the angle from coupler to follower")
+sine_product = _linkage("across", "m2", "coupler times follower times the sine of the angle from coupler to follower")
+cosine_product = _linkage(
+    "along", "m2", "coupler times follower times the cosine of the angle from coupler to follower"
+)
 
 FOLLOWED = Point("follower's moving hinge", TIP, Vec(ARM, (x_f, y_f, S.Zero)))
 PIVOT = Point("follower's fixed hinge", ORIGIN, Vec(WORLD, (X_f, Y_f, S.Zero)))
 COS, SIN = sp.Symbol("COS", real=True), sp.Symbol("SIN", real=True)
 
 
-def _driven(vector: Vec) -> Vec:
-    """The vector where the crank holds the tip, by coupler and frame."""
+def _constrain_tip(vector: Vec) -> Vec:
+    """Return a vector with the tip's position by the crank, in terms of coupler and frame."""
     by_gaps = {x_f: q.x + u, y_f: q.y + v, X_f: q.X_c + U, Y_f: q.Y_c + V}
-    x, y, z = (sp.expand(c.xreplace(tip()).xreplace(by_gaps)) for c in vector.components)
+    x, y, z = (sp.expand(c.xreplace(tip_position()).xreplace(by_gaps)) for c in vector.components)
     return Vec(vector.frame, (x, y, z))
 
 
 @cache
-def residual() -> Expr:
-    """What vanishes where the follower fits."""
-    gap = _driven(displacement(PIVOT, FOLLOWED, WORLD))
+def loop_residual() -> Expr:
+    """Return the residual of the loop, zero if the follower fits."""
+    gap = _constrain_tip(displacement(PIVOT, FOLLOWED, WORLD))
     return gap.dot(gap) - L_f**2
 
 
 @cache
-def loop() -> dict[Quantity, Expr]:
-    """The closure as ``of_cos cos(phi) + of_sin sin(phi) + alone``."""
-    named = residual().subs({sp.cos(q.phi): COS, sp.sin(q.phi): SIN})
+def loop_terms() -> dict[Quantity, Expr]:
+    """Return the factors of cos(phi) and sin(phi) in the closure, and its constant term.
+
+    Raises ValueError if the loop has further terms.
+    """
+    named = loop_residual().subs({sp.cos(q.phi): COS, sp.sin(q.phi): SIN})
     poly = sp.Poly(sp.rem(sp.expand(named), SIN**2 + COS**2 - 1, SIN), COS, SIN)
     first, second, last = (sp.factor_terms(sp.trigsimp(poly.coeff_monomial(m))) for m in (COS, SIN, 1))
     rest = poly - sp.Poly(first * COS + second * SIN + last, COS, SIN)
     if sp.simplify(rest.as_expr()) != 0:
-        raise ValueError(f"the loop holds {rest.as_expr()} besides")
-    return {of_cos: first, of_sin: second, alone: last}
+        raise ValueError(f"the loop has further terms: {rest.as_expr()}")
+    return {cosine_factor: first, sine_factor: second, constant_term: last}
 
 
-def closed() -> dict[Quantity, Expr]:
-    """The closure and its derivatives."""
-    parts = loop()
-    expr = parts[of_cos] * sp.cos(q.phi) + parts[of_sin] * sp.sin(q.phi) + parts[alone]
+def loop_closure() -> dict[Quantity, Expr]:
+    """Return the closure and its derivatives."""
+    terms = loop_terms()
+    expr = terms[cosine_factor] * sp.cos(q.phi) + terms[sine_factor] * sp.sin(q.phi) + terms[constant_term]
     return {closure: expr, by_theta: expr.diff(q.theta), by_phi: expr.diff(q.phi)}
 
 
-def transmission() -> dict[Quantity, Expr]:
-    """Angle between coupler and follower at the hinge that joins them, by its sine and cosine."""
-    coupler = _driven(displacement(MOVING_HINGE, FOLLOWED, WORLD))
-    follower = _driven(displacement(PIVOT, FOLLOWED, WORLD))
-    return {across: coupler.cross(follower)[2], along: coupler.dot(follower)}
+def transmission_angle() -> dict[Quantity, Expr]:
+    """Return sine and cosine of the angle between coupler and follower, times both lengths."""
+    coupler = _constrain_tip(displacement(MOVING_HINGE, FOLLOWED, WORLD))
+    follower = _constrain_tip(displacement(PIVOT, FOLLOWED, WORLD))
+    return {sine_product: coupler.cross(follower)[2], cosine_product: coupler.dot(follower)}
 
 
 SOURCE = "derived (kinematic mapping)"
 Named = Mapping[Quantity, Expr]
 
 
-def _derived(name: str, unit: str, meaning: str) -> Quantity:
-    return Quantity(name, unit, meaning, "derived: kinematic mapping")
+_derived = partial(Quantity, source="derived: kinematic mapping")
 
 
 POSE = Vector("pose", (q.d1, q.d2, q.phi))
@@ -111,12 +115,12 @@ POINT = Vector("point", (q.x, q.y))
 DYAD = Vector("dyad", (q.x, q.y, q.X_c, q.Y_c, q.L1))
 PLACES = Vector("places", (q.x, q.y, q.X_c, q.Y_c))
 COEFFICIENTS = Vector("coefficients", q.COEFFICIENTS)
-BASIS = tuple(Vector(f"v_{name}", of) for name, of in zip(("alpha", "beta", "gamma"), q.BASIS, strict=True))
+BASIS = tuple(Vector(f"v_{name}", vector) for name, vector in zip(("alpha", "beta", "gamma"), q.BASIS, strict=True))
 
-square = _derived("square", "m2", "square of the distance of moving and fixed hinge, less that of the radius")
+square = _derived("square", "m2", "square of the distance of moving and fixed hinge minus that of the radius")
 normal_X = _derived("normal_X", "m", "normal of a slider's line, X, at the scale of the coefficients")
 normal_Y = _derived("normal_Y", "m", "normal of a slider's line, Y, at the scale of the coefficients")
-offset = _derived("offset", "m2", "what the normal times a place on the line is, at the scale of the coefficients")
+offset = _derived("offset", "m2", "product of the normal and a point on the line, at the scale of the coefficients")
 
 dslope = _derived("dslope", "1", "derivative of the slope in the carrier angle")
 ddslope = _derived("ddslope", "1", "second derivative of the slope in the carrier angle")
@@ -129,12 +133,12 @@ RADII = (q.r1, q.r2, q.r3, q.r4)
 
 
 def build_mapping_system() -> System:
-    """Everything from a pose to the pitch curves of the train."""
+    """Build the model from a pose to the pitch curves of the train."""
     title = "Design of a gear train by kinematic mapping"
     f = Formulas("mapping_exact", title=title, source=SOURCE, assumptions=ASSUMPTIONS, told="{}_out")
-    _of_dyads(f)
-    _of_linkages(f)
-    _of_train(f)
+    _add_dyads(f)
+    _add_linkages(f)
+    _add_train(f)
     return f.system()
 
 
@@ -142,13 +146,13 @@ def _lets(named: Named, text: str) -> tuple[Let, ...]:
     return tuple(let(symbol, expr, text) for symbol, expr in named.items())
 
 
-def _of_dyads(f: Formulas) -> None:
+def _add_dyads(f: Formulas) -> None:
     half = q.phi / 2
-    image = dict(zip(q.MAPPED, dyads.quaternion(sp.cos(half), sp.sin(half)), strict=True))
+    image = dict(zip(q.MAPPED, dyads.pose_quaternion(sp.cos(half), sp.sin(half)), strict=True))
     at_pose = dict(zip(q.MAPPED_J, q.MAPPED, strict=True))
-    row = {entry: form.xreplace(at_pose) for entry, form in dyads.row().items()}
-    hinge = dict(zip((q.X, q.Y), dyads.hinge(), strict=True))
-    first, second = dyads.conics()
+    row = {entry: form.xreplace(at_pose) for entry, form in dyads.matrix_row().items()}
+    hinge = dict(zip((q.X, q.Y), dyads.hinge_by_pose(), strict=True))
+    first, second = dyads.conic_coefficients()
     f.function("image", (POSE,), *_lets(image, "mapping parameters of a pose"))
     f.function("row", (MAPPED,), *_lets(row, "the circle as a linear form"))
     f.function("conics", BASIS, *_lets({**first, **second}, "conditions on the null space"))
@@ -162,44 +166,44 @@ def _of_dyads(f: Formulas) -> None:
 
 
 def _distance() -> Expr:
-    """The circle's equation at unit scale, by the hinges."""
-    circle = dyads.circle()
+    """Return the circle's equation at unit scale, by the hinges. Raises ValueError if it is another one."""
+    circle = dyads.hinge_circle()
     by_hinges = {name: expr.subs(q.a0, S.One) for name, expr in circle.coefficients.items()}
-    X, Y = dyads.hinge()
+    X, Y = dyads.hinge_by_pose()
     gap = -circle.residual.subs(q.a0, S.One).xreplace(by_hinges).xreplace({q.X: X, q.Y: Y})
     squares = (X - q.X_c) ** 2 + (Y - q.Y_c) ** 2 - q.L1**2
     if sp.expand(gap - squares) != 0:
-        raise ValueError(f"{gap} is no difference of squares")
+        raise ValueError(f"{gap} is not the expected difference of squares")
     return squares
 
 
 def dyad_by_coefficients() -> Named:
-    """Moving and fixed hinge: the first five coefficients, solved for them."""
-    named = dyads.coefficients()
+    """Return moving and fixed hinge from the first five coefficients."""
+    named = dyads.dyad_coefficients()
     unknown = [q.a0, q.x, q.y, q.a1, q.a2]
-    found = sp.solve([named[p] - p for p in q.COEFFICIENTS[:5]], unknown, dict=True)[0]
-    centre = {c: dyads.fixed_hinge()[c].xreplace(found) for c in (q.X_c, q.Y_c)}
-    return {q.x: found[q.x], q.y: found[q.y], **centre}
+    dyad = sp.solve([named[p] - p for p in q.COEFFICIENTS[:5]], unknown, dict=True)[0]
+    centre = {c: dyads.fixed_hinge()[c].xreplace(dyad) for c in (q.X_c, q.Y_c)}
+    return {q.x: dyad[q.x], q.y: dyad[q.y], **centre}
 
 
 def slider_by_coefficients() -> Named:
-    """A moving hinge on a straight line: the circle whose a0 is zero."""
-    named = {p: expr.subs(q.a0, S.Zero) for p, expr in dyads.coefficients().items()}
-    on_line = dyads.circle().residual.subs(q.a0, S.Zero) / 2
-    found = sp.solve([named[p] - p for p in (q.p4, q.p5, q.p6, q.p7, q.p8)], [q.a1, q.a2, q.a3, q.x, q.y], dict=True)[0]
-    normal = {name: on_line.coeff(c).xreplace(found) for name, c in ((normal_X, q.X), (normal_Y, q.Y))}
-    rest = -on_line.subs({q.X: S.Zero, q.Y: S.Zero}).xreplace(found)
-    return {q.x: found[q.x], q.y: found[q.y], **normal, offset: rest}
+    """Return the dyad of a moving hinge on a straight line: the circle with a0 = 0."""
+    named = {p: expr.subs(q.a0, S.Zero) for p, expr in dyads.dyad_coefficients().items()}
+    on_line = dyads.hinge_circle().residual.subs(q.a0, S.Zero) / 2
+    dyad = sp.solve([named[p] - p for p in (q.p4, q.p5, q.p6, q.p7, q.p8)], [q.a1, q.a2, q.a3, q.x, q.y], dict=True)[0]
+    normal = {name: on_line.coeff(c).xreplace(dyad) for name, c in ((normal_X, q.X), (normal_Y, q.Y))}
+    rest = -on_line.subs({q.X: S.Zero, q.Y: S.Zero}).xreplace(dyad)
+    return {q.x: dyad[q.x], q.y: dyad[q.y], **normal, offset: rest}
 
 
 def swinging_by_coefficients() -> Named:
-    """A line of the body through a fixed hinge: the limit in which the moving hinge leaves along the line's normal.
+    """Return the dyad of a line of the body through a fixed hinge: the moving hinge is at infinity on its normal.
 
-    The same circle is seen from the body: the fixed hinge lies on it, about the moving one.
+    In the body's frame the fixed hinge is on a circle about the moving one.
     """
-    circle = dyads.circle().coefficients
+    circle = dyads.hinge_circle().coefficients
     direction = {q.x: q.p2 / q.a0, q.y: q.p3 / q.a0}
-    named = {p: expr.xreplace(circle).xreplace(direction) for p, expr in dyads.coefficients().items()}
+    named = {p: expr.xreplace(circle).xreplace(direction) for p, expr in dyads.dyad_coefficients().items()}
     limits = [sp.limit(sp.expand(named[p]), q.a0, 0) - p for p in (q.p6, q.p7)]
     centre = sp.solve(limits, [q.X_c, q.Y_c], dict=True)[0]
     (radius,) = sp.solve(named[q.p8] - q.p8, q.L1**2)
@@ -210,28 +214,28 @@ def swinging_by_coefficients() -> Named:
     return {**centre, **normal, offset: -line.coeff_monomial(1)}
 
 
-def _of_linkages(f: Formulas) -> None:
+def _add_linkages(f: Formulas) -> None:
     crank, follower = CRANK, FOLLOWER
-    place = {**train.tip(), **_carried()}
+    positions = {**train.tip_position(), **_carried_hinge()}
     angle, angles = (q.theta,), (q.theta, q.phi)
-    f.function("arm", (*angles, crank), *_lets(place, "tip and moving hinge by the angles of carrier and arm"))
+    f.function("arm", (*angles, crank), *_lets(positions, "tip and moving hinge by the angles of carrier and arm"))
     for name, angles_in, closure_terms in (
-        ("loop", angle, loop()),
-        ("closed", angles, closed()),
-        ("transmission", angles, transmission()),
+        ("loop", angle, loop_terms()),
+        ("closed", angles, loop_closure()),
+        ("transmission", angles, transmission_angle()),
     ):
         steps = (*_lets(GAPS, "coupler and frame"), *_lets(closure_terms, "closed loop"))
         f.function(name, (*angles_in, crank, follower), *steps, gives=closure_terms)
 
 
-def _carried() -> Named:
-    """The moving hinge, by the carrier's angle."""
-    held = displacement(dyads.ORIGIN, train.CARRIED_HINGE, dyads.WORLD)
-    return {q.X: held[0], q.Y: held[1]}
+def _carried_hinge() -> Named:
+    """Return the moving hinge, by the carrier's angle."""
+    position = displacement(dyads.ORIGIN, train.CARRIED_HINGE, dyads.WORLD)
+    return {q.X: position[0], q.Y: position[1]}
 
 
-def _of_train(f: Formulas) -> None:
-    ratios: dict[Quantity, Expr] = {q.i: train.ratio_by_slope(), **train.split()}
+def _add_train(f: Formulas) -> None:
+    ratios: dict[Quantity, Expr] = {q.i: train.ratio_by_slope(), **train.split_ratios()}
     radii = {**dict(zip(RADII[:2], train.pitch_radii(q.i1, q.r1), strict=True)),
              **dict(zip(RADII[2:], train.pitch_radii(q.i2, q.r3), strict=True))}  # fmt: skip
     rates = dict(zip(q.POLAR_RATES, train.polar_rates(), strict=True))
@@ -243,19 +247,19 @@ def _of_train(f: Formulas) -> None:
 
 
 def _curvatures(by_slope: Named) -> Named:
-    """Curvature of each pitch curve, its polar angle and radius moving with the carrier angle."""
+    """Return the curvature of each pitch curve, with polar angle and radius as functions of the carrier angle."""
 
-    def along(expr: Expr) -> Expr:
+    def by_carrier_angle(expr: Expr) -> Expr:
         while expr.free_symbols & by_slope.keys():
             expr = expr.xreplace(dict(by_slope))
         return expr
 
     pairs = zip(CURVATURES, RADII, q.POLAR_RATES, strict=True)
-    return {name: _curvature(along(radius), along(rate)) for name, radius, rate in pairs}
+    return {name: _curvature(by_carrier_angle(radius), by_carrier_angle(rate)) for name, radius, rate in pairs}
 
 
 def _curvature(radius: Expr, rate: Expr) -> Expr:
-    """Curvature of the path of a point at ``radius`` in a frame that turns by ``rate``, per carrier angle."""
+    """Return the curvature of the path of a point at ``radius`` in a frame with the ``rate`` per carrier angle."""
     psi = sp.Dummy("psi", real=True)
     polar = Frame("polar", dyads.WORLD, UP, psi)
     motion = Motion(rates={psi: rate, q.slope: dslope, dslope: ddslope})
@@ -265,14 +269,14 @@ def _curvature(radius: Expr, rate: Expr) -> Expr:
 
 
 def bend_of_carrier() -> Expr:
-    """From the triangle of the carrier's hinges: two sides of one length, the third being the carrier's."""
+    """Return the angle in the triangle of the carrier's hinges: two sides of one length, and the carrier's."""
     angle = sp.Dummy("angle", real=True)
     sides = (Frame("first side", dyads.WORLD), Frame("second side", dyads.WORLD, UP, angle))
     first, second = (Vec(side, (q.a, S.Zero, S.Zero)).resolved(dyads.WORLD) for side in sides)
     gap = first - second
     cosine = sp.Dummy("cosine", real=True)
-    (found,) = sp.solve(sp.trigsimp(sp.expand(gap.dot(gap))).subs(sp.cos(angle), cosine) - q.L1**2, cosine)
-    return sp.acos(sp.expand(found))
+    (solution,) = sp.solve(sp.trigsimp(sp.expand(gap.dot(gap))).subs(sp.cos(angle), cosine) - q.L1**2, cosine)
+    return sp.acos(sp.expand(solution))
 
 
 SYSTEMS = (build_mapping_system,)

@@ -6,6 +6,8 @@ of its mechanism, from the angles to the tip, from the slope of the arm's angle 
 
 from __future__ import annotations
 
+from functools import partial
+
 import sympy as sp
 from sympy import Expr, S, cos, pi
 
@@ -15,33 +17,33 @@ from ...mechanics.frames import Frame, Point, Vec, Z, displacement
 from ...model import Let, System, let
 from ...quantity import Quantity, Vector, quantities
 from . import quantities as q
-from .geometry import ARM, CARRIER, WORLD, along
+from .geometry import ARM, CARRIER, WORLD, axial_vector
 from .quantities import PickupClaim
 from .subject import ARM_SLOPES, ASSUMPTIONS, derive_formulas, pitch_slopes
 
-
-def _derived(name: str, unit: str, meaning: str, shown: str = "") -> Quantity:
-    return Quantity(name, unit, meaning, "derived: pick-up", shown)
+_derived = partial(Quantity, source="derived: pick-up")
 
 
-t = _derived("t", "rad", "carrier angle counted from where the tip is farthest", "t_deg")
-turn = _derived("tau", "rad", "the carrier angle within its turn")
+t = _derived("t", "rad", "carrier angle counted from the farthest tip", shown="t_deg")
+turn = _derived("tau", "rad", "carrier angle within the revolution")
 p = Quantity("p", "1", "swing of the arm's slope over its mean on the teeth", "assumed", "law.p")
-c = Quantity("c", "1", "mean slope of the arm's angle on the teeth", "derived: one turn of the arm in a turn")
-dwell_start = Quantity("dwell_start", "rad", "where the dwell begins, from the farthest tip", "assumed")
-dwell_end = Quantity("dwell_end", "rad", "where the dwell ends, from the farthest tip", "assumed")
-slope, dslope, ddslope = (
-    _derived(name, "1", f"slope of the arm's angle over the carrier's, on the teeth{which}")
-    for name, which in (("g", ""), ("dg", ", first derivative"), ("ddg", ", second derivative"))
+c = Quantity("c", "1", "mean slope of the arm's angle on the teeth", "derived: one revolution of the arm per cycle")
+dwell_start = Quantity(
+    "dwell_start", "rad", "carrier angle at the start of the dwell, from the farthest tip", "assumed"
 )
-short = _derived("short", "m2", "square of the largest distance of the tip less that of its distance")
-over = _derived("over", "m2", "square of the tip's distance less that of the least")
+dwell_end = Quantity("dwell_end", "rad", "carrier angle at the end of the dwell, from the farthest tip", "assumed")
+slope, dslope, ddslope = (
+    _derived(name, "1", f"slope of the arm's angle over the carrier's, on the teeth{derivative}")
+    for name, derivative in (("g", ""), ("dg", ", first derivative"), ("ddg", ", second derivative"))
+)
+short = _derived("short", "m2", "square of the largest distance of the tip minus that of its distance")
+over = _derived("over", "m2", "square of the tip's distance minus that of the smallest")
 way = _derived("way", "1", "1 from the farthest tip to the nearest, -1 on the way back")
 arm_heading = _derived("psi", "rad", "direction of the arm, O1 to tip")
 axis = _derived("axis", "rad", "direction of the cell's axis, into the cell")
 x_bottom, y_bottom = (_derived(f"{name}_bottom", "m", f"a point on the cell's axis, {name}") for name in "xy")
-along_axis = _derived("along", "m", "how far the tip lies beyond that point, along the axis")
-across_axis = _derived("across", "m", "how far the tip lies beside the axis, to the left")
+along_axis = _derived("along", "m", "distance of the tip from that point, along the axis")
+across_axis = _derived("across", "m", "distance of the tip from the axis, to the left")
 kappa1 = _derived("kappa1", "1/m", "curvature of the sun's pitch curve, positive if convex")
 kappa2 = _derived("kappa2", "1/m", "curvature of the intermediate gear's pitch curve, positive if convex")
 arc = _derived("arc", "m", "length of pitch curve that rolls off per radian of the carrier")
@@ -52,11 +54,11 @@ CARRIER_DATA = Vector("carrier", (q.L1, q.gamma, q.a2, q.m_n, q.z_1, q.z_2, q.B,
 TRIANGLE = Vector("triangle", (q.L1, q.L2, q.gamma, q.a1, q.a2, q.beta1))
 SLOPES = Vector("slopes", (slope, dslope, ddslope))
 _PAIR = {q.m_n: S.One, q.z_1: S(20), q.z_2: S(20), q.a2: S(21)}
-"""Any pair of gears, to tell the helix angle from the other roots."""
+"""An arbitrary pair of gears, to select the helix angle among the roots."""
 
 
-def functions(f: Formulas) -> None:
-    """What is computed, each on its own."""
+def _add_functions(f: Formulas) -> None:
+    """Add all functions of the pick-up."""
     f.function("bars", (q.L3_max, q.L3_min), PickupClaim.BAR_L1, PickupClaim.BAR_L2)
     _carrier(f)
     _law(f)
@@ -67,7 +69,7 @@ def functions(f: Formulas) -> None:
 
 
 def _carrier(f: Formulas) -> None:
-    """Helical pair and triangle of the carrier from the centre distance of stage 2."""
+    """Add helical pair and triangle of the carrier, from the centre distance of stage 2."""
     roots = sp.solve(f.equations[PickupClaim.CENTRE_DISTANCE_2].residual, q.beta)
     helix = next(root for root in roots if 0 < root.subs(_PAIR) < pi / 2)
     steps = (
@@ -82,37 +84,37 @@ def _carrier(f: Formulas) -> None:
 
 
 def _law(f: Formulas) -> None:
-    """The assumed slope c (1 + p cos t) on the teeth, none in the dwell; one turn of the arm in a turn."""
+    """Add the assumed slope c (1 + p cos t) on the teeth, zero in the dwell; the arm turns once per cycle."""
     plain = 1 + p * cos(t)
     grown = sp.integrate(plain, (t, 0, t))
 
     def until(angle: Expr) -> Expr:
-        """Integral of the plain slope over the teeth up to an angle of the first turn."""
+        """Return the integral of 1 + p cos t over the teeth up to an angle of the first revolution."""
         before, after = sp.Min(angle, dwell_start), sp.Max(angle, dwell_end)
         return grown.subs(t, before) + grown.subs(t, after) - grown.subs(t, dwell_end)
 
-    whole = grown.subs(t, dwell_start) + grown.subs(t, 2 * pi) - grown.subs(t, dwell_end)
+    total = grown.subs(t, dwell_start) + grown.subs(t, 2 * pi) - grown.subs(t, dwell_end)
     steps = (
-        let(turn, wrap(t, 2 * pi), "within a turn"),
-        let(c, 2 * pi / whole, "one turn of the arm in a turn"),
+        let(turn, wrap(t, 2 * pi), "within a revolution"),
+        let(c, 2 * pi / total, "one revolution of the arm per cycle"),
         let(q.phi1, q.phi1_far + c * until(turn) + t - turn, "integral of the slope"),
         Let(slope, c * plain, "assumed: slope on the teeth"),
         let(dslope, c * plain.diff(t), "slope of the slope"),
-        let(ddslope, c * plain.diff(t, 2), "bend of the slope"),
+        let(ddslope, c * plain.diff(t, 2), "second derivative of the slope"),
     )
     f.function("law", (t, LAW), *steps, gives=(q.phi1, slope, dslope, ddslope))
 
 
 def _inverse(f: Formulas) -> None:
-    """Angles of arm and carrier from the tip, well conditioned at the ends of the arm's swing.
+    """Add the angles of arm and carrier from the tip, well conditioned at the ends of the arm's swing.
 
-    Square distances are taken from their extremes: near those, arccosines of (12), (13) lose half of the digits.
+    Squared distances are relative to their extremes: close to those, arccosines of (12), (13) lose half of the digits.
     """
-    stretched = along(CARRIER, q.L1) + along(ARM, q.L2).resolved(CARRIER)
+    stretched = axial_vector(CARRIER, q.L1) + axial_vector(ARM, q.L2).resolved(CARRIER)
     square = sp.simplify(stretched.dot(stretched))
-    most, least = (f.expr(PickupClaim.EXTREME_DISTANCE.of(word)) ** 2 for word in ("farthest", "nearest"))
+    largest, smallest = (f.expr(PickupClaim.EXTREME_DISTANCE.of(word)) ** 2 for word in ("farthest", "nearest"))
     half = sp.Symbol("half")
-    shares = [sp.expand(sp.expand_trig(part.subs(q.phi1, 2 * half))) for part in (square - least, most - square)]
+    shares = [sp.expand(sp.expand_trig(part.subs(q.phi1, 2 * half))) for part in (square - smallest, largest - square)]
     if sp.simplify(shares[0] * cos(half) ** 2 - shares[1] * sp.sin(half) ** 2) != 0:
         raise ValueError("the tangent of half the arm's angle is not the root of the two squares' ratio")
     phi1 = 2 * pi - way * 2 * sp.atan2(sp.sqrt(over), sp.sqrt(short))
@@ -128,22 +130,22 @@ def _inverse(f: Formulas) -> None:
 
 
 def _motion(f: Formulas) -> None:
-    """Axes, tip and its velocity from the angles of carrier and arm; headings as derived, not as printed."""
+    """Add axes, tip and its velocity from the angles of carrier and arm, with the derived headings."""
     rate = f.expr(PickupClaim.PLANET_RATE).subs(q.iZ, 1 / slope)
     steps: tuple[Wanted, ...] = (
         PickupClaim.DIRECTION_O_M1, PickupClaim.DIRECTION_M1_O1,
         PickupClaim.PLANET_ANGLE, PickupClaim.DIRECTION_O1_S,
         let(q.phi3_dot, rate, "rate of the planet's angle"),
-        *(what.of(point, axis) for point in ("M1", "O1", "S")
-                 for what in (PickupClaim.PLACE, PickupClaim.VELOCITY) for axis in "xy"),
+        *(claim.of(point, axis) for point in ("M1", "O1", "S")
+                 for claim in (PickupClaim.PLACE, PickupClaim.VELOCITY) for axis in "xy"),
         PickupClaim.TIP_DISTANCE,
     )  # fmt: skip
-    wanted = (q.Z1, q.x_M1, q.y_M1, q.x_O1, q.y_O1, q.x_S, q.y_S, q.vx_S, q.vy_S, q.L3)
-    f.function("motion", (q.phi5, q.phi1, slope, q.omega, TRIANGLE), *steps, gives=wanted)
+    outputs = (q.Z1, q.x_M1, q.y_M1, q.x_O1, q.y_O1, q.x_S, q.y_S, q.vx_S, q.vy_S, q.L3)
+    f.function("motion", (q.phi5, q.phi1, slope, q.omega, TRIANGLE), *steps, gives=outputs)
 
 
 def _pitch(f: Formulas) -> None:
-    """Pitch curves from the slope of the arm's angle: radii, places in their own gears, curvatures, arc."""
+    """Add pitch curves from the slope of the arm's angle: radii, points in the gears' frames, curvatures, arc."""
     by_law = dict(zip(ARM_SLOPES, (slope, dslope, ddslope), strict=True))
     slopes = pitch_slopes(f)
     middle = f.expr(PickupClaim.MIDDLE_PITCH_RADIUS).subs(q.i1, 1 / slope)
@@ -161,22 +163,22 @@ def _pitch(f: Formulas) -> None:
 
 
 def _entry(f: Formulas) -> None:
-    """Where the tip lies in the frame of a tray's cell."""
+    """Add the coordinates of the tip in the frame of a tray's cell."""
     cell = Frame("cell, x along its axis", WORLD, Z, axis)
     gap = Vec(WORLD, (q.x_S - x_bottom, q.y_S - y_bottom, S.Zero)).resolved(cell)
     steps = (
-        let(along_axis, gap[0], "place along the cell's axis"),
-        let(across_axis, gap[1], "place beside the cell's axis"),
+        let(along_axis, gap[0], "position along the cell's axis"),
+        let(across_axis, gap[1], "position across the cell's axis"),
     )
     f.function("entry", (q.x_S, q.y_S, x_bottom, y_bottom, axis), *steps)
 
 
 def build_pickup_system() -> System:
-    """All of it, under the name of its module."""
+    """Build the model of the pick-up from first principles."""
     title, source = "Seedling pick-up, from first principles", "derived (geometry)"
     stated = derive_formulas().equations.values()
     f = Formulas("pickup_exact", stated, title=title, source=source, assumptions=ASSUMPTIONS)
-    functions(f)
+    _add_functions(f)
     return f.system()
 
 
@@ -184,7 +186,7 @@ NEEDLE_ASSUMPTIONS = ("the needle is a rectangle in the plane of the tip's path"
 n = quantities(
     """
     along             | m   | tip along the cell's axis, from the tray's surface
-    across            | m   | tip beside the cell's axis, to the left
+    across            | m   | distance of the tip from the cell's axis, to the left
     tilt              | rad | angle of the needle from the cell's axis
     length            | m   | length of the needle
     width             | m   | width of the needle
@@ -196,11 +198,11 @@ n = quantities(
     root_left_across  | m   | corner of the needle, root, left: across the cell's axis
     root_right_along  | m   | corner of the needle, root, right: along the cell's axis
     root_right_across | m   | corner of the needle, root, right: across the cell's axis
-    right_surface     | m   | where the needle's right edge passes the tray's surface, across
-    left_surface      | m   | where the needle's left edge passes the tray's surface, across
+    right_surface     | m   | intersection of the needle's right edge with the tray's surface, across
+    left_surface      | m   | intersection of the needle's left edge with the tray's surface, across
     axis              | rad | direction of the cell's axis in the machine's frame
-    x                 | m   | place in the machine's frame, x
-    y                 | m   | place in the machine's frame, y
+    x                 | m   | position in the machine's frame, x
+    y                 | m   | position in the machine's frame, y
     """,
     source="derived: needle",
     section="",
@@ -212,12 +214,12 @@ NEEDLE_TIP = Point("tip", O, Vec(CELL, (n.along, n.across, S.Zero)))
 
 
 def _corner(back: Expr, left: Expr) -> Vec:
-    """A point of the needle, so far behind its tip and beside its middle line."""
+    """Return a point of the needle, from its distances behind the tip and to the left of the centre line."""
     return displacement(O, Point("corner", NEEDLE_TIP, Vec(NEEDLE, (-back, left, S.Zero))), CELL)
 
 
 def _add_needle(f: Formulas) -> None:
-    """Corners in the frame of the cell, and where both edges pass the tray's surface."""
+    """Add the corners in the frame of the cell, and the intersections of both edges with the tray's surface."""
     right, left, back = -n.width / 2, n.width / 2, sp.Dummy("back")
     corners = {"tip_right": (S.Zero, right), "tip_left": (S.Zero, left),
                "root_left": (n.length, left), "root_right": (n.length, right)}  # fmt: skip
@@ -228,20 +230,20 @@ def _add_needle(f: Formulas) -> None:
     ]
     for side, symbol in ((right, n.right_surface), (left, n.left_surface)):
         edge = _corner(back, side)
-        (there,) = sp.solve(edge[0], back)
-        steps.append(let(symbol, sp.simplify(edge[1].subs(back, there))))
+        (intersection,) = sp.solve(edge[0], back)
+        steps.append(let(symbol, sp.simplify(edge[1].subs(back, intersection))))
     f.function("needle", (n.along, n.across, n.tilt, n.length, n.width), *steps, told="corners")
 
 
 def _add_placed(f: Formulas) -> None:
-    """A place of the cell's frame along the axes of the machine's, from the cell's origin."""
+    """Add a position in the cell's frame along the axes of the machine's frame, from the cell's origin."""
     machine = Frame("machine")
     at = Vec(Frame("cell", machine, Z, n.axis), (n.along, n.across, S.Zero)).resolved(machine)
     f.function("placed", (n.along, n.across, n.axis), let(n.x, at[0]), let(n.y, at[1]), told="at")
 
 
 def build_needle_system() -> System:
-    """Needle and tray."""
+    """Build the model of needle and tray."""
     title = "Needle of the pick-up"
     f = Formulas("pickup_needle", given=n, title=title, source="derived (geometry)", assumptions=NEEDLE_ASSUMPTIONS)
     _add_needle(f)

@@ -37,32 +37,19 @@ ASSUMPTIONS = (
 
 @cache
 def derive_formulas() -> Formulas:
-    """What the geometry of the pick-up makes true."""
+    """Return the derived equations of the pick-up."""
     f = Formulas("pickup_exact")
-    for add_equations in (geometry.state_spline, geometry.state_geometry, train.state_train, train.state_teeth):
+    for add_equations in (geometry.add_spline, geometry.add_geometry, train.add_train, train.add_teeth):
         add_equations(f)
     return f
-
-
-def draw_admissible_point(rng: random.Random) -> dict[Quantity, mpf]:
-    """A random pick-up at a random moment: a value for every symbol, all of them consistent."""
-    return complete(derive_formulas(), random_base(rng))
-
-
-def compute_reference_cycle(count: int) -> list[dict[Quantity, mpf]]:
-    """The built-in pick-up at equal steps of the carrier, without those in the dwell.
-
-    There the total ratio is infinite and no teeth mesh. The first step lies half a step after the farthest point.
-    """
-    return [complete(derive_formulas(), base) for base in cycle(derive_formulas(), count)]
 
 
 DIGITS = 60
 MACHINE = Path(__file__).parents[3] / "planter" / "pickup" / "examples" / "yu2023.toml"
 
 
-def complete(formulas: Formulas, base: Mapping[Quantity, mpf]) -> Values:
-    """The base and every symbol of the formulas; raises ValueError where nothing leads to one."""
+def complete_values(formulas: Formulas, base: Mapping[Quantity, mpf]) -> Values:
+    """Return the base with all defined symbols of the formulas. Raises ValueError if one does not follow from it."""
     values = formulas.followed(base)
     defined = {equation.defines for equation in formulas.equations.values()} - {None}
     if left := sorted(map(str, defined - values.keys())):
@@ -71,7 +58,7 @@ def complete(formulas: Formulas, base: Mapping[Quantity, mpf]) -> Values:
 
 
 def random_base(rng: random.Random) -> Values:
-    """Independent quantities of a random pick-up: an obtuse bend, L2 > L1 > a2, the tip anywhere around O."""
+    """Draw the independent quantities of a pick-up: an obtuse bend, L2 > L1 > a2, any direction of the tip from O."""
     ranges: dict[Quantity, tuple[float, float]] = {
         q.L1: (0.06, 0.12), q.gamma: (1.7, 2.9), q.phi1: (3.2, 9.4), q.phi4: (-3.1, 3.1), q.phi50: (-1.0, 1.0),
         q.phi30: (0.5, 1.5),
@@ -85,10 +72,10 @@ def random_base(rng: random.Random) -> Values:
     values |= {symbol: mpf(rng.randint(15, 25)) for symbol in (q.z_1, q.z_2)}
     values |= {q.n: mpf(rng.randint(8, 40)), q.k: mpf(3)}
     values |= {d: mpf(rng.uniform(-0.2, 0.2)) for d in CONTROLS.values()}
-    place = mpf(0)
+    position = mpf(0)
     for knot in KNOTS.values():
-        place += mpf(rng.uniform(0.01, 0.1))
-        values[knot] = place
+        position += mpf(rng.uniform(0.01, 0.1))
+        values[knot] = position
     values[q.u] = values[q.u_i] + mpf(rng.random()) * (values[q.u_ip1] - values[q.u_i])
     return values
 
@@ -102,18 +89,20 @@ class ArmSlope:
 
     @property
     def c(self) -> mpf:
+        """Mean slope on the teeth, for one revolution of the arm in a cycle."""
         return 2 * mp.pi / self._plain(2 * mp.pi)
 
-    def locked(self, t: mpf) -> bool:
+    def is_locked(self, t: mpf) -> bool:
+        """Whether the carrier angle is in the dwell."""
         return bool(self.dwell[0] <= t <= self.dwell[1])
 
     def slopes(self, t: mpf) -> tuple[mpf, mpf, mpf]:
-        """On the teeth: the slope and its two derivatives."""
+        """Return the slope on the teeth and its two derivatives."""
         swing = self.c * self.p
         return self.c + swing * mp.cos(t), -swing * mp.sin(t), -swing * mp.cos(t)
 
-    def gained(self, t: mpf) -> mpf:
-        """What the arm's angle gains from the farthest point on, within one turn."""
+    def rotation(self, t: mpf) -> mpf:
+        """Return the increase of the arm's angle since the farthest point, within one revolution."""
         return self.c * self._plain(t)
 
     def _plain(self, t: mpf) -> mpf:
@@ -124,7 +113,7 @@ class ArmSlope:
         return t + self.p * mp.sin(t)
 
 
-_PLACES = {
+_FILE_KEYS = {
     q.L1: "bars.L1_mm", q.L2: "bars.L2_mm", q.gamma: "carrier.gamma_deg", q.a2: "carrier.a2_mm",
     q.omega: "carrier.speed_deg_per_s", q.phi50: "law.phi5_far_deg", q.m_n: "helical_stage.mn_mm",
     q.z_1: "helical_stage.z1", q.z_2: "helical_stage.z2", q.B: "helical_stage.B_mm",
@@ -134,9 +123,9 @@ _PLACES = {
 }  # fmt: skip
 
 
-def fixed(machine: MachineFile, formulas: Formulas) -> Values:
-    """What of the built-in machine does not change over the cycle; the helix angle follows from a2."""
-    values = {symbol: machine.si(place) for symbol, place in _PLACES.items()}
+def _constant_values(machine: MachineFile, formulas: Formulas) -> Values:
+    """Return the quantities of the built-in machine that are constant; the helix angle follows from a2."""
+    values = {symbol: machine.si(key) for symbol, key in _FILE_KEYS.items()}
     values |= {q.n: machine.si("spline.value_points") + 2, q.k: mpf(3)}
     roots = sp.solve(formulas.equations[PickupClaim.CENTRE_DISTANCE_2].residual, q.beta)
     helix = (value(root, values) for root in roots)
@@ -148,7 +137,7 @@ ARM_SLOPES = sp.symbols("g0 g1 g2")
 
 
 def pitch_slopes(formulas: Formulas) -> dict[Quantity, sp.Expr]:
-    """Derivatives of the sun's pitch radius along the carrier's turn, from those of the arm's angle."""
+    """Return the derivatives of the sun's pitch radius by the carrier angle, from those of the arm's angle."""
     t = sp.Symbol("t")
     g = sp.Function("g")(t)
     middle = formulas.expr(PickupClaim.MIDDLE_PITCH_RADIUS).subs(q.i1, 1 / g)
@@ -164,42 +153,43 @@ class ValuePoints:
         self.count = len(points)
         pairs = zip(points, points[1:] + points[:1], strict=True)
         chords = [mp.hypot(b[0] - a[0], b[1] - a[1]) for a, b in pairs]
-        whole = mp.fsum(chords)
-        self.intervals = [chord / whole for chord in chords]
+        total = mp.fsum(chords)
+        self.intervals = [chord / total for chord in chords]
         matrix, right = mp.zeros(self.count), mp.zeros(self.count, 1)
         for i, (x, _) in enumerate(points):
-            row = formulas.followed(self.lengths(i))
+            row = formulas.followed(self.interval_lengths(i))
             for shift, symbol in ((-1, q.a_i), (0, q.b_i), (1, q.c_i)):
                 matrix[i, (i + shift) % self.count] += row[symbol]
             right[i] = value(formulas.expr(PickupClaim.KNOT_ROW_RIGHT_SIDE), row | {q.q_i: x})
         self.controls = list(mp.lu_solve(matrix, right))
 
-    def lengths(self, i: int) -> Values:
+    def interval_lengths(self, i: int) -> Values:
+        """Return the intervals around knot i."""
         return {symbol: self.intervals[(i + shift) % self.count] for shift, symbol in INTERVALS.items()}
 
-    def at(self, turn: mpf) -> Values:
-        """Knots and control points around a share of the turn, and the parameter there."""
+    def evaluate(self, turn: mpf) -> Values:
+        """Return knots and control points around a share of the cycle, and the parameter."""
         i = int(turn * self.count)
         share = turn * self.count - i
         values = {d: self.controls[(i + shift) % self.count] for shift, d in CONTROLS.items()}
-        place = -self.intervals[i - 2] - self.intervals[i - 1]
+        position = -self.intervals[i - 2] - self.intervals[i - 1]
         for shift, knot in KNOTS.items():
-            values[knot] = place
-            place += self.intervals[(i + shift) % self.count]
+            values[knot] = position
+            position += self.intervals[(i + shift) % self.count]
         return values | {q.u: share * values[q.u_ip1]}
 
 
-def cycle(formulas: Formulas, points: int) -> list[Values]:
-    """Independent quantities of the built-in machine at the middle of equal steps, those in the dwell left out."""
+def compute_cycle(formulas: Formulas, points: int) -> list[Values]:
+    """Return the independent quantities of the built-in machine at the middle of equal steps, without the dwell."""
     with mp.workdps(DIGITS):
         machine = MachineFile.read(MACHINE)
-        base = fixed(machine, formulas)
+        base = _constant_values(machine, formulas)
         start, end = machine.all_si("law.dwell_t_deg")
         law, far = ArmSlope(machine.si("law.p"), (start, end)), machine.si("law.phi1_far_deg")
 
         def moment(turn: mpf) -> Values:
             t = 2 * mp.pi * turn
-            return base | {q.phi5: base[q.phi50] + t, q.phi1: far + law.gained(t)}
+            return base | {q.phi5: base[q.phi50] + t, q.phi1: far + law.rotation(t)}
 
         count = int(machine.si("spline.value_points"))
         tips = [formulas.followed(moment(mpf(j) / count)) for j in range(count)]
@@ -211,24 +201,31 @@ def cycle(formulas: Formulas, points: int) -> list[Values]:
             t = 2 * mp.pi * turn
             slopes = dict(zip(ARM_SLOPES, law.slopes(t), strict=True)) | {q.a1: tips[0][q.a1]}
             pitch = {symbol: value(expr, slopes) for symbol, expr in radius.items()}
-            relative = {q.phi2: law.gained(t), q.dphi5: mpf(1), q.dphi1: slopes[ARM_SLOPES[0]]}
-            return moment(turn) | spline.at(turn) | pitch | relative
+            relative = {q.phi2: law.rotation(t), q.dphi5: mpf(1), q.dphi1: slopes[ARM_SLOPES[0]]}
+            return moment(turn) | spline.evaluate(turn) | pitch | relative
 
         turns = [(j + mpf(1) / 2) / points for j in range(points)]
-        return [independent(turn) for turn in turns if not law.locked(2 * mp.pi * turn)]
+        return [independent(turn) for turn in turns if not law.is_locked(2 * mp.pi * turn)]
 
 
-class SeedlingPickup(Subject):
-    """The seedling pick-up, as derived, on the cycle of the built-in one."""
+class PickupSubject(Subject):
+    """The seedling pick-up as derived, with the cycle of the built-in one."""
 
     def claims(self) -> Mapping[Claimed, Equation]:
+        """Return the derived equations by their claims."""
         return derive_formulas().equations
 
     def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
-        return draw_admissible_point(rng)
+        """Return a random pick-up at a random time: consistent values of all symbols."""
+        return complete_values(derive_formulas(), random_base(rng))
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
-        return compute_reference_cycle(points)
+        """Return the built-in pick-up at equal steps of the carrier, without those in the dwell.
+
+        In the dwell the total ratio is infinite and no teeth mesh. The first step is half a step after the farthest
+        point.
+        """
+        return [complete_values(derive_formulas(), base) for base in compute_cycle(derive_formulas(), points)]
 
 
-SUBJECT = SeedlingPickup()
+SUBJECT = PickupSubject()

@@ -16,7 +16,7 @@ from ...gearing.teeth import TRANSVERSE, base_pitch, path_of_action
 from ...mechanics.frames import Frame, Motion, Vec, Y, Z
 from ...quantity import Quantity
 from . import quantities as q
-from .geometry import ARM, CARRIER, TO_M1, WORLD, along
+from .geometry import ARM, CARRIER, TO_M1, WORLD, axial_vector
 from .quantities import PickupClaim
 
 SUN = Frame("sun, x along O-M1 at phi5 = 0", WORLD, Z, q.beta1)
@@ -25,50 +25,50 @@ MIDDLE = Frame("intermediate gear", BACK, Z, q.phi2)
 TURNING = Motion({q.phi5: q.dphi5, q.phi2: q.dphi2, q.phi1: q.dphi1})
 
 
-def turn(frame: Frame, motion: Motion = TURNING) -> Expr:
-    """Increment of a frame's angle as seen from the carrier."""
+def relative_rotation(frame: Frame, motion: Motion = TURNING) -> Expr:
+    """Return the increment of a frame's angle relative to the carrier."""
     return motion.spin(frame)[2] - motion.spin(CARRIER)[2]
 
 
 def slip_on_sun() -> Expr:
-    """Speed at which the intermediate gear would slip on the sun, which is at rest, at their contact."""
-    axis = TURNING.derivative(along(TO_M1, q.a1))
-    contact = TURNING.spin(MIDDLE).resolved(TO_M1).cross(along(TO_M1, -q.R2))
+    """Return the speed at which the intermediate gear would slip on the stationary sun, at their contact."""
+    axis = TURNING.derivative(axial_vector(TO_M1, q.a1))
+    contact = TURNING.spin(MIDDLE).resolved(TO_M1).cross(axial_vector(TO_M1, -q.R2))
     return (axis + contact)[1]
 
 
 def helical_slip(motion: Motion) -> Expr:
-    """Speed at which the helical gears, equal ones, would slip on each other, seen from the carrier."""
+    """Return the speed at which the two equal helical gears would slip on each other, relative to the carrier."""
     radius = q.a2 / 2
-    return sp.expand(turn(MIDDLE, motion) * radius - turn(ARM, motion) * (-radius))
+    return sp.expand(relative_rotation(MIDDLE, motion) * radius - relative_rotation(ARM, motion) * (-radius))
 
 
-def ratios(f: Formulas) -> None:
-    """Ratios and pitch radii; the ratio of an external pair is counted positive."""
-    stage1 = -turn(WORLD) / turn(MIDDLE)
-    total = turn(WORLD) / turn(ARM)
+def _add_ratios(f: Formulas) -> None:
+    """Add ratios and pitch radii; the ratio of an external pair is positive."""
+    stage1 = -relative_rotation(WORLD) / relative_rotation(MIDDLE)
+    total = relative_rotation(WORLD) / relative_rotation(ARM)
     helical = sp.solve(helical_slip(TURNING), q.dphi2)[0]
     carrier = sp.solve(stage1 - q.i1, q.dphi5)[0]
     through = total.subs(q.dphi1, sp.solve(helical_slip(TURNING), q.dphi1)[0]).subs(q.dphi5, carrier)
-    still = sp.solve(helical_slip(Motion({**TURNING.rates, q.phi2: S.Zero})), q.dphi1)[0]
+    at_dwell = sp.solve(helical_slip(Motion({**TURNING.rates, q.phi2: S.Zero})), q.dphi1)[0]
     radius = sp.solve(slip_on_sun().subs(q.dphi5, carrier), q.R2)[0]
-    gap = along(TO_M1, q.a1) + along(BACK, q.R2).resolved(TO_M1) - along(TO_M1, q.R1)
+    gap = axial_vector(TO_M1, q.a1) + axial_vector(BACK, q.R2).resolved(TO_M1) - axial_vector(TO_M1, q.R1)
     f.defines(q.dphi2, helical, PickupClaim.MIDDLE_TURN)
     f.defines(q.i1, stage1, PickupClaim.RATIO_1)
     f.defines(q.iZ, total, PickupClaim.TOTAL_RATIO, named=True)
     f.defines(q.iZ, sp.cancel(through), PickupClaim.TOTAL_RATIO_BY_STAGES)
-    f.defines(q.g_locked, (1 / total).subs(q.dphi1, still), PickupClaim.DWELL_RATIO)
+    f.defines(q.g_locked, (1 / total).subs(q.dphi1, at_dwell), PickupClaim.DWELL_RATIO)
     f.defines(q.R2, sp.factor(radius), PickupClaim.MIDDLE_PITCH_RADIUS)
     f.defines(q.R1, sp.solve(gap[0], q.R1)[0], PickupClaim.SUN_PITCH_RADIUS)
 
 
-def contacts() -> tuple[Vec, Vec]:
-    """The contact on the sun and on the intermediate gear, each in its own frame."""
-    return along(TO_M1, q.R1).resolved(SUN), along(BACK, q.R2).resolved(MIDDLE)
+def contact_points() -> tuple[Vec, Vec]:
+    """Return the contact on the sun and on the intermediate gear, each in the frame of its gear."""
+    return axial_vector(TO_M1, q.R1).resolved(SUN), axial_vector(BACK, q.R2).resolved(MIDDLE)
 
 
 def curvature_radius(curve: Vec, motion: Motion) -> Expr:
-    """Radius of curvature of a plane curve that is run through counter-clockwise as the motion goes."""
+    """Return the radius of curvature of a plane curve that the motion follows counter-clockwise."""
     x, y = curve.components[:2]
     dx, dy = motion.rate(x), motion.rate(y)
     ddx, ddy = motion.rate(dx), motion.rate(dy)
@@ -76,9 +76,9 @@ def curvature_radius(curve: Vec, motion: Motion) -> Expr:
     return sp.simplify(dx**2 + dy**2) ** sp.Rational(3, 2) / bend
 
 
-def curves(f: Formulas) -> None:
-    """Pitch curves and their curvature; contacts run counter-clockwise on the sun, clockwise on the other gear."""
-    sun, middle = contacts()
+def _add_curves(f: Formulas) -> None:
+    """Add pitch curves and curvatures; contacts run counter-clockwise on the sun, clockwise on the other gear."""
+    sun, middle = contact_points()
     rolling = Motion({q.phi5: S.One, q.phi2: q.R1 / q.R2, q.R1: q.dR1, q.R2: -q.dR1, q.dR1: q.ddR1})
     f.defines(q.x1, sun[0], PickupClaim.PITCH_CURVE.of("sun", "x"))
     f.defines(q.y1, sun[1], PickupClaim.PITCH_CURVE.of("sun", "y"))
@@ -88,14 +88,14 @@ def curves(f: Formulas) -> None:
     f.defines(q.rho2, -curvature_radius(middle, rolling), PickupClaim.CURVATURE_RADIUS.of("intermediate gear"))
 
 
-def state_train(f: Formulas) -> None:
-    """Claims about the gear train."""
-    ratios(f)
-    curves(f)
+def add_train(f: Formulas) -> None:
+    """Add the equations of the gear train."""
+    _add_ratios(f)
+    _add_curves(f)
 
 
 def helical_pitch() -> Expr:
-    """Transverse pitch: the normal pitch, pi times the module, projected back along the helix."""
+    """Return the transverse pitch: the normal pitch, pi times the module, projected along the helix."""
     pitch = sp.Symbol("pitch")
     normal = Frame("normal section", TRANSVERSE, Y, q.beta)
     across = Vec(TRANSVERSE, (pitch, S.Zero, S.Zero)).resolved(normal)[0]
@@ -103,38 +103,38 @@ def helical_pitch() -> Expr:
 
 
 def pitch_radius(teeth: Quantity) -> Expr:
-    """The radius whose circumference holds the teeth."""
+    """Return the radius with a circumference of the teeth's pitches."""
     return teeth * helical_pitch() / (2 * pi)
 
 
 def transverse_pressure_angle() -> Expr:
-    """From the tooth normal, which lies in the normal section."""
+    """Return the transverse pressure angle, from the tooth normal in the normal section."""
     normal = Vec(Frame("normal section", TRANSVERSE, Y, q.beta), (cos(q.alpha_n), sin(q.alpha_n), S.Zero))
-    along, radial, _ = normal.resolved(TRANSVERSE).components
-    return sp.atan(radial / along)
+    tangential, radial, _ = normal.resolved(TRANSVERSE).components
+    return sp.atan(radial / tangential)
 
 
 def helical_contact_ratio() -> Expr:
-    """Transverse part and overlap; teeth without profile shift."""
+    """Return the transverse contact ratio plus the overlap ratio, of teeth without profile shift."""
     angle, addendum = q.alpha_t, q.ha_n * q.m_n
     path = sp.Add(*(path_of_action(pitch_radius(z), addendum, angle) for z in (q.z_1, q.z_2)))
     lead = q.B * sp.tan(q.beta)
     return path / base_pitch(helical_pitch(), angle) + lead / helical_pitch()
 
 
-def state_teeth(f: Formulas) -> None:
-    """Claims about teeth; of the slopes of the contact ratio only what is proved of their signs."""
+def add_teeth(f: Formulas) -> None:
+    """Add the equations of the teeth; of the slopes of the contact ratio only the signs that are proved."""
     paths = [path_of_action(rho, ha * q.m, q.alpha0) for rho, ha in ((q.rho1, q.ha1), (q.rho2, q.ha2))]
     ratio = (q.g1 + q.g2) / base_pitch(pi * q.m, q.alpha0)
-    whole = ratio.subs({q.g1: paths[0], q.g2: paths[1]})
+    full_ratio = ratio.subs({q.g1: paths[0], q.g2: paths[1]})
     f.defines(q.a2, sp.factor(pitch_radius(q.z_1) + pitch_radius(q.z_2)), PickupClaim.CENTRE_DISTANCE_2)
     f.defines(q.alpha_t, transverse_pressure_angle(), PickupClaim.TRANSVERSE_PRESSURE_ANGLE)
     f.defines(q.epsilon_h, helical_contact_ratio(), PickupClaim.HELICAL_CONTACT_RATIO)
     f.defines(q.epsilon, ratio, PickupClaim.CONTACT_RATIO)
     f.defines(q.g1, paths[0], PickupClaim.SUN_PATH_OF_ACTION)
     f.defines(q.g2, paths[1], PickupClaim.MIDDLE_PATH_OF_ACTION)
-    f.defines(q.epsilon_ha, whole.diff(q.ha1) + whole.diff(q.ha2), PickupClaim.ADDENDUM_SLOPE)
-    f.defines(q.epsilon_m, whole.diff(q.m), PickupClaim.MODULE_SLOPE)
+    f.defines(q.epsilon_ha, full_ratio.diff(q.ha1) + full_ratio.diff(q.ha2), PickupClaim.ADDENDUM_SLOPE)
+    f.defines(q.epsilon_m, full_ratio.diff(q.m), PickupClaim.MODULE_SLOPE)
     if grows_with_addendum():
         f.holds(PickupClaim.GROWS_WITH_ADDENDUM, q.epsilon_ha, ">")
     if falls_with_module():
@@ -156,7 +156,7 @@ def falls_with_module() -> bool:
 
 @cache
 def _path_of_positives() -> tuple[Expr, sp.Symbol, sp.Symbol]:
-    """Path of action, module and addendum coefficient, all in positive symbols (slope: tangent of the angle)."""
+    """Return path of action, module and addendum coefficient in positive symbols (slope: tangent of the angle)."""
     module, coefficient, radius, slope = sp.symbols("module coefficient radius slope", positive=True)
     angle = sp.Symbol("angle", positive=True)
     hypotenuse = sp.sqrt(1 + slope**2)

@@ -30,7 +30,7 @@ from . import cycle, derivation
 from . import quantities as q
 from .quantities import PlantingClaim
 
-BETWEEN = (
+INTERMEDIATE = (
     q.L_AC1,
     q.L_AC2,
     q.theta30,
@@ -46,62 +46,61 @@ BETWEEN = (
     q.F_fP,
     q.F_fQ,
 )
-"""Quantities that the paper names between forces and geometry."""
+"""Quantities of the paper that link forces and geometry."""
 OFFSETS: dict[sp.Symbol, Expr] = {
     q.phi72_dot: -q.omega, q.phi52_dot: -q.omega,
     q.x_C1: q.x_A, q.y_C1: q.y_A, q.z_C1: q.z_A, q.x_C2: q.x_A, q.y_C2: q.y_A, q.z_C2: q.z_A,
     q.x_CA: q.x_A1, q.y_CA: q.y_A1, q.x_CB: q.x_B1, q.y_CB: q.y_B1,
 }  # fmt: skip
-"""Rates that come in relative to the carrier's reverse, places that come in relative to a pin."""
+"""Subtrahends of quantities that occur in differences: rates relative to the carrier, coordinates relative to a pin."""
 SIDES = {s: -s for s in (q.x_A1, q.y_A1, q.x_B1, q.y_B1, q.x_P, q.y_P)}
-"""Places on the carrier and on the sun's pitch curve lie opposite each other on the two sides."""
+"""Coordinates on the carrier and on the sun's pitch curve have opposite signs on the two sides."""
 
 
 @cache
 def derive_claims() -> dict[Claimed, Equation]:
-    """Derived equations by what they claim to be."""
-    m = derivation.device()
-    found = (
-        balances(m)
-        + _cam(m)
-        + _places(m)
-        + _teeth(m, "P", derivation.CONTACT_P, q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)
-    )
-    found += _teeth(m, "Q", derivation.CONTACT_Q, q.M_Q, q.F_NQ, q.phi_Q1, q.phi_Q2, q.F_fQ)
-    return by_claim(found)
+    """Return the derived equations by their claims."""
+    m = derivation.build_device()
+    return by_claim([
+        *derive_balances(m),
+        *_cam_equations(m),
+        *_point_equations(m),
+        *_tooth_equations(m, "P", derivation.CONTACT_P, (q.M_P, q.F_NP, q.phi_P1, q.phi_P2, q.F_fP)),
+        *_tooth_equations(m, "Q", derivation.CONTACT_Q, (q.M_Q, q.F_NQ, q.phi_Q1, q.phi_Q2, q.F_fQ)),
+    ])  # fmt: skip
 
 
-def balances(m: Mechanism) -> list[Equation]:
-    """Of every body of a side, and of sun and carrier with both sides."""
+def derive_balances(m: Mechanism) -> list[Equation]:
+    """Return the balances of every body of a side, and of sun and carrier with both sides."""
     shared = twins.shared(m, twins.Other(q.phi, q.twin, twins.own(m)))
     return [e for e in (*m.equations(), *shared) if e.defines is None]
 
 
-def _law(m: Mechanism, symbol: Quantity) -> Expr:
+def _force_law(m: Mechanism, symbol: Quantity) -> Expr:
     return m.assembly.law(symbol).expr
 
 
-def _cam(m: Mechanism) -> list[Equation]:
-    """Contact of cam and roller: components of its force, its angle to the roller's path, its moment."""
+def _cam_equations(m: Mechanism) -> list[Equation]:
+    """Return the components of the cam's force, its angle to the roller's path, and its moment."""
     frictionless = {q.mu1: S.Zero}
-    x, z = (_law(m, f).xreplace(frictionless) / q.F_E for f in (q.F_Ex, q.F_Ez))
+    x, z = (_force_law(m, f).xreplace(frictionless) / q.F_E for f in (q.F_Ex, q.F_Ez))
     swing = q.theta1 + q.psi0
     path_x, path_z = sp.sin(swing), sp.cos(swing)
     angle = sp.atan((path_x * z - path_z * x) / (path_x * x + path_z * z))
     moment = -(q.x_E * S.Zero - q.y_E * q.F_Ex)
     return [
         defined(PlantingClaim.CAM_PRESSURE_ANGLE, q.mu, angle),
-        defined(PlantingClaim.CAM_FORCE.of("x"), q.F_Ex, _law(m, q.F_Ex)),
+        defined(PlantingClaim.CAM_FORCE.of("x"), q.F_Ex, _force_law(m, q.F_Ex)),
         stated(PlantingClaim.CAM_FORCE.of("y"), q.F_Ey, q.F_Ey),
-        defined(PlantingClaim.CAM_FORCE.of("z"), q.F_Ez, _law(m, q.F_Ez)),
+        defined(PlantingClaim.CAM_FORCE.of("z"), q.F_Ez, _force_law(m, q.F_Ez)),
         defined(PlantingClaim.CAM_MOMENT, q.M_T, moment),
     ]
 
 
-def _places(m: Mechanism) -> list[Equation]:
-    """Places of points on the swinging half, and the polar coordinates that a paper may give them by."""
+def _point_equations(m: Mechanism) -> list[Equation]:
+    """Return the coordinates of points on the swinging half, Cartesian and polar."""
     steps = {s.symbol: s.expr for s in m.named}
-    found = [
+    equations = [
         defined(PlantingClaim.PLACE.of(name, axis), symbol, steps[symbol])
         for name, axis, symbol in (
             ("the roller", "x", q.x_E), ("the roller", "z", q.z_E), ("C1", "x", q.x_C1), ("C1", "z", q.z_C1),
@@ -113,46 +112,50 @@ def _places(m: Mechanism) -> list[Equation]:
         ("C2", q.c_C2, (q.x_C2, q.z_C2), q.L_AC2, q.theta4, q.theta40),
     ):
         down = sp.atan2(q.z_A - at[1], at[0] - q.x_A)
-        found += [
+        equations += [
             defined(PlantingClaim.HINGE_DISTANCE.of(name), length, sp.sqrt(x**2 + z**2)),
             defined(PlantingClaim.HINGE_ANGLE_CLOSED.of(name), closed, sp.atan2(-z, x)),
             defined(PlantingClaim.HINGE_ANGLE.of(name), turned, down),
         ]
-    return found
+    return equations
 
 
-def _teeth(
-    m: Mechanism,
-    tag: str,
-    contact: GearContact,
-    moment: Quantity,
-    normal: Quantity,
-    along: Quantity,
-    across: Quantity,
-    drag: Quantity,
+def _tooth_equations(
+    m: Mechanism, tag: str, contact: GearContact, quantities: tuple[Quantity, Quantity, Quantity, Quantity, Quantity]
 ) -> list[Equation]:
-    """Tooth contact: directions and sizes of normal force and friction on the flank that can give the moment."""
+    """Return the directions and sizes of normal force and friction on the flank that can transmit the moment.
+
+    ``quantities`` are moment, normal force, directions of normal force and friction, friction force.
+    """
+    moment, normal, normal_angle, friction_angle, drag = quantities
     force = [next(u for u in m.unknowns if u.name == f"F_{tag}{axis}") for axis in "xy"]
     return [
-        defined(PlantingClaim.NORMAL_DIRECTION.of(tag), along, switch(moment, contact.normal(1), contact.normal(-1))),
         defined(
-            PlantingClaim.FRICTION_DIRECTION.of(tag), across, switch(moment, contact.across(1), contact.across(-1))
+            PlantingClaim.NORMAL_DIRECTION.of(tag), normal_angle, switch(moment, contact.normal(1), contact.normal(-1))
         ),
-        defined(PlantingClaim.NORMAL_FORCE.of(tag), normal, _law(m, normal)),
+        defined(
+            PlantingClaim.FRICTION_DIRECTION.of(tag),
+            friction_angle,
+            switch(moment, contact.across(1), contact.across(-1)),
+        ),
+        defined(PlantingClaim.NORMAL_FORCE.of(tag), normal, _force_law(m, normal)),
         stated(PlantingClaim.FRICTION_FORCE.of(tag), drag - normal * sp.tan(q.mu2), drag),
-        *(defined(PlantingClaim.TOOTH_FORCE.of(tag, axis), f, _law(m, f)) for axis, f in zip("xy", force, strict=True)),
+        *(
+            defined(PlantingClaim.TOOTH_FORCE.of(tag, axis), f, _force_law(m, f))
+            for axis, f in zip("xy", force, strict=True)
+        ),
     ]
 
 
 @cache
-def _relations() -> dict[Quantity, Expr]:
-    return relations(derivation.device())
+def _cached_relations() -> dict[Quantity, Expr]:
+    return derive_relations(derivation.build_device())
 
 
-def relations(m: Mechanism) -> dict[Quantity, Expr]:
-    """Unknowns that a paper need not name, in terms of others: constraint moments, and moments of tooth forces.
+def derive_relations(m: Mechanism) -> dict[Quantity, Expr]:
+    """Return unknowns that a paper need not name in terms of others: constraint moments, moments of tooth forces.
 
-    Raises ClaimError where the mechanism has no such balance.
+    Raises ClaimError if the mechanism lacks one of the balances.
     """
     equations = by_claim(m.equations())
     from_balance = {
@@ -162,163 +165,166 @@ def relations(m: Mechanism) -> dict[Quantity, Expr]:
         "M_K": Balance("outer half", "moment", "y", "planet", "A outer"),
     }
     unknowns = {u.name: u for u in m.unknowns}
-    found = {
+    relations = {
         unknowns[name]: solve_linear(among(equations, balance), unknowns[name])
         for name, balance in from_balance.items()
     }
     at_Q = displacement(derivation.B1, derivation.Q, derivation.WORLD)
-    found[q.M_P] = (q.y_P - q.y_A1) * q.F_Px - (q.x_P - q.x_A1) * q.F_Py
-    found[q.M_Q] = at_Q[1] * q.F_Qx - at_Q[0] * q.F_Qy
-    return found
+    relations[q.M_P] = (q.y_P - q.y_A1) * q.F_Px - (q.x_P - q.x_A1) * q.F_Py
+    relations[q.M_Q] = at_Q[1] * q.F_Qx - at_Q[0] * q.F_Qy
+    return relations
 
 
-def canonical(expr: Expr) -> Expr:
-    """An expression in the quantities that papers use, multiplied out."""
-    return squared(sp.expand(in_names(expr), trig=False))
+def to_canonical_form(expr: Expr) -> Expr:
+    """Return an expression in the quantities that papers use, expanded."""
+    return reduce_sine_squares(sp.expand(to_paper_quantities(expr), trig=False))
 
 
-def in_names(expr: Expr) -> Expr:
-    """Named places for fixed offsets, rates relative to the carrier, side 1's places for those of side 2."""
-    return expr.xreplace(_named()).xreplace({q.Omega: q.omega + q.phi72_dot, q.Omega_dot: q.phi72_ddot})
+def to_paper_quantities(expr: Expr) -> Expr:
+    """Replace body-fixed offsets by coordinates, absolute rates by relative ones, side 2's coordinates by side 1's."""
+    return expr.xreplace(_paper_coordinates()).xreplace({q.Omega: q.omega + q.phi72_dot, q.Omega_dot: q.phi72_ddot})
 
 
-def _named() -> dict[sp.Symbol, Expr]:
-    """Offsets that are fixed in a body, in terms of the named places of the points that they lead to."""
-    found: dict[sp.Symbol, Expr] = {q.twin(s): other for s, other in SIDES.items()}
+def _paper_coordinates() -> dict[sp.Symbol, Expr]:
+    """Return the offsets that are fixed in a body in terms of the coordinates of their end points."""
+    offsets: dict[sp.Symbol, Expr] = {q.twin(s): other for s, other in SIDES.items()}
     c, s = sp.cos(q.theta1), sp.sin(q.theta1)
     for offset, (x, y, z) in ((q.c_C1, (q.x_C1, q.y_C1, q.z_C1)), (q.c_C2, (q.x_C2, q.y_C2, q.z_C2))):
-        along, beyond = x - q.x_A, z - q.z_A
-        found |= {offset[0]: along * c - beyond * s, offset[1]: y - q.y_A, offset[2]: along * s + beyond * c}
-    along, beyond = q.x_CB - q.x_B1, q.y_CB - q.y_B1
+        dx, dz = x - q.x_A, z - q.z_A
+        offsets |= {offset[0]: dx * c - dz * s, offset[1]: y - q.y_A, offset[2]: dx * s + dz * c}
+    dx, dy = q.x_CB - q.x_B1, q.y_CB - q.y_B1
     c, s = sp.cos(q.alpha), sp.sin(q.alpha)
-    found |= {q.c_CBx: along * c - beyond * s, q.c_CBy: along * s + beyond * c}
-    return found
+    return offsets | {q.c_CBx: dx * c - dy * s, q.c_CBy: dx * s + dy * c}
 
 
-def squared(expr: Expr) -> Expr:
-    """A multiplied-out expression with every square of a sine written by the cosine, so that they add up to 1."""
+def reduce_sine_squares(expr: Expr) -> Expr:
+    """Return an expanded expression with every square of a sine in terms of the cosine, so that they add up to 1."""
     for _ in range(8):
-        reduced = sp.expand(expr.replace(_is_square_of_sine, _by_cosine), trig=False)
+        reduced = sp.expand(expr.replace(_is_sine_square, _from_cosine), trig=False)
         if reduced == expr:
             return expr
         expr = reduced
     return expr
 
 
-def _is_square_of_sine(expr: sp.Basic) -> bool:
+def _is_sine_square(expr: sp.Basic) -> bool:
     return isinstance(expr, sp.Pow) and isinstance(expr.base, sp.sin) and expr.exp.is_Integer and expr.exp >= 2
 
 
-def _by_cosine(power: Expr) -> Expr:
+def _from_cosine(power: Expr) -> Expr:
     angle = power.base.args[0]
     return power.base ** (power.exp - 2) * (1 - sp.cos(angle) ** 2)
 
 
 @cache
-def moving() -> frozenset[Quantity]:
-    """Quantities that each side has of its own."""
-    return twins.own(derivation.device()) | set(BETWEEN)
+def side_quantities() -> frozenset[Quantity]:
+    """Return the quantities that differ between the sides."""
+    return twins.own(derivation.build_device()) | set(INTERMEDIATE)
 
 
 @cache
-def actions() -> dict[sp.Symbol, str]:
-    """What the mechanism calls its forces and moments, those of side 2 as those of side 1."""
-    unknowns = derivation.device().assembly.unknowns
+def describe_actions() -> dict[sp.Symbol, str]:
+    """Return the meanings of the mechanism's forces and moments, the same for both sides."""
+    unknowns = derivation.build_device().assembly.unknowns
     return {symbol: u.meaning for u in unknowns for symbol in (u, q.twin(u))}
 
 
-def common(printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
-    """Two balances in the same quantities: what only one of them names is written by what both do."""
-    given = _given(printed, derived)
-    return in_names(given), canonical(eliminated(derived, given.free_symbols, _relations()))
+def to_common_quantities(printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
+    """Return two balances in the same quantities: those of only one balance are expressed by those of both."""
+    reduced = _substitute_definitions(printed, derived)
+    derived = eliminate(derived, reduced.free_symbols, _cached_relations())
+    return to_paper_quantities(reduced), to_canonical_form(derived)
 
 
-def footings(printed: Expr, derived: Expr) -> list[tuple[Expr, Expr]]:
-    """Two balances with none, some and all of the unknowns eliminated that only the derived one names."""
-    given = _given(printed, derived)
-    relations = {s: e for s, e in _relations().items() if {s, q.twin(s)} & (derived.free_symbols - given.free_symbols)}
-    some = (chosen for size in range(len(relations) + 1) for chosen in combinations(relations, size))
-    sums = (eliminated(derived, given.free_symbols, {s: relations[s] for s in chosen}) for chosen in some)
-    return [(in_names(given), canonical(left)) for left in sums]
+def list_comparisons(printed: Expr, derived: Expr) -> list[tuple[Expr, Expr]]:
+    """Return two balances with none, some and all of the unknowns eliminated that only the derived one contains."""
+    reduced = _substitute_definitions(printed, derived)
+    extra = derived.free_symbols - reduced.free_symbols
+    relations = {s: e for s, e in _cached_relations().items() if {s, q.twin(s)} & extra}
+    subsets = (subset for size in range(len(relations) + 1) for subset in combinations(relations, size))
+    sums = (eliminate(derived, reduced.free_symbols, {s: relations[s] for s in subset}) for subset in subsets)
+    return [(to_paper_quantities(reduced), to_canonical_form(expr)) for expr in sums]
 
 
-def _given(printed: Expr, derived: Expr) -> Expr:
-    """A printed balance without the defined quantities that the derived one does not name."""
+def _substitute_definitions(printed: Expr, derived: Expr) -> Expr:
+    """Return a printed balance without the defined quantities that the derived one does not contain."""
     definitions = {e.defines: e.defines - e.residual for e in derive_claims().values() if e.defines is not None}
-    return eliminated(printed, derived.free_symbols, definitions)
+    return eliminate(printed, derived.free_symbols, definitions)
 
 
-def eliminated(expr: Expr, kept: set[sp.Symbol], definitions: Mapping[Quantity, Expr]) -> Expr:
-    """``expr`` without the defined quantities that are not among those to keep, on both sides."""
-    other = twins.Other(q.phi, q.twin, moving())
-    for symbol, meant in definitions.items():
-        for one, value in ((symbol, meant), (q.twin(symbol), other(meant))):
-            if one in expr.free_symbols and one not in kept:
-                expr = expr.xreplace({one: value})
+def eliminate(expr: Expr, retained: set[sp.Symbol], definitions: Mapping[Quantity, Expr]) -> Expr:
+    """Return ``expr`` without the defined quantities of both sides that are not ``retained``."""
+    other = twins.Other(q.phi, q.twin, side_quantities())
+    for symbol, definition in definitions.items():
+        for defined_symbol, value in ((symbol, definition), (q.twin(symbol), other(definition))):
+            if defined_symbol in expr.free_symbols and defined_symbol not in retained:
+                expr = expr.xreplace({defined_symbol: value})
     return expr
 
 
 @cache
 def compute_reference_cycle(points: int) -> tuple[Mapping[sp.Symbol, mpf], ...]:
-    """Return every quantity over the reference cycle, those that the paper names between them too."""
-    return tuple(_between(_reactions(NumericPoint(values))) for values in cycle.reference(points))
+    """Return all quantities over the reference cycle, with the intermediate ones of the paper."""
+    return tuple(
+        _add_intermediate(_add_reactions(NumericPoint(values))) for values in cycle.compute_reference_cycle(points)
+    )
 
 
 @cache
-def supplements() -> tuple[Let, ...]:
-    """The derivation's steps for every force and moment of one side that its equations name."""
-    m = derivation.device()
+def derive_reaction_steps() -> tuple[Let, ...]:
+    """Return the steps that give every force and moment in the derived equations of one side."""
+    m = derivation.build_device()
     named = frozenset().union(*(e.residual.free_symbols for e in derive_claims().values()))
     return ordered(m.equations(), m.unknowns, [u for u in m.unknowns if u in named]).lets()
 
 
 @cache
-def _unreported() -> tuple[tuple[Quantity, Expr], ...]:
-    """Every step of the motion and of the reactions, of side 1 and of side 2."""
-    other = twins.Other(q.phi, q.twin, moving())
-    steps = [(step.symbol, step.expr) for step in (*derivation.device().named, *supplements())]
+def _all_steps() -> tuple[tuple[Quantity, Expr], ...]:
+    """Return every step of the motion and of the reactions, for both sides."""
+    other = twins.Other(q.phi, q.twin, side_quantities())
+    steps = [(step.symbol, step.expr) for step in (*derivation.build_device().named, *derive_reaction_steps())]
     return tuple(pair for s, e in steps for pair in ((s, e), (q.twin(s), other(e))))
 
 
-def _reactions(point: NumericPoint) -> NumericPoint:
-    """A point with what no model reports of either side."""
-    for symbol, expr in _unreported():
+def _add_reactions(point: NumericPoint) -> NumericPoint:
+    """Add the quantities of both sides that no model reports."""
+    for symbol, expr in _all_steps():
         if symbol not in point:
             point.set(symbol, point(expr))
     return point
 
 
-def _between(point: NumericPoint) -> dict[sp.Symbol, mpf]:
-    definitions = {e.defines: e.defines - e.residual for e in derive_claims().values() if e.defines in BETWEEN}
-    for symbol in BETWEEN:
+def _add_intermediate(point: NumericPoint) -> dict[sp.Symbol, mpf]:
+    definitions = {e.defines: e.defines - e.residual for e in derive_claims().values() if e.defines in INTERMEDIATE}
+    for symbol in INTERMEDIATE:
         point.set(symbol, point(definitions[symbol]))
     return point.values()
 
 
 def draw_admissible_point(rng: random.Random) -> dict[sp.Symbol, mpf]:
-    """A random point of the device on the rising flank of its cam, kinematics consistent, reactions at will.
+    """Draw a point on the rising flank of the cam, with consistent kinematics and arbitrary reactions.
 
-    The rocker stays within a right angle of x', where the paper's arctangent is the pressure angle.
+    The rocker stays within a right angle of x', so that the paper's arctangent is the pressure angle.
     """
-    m = derivation.device()
+    m = derivation.build_device()
     everything = {v for v in vars(q).values() if isinstance(v, Quantity)} | set(q.MACHINE) | set(m.unknowns)
-    known: dict[sp.Symbol, Expr] = {
+    values: dict[sp.Symbol, Expr] = {
         s: sp.Rational(rng.randint(101, 999), rng.randint(301, 699))
         for s in sorted(everything | {q.twin(s) for s in everything}, key=str)
     }
-    known |= {q.alpha_n: pi / 9, q.T2_0: S.Zero, q.T2: sp.Rational(rng.randint(23, 29), 10)}
-    known |= dict(zip((*q.delta_r, *q.delta_f), map(sp.Rational, ("2.2", "3.1", "4.2", "5.1")), strict=True))
-    known |= {q.psi0: sp.Rational(rng.randint(-30, 20), 100), q.H: sp.Rational(rng.randint(20, 45), 100)}
-    known |= {s: known[s] * rng.choice((-1, 1)) for s in (q.M_P, q.M_Q)}
-    return _consistent(known, m)
+    values |= {q.alpha_n: pi / 9, q.T2_0: S.Zero, q.T2: sp.Rational(rng.randint(23, 29), 10)}
+    values |= dict(zip((*q.delta_r, *q.delta_f), map(sp.Rational, ("2.2", "3.1", "4.2", "5.1")), strict=True))
+    values |= {q.psi0: sp.Rational(rng.randint(-30, 20), 100), q.H: sp.Rational(rng.randint(20, 45), 100)}
+    values |= {s: values[s] * rng.choice((-1, 1)) for s in (q.M_P, q.M_Q)}
+    return _consistent(values, m)
 
 
-def _consistent(known: dict[sp.Symbol, Expr], m: Mechanism) -> dict[sp.Symbol, mpf]:
-    """Kinematics and the quantities between, from the rest."""
-    point = NumericPoint(known)
+def _consistent(values: dict[sp.Symbol, Expr], m: Mechanism) -> dict[sp.Symbol, mpf]:
+    """Return the kinematics and the intermediate quantities that follow from the values."""
+    point = NumericPoint(values)
     for step in m.named:
         point.set(step.symbol, point(step.expr))
-    return _between(point)
+    return _add_intermediate(point)
 
 
 _SOURCE = "derived: assumption"
@@ -344,12 +350,12 @@ ZERO: dict[sp.Symbol, str] = _SHARED | _OF_A_SIDE | {q.twin(s): why for s, why i
 
 
 def relax_balance(claim: Claimed, printed: Expr) -> Expr | None:
-    """The balance that a claim names, in the quantities of a printed one, while the assumptions are lifted."""
+    """Return the balance of a claim without the assumptions, in the quantities of a printed one, or None."""
     if claim not in _relaxed_balances():
         return None
-    given, _ = common(printed, among(derive_claims(), claim).residual)
-    kept = eliminated(_relaxed_balances()[claim], given.free_symbols, _relaxed_relations())
-    return canonical(kept.xreplace(_ACCELERATIONS))
+    reduced, _ = to_common_quantities(printed, among(derive_claims(), claim).residual)
+    balance = eliminate(_relaxed_balances()[claim], reduced.free_symbols, _relaxed_relations())
+    return to_canonical_form(balance.xreplace(_ACCELERATIONS))
 
 
 _ACCELERATIONS = {
@@ -360,10 +366,10 @@ _ACCELERATIONS = {
 
 @cache
 def _relaxed_device() -> Mechanism:
-    """The device without the assumptions."""
+    """Return the device without the assumptions."""
     offset = Vec(derivation.CARRIER, (x_C4, y_C4, S.Zero))
     carrier = Part(q.m4, Point("C4", derivation.O, offset), about_pin(J_4, q.m4, offset))
-    m = derivation.device(speed_rate=phi_ddot, carrier=carrier)
+    m = derivation.build_device(speed_rate=phi_ddot, carrier=carrier)
     bodies = {body.name: body for body in m.bodies}
     at = {action.name: action.at for action in m.assembly.actions}
     inner, spring = bodies["inner half"], m.body("spring", derivation.PLANET)
@@ -375,9 +381,9 @@ def _relaxed_device() -> Mechanism:
 
 @cache
 def _relaxed_balances() -> dict[Claimed, Expr]:
-    return {e.claims: e.residual for e in balances(_relaxed_device())}
+    return {e.claims: e.residual for e in derive_balances(_relaxed_device())}
 
 
 @cache
 def _relaxed_relations() -> dict[Quantity, Expr]:
-    return relations(_relaxed_device())
+    return derive_relations(_relaxed_device())

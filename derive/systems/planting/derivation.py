@@ -1,7 +1,7 @@
 """The planting device with a two-stage non-circular planetary gear train, from first principles (wang2017, figs. 1-7).
 
-One side is derived; the other is the same half a turn behind. Frames, bodies and what touches what are stated here;
-every acceleration, inertia term and balance comes out of ``derive.mechanics``.
+One side is derived; the other is the same, half a revolution behind. Frames, bodies and their contacts are stated here;
+every acceleration, inertia term and balance is derived by ``derive.mechanics``.
 """
 
 from __future__ import annotations
@@ -80,24 +80,27 @@ class Half:
     F: Point
 
     @classmethod
-    def of(cls, name: str, hinge: Point, side: int, axis: Axis) -> Half:
-        """The inner half (side +1) or its mirror image (-1), swinging about ``axis`` of the planet."""
+    def build(cls, name: str, hinge: Point, side: int, axis: Axis) -> Half:
+        """Build the inner half (side +1) or its mirror image (-1), which swings about ``axis`` of the planet."""
         frame = Frame(name, PLANET, axis, side * q.theta1)
         roller = (-q.L_AE * sp.cos(q.psi0), q.R_b - q.y_A, q.L_AE * sp.sin(q.psi0))
 
-        def fixed(label: str, closed: tuple[Expr, Expr, Expr]) -> Point:
-            x, y, z = closed
+        def body_point(label: str, position: tuple[Expr, Expr, Expr]) -> Point:
+            x, y, z = position
             return Point(f"{label} {name}", hinge, Vec(frame, (x, y, side * z)))
 
-        return cls(frame, hinge, *(fixed(*p) for p in (("C1", q.c_C1), ("C2", q.c_C2), ("E", roller), ("F", q.c_F))))
+        return cls(
+            frame, hinge, *(body_point(*p) for p in (("C1", q.c_C1), ("C2", q.c_C2), ("E", roller), ("F", q.c_F)))
+        )
 
     @property
     def parts(self) -> tuple[Part, Part]:
+        """Rocker and nozzle half."""
         return Part(q.m_C1, self.C1, q.I_C1), Part(q.m_C2, self.C2, q.I_C2)
 
 
-def _train_and_cam(k: Mechanism) -> None:
-    """Angles of the train, swing of the cam (wang2017 2-3; digest of [10])."""
+def _add_train_and_cam(k: Mechanism) -> None:
+    """Add the angles of the train and the swing of the cam (wang2017 2-3; digest of [10])."""
     k.stage(STAGE1, q.t1, q.phi + q.alpha3, r=q.r3, dr=q.dr3, ratio=q.i1, dratio=q.di1, turned=q.T1, start=q.T1_0)
     k.follow((q.phi52, q.phi52_dot, q.phi52_ddot), q.T1 - q.T1_0, at_start=S.Zero)
     k.stage(STAGE2, q.t2, q.beta6 + q.phi52, r=q.r6, dr=q.dr6, ratio=q.i2, dratio=q.di2, turned=q.T2, start=q.T2_0)
@@ -119,8 +122,8 @@ def _train_and_cam(k: Mechanism) -> None:
     k.follow((q.theta1, q.theta1_dot, q.theta1_ddot), q.H * (q.p_rise - q.p_fall))
 
 
-def _places(k: Mechanism, inner: Half) -> None:
-    """Places and accelerations of the points."""
+def _add_points(k: Mechanism, inner: Half) -> None:
+    """Add coordinates and accelerations of the points."""
     k.name_place(P, O, WORLD, (q.x_P, q.y_P))
     k.name_place(A1, O, WORLD, (q.x_A1, q.y_A1))
     k.name_place(B1, O, WORLD, (q.x_B1, q.y_B1))
@@ -142,28 +145,28 @@ def _places(k: Mechanism, inner: Half) -> None:
 
 
 @dataclass(frozen=True)
-class Contacts:
-    """What touches what on a side: both meshes, and the share of the sliding along the hinge that rubs on the cam."""
+class DeviceContacts:
+    """Contacts of a side: both meshes, and the share of the sliding along the hinge with friction on the cam."""
 
     P: GearContact = CONTACT_P
     Q: GearContact = CONTACT_Q
     along_hinge: Expr = S.Zero
 
 
-CONTACTS = Contacts()
+CONTACTS = DeviceContacts()
 
 
-def device(
-    contacts: Contacts = CONTACTS, speed_rate: Expr = S.Zero, carrier: Part = BALANCED, hinge: Point = A,
+def build_device(
+    contacts: DeviceContacts = CONTACTS, speed_rate: Expr = S.Zero, carrier: Part = BALANCED, hinge: Point = A,
     hinge_axis: Axis = Y,
 ) -> Mechanism:  # fmt: skip
-    """One side with all that acts in it, and what it shares with the other: sun and carrier (wang2017 2.1-2.2)."""
+    """Build one side with all its actions, and sun and carrier, which both sides share (wang2017 2.1-2.2)."""
     m = Mechanism("planting", angle=q.phi, speed=q.omega, gravity=q.g, spatial=True, world=WORLD)
     m.motion.rates |= {q.omega: speed_rate} if speed_rate != 0 else {}
     opposite = Point(f"{hinge.name} outer", hinge, Vec(PLANET, (S.Zero, S.Zero, 2 * (q.z_mirror - q.z_A))))
-    half, image = Half.of("inner half", hinge, 1, hinge_axis), Half.of("outer half", opposite, -1, hinge_axis)
-    _train_and_cam(m)
-    _places(m, half)
+    half, image = Half.build("inner half", hinge, 1, hinge_axis), Half.build("outer half", opposite, -1, hinge_axis)
+    _add_train_and_cam(m)
+    _add_points(m, half)
     for mirrored, original in ((image.C1, half.C1), (image.C2, half.C2)):
         m.mirror_place(mirrored, original, B1, PLANET, q.z_mirror)
         m.hang(mirrored, opposite)
@@ -197,61 +200,64 @@ def device(
     return m
 
 
-def coupling() -> Quantity:
-    """The moment by which one half of the nozzle drives the other."""
-    return next(unknown for unknown in device().unknowns if unknown.name == "M_K")
+def coupling_moment() -> Quantity:
+    """Return the moment by which one half of the nozzle drives the other."""
+    return next(unknown for unknown in build_device().unknowns if unknown.name == "M_K")
 
 
-def weight() -> Expr:
-    """Of everything that the frame carries: sun, carrier and both sides."""
-    m = device()
+def supported_weight() -> Expr:
+    """Return the weight of sun, carrier and both sides, which the frame carries [N]."""
+    m = build_device()
     masses = (part.mass * (1 if body in m.shared else 2) for body in m.bodies for part in body.parts)
     return sp.factor(q.g * sp.Add(*masses))
 
 
-def parts() -> tuple[ClosedForm, ...]:
-    """What every model gives beside its lane: the weight, and where points of the pitch curves of side 1 are."""
-    carried = Let(q.weight, weight(), "derived: sun, carrier and both sides")
+def closed_forms() -> tuple[ClosedForm, ...]:
+    """Return the closed forms of every model: the weight, and points of the pitch curves of side 1."""
+    carried = Let(q.weight, supported_weight(), "derived: sun, carrier and both sides")
     return (
         ClosedForm("weight", (q.MACHINE,), (carried,), Vector("carried", (q.weight,))),
-        _pair("pair1", LINE1, WORLD, O, (q.t1, q.T1, q.a1), (q.phi, q.t1, q.T1, q.a1, q.POINT)),
-        _pair("pair2", LINE2, MIDDLE, A1, (q.t2, q.T2, q.a2), (q.phi, q.gamma, q.t2, q.T2, q.a1, q.a2, q.POINT)),
+        _gear_pair("pair1", LINE1, WORLD, O, (q.t1, q.T1, q.a1), (q.phi, q.t1, q.T1, q.a1, q.POINT)),
+        _gear_pair("pair2", LINE2, MIDDLE, A1, (q.t2, q.T2, q.a2), (q.phi, q.gamma, q.t2, q.T2, q.a1, q.a2, q.POINT)),
     )
 
 
-def _pair(
-    name: str, line: Frame, gear: Frame, centre: Point, now: tuple[Quantity, Quantity, Quantity],
+def _gear_pair(
+    name: str, line: Frame, gear: Frame, centre: Point, contact: tuple[Quantity, Quantity, Quantity],
     inputs: tuple[Vector | Quantity, ...],
 ) -> ClosedForm:  # fmt: skip
-    """A point of an inner gear's pitch curve and its mate, at the contact that is now."""
-    t, turned, distance = now
-    sense = polar_sense(device().motion, line, gear, t)
+    """Return a point of an inner gear's pitch curve and the corresponding one of its mating gear.
+
+    ``contact`` is the present contact: polar angle, rotation of the outer gear, centre distance.
+    """
+    t, turned, distance = contact
+    sense = polar_sense(build_device().motion, line, gear, t)
     point = PitchPoint(q.on_curve, q.on_radius, q.on_turned)
     places = pitch_places(line, distance, sense, point, PitchPoint(t, S.Zero, turned))
     start = displacement(O, centre, WORLD)
-    found = [(start + place.resolved(WORLD))[i] for place in places for i in (0, 1)]
-    steps = tuple(Let(symbol, expr, "derived: gears roll") for symbol, expr in zip(q.PAIR, found, strict=True))
+    components = [(start + place.resolved(WORLD))[i] for place in places for i in (0, 1)]
+    steps = tuple(Let(symbol, expr, "derived: gears roll") for symbol, expr in zip(q.PAIR, components, strict=True))
     return ClosedForm(name, inputs, steps, Vector(f"{name}_points", q.PAIR))
 
 
 def exact_lane() -> Lane:
-    """The device from first principles, along the carrier angle."""
-    return device().twin_lane(Sides(q.twin, q.REPORTED_EXACT, q.TOTALS), q.INPUTS)
+    """Return the lane of the device from first principles, over the carrier angle."""
+    return build_device().twin_lane(Sides(q.twin, q.REPORTED_EXACT, q.TOTALS), q.INPUTS)
 
 
 def build_exact_system() -> System:
-    """The device from first principles."""
+    """Build the model of the device from first principles."""
     title, source = "Planting device, from first principles", "derived (Newton-Euler)"
-    return System("planting_exact", title, source, ASSUMPTIONS, exact_lane(), parts())
+    return System("planting_exact", title, source, ASSUMPTIONS, exact_lane(), closed_forms())
 
 
 def build_printed_system(paper: Chain, frame: Chain) -> System:
-    """The device as a paper prints it: its equations on the kinematics of this module."""
-    m = device()
+    """Build the model of the device as a paper prints it: its equations with the kinematics of this module."""
+    m = build_device()
     forces = (*paper.lets(), m.assembly.law(q.F_E_loss))
     lane = m.twin_lane(Sides(q.twin, q.REPORTED, q.TOTALS), q.INPUTS, forces, frame.lets())
     title, source = "Planting device, as printed", "wang2017 (1)-(31), taken literally"
-    return System("planting_printed", title, source, ASSUMPTIONS, lane, parts())
+    return System("planting_printed", title, source, ASSUMPTIONS, lane, closed_forms())
 
 
 SYSTEMS = (build_exact_system,)

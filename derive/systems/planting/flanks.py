@@ -1,7 +1,7 @@
-"""Laws of a cam's flank: how a follower goes from one dwell to the next, over its position x from 0 to 1.
+"""Laws of a cam's flank: motion of a follower from one dwell to the next, over the position x from 0 to 1.
 
 Each law is stated by the shape of its acceleration alone. Integrated twice from rest and scaled to a rise of 1, it must
-come to rest again. Shapes: Norton, Cam Design and Manufacturing Handbook (2009), chapters 3 and 4.
+end at rest. Shapes: Norton, Cam Design and Manufacturing Handbook (2009), chapters 3 and 4.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ DEFAULT = "4-5-6-7 polynomial"
 
 _EIGHTH = Rational(1, 8)
 Pieces = tuple[tuple[Expr, Expr], ...]
-"""Shape of an acceleration: where each piece ends, and what it is up to there."""
+"""Shape of an acceleration: end and expression of each piece."""
 SHAPES: dict[str, Pieces] = {
     DEFAULT: ((S.One, x**2 * (1 - x) ** 2 * (1 - 2 * x)),),
     "3-4-5 polynomial": ((S.One, x * (1 - x) * (1 - 2 * x)),),
@@ -48,73 +48,75 @@ SHAPES: dict[str, Pieces] = {
     "harmonic": ((S.One, cos(pi * x)),),
 }
 """Laws by their name in machine files."""
-JOINTS = tuple(_EIGHTH * k for k in (0, 1, 3, 5, 7, 8))
-"""Positions in a flank where a derivative of some law jumps."""
-FLANK = FollowerLaw("flank", JOINTS)
-"""The law as a lane calls it: which one is chosen at run time."""
+BREAKPOINTS = tuple(_EIGHTH * k for k in (0, 1, 3, 5, 7, 8))
+"""Positions in a flank at which a derivative of some law jumps."""
+FLANK = FollowerLaw("flank", BREAKPOINTS)
+"""The law as a lane calls it; it is selected at run time."""
 
 
-def law(title: str) -> tuple[Expr, Expr, Expr]:
-    """Share of the rise at x in [0, 1], and its first and second derivative.
+def derive_flank_law(title: str) -> tuple[Expr, Expr, Expr]:
+    """Return the share of the rise at x in [0, 1], and its first and second derivative [1].
 
-    Raises ValueError where the shape does not come to rest, or has a joint that is not among ``JOINTS``.
+    Raises ValueError if the law does not end at rest, or has a breakpoint that is not among ``BREAKPOINTS``.
     """
     ends, shapes = zip(*SHAPES[title], strict=True)
-    if not set(ends) <= set(JOINTS):
-        raise ValueError(f"{title}: its joints must be among {', '.join(map(str, JOINTS))}")
-    speeds = _integrated(shapes, ends)
-    rises = _integrated(speeds, ends)
+    if not set(ends) <= set(BREAKPOINTS):
+        raise ValueError(f"{title}: its breakpoints must be among {', '.join(map(str, BREAKPOINTS))}")
+    speeds = _integrate_pieces(shapes, ends)
+    rises = _integrate_pieces(speeds, ends)
     if sp.simplify(speeds[-1].subs(x, 1)) != 0:
-        raise ValueError(f"{title}: the follower does not come to rest")
-    whole = sp.simplify(rises[-1].subs(x, 1))
-    rise, speed, acceleration = (_selected(some, ends, whole) for some in (rises, speeds, shapes))
+        raise ValueError(f"{title}: the follower does not end at rest")
+    total = sp.simplify(rises[-1].subs(x, 1))
+    rise, speed, acceleration = (_join_pieces(pieces, ends, total) for pieces in (rises, speeds, shapes))
     return rise, speed, acceleration
 
 
-def joints(title: str) -> tuple[Expr, ...]:
-    """Positions in the flank where a derivative of a law jumps, its ends among them."""
+def flank_breakpoints(title: str) -> tuple[Expr, ...]:
+    """Return the positions in the flank at which a derivative of a law jumps, with both ends."""
     return (S.Zero, *(end for end, _ in SHAPES[title]))
 
 
-def _integrated(pieces: Iterable[Expr], ends: tuple[Expr, ...]) -> tuple[Expr, ...]:
-    """Integrals of pieces, each going on from where the one before has ended, the first from zero."""
-    found: list[Expr] = []
-    reached: Expr = S.Zero
+def _integrate_pieces(pieces: Iterable[Expr], ends: tuple[Expr, ...]) -> tuple[Expr, ...]:
+    """Return the integrals of pieces, continuous from zero."""
+    integrals: list[Expr] = []
+    value: Expr = S.Zero
     for piece, (start, end) in zip(pieces, pairwise((S.Zero, *ends)), strict=True):
         primitive = sp.integrate(sp.expand(piece), x)
-        found.append(primitive - primitive.subs(x, start) + reached)
-        reached = found[-1].subs(x, end)
-    return tuple(found)
+        integrals.append(primitive - primitive.subs(x, start) + value)
+        value = integrals[-1].subs(x, end)
+    return tuple(integrals)
 
 
-def _selected(pieces: Iterable[Expr], ends: tuple[Expr, ...], whole: Expr) -> Expr:
-    """The piece at x, as a share of the whole rise."""
-    told = [_told(piece / whole) for piece in pieces]
-    cases = [(piece, sp.Lt(x, end)) for piece, end in zip(told[:-1], ends[:-1], strict=True)]
-    return sp.Piecewise(*cases, (told[-1], True)) if cases else told[-1]
+def _join_pieces(pieces: Iterable[Expr], ends: tuple[Expr, ...], total: Expr) -> Expr:
+    """Return the piece at x relative to the total rise."""
+    *first, last = (_simplify_piece(piece / total) for piece in pieces)
+    cases = [(piece, sp.Lt(x, end)) for piece, end in zip(first, ends[:-1], strict=True)]
+    return sp.Piecewise(*cases, (last, True)) if cases else last
 
 
-def _told(expr: Expr) -> Expr:
-    found = sp.simplify(expr)
-    return sp.horner(found) if found.is_polynomial(x) else found
+def _simplify_piece(expr: Expr) -> Expr:
+    simple = sp.simplify(expr)
+    return sp.horner(simple) if simple.is_polynomial(x) else simple
 
 
-def named(title: str) -> str:
-    """The name of a law's functions.
+def flank_model_name(title: str) -> str:
+    """Return the name of a law's model.
 
-    >>> named("4-5-6-7 polynomial")
+    >>> flank_model_name("4-5-6-7 polynomial")
     'flank_4_5_6_7_polynomial'
     """
     return "flank_" + title.replace("-", "_").replace(" ", "_")
 
 
-def system(title: str) -> System:
-    """A law as a function of the position in the flank."""
-    steps = tuple(Let(symbol, expr, "acceleration, integrated") for symbol, expr in zip(LAW, law(title), strict=True))
+def build_flank_system(title: str) -> System:
+    """Build the model of a law: a function of the position in the flank."""
+    steps = tuple(
+        Let(symbol, expr, "acceleration, integrated") for symbol, expr in zip(LAW, derive_flank_law(title), strict=True)
+    )
     source = "derived from the shape of its acceleration (Norton, Cam Design and Manufacturing Handbook, 2009)"
-    return System(named(title), title, source, ("from rest to rest",), closed_forms=(
+    return System(flank_model_name(title), title, source, ("from rest to rest",), closed_forms=(
         ClosedForm("law", (x,), steps, Vector("flank", LAW.quantities)),
     ))  # fmt: skip
 
 
-SYSTEMS = tuple(partial(system, title) for title in SHAPES)
+SYSTEMS = tuple(partial(build_flank_system, title) for title in SHAPES)

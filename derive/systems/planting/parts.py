@@ -8,6 +8,8 @@ path produces the surface.
 
 from __future__ import annotations
 
+from functools import partial
+
 import sympy as sp
 from sympy import S, pi, sqrt
 
@@ -24,15 +26,15 @@ from .flanks import FLANK
 
 CAM_ASSUMPTIONS = ("the cam's normal lies in the plane of the swing, as on a cylindrical roller parallel to the hinge",)
 pressure = Quantity(
-    "pressure", "rad", "pressure angle of the cam: from the way of the roller in its swing to the cam's normal",
+    "pressure", "rad", "pressure angle of the cam: from the roller's path in its swing to the cam's normal",
     "derived: cam",
 )  # fmt: skip
 
 
 def pressure_angle() -> ClosedForm:
-    """Between the roller's way as the planet sees it and the normal of its way as the carrier sees it."""
+    """Return the angle between the roller's path in the planet's frame and the normal of its path in the carrier's."""
     motion = Motion({q.phi: q.omega, q.alpha: -q.Omega, q.theta1: q.theta1_dot})
-    arm = displacement(B1, Half.of("inner half", A, 1, Y).E, PLANET)
+    arm = displacement(B1, Half.build("inner half", A, 1, Y).E, PLANET)
     across = unit(PLANET, Y)
     seen = motion.relative_derivative(arm, CARRIER)
     normal = (seen - seen.dot(across) * across).cross(across)
@@ -43,25 +45,24 @@ def pressure_angle() -> ClosedForm:
 
 
 def build_cam_angle_system() -> System:
-    """The cam's pressure angle."""
+    """Build the model of the cam's pressure angle."""
     return System("planting_cam", "Pressure angle of the cam of the planting device", "derived (geometry)",
                   CAM_ASSUMPTIONS, closed_forms=(pressure_angle(),))  # fmt: skip
 
 
 END_FACE_ASSUMPTIONS = (
-    *(said for said in DEVICE if said.startswith("the cam's normal")),
+    *(assumption for assumption in DEVICE if assumption.startswith("the cam's normal")),
     "the roller is a cylinder parallel to the hinge of the rocker, and touches the cam along a line",
 )
 
 
-def _cam(name: str, unit: str, meaning: str) -> Quantity:
-    return Quantity(name, unit, meaning, "derived: end-face cam")
+_cam = partial(Quantity, source="derived: end-face cam")
 
 
 station = _cam("station", "m", "distance of a section of the cam from its axis")
 slope = _cam("slope", "1", "slope of the swing by the cam angle")
 bend = _cam("bend", "1", "second derivative of the swing by the cam angle")
-along = _cam("along", "m", "roller's centre along the unrolled section, seen from outside, against the cam angle")
+travel = _cam("along", "m", "roller's centre along the unrolled section, seen from outside, against the cam angle")
 height = _cam("height", "m", "roller's centre along the axis")
 centre = tuple(_cam(f"centre_{a}", "m", f"roller's centre on the cam, {a}") for a in "xyz")
 surface = tuple(_cam(f"surface_{a}", "m", f"contact on the cam, {a}") for a in "xyz")
@@ -69,24 +70,24 @@ ROLLER = Vector("roller", (cams.reach, station))
 
 
 def contour_lane() -> Lane:
-    """Contour of a section and its places on the cam, whose x lies along the planet's x' at the cam angle zero."""
+    """Return contour and points of a section of the cam, whose x is the planet's x' at the cam angle zero."""
     motion = Motion({q.delta: S.One, q.alpha: S.One})
     k = Kinematics("end face", NOTHING, q.delta, motion, (S.Zero, S.Zero, S.Zero), True, CARRIER)
     cam = q.delta, q.delta
     k.flank(FLANK, "rise", cam, q.delta_r, q.x_rise, q.dx_rise, (q.p_rise, q.dp_rise, q.ddp_rise))
     k.flank(FLANK, "fall", cam, q.delta_f, q.x_fall, q.dx_fall, (q.p_fall, q.dp_fall, q.ddp_fall))
     k.follow((q.theta1, slope, bend), q.H * (q.p_rise - q.p_fall))
-    x, _, z = displacement(B1, Half.of("inner half", A, 1, Y).E, PLANET).components
+    x, _, z = displacement(B1, Half.build("inner half", A, 1, Y).E, PLANET).components
     velocity = motion.relative_derivative(Vec(PLANET, (x, station, z)), CARRIER)
     passing = velocity[0] - motion.rate(x)
     if passing.free_symbols - {station}:
-        raise ValueError("the cam does not pass through the plane of the swing at a constant pace")
-    k.let(along, -x - passing * q.delta)
+        raise ValueError("the cam does not pass through the plane of the swing at a constant rate")
+    k.let(travel, -x - passing * q.delta)
     k.let(height, z)
     unrolled = (-velocity[0], velocity[2])
     swing = (-x.diff(q.theta1), z.diff(q.theta1))
     bending = (motion.rate(unrolled[0]), motion.rate(unrolled[1]))
-    contact = cams.contour((along, height), unrolled, bending, swing)
+    contact = cams.contour((travel, height), unrolled, bending, swing)
     places = {
         centre: (x, station, z),
         surface: (-cams.contact_x - passing * q.delta, station, cams.contact_y),
@@ -96,12 +97,12 @@ def contour_lane() -> Lane:
         for symbols, place in places.items()
         for symbol, component in zip(symbols, Vec(PLANET, place).resolved(CARRIER).components, strict=True)
     )
-    outputs = (q.theta1, slope, bend, along, height, *cams.CONTOUR, *centre, *surface)
+    outputs = (q.theta1, slope, bend, travel, height, *cams.CONTOUR, *centre, *surface)
     return Lane(q.delta, (q.MACHINE, ROLLER), (*k.steps, *contact, *rolled), Vector("contour", outputs))
 
 
 def build_end_face_system() -> System:
-    """The end-face cam."""
+    """Build the model of the end-face cam."""
     return System(
         "planting_end_face",
         "End-face cam of the planting device",
@@ -115,55 +116,59 @@ NOZZLE_ASSUMPTIONS = (
     "a half of the nozzle is the line from its hinge to its tip; it swings out of the plane of the tip's path",
     "the plant is a vertical line from the ground to the top of the seedling",
 )
-TINY = sp.Float("1e-30")
-"""Keeps a quotient finite where the half hangs straight down."""
+DENOMINATOR_EPS = sp.Float("1e-30")
+"""Keeps a quotient finite when the half hangs straight down."""
 
 
-def _nozzle(name: str, unit: str, meaning: str) -> Quantity:
-    return Quantity(name, unit, meaning, "derived: nozzle")
+_nozzle = partial(Quantity, source="derived: nozzle")
 
 
 tilt = _nozzle("tilt", "rad", "angle of the nozzle's axis from the vertical")
 soil = _nozzle("soil", "m", "level of the soil")
-cut = _nozzle("cut", "m", "where over ground the nozzle's axis passes that level")
-plant = _nozzle("plant", "m", "where over ground the plant stands")
+cut = _nozzle("cut", "m", "ground coordinate at which the nozzle's axis crosses that level")
+plant = _nozzle("plant", "m", "ground coordinate of the plant")
 top = _nozzle("top", "m", "height of the top of the plant")
-hair = _nozzle("hair", "m", "length that keeps the slope of no distance finite")
+hair = _nozzle("hair", "m", "length that regularises the slope of the distance at zero")
 length = _nozzle("length", "m", "length of a half, from hinge to tip")
 root_x, root_y = (_nozzle(f"root_{a}", "m", f"hinge on the nozzle's axis, {a}") for a in "xy")
-along_x, along_y, aside = (_nozzle(f"along_{a}", "1", f"direction of the open half, {a}") for a in "xyz")
-nearest = _nozzle("nearest", "m", "place on the line of the half, from the hinge, that is nearest to the plant")
-lowest = _nozzle("lowest", "m", "place on it from which on it is lower than the plant's top")
-place = _nozzle("place", "m", "the nearest place that counts")
+direction_x, direction_y, direction_z = (_nozzle(f"along_{a}", "1", f"direction of the open half, {a}") for a in "xyz")
+nearest = _nozzle(
+    "nearest", "m", "distance from the hinge to the point of the half's line that is closest to the plant"
+)
+lowest = _nozzle("lowest", "m", "distance from the hinge beyond which the half is lower than the plant's top")
+place = _nozzle("place", "m", "distance from the hinge to the closest point below the plant's top")
 clearance = _nozzle("clearance", "m", "horizontal distance of the half from the plant")
 
 
 def _add_axis(f: Formulas) -> None:
-    """The nozzle's axis through its tip: its tilt, and where it passes a level."""
-    way = sp.Dummy("way")
+    """Add the tilt of the nozzle's axis, and the point at which it crosses a level."""
+    distance = sp.Dummy("way")
     x, y, _ = unit(PLANET, X).resolved(WORLD).components
-    (there,) = sp.solve(q.y_tip + way * y - soil, way)
-    steps = (let(tilt, q.alpha - pi / 2), let(cut, q.x_tip + there * x))
+    (solution,) = sp.solve(q.y_tip + distance * y - soil, distance)
+    steps = (let(tilt, q.alpha - pi / 2), let(cut, q.x_tip + solution * x))
     f.function("axis", (q.x_tip, q.y_tip, q.alpha, soil), *steps, told="passing")
 
 
 def _add_half(f: Formulas) -> None:
-    """Of a half, what is lower than the plant's top counts."""
+    """Add the horizontal distance of a half from the plant; only the part below the plant's top is considered."""
     closed = unit(PLANET, X).resolved(WORLD)
     opened = unit(Frame("half", PLANET, Y, q.theta1), X).resolved(WORLD)
     s = sp.Dummy("s")
-    gap = Vec(WORLD, (root_x - plant + s * along_x, S.Zero, s * aside))
+    gap = Vec(WORLD, (root_x - plant + s * direction_x, S.Zero, s * direction_z))
     square = gap.dot(gap)
-    (near,) = sp.solve(square.diff(s), s)
-    above, below = sp.fraction(sp.together(near))
-    (passed,) = sp.solve(root_y + s * along_y - top, s)
+    (closest,) = sp.solve(square.diff(s), s)
+    numerator, denominator = sp.fraction(sp.together(closest))
+    (crossing,) = sp.solve(root_y + s * direction_y - top, s)
     steps = (
         let(length, q.L_tip - q.x_A),
         let(root_x, q.x_tip - length * closed[0]),
         let(root_y, q.y_tip - length * closed[1]),
-        *(let(symbol, part) for symbol, part in zip((along_x, along_y, aside), opened.components, strict=True)),
-        let(nearest, above / (below + TINY)),
-        let(lowest, sp.Min(sp.Max(passed, S.Zero), length)),
+        *(
+            let(symbol, part)
+            for symbol, part in zip((direction_x, direction_y, direction_z), opened.components, strict=True)
+        ),
+        let(nearest, numerator / (denominator + DENOMINATOR_EPS)),
+        let(lowest, sp.Min(sp.Max(crossing, S.Zero), length)),
         let(place, sp.Min(sp.Max(nearest, lowest), length)),
         let(clearance, sqrt(square.subs(s, place) + hair**2)),
     )
@@ -172,7 +177,7 @@ def _add_half(f: Formulas) -> None:
 
 
 def build_nozzle_system() -> System:
-    """The nozzle in the soil."""
+    """Build the model of the nozzle in the soil."""
     title, source = "Nozzle of the planting device in the soil", "derived (geometry)"
     f = Formulas("planting_nozzle", title=title, source=source, assumptions=NOZZLE_ASSUMPTIONS)
     _add_axis(f)

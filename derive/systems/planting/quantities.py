@@ -14,22 +14,22 @@ from ...quantity import OpenVector, Quantity, Vector
 _PAPER = "wang2017"
 
 
-def _machine(name: str, unit: str, meaning: str, shown: str, source: str = _PAPER) -> Quantity:
-    return Quantity(name, unit, meaning, source, shown)
+def _paper(name: str, unit: str, meaning: str, key: str = "") -> Quantity:
+    return Quantity(name, unit, meaning, _PAPER, key)
 
 
-def _triple(name: str, unit: str, meaning: str, shown: str) -> tuple[Quantity, Quantity, Quantity]:
-    x, y, z = (_machine(name.format(a), unit, meaning.format(a), f"{shown}[{i}]") for i, a in enumerate("xyz"))
+def _triple(name: str, unit: str, meaning: str, key: str) -> tuple[Quantity, Quantity, Quantity]:
+    x, y, z = (_paper(name.format(a), unit, meaning.format(a), f"{key}[{i}]") for i, a in enumerate("xyz"))
     return x, y, z
 
 
-def _interval(name: str, meaning: str, shown: str) -> tuple[Quantity, Quantity]:
-    start = _machine(f"{name}0", "rad", f"start of the {meaning}", f"{shown}[0]")
-    return start, _machine(f"{name}1", "rad", f"end of the {meaning}", f"{shown}[1]")
+def _interval(name: str, meaning: str, key: str) -> tuple[Quantity, Quantity]:
+    start = _paper(f"{name}0", "rad", f"start of the {meaning}", f"{key}[0]")
+    return start, _paper(f"{name}1", "rad", f"end of the {meaning}", f"{key}[1]")
 
 
-def _kinematic(name: str, unit: str, meaning: str, shown: str = "") -> Quantity:
-    return Quantity(name, unit, meaning, "derived: kinematics", shown)
+def _kinematic(name: str, unit: str, meaning: str, key: str = "") -> Quantity:
+    return Quantity(name, unit, meaning, "derived: kinematics", key)
 
 
 phi = Quantity("phi", "rad", "carrier angle", _PAPER, shown="phi_deg")
@@ -40,45 +40,45 @@ alpha3 = Quantity("alpha3", "rad", "initial phase of the sun", "wang2017 3.4", s
 beta6 = Quantity("beta6", "rad", "initial phase of gear 6", "wang2017 3.4", shown="beta6_deg")
 MOUNTING = Vector("mounting", (theta, gamma, alpha3, beta6))
 
-omega = _machine("omega", "rad/s", "carrier speed, constant", "operation.speed_rpm")
-g = _machine("g", "m/s2", "gravity", "operation.gravity_m_s2")
-v_f = _machine("v_f", "m/s", "forward speed of the machine", "operation.forward_speed_m_s")
-alpha_n = _machine("alpha_n", "rad", "pressure angle of the teeth", "contact.pressure_angle_deg")
-mu1 = _machine("mu1", "rad", "friction angle of cam and roller", "contact.cam_friction_angle_deg")
-mu2 = _machine("mu2", "rad", "friction angle of the teeth", "contact.tooth_friction_angle_deg")
-m1 = _machine("m1", "kg", "mass of the sun", "mass.sun_kg")
-m2 = _machine("m2", "kg", "mass of the middle body", "mass.middle_kg")
-m3 = _machine("m3", "kg", "mass of planet, shaft and funnel", "mass.planet_kg")
-m4 = _machine("m4", "kg", "mass of the carrier", "mass.carrier_kg")
-m_C1 = _machine("m_C1", "kg", "mass of the rocker", "mass.half_C1_kg")
-m_C2 = _machine("m_C2", "kg", "mass of the nozzle half", "mass.half_C2_kg")
-J_56 = _machine("J_56", "kg m2", "moment of inertia of the middle body about A1", "inertia.J56_about_A1_kg_m2")
-J_7 = _machine("J_7", "kg m2", "moment of inertia of planet, shaft and funnel about B1", "inertia.J7_about_B1_kg_m2")
+omega = _paper("omega", "rad/s", "carrier speed, constant", "operation.speed_rpm")
+g = _paper("g", "m/s2", "gravity", "operation.gravity_m_s2")
+v_f = _paper("v_f", "m/s", "forward speed of the machine", "operation.forward_speed_m_s")
+alpha_n = _paper("alpha_n", "rad", "pressure angle of the teeth", "contact.pressure_angle_deg")
+mu1 = _paper("mu1", "rad", "friction angle of cam and roller", "contact.cam_friction_angle_deg")
+mu2 = _paper("mu2", "rad", "friction angle of the teeth", "contact.tooth_friction_angle_deg")
+m1 = _paper("m1", "kg", "mass of the sun", "mass.sun_kg")
+m2 = _paper("m2", "kg", "mass of the middle body", "mass.middle_kg")
+m3 = _paper("m3", "kg", "mass of planet, shaft and funnel", "mass.planet_kg")
+m4 = _paper("m4", "kg", "mass of the carrier", "mass.carrier_kg")
+m_C1 = _paper("m_C1", "kg", "mass of the rocker", "mass.half_C1_kg")
+m_C2 = _paper("m_C2", "kg", "mass of the nozzle half", "mass.half_C2_kg")
+J_56 = _paper("J_56", "kg m2", "moment of inertia of the middle body about A1", "inertia.J56_about_A1_kg_m2")
+J_7 = _paper("J_7", "kg m2", "moment of inertia of planet, shaft and funnel about B1", "inertia.J7_about_B1_kg_m2")
 I_C1 = _triple(
     "I_C1{}", "kg m2", "centroidal moment of inertia of the rocker, {}", "inertia.C1_centroidal_xx_yy_zz_kg_m2"
 )
 I_C2 = _triple(
     "I_C2{}", "kg m2", "centroidal moment of inertia of the nozzle half, {}", "inertia.C2_centroidal_xx_yy_zz_kg_m2"
 )
-rho_CO = _machine("rho_CO", "m", "distance of the sun's centroid from O", "centroid.sun_radius_mm")
-beta_CO = _machine("beta_CO", "rad", "direction of the sun's centroid", "centroid.sun_angle_deg")
-rho_CA = _machine("rho_CA", "m", "distance of the middle body's centroid from A1", "centroid.middle_radius_mm")
-beta_CA = _machine("beta_CA", "rad", "direction of the middle body's centroid at phi = 0", "centroid.middle_angle_deg")
-c_CBx = _machine("c_CBx", "m", "centroid of planet, shaft and funnel, x'", "centroid.planet_xy_mm[0]")
-c_CBy = _machine("c_CBy", "m", "centroid of planet, shaft and funnel, y'", "centroid.planet_xy_mm[1]")
+rho_CO = _paper("rho_CO", "m", "distance of the sun's centroid from O", "centroid.sun_radius_mm")
+beta_CO = _paper("beta_CO", "rad", "direction of the sun's centroid", "centroid.sun_angle_deg")
+rho_CA = _paper("rho_CA", "m", "distance of the middle body's centroid from A1", "centroid.middle_radius_mm")
+beta_CA = _paper("beta_CA", "rad", "direction of the middle body's centroid at phi = 0", "centroid.middle_angle_deg")
+c_CBx = _paper("c_CBx", "m", "centroid of planet, shaft and funnel, x'", "centroid.planet_xy_mm[0]")
+c_CBy = _paper("c_CBy", "m", "centroid of planet, shaft and funnel, y'", "centroid.planet_xy_mm[1]")
 x_A, y_A, z_A = _triple("{}_A", "m", "hinge A, {}'", "nozzle.hinge_A_mm")
 c_C1 = _triple("c_C1{}", "m", "centroid of the rocker from the hinge, closed, {}'", "nozzle.C1_mm")
 c_C2 = _triple("c_C2{}", "m", "centroid of the nozzle half from the hinge, closed, {}'", "nozzle.C2_mm")
 c_F = _triple("c_F{}", "m", "spring hook from the hinge, closed, {}'", "nozzle.hook_F_mm")
-L_tip = _machine("L_tip", "m", "distance of the tip from B1 along x'", "nozzle.tip_distance_mm")
-L_AE = _machine("L_AE", "m", "length of the rocker", "cam.rocker_length_mm")
-psi0 = _machine("psi0", "rad", "initial angle of the rocker", "cam.psi0_deg")
-R_b = _machine("R_b", "m", "radius of the base cylinder of the cam", "cam.base_radius_mm")
-H = _machine("H", "rad", "opening angle of a nozzle half", "cam.opening_deg")
+L_tip = _paper("L_tip", "m", "distance of the tip from B1 along x'", "nozzle.tip_distance_mm")
+L_AE = _paper("L_AE", "m", "length of the rocker", "cam.rocker_length_mm")
+psi0 = _paper("psi0", "rad", "initial angle of the rocker", "cam.psi0_deg")
+R_b = _paper("R_b", "m", "radius of the base cylinder of the cam", "cam.base_radius_mm")
+H = _paper("H", "rad", "opening angle of a nozzle half", "cam.opening_deg")
 delta_r = _interval("delta_r", "rise", "cam.rise_delta_deg")
 delta_f = _interval("delta_f", "fall", "cam.fall_delta_deg")
-S0 = _machine("S0", "N", "preload of the return spring", "spring.preload_N")
-k_s = _machine("k_s", "N/m", "rate of the return spring", "spring.rate_N_m")
+S0 = _paper("S0", "N", "preload of the return spring", "spring.preload_N")
+k_s = _paper("k_s", "N/m", "rate of the return spring", "spring.rate_N_m")
 MACHINE = Vector("machine", (
     omega, g, v_f, alpha_n, mu1, mu2, m1, m2, m3, m4, m_C1, m_C2, J_56, J_7, *I_C1, *I_C2, rho_CO, beta_CO, rho_CA,
     beta_CA, c_CBx, c_CBy, x_A, y_A, z_A, *c_C1, *c_C2, *c_F, L_tip, L_AE, psi0, R_b, H, *delta_r, *delta_f,
@@ -118,11 +118,11 @@ delta = _kinematic("delta", "rad", "angle of the cam relative to the rocker, in 
 
 
 def _flank(name: str, meaning: str) -> tuple[Quantity, ...]:
-    """Position, pace and law of a flank of the cam: x, dx per cam angle, share of the rise with two slopes."""
+    """Return position, slope per cam angle and law (share of the rise with two derivatives) of a flank of the cam."""
     return (
         _kinematic(f"x_{name}", "1", f"position in the {meaning}, from 0 to 1"),
         _kinematic(f"dx_{name}", "1", f"slope of the position in the {meaning}, per cam angle"),
-        _kinematic(f"p_{name}", "1", f"share of the {meaning} that is done"),
+        _kinematic(f"p_{name}", "1", f"completed share of the {meaning}"),
         _kinematic(f"dp_{name}", "1", f"slope of that share of the {meaning}, per position"),
         _kinematic(f"ddp_{name}", "1", f"second derivative of that share of the {meaning}, per position"),
     )
@@ -146,7 +146,7 @@ x_CA = _kinematic("x_CA", "m", "centroid of the middle body, x")
 y_CA = _kinematic("y_CA", "m", "centroid of the middle body, y")
 x_CB = _kinematic("x_CB", "m", "centroid of planet, shaft and funnel, x")
 y_CB = _kinematic("y_CB", "m", "centroid of planet, shaft and funnel, y")
-x_tip_machine = _kinematic("x_tip_machine", "m", "tip, x, as the machine sees it", "tip_machine_x_mm")
+x_tip_machine = _kinematic("x_tip_machine", "m", "tip, x, in the machine's frame", "tip_machine_x_mm")
 x_tip = _kinematic("x_tip", "m", "tip, x", "tip_x_mm")
 y_tip = _kinematic("y_tip", "m", "tip, y", "tip_y_mm")
 ax_A1 = _kinematic("ax_A1", "m/s2", "acceleration of A1, x")
@@ -185,42 +185,38 @@ HOISTED2 = OpenVector(
 )
 
 
-def _reaction(name: str, unit: str, meaning: str, shown: str = "") -> Quantity:
-    return Quantity(name, unit, meaning, _PAPER, shown)
-
-
 def _force(name: str, meaning: str, axes: str) -> tuple[Quantity, ...]:
-    return tuple(_reaction(f"{name}{a}", "N", f"{meaning}, {a}") for a in axes)
+    return tuple(_paper(f"{name}{a}", "N", f"{meaning}, {a}") for a in axes)
 
 
-F_E = _reaction("F_E", "N", "force of the cam on the roller")
+F_E = _paper("F_E", "N", "force of the cam on the roller")
 F_Ex, F_Ey, F_Ez = _force("F_E", "force of the cam on the roller, planet frame", "xyz")
-F_E_loss = _reaction("F_E_loss", "W", "power lost to friction between cam and roller")
+F_E_loss = _paper("F_E_loss", "W", "power lost to friction between cam and roller")
 F_Ax, F_Ay, F_Az = _force("F_A", "force of the planet on the inner half, planet frame", "xyz")
-M_Q = _reaction("M_Q", "N m", "moment about B1 of gear 6's action on the planet")
-M_P = _reaction("M_P", "N m", "moment about A1 of the sun's action on gear 5")
-F_NQ = _reaction("F_NQ", "N", "normal force between the teeth at Q")
-F_NP = _reaction("F_NP", "N", "normal force between the teeth at P")
+M_Q = _paper("M_Q", "N m", "moment about B1 of gear 6's action on the planet")
+M_P = _paper("M_P", "N m", "moment about A1 of the sun's action on gear 5")
+F_NQ = _paper("F_NQ", "N", "normal force between the teeth at Q")
+F_NP = _paper("F_NP", "N", "normal force between the teeth at P")
 F_Qx, F_Qy = _force("F_Q", "force of the planet on gear 6", "xy")
 F_Px, F_Py = _force("F_P", "force of gear 5 on the sun", "xy")
 F_B1x, F_B1y, F_B1z = _force("F_B1", "force of the carrier on the planet's shaft", "xyz")
 F_A1x, F_A1y = _force("F_A1", "force of the carrier on the middle shaft", "xy")
 F_Ox, F_Oy = _force("F_O", "force of the frame on the sun", "xy")
 F_O1x, F_O1y, F_O1z = _force("F_O1", "force of the sun's shaft on the carrier", "xyz")
-M_1 = _reaction("M_1", "N m", "torque of the frame on the sun")
-M_L = _reaction("M_L", "N m", "torque of the motor on the carrier")
-F_support = _reaction("F_support", "N", "vertical force of the frame on sun and carrier", "support_N")
-F_support_x = _reaction("F_support_x", "N", "horizontal force of the frame on sun and carrier", "support_x_N")
+M_1 = _paper("M_1", "N m", "torque of the frame on the sun")
+M_L = _paper("M_L", "N m", "torque of the motor on the carrier")
+F_support = _paper("F_support", "N", "vertical force of the frame on sun and carrier", "support_N")
+F_support_x = _paper("F_support_x", "N", "horizontal force of the frame on sun and carrier", "support_x_N")
 
 # Quantities between these that the paper names.
-mu = _reaction("mu", "rad", "pressure angle of the end-face cam")
-M_T = _reaction("M_T", "N m", "resisting moment of the rocker on the end-face cam")
-phi_P1 = _reaction("phi_P1", "rad", "direction of the normal force at P, from the radius vector")
-phi_P2 = _reaction("phi_P2", "rad", "direction of the friction force at P, from the radius vector")
-phi_Q1 = _reaction("phi_Q1", "rad", "direction of the normal force at Q, from the radius vector")
-phi_Q2 = _reaction("phi_Q2", "rad", "direction of the friction force at Q, from the radius vector")
-F_fP = _reaction("F_fP", "N", "friction force at P")
-F_fQ = _reaction("F_fQ", "N", "friction force at Q")
+mu = _paper("mu", "rad", "pressure angle of the end-face cam")
+M_T = _paper("M_T", "N m", "resisting moment of the rocker on the end-face cam")
+phi_P1 = _paper("phi_P1", "rad", "direction of the normal force at P, from the radius vector")
+phi_P2 = _paper("phi_P2", "rad", "direction of the friction force at P, from the radius vector")
+phi_Q1 = _paper("phi_Q1", "rad", "direction of the normal force at Q, from the radius vector")
+phi_Q2 = _paper("phi_Q2", "rad", "direction of the friction force at Q, from the radius vector")
+F_fP = _paper("F_fP", "N", "friction force at P")
+F_fQ = _paper("F_fQ", "N", "friction force at Q")
 
 theta3 = _kinematic("theta3", "rad", "angle from x' down to the line from the hinge to C1")
 theta4 = _kinematic("theta4", "rad", "angle from x' down to the line from the hinge to C2")
@@ -228,14 +224,14 @@ theta30 = _kinematic("theta30", "rad", "theta3 with the nozzle closed")
 theta40 = _kinematic("theta40", "rad", "theta4 with the nozzle closed")
 L_AC1 = _kinematic("L_AC1", "m", "distance of C1 from the hinge, in the plane of the swing")
 L_AC2 = _kinematic("L_AC2", "m", "distance of C2 from the hinge, in the plane of the swing")
-F_high = _reaction("F_high", "N", "largest vertical support force of a turn")
-F_low = _reaction("F_low", "N", "least vertical support force of a turn")
-F_i = _reaction("F_i", "N", "vertical support force at sample i")
-F_mean = _reaction("F_mean", "N", "mean of the samples of the vertical support force")
-mean_square = _reaction("mean_square", "N2", "mean over the samples of (F_i - F_mean)^2")
-f_1 = _reaction("f_1", "N", "first objective: range of the vertical support force")
-f_2 = _reaction("f_2", "N2", "second objective: variance of the vertical support force")
-f_total = _reaction("f_total", "N", "objective: weighted sum of both")
+F_high = _paper("F_high", "N", "largest vertical support force of a turn")
+F_low = _paper("F_low", "N", "least vertical support force of a turn")
+F_i = _paper("F_i", "N", "vertical support force at sample i")
+F_mean = _paper("F_mean", "N", "mean of the samples of the vertical support force")
+mean_square = _paper("mean_square", "N2", "mean over the samples of (F_i - F_mean)^2")
+f_1 = _paper("f_1", "N", "first objective: range of the vertical support force")
+f_2 = _paper("f_2", "N2", "second objective: variance of the vertical support force")
+f_total = _paper("f_total", "N", "objective: weighted sum of both")
 
 REPORTED = (phi52, phi72, alpha, Omega, Omega_dot, x_tip, y_tip, theta1, F_E, F_Ex, M_Q, M_P, F_B1x, F_B1y, F_A1x,
             F_A1y, F_NP, F_NQ, F_E_loss, F_Ez, F_Ax, F_Ay, F_Qx, F_Qy, F_Px, F_Py, x_A1, y_A1, x_B1, y_B1, t1, t2,
@@ -247,19 +243,21 @@ TOTALS = (F_Ox, F_Oy, F_O1x, F_O1y, F_support, F_support_x, M_L, M_1)
 INPUTS = (MOUNTING, PARAMETERS1, HOISTED1, PARAMETERS2, HOISTED2, MACHINE)
 
 
-weight = _reaction("weight", "N", "weight of everything that the frame carries")
+weight = _paper("weight", "N", "weight of all parts that the frame carries")
 on_curve = _kinematic("on_curve", "rad", "polar angle of the inner gear at a point of its pitch curve")
-on_radius = _kinematic("on_radius", "m", "pitch radius there")
-on_turned = _kinematic("on_turned", "rad", "rotation of the outer gear, since the inner's polar angle was zero, there")
+on_radius = _kinematic("on_radius", "m", "pitch radius at that angle")
+on_turned = _kinematic(
+    "on_turned", "rad", "rotation of the outer gear at that angle, since the inner gear's polar angle was zero"
+)
 POINT = Vector("point", (on_curve, on_radius, on_turned))
 """A point of a pitch curve, by its contact."""
 x_inner, y_inner = (_kinematic(f"{a}_inner", "m", f"the point on the inner gear, {a}") for a in "xy")
-x_outer, y_outer = (_kinematic(f"{a}_outer", "m", f"its mate on the outer gear, {a}") for a in "xy")
+x_outer, y_outer = (_kinematic(f"{a}_outer", "m", f"the corresponding point on the outer gear, {a}") for a in "xy")
 PAIR = (x_inner, y_inner, x_outer, y_outer)
 
 
 def twin(symbol: Quantity) -> Quantity:
-    """The same quantity on side 2."""
+    """Return the corresponding quantity of side 2."""
     return Quantity(f"{symbol.name}_2", symbol.unit, f"{symbol.meaning}; side 2", symbol.source)
 
 

@@ -35,29 +35,29 @@ from . import quantities as q
 
 NODES = 4
 NODES_PER_RADIAN = 12
-"""Gauss points in each piece between two joints of the motion, where all is smooth: some, and more with length."""
-BETWEEN = 1000
-"""Interpolated points in each piece, to find the largest value of what is broken."""
+"""Gauss points in each smooth piece between two breakpoints of the motion: NODES, and more per length."""
+INTERPOLATED = 1000
+"""Interpolated points in each piece, to find the largest violation of a law."""
 WORKING_DIGITS = 18
 SLOW = 1e-6
-"""Share of the speed that stands for no speed: forces of inertia are down to 1e-12."""
+"""Share of the speed that represents rest: inertia forces are reduced to 1e-12."""
 
 
 @cache
-def dynamics() -> Dynamics:
-    """The laws of the device with its motion and its derivation."""
-    reference = _cycle()
-    return Dynamics(laws(), {"reference": reference, "slow": _slowed(reference)}, claims.derive_claims(),
-                   claims.supplements(), (q.twin,))  # fmt: skip
+def build_dynamics() -> Dynamics:
+    """Return the laws of the device with its motion and its derivation."""
+    reference = _build_cycle()
+    return Dynamics(derive_laws(), {"reference": reference, "slow": _slow_down(reference)}, claims.derive_claims(),
+                   claims.derive_reaction_steps(), (q.twin,))  # fmt: skip
 
 
-def laws() -> tuple[Law, ...]:
-    """Momentum, work, rest, and contacts that only push."""
-    m = derivation.device()
-    other = twins.Other(q.phi, q.twin, claims.moving() | {q.F_E_loss})
+def derive_laws() -> tuple[Law, ...]:
+    """Return the laws of momentum, work and rest, and that contacts only push."""
+    m = derivation.build_device()
+    other = twins.Other(q.phi, q.twin, claims.side_quantities() | {q.F_E_loss})
     support = q.F_Ox + q.F_O1x, q.F_Oy + q.F_O1y
     rate = [_momentum_rate(m, other, axis) for axis in (0, 1)]
-    weight = derivation.weight()
+    weight = derivation.supported_weight()
     loss = m.assembly.law(q.F_E_loss).expr
     pushes = {
         "teeth at P": _tooth_push(derivation.CONTACT_P, (q.F_Px, q.F_Py)),
@@ -76,14 +76,14 @@ def laws() -> tuple[Law, ...]:
 
 
 def _momentum_rate(m: Mechanism, other: twins.Other, axis: int) -> Expr:
-    """Mass times acceleration, from the motion alone; sun and the carrier's centroid are at rest."""
+    """Return mass times acceleration, from the motion alone; sun and the carrier's centroid are at rest."""
     parts = [part for body in m.bodies if body not in m.shared for part in body.parts]
-    own = sp.Add(*(part.mass * m.motion.acceleration(part.centroid, derivation.WORLD)[axis] for part in parts))
-    return own + other(own)
+    rate = sp.Add(*(part.mass * m.motion.acceleration(part.centroid, derivation.WORLD)[axis] for part in parts))
+    return rate + other(rate)
 
 
 def _tooth_push(contact: GearContact, force: tuple[Quantity, Quantity]) -> Expr:
-    """Normal force of the flank that the force on the inner gear lies on, positive where it points into the gear."""
+    """Return the normal force on the loaded flank of the inner gear, positive if it points into the gear."""
     inward = contact.tangent + pi / 2
     normal = Vec(contact.frame, (sp.cos(inward), sp.sin(inward), S.Zero)).resolved(derivation.WORLD)
     share = sp.sin(contact.pressure_angle - contact.friction) / sp.cos(contact.friction)
@@ -91,13 +91,13 @@ def _tooth_push(contact: GearContact, force: tuple[Quantity, Quantity]) -> Expr:
 
 
 def _levers(m: Mechanism) -> dict[str, Expr]:
-    """Moment about the outer gear's shaft that is named, less that of the tooth force, at P and Q."""
-    found = claims.relations(m)
-    return {tag: moment - found[moment] for tag, moment in (("P", q.M_P), ("Q", q.M_Q))}
+    """Return the named moment about the outer gear's shaft minus that of the tooth force, at P and Q."""
+    relations = claims.derive_relations(m)
+    return {tag: moment - relations[moment] for tag, moment in (("P", q.M_P), ("Q", q.M_Q))}
 
 
 def _cam_push(m: Mechanism) -> Expr:
-    """Component of the cam's force on the roller along the normal of the roller's path, away from the cam."""
+    """Return the component of the cam's force on the roller along the normal of its path, away from the cam."""
     forces, alone = (q.F_Ex, q.F_Ez), {q.mu1: S.Zero, q.F_E: S.One}
     return sp.Add(*(force * m.assembly.law(force).expr.xreplace(alone) for force in forces))
 
@@ -107,89 +107,95 @@ def _pull(push: Expr) -> Expr:
 
 
 class BuiltInMotion:
-    """The motion of the built-in machine: the kinematic quantities of a side at a carrier angle."""
+    """The motion of the built-in machine: kinematic quantities of a side at a carrier angle."""
 
     def __init__(self) -> None:
         data = MachineFile.read(cycle.MACHINE)
         stages = ((1, "3"), (2, "6"))
         gears = {f"stage{i}": cycle.stage_gears(data, i, suffix) for i, suffix in stages}
-        self.functions = cycle.composed(data, gears)
+        self.functions = cycle.build_runtime_functions(data, gears)
         self.flank = data.tables["cam"]["flank"]
-        self.fixed = {s: cycle.in_si(data, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
+        self.fixed = {s: cycle.read_si(data, s.shown) for s in (*q.MACHINE, *q.MOUNTING)}
         self.fixed |= cycle.distances_and_deformations(gears)
-        self.steps = tuple(derivation.device().steps)
+        self.steps = tuple(derivation.build_device().steps)
 
-    def side(self, phi: Any, wanted: frozenset[sp.Symbol] | None = None) -> dict[sp.Symbol, mpf]:
-        """All quantities, or those that some are found from."""
-        steps = self.steps if wanted is None else needed(self.steps, wanted)
-        return cycle.one_side({**self.fixed, q.phi: phi}, self.functions, steps)
+    def evaluate_side(self, phi: Any, targets: frozenset[sp.Symbol] | None = None) -> dict[sp.Symbol, mpf]:
+        """Return all quantities, or those that the targets depend on."""
+        steps = self.steps if targets is None else needed(self.steps, targets)
+        return cycle.evaluate_side({**self.fixed, q.phi: phi}, self.functions, steps)
 
-    def joints(self) -> list[Any]:
-        """Carrier angles where the motion of either side is not smooth, in half a turn from the first to its return."""
+    def breakpoints(self) -> list[Any]:
+        """Return the carrier angles at which the motion is not smooth, over half a revolution, with both ends."""
         moving = frozenset(s for step in self.steps for s in step.defines)
-        law = (None, *flanks.joints(self.flank))
-        kinematic = [e for e in derivation.device().events if e.argument.free_symbols <= moving and e.position in law]
-        found = sorted(self._joint(event) % mpmath.pi for event in kinematic)
-        return [*found, found[0] + mpmath.pi]
+        law = (None, *flanks.flank_breakpoints(self.flank))
+        kinematic = [
+            e for e in derivation.build_device().events if e.argument.free_symbols <= moving and e.position in law
+        ]
+        angles = sorted(self._find_event(event) % mpmath.pi for event in kinematic)
+        return [*angles, angles[0] + mpmath.pi]
 
-    def _joint(self, event: Event) -> Any:
-        """Where in a turn an argument, which grows by one period or falls, meets its target."""
+    def _find_event(self, event: Event) -> Any:
+        """Return the angle at which an argument, which changes by one period per revolution, reaches its target."""
 
         def periods(phi: Any) -> Any:
-            return Point(self.side(phi, event.argument.free_symbols))((event.argument - event.target) / event.period)
+            return Point(self.evaluate_side(phi, event.argument.free_symbols))(
+                (event.argument - event.target) / event.period
+            )
 
         ends = periods(mpf(0)), periods(2 * mpmath.pi)
-        whole = mpmath.ceil(min(ends))
-        return mpmath.findroot(lambda phi: periods(phi) - whole, (0, 2 * mpmath.pi), solver="anderson", tol=1e-14)
+        count = mpmath.ceil(min(ends))
+        return mpmath.findroot(lambda phi: periods(phi) - count, (0, 2 * mpmath.pi), solver="anderson", tol=1e-14)
 
 
 @dataclass(frozen=True)
-class Piece:
-    """From one joint to the next: Gauss nodes, and what interpolates between them."""
+class SmoothPiece:
+    """The angles between two breakpoints: Gauss nodes, and the interpolation between them."""
 
     start: Any
     end: Any
 
     @property
     def count(self) -> int:
+        """Number of nodes."""
         return NODES + int(NODES_PER_RADIAN * (self.end - self.start))
 
     @property
     def rule(self) -> tuple[Any, Any]:
+        """Nodes in [-1, 1] and weights [rad] of the Gauss-Legendre rule."""
         nodes, weights = np.polynomial.legendre.leggauss(self.count)
         return nodes, float(self.end - self.start) / 2 * weights
 
     @property
     def angles(self) -> list[Any]:
+        """Carrier angles of the nodes [rad]."""
         return [self.start + (self.end - self.start) * (1 + mpf(float(x))) / 2 for x in self.rule[0]]
 
     @property
     def interpolation(self) -> Any:
-        """Matrix from values at the nodes to values at equal steps from end to end."""
+        """Matrix from values at the nodes to values at INTERPOLATED equal steps."""
         legendre = np.polynomial.legendre.legvander
-        return legendre(np.linspace(-1, 1, BETWEEN), self.count - 1) @ np.linalg.inv(
+        return legendre(np.linspace(-1, 1, INTERPOLATED), self.count - 1) @ np.linalg.inv(
             legendre(self.rule[0], self.count - 1)
         )
 
 
-def _cycle() -> Cycle:
-    """Half a turn of both sides."""
+def _build_cycle() -> Cycle:
+    """Return half a revolution of both sides."""
     with mpmath.workdps(WORKING_DIGITS):
         motion = BuiltInMotion()
-        joints = motion.joints()
-        pieces = [Piece(a, b) for a, b in pairwise(joints)]
+        pieces = [SmoothPiece(a, b) for a, b in pairwise(motion.breakpoints())]
         angles = [phi for piece in pieces for phi in piece.angles]
-        one, two = (_arrays([motion.side(phi - back) for phi in angles]) for back in (0, mpmath.pi))
-    dense = Cycle((_between(one, pieces), _between(two, pieces)), np.ones(BETWEEN * len(pieces)))
-    return Cycle((one, two), 2 * np.concatenate([piece.rule[1] for piece in pieces]), dense)
+        sides = tuple(_stack_values([motion.evaluate_side(phi - lag) for phi in angles]) for lag in (0, mpmath.pi))
+    dense = Cycle(tuple(_interpolate(side, pieces) for side in sides), np.ones(INTERPOLATED * len(pieces)))
+    return Cycle(sides, 2 * np.concatenate([piece.rule[1] for piece in pieces]), dense)
 
 
-def _arrays(points: list[dict[sp.Symbol, mpf]]) -> Values:
+def _stack_values(points: list[dict[sp.Symbol, mpf]]) -> Values:
     return {symbol: np.array([float(point[symbol]) for point in points]) for symbol in points[0]}
 
 
-def _between(side: Values, pieces: list[Piece]) -> Values:
-    """A motion at many angles of each piece. The cam's angle, which starts anew in a piece, is left out."""
+def _interpolate(side: Values, pieces: list[SmoothPiece]) -> Values:
+    """Return a motion at many angles of each piece, without the cam's angle, which is reset within a piece."""
     cuts = np.cumsum([piece.count for piece in pieces])[:-1]
     matrices = [piece.interpolation for piece in pieces]
     return {
@@ -199,19 +205,19 @@ def _between(side: Values, pieces: list[Piece]) -> Values:
     }
 
 
-def _order_in_time(quantity: Quantity) -> int:
-    """Of a rate 1, of an acceleration 2, of all else 0: a force does not go with the speed."""
+def _time_order(quantity: Quantity) -> int:
+    """Return 1 for a rate, 2 for an acceleration, otherwise 0, also for a force."""
     mass, _, time = of_unit(quantity.unit)
     return 0 if mass else -int(time)
 
 
-def _slowed(cycle: Cycle) -> Cycle:
-    """The same motion at next to no speed: rates go with the speed, accelerations with its square."""
-    steps = derivation.device().steps
+def _slow_down(cycle: Cycle) -> Cycle:
+    """Return the same motion at a negligible speed: rates scale with the speed, accelerations with its square."""
+    steps = derivation.build_device().steps
     moving = [q.omega, *(s for step in steps for s in step.defines)]
-    factors = {s: SLOW ** _order_in_time(s) for s in moving}
-    one, two = ({s: factors.get(s, 1.0) * v for s, v in side.items()} for side in cycle.sides)
-    return Cycle((one, two), cycle.weights, _slowed(cycle.between) if cycle.between else None)
+    factors = {s: SLOW ** _time_order(s) for s in moving}
+    sides = tuple({s: factors.get(s, 1.0) * v for s, v in side.items()} for side in cycle.sides)
+    return Cycle(sides, cycle.weights, _slow_down(cycle.between) if cycle.between else None)
 
 
 class PlantingDevice(Subject):
@@ -227,16 +233,16 @@ class PlantingDevice(Subject):
         return claims.compute_reference_cycle(points)
 
     def common(self, printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
-        return claims.common(printed, derived)
+        return claims.to_common_quantities(printed, derived)
 
     def footings(self, printed: Expr, derived: Expr) -> Sequence[tuple[Expr, Expr]]:
-        return claims.footings(printed, derived)
+        return claims.list_comparisons(printed, derived)
 
     def folds(self) -> Mapping[sp.Symbol, Expr]:
         return claims.OFFSETS
 
     def actions(self) -> Mapping[sp.Symbol, str]:
-        return claims.actions()
+        return claims.describe_actions()
 
     def zero(self) -> Mapping[sp.Symbol, str]:
         return claims.ZERO
@@ -245,7 +251,7 @@ class PlantingDevice(Subject):
         return claims.relax_balance(claim, printed)
 
     def dynamics(self) -> Dynamics:
-        return dynamics()
+        return build_dynamics()
 
     def files(self) -> Iterable[Path]:
         """Return the machine file, on which the laws depend."""

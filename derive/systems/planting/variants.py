@@ -27,25 +27,25 @@ from ...quantity import Quantity, Vector
 from . import derivation, flanks
 from . import quantities as q
 
-F_share = Quantity("F_share", "N", "what one side adds to the vertical support force", "derived: support force")
+F_share = Quantity("F_share", "N", "contribution of one side to the vertical support force", "derived: support force")
 COORDINATES = frozenset({
     q.phi52, q.phi52_dot, q.phi52_ddot, q.alpha, q.Omega, q.Omega_dot, q.theta1, q.theta1_dot, q.theta1_ddot,
 })  # fmt: skip
-"""Motion of a side: what its momentum is written in."""
+"""Motion of a side, in terms of which its momentum is expressed."""
 
 
 RISEN, FALLEN = (
-    Quantity(name, "1", f"share of the {what} that is passed", "derived: support force")
-    for name, what in (("x_r", "rise"), ("x_f", "fall"))
+    Quantity(name, "1", f"completed share of the {flank}", "derived: support force")
+    for name, flank in (("x_r", "rise"), ("x_f", "fall"))
 )
 
 
 def cam_steps() -> tuple[Let, ...]:
-    """Swing and its rates by polynomials in the shares of the flanks, which follow the default law.
+    """Return swing and rates as polynomials in the shares of the flanks, which follow the default law.
 
-    A flank begins and ends at rest: so the derivatives of the clipped law are those of the law at the clipped share.
+    As a flank begins and ends at rest, the derivatives of the clipped law are those of the law at the clipped share.
     """
-    x, laws = flanks.x, flanks.law(flanks.DEFAULT)
+    x, laws = flanks.x, flanks.derive_flank_law(flanks.DEFAULT)
     if any(law.subs(x, end) != 0 for law in laws[1:] for end in (0, 1)):
         raise ValueError("a flank does not begin and end at rest")
     ends = ((RISEN, *q.delta_r, 1), (FALLEN, *q.delta_f, -1))
@@ -63,7 +63,7 @@ def cam_steps() -> tuple[Let, ...]:
 
 
 def with_polynomials(lane: Lane) -> Lane:
-    """A lane with the cam's steps as polynomials."""
+    """Return a lane with the cam's steps as polynomials."""
     steps = cam_steps()
     written = {symbol for step in steps for symbol in step.defines}
     first = next(i for i, step in enumerate(lane.steps) if written & set(step.defines))
@@ -75,11 +75,14 @@ def with_polynomials(lane: Lane) -> Lane:
 
 
 def build_share_system(model: System, flat: bool) -> System:
-    """A side's share of a model's support force; ``flat``: as a sum of products of the coordinates' functions."""
+    """Build the model of a side's contribution to the support force.
+
+    ``flat``: as a sum of products of functions of the coordinates. Raises ValueError for a model without a lane.
+    """
     if model.lane is None:
         raise ValueError(f"{model.name} has no lane")
-    whole = with_polynomials(model.lane)
-    influence = Influence(whole, share(whole, q.F_support, F_share))
+    polynomial = with_polynomials(model.lane)
+    influence = Influence(polynomial, share(polynomial, q.F_support, F_share))
     steps = influence.reduced()
     if flat:
         steps = flattened(steps, F_share, COORDINATES)
@@ -96,7 +99,7 @@ def _names(lane: Lane, symbols: Iterable[Symbol]) -> tuple[str, ...]:
 
 
 def build_support_system() -> System:
-    """That of the device from first principles."""
+    """Build the support force of the device from first principles."""
     return build_share_system(derivation.build_exact_system(), flat=True)
 
 
@@ -106,12 +109,12 @@ against = Quantity(
     "against", "1", "1: friction of the teeth acts against the sliding; 0: outwards, as in wang2017", _RELAXED
 )
 along_hinge = Quantity(
-    "along_hinge", "1", "share of the roller's sliding along the hinge that rubs on the cam", _RELAXED
+    "along_hinge", "1", "share of the roller's sliding along the hinge that causes friction on the cam", _RELAXED
 )
 
 
-def _of_flanks(name: str, unit: str, meaning: str, tag: str) -> tuple[Quantity, Quantity]:
-    """A quantity of both flanks of a mesh: of the one that turns the outer gear with (+1), and against (-1)."""
+def _flank_pair(name: str, unit: str, meaning: str, tag: str) -> tuple[Quantity, Quantity]:
+    """Return a quantity of both flanks of a mesh: that which turns the outer gear anticlockwise (+1), or not (-1)."""
     plus, minus = (
         Quantity(
             f"{name}_{tag}_{flank}", unit, f"{meaning} {tag}, on the flank that turns the outer gear {way}", _RELAXED
@@ -122,10 +125,10 @@ def _of_flanks(name: str, unit: str, meaning: str, tag: str) -> tuple[Quantity, 
 
 
 LEADS = {
-    tag: _of_flanks("lead", "1", "normal force on the inner gear that acts ahead of, less that behind, by share,", tag)
+    tag: _flank_pair("lead", "1", "normal force on the inner gear that acts ahead of, less that behind, by share,", tag)
     for tag in "PQ"
 }
-AWAYS = {tag: _of_flanks("away", "m", "mean distance of the normal force from", tag) for tag in "PQ"}
+AWAYS = {tag: _flank_pair("away", "m", "mean distance of the normal force from", tag) for tag in "PQ"}
 LIFTED = Vector("lifted", (
     speed_rate, against, along_hinge, *(q for tag in "PQ" for pair in (LEADS[tag], AWAYS[tag]) for q in pair)
 ))  # fmt: skip
@@ -151,19 +154,19 @@ RELAXED_ASSUMPTIONS = (
 
 
 def _shared_contact(contact: GearContact, tag: str, turning: Expr) -> SharedContact:
-    """A contact of teeth that slide, in pairs that share the load."""
-    own = {field.name: getattr(contact, field.name) for field in fields(contact)}
-    return SharedContact(**own, turning=turning, share=against, leads=LEADS[tag], aways=AWAYS[tag])
+    """Return a contact of sliding teeth, whose pairs share the load."""
+    parameters = {field.name: getattr(contact, field.name) for field in fields(contact)}
+    return SharedContact(**parameters, turning=turning, share=against, leads=LEADS[tag], aways=AWAYS[tag])
 
 
 def build_relaxed_system() -> System:
-    """The device from first principles, with assumptions build_relaxed_system."""
-    contacts = derivation.Contacts(
+    """Build the model of the device from first principles, with relaxed assumptions."""
+    contacts = derivation.DeviceContacts(
         _shared_contact(derivation.CONTACT_P, "P", TURNING_P),
         _shared_contact(derivation.CONTACT_Q, "Q", TURNING_Q),
         along_hinge,
     )
-    device = derivation.device(contacts, speed_rate)
+    device = derivation.build_device(contacts, speed_rate)
     for power, moment, rate in ((POWERS["P"], q.M_P, q.phi52_dot), (POWERS["Q"], q.M_Q, q.phi72_dot)):
         device.assembly.unknowns.append(power)
         device.assembly.laws.append(Let(power, moment * rate, f"derived: {power.meaning}"))
@@ -180,20 +183,26 @@ M_stall = Quantity("M_stall", "N m", "torque of the motor at rest, at the carrie
 omega_idle = Quantity(
     "omega_idle", "rad/s", "speed of the motor without load, at the carrier", "given", shown="idle_rpm"
 )
-J_w = Quantity("J_w", "kg m2", "flywheel, rotor and carrier, as the carrier feels them", "given", shown="flywheel_kgm2")
+J_w = Quantity(
+    "J_w",
+    "kg m2",
+    "moment of inertia of flywheel, rotor and carrier, referred to the carrier",
+    "given",
+    shown="flywheel_kgm2",
+)
 M_motor = Quantity("M_motor", "N m", "torque of the motor, at the carrier", _DRIVE)
-surplus = Quantity("surplus", "N m", "torque that is left to the shaft, which vanishes", _DRIVE)
+surplus = Quantity("surplus", "N m", "resultant torque on the shaft, which vanishes", _DRIVE)
 T_w = Quantity("T_w", "J", "kinetic energy of the flywheel", _DRIVE)
 DRIVE, MOTOR = Vector("drive", (speed_rate,)), Vector("motor", (M_stall, omega_idle, J_w))
 DRIVE_ASSUMPTIONS = (
     "as the exact model, but for the constant speed",
     "the motor's torque falls with the speed along a line",
-    "motor and flywheel turn with the carrier, without slip or play",
+    "motor and flywheel turn with the carrier, without slip or backlash",
 )
 
 
-def shaft() -> ClosedForm:
-    """Balance of the carrier's shaft between motor, flywheel and device; what the motor and the flywheel add."""
+def shaft_balance() -> ClosedForm:
+    """Return the balance of the carrier's shaft between motor, flywheel and device, and the flywheel's energy."""
     steps = (
         Let(M_motor, M_stall * (1 - q.omega / omega_idle), "given: the motor's line"),
         Let(surplus, M_motor - q.M_L - J_w * speed_rate, "derived: balance of the shaft"),
@@ -204,8 +213,8 @@ def shaft() -> ClosedForm:
     )
 
 
-def _name_energies(m: Mechanism) -> None:
-    """Energies of the bodies of a side and of its spring, whose force is S0 + k_s times its stretch."""
+def _add_energies(m: Mechanism) -> None:
+    """Add the energies of the bodies of a side and of its spring, whose force is S0 + k_s times its stretch."""
     side = [body for body in m.bodies if body not in m.shared]
     (force,) = (step.expr for step in m.named if step.symbol == q.S)
     stretch = force.diff(q.k_s)
@@ -215,12 +224,12 @@ def _name_energies(m: Mechanism) -> None:
 
 
 def build_drive_system() -> System:
-    """The device at a carrier speed that varies."""
-    m = derivation.device(speed_rate=speed_rate)
-    _name_energies(m)
+    """Build the model of the device at a variable carrier speed."""
+    m = derivation.build_device(speed_rate=speed_rate)
+    _add_energies(m)
     lane = m.twin_lane(Sides(q.twin, (*q.REPORTED_EXACT, T_side, V_side), q.TOTALS), (*q.INPUTS, DRIVE))
     title = "Planting device, driven by a motor"
-    return System("planting_drive", title, "derived (Newton-Euler)", DRIVE_ASSUMPTIONS, lane, (shaft(),))
+    return System("planting_drive", title, "derived (Newton-Euler)", DRIVE_ASSUMPTIONS, lane, (shaft_balance(),))
 
 
 SYSTEMS = (

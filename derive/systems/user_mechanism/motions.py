@@ -34,19 +34,19 @@ from .subject import (
     mechanism_values,
 )
 
-WALK = 36
-"""Steps from the start of a turn to where loops are wanted."""
+CONTINUATION_STEPS = 36
+"""Steps per revolution in which the loops are followed to an angle."""
 TRIALS = 50
 ANGLES = 24
-"""Angles of a turn that laws are tried at."""
+"""Angles of a revolution at which laws are tested."""
 NEARBY_ANGLES = 8
-"""Angles of a turn with data near the mechanism's own."""
+"""Angles of a revolution with data near those of the mechanism."""
 ANGLE_OFFSET = 0.382
-"""Share of a step that they stand off the angles at which mechanisms are often singular."""
+"""Offset, as a share of a step, from the angles at which mechanisms are often singular."""
 
 
 class DrivenSubject(MechanismSubject):
-    """A mechanism at random values and along its own turn."""
+    """A mechanism that an angle drives: at random values, and over its revolution."""
 
     def __init__(self, mechanism: Mechanism, angle: Quantity, speed: Quantity, lane: Lane) -> None:
         super().__init__(mechanism)
@@ -54,100 +54,102 @@ class DrivenSubject(MechanismSubject):
 
     @property
     def quantities(self) -> frozenset[Quantity]:
-        given = {*self.mechanism.given.values(), *(q for vector in self.lane.along for q in vector)}
-        return frozenset(given.union(*(step.defines for step in self.lane.steps)))
+        inputs = {*self.mechanism.given.values(), *(q for vector in self.lane.along for q in vector)}
+        return frozenset(inputs.union(*(step.defines for step in self.lane.steps)))
 
     @property
     def moving(self) -> list[tuple[Quantity, Quantity]]:
         return [(self.angle, self.speed), *((c.value, c.rate) for c in self.mechanism.loops.coordinates)]
 
     def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
-        """Random data, and a random angle of a turn that the loops allow. Raises MechanismError where none is found."""
+        """Draw data and an angle at which the loops close. Raises MechanismError if there is none."""
         for _ in range(TRIALS):
             data = draw_values(self.mechanism.given, mechanism_values(self.mechanism), rng)
             try:
-                return next(self._along(data, [rng.uniform(0, 2 * mpmath.pi)]))
+                return next(self._evaluate_angles(data, [rng.uniform(0, 2 * mpmath.pi)]))
             except ZeroDivisionError:
                 continue
         raise MechanismError(f"{self.mechanism.name}: its loops close nowhere near the values that are given")
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
-        """The mechanism's own values along its turn."""
-        return self._turn([2 * mpmath.pi * i / points for i in range(points)])
+        """Return the mechanism's values over its revolution."""
+        return self._evaluate_revolution([2 * mpmath.pi * i / points for i in range(points)])
 
     def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
-        """Random angles of its turn with data near its own; None where loops do not close all along it."""
+        """Return values at random angles with data near those of the mechanism; None if the loops do not close."""
         data = draw_near(mechanism_values(self.mechanism), rng)
         try:
-            return list(self._along(data, sorted(mpf(rng.uniform(0, 2 * mpmath.pi)) for _ in range(NEARBY_ANGLES))))
+            return list(
+                self._evaluate_angles(data, sorted(mpf(rng.uniform(0, 2 * mpmath.pi)) for _ in range(NEARBY_ANGLES)))
+            )
         except ZeroDivisionError:
             return None
 
     def motions(self) -> Mapping[str, Sequence[Sequence[Values]]]:
-        """Its turn, and the same at next to no speed, at its own, and faster."""
+        """Return its revolution, and the same at a negligible, the given and a higher speed."""
         angles = [2 * mpmath.pi * (i + mpf(ANGLE_OFFSET)) / ANGLES for i in range(ANGLES)]
-        turns = [self._turn(angles, factor) for factor in (SLOW, 1, FASTER)]
-        return {REFERENCE: turns[1:2], SPEEDS: turns}
+        revolutions = [self._evaluate_revolution(angles, factor) for factor in (SLOW, 1, FASTER)]
+        return {REFERENCE: revolutions[1:2], SPEEDS: revolutions}
 
-    def _turn(self, angles: Sequence[mpf], faster: float = 1) -> list[Values]:
-        own = mechanism_values(self.mechanism)
+    def _evaluate_revolution(self, angles: Sequence[mpf], speed_factor: float = 1) -> list[Values]:
+        values = mechanism_values(self.mechanism)
         try:
-            return list(self._along(own | {self.speed: own[self.speed] * mpf(faster)}, angles))
+            return list(self._evaluate_angles(values | {self.speed: values[self.speed] * mpf(speed_factor)}, angles))
         except ZeroDivisionError:
             raise MechanismError(
-                f"{self.mechanism.name}: with the values of its table loops do not close all along a turn, or forces "
-                "are not determined"
+                f"{self.mechanism.name}: with the values of its table loops do not close over a revolution, or "
+                "forces are not determined"
             ) from None
 
-    def _along(self, data: Values, angles: Sequence[mpf]) -> Iterator[Values]:
+    def _evaluate_angles(self, data: Values, angles: Sequence[mpf]) -> Iterator[Values]:
         """Values of all quantities at angles, one after another."""
         with mpmath.workdps(DIGITS + GUARD):
-            places = self._started(data)
+            positions = self._start_positions(data)
             last = mpf(0)
             for angle in angles:
-                steps = max(1, int(WALK * abs(angle - last) / (2 * mpmath.pi)))
+                steps = max(1, int(CONTINUATION_STEPS * abs(angle - last) / (2 * mpmath.pi)))
                 for i in range(1, steps + 1):
-                    places = self._closed(data, last + (angle - last) * i / steps, places)
+                    positions = self._close_loops(data, last + (angle - last) * i / steps, positions)
                 last = angle
-                yield self._values(data, angle, places)
+                yield self._evaluate(data, angle, positions)
 
-    def _started(self, data: Values) -> list[mpf]:
+    def _start_positions(self, data: Values) -> list[mpf]:
         loops, point = self.mechanism.loops, Point(data)
-        return self._closed(data, mpf(0), [point(sp.sympify(loops.start[value])) for value in loops.values])
+        return self._close_loops(data, mpf(0), [point(sp.sympify(loops.start[value])) for value in loops.values])
 
-    def _closed(self, data: Values, angle: mpf, places: list[mpf]) -> list[mpf]:
-        """Coordinates that close the loops, by Newton's method; ZeroDivisionError where it leads nowhere."""
+    def _close_loops(self, data: Values, angle: mpf, start: list[mpf]) -> list[mpf]:
+        """Return coordinates that close the loops, by Newton's method. Raises ZeroDivisionError if it diverges."""
         loops = self.mechanism.loops
         if not loops.values:
             return []
-        at = mpmath.matrix(places)
+        coordinates = mpmath.matrix(start)
         for _ in range(40):
-            here = {**data, self.angle: angle, **dict(zip(loops.values, at, strict=True))}
-            point = Point(evaluate_steps(self._before, here))
+            values = {**data, self.angle: angle, **dict(zip(loops.values, coordinates, strict=True))}
+            point = Point(evaluate_steps(self._gap_steps, values))
             slopes = mpmath.matrix([[point(entry) for entry in row] for row in loops.jacobian()])
             step = mpmath.lu_solve(slopes, -mpmath.matrix([point(gap) for gap in loops.gaps.values()]))
-            at = at + step
+            coordinates = coordinates + step
             if mpmath.norm(step) < mpf(10) ** -(DIGITS):
-                return list(at)
+                return list(coordinates)
         raise ZeroDivisionError("the loops do not close")
 
-    def _values(self, data: Values, angle: mpf, places: Sequence[mpf]) -> Values:
-        loose = dict(zip((q for vector in self.lane.along for q in vector), places, strict=True))
-        return evaluate_steps(self.lane.steps, {**data, self.angle: angle, **loose})
+    def _evaluate(self, data: Values, angle: mpf, positions: Sequence[mpf]) -> Values:
+        coordinates = dict(zip((q for vector in self.lane.along for q in vector), positions, strict=True))
+        return evaluate_steps(self.lane.steps, {**data, self.angle: angle, **coordinates})
 
 
 INSTANTS = 24
-"""Instants of a motion that laws are tried at."""
+"""Times of a motion at which laws are tested."""
 NEARBY_TIMES = 8
-"""Instants of its motion near which states are tried."""
+"""Times of a motion near which states are drawn."""
 COORDINATE_RANGE = {"rad": 0.4, "m": 0.05, "1": 0.1}
-"""How far random places may be from the start, by the unit of the coordinate."""
+"""Largest distance of random coordinates from the start, by their unit."""
 TOLERANCE = 1e-9
-ROUNDS = 40
+MAX_ITERATIONS = 40
 
 
 class FreeSubject(MechanismSubject):
-    """A mechanism in random states, and in its own motion over some seconds."""
+    """A mechanism that moves freely: in random states, and in its motion over some seconds."""
 
     def __init__(self, mechanism: Mechanism, until: float) -> None:
         super().__init__(mechanism)
@@ -163,37 +165,39 @@ class FreeSubject(MechanismSubject):
 
     @property
     def quantities(self) -> frozenset[Quantity]:
-        found = {TIME, *self.mechanism.given.values(), *self._state, *self._unknowns}
-        return frozenset(found.union(let.symbol for let in self.named))
+        inputs = {TIME, *self.mechanism.given.values(), *self._state, *self._unknowns}
+        return frozenset(inputs.union(let.symbol for let in self.named))
 
     def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
-        """Random data, and a random state that the constraints allow."""
+        """Draw data and a state that the constraints allow."""
         data = draw_values(self.mechanism.given, mechanism_values(self.mechanism), rng)
         with mpmath.workdps(DIGITS + GUARD):
             start = self._start(data)
             for c in self.coordinates:
                 start[c.value] += mpf(rng.uniform(-1, 1)) * COORDINATE_RANGE[c.value.unit]
                 start[c.rate] += mpf(rng.uniform(0.5, 2)) * rng.choice((-1, 1))
-            return self._values(self._held(data | {TIME: mpf(0)}, start))
+            return self._evaluate(self._project(data | {TIME: mpf(0)}, start))
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
-        """The mechanism's own motion from its start on."""
-        return self._course(np.linspace(0, self.until, points))
+        """Return the mechanism's motion from its start."""
+        return self._simulate(np.linspace(0, self.until, points))
 
     def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
         """Return states and data near those of the reference motion; None if the constraints allow none."""
-        own, found = mechanism_values(self.mechanism), []
+        data, points = mechanism_values(self.mechanism), []
         with mpmath.workdps(DIGITS + GUARD):
-            for known in self.reference(NEARBY_TIMES):
-                state = draw_near({q: known[q] for q in self._state}, rng)
+            for values in self.reference(NEARBY_TIMES):
+                state = draw_near({q: values[q] for q in self._state}, rng)
+                nearby = draw_near(data, rng) | {TIME: values[TIME]}
                 try:
-                    found.append(self._values(self._held(draw_near(own, rng) | {TIME: known[TIME]}, state)))
+                    points.append(self._evaluate(self._project(nearby, state)))
                 except MechanismError:
                     return None
-        return found
+        return points
 
     def motions(self) -> Mapping[str, Sequence[Sequence[Values]]]:
-        return {REFERENCE: [self._course(np.linspace(0, self.until, INSTANTS))]}
+        """Return the motion from the start."""
+        return {REFERENCE: [self._simulate(np.linspace(0, self.until, INSTANTS))]}
 
     @property
     def _state(self) -> list[Quantity]:
@@ -209,117 +213,116 @@ class FreeSubject(MechanismSubject):
 
     @cached_property
     def _speeds(self) -> list[Expr]:
-        """What vanishes in the rates: those of the gaps, and slips."""
+        """Expressions in the rates that must vanish: rates of the gaps, and slips."""
         mechanism = self.mechanism
-        told = mechanism.told_in(self._state[len(self.coordinates) :])
+        definitions = mechanism.told_in(self._state[len(self.coordinates) :])
         rates = [mechanism.motion.rate(gap) for gap in mechanism.loops.gaps.values()]
-        return [sp.sympify(speed).xreplace(told) for speed in (*rates, *mechanism.slips.values())]
+        return [sp.sympify(speed).xreplace(definitions) for speed in (*rates, *mechanism.slips.values())]
 
     @cached_property
-    def _known(self) -> list[Let]:
-        """What a state alone tells."""
-        later, found = set(self._unknowns), []
+    def _state_steps(self) -> list[Let]:
+        """Definitions that follow from a state alone."""
+        later, steps = set(self._unknowns), []
         for let in self.named:
             if let.expr.free_symbols & later:
                 later.add(let.symbol)
             else:
-                found.append(let)
-        return found
+                steps.append(let)
+        return steps
 
     @cached_property
     def _system(self) -> tuple[list[list[Expr]], list[Expr]]:
-        """Rows in accelerations and actions, and right-hand sides: of every balance, then of every constraint."""
+        """Matrix rows in accelerations and actions, and right-hand sides: balances, then constraints."""
         mechanism = self.mechanism
-        told = mechanism.told_in(self._unknowns)
-        residuals = [e.residual.xreplace(told) for e in mechanism.equations()]
-        residuals += [mechanism.motion.rate(speed).xreplace(told) for speed in self._speeds]
+        definitions = mechanism.told_in(self._unknowns)
+        residuals = [e.residual.xreplace(definitions) for e in mechanism.equations()]
+        residuals += [mechanism.motion.rate(speed).xreplace(definitions) for speed in self._speeds]
         nothing = dict.fromkeys(self._unknowns, sp.S.Zero)
         return [[slope(r, u) for u in self._unknowns] for r in residuals], [-r.xreplace(nothing) for r in residuals]
 
-    def _values(self, state: Values) -> Values:
-        """Everything in a state. Raises MechanismError where joints hold something twice."""
-        known = evaluate_steps(self._known, state)
-        point, (rows, right) = Point(known), self._system
+    def _evaluate(self, state: Values) -> Values:
+        """Return all quantities in a state. Raises MechanismError if actions are statically indeterminate."""
+        values = evaluate_steps(self._state_steps, state)
+        point, (rows, right) = Point(values), self._system
         try:
-            found = _solved([[point(entry) for entry in row] for row in rows], [point(entry) for entry in right])
+            matrix = mpmath.matrix([[point(entry) for entry in row] for row in rows])
+            # more equations than unknowns are solved by least squares, which is exact as they are consistent
+            solution = mpmath.lu_solve(matrix, mpmath.matrix([point(entry) for entry in right]))
         except ZeroDivisionError:
             raise MechanismError(
                 f"{self.mechanism.name}: accelerations and actions do not follow from its balances: joints hold "
                 "something twice, or nothing resists a motion"
             ) from None
         return evaluate_steps(
-            [let for let in self.named if let not in self._known],
-            known | dict(zip(self._unknowns, found, strict=True)),
+            [let for let in self.named if let not in self._state_steps],
+            values | dict(zip(self._unknowns, solution, strict=True)),
         )
 
     def _start(self, data: Values) -> Values:
-        told, point = self.mechanism.loops.start | self.mechanism.start, Point(data)
-        return {q: point(sp.sympify(told.get(q, 0))) for q in self._state}
+        start, point = self.mechanism.loops.start | self.mechanism.start, Point(data)
+        return {q: point(sp.sympify(start.get(q, 0))) for q in self._state}
 
-    def _held(self, data: Values, state: Values) -> Values:
-        """A state near one that the constraints allow: places first, then rates."""
-        gaps, places = list(self.mechanism.loops.gaps.values()), [c.value for c in self.coordinates]
-        at = data | state
-        for _ in range(ROUNDS if gaps else 0):
-            step = self._step(at, gaps, places)
-            at |= {q: at[q] + s for q, s in zip(places, step, strict=True)}
+    def _project(self, data: Values, state: Values) -> Values:
+        """Return the state near a given one that the constraints allow: positions first, then rates."""
+        gaps, positions = list(self.mechanism.loops.gaps.values()), [c.value for c in self.coordinates]
+        values = data | state
+        for _ in range(MAX_ITERATIONS if gaps else 0):
+            step = self._correction(values, gaps, positions)
+            values |= {q: values[q] + s for q, s in zip(positions, step, strict=True)}
             if mpmath.norm(step) < mpf(10) ** -DIGITS:
                 break
         if self._speeds:
             rates = [c.rate for c in self.coordinates]
-            at |= {q: at[q] + s for q, s in zip(rates, self._step(at, self._speeds, rates), strict=True)}
-        return at
+            step = self._correction(values, self._speeds, rates)
+            values |= {q: values[q] + s for q, s in zip(rates, step, strict=True)}
+        return values
 
-    def _step(self, at: Values, vanishing: Sequence[Expr], along: Sequence[Quantity]) -> mpmath.matrix:
-        """The shortest step that makes expressions vanish. Raises MechanismError where none does."""
-        point = Point(evaluate_steps(self._known, at))
-        rows = mpmath.matrix([[point(slope(expr, q)) for q in along] for expr in vanishing])
+    def _correction(self, values: Values, residuals: Sequence[Expr], variables: Sequence[Quantity]) -> mpmath.matrix:
+        """Return the shortest Newton step of some variables. Raises MechanismError if there is none."""
+        point = Point(evaluate_steps(self._state_steps, values))
+        rows = mpmath.matrix([[point(slope(expr, q)) for q in variables] for expr in residuals])
         try:
-            pulls = mpmath.lu_solve(rows * rows.T, -mpmath.matrix([point(expr) for expr in vanishing]))
+            multipliers = mpmath.lu_solve(rows * rows.T, -mpmath.matrix([point(expr) for expr in residuals]))
         except ZeroDivisionError:
             raise MechanismError(
                 f"{self.mechanism.name}: constraints follow from one another, or none closes"
             ) from None
-        return rows.T * pulls
+        return rows.T * multipliers
 
-    def _course(self, times: Array) -> list[Values]:
-        """States of the mechanism's own motion at times [s]."""
+    def _simulate(self, times: Array) -> list[Values]:
+        """Return the states of the mechanism's motion at times [s]."""
         data = mechanism_values(self.mechanism)
         with mpmath.workdps(DIGITS + GUARD):
-            start = self._held(data | {TIME: mpf(0)}, self._start(data))
-            states = self._integrated([float(start[q]) for q in self._state], data, times)
-            held = [
-                self._held(data | {TIME: mpf(float(t))}, dict(zip(self._state, map(mpf, map(float, at)), strict=True)))
-                for t, at in zip(times, states, strict=True)
+            start = self._project(data | {TIME: mpf(0)}, self._start(data))
+            states = self._integrate([float(start[q]) for q in self._state], data, times)
+            return [
+                self._evaluate(
+                    self._project(data | {TIME: mpf(float(time))}, dict(zip(self._state, map(mpf, state), strict=True)))
+                )
+                for time, state in zip(times, states.tolist(), strict=True)
             ]
-            return [self._values(state) for state in held]
 
-    def _integrated(self, start: Sequence[float], data: Values, times: Array) -> Array:
-        """States (n, 2k) in floating point. Raises MechanismError where the motion ends before."""
+    def _integrate(self, start: Sequence[float], data: Values, times: Array) -> Array:
+        """Return states (n, 2k) in floating point. Raises MechanismError if the motion ends early."""
         from scipy.integrate import solve_ivp
 
         size, count = len(self.coordinates), len(self._unknowns)
         rows, right = self._system
-        told: dict[Quantity, Expr] = {}
-        for let in self._known:
-            told[let.symbol] = let.expr.xreplace(told)
-        forms = [Formula(entry.xreplace(told)) for entry in (*(e for row in rows for e in row), *right)]
-        fixed = {q: np.asarray(float(value)) for q, value in data.items()}
+        definitions: dict[Quantity, Expr] = {}
+        for let in self._state_steps:
+            definitions[let.symbol] = let.expr.xreplace(definitions)
+        forms = [Formula(entry.xreplace(definitions)) for entry in (*(e for row in rows for e in row), *right)]
+        constants = {q: np.asarray(float(value)) for q, value in data.items()}
 
         def rates(time: float, state: Array) -> Array:
-            values = fixed | {TIME: np.asarray(time)} | dict(zip(self._state, map(np.asarray, state), strict=True))
-            found = np.array([float(form(values)) for form in forms])
-            matrix, pushed = found[: -len(right)].reshape(-1, count), found[-len(right) :]
-            moved = np.linalg.lstsq(matrix, pushed, rcond=None)[0]
-            return np.concatenate([state[size:], moved[:size]])
+            values = constants | {TIME: np.asarray(time)} | dict(zip(self._state, map(np.asarray, state), strict=True))
+            entries = np.array([float(form(values)) for form in forms])
+            matrix, pushes = entries[: -len(right)].reshape(-1, count), entries[-len(right) :]
+            solution = np.linalg.lstsq(matrix, pushes, rcond=None)[0]
+            return np.concatenate([state[size:], solution[:size]])
 
-        done = solve_ivp(rates, (times[0], times[-1]), start, "LSODA", times, rtol=TOLERANCE, atol=TOLERANCE)
-        if not done.success:
-            raise MechanismError(f"{self.mechanism.name}: its motion ends at {done.t[-1]:.6g} s: {done.message}")
-        states: Array = done.y.T
+        result = solve_ivp(rates, (times[0], times[-1]), start, "LSODA", times, rtol=TOLERANCE, atol=TOLERANCE)
+        if not result.success:
+            raise MechanismError(f"{self.mechanism.name}: its motion ends at {result.t[-1]:.6g} s: {result.message}")
+        states: Array = result.y.T
         return states
-
-
-def _solved(rows: Sequence[Sequence[mpf]], right: Sequence[mpf]) -> list[mpf]:
-    """Unknowns of equations of which there are as many, or more that agree."""
-    return list(mpmath.lu_solve(mpmath.matrix(rows), mpmath.matrix(right)))

@@ -24,82 +24,83 @@ from .subject import MechanismSubject, draw_near, draw_values, table_values, val
 
 
 class Repaired(Claim):
-    """An equation as the motion has it, whatever its print says."""
+    """A repaired equation: as it holds in the motion, whatever the paper prints."""
 
     HOLDS = "({}) as the motion has it"
 
 
 TRIALS = 50
 NEARBY = 8
-"""Points along the way near which data are tried."""
+"""Points between the bounds near which data are drawn."""
 
 
 class FormulasSubject(Subject):
-    """Formulas, at random values of their data and while each datum with bounds runs from the one to the other."""
+    """Formulas at random values of their data, and while each datum runs from its lower to its upper bound."""
 
     def __init__(self, formulas: Formulas) -> None:
-        self.formulas, self._own = formulas, table_values(formulas.given)
+        self.formulas, self._values = formulas, table_values(formulas.given)
 
     def claims(self) -> Mapping[Claimed, Equation]:
+        """Return the equations of the formulas by their claims."""
         return self.formulas.equations
 
     def admissible(self, rng: random.Random) -> Mapping[Quantity, mpf]:
-        """Random data, with all that follows. Raises MechanismError where none are found of which it does."""
+        """Draw data and return all values. Raises MechanismError if the definitions have none for any draw."""
         for _ in range(TRIALS):
             try:
-                return self.formulas.followed(draw_values(self.formulas.given, self._own, rng))
+                return self.formulas.followed(draw_values(self.formulas.given, self._values, rng))
             except (ZeroDivisionError, TypeError):
                 continue
         raise MechanismError(f"{self.formulas.name}: its definitions have no real values near the data that are given")
 
     def reference(self, points: int) -> Sequence[Mapping[Quantity, mpf]]:
-        """All values along the way from the lower bounds to the upper ones."""
-        return [self.formulas.followed(data) for data in self._way(points)]
+        """Return all values on the way from the lower bounds to the upper bounds."""
+        return [self.formulas.followed(data) for data in self._interpolate_data(points)]
 
     def nearby(self, rng: random.Random) -> Sequence[Mapping[Quantity, mpf]] | None:
-        """Values near those along that way; None where its definitions have no real ones."""
+        """Return values near those; None if the definitions have no real ones."""
         try:
-            return [self.formulas.followed(draw_near(data, rng)) for data in self._way(NEARBY)]
+            return [self.formulas.followed(draw_near(data, rng)) for data in self._interpolate_data(NEARBY)]
         except (ZeroDivisionError, TypeError):
             return None
 
-    def _way(self, points: int) -> list[dict[Quantity, mpf]]:
+    def _interpolate_data(self, points: int) -> list[dict[Quantity, mpf]]:
         table = self.formulas.given
-        moving = {q: pair for q, pair in value_ranges(table, self._own).items() if table.data[q.name].bounds}
+        ranges = {q: pair for q, pair in value_ranges(table, self._values).items() if table.data[q.name].bounds}
         shares = [mpf(i) / max(points - 1, 1) for i in range(points)]
-        along = ({q: low + (high - low) * share for q, (low, high) in moving.items()} for share in shares)
-        return [self._own | data for data in along]
+        return [self._values | {q: low + (high - low) * s for q, (low, high) in ranges.items()} for s in shares]
 
 
-SOME_VALUE = 0.3
-"""A value of every quantity, to find out whether an expression has values."""
+PROBE_VALUE = 0.3
+"""Value of every quantity in the test whether an expression can be evaluated."""
 
 
-def chain(paper: Paper, own: MechanismSubject) -> Chain:
-    """Actions, and what the paper defines, from its equations, as far as these go.
+def build_paper_chain(paper: Paper, subject: MechanismSubject) -> Chain:
+    """Build the chain of a paper's equations that determine actions and quantities which the paper defines.
 
-    Its own names are read as what they are defined as; an equation that names what has no value in the motion, or
-    contains a function that cannot be evaluated, is left out.
+    Names that the paper introduces are replaced by their definitions. Equations with a quantity that has no value in
+    the motion, or with a function that cannot be evaluated, are left out.
     """
     equations, names = [], dict[sp.Symbol, Expr]()
     for printed in paper.equations.values():
         read = _as_read(paper, printed).xreplace(names)
         if printed.defines is not None and isinstance(printed.claims, Definition):
             names[printed.defines] = printed.defines - read
-        elif printed.relation == "=" and printed.legibility != "lost" and _has_values(read, own):
+        elif printed.relation == "=" and printed.legibility != "lost" and _has_values(read, subject):
             claim = Repaired.HOLDS.of(printed.number)
             equations.append(replace(printed, residual=read, claims=claim))
-    asked = [*own.mechanism.assembly.unknowns, *(e.defines for e in equations if e.defines in own.quantities)]
-    held = {q for e in equations for q in e.residual.free_symbols}
-    return solvable(equations, [q for q in dict.fromkeys(asked) if isinstance(q, Quantity) and q in held])
+    defined = (e.defines for e in equations if e.defines in subject.quantities)
+    unknowns = dict.fromkeys((*subject.mechanism.assembly.unknowns, *defined))
+    symbols = {q for e in equations for q in e.residual.free_symbols}
+    return solvable(equations, [q for q in unknowns if isinstance(q, Quantity) and q in symbols])
 
 
-def _has_values(expr: Expr, own: MechanismSubject) -> bool:
-    """Whether an expression can be evaluated in the motion at all; whether it is real there, is another question."""
-    if not expr.free_symbols <= own.quantities:
+def _has_values(expr: Expr, subject: MechanismSubject) -> bool:
+    """Whether an expression can be evaluated in the motion at all, be it real or not."""
+    if not expr.free_symbols <= subject.quantities:
         return False
     try:
-        Point(dict.fromkeys(expr.free_symbols, SOME_VALUE))(expr)
+        Point(dict.fromkeys(expr.free_symbols, PROBE_VALUE))(expr)
     except UnknownNodeError:
         return False
     except (NotEvaluated, ArithmeticError, TypeError):
@@ -108,15 +109,15 @@ def _has_values(expr: Expr, own: MechanismSubject) -> bool:
 
 
 def _as_read(paper: Paper, printed: Equation) -> Expr:
-    """An equation as its symbols are read, by the first of every admissible reading."""
-    meant = {**paper.reading, **paper.readings.get(printed.number, {})}
+    """Return the residual with its symbols replaced by the first of every admissible reading."""
+    replacements = {**paper.reading, **paper.readings.get(printed.number, {})}
     residual = printed.residual
     for question in paper.questions:
         if printed.number in question.numbers and question.readings:
             first = question.readings[0]
             residual = residual if first.text is None else first.text
-            meant |= first.printed
-    return residual.xreplace(meant)
+            replacements |= first.printed
+    return residual.xreplace(replacements)
 
 
 SECONDS = 1.0
@@ -125,8 +126,8 @@ SECONDS = 1.0
 def trial(stated: Mechanism | Formulas, paper: Paper, until: float = SECONDS) -> Case:
     r"""Compare all equations of a paper with a mechanism or formulas: what a file offers as CASE to `planter audit`.
 
-    The size of a term is taken along the turn of a mechanism that an angle drives, else over free motion ``until`` a
-    time [s]. Raises ClaimError for a claim to be something that the mechanism or the formulas do not state.
+    The size of a term is taken over the revolution of a mechanism that an angle drives, else over free motion
+    ``until`` a time [s]. Raises ClaimError for a claim to be something that the mechanism or the formulas do not state.
 
     >>> from derive import Formulas, Paper, quantities, trial, what
     >>> q = quantities("r | m | radius | 0.02\nd | m | diameter")
@@ -138,24 +139,20 @@ def trial(stated: Mechanism | Formulas, paper: Paper, until: float = SECONDS) ->
     >>> trial(f, paper).paper.name
     'invented2026'
     """
-    case = (
-        Case(paper, FormulasSubject(stated))
-        if isinstance(stated, Formulas)
-        else _of_mechanism(build_subject(stated, until), paper)
-    )
+    if isinstance(stated, Formulas):
+        case = Case(paper, FormulasSubject(stated))
+    else:
+        subject = build_subject(stated, until)
+        subject.printed = build_paper_chain(paper, subject)
+        case = Case(paper, subject, (subject.printed, Chain({}, [])) if subject.printed.order else None)
     for number, equation in paper.equations.items():
         if not equation.stands_alone:
             case.derived(number)
     return case
 
 
-def _of_mechanism(subject: MechanismSubject, paper: Paper) -> Case:
-    subject.printed = chain(paper, subject)
-    return Case(paper, subject, (subject.printed, Chain({}, [])) if subject.printed.order else None)
-
-
 def build_subject(mechanism: Mechanism, until: float = SECONDS) -> MechanismSubject:
-    """A mechanism as what papers are tried against."""
+    """Build the audit subject of a mechanism: driven by its angle, or moving freely ``until`` a time [s]."""
     lane = mechanism.system().lane
     if lane is None or mechanism.angle is None or mechanism.speed is None:
         return FreeSubject(mechanism, until)

@@ -23,7 +23,7 @@ from derive.audit.record import Record, equation
 from derive.discovery import loaded
 from derive.equations import Equation, Unclaimed, what
 from derive.quantity import Quantity
-from derive.systems.user_mechanism.trial import chain
+from derive.systems.user_mechanism.trial import build_paper_chain
 from tests.support import own
 
 PAPERS = sorted(path.stem for path in own.EXAMPLES.glob("*_paper.py"))
@@ -125,9 +125,9 @@ def test_equation_that_cannot_be_evaluated_spares_the_laws() -> None:
     case = example("slider_crank_paper")
     subject = case.subject
     paper = replace(case.paper, equations=dict(case.paper.equations))
-    before = chain(paper, subject)  # type: ignore[arg-type]
+    before = build_paper_chain(paper, subject)  # type: ignore[arg-type]
     paper.equation("odd", next(iter(case.words)) - sp.Function("odd")(case.words[-1]))
-    assert chain(paper, subject).equations == before.equations  # type: ignore[arg-type]
+    assert build_paper_chain(paper, subject).equations == before.equations  # type: ignore[arg-type]
 
 
 # rates and accelerations

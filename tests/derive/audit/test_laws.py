@@ -30,7 +30,7 @@ VERTICAL = "vertical support force is weight and rate of momentum"
 
 @pytest.fixture(scope="module")
 def printed() -> Trial:
-    return Trial(wang2017.SIDE, wang2017.FRAME, laws.dynamics())
+    return Trial(wang2017.SIDE, wang2017.FRAME, laws.build_dynamics())
 
 
 @pytest.fixture(scope="module")

@@ -126,7 +126,7 @@ def test_a_mirror_image_must_be_one_and_has_its_place_by_the_names_of_the_other(
 
 
 def test_the_law_of_an_unknown_is_found_and_a_missing_one_refused() -> None:
-    mechanism = derivation.device().assembly
+    mechanism = derivation.build_device().assembly
     assert mechanism.law(q.F_E_loss).symbol == q.F_E_loss
     with pytest.raises(ValueError, match="no contact says what F_Ax is"):
         mechanism.law(q.F_Ax)

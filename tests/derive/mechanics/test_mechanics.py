@@ -137,7 +137,7 @@ def test_a_ball_has_no_gyroscopic_moment_about_its_hinge() -> None:
 
 
 def test_every_action_appears_on_two_bodies_with_opposite_sign() -> None:
-    device = derivation.device().assembly
+    device = derivation.build_device().assembly
     assert len(device.actions) == 14
     for action in device.actions:
         signs = sorted(action.sign(body) for body in device.bodies)
@@ -146,7 +146,7 @@ def test_every_action_appears_on_two_bodies_with_opposite_sign() -> None:
 
 def test_ideal_coupling_does_no_work() -> None:
     """Moments on two hinges that swing oppositely: their powers cancel."""
-    actions = derivation.device().assembly.actions
+    actions = derivation.build_device().assembly.actions
     on_inner, on_outer = (
         next(a.moment[1] for a in actions if a.name == "M_K" and a.on.name == body)
         for body in ("inner half", "outer half")
@@ -176,7 +176,7 @@ def values(device: Mechanism) -> dict[str, float]:
 
 
 def changed(device: Mechanism) -> set[str]:
-    before, after = values(derivation.device()), values(device)
+    before, after = values(derivation.build_device()), values(device)
     shared = before.keys() & after.keys()
     return {name for name in shared if abs(before[name] - after[name]) > 1e-12 * max(1, abs(before[name]))}
 
@@ -184,19 +184,19 @@ def changed(device: Mechanism) -> set[str]:
 def test_moving_the_hinge_changes_every_force_that_depends_on_it() -> None:
     shift = Vec(derivation.PLANET, (S.Zero, q.L_tip, S.Zero))
     moved = Point("A", derivation.A, shift)
-    found = changed(derivation.device(hinge=moved))
+    found = changed(derivation.build_device(hinge=moved))
     assert {"F_Ax", "F_Ay", "F_Aox", "F_Aoy", "F_E", "M_Q", "F_NQ", "F_B1x", "F_B1y", "M_P", "F_A1x", "F_A1y"} <= found
     assert not found & {"phi72_ddot", "ax_A1", "ax_B1", "theta1", "S", "xi1"}
 
 
 def test_turning_the_hinge_axis_changes_every_force_that_depends_on_it() -> None:
-    found = changed(derivation.device(hinge_axis=X))
+    found = changed(derivation.build_device(hinge_axis=X))
     assert {"F_Ax", "F_Ay", "F_E", "M_Q", "F_B1x", "M_P", "F_A1x"} <= found
     assert not found & {"phi72_ddot", "ax_A", "ay_A", "r5"}
 
 
 def test_a_third_cam_driven_part_takes_under_ten_lines() -> None:
-    device, planet = derivation.device(), derivation.PLANET
+    device, planet = derivation.build_device(), derivation.PLANET
     bodies = {body.name: body for body in device.bodies}
     lift = quantity("lift", "rad")
     flap_frame = device.frame("flap", lift, Y, planet)
@@ -206,7 +206,7 @@ def test_a_third_cam_driven_part_takes_under_ten_lines() -> None:
     device.pin("G", flap, bodies["planet"], hinge, Y, axes=planet)
     force = device.follower("F_H", flap, bodies["carrier"], centroid, derivation.B1, q.mu1, unit(planet, Y))
 
-    without, with_flap = solved(derivation.device()), solved(device, (force,))
+    without, with_flap = solved(derivation.build_device()), solved(device, (force,))
     assert {mass, length} <= with_flap["F_H"].free_symbols
     planet_force = {str(s) for s in with_flap["F_B1x"].free_symbols} - {str(s) for s in without["F_B1x"].free_symbols}
     assert planet_force == {"F_Gx", "F_Gy"}
@@ -214,7 +214,7 @@ def test_a_third_cam_driven_part_takes_under_ten_lines() -> None:
 
 
 def test_a_follower_that_does_not_slide_is_refused() -> None:
-    device = derivation.device()
+    device = derivation.build_device()
     bodies = {body.name: body for body in device.bodies}
     across = unit(derivation.PLANET, Y)
     with pytest.raises(ValueError, match="does not slide"):

@@ -16,8 +16,8 @@ from derive.systems.clutch import motion as clutch_motion
 from derive.systems.clutch import quantities as q
 from tests.support.late import LateDict
 
-SHAPES = beam.shapes()
-COEFFICIENTS = LateDict(lambda: {name: beam.coefficients(shape) for name, shape in SHAPES.items()})
+SHAPES = beam.bending_shapes()
+COEFFICIENTS = LateDict(lambda: {name: beam.shape_integrals(shape) for name, shape in SHAPES.items()})
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -70,7 +70,7 @@ def _finite_elements(count: int = 20) -> float:
 
 
 def test_the_papers_shape_gives_the_modal_mass_of_the_clutch() -> None:
-    mass, stiffness = clutch_motion.modal()
+    mass, stiffness = clutch_motion.modal_coefficients()
     found = COEFFICIENTS["quarter_sine"]
     assert sp.simplify(mass - found[0] * q.rho * q.S * q.l) == 0
     assert sp.simplify(stiffness - found[1] * q.E * q.I / q.l**3) == 0

@@ -19,7 +19,7 @@ from derive.systems.clutch import subject as clutch
 from tests.support.clutch import CLAIMS, derived, size, value
 from tests.support.late import LateList
 
-POINTS = LateList(lambda: [clutch.draw_admissible_point(random.Random(seed)) for seed in range(6)])
+POINTS = LateList(lambda: [clutch.SUBJECT.admissible(random.Random(seed)) for seed in range(6)])
 TOGETHER = "speed of body and shaft at the start, when they move together"
 SPECIAL = {"angle between the faces at the least tip distance", "forces on the tooth without slip", TOGETHER}
 HOLDS = {
@@ -51,7 +51,7 @@ def differing(equations: dict[str, Equation]) -> list[str]:
 
 def test_every_symbol_is_described() -> None:
     equations = [*CLAIMS.values(), *PAPER.equations.values()]
-    at_bearing = motion.held_at_bearing(q.x).values()
+    at_bearing = motion.bearing_conditions(q.x).values()
     symbols = set().union(*(e.residual.free_symbols for e in equations), *(e.free_symbols for e in at_bearing))
     assert [s for s in symbols if not isinstance(s, Quantity)] == []
     assert not {s.name for s in vars(q).values() if isinstance(s, Quantity)} - {s.name for s in symbols}
@@ -124,7 +124,7 @@ def test_special_states_obey_their_equations() -> None:
 
 def test_the_reference_cycle_obeys_the_derivation() -> None:
     """What it breaks are conditions: the paper's tip distance, rounded down, and no slip at either end of contact."""
-    for i, point in enumerate(clutch.compute_reference_cycle(5)):
+    for i, point in enumerate(clutch.SUBJECT.reference(5)):
         unmet = broken(CLAIMS, point) - SPECIAL
         assert unmet - {"load at which the tooth slips"} == {"tooth tips go round the shaft"}, i
         assert (point[q.N] > 1e-6) == (i < 4)

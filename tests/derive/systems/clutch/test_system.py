@@ -107,7 +107,7 @@ def test_casadi_differentiates_as_complex_steps_do(name: str, form: str) -> None
 def test_exact_forms_are_the_derived_claims_to_forty_digits(form: str, seed: int) -> None:
     """The claims speak of several pentagons; here the sleeve's alone: its width is that of its side."""
     with mpmath.workdps(60):
-        point = claims.draw_admissible_point(random.Random(seed))
+        point = claims.SUBJECT.admissible(random.Random(seed))
         values = {s.name: v for s, v in point.items()} | {"flats": mpmath.sqrt(3) * point[q.a1]}
         if form == "angle":
             values["c"] = point[q.c_min]
@@ -230,6 +230,6 @@ def test_the_largest_overlap_is_the_largest_of_the_claim() -> None:
 
 def test_the_fillet_of_the_general_rotor_is_the_claim() -> None:
     """Two derivations: where the fillet begins, and the reach of path and fillet in every direction."""
-    angles = geometry.with_angles(geometry.least_fillet())
+    angles = geometry.substitute_angles(geometry.least_fillet())
     shape = [1.0, 0.5, 5.0, 6.0]
     assert load("clutch_rotor").at("ellipse", shape=shape)["fillet"] == pytest.approx(float(angles), rel=1e-13)

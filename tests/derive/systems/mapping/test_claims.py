@@ -25,7 +25,7 @@ from tests.support.late import LateDict, LateList
 CLAIMS = LateDict(lambda: {str(claim): equation for claim, equation in claims.derive_formulas().equations.items()})
 PRINTED = {n: e for n, e in sun2019.PAPER.equations.items() if e.legibility != "lost"}
 JUDGED = {n: e for n, e in PRINTED.items() if not isinstance(e.claims, Definition)}
-POINTS = LateList(lambda: [claims.draw_admissible_point(random.Random(seed)) for seed in range(3)])
+POINTS = LateList(lambda: [claims.SUBJECT.admissible(random.Random(seed)) for seed in range(3)])
 Point = Mapping[Quantity, mp.mpf]
 
 # The poses of the patent with the first angle as its mapping parameters have it: its text omits the minus sign.
@@ -190,7 +190,7 @@ def test_the_first_pose_as_printed_does_not_give_them() -> None:
 
 
 def rows(poses: list[dict[Quantity, float]]) -> np.ndarray:
-    found = [claims.row({q.d1: p[q.d1], q.d2: p[q.d2], q.phi: p[q.phi]}) for p in poses]
+    found = [claims.evaluate_row({q.d1: p[q.d1], q.d2: p[q.d2], q.phi: p[q.phi]}) for p in poses]
     return np.array([[float(p[entry]) for entry in q.ENTRIES] for p in found])
 
 
@@ -225,8 +225,8 @@ def test_conics_are_the_conditions_on_every_vector_of_the_null_space() -> None:
     for multiples in rng.normal(size=(4, 3)):
         p = multiples @ basis
         at = {**point, **dict(zip(q.PARAMETERS, multiples, strict=True))}
-        assert float(value(dyads.conic(q.K1), at)) == pytest.approx(p[0] * p[5] + p[1] * p[4] - p[2] * p[3])
-        assert float(value(dyads.conic(q.K2), at)) == pytest.approx(2 * p[0] * p[6] - p[1] * p[3] - p[2] * p[4])
+        assert float(value(dyads.conic_form(q.K1), at)) == pytest.approx(p[0] * p[5] + p[1] * p[4] - p[2] * p[3])
+        assert float(value(dyads.conic_form(q.K2), at)) == pytest.approx(2 * p[0] * p[6] - p[1] * p[3] - p[2] * p[4])
 
 
 @pytest.mark.parametrize(("first_angle", "pairs"), [(-10, 1), (10, 0)])
@@ -302,7 +302,7 @@ def test_tip_of_the_train_by_complex_numbers() -> None:
 
 
 def test_reference_is_a_turn_of_the_built_in_train() -> None:
-    turn = claims.compute_reference_cycle(6)
+    turn = claims.SUBJECT.reference(6)
     for point in turn:
         assert max(abs(value(e.residual, point)) for e in CLAIMS.values()) < mp.mpf(10) ** -45
     assert [round(float(p[q.theta]), 6) for p in turn] == [round(k * np.pi / 3, 6) for k in range(6)]
@@ -312,8 +312,8 @@ def test_reference_is_a_turn_of_the_built_in_train() -> None:
 
 
 def test_admissible_points_repeat_with_their_seed() -> None:
-    assert claims.draw_admissible_point(random.Random(8)) == claims.draw_admissible_point(random.Random(8))
-    assert claims.draw_admissible_point(random.Random(8)) != claims.draw_admissible_point(random.Random(9))
+    assert claims.SUBJECT.admissible(random.Random(8)) == claims.SUBJECT.admissible(random.Random(8))
+    assert claims.SUBJECT.admissible(random.Random(8)) != claims.SUBJECT.admissible(random.Random(9))
 
 
 def test_a_value_by_what_is_not_derived_is_refused() -> None:

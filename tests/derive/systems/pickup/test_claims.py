@@ -39,8 +39,8 @@ def meant(number: str) -> dict[sp.Symbol, sp.Expr]:
 
 
 READ = {n: replace(e, residual=e.residual.xreplace(meant(n))) for n, e in PRINTED.items()}
-POINTS = LateList(lambda: [claims.draw_admissible_point(random.Random(seed)) for seed in range(16)])
-TURN = LateList(lambda: claims.compute_reference_cycle(24))
+POINTS = LateList(lambda: [claims.SUBJECT.admissible(random.Random(seed)) for seed in range(16)])
+TURN = LateList(lambda: claims.SUBJECT.reference(24))
 SMALL = mp.mpf(10) ** -50
 Point = Mapping[Quantity, mp.mpf]
 
@@ -268,8 +268,8 @@ def test_curvatures_obey_euler_and_savary() -> None:
 
 def test_curvature_of_the_cycle_is_that_of_the_circle_through_three_points() -> None:
     fine = [
-        pickup_points.complete(claims.derive_formulas(), base)
-        for base in pickup_points.cycle(claims.derive_formulas(), 900)[40:43]
+        pickup_points.complete_values(claims.derive_formulas(), base)
+        for base in pickup_points.compute_cycle(claims.derive_formulas(), 900)[40:43]
     ]
     a, b, c = (complex(p[q.x1], p[q.y1]) for p in fine)
     area = ((b - a).conjugate() * (c - a)).imag / 2
@@ -321,7 +321,7 @@ def test_slopes_of_the_contact_ratio(slope: Quantity, moved: tuple[Quantity, ...
 def test_spline_is_the_periodic_cubic_through_the_value_points() -> None:
     """SciPy's, through points of the path that the law gives."""
     far = np.radians(40)
-    points = [complex(*map(float, (p[q.q_i], p[q.u_i]))) for p in claims.compute_reference_cycle(25)]
+    points = [complex(*map(float, (p[q.q_i], p[q.u_i]))) for p in claims.SUBJECT.reference(25)]
     assert points[0].real == pytest.approx((93.3377 + 163) * np.cos(far) / 1000)
     path = [tip_of_the_law(2 * np.pi * j / 25) for j in range(26)]
     chords = np.cumsum([0, *np.abs(np.diff(path))]) / np.sum(np.abs(np.diff(path)))
@@ -378,9 +378,9 @@ def test_knots_and_range_are_those_of_a_spline(n: int) -> None:
 def test_an_unreachable_symbol_is_named() -> None:
     base = pickup_points.random_base(random.Random(0))
     with pytest.raises(ValueError, match=r"nothing leads to .*L3"):
-        pickup_points.complete(claims.derive_formulas(), {s: v for s, v in base.items() if s != q.L1})
+        pickup_points.complete_values(claims.derive_formulas(), {s: v for s, v in base.items() if s != q.L1})
 
 
 def test_admissible_points_repeat_with_their_seed() -> None:
-    assert claims.draw_admissible_point(random.Random(8)) == claims.draw_admissible_point(random.Random(8))
-    assert claims.draw_admissible_point(random.Random(8)) != claims.draw_admissible_point(random.Random(9))
+    assert claims.SUBJECT.admissible(random.Random(8)) == claims.SUBJECT.admissible(random.Random(8))
+    assert claims.SUBJECT.admissible(random.Random(8)) != claims.SUBJECT.admissible(random.Random(9))

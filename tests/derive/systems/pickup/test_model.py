@@ -22,8 +22,8 @@ from tests.support.late import LateList
 
 MODEL = load("pickup_exact")
 TEETH = load("gear_teeth")
-CYCLE = LateList(lambda: claims.compute_reference_cycle(24))
-POINTS = LateList(lambda: [claims.draw_admissible_point(random.Random(seed)) for seed in range(12)])
+CYCLE = LateList(lambda: claims.SUBJECT.reference(24))
+POINTS = LateList(lambda: [claims.SUBJECT.admissible(random.Random(seed)) for seed in range(12)])
 IN_CYCLE, AT_RANDOM = ([(points, k) for k in range(count)] for points, count in ((CYCLE, 20), (POINTS, 12)))
 Point = Mapping[Quantity, mp.mpf]
 

@@ -16,17 +16,17 @@ def test_every_claim_of_the_paper_is_derived() -> None:
 
 
 def test_the_mechanism_gives_what_a_paper_need_not_name() -> None:
-    found = claims.relations(derivation.device())
+    found = claims.derive_relations(derivation.build_device())
     assert {str(symbol) for symbol in found} == {"M_Az", "M_Aoz", "F_A1z", "M_K", "M_P", "M_Q"}
 
 
 def test_a_mechanism_without_a_balance_is_refused() -> None:
-    device = derivation.device()
+    device = derivation.build_device()
     device.assembly.bodies.pop()
     with pytest.raises(
         ClaimError, match="nothing here states Balance 'outer half: moment along z of planet about A ou"
     ):
-        claims.relations(device)
+        claims.derive_relations(device)
 
 
 def test_assumptions_are_lifted_from_balances_alone() -> None:

@@ -13,7 +13,7 @@ FACTORS = {
     "4-5-6-7 polynomial": (2.188, 7.513), "3-4-5 polynomial": (1.875, 5.774), "cycloidal": (2.000, 6.283),
     "modified sine": (1.760, 5.528), "modified trapezoid": (2.000, 4.888), "harmonic": (1.571, 4.935),
 }  # fmt: skip
-law = cache(flanks.law)
+law = cache(flanks.derive_flank_law)
 
 
 @pytest.mark.parametrize("title", SHAPES)
@@ -29,7 +29,7 @@ def test_a_law_goes_from_rest_to_rest_and_its_slopes_are_slopes(title: str) -> N
 @pytest.mark.parametrize("title", SHAPES)
 def test_a_law_is_continuous_and_symmetric(title: str) -> None:
     rise, speed, _ = (sp.lambdify(x, e) for e in law(title))
-    for joint in map(float, flanks.joints(title)[1:-1]):
+    for joint in map(float, flanks.flank_breakpoints(title)[1:-1]):
         for f in (rise, speed):
             assert f(joint - 1e-12) == pytest.approx(f(joint + 1e-12), abs=1e-10)
     for place in (0.05, 0.2, 0.33, 0.45):
@@ -44,10 +44,10 @@ def test_the_factors_are_those_of_the_textbook(title: str) -> None:
     assert found == pytest.approx(FACTORS[title], abs=2e-3)
 
 
-def test_a_shape_that_does_not_come_to_rest_or_has_another_joint_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_invalid_flank_shapes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(SHAPES, "crooked", ((sp.S.One, x * (1 - 2 * x)),))
     monkeypatch.setitem(SHAPES, "elsewhere", ((sp.Rational(1, 3), x), (sp.S.One, -x)))
-    with pytest.raises(ValueError, match="crooked: the follower does not come to rest"):
-        flanks.law("crooked")
-    with pytest.raises(ValueError, match="elsewhere: its joints must be among"):
-        flanks.law("elsewhere")
+    with pytest.raises(ValueError, match=r"crooked: .* rest"):
+        flanks.derive_flank_law("crooked")
+    with pytest.raises(ValueError, match=r"elsewhere: .*0, 1/8"):
+        flanks.derive_flank_law("elsewhere")
