@@ -166,7 +166,7 @@ def find_clear_state(clutch: ClutchDynamics, inputs: ContactInputs, phase: float
 
 
 def coaxial_overlap(clutch: ClutchDynamics, inputs: ContactInputs) -> float:
-    """Return the smallest overlap [m] of teeth and shaft over all rotations of the centred body; 0 if there is none."""
+    """Return the smallest overlap [m] of teeth and shaft over all rotations of the centred body, 0 without overlap."""
     states = np.zeros((SIZE, ROTATIONS))
     states[ANGLE] = np.linspace(0, clutch.pitch, ROTATIONS)
     gaps = clutch.columns(states, inputs.vector())["gaps"][: clutch.carriers]

@@ -144,7 +144,7 @@ def check_curve(curve: PitchCurve, order: ToothOrder, tip: float, root: float, n
     if kappa[sharpest] * root >= 1:
         raise GeometryError(
             f"{name}: the pitch curve's radius is {1e3 / kappa[sharpest]:.4g} mm "
-            f"{_describe_place(curve, places[sharpest])}, which is not allowed: it must be above the dedendum, "
+            f"{_describe_place(curve, places[sharpest])}; it must be above the dedendum, "
             f"{root * 1e3:.4g} mm"
         )
     if not is_concave(kappa):
@@ -161,7 +161,7 @@ def check_curve(curve: PitchCurve, order: ToothOrder, tip: float, root: float, n
             f"radius, cannot cut: the process must be wire"
         )
     if bow <= tip:
-        raise GeometryError(f"{finding}, which is not allowed: it must be above the addendum, {tip * 1e3:.4g} mm")
+        raise GeometryError(f"{finding}; it must be above the addendum, {tip * 1e3:.4g} mm")
 
 
 def check_gear(gear: Gear, order: ToothOrder) -> None:
@@ -195,7 +195,7 @@ def check_mesh(mesh: Mesh, name: str) -> None:
         tooth, mate_tooth = (int(n[weakest]) % g.z for n, g in zip(pairs.numbers, mesh.gears, strict=True))
         raise GeometryError(
             f"{name}: the contact ratio of tooth {tooth} of {mesh.gear.name} with tooth {mate_tooth} of "
-            f"{mesh.mate.name} is {ratios[weakest]:.4g}, which is not allowed: it must be at least "
+            f"{mesh.mate.name} is {ratios[weakest]:.4g}; it must be at least "
             f"{MIN_CONTACT_RATIO:g}"
         )
     if laps[gap_index] < 0:

@@ -32,6 +32,7 @@ class Cut:
 
     @classmethod
     def from_columns(cls, columns: Mapping[str, Array]) -> Cut:
+        """Return the cut of the columns that a function of `rack_teeth` returns."""
         px, py, ex, ey, rate, turning = columns.values()
         return cls(np.array([px, py]), np.array([ex, ey]), rate, turning)
 
@@ -68,6 +69,7 @@ class Rack:
         return replace(self, shift=0.0 - self.shift)
 
     def without_play(self) -> Rack:
+        """Return the rack of a pair without backlash."""
         return replace(self, play=0.0)
 
     def run(self, depth: float) -> float:

@@ -145,12 +145,15 @@ class GearPiece:
         return int(self._pieces.side[0])
 
     def at(self, s: Array) -> Array:
+        """Return points (n, 2) [m] at parameters (n,)."""
         return self._cut(s).points.T
 
     def tangent(self, s: Array) -> Array:
+        """Return unit tangents (n, 2) at parameters (n,)."""
         return self._cut(s).tangents.T
 
     def curvature(self, s: Array) -> Array:
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
         cut = self._cut(s)
         return np.asarray(cut.turning / cut.rate)
 

@@ -365,6 +365,7 @@ class IncompleteGear:
         return self.row.curve
 
     def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> ToothOutline:
+        """Return the outline of the gear with its axis at a centre [m] in the assembly."""
         return ToothOutline(self.name, self.pieces, centre, self.pitch_line.at)
 
     @cached_property

@@ -287,7 +287,7 @@ def _check_slope(curve: RadiusFunction, knots: Array, first: float, sense: int, 
     if angle > MAX_SLOPE_ANGLE:
         raise GeometryError(
             f"{name}: the curve through the points is {np.degrees(angle):.4g} deg from a circle about its axis "
-            f"{at(steep)}, which is not allowed: it must be at most {np.degrees(MAX_SLOPE_ANGLE):g} deg for teeth to "
+            f"{at(steep)}; it must be at most {np.degrees(MAX_SLOPE_ANGLE):g} deg for teeth to "
             "turn it"
         )
 

@@ -37,6 +37,7 @@ class TrimmingCircle:
         return distance if self.inside else -distance
 
     def angle(self, point: Array) -> float:
+        """Return the direction [rad] of a point (2,) [m] from the centre."""
         return float(np.arctan2(*(point - self.centre)[::-1]))
 
     def arc(self, start: Array, end: Array, tooth: int) -> CircularArc:
@@ -143,12 +144,15 @@ class CircularArc:
         return np.column_stack([np.cos(angle), np.sin(angle)])
 
     def at(self, s: Array) -> Array:
+        """Return points (n, 2) [m] at parameters (n,)."""
         return np.asarray(self.centre + self.radius * self._spoke(s))
 
     def tangent(self, s: Array) -> Array:
+        """Return unit tangents (n, 2) at parameters (n,)."""
         return np.sign(self.sweep) * self._spoke(s)[:, ::-1] * [-1.0, 1.0]
 
     def curvature(self, s: Array) -> Array:
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
         return np.full(len(s), np.sign(self.sweep) / self.radius)
 
 
@@ -163,13 +167,16 @@ class StraightWall:
     side: int = 0
 
     def at(self, s: Array) -> Array:
+        """Return points (n, 2) [m] at parameters (n,)."""
         return np.asarray(self.start + np.outer(s, self.end - self.start))
 
     def tangent(self, s: Array) -> Array:
+        """Return unit tangents (n, 2) at parameters (n,)."""
         direction = (self.end - self.start) / np.hypot(*(self.end - self.start))
         return np.tile(direction, (len(s), 1))
 
     def curvature(self, s: Array) -> Array:
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
         return np.zeros(len(s))
 
 
@@ -197,12 +204,15 @@ class PartialPiece:
         return self.low + (self.high - self.low) * s
 
     def at(self, s: Array) -> Array:
+        """Return points (n, 2) [m] at parameters (n,)."""
         return self.piece.at(self._to_piece(s))
 
     def tangent(self, s: Array) -> Array:
+        """Return unit tangents (n, 2) at parameters (n,)."""
         return self.piece.tangent(self._to_piece(s))
 
     def curvature(self, s: Array) -> Array:
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
         return self.piece.curvature(self._to_piece(s))
 
 
@@ -219,10 +229,13 @@ class PitchLine:
         return self.curve.at(self.low + (self.high - self.low) * s)
 
     def at(self, s: Array) -> Array:
+        """Return points (n, 2) [m] at parameters (n,)."""
         return self._rows(s)[[X, Y]].T
 
     def tangent(self, s: Array) -> Array:
+        """Return unit tangents (n, 2) at parameters (n,)."""
         return self._rows(s)[[TX, TY]].T
 
     def curvature(self, s: Array) -> Array:
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
         return np.asarray(self._rows(s)[KAPPA])

@@ -9,11 +9,15 @@ import typer
 
 
 class Keep(enum.StrEnum):
+    """Property of the gears that stays as designed: their size or their module."""
+
     size = "size"
     module = "module"
 
 
 class Process(enum.StrEnum):
+    """Process by which the gears are cut."""
+
     hob = "hob"
     shaper = "shaper"
     wire = "wire"
@@ -35,7 +39,7 @@ TeethOption = Annotated[
 ]  # fmt: skip
 KeepOption = Annotated[
     Keep | None,
-    typer.Option(help="keep the designed size and adapt the module, or keep the module and scale the pair "
+    typer.Option(help="retain the designed size and adapt the module, or keep the module and scale the pair "
                  "[default: the size with --teeth, else the module]", show_default=False),
 ]  # fmt: skip
 PressureAngleOption = Annotated[

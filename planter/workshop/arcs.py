@@ -32,9 +32,14 @@ class Piece(Protocol):
 
     @property
     def kind(self) -> str: ...
-    def at(self, s: Array) -> Array: ...
-    def tangent(self, s: Array) -> Array: ...
-    def curvature(self, s: Array) -> Array: ...
+    def at(self, s: Array) -> Array:
+        """Return points (n, 2) [m] at parameters (n,)."""
+
+    def tangent(self, s: Array) -> Array:
+        """Return unit tangents (n, 2) at parameters (n,)."""
+
+    def curvature(self, s: Array) -> Array:
+        """Return signed curvature (n,) [1/m] at parameters (n,)."""
 
 
 @dataclass(frozen=True)
@@ -45,13 +50,16 @@ class ClosedCurve:
     places: Callable[[Array], Array]
 
     def at(self, s: Array) -> Array:
+        """Return points (n, 2) [m] at parameters (n,)."""
         return self.places(s % 1.0)
 
     def tangent(self, s: Array) -> Array:
+        """Return unit tangents (n, 2) at parameters (n,)."""
         chord = self.at(s + _STEP) - self.at(s - _STEP)
         return chord / np.hypot(*chord.T)[:, None]
 
     def curvature(self, s: Array) -> Array:
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
         before, middle, after = (self.at(s + step) for step in (-_STEP, 0.0, _STEP))
         first, second = middle - before, after - middle
         turn = np.arctan2(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0], (first * second).sum(axis=1))

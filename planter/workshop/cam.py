@@ -49,14 +49,17 @@ class ContourPiece:
         return self.start + (self.end - self.start) * np.clip(s, _END_OFFSET, 1 - _END_OFFSET)
 
     def at(self, s: Array) -> Array:
+        """Return points (n, 2) [m] at parameters (n,)."""
         columns = self.course(self._angles(s))
         return np.column_stack([columns["contact_x"], columns["contact_y"]])
 
     def tangent(self, s: Array) -> Array:
+        """Return unit tangents (n, 2) at parameters (n,)."""
         heading, sense = self.course(self._angles(s))["heading"], np.sign(self.end - self.start)
         return sense * np.column_stack([np.cos(heading), np.sin(heading)])
 
     def curvature(self, s: Array) -> Array:
+        """Return signed curvature (n,) [1/m] at parameters (n,), positive where the curve bends to the left."""
         columns = self.course(self._angles(s))
         curvature: Array = np.sign(self.end - self.start) * columns["kappa"] / columns["room"]
         return curvature

@@ -77,7 +77,7 @@ def _add_line(drawing: Drawing, line: DrawingLine) -> None:
 
 @contextmanager
 def _fix_dates() -> Iterator[None]:
-    """Make ezdxf write fixed dates and ids; the setting is global, hence the lock."""
+    """Make ezdxf write fixed dates and ids; a lock guards the global setting."""
     from ezdxf._options import options
 
     with _LOCK:

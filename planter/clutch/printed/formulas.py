@@ -1,4 +1,4 @@
-"""Numbers that the paper prints, computed anew: polygon in the hexagon, load of an impact, field trials."""
+"""Recomputation of numbers that the paper prints: polygon in the hexagon, load of an impact, field trials."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ def load_printed(inputs: Inputs) -> float:
 
 @formula("largest contact load")
 def load(inputs: Inputs) -> float:
-    """By projection on the assumed mode: half the overhanging mass, and the engaging mass with it [N]."""
+    """Return the load by projection on the assumed mode [N], with half the overhanging mass and the engaging mass."""
     return _engagement(inputs).largest
 
 
