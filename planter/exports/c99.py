@@ -1,6 +1,6 @@
-"""A machine as C that stands alone: a header with units and equations, the kernels, and a small program.
+"""A machine as self-contained C: a header with units and equations, the kernels, and a small program.
 
-The templates stand beside this file: `machine.h`, `machine.c`, `loops.c`, `objective.c`, `main.c`.
+The templates are in the folder of this file: `machine.h`, `machine.c`, `loops.c`, `objective.c`, `main.c`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ STATUSES = {
     "UNDETERMINED": "the balances do not determine the forces",
     "STUCK": "friction holds the machine fast",
 }
-"""What functions return, from 1 on, and in words."""
+"""Status codes of functions, from 1 on, with their meanings."""
 CHUNK = 32
 """Angles at which loops are closed and forces proved determined before all quantities are computed there."""
 PLACES = 361
@@ -69,7 +69,7 @@ def build_casadi_text(file: str, both: Iterable[ca.Function]) -> str:
 
 def build_loops_text(loops_: KinematicLoops, name: str) -> str:
     """Return what closes loops, in C, behind the kernels `newton` and `assemble`."""
-    known = {
+    fields = {
         "coordinates": loops_.size, "angular": ", ".join(str(int(unit == "rad")) for unit in loops_.units),
         "places": PLACES, "turn": repr(engine_loops.TURN), "largest_step": repr(engine_loops.LARGEST_STEP),
         "least_step": repr(engine_loops.LEAST_STEP), "most_iterations": engine_loops.MOST_ITERATIONS,
@@ -77,11 +77,11 @@ def build_loops_text(loops_: KinematicLoops, name: str) -> str:
         "returned": repr(engine_loops.RETURNED), "not_closed": f"{name}_NOT_CLOSED",
         "not_returned": f"{name}_NOT_RETURNED",
     }  # fmt: skip
-    return read_template("loops.c").substitute(known)
+    return read_template("loops.c").substitute(fields)
 
 
 class MachineText:
-    """What the templates ask for of a machine."""
+    """Values of the templates for a machine."""
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.name = machine, build_name(machine)
@@ -96,9 +96,9 @@ class MachineText:
 
     @cached_property
     def common(self) -> dict[str, Any]:
-        """What several templates ask for."""
+        """Values that several templates have in common."""
         return {
-            **describe(self.machine),
+            **describe_machine(self.machine),
             "name": self.name, "NAME": self.name.upper(),
             "turn": repr(float(self.machine.turn)), "samples": self._samples_field,
             "design_size": self._size("PARAMETERS", len(self.machine.moved)),
@@ -107,7 +107,7 @@ class MachineText:
 
     @property
     def _samples_field(self) -> str:
-        """The samples' name in the memory: forces of a single row keep the name that they have always had."""
+        """The name of the samples in the memory: `force` for a single row of forces, as in earlier versions."""
         rows = self.goal.rows
         return "force" if len(rows) == 1 and rows[0].quantity.unit == "N" else "samples"
 
@@ -140,7 +140,7 @@ class MachineText:
         if self.has_objective:
             return "; the objective over a turn, and its gradient."
         reason = self.goal.reason_missing
-        return f".\n{wrap(f'No objective: {reason}')}" if reason else "."
+        return f".\n{wrap_comment(f'No objective: {reason}')}" if reason else "."
 
     def _found_text(self) -> str:
         if not self.has_objective:
@@ -148,7 +148,7 @@ class MachineText:
         names = ", ".join(field.name for field in self.goal.fields)
         sum_ = f"Objective {self.goal.text}, in units of the machine's file; range, variance and mean of rows [SI]."
         return "\n".join([
-            "/* A turn of samples.", wrap(sum_), " */", "typedef struct {", f"  double {names};",
+            "/* A turn of samples.", wrap_comment(sum_), " */", "typedef struct {", f"  double {names};",
             f"}} {self.name}_found;", "", "",
         ])  # fmt: skip
 
@@ -199,11 +199,11 @@ class MachineText:
             "prologue": build_casadi_text(f"{self.name}_prologue", self.prologues), "kernels": self._kernels(),
             "own": join_numbers(machine.design), "lower": join_numbers(machine.lower),
             "upper": join_numbers(machine.upper), "data": join_numbers(machine.data[self.fixed]),
-            "quantity": quote(one.name for one in self.quantities), "values": len(machine.values),
+            "quantity": quote_strings(quantity.name for quantity in self.quantities), "values": len(machine.values),
             "design_places": join_integers(machine.moved), "machine_places": join_integers(self.fixed),
             "guards": self._guards_text(),
             "status": "int status" if self.is_in_chunks else "const int status",
-            "failures": quote(["there is a result", *STATUSES.values()]),
+            "failures": quote_strings(["there is a result", *STATUSES.values()]),
             "loops": build_loops_text(machine.loops, big) if machine.loops else "",
             "follow": _FOLLOW if machine.loops else "",
             "tangent_word": "`tangent`", "tangent": self._tangent_text(), "cycle": self._cycle_text(),
@@ -240,9 +240,9 @@ class MachineText:
         if not self.guards:
             return ""
         kinds = join_integers(int(self.machine.find_quantity(name).role == "states") for name in self.guards)
-        known = {"name": self.name, "NAME": self.name.upper(), "guards": len(self.guards), "kinds": kinds,
+        fields = {"name": self.name, "NAME": self.name.upper(), "guards": len(self.guards), "kinds": kinds,
                  "least_pivot": repr(LEAST_PIVOT)}  # fmt: skip
-        return Template(_GUARDS).substitute(known)
+        return Template(_GUARDS).substitute(fields)
 
     def _tangent_text(self) -> str:
         call = "(m->arg, m->res, m->iw, m->w, 0)"
@@ -262,12 +262,12 @@ class MachineText:
 
         if not self.is_in_chunks:
             return f"{check}  cycle(angles, phi, m->d, m->h, NULL, {outputs('q', 'angles')});"
-        known = {
+        fields = {
             "chunk": CHUNK, "NAME": big, "outputs": outputs("m->part", "count"),
             "place": _CHUNK_PLACES if self.coordinates else "",
             "guard": _CHUNK_GUARDS if self.guards else "",
         }  # fmt: skip
-        return check + Template(_CHUNKS).substitute(known)
+        return check + Template(_CHUNKS).substitute(fields)
 
     def _evaluation_text(self) -> str:
         """Return the objective with what prepares the memory."""
@@ -276,10 +276,10 @@ class MachineText:
             nothing = reset or "  (void)m;\n"
             return f"void {self.name}_prepare({self.name}_memory *m)\n{{\n{nothing}}}\n"
         goal = self.goal
-        found = ["objective"]
+        results = ["objective"]
         for k in range(len(goal.rows)):
             high, low, mean, variance = (f"statistics[{len(STATISTICS) * k + i}]" for i in range(len(STATISTICS)))
-            found += [f"{high} - {low}", variance, mean]
+            results += [f"{high} - {low}", variance, mean]
         coordinates = "m->coordinates" if self.coordinates else "NULL"
         return read_template("objective.c").substitute(self.common | {
             "rows": len(goal.rows), "shares": len(self.response.offsets), "nodes": len(goal.nodes),
@@ -288,7 +288,7 @@ class MachineText:
             "node_rows": join_integers(row for row, _ in goal.nodes),
             "node_angles": join_numbers([angle for _, angle in goal.nodes]),
             "offsets": join_numbers(self.response.offsets), "count": goal.samples, "reset": reset,
-            "coordinates": coordinates, "found": ", ".join(found),
+            "coordinates": coordinates, "found": ", ".join(results),
             "place": _PLACE if self.coordinates else "",
             "guard": _GUARD.replace("COORDINATES_OF", coordinates) if self.guards else "",
         })  # fmt: skip
@@ -302,7 +302,7 @@ class MachineText:
             return {"usage": turn.replace(" turn ", "      ", 1), "objective": "", "first": "quantities"}
         formats = "".join(f"{field.printed} %.17g\\n" for field in self.goal.fields)
         values = {
-            "names": quote(self.machine.design_names) or '""', "formats": formats,
+            "names": quote_strings(self.machine.design_names) or '""', "formats": formats,
             "numbers": ", ".join(f"found.{field.name}" for field in self.goal.fields),
         }  # fmt: skip
         objective = read_template("main_objective.c").substitute(self.common | values)
@@ -365,16 +365,16 @@ static int check_guards(${name}_memory *m, long count, const double *phi, const 
 
 
 def _fill_comment(text: str) -> str:
-    """Return a sentence that goes on in a comment, in lines of its own."""
-    return f"\n{wrap(text)}"
+    """Return a sentence that continues a comment on new lines."""
+    return f"\n{wrap_comment(text)}"
 
 
 def read_template(file: str) -> Template:
-    """Return a file beside this one."""
+    """Return a template of this package by its file name."""
     return Template(resources.files(__package__).joinpath(file).read_text(encoding="utf-8"))
 
 
-def describe(machine: Machine) -> dict[str, str]:
+def describe_machine(machine: Machine) -> dict[str, str]:
     """Return lines of comments: `headline`, `version`, and each number of `design` and `machine`."""
     fixed = [machine.values[index] for index in list_fixed(machine)]
     moved = [machine.values[index] for index in machine.moved]
@@ -395,16 +395,16 @@ def describe_equations(machine: Machine) -> str:
     """Return where the model comes from, what it assumes, and its equations, as lines of comments."""
     reference, assumptions = machine.documentation.reference, "; ".join(machine.assumptions)
     parts = [*([f"Source: {reference}."] if reference else []), *([f"Assumes: {assumptions}."] if assumptions else [])]
-    return "\n".join([*map(wrap, parts), list_lines("Equations:", machine.documentation.equations)])
+    return "\n".join([*map(wrap_comment, parts), list_lines("Equations:", machine.documentation.equations)])
 
 
 def list_lines(title: str, lines: Iterable[str]) -> str:
     """Return lines of a comment below a title."""
-    wrap_angle = [wrap(line, "    ") for line in lines]
+    wrap_angle = [wrap_comment(line, "    ") for line in lines]
     return "\n".join([f" * {title}{'' if wrap_angle else ' none'}", *wrap_angle])
 
 
-def wrap(text: str, indent: str = "") -> str:
+def wrap_comment(text: str, indent: str = "") -> str:
     """Return a text as lines of a comment."""
     return textwrap.fill(
         to_plain(text), WIDTH, initial_indent=f" * {indent}", subsequent_indent=f" *   {indent}",
@@ -417,30 +417,30 @@ def to_plain(text: str) -> str:
     return " ".join(text.replace("*/", "* /").replace("/*", "/ *").split())
 
 
-def quote(names: Iterable[str]) -> str:
+def quote_strings(names: Iterable[str]) -> str:
     """Return names as C strings."""
     return ", ".join('"' + name.replace("\\", "\\\\").replace('"', '\\"') + '"' for name in names)
 
 
 def join_numbers(values: Array | Sequence[float]) -> str:
-    """Return numbers as they read back, a zero if there are none."""
+    """Return numbers in full precision, a zero for an empty array."""
     return ", ".join(repr(float(value)) for value in values) or "0.0"
 
 
 def join_integers(numbers: Iterable[int]) -> str:
-    """Return integers for an array, a zero if there are none."""
+    """Return integers for an array, a zero for an empty array."""
     return ", ".join(str(int(number)) for number in numbers) or "0"
 
 
-def _number_values(values: Sequence[Value], shown: Sequence[str], vector: str) -> Iterable[str]:
-    for index, (value, path) in enumerate(zip(values, shown, strict=True)):
+def _number_values(values: Sequence[Value], paths: Sequence[str], vector: str) -> Iterable[str]:
+    for index, (value, path) in enumerate(zip(values, paths, strict=True)):
         source = f" ({value.source})" if value.source else ""
         yield f"{vector}[{index}] {path}: {value.name} [{value.unit}] {value.meaning}{source}"
 
 
 def _number_quantities(quantities: Sequence[SideQuantity]) -> Iterable[str]:
-    for index, one in enumerate(quantities):
-        q = one.quantity
-        side = f"; side {one.side}" if one.side and one.sides > 1 else ""
+    for index, entry in enumerate(quantities):
+        q = entry.quantity
+        side = f"; side {entry.side}" if entry.side and entry.sides > 1 else ""
         source = f" ({q.source})" if q.source else ""
-        yield f"q[{index}] {one.name} [{q.unit}] {q.meaning}{side}{source}"
+        yield f"q[{index}] {entry.name} [{q.unit}] {q.meaning}{side}{source}"

@@ -47,7 +47,8 @@ def _load(source: str, model: Model, set_: Sequence[str] | None, speed_rpm: floa
 
 
 @export.callback()
-def common(context: typer.Context) -> None:
+def print_export_help(context: typer.Context) -> None:
+    """Print the help of the group if no command follows."""
     if context.invoked_subcommand is None:
         print(context.get_help())
 
@@ -91,6 +92,8 @@ _add_source_command("cuda", "Write the objective of many designs as CUDA C++.\n\
 
 
 class Format(enum.StrEnum):
+    """Formats of tables over time, by their target programs."""
+
     adams = "adams"
     solidworks = "solidworks"
     simulink = "simulink"
@@ -135,8 +138,10 @@ def motion(
 
 
 class Fmi(enum.StrEnum):
-    two = "2.0"
-    three = "3.0"
+    """Versions of the functional mock-up interface."""
+
+    fmi2 = "2.0"
+    fmi3 = "3.0"
 
 
 @export.command()
@@ -146,7 +151,7 @@ def fmu(
     out: Annotated[
         Path, typer.Option("--out", metavar="FILE", help="the unit's file, which ends in .fmu", show_default=False)
     ],
-    fmi: Annotated[Fmi, typer.Option(help="version of the interface")] = Fmi.two,
+    fmi: Annotated[Fmi, typer.Option(help="version of the interface")] = Fmi.fmi2,
     model: ModelOption = Model.exact,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,

@@ -1,7 +1,7 @@
 """A machine's cycles as CUDA C++, from the same walk as the lane kernels: a thread for each design and angle.
 
 What a design fixes is CasADi's own C, compiled for the graphics processor; what its angles share is computed once for a
-design. The templates `turns.cu`, `weighed.cu` and `loops.c` stand beside this file.
+design. The templates `turns.cu`, `weighed.cu` and `loops.c` are in the folder of this file.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def build_source_files(machine: Machine) -> dict[str, str]:
 
 
 class CudaText:
-    """What the template asks for of a machine."""
+    """Values of the template for a machine."""
 
     def __init__(self, machine: Machine) -> None:
         self.machine, self.name, self.goal = machine, quantities.build_name(machine), SampledGoal(machine)
@@ -68,7 +68,7 @@ class CudaText:
         prepared = len(machine.values) + len(shared) + course
         fields = [f"found[{i}] {field.printed}" for i, field in enumerate(goal.fields)]
         return {
-            **c99.describe(machine), "name": self.name, "purpose": self._purpose(),
+            **c99.describe_machine(machine), "name": self.name, "purpose": self._purpose(),
             "fields": c99.list_lines("Results:", fields),
             "prologue": _to_device(c99.build_casadi_text(self.name, [hoisting])),
             "functions": functions.fused(), "kernels": self._kernels(shared), "loops": self._loops(),
@@ -94,7 +94,7 @@ class CudaText:
         return "range, variance and mean of all results"
 
     def _weighed(self) -> str:
-        """Return the function with weights of its own, where range and spread of one row make the objective."""
+        """Return the function with separate weights if range and spread of one row make the objective."""
         kinds = {measure.kind for measure in self.goal.measures}
         if len(self.goal.rows) != 1 or not kinds or not kinds <= {"range", "variance", "std"}:
             return ""
@@ -107,7 +107,7 @@ class CudaText:
             single += [self.machine.loops.steps_function, self.machine.loops.start_function]
         if self.goal.measures:
             single.append(self.goal.function)
-        texts = [f"static {loops.function(Graph.of(one, []), summed=False)}" for one in single]
+        texts = [f"static {loops.function(Graph.of(function, []), summed=False)}" for function in single]
         return "\n".join([*_list_lane_lines(self.graph, shared), *map(_to_device, texts)])
 
     def _loops(self) -> str:
@@ -132,9 +132,9 @@ def _to_device(text: str) -> str:
 
 def _list_shared(graph: Graph) -> dict[str, int]:
     """Return values that the angles share and use, each with its place."""
-    own = {a.name for a in graph.invariant}
-    used = [name for a in graph.varying for name in a.arguments if name in own]
-    used += [store.value for store in graph.stores if store.value in own]
+    invariants = {a.name for a in graph.invariant}
+    used = [name for a in graph.varying for name in a.arguments if name in invariants]
+    used += [store.value for store in graph.stores if store.value in invariants]
     return {name: index for index, name in enumerate(dict.fromkeys(used))}
 
 
@@ -202,21 +202,26 @@ class Batches:
         size = len(self.machine.moved)
         if designs.ndim != 2 or designs.shape[1] != size:
             raise CallError(f"designs have the shape (m, {size}), and were given as {designs.shape}")
-        x, found = np.ascontiguousarray(designs, dtype=float), np.empty((len(designs), len(self.goal.fields)))
+        x, results = np.ascontiguousarray(designs, dtype=float), np.empty((len(designs), len(self.goal.fields)))
         angles = self.goal.count_angles(self.samples)
         nodes = [angle for _, angle in self.goal.nodes]
         phi = np.concatenate([self.machine.list_angles(self.samples)[:angles], nodes])
         lanes = np.add.outer(self.goal.response.offsets, phi).ravel()
         data = self.machine.data[quantities.list_fixed(self.machine)]
         code = self._run(
-            ctypes.c_long(len(x)), _pointer(x), _pointer(data), ctypes.c_long(angles), _pointer(lanes), _pointer(found)
+            ctypes.c_long(len(x)),
+            _pointer(x),
+            _pointer(data),
+            ctypes.c_long(angles),
+            _pointer(lanes),
+            _pointer(results),
         )
         if code:
             raise ComputationError(f"the graphics processor failed: {self._error(code).decode()}")
-        failed = ~np.isfinite(found).all(axis=1)
+        failed = ~np.isfinite(results).all(axis=1)
         if failed.any():
             raise ComputationError(f"there is no cycle at the design in row {int(failed.argmax())}")
-        return found
+        return results
 
 
 def _pointer(array: Array) -> ctypes.c_void_p:

@@ -1,6 +1,6 @@
-"""A machine as a unit for co-simulation: its drive's speed goes in, angle, motions and forces come out.
+"""A machine as a unit for co-simulation: its drive's speed is the input, angle, motions and forces are outputs.
 
-The templates stand beside this file: `fmu.c`, and what `c99` fills.
+The templates are `fmu.c` in the folder of this file, and those of `c99`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from planter.engine.machine import Machine, Value
 from planter.errors import InputError
 from planter.exports import c99, quantities
-from planter.exports.c99 import quote, read_template
+from planter.exports.c99 import quote_strings, read_template
 from planter.exports.quantities import SideQuantity
 from planter.exports.results import MissingLibrary, UnitWritten
 from planter.files import units
@@ -55,9 +55,9 @@ def build_sources(machine: Machine) -> dict[str, str]:
     settable = [variable for variable in _list_variables(machine) if variable.causality != "output"]
     order = [*machine.moved, *quantities.list_fixed(machine)]
     values = {
-        **c99.describe(machine), "name": name, "NAME": name.upper(), "speed": order.index(machine.speed),
+        **c99.describe_machine(machine), "name": name, "NAME": name.upper(), "speed": order.index(machine.speed),
         "starts": ", ".join(repr(variable.start) for variable in settable),
-        "names": quote(f"{variable.name} is not finite" for variable in settable),
+        "names": quote_strings(f"{variable.name} is not finite" for variable in settable),
     }  # fmt: skip
     plain = machine if machine.objective == () else replace(machine, objective=())
     texts = {file: text for file, text in c99.build_source_files(plain).items() if not file.endswith("_main.c")}
@@ -75,19 +75,19 @@ def _list_variables(machine: Machine) -> Iterator[Variable]:
     bounds = zip(machine.lower, machine.upper, strict=True)
     for index, (low, high) in zip(machine.moved, bounds, strict=True):
         if index != machine.speed:
-            own = float(machine.data[index])
+            number = float(machine.data[index])
             key = machine.values[index].key
             name = f"design.{key.removesuffix(units.suffix(key))}"
-            yield _build_parameter(machine, index, name, min(own, float(low)), max(own, float(high)))
+            yield _build_parameter(machine, index, name, min(number, float(low)), max(number, float(high)))
     for index in quantities.list_fixed(machine):
         if index != machine.speed:
             fixed = machine.values[index]
-            least, most = (None if limit is None else limit * fixed.factor for limit in fixed.limits)
-            yield _build_parameter(machine, index, f"machine.{fixed.name}", least, most)
+            lower, upper = (None if limit is None else limit * fixed.factor for limit in fixed.limits)
+            yield _build_parameter(machine, index, f"machine.{fixed.name}", lower, upper)
     yield Variable("phi", "rad", "angle of the drive", "output", **DEGREES)
-    for one in quantities.list_quantities(machine):
-        q = one.quantity
-        yield Variable(build_output_name(one), q.unit, q.meaning, "output", **_display(one.key, q.unit))
+    for entry in quantities.list_quantities(machine):
+        q = entry.quantity
+        yield Variable(build_output_name(entry), q.unit, q.meaning, "output", **_display(entry.key, q.unit))
 
 
 def _build_parameter(machine: Machine, index: int, name: str, low: float | None, high: float | None) -> Variable:
@@ -98,14 +98,14 @@ def _build_parameter(machine: Machine, index: int, name: str, low: float | None,
     )  # fmt: skip
 
 
-def build_output_name(one: SideQuantity) -> str:
+def build_output_name(entry: SideQuantity) -> str:
     """Return the name of an output: of several sides each stands before the quantity.
 
     A quantity with the name of one of the unit's own variables has `_quantity` behind it.
     """
-    name = one.quantity.name
-    if one.side and one.sides > 1:
-        return f"side{one.side}.{name}"
+    name = entry.quantity.name
+    if entry.side and entry.sides > 1:
+        return f"side{entry.side}.{name}"
     return f"{name}_quantity" if name in RESERVED else name
 
 
@@ -145,5 +145,5 @@ def print_unit(console: Console, result: UnitWritten) -> None:
     rows = [("file", ", ".join(result.files)), ("inputs", result.inputs), ("parameters", result.parameters),
             ("outputs", result.outputs), ("libraries", ", ".join(result.platforms) or None)]  # fmt: skip
     console.table("Unit for co-simulation", ("", f"FMI {result.fmi}"), rows)
-    for one in result.left_out:
-        print(f"no library for {one.platform}: {one.reason}")
+    for library in result.left_out:
+        print(f"no library for {library.platform}: {library.reason}")

@@ -23,7 +23,7 @@ from planter.kernels import Array, Kernel
 
 STATISTICS = ("high", "low", "mean", "variance")
 FIELDS = ("range", "variance", "mean")
-"""What is reported of each row."""
+"""Statistics that are reported of each row."""
 TINY = 1e-300
 """Variances below it have the root of it, whose derivative is zero."""
 FEWEST_SAMPLES = 8
@@ -54,11 +54,11 @@ class SideQuantity:
 def list_quantities(machine: Machine) -> list[SideQuantity]:
     """Return the results side by side, then those of all sides together."""
     sides = len(machine.offsets)
-    found = [_of_side(q, side, sides) for side in range(1, sides + 1) for q in machine.results if not q.total]
-    return found + [SideQuantity(q.name, q.key, 0, sides, q) for q in machine.results if q.total]
+    quantities = [_number_side(q, side, sides) for side in range(1, sides + 1) for q in machine.results if not q.total]
+    return quantities + [SideQuantity(q.name, q.key, 0, sides, q) for q in machine.results if q.total]
 
 
-def _of_side(quantity: Quantity, side: int, sides: int) -> SideQuantity:
+def _number_side(quantity: Quantity, side: int, sides: int) -> SideQuantity:
     name, key = quantity.name, quantity.key
     if side > 1:
         suffix = units.suffix(key)
@@ -107,7 +107,7 @@ def build_cycle(machine: Machine) -> ca.Function:
     phi, d, h, q = machine.symbols
     sides = [machine.lane(phi + offset, d, h, q) for offset in machine.offsets]
     results, total_results = (
-        [i for i, one in enumerate(one for one in machine.quantities if one.total == total) if one.role == "result"]
+        [i for i, q in enumerate(q for q in machine.quantities if q.total == total) if q.role == "result"]
         for total in (False, True)
     )
     outputs, names = [side[results] for side in sides], [f"side{index}" for index in range(1, 1 + len(sides))]
@@ -169,7 +169,7 @@ class SampledGoal:
 
     @property
     def reason_missing(self) -> str:
-        """What keeps a stated sum out of C, empty if nothing does."""
+        """The reason why an objective has no form in C, empty if it has one."""
         for measure in self.machine.objective:
             if measure.is_moving:
                 return f"{measure} is of a part of the cycle that the design moves, and has no form in C"
@@ -192,15 +192,15 @@ class SampledGoal:
 
     @property
     def fields(self) -> list[ReportedField]:
-        """What is reported of a cycle: the sum if there is one, then `FIELDS` of each row."""
-        found = [ReportedField("objective", "objective")] if self.measures else []
+        """The numbers that are reported of a cycle: the objective if there is one, then `FIELDS` of each row."""
+        fields = [ReportedField("objective", "objective")] if self.measures else []
         for row in self.rows:
             suffix = f"_{row.label}" if len(self.rows) > 1 else ""
             unit = row.quantity.unit
             for name in FIELDS:
                 field = f"{name}{suffix}"
-                found.append(ReportedField(field, f"{field}{_unit_suffix(unit, 2 if name == 'variance' else 1)}"))
-        return found
+                fields.append(ReportedField(field, f"{field}{_unit_suffix(unit, 2 if name == 'variance' else 1)}"))
+        return fields
 
     @property
     def text(self) -> str:
@@ -310,10 +310,10 @@ def _build_columns(machine: Machine, phi: Array) -> list[Column]:
     q = guards.coordinates(d, phi)
     guards.check(guards.values(point, phi), phi)
     quantities = list_quantities(machine)
-    labels = [(one.name, one.key, one.quantity.unit, one.meaning, one.quantity.source) for one in quantities]
+    labels = [(q.name, q.key, q.quantity.unit, q.meaning, q.quantity.source) for q in quantities]
     inputs = {"phi": phi, "d": d, "h": point.h, "q": q}
     rows = [row for part in Kernel(build_cycle(machine), lanes=["phi", "q"])(**inputs).values() for row in part]
     if places := machine.stages.get("places"):
-        labels += [(one.name, one.key, one.unit, one.meaning, one.source) for one in places.quantities]
+        labels += [(q.name, q.key, q.unit, q.meaning, q.source) for q in places.quantities]
         rows += list(Kernel(places.function, lanes=["phi", "q"])(**inputs)["y"])
     return [Column(*label, row) for label, row in zip(labels, rows, strict=True)]

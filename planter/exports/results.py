@@ -56,4 +56,4 @@ COMMANDS = {
     "export fmu": UnitWritten,
     "export motion": MotionWritten,
 }
-"""What the room's commands return."""
+"""Results by command."""
