@@ -1,12 +1,8 @@
-"""Local and global optimisation with a certificate, of anything that states three things.
+"""Local and global optimisation of any design problem, with a certificate of optimality.
 
-What is made small (`objective.Objective`), where it may lie (`box.Box`) and what has to be kept meanwhile
-(`constraints.Constraints`) make a `problem.Problem`. Two kinds of objective come with it: range and spread of a
-response over a turn (`range_and_spread`, by the formulas in `spread`), and a smooth function (`smooth`). `descent`
-finds a local minimum from one start, by `ipopt` or `sequential`, `starts` from several, `hybrid` beside a genetic
-algorithm; `certificate` judges a point without knowing a solver, `flat` chooses among equal optima and `result` says
-how sure one is; `equations` takes points onto what has to hold exactly. For responses, `directions` says which
-parameters matter at all, `pareto` weighs range against variance and `joints` lists where the curve is not smooth.
-
-A machine brings its own objective, box and constraints; nothing here knows one.
+An objective (`objective`), a box and constraints (`constraints`) make a `problem.Problem`. Two kinds of objective are
+provided: range and variance of a response over a cycle (`range_variance`), and a smooth function (`expressions`).
+`local_search` finds local minima from one or several starts, by `ipopt` or `sqp`; `optimiser` adds a genetic algorithm.
+`certificate` checks the optimality of a point without a solver, `result` selects among equal optima, `pareto` trades
+range against variance, and `proof` bounds the objective from below. The package knows no machine.
 """

@@ -173,14 +173,17 @@ class ConstraintSubset(Constraints):
         self.lower, self.upper = whole.lower[rows], whole.upper[rows]
 
     def values(self, x: Array) -> Array:
+        """Return the constraint values (c,) at a design x (p,)."""
         found: Array = self.whole.values(x)[self.rows]
         return found
 
     def slopes(self, x: Array) -> Array:
+        """Return the Jacobian (c, p) of the constraints at a design x (p,)."""
         found: Array = self.whole.slopes(x)[self.rows]
         return found
 
     def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the Hessian (p, p) of weights . constraints at a design x (p,)."""
         every = np.zeros(self.whole.count)
         every[self.rows] = weights
         return self.whole.curvature(x, every)
@@ -206,12 +209,15 @@ class JoinedConstraints(Constraints):
         return join_constraints(found)
 
     def values(self, x: Array) -> Array:
+        """Return the constraint values (c,) at a design x (p,)."""
         return np.concatenate([part.values(x) for part in self.parts])
 
     def slopes(self, x: Array) -> Array:
+        """Return the Jacobian (c, p) of the constraints at a design x (p,)."""
         return np.vstack([part.slopes(x) for part in self.parts])
 
     def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the Hessian (p, p) of weights . constraints at a design x (p,)."""
         each = np.split(weights, np.cumsum([part.count for part in self.parts])[:-1])
         return np.sum([part.curvature(x, own) for part, own in zip(self.parts, each, strict=True)], axis=0)
 
@@ -231,12 +237,15 @@ class ConstrainedModel:
         self.bounds = np.hstack([local.bounds, [constraints.lower, constraints.upper]])
 
     def look(self, x: Array) -> ObjectiveSummary:
+        """Return the summary of the objective at a design x (p,)."""
         return self.local.look(x)
 
     def grown(self, x: Array, high: float, low: float) -> ConstrainedModel:
+        """Return the model with the rows that are missing if those at x are to stay within [low, high]."""
         return ConstrainedModel(self.local.grown(x, high, low), self.constraints)
 
     def values(self, x: Array) -> ModelValues:
+        """Return the values of the smooth function, rows and holds at a design x (p,)."""
         found = self.local.values(x)
         try:
             rows = self.constraints.values(x)
@@ -245,10 +254,12 @@ class ConstrainedModel:
         return replace(found, holds=np.append(found.holds, rows))
 
     def slopes(self, x: Array) -> ModelGradients:
+        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
         found = self.local.slopes(x)
         return replace(found, holds=np.vstack([found.holds, self.constraints.slopes(x)]))
 
     def curvature(self, x: Array, weights: ModelValues) -> Array:
+        """Return the Hessian (p, p) of weights . constraints at a design x (p,)."""
         own, required = np.split(weights.holds, [len(weights.holds) - self.constraints.count])
         return self.local.curvature(x, replace(weights, holds=own)) + self.constraints.curvature(x, required)
 

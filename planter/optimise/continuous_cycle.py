@@ -136,6 +136,7 @@ class CyclePanels:
         return self.variance.gradient(self.node_slopes)
 
     def variance_hessian(self) -> Array:
+        """Return the Hessian (p, p) of the variance."""
         nodes = np.mod(self.nodes, self.response.period)
         bent = self.response.hessian(self.at, nodes, self.variance.slope)[1:, 1:]
         total: Array = bent + self.variance.squared(self.node_slopes) + self._at_joints()
@@ -169,12 +170,15 @@ class ContinuousCycle:
         self.panels = LastCallCache(lambda x: CyclePanels(response, x))
 
     def look(self, x: Array) -> ObjectiveSummary:
+        """Return the summary of the objective at a design x (p,)."""
         return self.panels(x).look
 
     def local(self, x: Array) -> ExtremumRows:
+        """Return the local model of the objective near a design x (p,)."""
         return ExtremumRows(self.panels, self.panels(x).extremes)
 
     def conditions(self, x: Array) -> Conditions:
+        """Return first-order data at a design x (p,)."""
         panels = self.panels(x)
         found = panels.extremes
         _, gradients, _ = panels.row_slopes(found.angles, found.joint)
@@ -214,15 +218,18 @@ class ExtremumRows:
         return ExtremumRows(self.panels, self._state(x).panels.extremes, upper, lower)
 
     def look(self, x: Array) -> ObjectiveSummary:
+        """Return the summary of the objective at a design x (p,)."""
         return self._state(x).panels.look
 
     def values(self, x: Array) -> ModelValues:
+        """Return the values of the smooth function, rows and holds at a design x (p,)."""
         state = self._state(x)
         return ModelValues(
             state.panels.variance.value, state.values[state.tops], state.values[~state.tops], np.empty(0)
         )
 
     def slopes(self, x: Array) -> ModelGradients:
+        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
         state = self._state(x)
         found = state.panels.extremes
         self._seen.append((float(found.angles[found.values.argmax()]), float(found.angles[found.values.argmin()])))
@@ -231,6 +238,7 @@ class ExtremumRows:
         return ModelGradients(state.panels.variance_gradient, gradients[state.tops], gradients[~state.tops], empty)
 
     def curvature(self, x: Array, weights: ModelValues) -> Array:
+        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
         state = self._state(x)
         each = np.concatenate([weights.upper, weights.lower])
         return weights.smooth * state.panels.variance_hessian() + np.tensordot(each, state.hessians(each != 0), 1)

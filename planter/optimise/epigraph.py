@@ -70,6 +70,7 @@ class Epigraph:
         return self.problem.design(self.point(z))
 
     def f(self, z: Array) -> float:
+        """Return the objective at z (n,)."""
         self.problem.counts.objective += 1
         objective = self.problem.objective
         self.problem.met(self.point(z), self.local.look(self.design(z)))
@@ -77,6 +78,7 @@ class Epigraph:
         return float(objective.weight * span + objective.outer(self._values(z).smooth)[0]) / self.problem.scale
 
     def gradient(self, z: Array) -> Array:
+        """Return the gradient (n,) of the objective at z (n,)."""
         self.problem.counts.gradient += 1
         objective = self.problem.objective
         rate = objective.outer(self._values(z).smooth)[1]
@@ -85,6 +87,7 @@ class Epigraph:
         return np.append(along, ends[: self.ends]) / self.problem.scale
 
     def g(self, z: Array) -> Array:
+        """Return the constraints (m,) at z (n,)."""
         found = self._values(z)
         if not self.ends:
             return found.holds
@@ -93,6 +96,7 @@ class Epigraph:
         return np.concatenate([upper, lower, found.holds])
 
     def jacobian(self, z: Array) -> Array:
+        """Return the Jacobian (m, n) of g at z (n,)."""
         slopes = self.local.slopes(self.design(z))
         if not self.ends:
             return self._scaled(slopes.holds)
@@ -104,6 +108,7 @@ class Epigraph:
         return rows
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
+        """Return the Hessian (n, n) of weight * f + multipliers . g at z (n,)."""
         self.problem.counts.hessian += 1
         x, width = self.design(z), self.problem.box.unit
         _, first, second = self.problem.objective.outer(self._values(z).smooth)

@@ -22,7 +22,8 @@ NO_ROWS: Array = np.empty(0)
 class SmoothFunction(Protocol):
     """A function of designs x (p,), smooth wherever a search may go."""
 
-    def value(self, x: Array) -> float: ...
+    def value(self, x: Array) -> float:
+        """Return the value at a design x (p,)."""
 
     def gradient(self, x: Array) -> Array:
         """(p,)."""
@@ -43,32 +44,41 @@ class SmoothObjective:
         self._nothing = np.empty((0, size))
 
     def outer(self, smooth: float) -> tuple[float, float, float]:
+        """Return the contribution of the smooth value to the objective, with first and second derivative."""
         return smooth, 1.0, 0.0
 
     def look(self, x: Array) -> ObjectiveSummary:
+        """Return the summary of the objective at a design x (p,)."""
         return ObjectiveSummary(self.function.value(x))
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> SmoothObjective:
+        """Return the local model of the objective near a design x (p,)."""
         return self
 
     def grown(self, x: Array, high: float, low: float) -> SmoothObjective:
+        """Return the model with the rows that are missing if those at x are to stay within [low, high]."""
         return self
 
     def values(self, x: Array) -> ModelValues:
+        """Return the values of the smooth function, rows and holds at a design x (p,)."""
         return ModelValues(self.function.value(x), NO_ROWS, NO_ROWS, NO_ROWS)
 
     def slopes(self, x: Array) -> ModelGradients:
+        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
         return ModelGradients(self.function.gradient(x), self._nothing, self._nothing, self._nothing)
 
     def curvature(self, x: Array, weights: ModelValues) -> Array:
+        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
         total: Array = weights.smooth * self.function.hessian(x)
         return total
 
     def conditions(self, x: Array) -> Conditions:
+        """Return first-order data at a design x (p,)."""
         nothing = self._nothing
         return Conditions(NO_ROWS, nothing, NO_ROWS, nothing, self.function.gradient(x), nothing)
 
     def flat(self, x: Array) -> Array:
+        """Return the directions (k, p) to which the objective is insensitive at a design, to first order."""
         return self._nothing
 
 
@@ -87,12 +97,15 @@ class SymbolicFunction:
         self._gradient = LastCallCache(lambda x: gradient(x=x)["df"][:, 0])
 
     def value(self, x: Array) -> float:
+        """Return the value at a design x (p,)."""
         return self._value(x)
 
     def gradient(self, x: Array) -> Array:
+        """Return the gradient (p,) at a design x (p,)."""
         return self._gradient(x)
 
     def hessian(self, x: Array) -> Array:
+        """Return the Hessian (p, p) at a design x (p,)."""
         return self._hessian(x=x)["ddf"]
 
 
@@ -119,4 +132,5 @@ class SymbolicConstraints(Constraints):
         return self._slopes(x)
 
     def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the Hessian (p, p) of weights . constraints at a design x (p,)."""
         return self._curvature(x=x, weights=weights)["ddg"]

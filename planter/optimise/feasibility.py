@@ -53,12 +53,15 @@ class ElasticProgram:
         return self.problem.design(z[: self.p])
 
     def f(self, z: Array) -> float:
+        """Return the objective at z (n,)."""
         return float(z[self.p :].sum() + DISTANCE_WEIGHT / 2 * ((z[: self.p] - self.u) ** 2).sum())
 
     def gradient(self, z: Array) -> Array:
+        """Return the gradient (n,) of the objective at z (n,)."""
         return np.append(DISTANCE_WEIGHT * (z[: self.p] - self.u), np.ones(self.kinds))
 
     def g(self, z: Array) -> Array:
+        """Return the constraints (m,) at z (n,)."""
         c = self.constraints
         try:
             rows = c.values(self._x(z))
@@ -69,10 +72,12 @@ class ElasticProgram:
         return found
 
     def jacobian(self, z: Array) -> Array:
+        """Return the Jacobian (m, n) of g at z (n,)."""
         slopes = self.constraints.slopes(self._x(z)) * self.problem.box.unit
         return np.hstack([np.vstack([slopes[self.above], -slopes[self.below], slopes[self.held]]), -self.owner])
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
+        """Return the Hessian (n, n) of weight * f + multipliers . g at z (n,)."""
         weights = np.zeros(self.constraints.count)
         above, below, held = np.split(multipliers, np.cumsum([self.above.sum(), self.below.sum()]))
         weights[self.above] += above

@@ -50,13 +50,17 @@ class NonlinearProgram(Protocol):
     g_lower: Array
     g_upper: Array
 
-    def f(self, z: Array) -> float: ...
+    def f(self, z: Array) -> float:
+        """Return the objective at z (n,)."""
 
-    def gradient(self, z: Array) -> Array: ...
+    def gradient(self, z: Array) -> Array:
+        """Return the gradient (n,) of the objective at z (n,)."""
 
-    def g(self, z: Array) -> Array: ...
+    def g(self, z: Array) -> Array:
+        """Return the constraints (m,) at z (n,)."""
 
-    def jacobian(self, z: Array) -> Array: ...
+    def jacobian(self, z: Array) -> Array:
+        """Return the Jacobian (m, n) of g at z (n,)."""
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
         """Hessian (n, n) of weight * f + multipliers . g."""

@@ -88,14 +88,17 @@ class LocalModel(Protocol):
     @property
     def bounds(self) -> Array: ...
 
-    def look(self, x: Array) -> ObjectiveSummary: ...
+    def look(self, x: Array) -> ObjectiveSummary:
+        """Return the summary of the objective at a design x (p,)."""
 
     def grown(self, x: Array, high: float, low: float) -> LocalModel:
         """With the rows that are missing if those at x are to stay within [low, high]."""
 
-    def values(self, x: Array) -> ModelValues: ...
+    def values(self, x: Array) -> ModelValues:
+        """Return the values of the smooth function, rows and holds at a design x (p,)."""
 
-    def slopes(self, x: Array) -> ModelGradients: ...
+    def slopes(self, x: Array) -> ModelGradients:
+        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
 
     def curvature(self, x: Array, weights: ModelValues) -> Array:
         """Weighted sum (p, p) of the Hessians of all that `values` gives."""
@@ -122,9 +125,11 @@ class Conditions:
 class CycleEvaluation(Protocol):
     """A way to take a turn of a response: its samples, or its true extremes and integrals. Designs x (p,) in SI."""
 
-    def look(self, x: Array) -> ObjectiveSummary: ...
+    def look(self, x: Array) -> ObjectiveSummary:
+        """Return the summary of the objective at a design x (p,)."""
 
-    def conditions(self, x: Array) -> Conditions: ...
+    def conditions(self, x: Array) -> Conditions:
+        """Return first-order data at a design x (p,)."""
 
 
 @dataclass(frozen=True)
@@ -138,9 +143,11 @@ class ObjectiveEvaluation:
 class Kinks(Protocol):
     """Where an objective has kinks: joints that pass its rows, to be kept on one side of them or on the kink."""
 
-    def near(self, x: Array) -> list[tuple[BreakpointHold, float]]: ...
+    def near(self, x: Array) -> list[tuple[BreakpointHold, float]]:
+        """Return the pins of the nearest breakpoints with their distances from the samples [rad]."""
 
-    def wall(self, pin: BreakpointHold, distance: float) -> BreakpointHold: ...
+    def wall(self, pin: BreakpointHold, distance: float) -> BreakpointHold:
+        """Return the hold which keeps the breakpoint of a pin on the side given by its distance."""
 
 
 class Objective(Protocol):
@@ -165,7 +172,8 @@ class Objective(Protocol):
     def outer(self, smooth: float) -> tuple[float, float, float]:
         """What the smooth function's value adds to the objective, with first and second derivative."""
 
-    def look(self, x: Array) -> ObjectiveSummary: ...
+    def look(self, x: Array) -> ObjectiveSummary:
+        """Return the summary of the objective at a design x (p,)."""
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """The objective near a design, joints held as told."""

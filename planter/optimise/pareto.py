@@ -47,12 +47,15 @@ class CappedEpigraph(Epigraph):
         self.g_upper = np.append(self.g_upper, cap / self.unit)
 
     def g(self, z: Array) -> Array:
+        """Return the constraints (m,) at z (n,)."""
         return np.append(super().g(z), z[-2] - z[-1])
 
     def jacobian(self, z: Array) -> Array:
+        """Return the Jacobian (m, n) of g at z (n,)."""
         return np.vstack([super().jacobian(z), np.eye(len(z))[-2] - np.eye(len(z))[-1]])
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
+        """Return the Hessian (n, n) of weight * f + multipliers . g at z (n,)."""
         return super().hessian(z, weight, multipliers[:-1])
 
 

@@ -133,18 +133,23 @@ class RangeVarianceObjective:
         return ~find_insensitivity(self.response, self.response.design, count_angles(self.sampling)).zero
 
     def outer(self, smooth: float) -> tuple[float, float, float]:
+        """Return the contribution of the smooth value to the objective, with first and second derivative."""
         return self.weights.spread(smooth)
 
     def look(self, x: Array) -> ObjectiveSummary:
+        """Return the summary of the objective at a design x (p,)."""
         return self.turn.look(x)
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
+        """Return the local model of the objective near a design x (p,)."""
         return self.turn.local(x).held(tuple(holds)) if isinstance(self.turn, SampledCycle) else self.turn.local(x)
 
     def conditions(self, x: Array) -> Conditions:
+        """Return first-order data at a design x (p,)."""
         return self.turn.conditions(x)
 
     def flat(self, x: Array) -> Array:
+        """Return the directions (k, p) to which the objective is insensitive at a design, to first order."""
         response = self.response
         return find_insensitivity(response, x, count_angles(self.sampling)).space * (response.upper - response.lower)
 

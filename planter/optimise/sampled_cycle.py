@@ -55,6 +55,7 @@ class SampledCycle:
         self.spacing = response.period / len(self.angles)
 
     def look(self, x: Array) -> ObjectiveSummary:
+        """Return the summary of the objective at a design x (p,)."""
         return ObjectiveSummary.at(self.response.value(self.response.prologue(x), self.angles))
 
     def local(self, x: Array) -> SampledRows:
@@ -80,6 +81,7 @@ class SampledCycle:
         return BreakpointHold(pin.sample, pin.event, low, high)
 
     def conditions(self, x: Array) -> Conditions:
+        """Return first-order data at a design x (p,)."""
         at = self.response.prologue(x)
         values, slopes = self.response.slopes(at, self.angles)
         gradients = slopes[:, 1:]
@@ -121,6 +123,7 @@ class SampledRows:
         return SampledRows(self.response, self.angles, self.upper, self.lower, holds)
 
     def look(self, x: Array) -> ObjectiveSummary:
+        """Return the summary of the objective at a design x (p,)."""
         return ObjectiveSummary.at(self._state(x).values)
 
     def grown(self, x: Array, high: float, low: float) -> SampledRows:
@@ -131,10 +134,12 @@ class SampledRows:
         return SampledRows(self.response, self.angles, upper, lower, self.holds)
 
     def values(self, x: Array) -> ModelValues:
+        """Return the values of the smooth function, rows and holds at a design x (p,)."""
         state = self._state(x)
         return ModelValues(state.variance.value, state.values[self.upper], state.values[self.lower], state.gaps)
 
     def slopes(self, x: Array) -> ModelGradients:
+        """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
         state = self._state(x)
         gradients = state.gradients
         return ModelGradients(
@@ -142,6 +147,7 @@ class SampledRows:
         )
 
     def curvature(self, x: Array, weights: ModelValues) -> Array:
+        """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
         state = self._state(x)
         each = weights.smooth * state.variance.slope
         np.add.at(each, self.upper, weights.upper)

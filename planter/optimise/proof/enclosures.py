@@ -33,6 +33,7 @@ class JetNamespace:
         return self.space.constant(PI)
 
     def where(self, condition: Any, yes: Any, no: Any) -> Any:
+        """Return an enclosure of the selection by a condition."""
         if isinstance(yes, Jet):
             return yes.where(condition, no)
         if isinstance(no, Jet):
@@ -40,49 +41,63 @@ class JetNamespace:
         return self.space.constant(Ball.exact(np.where(condition, yes, no)))
 
     def absolute(self, x: Any) -> Any:
+        """Return an enclosure of the absolute value."""
         return x.where(x.reaches(0), -x) if isinstance(x, Jet) else abs(x)
 
     def maximum(self, one: Any, two: Any) -> Jet:
+        """Return an enclosure of the larger of two quantities."""
         first = self.space.lift(one)
         return first.where(first.reaches(two), two)
 
     def minimum(self, one: Any, two: Any) -> Jet:
+        """Return an enclosure of the smaller of two quantities."""
         first = self.space.lift(one)
         return first.where(self.space.lift(two).reaches(first), two)
 
     def sign(self, x: Any) -> Any:
+        """Return an enclosure of the sign."""
         return self.where(x > 0, 1, self.where(x < 0, -1, 0))
 
     logical_or, logical_and, logical_not = np.logical_or, np.logical_and, np.logical_not
 
     def divide(self, one: Any, two: Any) -> Jet:
+        """Return an enclosure of the quotient."""
         return self.space.lift(one) / two
 
     def sin(self, x: Any) -> Jet:
+        """Return an enclosure of the sine."""
         return self.space.lift(x).sin()
 
     def cos(self, x: Any) -> Jet:
+        """Return an enclosure of the cosine."""
         return self.space.lift(x).cos()
 
     def tan(self, x: Any) -> Jet:
+        """Return an enclosure of the tangent."""
         return self.sin(x) / self.cos(x)
 
     def sqrt(self, x: Any) -> Jet:
+        """Return an enclosure of the square root."""
         return self.space.lift(x).sqrt()
 
     def exp(self, x: Any) -> Jet:
+        """Return an enclosure of the exponential."""
         return self.space.lift(x).exp()
 
     def log(self, x: Any) -> Jet:
+        """Return an enclosure of the natural logarithm."""
         return self.space.lift(x).log()
 
     def arctan(self, x: Any) -> Jet:
+        """Return an enclosure of the arc tangent."""
         return self.space.lift(x).arctan()
 
     def arcsin(self, x: Any) -> Jet:
+        """Return an enclosure of the arc sine."""
         return self.arctan(x / self.sqrt(1 - x**2))
 
     def arccos(self, x: Any) -> Jet:
+        """Return an enclosure of the arc cosine."""
         return self.arctan2(self.sqrt(1 - x**2), x)
 
     def arctan2(self, y: Any, x: Any) -> Jet:
@@ -110,6 +125,7 @@ class JetNamespace:
 
     @staticmethod
     def floor(x: Jet) -> Jet:
+        """Return an enclosure of the largest integers below the values."""
         return x.floor()
 
 

@@ -57,6 +57,7 @@ class Ball:
 
     @classmethod
     def exact(cls, value: Any) -> Ball:
+        """Return a ball of radius zero."""
         mid = np.asarray(value, dtype=float)
         return cls(mid, np.zeros_like(mid))
 
@@ -127,9 +128,11 @@ class Ball:
         return Ball(mid, (self.rad / (mid + np.sqrt(room)) + SLACK * mid) * GROWTH + TINY)
 
     def sin(self) -> Ball:
+        """Return an enclosure of the sine."""
         return self._wave(np.sin(self.mid), np.cos(self.mid))
 
     def cos(self) -> Ball:
+        """Return an enclosure of the cosine."""
         return self._wave(np.cos(self.mid), np.sin(self.mid))
 
     def _wave(self, mid: Array, slope: Array) -> Ball:
@@ -138,10 +141,12 @@ class Ball:
         return Ball(mid, np.minimum(rad, 1 + np.abs(mid)) * GROWTH + TINY)
 
     def arctan(self) -> Ball:
+        """Return an enclosure of the arc tangent."""
         low, high = np.arctan(self.low) - LIBM, np.arctan(self.high) + LIBM
         return Ball.between(_round_down(low), -_round_down(-high))
 
     def exp(self) -> Ball:
+        """Return an enclosure of the exponential."""
         mid = np.exp(self.mid)
         return Ball(mid, mid * (self.rad * np.exp(self.rad) * (1 + LIBM) + LIBM) * (1 + 2 * LIBM) * GROWTH + TINY)
 
@@ -156,6 +161,7 @@ class Ball:
         return Ball.between(np.maximum(self.low, 0), np.maximum(self.high, 0))
 
     def sum(self, axis: int = -1) -> Ball:
+        """Return an enclosure of the sum along an axis."""
         count = self.mid.shape[axis]
         rounding = (count + 1) * U * np.abs(self.mid).sum(axis=axis)
         return Ball(self.mid.sum(axis=axis), (self.rad.sum(axis=axis) + rounding) * _sum_growth(count) + TINY)
@@ -197,6 +203,7 @@ def intersect_balls(one: Ball, two: Ball) -> Ball:
 
 
 def select_balls(condition: Flags, one: Ball, two: Ball) -> Ball:
+    """Return the first ball where the condition holds, else the second."""
     return Ball(np.where(condition, one.mid, two.mid), np.where(condition, one.rad, two.rad))
 
 
@@ -231,6 +238,7 @@ class Branches:
 
     @classmethod
     def none(cls, lanes: int) -> Self:
+        """Return branches without a script."""
         return cls(lanes, np.empty((0, lanes)))
 
     def below(self, value: Ball, strictly: bool, jumps: bool = True) -> Flags:
@@ -242,6 +250,7 @@ class Branches:
         return found
 
     def floor(self, value: Ball) -> Array:
+        """Return an enclosure of the largest integers below the values."""
         high, low, mid = (np.nan_to_num(np.floor(side)) for side in (value.high, value.low, value.mid))
         return self._asked(high, low, mid)
 

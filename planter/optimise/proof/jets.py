@@ -60,6 +60,7 @@ class Space:
             self.is_cutting = True
 
     def parameters(self) -> list[Jet]:
+        """Return the design parameters as jets."""
         return [self._parameter(k) for k in range(len(self.lower))]
 
     def _parameter(self, k: int) -> Jet:
@@ -245,33 +246,40 @@ class Jet:
         return self.through(value, first, second[ANYWHERE])
 
     def inverse(self) -> Jet:
+        """Return an enclosure of the reciprocal."""
         value = self.value.inverse()
         square = value * value
         return self.through(value, -square, Ball.exact(2.0) * square[ANYWHERE] * value[ANYWHERE])
 
     def sqrt(self) -> Jet:
+        """Return an enclosure of the square root."""
         root = self.value.sqrt()
         first = (Ball.exact(2.0) * root).inverse()
         return self.through(root, first, -(first * (Ball.exact(2.0) * self.value).inverse())[ANYWHERE])
 
     def sin(self) -> Jet:
+        """Return an enclosure of the sine."""
         value = self.value.sin()
         return self.through(value, self.value.cos(), -value[ANYWHERE])
 
     def cos(self) -> Jet:
+        """Return an enclosure of the cosine."""
         value = self.value.cos()
         return self.through(value, -self.value.sin(), -value[ANYWHERE])
 
     def arctan(self) -> Jet:
+        """Return an enclosure of the arc tangent."""
         first = (Ball.exact(1.0) + self.value.power(2).nonnegative()).inverse()
         second = -(Ball.exact(2.0) * self.value * first * first)[ANYWHERE]
         return self.through(self.value.arctan(), first, second)
 
     def exp(self) -> Jet:
+        """Return an enclosure of the exponential."""
         value = self.value.exp()
         return self.through(value, value, value[ANYWHERE])
 
     def log(self) -> Jet:
+        """Return an enclosure of the natural logarithm."""
         first = self.value.inverse()
         return self.through(self.value.log(), first, -(first * first)[ANYWHERE])
 
@@ -348,6 +356,7 @@ def _weigh(weights: Array, values: Array) -> Array:
 
 
 def packed_size(size: int) -> int:
+    """Return the number of entries of a packed symmetric matrix."""
     return size * (size + 1) // 2
 
 

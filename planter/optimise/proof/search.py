@@ -77,6 +77,7 @@ class BoundedBox:
         return centre - share * half, centre + share * half
 
     def halves(self) -> list[tuple[Array, Array]]:
+        """Return the two halves of the box along its widest side, none for a point."""
         if self.widest is None:
             return []
         side = self.widest
