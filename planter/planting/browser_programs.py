@@ -36,19 +36,19 @@ class Rows:
         self.device, self.inputs = device, device.functions.inputs
 
     @cached_property
-    def drawn(self) -> Known:
+    def plotted(self) -> Known:
         """What is drawn of a turn, in shown units."""
-        known, phi = self._quantities, self.inputs[0]
+        values, phi = self._quantities, self.inputs[0]
         turned = phi / units.factor("phi_deg")
         return {
             "phi_deg": turned,
-            "planet's turn on the carrier": -known["alpha_deg"] - turned,
+            "planet's turn on the carrier": -values["alpha_deg"] - turned,
             "travel": 1e3 * self._datum("forward_speed_m_s") * phi / ca.fabs(self._datum("speed_rpm")),
-            **{key: known[key] for key in (*SIDE, *TOTALS)},
+            **{key: values[key] for key in (*SIDE, *TOTALS)},
         }
 
     @property
-    def told(self) -> Sequence[ca.SX]:
+    def sampled(self) -> Sequence[ca.SX]:
         """What of a turn the readings take, in shown units."""
         return [self._quantities[key] for key in TOLD]
 
@@ -62,11 +62,11 @@ class Rows:
         at, first = self._contact(stage, t), self._contact(stage, start[f"t{stage + 1}"])
         formulas = self.device.formulas
         point = dict(zip(formulas.entries("point"), (t, at["r"], at["turned"]), strict=True))
-        known = start | self._mounting | {"phi": ca.SX(0), contact: first["turned"]} | point
-        found = formulas.composed(f"pair{stage + 1}", known)
+        inputs = start | self._mounting | {"phi": ca.SX(0), contact: first["turned"]} | point
+        points = formulas.composed(f"pair{stage + 1}", inputs)
         axes = ((0.0, 0.0), (start["x_A1"], start["y_A1"]), (start["x_B1"], start["y_B1"]))
         (x, y), (u, v) = (
-            (found[f"x_{gear}"] - axis[0], found[f"y_{gear}"] - axis[1])
+            (points[f"x_{gear}"] - axis[0], points[f"y_{gear}"] - axis[1])
             for gear, axis in zip(("inner", "outer"), axes[stage:], strict=False)
         )
         return [1e3 * value for value in (x, y, *(_turned(u, v, start["alpha"]) if stage else (u, v)))]
@@ -75,12 +75,12 @@ class Rows:
     def _quantities(self) -> Known:
         """Quantities of side 1 and of both in shown units by their keys."""
         vectors = self.device.sidecar["vectors"]
-        one, _, totals = self.device.functions.both
-        found: dict[str, ca.SX] = {}
-        for vector, values in (("side", one), ("totals", totals)):
+        side, _, totals = self.device.functions.both
+        values_by_key: dict[str, ca.SX] = {}
+        for vector, values in (("side", side), ("totals", totals)):
             keys = cycle.list_keys(vectors[vector])
-            found |= {key: v / units.factor(key) for key, v in zip(keys, ca.vertsplit(values), strict=True)}
-        return found
+            values_by_key |= {key: v / units.factor(key) for key, v in zip(keys, ca.vertsplit(values), strict=True)}
+        return values_by_key
 
     @cached_property
     def _at_start(self) -> dict[str, ca.SX]:
@@ -92,8 +92,8 @@ class Rows:
     def _mounting(self) -> dict[str, ca.SX]:
         """How the gears are mounted: the design's first entries, and the centre distances [SI]."""
         _, x, _, h = self.inputs
-        own = dict(zip(self.device.formulas.entries("mounting"), ca.vertsplit(x), strict=False))
-        return own | {f"a{k}": h[place] for k, place in enumerate(cycle.find_distance_indices(self.device), 1)}
+        mounting = dict(zip(self.device.formulas.entries("mounting"), ca.vertsplit(x), strict=False))
+        return mounting | {f"a{k}": h[place] for k, place in enumerate(cycle.find_distance_indices(self.device), 1)}
 
     def _contact(self, stage: int, t: ca.SX) -> dict[str, ca.SX]:
         """Contact of a stage at a polar angle of its inner gear."""
@@ -127,17 +127,17 @@ class Singles:
         self.rows, self.device = rows, rows.device
         samples = self.device.machine.objective.samples
         sizes = [symbol.shape for symbol in rows.inputs[1:]]
-        sizes += [(moments, len(rows.drawn)), (samples, len(TOLD))]
+        sizes += [(moments, len(rows.plotted)), (samples, len(TOLD))]
         self.inputs = [ca.MX.sym(name, *size) for name, size in zip(INPUTS, sizes, strict=True)]
 
     @cached_property
     def all(self) -> Named:
         """All of them by name."""
-        return {**self._drawn(), **self._read()}
+        return {**self._compute_drawing(), **self._compute_readings()}
 
-    def _drawn(self) -> Named:
-        _, c, _, drawn, _ = self.inputs
-        rows = dict(zip(self.rows.drawn, ca.horzsplit(drawn), strict=True))
+    def _compute_drawing(self) -> Named:
+        _, c, _, table, _ = self.inputs
+        rows = dict(zip(self.rows.plotted, ca.horzsplit(table), strict=True))
         x, y = rows["tip_machine_x_mm"], rows["tip_y_mm"]
         speed, forward = (c[place(self.device, f"operation.{key}")] for key in ("speed_rpm", "forward_speed_m_s"))
         seconds = 2 * np.pi / ca.fabs(speed)
@@ -154,9 +154,9 @@ class Singles:
             **{f"plant {k}": planted + k * advance / 2 for k in (-1, 0, 1)},
         }
 
-    def _read(self) -> Named:
-        _, c, h, _, told = self.inputs
-        support, torque, cam = ca.horzsplit(told)
+    def _compute_readings(self) -> Named:
+        _, c, h, _, samples = self.inputs
+        support, torque, cam = ca.horzsplit(samples)
         high, low = ca.mmax(support), ca.mmin(support)
         over = partial(cycle.name_over_samples, samples=self.device.machine.objective.samples)
         first, second = (1e3 * h[at] for at in cycle.find_distance_indices(self.device))
@@ -175,8 +175,8 @@ class Singles:
 
 def objective(device: Device, force: ca.MX) -> ca.MX:
     """The device's objective of samples (n,) of its support force."""
-    settings, apart = read_weights(device.machine), force - ca.sum1(force) / force.numel()
-    variance = ca.dot(apart, apart) / force.numel()
+    settings, deviation = read_weights(device.machine), force - ca.sum1(force) / force.numel()
+    variance = ca.dot(deviation, deviation) / force.numel()
     return settings.weight_range * (ca.mmax(force) - ca.mmin(force)) + settings.weighted(variance, ca.sqrt)
 
 
@@ -195,7 +195,7 @@ def build_portable(device: Device, moments: int, corners: int) -> Portable:
     return Portable(
         inputs=_inputs(device),
         seen=_seen(rows, singles, moments, corners),
-        rows={"rows": len(rows.drawn), "stage1": AXES, "stage2": AXES},
+        rows={"rows": len(rows.plotted), "stage1": AXES, "stage2": AXES},
         singles=list(singles.all),
         gradient=_descent(device),
         design=[f"design.{name}" for name in device.names],
@@ -215,15 +215,15 @@ def _inputs(device: Device) -> list[Input]:
 def _seen(rows: Rows, singles: Singles, moments: int, corners: int) -> Program:
     device, prologue = rows.device, rows.device.functions.prologue_function
     x, c = prologue.mx_in()
-    given = {
+    data = {
         "x": device.design, "c": device.constants, "phi": cycle.sample_angles(moments),
         "sampled": cycle.sample_angles(device.machine.objective.samples),
         "around": 2 * np.pi * np.arange(corners) / (corners - 1),
     }  # fmt: skip
-    return Program(f"{device.model}_seen", given, [
+    return Program(f"{device.model}_seen", data, [
         Step(_named(device, "prologue", [x, c], [prologue(x, c)], ["x", "c"], ["h"])),
-        _lanes(rows, "phi", "rows", rows.drawn.values()),
-        _lanes(rows, "sampled", "told", rows.told),
+        _lanes(rows, "phi", "rows", rows.plotted.values()),
+        _lanes(rows, "sampled", "told", rows.sampled),
         *(_lanes(rows, "around", f"stage{k + 1}", rows.outlines(k)) for k in (0, 1)),
         Step(_named(device, "single", singles.inputs, [ca.vertcat(*singles.all.values())], INPUTS, ["singles"])),
     ])  # fmt: skip
@@ -231,16 +231,16 @@ def _seen(rows: Rows, singles: Singles, moments: int, corners: int) -> Program:
 
 def _lanes(rows: Rows, over: str, name: str, values: Iterable[ca.SX]) -> Step:
     """Rows over what stands in the place of the carrier angle."""
-    found = ca.cse(ca.vertcat(*values))
-    f = ca.Function(f"{rows.device.model}_{name}", rows.inputs, [found], [over, "x", "c", "h"], [name])
+    rows_of_values = ca.cse(ca.vertcat(*values))
+    f = ca.Function(f"{rows.device.model}_{name}", rows.inputs, [rows_of_values], [over, "x", "c", "h"], [name])
     return Step(f, (over,))
 
 
 def _named(
-    device: Device, name: str, inputs: Sequence[ca.MX], outputs: Sequence[ca.MX], given: Sequence[str],
-    found: Sequence[str],
+    device: Device, name: str, inputs: Sequence[ca.MX], outputs: Sequence[ca.MX], input_names: Sequence[str],
+    output_names: Sequence[str],
 ) -> ca.Function:  # fmt: skip
-    return ca.Function(f"{device.model}_{name}", inputs, outputs, given, found)
+    return ca.Function(f"{device.model}_{name}", inputs, outputs, input_names, output_names)
 
 
 def _descent(device: Device) -> Program:
@@ -254,15 +254,15 @@ def _descent(device: Device) -> Program:
     samples = ca.MX.sym("samples", len(turn))
     value = objective(device, samples)
     weighed = ca.Function("weighed", [samples], [value, ca.gradient(value, samples)])
-    found, slope = weighed.call([sum(ca.vertsplit(force, len(turn)))])
+    total, slope = weighed.call([sum(ca.vertsplit(force, len(turn)))])
     gradient = g[:, 1:].T @ ca.repmat(slope, len(shares), 1)
-    given = {"x": device.design, "c": device.constants, "place": np.add.outer(shares, turn)}
+    data = {"x": device.design, "c": device.constants, "place": np.add.outer(shares, turn)}
     place, *more, tangent = device.functions.inputs + slopes.sx_in()[-1:]
     rows = slopes.call([place, ca.vertcat(*more[:2]), more[2], ca.SX(0, 1), tangent])
     names = ["place", "x", "c", "h", "dh"]
     over = ca.Function(f"{device.model}_slopes", [place, *more, tangent], rows, names, ["force", "g"])
-    return Program(f"{device.model}_descent", given, [
+    return Program(f"{device.model}_descent", data, [
         Step(_named(device, "tangent", [x, c], [h, dh.nz[:]], ["x", "c"], ["h", "dh"])),
         Step(over, ("place",)),
-        Step(_named(device, "weighed", [force, g], [found, gradient], ["force", "g"], ["objective", "gradient"])),
+        Step(_named(device, "weighed", [force, g], [total, gradient], ["force", "g"], ["objective", "gradient"])),
     ])  # fmt: skip

@@ -79,42 +79,45 @@ class DesignersSummary(Record):
     notes: list[str]
 
 
-def list_design_tables(found: DesignersSummary) -> Iterator[Shown]:
-    """Torque, forces, gears and shocks of a design."""
-    motor = found.motor
+def list_design_tables(summary: DesignersSummary) -> Iterator[Shown]:
+    """Yield the tables of torque, forces, gears and shocks of a design."""
+    motor = summary.motor
     yield Shown("Torque of the motor on the carrier", ("", "N m", "phi / deg"), [
         *motor_rows(motor),
-        ("on the sun, to hold it", found.holding_torque_max_Nm, found.holding_torque_max_phi_deg),
+        ("on the sun, to hold it", summary.holding_torque_max_Nm, summary.holding_torque_max_phi_deg),
     ])  # fmt: skip
     yield Shown(
         "Peaks of forces, true extremes over a turn",
         ("", "largest / N", "phi / deg", "least / N", "phi / deg"),
-        [(words(one), one.max_N, one.max_phi_deg, one.min_N, one.min_phi_deg) for one in found.forces],
+        [
+            (describe_force(force), force.max_N, force.max_phi_deg, force.min_N, force.min_phi_deg)
+            for force in summary.forces
+        ],
     )
     yield Shown("Gears, lengths in mm",
                 ("gear", "least bend radius", "pitch radius", "to", "least teeth"),
-                [_gear(gear) for stage in found.stages for gear in stage.gears])  # fmt: skip
-    yield Shown("Stages", ("", "stage 1", "stage 2"), _stages(found.stages))
-    yield from shock_tables(found.shocks, "Shocks of side 1: the largest jump of each kind")
+                [_gear(gear) for stage in summary.stages for gear in stage.gears])  # fmt: skip
+    yield Shown("Stages", ("", "stage 1", "stage 2"), _stages(summary.stages))
+    yield from shock_tables(summary.shocks, "Shocks of side 1: the largest jump of each kind")
 
 
-def describe_design(found: DesignersSummary) -> Iterator[str]:
-    """What no table holds: the motor's power, the cam's angle, whether anything jumps, and what is missing."""
-    cam = f"{found.cam_pressure_angle_max_deg:.4g} deg at {found.cam_pressure_angle_max_phi_deg:.4g} deg"
-    yield f"Peak power of the motor {found.motor.peak_power_W:.4g} W; largest pressure angle of the cam {cam}."
-    if not found.shocks:
+def describe_design(summary: DesignersSummary) -> Iterator[str]:
+    """Yield the motor's power, the cam's pressure angle, whether anything jumps, and what is missing."""
+    cam = f"{summary.cam_pressure_angle_max_deg:.4g} deg at {summary.cam_pressure_angle_max_phi_deg:.4g} deg"
+    yield f"Peak power of the motor {summary.motor.peak_power_W:.4g} W; largest pressure angle of the cam {cam}."
+    if not summary.shocks:
         yield "No discontinuities: accelerations, forces and torques are continuous."
-    for note in found.notes:
+    for note in summary.notes:
         yield f"{note[0].upper()}{note[1:]}."
 
 
 def compare_peaks(start: DesignersSummary, optimum: DesignersSummary) -> Shown:
-    """Peaks of two designs beside each other."""
+    """Return the table of the peaks of two designs."""
     rows: list[Cells] = [
         ("motor torque, largest", start.motor.max_Nm, optimum.motor.max_Nm, "N m"),
         ("motor torque, root mean square", start.motor.rms_Nm, optimum.motor.rms_Nm, "N m"),
     ]
-    rows += [(words(a), a.max_N, b.max_N, "N") for a, b in zip(start.forces, optimum.forces, strict=True)]
+    rows += [(describe_force(a), a.max_N, b.max_N, "N") for a, b in zip(start.forces, optimum.forces, strict=True)]
     for a, b in zip(start.stages, optimum.stages, strict=True):
         rows.append((f"centre distance {a.stage}", a.centre_distance_mm, b.centre_distance_mm, "mm"))
     return Shown("Peaks before and after", ("largest over a turn", "start", "optimum", "unit"), rows)
@@ -132,16 +135,16 @@ BORNE = {
 """The same as columns of a file, with what they mean."""
 
 
-def list_largest_loads(found: DesignersSummary) -> list[float]:
-    """What `COMPARED` lists."""
-    by_name = {one.name: one.max_N for one in found.forces}
-    return [max(by_name[name] for name in names) if names else found.motor.max_Nm for names in COMPARED.values()]
+def list_largest_loads(summary: DesignersSummary) -> list[float]:
+    """Return the loads that `COMPARED` lists."""
+    by_name = {force.name: force.max_N for force in summary.forces}
+    return [max(by_name[name] for name in names) if names else summary.motor.max_Nm for names in COMPARED.values()]
 
 
-def words(force: PeakForce) -> str:
-    """A force's name as a person reads it.
+def describe_force(force: PeakForce) -> str:
+    """Return the name of a force in words.
 
-    >>> words(PeakForce("bearing_A1", "force of the carrier on the middle shaft", 1, 0, 0, 0))
+    >>> describe_force(PeakForce("bearing_A1", "force of the carrier on the middle shaft", 1, 0, 0, 0))
     'bearing A1'
     """
     return {"F_NP": "teeth at P, normal", "F_NQ": "teeth at Q, normal", "F_E": "cam on roller"}.get(
@@ -156,15 +159,15 @@ def _gear(gear: GearFound) -> Cells:
 
 
 def _stages(stages: Sequence[StageFound]) -> list[Cells]:
-    found: list[Cells] = [
-        ("centre distance / mm", *(one.centre_distance_mm for one in stages)),
-        ("pressure angle, least / deg", *(one.pressure_angle_min_deg for one in stages)),
-        ("pressure angle, largest / deg", *(one.pressure_angle_max_deg for one in stages)),
-        ("contact ratio, least", *(one.contact_ratio_min for one in stages)),
+    rows: list[Cells] = [
+        ("centre distance / mm", *(stage.centre_distance_mm for stage in stages)),
+        ("pressure angle, least / deg", *(stage.pressure_angle_min_deg for stage in stages)),
+        ("pressure angle, largest / deg", *(stage.pressure_angle_max_deg for stage in stages)),
+        ("contact ratio, least", *(stage.contact_ratio_min for stage in stages)),
     ]
-    stresses = [one.stress for one in stages if one.stress is not None]
+    stresses = [stage.stress for stage in stages if stage.stress is not None]
     if stresses:
-        found.append(("contact stress / MPa", *(one.contact_MPa for one in stresses)))
-        for k, which in enumerate(("inner", "outer")):
-            found.append((f"bending stress, {which} gear / MPa", *(one.bending_MPa[k] for one in stresses)))
-    return found
+        rows.append(("contact stress / MPa", *(stress.contact_MPa for stress in stresses)))
+        for k, gear in enumerate(("inner", "outer")):
+            rows.append((f"bending stress, {gear} gear / MPa", *(stress.bending_MPa[k] for stress in stresses)))
+    return rows

@@ -73,21 +73,21 @@ class DeviceRows:
             polar = self.machine.graph(t)
             contact = dict(zip(stage.contact.function.name_out(),
                                stage.contact.function(polar, parameters, hoisted), strict=True))  # fmt: skip
-            known: dict[str, ca.SX] = {"r": contact["r"], "dr": contact["dr"], "alpha0": self._constants["alpha_n"]}
-            for name, value in STRENGTH.composed("pressure_angles", known).items():
+            inputs: dict[str, ca.SX] = {"r": contact["r"], "dr": contact["dr"], "alpha0": self._constants["alpha_n"]}
+            for name, value in STRENGTH.composed("pressure_angles", inputs).items():
                 yield _row(f"{name}{index + 1}", value, "pressure angle", "rad")
             gears = self.device.machine.gears
             if gears is not None and gears.give_stress:
                 bends = _curvatures(stage, polar, parameters, hoisted)
-                yield from self._stresses(index, known | {"F": self.machine.graph(force)}, bends)
+                yield from self._stresses(index, inputs | {"F": self.machine.graph(force)}, bends)
 
-    def _stresses(self, index: int, known: Mapping[str, ca.SX], bends: tuple[ca.SX, ca.SX]) -> Iterator[CycleRow]:
-        own = {**known, **{name: self.device.machine.si(f"gears.{key}") for name, key in OF_GEARS.items()}}
-        contact = STRENGTH.composed("contact_stress", own | {"kappa1": bends[0], "kappa2": bends[1]})
+    def _stresses(self, index: int, inputs: Mapping[str, ca.SX], bends: tuple[ca.SX, ca.SX]) -> Iterator[CycleRow]:
+        values = {**inputs, **{name: self.device.machine.si(f"gears.{key}") for name, key in OF_GEARS.items()}}
+        contact = STRENGTH.composed("contact_stress", values | {"kappa1": bends[0], "kappa2": bends[1]})
         stress = Quantity(f"contact{index + 1}", "N/m2", "contact stress", "")
         yield CycleRow(stress, contact["square"], has_jumps=False, is_square=True)
         for gear, bend in zip(GEARS[index], bends, strict=True):
-            bending = STRENGTH.composed("bending_stress", own | {"kappa1": bend})["sigma"]
+            bending = STRENGTH.composed("bending_stress", values | {"kappa1": bend})["sigma"]
             yield _row(f"bending, {gear}", bending, "bending stress", "N/m2")
 
     def _of_stage(self, index: int) -> tuple[ca.SX, ca.SX]:
@@ -101,8 +101,8 @@ class DeviceRows:
     def _cam(self) -> CycleRow:
         theta = self.machine.graph("theta1")
         rate = ca.gradient(theta, self.phi) * self._constants["omega"]
-        known = {**self._constants, "theta1": theta, "theta1_dot": rate, "Omega": self.machine.graph("Omega")}
-        return _row("cam", CAM.composed("cam", known)["pressure"], "pressure angle of the cam", "rad")
+        inputs = {**self._constants, "theta1": theta, "theta1_dot": rate, "Omega": self.machine.graph("Omega")}
+        return _row("cam", CAM.composed("cam", inputs)["pressure"], "pressure angle of the cam", "rad")
 
 
 def _row(name: str, graph: ca.SX, meaning: str, unit: str) -> CycleRow:
@@ -112,14 +112,14 @@ def _row(name: str, graph: ca.SX, meaning: str, unit: str) -> CycleRow:
 def _curvatures(stage: Stage, t: ca.SX, parameters: ca.SX, hoisted: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Curvatures [1/m] of both pitch curves at a polar angle of the inner gear, on whichever segment it is.
 
-    Polar angles are linear in the place u on a segment, so that two of them tell the place.
+    Polar angles are linear in u on a segment, so that two of them determine u.
     """
     polar, bends = stage.polar.function, stage.curvature.function
-    within = t - 2 * np.pi * ca.floor(t / (2 * np.pi))
+    angle = t - 2 * np.pi * ca.floor(t / (2 * np.pi))
     ends = zip(polar(0.0, parameters), polar(1.0, parameters), strict=True)
-    first, second = ((within - start) / (unit - start) for start, unit in ends)
-    one, two = bends(first, parameters, hoisted)[:2], bends(second, parameters, hoisted)[2:]
-    inner, outer = (ca.if_else(first <= np.pi, a, b) for a, b in zip(one, two, strict=True))
+    first, second = ((angle - start) / (unit - start) for start, unit in ends)
+    first_curvatures, second_curvatures = bends(first, parameters, hoisted)[:2], bends(second, parameters, hoisted)[2:]
+    inner, outer = (ca.if_else(first <= np.pi, a, b) for a, b in zip(first_curvatures, second_curvatures, strict=True))
     return inner, outer
 
 
@@ -143,8 +143,8 @@ AROUND = 180
 
 def summarise_stages(turn: DesignTurn) -> tuple[list[StageFound], list[str]]:
     """Both stages at a design, and what could not be told of them."""
-    found = [_stage(turn, index) for index in (0, 1)]
-    return found, _notes(turn, found)
+    stages = [_stage(turn, index) for index in (0, 1)]
+    return stages, _notes(turn, stages)
 
 
 def find_module(turn: DesignTurn) -> float | None:
@@ -157,14 +157,14 @@ def find_module(turn: DesignTurn) -> float | None:
 
 
 def _stage(turn: DesignTurn, index: int) -> StageFound:
-    known = find_module(turn)
-    courses = _courses(turn, index, known)
-    ratio = None if known is None else min(_over(courses, pitch.RATIO, -1))
+    module = find_module(turn)
+    courses = _courses(turn, index, module)
+    ratio = None if module is None else min(_over(courses, pitch.RATIO, -1))
     steepest, flattest = (_pressure(turn, index, sign) for sign in (1, -1))
     distance = cycle.find_centre_distances(turn.device, turn.at)[index]
     radii = _radii(turn, index)
     gears = [
-        _gear(name, max(_over(courses, row, 1)), min(_over(courses, row, -1)), radius, known)
+        _gear(name, max(_over(courses, row, 1)), min(_over(courses, row, -1)), radius, module)
         for name, row, radius in zip(
             GEARS[index], (pitch.INNER, pitch.OUTER), (radii, (distance - radii[1], distance - radii[0])), strict=True
         )
@@ -181,12 +181,12 @@ def _stage(turn: DesignTurn, index: int) -> StageFound:
     )
 
 
-def _courses(turn: DesignTurn, index: int, known: float | None) -> list[AngleFunction]:
+def _courses(turn: DesignTurn, index: int, module: float | None) -> list[AngleFunction]:
     """Curvatures and contact ratio along both segments of a stage."""
     stage = turn.device.stages[index]
     parameters = turn.device.of_stage(index, turn.x)
     hoisted = stage.prologue(parameters=parameters)["hoisted"]
-    teeth = pitch.RackTeeth(known or 1.0, turn.device.machine.si("pressure_angle_deg"))
+    teeth = pitch.RackTeeth(module or 1.0, turn.device.machine.si("pressure_angle_deg"))
     kernels = (
         pitch.build_segment_kernel(pitch.build_segment_function(stage, second, teeth)) for second in (False, True)
     )
@@ -204,29 +204,29 @@ def _radii(turn: DesignTurn, index: int) -> tuple[float, float]:
     places = 2 * np.pi * np.arange(AROUND) / AROUND
 
     def radius(t: Array) -> Array:
-        found: Array = stage.contact(t=t, parameters=parameters, hoisted=hoisted)["r"][0]
-        return found
+        values: Array = stage.contact(t=t, parameters=parameters, hoisted=hoisted)["r"][0]
+        return values
 
     return extrema.find_minimum(radius, places, closed=True).value, extrema.find_maximum(
         radius, places, closed=True
     ).value
 
 
-def _gear(name: str, sharpest: float, flattest: float, radii: tuple[float, float], known: float | None) -> GearFound:
+def _gear(name: str, sharpest: float, flattest: float, radii: tuple[float, float], module: float | None) -> GearFound:
     return GearFound(
         gear=name,
         curvature_radius_min_mm=MILLI / sharpest,
         curvature_min_per_mm=flattest / MILLI,
         pitch_radius_min_mm=radii[0] * MILLI,
         pitch_radius_max_mm=radii[1] * MILLI,
-        teeth_min=None if known is None else 2 / (known * sharpest),
+        teeth_min=None if module is None else 2 / (module * sharpest),
     )
 
 
 def _pressure(turn: DesignTurn, index: int, sign: int) -> ExtremePoint:
     """Over both flanks of the teeth."""
     both = (turn.extreme(f"{flank}{index + 1}", sign) for flank in ("towards", "against"))
-    return max(both, key=lambda one: sign * one.value)
+    return max(both, key=lambda extreme: sign * extreme.value)
 
 
 def _stress(turn: DesignTurn, index: int, gears: list[GearFound]) -> StressFound | None:
@@ -237,18 +237,18 @@ def _stress(turn: DesignTurn, index: int, gears: list[GearFound]) -> StressFound
     return StressFound(
         contact_MPa=contact.value * MEGA,
         contact_phi_deg=to_degrees(contact.place),
-        bending_MPa=[None if one is None else one.value * MEGA for one in bent],
-        bending_phi_deg=[None if one is None else to_degrees(one.place) for one in bent],
+        bending_MPa=[None if extreme is None else extreme.value * MEGA for extreme in bent],
+        bending_phi_deg=[None if extreme is None else to_degrees(extreme.place) for extreme in bent],
     )
 
 
 def _formed(turn: DesignTurn, gear: GearFound) -> bool:
-    """Whether Lewis's form factor is known for the teeth of a gear."""
+    """Whether Lewis's form factor is module for the teeth of a gear."""
     angle = turn.device.machine.contact.pressure_angle_deg
     return angle == LEWIS_ANGLE_DEG and gear.teeth_min is not None and gear.teeth_min >= FEWEST_TEETH
 
 
-def _notes(turn: DesignTurn, found: list[StageFound]) -> list[str]:
+def _notes(turn: DesignTurn, stages: list[StageFound]) -> list[str]:
     machine = turn.device.machine
     if find_module(turn) is None:
         return ["contact ratio and stress need the module of the teeth: [gears] module_mm in the machine file"]
@@ -256,7 +256,7 @@ def _notes(turn: DesignTurn, found: list[StageFound]) -> list[str]:
         return ["stress needs [gears] with module_mm, face_width_mm, youngs_modulus_GPa and poisson_ratio"]
     if machine.contact.pressure_angle_deg != LEWIS_ANGLE_DEG:
         return [f"no bending stress: the form factor is that of {LEWIS_ANGLE_DEG:g} deg teeth"]
-    few = [gear for stage in found for gear in stage.gears if not _formed(turn, gear)]
+    few = [gear for stage in stages for gear in stage.gears if not _formed(turn, gear)]
     return [f"no bending stress of the {gear.gear}: its sharpest place is that of a gear with {gear.teeth_min:.3g} "
             f"teeth, the form factor begins at {FEWEST_TEETH}" for gear in few]  # fmt: skip
 
@@ -265,13 +265,13 @@ def summarise_design(device: Device, x: Array) -> DesignersSummary:
     """The summary of a design x (p,) of a device: true extremes, one-sided at events, integrals by quadrature."""
     turn = DesignTurn(device, x)
     holding, cam = turn.largest("M_1"), turn.largest("cam")
-    found, notes = summarise_stages(turn)
+    stages, notes = summarise_stages(turn)
     return DesignersSummary(
         motor=turn.motor("M_L"),
         holding_torque_max_Nm=holding.value,
         holding_torque_max_phi_deg=to_degrees(holding.place),
         forces=[_force(turn, name) for name in (*CONTACTS, *(vector.name for vector in turn.machine.vectors))],
-        stages=found,
+        stages=stages,
         cam_pressure_angle_max_deg=math.degrees(cam.value),
         cam_pressure_angle_max_phi_deg=to_degrees(cam.place),
         shocks=list(turn.shocks()),
@@ -281,12 +281,12 @@ def summarise_design(device: Device, x: Array) -> DesignersSummary:
 
 def _force(turn: DesignTurn, name: str) -> PeakForce:
     high, low = (turn.extreme(name, sign) for sign in (1, -1))
-    largest, least = without_rounding(high, low)
+    maximum, minimum = without_rounding(high, low)
     return PeakForce(
         name=name,
         meaning=turn.rows[turn.names.index(name)].quantity.meaning,
-        max_N=largest,
+        max_N=maximum,
         max_phi_deg=to_degrees(high.place),
-        min_N=least,
+        min_N=minimum,
         min_phi_deg=to_degrees(low.place),
     )

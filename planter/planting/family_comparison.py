@@ -18,8 +18,8 @@ from planter.errors import ComputationError, InputError
 from planter.files.text import read_json
 from planter.parallel.jobs import Jobs
 from planter.parallel.task import Means, Task
-from planter.planting import family_pairs as box
 from planter.planting.design_results import COMPARED, list_largest_loads
+from planter.planting.family_pairs import Pair, add_requirements, build_pair_machine, list_pairs, prepare_pairs
 from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.requirements import RequirementConstraints
@@ -42,14 +42,14 @@ def compare_families(
     seed: int = 0,
     out: Path | None = None,
     resume: bool = False,
-    pairs: Sequence[box.Pair] | None = None,
+    pairs: Sequence[Pair] | None = None,
     progress: Listener | None = None,
     cores: int | None = None,
     cluster: str | None = None,
 ) -> ComparisonFound:
-    """Devices of all pairs, feasible ones first, best first; and the machine's own narrow box beside them.
+    """Return the devices of all pairs, feasible ones first, best first, and that of the machine's narrow bounds.
 
-    Those that are settled come before those that are not, and only they have a `rank`.
+    Settled devices precede the others, and only they have a `rank`.
 
     With `out` each finished device is a file in `out/devices`; with `resume` those that a run of the same machine,
     starts, seed and version left there are not done again. The pairs are optimised by `cores` processes, one a core if
@@ -57,19 +57,19 @@ def compare_families(
     that does not answer, ComputationError where a pair cannot be optimised.
     """
     if resume and out is None:
-        raise InputError("--resume is not allowed without --out: it must be told which folder to go on in")
-    begun, machine = time.perf_counter(), box.required(own)
-    chosen = list(box.pairs() if pairs is None else pairs)
+        raise InputError("--resume needs --out DIR, the folder of the results to continue")
+    begun, machine = time.perf_counter(), add_requirements(own)
+    chosen = list(list_pairs() if pairs is None else pairs)
     store = ComparisonStore(None if out is None else files.output_folder(out / "devices"), own, starts, seed)
     tasks: list[Work] = [None, *chosen]
     done = {task: store.load(task) for task in tasks} if resume else dict.fromkeys(tasks)
     todo = [task for task in tasks if done[task] is None]
-    kept = len(tasks) - len(todo)
-    phase = ProgressPhase("compare", "device", len(tasks), progress, kept)
-    if kept:
-        phase.report(kept, "done before")
+    finished = len(tasks) - len(todo)
+    phase = ProgressPhase("compare", "device", len(tasks), progress, finished)
+    if finished:
+        phase.report(finished, "done before")
 
-    optimised = Task(box.prepare_pairs, {"own": own, "required": machine, "starts": starts, "seed": seed})
+    optimised = Task(prepare_pairs, {"machine": own, "constrained": machine, "starts": starts, "seed": seed})
     with Jobs(optimised, todo, Means(cores, cluster)) as jobs:
         for answer in jobs:
             task = todo[answer.job]
@@ -77,17 +77,17 @@ def compare_families(
                 raise ComputationError(f"{_name(task)}: {answer.content.message}")
             store.save(task, answer.content)
             done[task] = answer.content
-            phase.advance(f"{_name(task)} {_said(answer.content)}")
+            phase.advance(f"{_name(task)} {_describe_outcome(answer.content)}")
     ranked = _ranked([entry for task in chosen if (entry := done[task]) is not None])
     return ComparisonFound(
         machine=own.name,
         samples="refined",
         starts=starts,
         seed=seed,
-        settled=sum(one.settled for one in ranked),
+        settled=sum(pair.settled for pair in ranked),
         devices=ranked,
         narrow=NarrowBox.read(done[None] or {}),
-        proposal=proposal(machine, ranked),
+        proposal=build_proposal(machine, ranked),
         seconds=time.perf_counter() - begun,
     )
 
@@ -95,85 +95,86 @@ def compare_families(
 class ComparisonStore:
     """Finished devices in a folder, each with a hash of its question and of its pair; nothing without a folder."""
 
-    def __init__(self, folder: Path | None, own: Machine, starts: int, seed: int) -> None:
+    def __init__(self, folder: Path | None, machine: Machine, starts: int, seed: int) -> None:
         self.folder = folder
-        question = [LAYOUT, own.table(), box.required(own).table(), starts, seed, __version__]
+        question = [LAYOUT, machine.table(), add_requirements(machine).table(), starts, seed, __version__]
         self._question = json.dumps(question, sort_keys=True)
 
     def _hash(self, task: Work) -> str:
         return hashlib.sha256(f"{_name(task)} {self._question}".encode()).hexdigest()
 
-    def _is_earlier(self, task: Work, kept: dict[str, Any]) -> bool:
+    def _is_earlier(self, task: Work, saved: dict[str, Any]) -> bool:
         """Return whether a file of the layout whose hash left the pair out answers the question for this pair."""
-        stages = (kept["found"].get("stage1"), kept["found"].get("stage2"))
-        asked = hashlib.sha256(self._question.encode()).hexdigest()
-        return kept.get("asked") == asked and stages == (task or (None, None))
+        stages = (saved["found"].get("stage1"), saved["found"].get("stage2"))
+        question_hash = hashlib.sha256(self._question.encode()).hexdigest()
+        return saved.get("asked") == question_hash and stages == (task or (None, None))
 
-    def save(self, task: Work, found: dict[str, Any]) -> None:
+    def save(self, task: Work, entry: dict[str, Any]) -> None:
+        """Write the entry of a task."""
         if self.folder is not None:
-            files.write_summary(self.folder / f"{_name(task)}.json", {"asked": self._hash(task), "found": found})
+            files.write_summary(self.folder / f"{_name(task)}.json", {"asked": self._hash(task), "found": entry})
 
     def load(self, task: Work) -> dict[str, Any] | None:
-        """What was found of a task by the same question; None where there is none, or not whole."""
+        """Return the entry of a task for the same question, None if there is none or its file is damaged."""
         if self.folder is None:
             return None
         try:
-            kept = read_json(self.folder / f"{_name(task)}.json")
+            saved = read_json(self.folder / f"{_name(task)}.json")
         except InputError:
             return None
-        found: dict[str, Any] | None = kept.get("found")
-        if found is None or not (kept.get("asked") == self._hash(task) or self._is_earlier(task, kept)):
+        entry: dict[str, Any] | None = saved.get("found")
+        if entry is None or not (saved.get("asked") == self._hash(task) or self._is_earlier(task, saved)):
             return None
         keep(self.folder / f"{_name(task)}.json")
-        return found
+        return entry
 
 
 def _name(task: Work) -> str:
     return "narrow" if task is None else "+".join(task)
 
 
-def _said(found: dict[str, Any]) -> str:
-    if found["feasible"]:
-        return f"objective {found['objective']:.6g}"
-    return "does not keep " + ", ".join(found["binding"])
+def _describe_outcome(entry: dict[str, Any]) -> str:
+    if entry["feasible"]:
+        return f"objective {entry['objective']:.6g}"
+    return "violates " + ", ".join(entry["binding"])
 
 
 def _ranked(devices: Sequence[dict[str, Any]]) -> list[ComparedPair]:
-    places = itertools.count(1)
-    found = sorted((ComparedPair.read({"rank": None, **one}) for one in devices), key=_order)
-    return [replace(one, rank=next(places)) if one.settled else one for one in found]
+    ranks = itertools.count(1)
+    pairs = sorted((ComparedPair.read({"rank": None, **device}) for device in devices), key=_order)
+    return [replace(pair, rank=next(ranks)) if pair.settled else pair for pair in pairs]
 
 
 def _order(entry: ComparedPair) -> tuple[bool, bool, int, float]:
-    """Feasible ones by objective, then the others by how many requirements they break, and by how much of the first."""
+    """Return the key by which feasible pairs precede, by objective, the others, by number and size of violations."""
     size = entry.violations[0].amount if entry.violations else entry.objective
     return not entry.feasible, not entry.settled, len(entry.violations), size
 
 
-def proposal(machine: Machine, ranked: Sequence[ComparedPair]) -> Proposal | None:
-    """None where a device is feasible; else the requirements that every device breaks, and relaxed limits.
+def build_proposal(machine: Machine, ranked: Sequence[ComparedPair]) -> Proposal | None:
+    """Return the requirements that every device violates, and relaxed limits; None if a device is feasible.
 
-    The limits are those that the nearest device keeps; `violation` is what is left of that device's, in steps,
-    under them.
+    The limits are those that the closest device satisfies; `violation` is that device's remaining one under them, in
+    steps.
     """
     if not ranked or ranked[0].feasible:
         return None
     nearest = ranked[0]
-    limits = {one.key: one.relaxed for one in nearest.violations}
-    everywhere = set.intersection(*({one.name for one in entry.violations} for entry in ranked))
+    limits = {violation.key: violation.relaxed for violation in nearest.violations}
+    conflicting = set.intersection(*({violation.name for violation in entry.violations} for entry in ranked))
     return Proposal(
-        conflicting=sorted(everywhere),
+        conflicting=sorted(conflicting),
         limits=limits,
         stage1=nearest.stage1,
         stage2=nearest.stage2,
-        violation=left(machine, nearest, limits),
+        violation=compute_remaining_violation(machine, nearest, limits),
     )
 
 
-def left(machine: Machine, entry: ComparedPair, limits: dict[str, float]) -> float:
-    """The largest violation [steps] of an entry's design once limits are set anew."""
+def compute_remaining_violation(machine: Machine, entry: ComparedPair, limits: dict[str, float]) -> float:
+    """Return the largest violation [steps] of an entry's design under other limits."""
     changed = machine.with_numbers({f"requirements.{key}": value for key, value in limits.items()})
-    device = Device(box.described(changed, (entry.stage1, entry.stage2)))
+    device = Device(build_pair_machine(changed, (entry.stage1, entry.stage2)))
     x = device.scale * np.array([entry.design[name] for name in device.names])
     return RequirementConstraints(device).violation(x)
 
@@ -183,33 +184,33 @@ HEADER = ("", "sun, gear 6", "objective", "range / N", "var. / N2", "KKT")
 
 
 def show_comparison(console: Console, result: ComparisonFound) -> None:
-    """Devices by rank, those that are not settled apart, the narrow box, and what conflicts."""
+    """Print the devices by rank, those that are not settled, the narrow bounds, and the conflicting requirements."""
     devices = result.devices
-    settled, others = ([one for one in devices if one.settled is is_settled] for is_settled in (True, False))
+    settled, unsettled = ([pair for pair in devices if pair.settled is state] for state in (True, False))
     _say(describe_comparison(result))
     narrow = result.narrow
-    own = ("-", "the paper's narrow box", *_numbers(narrow))
-    rows = [(str(one.rank), pair_name(one), *_numbers(one)) for one in settled]
-    console.table(f"{result.machine}: settled pairs, true extremes and integrals", HEADER, [*rows, own])
-    if others:
+    narrow_row = ("-", "the paper's narrow box", *_numbers(narrow))
+    rows = [(str(pair.rank), pair_name(pair), *_numbers(pair)) for pair in settled]
+    console.table(f"{result.machine}: settled pairs, true extremes and integrals", HEADER, [*rows, narrow_row])
+    if unsettled:
         console.table("Not settled, the best points that were reached", HEADER,
-                      [("?", pair_name(one), *_numbers(one)) for one in others])  # fmt: skip
-    borne = [(str(one.rank or "?"), pair_name(one), *list_largest_loads(one.designer)) for one in devices]
-    console.table("What each has to bear, largest over a turn", ("", "sun, gear 6", *COMPARED), borne)
-    for one in devices:
-        _say(f"{pair_name(one)}: {'; '.join(describe_pair(one))}")
+                      [("?", pair_name(pair), *_numbers(pair)) for pair in unsettled])  # fmt: skip
+    loads = [(str(pair.rank or "?"), pair_name(pair), *list_largest_loads(pair.designer)) for pair in devices]
+    console.table("What each has to bear, largest over a turn", ("", "sun, gear 6", *COMPARED), loads)
+    for pair in devices:
+        _say(f"{pair_name(pair)}: {'; '.join(describe_pair(pair))}")
     _say("")
-    found = result.proposal
-    if found is not None:
-        told_of = ", ".join(found.conflicting) or "no single one"
-        limits = ", ".join(f"{key} = {value:.6g}" for key, value in found.limits.items())
-        _say(f"No pair keeps all requirements; every pair breaks: {told_of}.")
-        _say(f"{found.stage1} with {found.stage2} keeps them with {limits}.")
+    proposal = result.proposal
+    if proposal is not None:
+        conflicting = ", ".join(proposal.conflicting) or "no single one"
+        limits = ", ".join(f"{key} = {value:.6g}" for key, value in proposal.limits.items())
+        _say(f"No pair satisfies all requirements; every pair violates: {conflicting}.")
+        _say(f"{proposal.stage1} with {proposal.stage2} satisfies them with {limits}.")
     _say(f"{result.seconds:.3g} s")
 
 
 def describe_comparison(result: ComparisonFound) -> str:
-    """How many pairs are settled, and what that means."""
+    """Return how many pairs are settled, and what that means."""
     return (
         f"{result.settled} of {len(result.devices)} pairs are settled: a KKT residual below 1e-6 and a second "
         "start that agrees, or a violation that is least to first order. The others are only the best points reached."
@@ -217,12 +218,13 @@ def describe_comparison(result: ComparisonFound) -> str:
 
 
 def pair_name(entry: ComparedPair) -> str:
+    """Return the families of a pair in words."""
     return f"{entry.stage1}, {entry.stage2}".replace("_", " ")
 
 
 def describe_pair(entry: ComparedPair) -> Iterator[str]:
-    """What holds an entry or is broken by it, and what it lacks to be settled."""
-    amounts = [f"{one.name} by {one.amount:.3g} {one.unit}" for one in entry.violations]
+    """Yield the requirements that are active or violated, and what the pair lacks to be settled."""
+    amounts = [f"{violation.name} by {violation.amount:.3g} {violation.unit}" for violation in entry.violations]
     names = ", ".join(amounts or entry.binding)
     yield f"{'held by' if entry.feasible else 'breaks'} {names}" if names else "all kept"
     if entry.lacks:

@@ -47,15 +47,15 @@ def build_driven_machine(device: Device) -> Machine:
     contacts = [stage.contact.function for stage in device.stages]
     lane = module.lane(*contacts, build_flank_function(device.machine.cam.flank))
     prologue = module.prologue(*contacts)
-    given = [device.design, device.prologue(device.design).h]
-    _, *packed, _, _ = ca.substitute(functions.lane_inputs(phi), [functions.x, functions.h], given)
+    values_at_design = [device.design, device.prologue(device.design).h]
+    _, *packed, _, _ = ca.substitute(functions.lane_inputs(phi), [functions.x, functions.h], values_at_design)
     machine_values, rate = d[:size], d[size:]
     side = lane(phi, *packed, machine_values, rate, prologue(*packed, machine_values, rate))
-    one, two = (ca.SX.sym(name, side.numel()) for name in ("one", "two"))
+    first, second = (ca.SX.sym(name, side.numel()) for name in ("one", "two"))
     shared = ("F_E_loss", "T_side", "V_side")
     names = [entry["name"] for entry in vectors["side"]]
-    sums = [one[names.index(name)] + two[names.index(name)] for name in shared]
-    frame = module.frame()(one, two, machine_values)
+    sums = [first[names.index(name)] + second[names.index(name)] for name in shared]
+    frame = module.frame()(first, second, machine_values)
     quantities = tuple(
         Quantity(e["name"], e["unit"], e["meaning"], e.get("shown") or units.key(e["name"], e["unit"]), total)
         for vector, total in (("side", False), ("totals", True))
@@ -81,7 +81,7 @@ def build_driven_machine(device: Device) -> Machine:
         prologue=ca.Function("prologue", [d], [ca.SX.zeros(0, 1)], ["d"], ["h"]),
         lane=ca.Function("lane", [phi, d, h, q], [side], ["phi", "d", "h", "q"], ["y"]),
         speed=[value.path for value in values].index(SPEED),
-        totals=ca.Function("totals", [one, two, d], [ca.vertcat(frame, *sums)]),
+        totals=ca.Function("totals", [first, second, d], [ca.vertcat(frame, *sums)]),
         offsets=SIDES,
         samples=device.machine.objective.samples,
         motors=("M_L",),
@@ -117,13 +117,13 @@ def drive_device(
     machine = build_driven_machine(device)
     names = tuple(quantity.name for quantity in machine.results if quantity.unit in ("N", "N m"))
     driven = drive_machine(machine, motor, turns, start, samples, names)
-    own, other = (state.values[FORCE][:-1] for state in (driven.driven, driven.constant))
+    varying, steady = (state.values[FORCE][:-1] for state in (driven.driven, driven.constant))
     general = {field.name: getattr(driven.result, field.name) for field in fields(DriveResult)}
     result = DriveFound(
         **general,
-        support_force=compute_statistics(own),
-        constant_speed=compute_statistics(other),
-        change_N=float(np.abs(own - other).max()),
+        support_force=compute_statistics(varying),
+        constant_speed=compute_statistics(steady),
+        change_N=float(np.abs(varying - steady).max()),
     )
     return DeviceDrive(driven, result)
 
@@ -131,20 +131,20 @@ def drive_device(
 FORCE_HEAD = ("vertical support force / N", "driven", "at constant speed")
 
 
-def list_force_rows(found: DriveFound) -> list[tuple[str, float, float | None]]:
+def list_force_rows(result: DriveFound) -> list[tuple[str, float, float | None]]:
     """Support forces in that turn, and at its mean speed."""
-    own, other = found.support_force, found.constant_speed
+    varying, steady = result.support_force, result.constant_speed
     return [
-        ("largest", own.max_N, other.max_N),
-        ("least", own.min_N, other.min_N),
-        ("range", own.range_N, other.range_N),
-        ("mean", own.mean_N, other.mean_N),
-        ("largest difference", found.change_N, None),
+        ("largest", varying.max_N, steady.max_N),
+        ("least", varying.min_N, steady.min_N),
+        ("range", varying.range_N, steady.range_N),
+        ("mean", varying.mean_N, steady.mean_N),
+        ("largest difference", result.change_N, None),
     ]
 
 
-def show_drive(console: Console, found: DriveFound) -> None:
+def show_drive(console: Console, result: DriveFound) -> None:
     """Motor, speed, forces."""
-    for table in drive_tables(found):
+    for table in drive_tables(result):
         console.table(table.title, table.head, table.rows)
-    console.table("Forces", FORCE_HEAD, list_force_rows(found))
+    console.table("Forces", FORCE_HEAD, list_force_rows(result))

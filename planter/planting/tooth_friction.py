@@ -43,18 +43,18 @@ class Angles:
 
     @classmethod
     def between(cls, jumps: Array) -> Angles:
-        """Between jumps (m,) of either of two sides that are half a turn apart."""
+        """Between jumps (m,) of either of two sides that are half a turn distinct."""
         folded = np.unique(np.mod(jumps, np.pi))
-        apart = folded[np.diff(folded, append=folded[0] + np.pi) > 10 * ASIDE]
-        ends = np.append(apart, apart[0] + np.pi)
+        distinct = folded[np.diff(folded, append=folded[0] + np.pi) > 10 * ASIDE]
+        ends = np.append(distinct, distinct[0] + np.pi)
         pieces = np.ceil(np.diff(ends) / LONGEST).astype(int)
         inner = [np.linspace(a, b, k, endpoint=False) for a, b, k in zip(ends[:-1], ends[1:], pieces, strict=True)]
         cut = np.append(np.concatenate(inner), ends[-1])
         nodes, weights = piecewise.gauss_panels(cut, NODES)
         sides = cut[:-1, None] + ASIDE, cut[1:, None] - ASIDE
         half, none = np.hstack([sides[0], nodes, sides[1]]).ravel(), np.zeros((len(nodes), 1))
-        own = np.hstack([none, weights, none]).ravel()
-        return cls(np.concatenate([half, half + np.pi]), np.tile(own, 2) / (2 * np.pi))
+        panel_weights = np.hstack([none, weights, none]).ravel()
+        return cls(np.concatenate([half, half + np.pi]), np.tile(panel_weights, 2) / (2 * np.pi))
 
     def mean(self, values: Array) -> float:
         return float(self.weights @ values)
@@ -81,8 +81,8 @@ class ToothedTurn:
     def angles(self) -> Angles:
         """Angles between which no pair of teeth that bears comes, goes or passes the pitch point, and nothing else
         jumps."""
-        own = response.find_breakpoints(self.device.force, self.device.prologue(self.x)).angles
-        return Angles.between(np.concatenate([own, *self._changes()]))
+        breakpoints = response.find_breakpoints(self.device.force, self.device.prologue(self.x)).angles
+        return Angles.between(np.concatenate([breakpoints, *self._changes()]))
 
     def _changes(self) -> Iterator[Array]:
         """Angles (m,) at which pairs of teeth that bear come, go, and pass the pitch point, of each stage."""
@@ -93,11 +93,11 @@ class ToothedTurn:
             sense = mesh.pair.sense
             polar = sense * mesh.gear.curve.at(sense * at)[POLAR]
             start = dense[t][0]
-            wanted = start + np.mod(polar - start, TURN)
-            phi = np.interp(wanted, dense[t], _DENSE)
-            slope = np.interp(wanted, dense[t], np.gradient(_DENSE, dense[t]))
+            target = start + np.mod(polar - start, TURN)
+            phi = np.interp(target, dense[t], _DENSE)
+            slope = np.interp(target, dense[t], np.gradient(_DENSE, dense[t]))
             for _ in range(_CORRECTIONS):
-                phi += (wanted - self._model.turn(phi).one[t]) * slope
+                phi += (target - self._model.turn(phi).one[t]) * slope
             pushing = np.where(self._model.turn(phi).one[f"M_{tag}"] >= 0, *SIDES)
             yield phi[side == pushing]
 
@@ -126,12 +126,12 @@ class ToothedTurn:
         return self.turn(self.lifting(loads), friction)
 
     def lifting(self, loads: Sequence[SharedLoad]) -> Lifting:
-        """What the model takes of loads that are shared out at P and at Q."""
-        told: dict[str, Array | float] = {"against": 1.0}
+        """Return the model's inputs for loads that are shared out at P and at Q."""
+        values: dict[str, Array | float] = {"against": 1.0}
         for tag, load in zip(MESHES, loads, strict=True):
             for k, flank in enumerate(FLANKS):
-                told |= {f"lead_{tag}_{flank}": load.lead[k], f"away_{tag}_{flank}": load.away[k]}
-        return told
+                values |= {f"lead_{tag}_{flank}": load.lead[k], f"away_{tag}_{flank}": load.away[k]}
+        return values
 
     @cached_property
     def shared(self) -> LiftedCycle:
@@ -141,7 +141,7 @@ class ToothedTurn:
     @cached_property
     def equal(self) -> list[SharedLoad]:
         """All pairs in contact bear the same."""
-        return [one.equal for one in self.bearings]
+        return [mesh.equal for mesh in self.bearings]
 
 
 FORCES = {
@@ -158,12 +158,12 @@ LOSSES = {
 
 
 def describe_friction_columns() -> dict[str, str]:
-    """What each column of a table over a turn means."""
+    """Return the meaning of each column of a table over a cycle."""
     return {
-        name_column(units.key(name, unit), kind): f"{meaning}; {said}"
+        name_column(units.key(name, unit), kind): f"{meaning}; {condition}"
         for names, unit in ((FORCES, "N"), (TORQUES, "N m"), (LOSSES, "W"))
         for name, meaning in names.items()
-        for kind, said in KINDS.items()
+        for kind, condition in KINDS.items()
     }
 
 
@@ -173,25 +173,25 @@ LOST = {"stage 1": "F_P_loss", "stage 2": "F_Q_loss", "cams": "F_E_loss"}
 
 
 def compute_friction(device: Device, x: Array, stages: Sequence[ToothedPair]) -> FrictionCurves:
-    """What friction of the teeth of both stages does to a device at a design (p,) [SI]."""
+    """Return the effects of tooth friction in both stages on a device at a design (p,) [SI]."""
     teeth = ToothedTurn(device, x, stages)
     bearings = teeth.bearings
     turns = {
         "without": teeth.without,
         "convention": teeth.turn(),
         "sliding": teeth.shared,
-        "nearest": teeth.sliding([one.nearest for one in bearings]),
-        "farthest": teeth.sliding([one.farthest for one in bearings]),
+        "nearest": teeth.sliding([mesh.nearest for mesh in bearings]),
+        "farthest": teeth.sliding([mesh.farthest for mesh in bearings]),
     }
     support = [turn.totals["F_support"] for turn in turns.values()]
     sampled = cycle.compute_statistics(
         device.support(device.prologue(x), cycle.sample_angles(device.machine.objective.samples))
     )
-    found = Friction(
+    friction = Friction(
         friction_angle_deg=float(np.degrees(device.machine.si(FRICTION))),
         pressure_angle_deg=float(np.degrees(stages[0].order.pressure_angle)),
         angles=len(teeth.angles.phi),
-        pairs=[one.pairs for one in bearings],
+        pairs=[mesh.pairs for mesh in bearings],
         objective=read_weights(device.machine).value(sampled.range_N, sampled.variance_N2),
         support_changed_N=float(np.abs(support - support[0]).max()),
         **{kind: summarise_turn(teeth, turn) for kind, turn in turns.items()},
@@ -201,11 +201,11 @@ def compute_friction(device: Device, x: Array, stages: Sequence[ToothedPair]) ->
     order = np.argsort(phi)
     curves = _curves({kind: turns[kind] for kind in KINDS})
     ordered = {key: {kind: row[order] for kind, row in kinds.items()} for key, kinds in curves.items()}
-    return FrictionCurves(found, np.degrees(phi[order]), ordered)
+    return FrictionCurves(friction, np.degrees(phi[order]), ordered)
 
 
 def summarise_turn(teeth: ToothedTurn, turn: LiftedCycle) -> FrictionTurn:
-    """A turn in numbers."""
+    """Return the figures of a cycle."""
     mean, per_turn = teeth.angles.mean, TURN / teeth.device.machine.si("operation.speed_rpm")
     torque, sizes = turn.totals["M_L"], {name: _size(turn, name) for name in (*JOINTS, *NORMAL)}
     return FrictionTurn(
@@ -214,7 +214,7 @@ def summarise_turn(teeth: ToothedTurn, turn: LiftedCycle) -> FrictionTurn:
         torque_Nm=Extent(float(torque.min()), float(torque.max())),
         motor_work_J=TURN * mean(torque),
         lost_J={place: per_turn * mean(turn.one[name] + turn.two[name]) for place, name in LOST.items()},
-        efficiency=[1 - mean(turn.one[f"F_{tag}_loss"]) / mean(_given(turn, tag)) for tag in MESHES],
+        efficiency=[1 - mean(turn.one[f"F_{tag}_loss"]) / mean(_input_power(turn, tag)) for tag in MESHES],
     )
 
 
@@ -224,23 +224,23 @@ def compute_maximum_forces(teeth: ToothedTurn) -> dict[str, float]:
     A force is a quotient of linear functions in the shares of each mesh, so that its size is largest where at each mesh
     a single pair bears all.
     """
-    one, two = teeth.bearings
-    pairs = [[one.alone(i), two.alone(j)] for i in range(one.pairs) for j in range(two.pairs)]
+    first, second = teeth.bearings
+    pairs = [[first.alone(i), second.alone(j)] for i in range(first.pairs) for j in range(second.pairs)]
     equal = teeth.lifting(teeth.equal)
     alone = [teeth.turn(teeth.lifting(loads), behind=equal) for loads in pairs]
-    found = {name: max(float(_size(turn, name).max()) for turn in alone) for name in (*JOINTS, *NORMAL)}
-    return found | {name: _of_both(teeth.shared, alone, name) for name in JOINTS if name in TOTALS}
+    bounds = {name: max(float(_size(turn, name).max()) for turn in alone) for name in (*JOINTS, *NORMAL)}
+    return bounds | {name: _bound_shared_force(teeth.shared, alone, name) for name in JOINTS if name in TOTALS}
 
 
-def _of_both(shared: LiftedCycle, alone: Sequence[LiftedCycle], name: str) -> float:
+def _bound_shared_force(shared: LiftedCycle, alone: Sequence[LiftedCycle], name: str) -> float:
     """The largest size of a force that both sides add up to, each with any pair of its own alone at each mesh."""
     base = _vector(shared, name)
     more = [_vector(turn, name) - base for turn in alone]
     behind = [np.roll(part, base.shape[1] // 2, axis=1) for part in more]
-    return max(float(np.hypot(*(base + own + other)).max()) for own in more for other in behind)
+    return max(float(np.hypot(*(base + first + second)).max()) for first in more for second in behind)
 
 
-def _given(turn: LiftedCycle, tag: str) -> Array:
+def _input_power(turn: LiftedCycle, tag: str) -> Array:
     """Power (n,) that a mesh is given, by the inner gear or by the outer one, seen from the carrier [W]."""
     power, loss = turn.one[f"F_{tag}_power"], turn.one[f"F_{tag}_loss"]
     return np.asarray(np.maximum(power + loss, 0) + np.maximum(-power, 0))

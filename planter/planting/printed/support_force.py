@@ -58,21 +58,21 @@ class BothModels:
     def headlines(self, model: Model) -> dict[str, float]:
         """True extremes, range, mean, variance and objective of the machine's own design."""
         device = self.devices[model]
-        found = build_problem(device).score(device.design)
-        look = found.look
+        evaluation = build_problem(device).score(device.design)
+        look = evaluation.look
         return {"max_N": look.high, "min_N": look.low, "range_N": look.range, "mean_N": look.mean,
-                "variance_N2": look.variance, "objective": found.objective}  # fmt: skip
+                "variance_N2": look.variance, "objective": evaluation.objective}  # fmt: skip
 
     def score(self, model: Model, x: Array) -> float:
         """Objective of a design x (p,) in a model."""
         return build_problem(self.devices[model]).score(x).objective
 
     def support_with(self, model: Model, values: Mapping[str, float]) -> Array:
-        """Support force [N] of the machine's own design with other values of some of its inputs, in shown units."""
+        """Support force [N] of the machine's own design with other values of some of its inputs, in paths units."""
         device = Device(self.machine, model)
-        shown = [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
+        paths = [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
         for path, value in values.items():
-            device.constants[shown.index(path)] = value * factor(path)
+            device.constants[paths.index(path)] = value * factor(path)
         return cycle.evaluate_cycle(device, device.prologue(device.design), self.angles).support
 
     @property
@@ -108,11 +108,11 @@ def support_force(inputs: Inputs) -> float:
 
 @formula("optimum")
 def optimum(inputs: Inputs) -> float:
-    """A design parameter at the optimum of the printed model, in the unit that it is shown in."""
+    """A design parameter at the optimum of the printed model, in the unit that it is design in."""
     machine = _assuming(inputs)
     device = machine.devices["printed"]
-    shown = device.named(machine.optima["printed"].design)
-    return shown[inputs["parameter"]]
+    design = device.named(machine.optima["printed"].design)
+    return design[inputs["parameter"]]
 
 
 def _assuming(inputs: Inputs) -> BothModels:
@@ -143,13 +143,13 @@ def consequences(
     broken = {e["law"]: e for e in trial["laws"] if e["paper"] == row["paper"] and e["caused_by"]}
     if not broken:
         return []
-    machine, own = both(row["machine"]), disclosed[row["theory"]]
+    machine, figures = both(row["machine"]), disclosed[row["theory"]]
     decisive = broken.get(row["fixes_the_force"])
     causes = list(decisive["caused_by"]) if decisive else []
-    entries = [{**entry, "rests_on": causes} for entry in (*_forces(machine, own), *_optima(machine))]
+    entries = [{**entry, "rests_on": causes} for entry in (*_forces(machine, figures), *_optima(machine))]
     entries += [_law(machine, law, row["laws"][name], law is decisive) for name, law in broken.items()
                 if name in row["laws"]]  # fmt: skip
-    entries += [_objective(machine, own), _tooth_angles(machine, row), _parameters(machine), _fit(row)]
+    entries += [_objective(machine, figures), _tooth_angles(machine, row), _parameters(machine), _fit(row)]
     return [{"paper": row["paper"], **entry, "assumed_inputs": machine.assumptions} for entry in entries]
 
 
@@ -161,13 +161,13 @@ def _entry(
             "as_derived": as_derived, "rests_on": [], "statement": statement}  # fmt: skip
 
 
-def _forces(machine: BothModels, own: Mapping[str, float]) -> Iterator[Entry]:
+def _forces(machine: BothModels, figures: Mapping[str, float]) -> Iterator[Entry]:
     """The headline numbers of the force, and the objective, in both models beside the paper's own."""
     by_print, derived = machine.headlines("printed"), machine.headlines("exact")
     for key, name in HEADLINES.items():
         unit = "N2" if key.endswith("N2") else "N"
-        yield _entry("support force over a turn", name, unit, by_print[key], derived[key], own.get(key))
-    objective = read_weights(machine.machine).value(own["range_N"], own["variance_N2"])
+        yield _entry("support force over a turn", name, unit, by_print[key], derived[key], figures.get(key))
+    objective = read_weights(machine.machine).value(figures["range_N"], figures["variance_N2"])
     yield _entry("support force over a turn", "objective", "", by_print["objective"], derived["objective"], objective)
 
 
@@ -181,14 +181,14 @@ def _optima(machine: BothModels) -> Iterator[Entry]:
     scores = [(machine.score("printed", x), machine.score("exact", x)) for x in designs.values()]
     for name, score in zip(designs, scores, strict=True):
         yield _entry("objective of a design", name, "", *score)
-    own, *best = scores
-    printed, exact = ([100 * (found[i] / own[i] - 1) for i in range(2)] for found in best)
-    said = (
+    paper, *best = scores
+    printed, exact = ([100 * (score[i] / paper[i] - 1) for i in range(2)] for score in best)
+    statement = (
         f"What the printed equations call their optimum is {_better(printed[1])} than the paper's design in the exact "
         f"model; the optimum of the exact model is {_better(exact[1])}."
     )
     yield _entry("objective of a design", "change by optimising with the equations as printed", "%", printed[0],
-                 printed[1], statement=said)  # fmt: skip
+                 printed[1], statement=statement)  # fmt: skip
 
 
 def _better(change: float) -> str:
@@ -197,26 +197,26 @@ def _better(change: float) -> str:
 
 def _law(machine: BothModels, law: Mapping[str, Any], measure: str, decisive: bool) -> Entry:
     """A violated law by what it says of the force, in both models."""
-    name, unit, found = MEASURES[measure]
+    name, unit, measure_law = MEASURES[measure]
     repaired = ", ".join(f"({number})" for number in law["caused_by"])
-    said = f"Masses and motion fix this force: with {repaired} repaired, its numbers are those of the exact model."
+    statement = f"Masses and motion fix this force: with {repaired} repaired, its numbers are those of the exact model."
     if law["reading"]:
-        said += (
+        statement += (
             f" The printed model reads every symbol literally and breaks this law by {law['violation_literal']:.4g} "
             f"{unit}; under the kindest joint reading ({law['reading']}) it is broken by {law['violation']:.4g} {unit}."
         )
-    entry = _entry("law", f"{law['law']}: {name}", unit, found(machine, "printed"), found(machine, "exact"))
-    return entry | {"rests_on": list(law["caused_by"]), "statement": said if decisive else ""}
+    entry = _entry("law", f"{law['law']}: {name}", unit, measure_law(machine, "printed"), measure_law(machine, "exact"))
+    return entry | {"rests_on": list(law["caused_by"]), "statement": statement if decisive else ""}
 
 
-def _apart(total: str) -> Callable[[BothModels, Model], float]:
-    def found(machine: BothModels, model: Model) -> float:
+def _measure_distance(total: str) -> Callable[[BothModels, Model], float]:
+    def measure(machine: BothModels, model: Model) -> float:
         return float(abs(machine.turns[model].totals[total] - machine.turns["exact"].totals[total]).max())
 
-    return found
+    return measure
 
 
-def _least(contact: str) -> Callable[[BothModels, Model], float]:
+def _measure_minimum(contact: str) -> Callable[[BothModels, Model], float]:
     return lambda machine, model: float(machine.turns[model].sides[0][contact].min())
 
 
@@ -227,21 +227,21 @@ def _at_rest(machine: BothModels, model: Model) -> float:
 
 
 MEASURES: dict[str, tuple[str, str, Callable[[BothModels, Model], float]]] = {
-    "vertical": ("largest distance from the exact model", "N", _apart("support_N")),
-    "horizontal": ("largest distance from the exact model", "N", _apart("support_x_N")),
+    "vertical": ("largest distance from the exact model", "N", _measure_distance("support_N")),
+    "horizontal": ("largest distance from the exact model", "N", _measure_distance("support_x_N")),
     "mean": ("mean", "N", lambda machine, model: machine.headlines(model)["mean_N"]),
     "work": ("work of the motor over a turn", "J", lambda machine, model: work(machine.turns[model])),
     "at rest": ("largest distance from the weight at rest", "N", _at_rest),
-    "teeth P": ("least normal force", "N", _least("F_NP_N")),
-    "teeth Q": ("least normal force", "N", _least("F_NQ_N")),
+    "teeth P": ("least normal force", "N", _measure_minimum("F_NP_N")),
+    "teeth Q": ("least normal force", "N", _measure_minimum("F_NQ_N")),
 }
 
 
-def _objective(machine: BothModels, own: Mapping[str, float]) -> Entry:
+def _objective(machine: BothModels, figures: Mapping[str, float]) -> Entry:
     """How the objective weighs the paper's own numbers: the sum of a force and its square depends on the unit."""
     objective = read_weights(machine.machine)
-    spread = objective.spread(own["variance_N2"])[0]
-    share, in_kilonewton = (100 * spread / (spread + objective.weight_range * own["range_N"] * scale)
+    spread = objective.spread(figures["variance_N2"])[0]
+    share, in_kilonewton = (100 * spread / (spread + objective.weight_range * figures["range_N"] * scale)
                             for scale in (1.0, 1e3))  # fmt: skip
     return _entry(
         "objective", "share of the variance in the objective of the paper's theory", "%", share, None,
@@ -265,12 +265,12 @@ def _parameters(machine: BothModels) -> Entry:
     """How many combinations of the design parameters the force feels at the optimum of either model."""
     unfelt = machine.optima["exact"].insensitive
     printed, exact = (float(machine.optima[model].effective_parameters) for model in ("printed", "exact"))
-    said = (
+    statement = (
         f"Of {len(machine.devices['exact'].names)} design parameters the exact force leaves {len(unfelt)} undetermined"
         f"{_listed(unfelt)}."
     )
     return _entry("what is felt", "combinations of design parameters that the force feels", "", printed, exact,
-                  statement=said)  # fmt: skip
+                  statement=statement)  # fmt: skip
 
 
 def _fit(row: Mapping[str, Any]) -> Entry:

@@ -25,7 +25,13 @@ from planter.planting import family_pairs as box
 from planter.planting import family_pairs as pair
 from planter.planting import file
 from planter.planting.design_summary import summarise_design
-from planter.planting.family_comparison import ComparisonStore, _ranked, compare_families, left, proposal
+from planter.planting.family_comparison import (
+    ComparisonStore,
+    _ranked,
+    build_proposal,
+    compare_families,
+    compute_remaining_violation,
+)
 from planter.planting.model import Device
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
@@ -134,10 +140,10 @@ def test_the_own_design_is_the_described_one(resumed: tuple[dict, dict[str, int]
 @pytest.mark.parametrize("family", families.list_families())
 def test_described_curves_have_the_size_and_the_swing_they_are_given(family: str) -> None:
     own = file.load(box.REFERENCE)
-    device = Device(box.described(own, (family, family)))
+    device = Device(box.build_pair_machine(own, (family, family)))
     swings = []
     for stage in (0, 1):
-        size, swing, m = box.curve(device, stage)
+        size, swing, m = box.measure_curve(device, stage)
         swings.append(swing)
         wanted = device.design[[n.startswith("size") for n in device.names]][stage]
         assert size == pytest.approx(wanted, rel=0.02)
@@ -157,8 +163,8 @@ def test_a_conflict_is_told_and_the_proposal_is_kept() -> None:
     assert told.conflicting == [one.name for one in entry.violations]
     assert told.violation < 1e-6
     half = {one.key: (one.limit + one.relaxed) / 2 for one in entry.violations}
-    assert left(strict, entry, half) > 1e-3
-    assert proposal(strict, [replace(entry, feasible=True)]) is None
+    assert compute_remaining_violation(strict, entry, half) > 1e-3
+    assert build_proposal(strict, [replace(entry, feasible=True)]) is None
 
 
 VIOLATION = {"name": "depth", "amount": 1.0, "unit": "mm", "phi_deg": None, "value": 1.0, "key": "depth_min_mm",
@@ -201,18 +207,20 @@ def test_a_pair_is_settled_only_with_a_small_residual_and_a_start_that_agrees() 
     def minimum(objective: float, residual: float) -> LocalMinimum:
         return LocalMinimum(np.zeros(1), ObjectiveEvaluation(objective, ObjectiveSummary(0, 0, 0, 0)), residual, 1)
 
-    assert pair._lacks(problem, [minimum(1.0, 1e-9), minimum(1.0 + 9e-7, 1e-3)]) == []
-    rough = pair._lacks(problem, [minimum(1.0, 1e-5), minimum(1.0, 1e-5)])
+    assert pair._list_missing_evidence(problem, [minimum(1.0, 1e-9), minimum(1.0 + 9e-7, 1e-3)]) == []
+    rough = pair._list_missing_evidence(problem, [minimum(1.0, 1e-5), minimum(1.0, 1e-5)])
     assert rough == ["a KKT residual below 1e-06 (1e-05)"]
-    alone = pair._lacks(problem, [minimum(1.0, 1e-9), minimum(1.00001, 1e-9)])
+    alone = pair._list_missing_evidence(problem, [minimum(1.0, 1e-9), minimum(1.00001, 1e-9)])
     assert alone == ["a second start that agrees (the next ended at 1.00001)"]
-    assert pair._lacks(problem, [minimum(1.0, 1e-9)]) == ["a second start that agrees (no other kept the requirements)"]
+    assert pair._list_missing_evidence(problem, [minimum(1.0, 1e-9)]) == [
+        "a second start that agrees (no other kept the requirements)"
+    ]
 
 
 BAD = {
     "unknown family": (["--pair", "ellipse+oval"], "--pair ellipse+oval is not allowed: it must be two of"),
     "one family": (["--pair", "ellipse"], "--pair ellipse is not allowed"),
-    "nowhere to resume": (["--resume"], "--resume is not allowed without --out"),
+    "nowhere to resume": (["--resume"], "--resume needs --out"),
     "no starts": (["--starts", "0"], "--starts"),
 }
 
@@ -229,6 +237,6 @@ def test_resume_without_a_folder_is_an_input_error() -> None:
 
 
 def test_the_registry_squared_is_compared() -> None:
-    assert len(box.pairs()) == len(families.list_families()) ** 2
-    assert ("eccentric_circle", "ellipse") in box.pairs()
-    assert np.unique(box.pairs(), axis=0).shape == (len(families.list_families()) ** 2, 2)
+    assert len(box.list_pairs()) == len(families.list_families()) ** 2
+    assert ("eccentric_circle", "ellipse") in box.list_pairs()
+    assert np.unique(box.list_pairs(), axis=0).shape == (len(families.list_families()) ** 2, 2)
