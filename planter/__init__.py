@@ -100,7 +100,7 @@ _HOMES = {
     "mapping.file": ("load_poses",),
     "mapping.synthesis": ("synthesise",),
     "mapping.train": ("train:build_training",),
-    "mechanism.optimisation": ("optimise_machine:optimise",),
+    "mechanism.optimisation": ("optimise_machine",),
     "pickup.analysis": ("pick_up:analyse_pickup",),
     "planting.family_comparison": ("compare_families",),
     "planting.calibration": ("calibrate",),
