@@ -143,10 +143,12 @@ class Goal:
         return np.concatenate([x, [self._extreme(x, m, side) for m, side in self.variables]])
 
     def value(self, y: Array) -> float:
+        """Return the objective at variables y (p + q,)."""
         x, variables = np.split(y, [self.size])
         return float(self._linear @ variables) + sum(m.weight * self.term(x, m).value for m in self._smooth)
 
     def gradient(self, y: Array) -> Array:
+        """Return the gradient (p + q,) of the objective."""
         x = y[: self.size]
         total = np.zeros(self.size)
         for measure in self._smooth:
@@ -154,6 +156,7 @@ class Goal:
         return np.concatenate([total, self._linear])
 
     def hessian(self, y: Array) -> Array:
+        """Return the Hessian (p + q, p + q) of the objective."""
         x = y[: self.size]
         bending = Bending(self, x)
         for measure in self._smooth:
@@ -408,6 +411,7 @@ class GoalConstraints(Constraints):
         self.kinds = [*(_name(goal, limit) for limit in goal.limits), NamedConstraint("extremes")]
 
     def values(self, y: Array) -> Array:
+        """Return the rows (k,) at variables y (p + q,)."""
         x, variables = np.split(y, [self.goal.size])
         rows = [np.empty(0)]
         for block in self.goal.blocks:
@@ -417,6 +421,7 @@ class GoalConstraints(Constraints):
         return np.concatenate([*rows, np.array(smooth) / self._steps])
 
     def slopes(self, y: Array) -> Array:
+        """Return the Jacobian (k, p + q) of the rows."""
         x, size = y[: self.goal.size], self.goal.size
         jacobian = np.zeros((self.count, len(y)))
         first = 0
@@ -431,6 +436,7 @@ class GoalConstraints(Constraints):
         return jacobian
 
     def curvature(self, y: Array, weights: Array) -> Array:
+        """Return the sum (p + q, p + q) of the Hessians of the rows with weights (k,)."""
         bending = Bending(self.goal, y[: self.goal.size])
         first = 0
         for block in self.goal.blocks:

@@ -71,7 +71,8 @@ class Nodes(ABC):
         return self._latest(x)
 
     @abstractmethod
-    def evaluate(self, x: Array) -> NodeValues: ...
+    def evaluate(self, x: Array) -> NodeValues:
+        """Return the quantities at a design x (p,), without a cache."""
 
     def find_peaks(self, x: Array, name: str) -> tuple[Array, Array]:
         """Return where a quantity may have extremes between nodes, as `with_nodes` takes it, and its values there.
@@ -106,6 +107,7 @@ class FixedNodes(Nodes):
         self.weights = np.full(len(angles), 1 / max(len(angles), 1)) if weights is None else weights
 
     def evaluate(self, x: Array) -> NodeValues:
+        """Return the quantities at the nodes of a design x (p,)."""
         point, units = self.response.at(x), self.units[:, None]
         values, slopes = self.response.slopes(point, self.angles)
 
@@ -116,12 +118,14 @@ class FixedNodes(Nodes):
         return NodeValues(values / units, slopes[:, :, 1:] / units[:, :, None], self.weights, fixed, curvature)
 
     def find_peaks(self, x: Array, name: str) -> tuple[Array, Array]:
+        """Return places of extremes between nodes, as `with_nodes` takes them, and the values there."""
         turn = self.machine.turn
         angles, values = self._stationary(x, name, np.append(self.angles[self.angles < turn], turn))
         end = self.response.values(self.response.at(x), np.array([turn]))[self.names.index(name)]
         return np.append(angles, turn), np.append(values, end / self.units[self.names.index(name)])
 
     def with_nodes(self, places: Array) -> FixedNodes:
+        """Return the nodes with more of them at some places, which have no weight."""
         places = np.setdiff1d(places, self.angles)
         order = np.argsort(np.concatenate([self.angles, places]))
         angles, weights = np.append(self.angles, places), np.append(self.weights, np.zeros(len(places)))
@@ -161,6 +165,7 @@ class MovingNodes(Nodes):
         self.grid = machine.list_angles(count)
 
     def restart(self) -> None:
+        """Forget all designs so far, of the anchors too."""
         super().restart()
         self.anchors.restart()
 
@@ -169,6 +174,7 @@ class MovingNodes(Nodes):
         """Return where the nodes are at a design."""
 
     def evaluate(self, x: Array) -> NodeValues:
+        """Return the quantities at the nodes of a design x (p,)."""
         point, units = self.response.at(x), self.units[:, None]
         placement = self.place(point)
         angles = placement.fixed + placement.mix @ placement.anchors
@@ -209,6 +215,7 @@ class ExtremumNode(MovingNodes):
         self.extremum = extremum
 
     def place(self, point: DesignPoint) -> Placement:
+        """Return the placement of the nodes at a design."""
         values = self.anchors.values(point, self.grid)[0]
         index = extrema.index_first_extremum(self.grid, values, self.extremum.sign)
         step = self.grid[1]
@@ -242,6 +249,7 @@ class EventNodes(MovingNodes):
         self.count = max(len(self.switchings.find(self.response.at(machine.design))[0]), 1)
 
     def place(self, point: DesignPoint) -> Placement:
+        """Return the placement of the nodes at a design."""
         angles, rows = self.switchings.find(point)
         if not len(angles):
             return Placement.at_rest(np.zeros(2 * self.count))
@@ -325,6 +333,7 @@ class SpanNodes(MovingNodes):
         self.capacity = capacity or max(len(self._spans(self.response.at(machine.design))[0]), 1) + SPARE_SPANS
 
     def place(self, point: DesignPoint) -> Placement:
+        """Return the placement of the nodes at a design."""
         anchors, rows, excess = self._spans(point)
         spans, count = len(anchors), len(self.shares)
         if not spans:
@@ -349,6 +358,7 @@ class SpanNodes(MovingNodes):
         return Placement(anchors.ravel(), rows.ravel(), nothing, mix.reshape(flat), nothing, weights.reshape(flat))
 
     def find_peaks(self, x: Array, name: str) -> tuple[Array, Array]:
+        """Return places of extremes between nodes, as `with_nodes` takes them, and the values there."""
         placement = self.place(self.response.at(x))
         if not len(placement.anchors):
             return super().find_peaks(x, name)
@@ -360,6 +370,7 @@ class SpanNodes(MovingNodes):
         return np.concatenate(places), np.concatenate(values)
 
     def with_nodes(self, places: Array) -> SpanNodes:
+        """Return the nodes with more of them at some places, which have no weight."""
         places = np.setdiff1d(places, self.shares)
         weights = np.append(self.share_weights, np.zeros(len(places)))
         shares = np.append(self.shares, places)

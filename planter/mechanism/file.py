@@ -170,8 +170,8 @@ def _check(file: MechanismFile) -> None:
             if key not in meanings:
                 close = paths.close(key, meanings)
                 hint = f"did you mean {close[0]}? " if close else ""
-                known = ", ".join(meanings)
-                raise InputError(f"{file.source}: {section}.{key} is not allowed: {hint}there are {known}")
+                names = ", ".join(meanings)
+                raise InputError(f"{file.source}: {section}.{key} is not allowed: {hint}there are {names}")
     for key, value in file.values.items():
         if value < 0 and units.suffix(key) == "_kg":  # products of inertia may be negative
             raise file.input_error(f"values.{key}", "it must not be negative")

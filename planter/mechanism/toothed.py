@@ -78,7 +78,7 @@ class MechanismMesh:
             )
         return pair
 
-    def placed(self, cut: ToothedPair) -> Iterator[PlacedGear]:
+    def place_gears(self, cut: ToothedPair) -> Iterator[PlacedGear]:
         """Yield both gears where they are at the start of the turn, their keyways along x of their frames.
 
         Where teeth ask for another size, the mechanism is as much larger about its origin.
@@ -142,7 +142,7 @@ def make(source: str, options: GearOptions, out: Path | None = None, progress: L
         mesh = MechanismMesh(model, tag, _label_gears(names, tag, meshes))
         count, module = options.counts[number] if options.counts else None, options.modules_mm[min(number, 1)]
         pairs.append(cut_teeth(mesh.pair(), options.teeth.order(count, module, options.keep), mesh.place, mesh.names))
-        placed += mesh.placed(pairs[-1])
+        placed += mesh.place_gears(pairs[-1])
     gears = gear_set.GearSet(mechanism.name, pairs, placed, None, files.provenance(mechanism))
     return gear_set.make_gear_set(gears, options.teeth, options.part_settings, out, progress)
 
