@@ -136,7 +136,7 @@ def test_parts_of_a_cycle_are_those_of_a_dense_grid() -> None:
     assert result.weights.sum() == pytest.approx((s >= 180).mean(), abs=3e-5)
     mean = result.weights @ result.values[0] / result.weights.sum()
     assert mean == pytest.approx(s[s >= 180].mean(), rel=1e-4)
-    ends = result.values[0].reshape(spans.most, -1)[:, [0, -1]]
+    ends = result.values[0].reshape(spans.capacity, -1)[:, [0, -1]]
     np.testing.assert_allclose(ends, 180.0, rtol=1e-12)
 
 
