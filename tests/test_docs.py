@@ -17,7 +17,7 @@ from planter.cli.references import load_references
 from planter.explain import dictionary
 from planter.kernels import generated
 from tests.support.cli import run
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 DOCS = ROOT / "docs"
 GALLERY = sorted(path for path in (DOCS / "gallery").glob("*.md") if path.stem != "index")

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 import pytest
 
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 DOOR = "files/text.py"
 READERS = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.support import figures
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 PAGES = [page["name"] for page in figures.listed()["page"]]
 WHOLE = [page["name"] for page in figures.listed()["page"] if page.get("whole")]

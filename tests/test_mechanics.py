@@ -8,7 +8,7 @@ import pytest
 
 from planter import plugins
 from planter.kernels import generated
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 ANGLES = {"cos", "sin", "tan", "acos", "asin", "atan", "atan2", "arccos", "arcsin", "arctan", "arctan2"}
 """Functions that turn angles into components and back."""

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.support.house import ROOT
 from tests.support.pictures import FOLDER, PICTURES, draw_picture
+from tests.support.structure import ROOT
 
 TEXT, CHINESE = ((ROOT / name).read_text(encoding="utf-8") for name in ("README.md", "README.zh-CN.md"))
 LINK = re.compile(r"\]\(([^)#:]+)[^)]*\)")

@@ -17,7 +17,7 @@ from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
 from tests.support import own
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 sys.path.insert(0, str(ROOT / "docs"))
 

@@ -21,7 +21,7 @@ from packaging.version import Version
 
 from planter import __version__
 from tests.support import licences
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))

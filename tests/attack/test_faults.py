@@ -14,7 +14,7 @@ from types import MappingProxyType
 
 import pytest
 
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 pytestmark = pytest.mark.fault
 SIMULATE = ("simulate", "wang2017", "--json", "--samples", "36")

@@ -15,7 +15,7 @@ from planter.report import files
 from planter.report.folder import NAME, renewing
 from planter.safe_text import file_name
 from tests.support.cli import run
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 COMMANDS = {
     "animate wang2017 --out own.gif": "own.gif",

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from tests.support import xp_complex
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 Values = dict[str, Any]
 MODELS = ("clutch_motion", "clutch_contact_reuleaux", "clutch_contact_dog")

@@ -20,7 +20,7 @@ import derive.toolkit as toolkit
 import planter
 from planter import Device, InputError, Record, load_machine, plugins
 from tests.support import own
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 UNIT = re.compile(r"\[[^\]]+\]")
 NUMBERS = re.compile(r"\b(float|Array)\b")

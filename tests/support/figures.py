@@ -19,7 +19,7 @@ from string import Formatter
 from typing import Any
 
 from tests.support.cli import answer
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 SENTENCES, VALUES = ROOT / "docs" / "figures.toml", ROOT / "docs" / "figures.json"
 Scalar = float | int | str

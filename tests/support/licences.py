@@ -12,7 +12,7 @@ from importlib.metadata import PackageNotFoundError, distribution
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 PAGE = ROOT / "docs" / "licences.md"
 EXTRAS = ("derive", "studio", "notebook", "compiler", "parquet", "cluster", "step")

@@ -24,7 +24,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.support.house import FOUNDATION, ROOT
+from tests.support.structure import FOUNDATION, ROOT
 
 PACKAGES = ("planter", "derive", "tests")
 TOTALS = Path(__file__).with_suffix(".json")

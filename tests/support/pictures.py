@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 from PIL import Image
 
 from tests.support.cli import run
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 FOLDER = ROOT / "docs" / "pictures"
 PICTURES = {

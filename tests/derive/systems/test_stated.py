@@ -12,7 +12,7 @@ from derive import Mechanism, quantities
 from derive.__main__ import main as derive
 from derive.mechanics.statement import MechanismError
 from derive.systems.user_mechanism.trial import build_subject
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 WRONG = {"2": "misprint", "4": "misprint", "5": "incomplete"}
 

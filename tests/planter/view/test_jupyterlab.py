@@ -17,7 +17,7 @@ from planter.planting import cycle
 from planter.planting.file import load
 from planter.planting.model import Device
 from tests.support.browser import browser
-from tests.support.house import ROOT
+from tests.support.structure import ROOT
 
 CELLS = (
     'import planter\nplanter.show("wang2017")',

@@ -26,8 +26,8 @@ from planter.pickup import file as pickup_file
 from planter.pickup import model as pickup_model
 from planter.pickup import scene as pickup
 from planter.view.scene import Scene
-from tests.support.house import ROOT
 from tests.support.scenes import placed
+from tests.support.structure import ROOT
 
 EXAMPLES = ROOT / "docs" / "examples"
 

@@ -1,4 +1,4 @@
-"""How the house is built: general rooms know no machine, nothing goes round in a circle, nothing points upwards."""
+"""The structure: no import cycles, layers, general packages without machines, one place that starts processes."""
 
 import ast
 from pathlib import Path
@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from planter import plugins
-from tests.support import picture
-from tests.support.house import FOUNDATION, ROOT, House, standing
+from tests.support import structure
 from tests.support.starts import find_starts
+from tests.support.structure import FOUNDATION, ROOT, ImportGraph, read_imports
 
 MACHINES = sorted(plugins.find_folders("examples"))
 GENERAL = (
@@ -16,55 +16,55 @@ GENERAL = (
     ("gear_geometry", "optimise", "audit", "view", "workshop", "interchange"), ("engine",),
     ("exports", "gears", "measured", "sweeps"), ("tolerance",), ("explain", "mechanism"),
 )  # fmt: skip
-"""Rooms that know no machine, the lowest layer first; machines stand above them, what shows them all on top."""
+"""Packages that do not depend on a machine, the lowest layer first; above them are the machines and what uses them."""
 DERIVATION = ((FOUNDATION,), ("audit", "mechanics"), ("gearing",), ("emit", "systems"), ("papers",))
-SHAPE = ("file", "model", "results", "commands", "printed", "examples")
-"""What every machine's room holds, as a module, a package or a folder."""
+MACHINE_PARTS = ("file", "model", "results", "commands", "printed", "examples")
+"""What the package of every machine has, as a module, a package or a folder."""
 
 
-def layers(house: House, general: tuple[tuple[str, ...], ...]) -> list[list[str]]:
-    """All rooms of a house by layers: the general ones, the machines, and what is above."""
-    known = {room for layer in general for room in layer} | set(MACHINES)
-    return [*map(list, general), MACHINES, sorted(house.rooms.keys() - known)]
+def list_layers(graph: ImportGraph) -> list[list[str]]:
+    """Return all packages by layers: the general ones, the machines, and what is above."""
+    listed = {package for layer in GENERAL for package in layer} | set(MACHINES)
+    return [*map(list, GENERAL), MACHINES, sorted(graph.packages.keys() - listed)]
 
 
-def of_texts(folder: Path, texts: dict[str, str]) -> House:
-    """A house of modules given as texts."""
+def build_graph(folder: Path, texts: dict[str, str]) -> ImportGraph:
+    """Return the imports of modules given as texts."""
     for name, text in texts.items():
-        path = folder / "house" / f"{name}.py"
+        path = folder / "root" / f"{name}.py"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
-    return House.of(folder / "house")
+    return ImportGraph.read(folder / "root")
 
 
 @pytest.mark.parametrize("package", ["planter", "derive"])
-def test_no_module_imports_itself_round_about(package: str) -> None:
-    assert not standing(package).circle()
+def test_modules_have_no_import_cycles(package: str) -> None:
+    assert not read_imports(package).find_cycle()
 
 
-def test_no_room_imports_one_on_its_own_layer_or_above() -> None:
-    planter = standing("planter")
-    assert not planter.upward(layers(planter, GENERAL))
-    assert not standing("derive").upward(DERIVATION)
+def test_packages_import_only_from_lower_layers() -> None:
+    planter = read_imports("planter")
+    assert not planter.list_upward_imports(list_layers(planter))
+    assert not read_imports("derive").list_upward_imports(DERIVATION)
 
 
-def test_nothing_inside_comes_in_by_the_front_door() -> None:
-    imports = standing("planter").imports
+def test_modules_do_not_import_the_public_interface() -> None:
+    imports = read_imports("planter").imports
     assert not [module for module, imported in imports.items() if "planter" in imported]
 
 
-def test_every_general_room_is_there() -> None:
-    assert {room for layer in GENERAL for room in layer} <= standing("planter").rooms.keys()
+def test_layers_list_existing_packages() -> None:
+    assert {package for layer in GENERAL for package in layer} <= read_imports("planter").packages.keys()
     assert MACHINES == ["clutch", "mapping", "pickup", "planting"]
 
 
 @pytest.mark.parametrize("machine", MACHINES)
-def test_machines_have_the_same_shape(machine: str) -> None:
-    room = ROOT / "planter" / machine
-    assert not [part for part in SHAPE if not ((room / part).is_dir() or (room / f"{part}.py").is_file())]
+def test_machines_have_the_same_parts(machine: str) -> None:
+    folder = ROOT / "planter" / machine
+    assert not [part for part in MACHINE_PARTS if not ((folder / part).is_dir() or (folder / f"{part}.py").is_file())]
 
 
-def test_the_root_holds_the_interface_and_next_to_nothing_else() -> None:
+def test_root_has_only_the_interface_and_the_foundation() -> None:
     assert {path.stem for path in (ROOT / "planter").glob("*.py")} == {
         "__init__", "__main__", "errors", "safe_text", "plugins", "progress", "version", "workers",
     }  # fmt: skip
@@ -78,33 +78,34 @@ def test_planter_never_imports_the_derivation() -> None:
             assert not {name.partition(".")[0] for name in names} & {"derive", "sympy"}, path
 
 
-def test_the_picture_is_that_of_the_house() -> None:
-    assert picture.PICTURE.read_text(encoding="utf-8") == picture.picture(), "python -m tests.support.picture"
+def test_picture_is_current() -> None:
+    text = structure.PICTURE.read_text(encoding="utf-8")
+    assert text == structure.draw_picture(), "python -m tests.support.structure"
 
 
 UPWARD = {
-    "at the top of a module": "from house.machine import model\n",
-    "within a function": "def f():\n    from house.machine.model import size\n",
-    "for the type checker": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import house.machine.model\n",
+    "at the top of a module": "from root.machine import model\n",
+    "within a function": "def f():\n    from root.machine.model import size\n",
+    "for the type checker": "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    import root.machine.model\n",
     "relative": "from ..machine import model\n",
-    "by the room's own __init__": "from house.machine import size\n",
+    "of the package's __init__": "from root.machine import size\n",
 }
 
 
 @pytest.mark.parametrize("text", UPWARD.values(), ids=UPWARD.keys())
-def test_a_general_room_that_knows_a_machine_is_found(text: str, tmp_path: Path) -> None:
-    place = "general/__init__" if "size\n" in text and "def" not in text else "general/tool"
-    house = of_texts(tmp_path, {
+def test_upward_import_is_found(text: str, tmp_path: Path) -> None:
+    module = "general/__init__" if "size\n" in text and "def" not in text else "general/tool"
+    graph = build_graph(tmp_path, {
         "__init__": "", "general/__init__": "", "machine/__init__": "size = 1\n", "machine/model": "size = 1\n",
-        place: text,
+        module: text,
     })  # fmt: skip
-    assert house.upward([["general"], ["machine"]]) == [("general", "machine")]
-    assert not house.upward([["machine"], ["general"]])
+    assert graph.list_upward_imports([["general"], ["machine"]]) == [("general", "machine")]
+    assert not graph.list_upward_imports([["machine"], ["general"]])
 
 
-def test_a_circle_through_a_function_is_found(tmp_path: Path) -> None:
-    one, two = "from house.b import y\nx = 1\n", "y = 1\ndef f():\n    from house.a import x\n"
-    assert set(of_texts(tmp_path, {"__init__": "", "a": one, "b": two}).circle()) == {"house.a", "house.b"}
+def test_import_cycle_within_a_function_is_found(tmp_path: Path) -> None:
+    first, second = "from root.b import y\nx = 1\n", "y = 1\ndef f():\n    from root.a import x\n"
+    assert set(build_graph(tmp_path, {"__init__": "", "a": first, "b": second}).find_cycle()) == {"root.a", "root.b"}
 
 
 STARTERS = ("workers.py", "kernels/builds.py")
