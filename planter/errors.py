@@ -1,6 +1,6 @@
 """Errors that users see: each is one sentence with an exit code."""
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 from planter import safe_text
 
@@ -39,6 +39,16 @@ class InputError(PlanterError):
     """Invalid input: the message names the file, key, value and what is allowed."""
 
     exit_code: ClassVar[int] = 2
+
+    @classmethod
+    def for_value(cls, key: str, value: object, rule: str, source: str = "") -> Self:
+        """Return the error of an invalid value, with the rule that it violates or what to do, and the file if any.
+
+        >>> str(InputError.for_value("mass.sun_kg", -0.4, "it must be greater than 0", "my.toml"))
+        'my.toml: mass.sun_kg = -0.4: it must be greater than 0'
+        """
+        text = value if isinstance(value, str) else safe_text.format_value(value)
+        return cls(f"{f'{source}: ' if source else ''}{key} = {text}: {rule}")
 
 
 class GeometryError(InputError):

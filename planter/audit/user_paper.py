@@ -50,7 +50,7 @@ class Question:
 
     def refused(self, key: str, value: object, allowed: str) -> InputError:
         """Return the error for an invalid key of the number."""
-        return InputError(f"{self.label}.{key} = {value!r} is not allowed: {allowed}")
+        return InputError.for_value(f"{self.label}.{key}", repr(value), allowed)
 
 
 def _check_number(text: str) -> str:
@@ -169,7 +169,7 @@ def _fill_placeholders(text: str, entry: Mapping[str, Any], label: str) -> str:
         return text.format_map(texts)
     except (KeyError, ValueError, IndexError, AttributeError):
         names = ", ".join(f"{{{key}}}" for key in entry) or "no names in braces"
-        raise InputError(f"{label}: {text!r} is not allowed: it may hold {names}, as `each` lists them") from None
+        raise InputError(f"{label}: {text!r}: it may hold {names}, as `each` lists them") from None
 
 
 VERDICTS, TYPESET = "audit.json", "audit_mathml.json"
@@ -235,4 +235,4 @@ def find_paper(numbers_file: NumbersFile, source: Path, papers: Mapping[str, Any
         raise InputError(f"{source}: paper is missing: it must be one of {', '.join(papers)}")
     close = paths.close(numbers_file.paper, papers)
     hint = f"did you mean {close[0]}?" if close else f"it must be one of {', '.join(papers)}"
-    raise InputError(f"{source}: paper = {numbers_file.paper!r} is not allowed: {hint}")
+    raise InputError(f"{source}: paper = {numbers_file.paper!r}: {hint}")

@@ -196,7 +196,7 @@ def choose_settings(
         chosen = replace(chosen, ways=_select_names("--way", ways, WAYS))
     if rounds is not None:
         if rounds < 1:
-            raise InputError(f"--rounds = {rounds}: the number must be at least 1")
+            raise InputError.for_value("--rounds", rounds, "the number must be at least 1")
         chosen = replace(
             chosen, rounds=rounds, batches=rounds, searches=rounds, pairs=rounds, derivations=rounds, processes=rounds
         )
@@ -206,5 +206,5 @@ def choose_settings(
 def _select_names(option: str, names: Sequence[str], allowed: tuple[str, ...]) -> tuple[str, ...]:
     for name in names:
         if name not in allowed:
-            raise InputError(f"{option} = {name}: choose one of {', '.join(allowed)}")
+            raise InputError.for_value(option, name, f"choose one of {', '.join(allowed)}")
     return tuple(name for name in allowed if name in names)

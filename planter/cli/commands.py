@@ -90,9 +90,7 @@ def schema(
             console.result(Listed(listed), lambda: print("\n".join(listed)))
             return
         if name not in kinds:
-            close = paths.close(name, kinds)
-            hint = f"did you mean {close[0]}?" if close else f"it must be one of {', '.join(sorted(kinds))}"
-            raise InputError(f"COMMAND = {name} is not allowed: {hint}")
+            raise InputError.for_value("COMMAND", name, paths.suggest_names(name, sorted(kinds)))
         console.result(
             dict(schemas.build_schema(name, kinds[name])),
             lambda: print(schemas.format_schema(name, kinds[name]), end=""),
@@ -113,9 +111,7 @@ def read_topic(topic: str) -> str:
 
     allowed = list_topics()
     if topic not in allowed:
-        close = paths.close(topic, allowed)
-        hint = f"did you mean {close[0]}?" if close else f"it must be one of {', '.join(allowed)}"
-        raise InputError(f"TOPIC = {topic} is not allowed: {hint}")
+        raise InputError.for_value("TOPIC", topic, paths.suggest_names(topic, allowed))
     return _FOLDER.joinpath(f"{topic}.md").read_text(encoding="utf-8")
 
 

@@ -54,9 +54,9 @@ def cite_works(name: str) -> list[Cited]:
         return [cite_work(name)]
     if name in index.commands:
         return [cite_work(key) for key in (OWN, *index.commands[name])]
-    close = paths.close(name, [*index.works, *index.commands])
-    hint = f"did you mean {' or '.join(close)}?" if close else "planter cite lists the works and commands"
-    raise InputError(f"NAME = {name} is not allowed: it is no work and no command that rests on one, {hint}")
+    names = [*index.works, *index.commands]
+    hint = paths.suggest_names(name, names, "planter cite lists the works and commands")
+    raise InputError.for_value("NAME", name, f"it is no work and no command that rests on one, {hint}")
 
 
 def cite_work(key: str) -> Cited:

@@ -178,7 +178,7 @@ class CrankLinkage:
             over = f"over the travel of {travel * 1e3:.4g} mm"
             interval = f"it must be between {low:.6g} and {high:.6g}, where crank and rod meet {over}"
             allowed = interval if low < high else f"no rod reaches {over}, the crank must be longer"
-            raise GeometryError(f"{where} = {self.rod * 1e3:g} is not allowed: {allowed}")
+            raise GeometryError.for_value(where, f"{self.rod * 1e3:g}", allowed)
 
     def rotation(self, travel: float) -> float:
         """Return the rotation of the crank relative to the link [rad] while the sleeve makes a travel [m]: (7)."""

@@ -58,7 +58,7 @@ class Motor:
             ("--flywheel-kgm2", self.flywheel),
         ):
             if not (np.isfinite(value) and value > 0):
-                raise InputError(f"{name} = {value:g} is not allowed: it must be greater than 0")
+                raise InputError.for_value(name, f"{value:g}", "it must be greater than 0")
 
     def torque(self, omega: Any) -> Any:
         """Return the torque [N m] at a speed [rad/s], a number, an array or a symbol."""

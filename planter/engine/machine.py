@@ -291,7 +291,7 @@ class Machine:
             raise InputError(f"{label} does not go with the [requirements] of {self.source}: {reason}")
         for path, (low, high) in ranges.items():
             if not low < high:
-                raise InputError(f"{label} {path}={low:g}:{high:g} is not allowed: LOW must be below HIGH")
+                raise InputError(f"{label} {path}={low:g}:{high:g}: LOW must be below HIGH")
             full = self.values[self.find_index(path)].path
             for end in (low, high):
                 self.document.with_numbers({full: end})
@@ -415,7 +415,7 @@ def load_machine(
 
     `changes` holds numbers by path or key, as ``{"r_mm": 50}``; `speed_rpm` is another speed of the drive [r/min].
     Further keywords are choices that some machines leave, such as the model. Raises InputError if there is no such
-    machine, for a number that is not allowed, or for a choice that the machine does not leave.
+    machine, for an invalid number, or for a choice that the machine does not leave.
 
     >>> load_machine("wang2017", {"R3_mm": 31.0}).name
     'wang2017'
@@ -433,7 +433,7 @@ def load_machine(
 def check_samples(samples: int | None, fewest: int = 4) -> None:
     """Raise InputError for a number of samples of a cycle that is out of range; None leaves it to the machine file."""
     if samples is not None and not fewest <= samples <= MOST_SAMPLES:
-        raise InputError(f"--samples = {samples} is not allowed: it must be between {fewest} and {MOST_SAMPLES}")
+        raise InputError.for_value("--samples", samples, f"it must be between {fewest} and {MOST_SAMPLES}")
 
 
 def find_machine_room(source: str) -> ModuleType | None:

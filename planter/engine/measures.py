@@ -303,7 +303,7 @@ class _Reader:
 
     def refuse(self, reason: str) -> Never:
         """Raise InputError for the whole text."""
-        raise InputError(f"{self.label} {self.text!r} is not allowed: {reason}; {self.syntax}")
+        raise InputError(f"{self.label} {self.text!r}: {reason}; {self.syntax}")
 
     def fail(self, reason: str, allowed: Sequence[str] = ()) -> Never:
         """Raise InputError for the present word, with a close match among the words that are allowed."""

@@ -107,7 +107,7 @@ def find_output(machine: Machine, name: str, label: str = "output") -> Output:
     display = find_display_unit(machine, measure).text
     if measure.in_time or unit not in ("", display):
         allowed = "an angle drives it" if measure.in_time else f"it is in {display or 'no unit'}"
-        raise InputError(f"{label} {name!r} is not allowed: {allowed}")
+        raise InputError(f"{label} {name!r}: {allowed}")
     quantity = machine.find_quantity(measure.name)
     return Output(f"{measure} [{display}]" if display else str(measure), quantity.meaning, (measure,))
 

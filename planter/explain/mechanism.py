@@ -59,9 +59,8 @@ def find_meanings(mechanism: ExplainedMechanism, key: str) -> Explained:
     ]
     if not meanings:
         names = sorted({name for meaning in all_meanings for name in (meaning.name, meaning.key) if name})
-        close = paths.close(key, names)
-        hint = f"did you mean {' or '.join(close)}?" if close else "without KEY all are listed"
-        raise InputError(f"KEY = {key} is not allowed: {mechanism.machine} has no such value or quantity, {hint}")
+        hint = paths.suggest_names(key, names, "without KEY all are listed")
+        raise InputError.for_value("KEY", key, f"{mechanism.machine} has no such value or quantity, {hint}")
     return Explained(key, meanings)
 
 

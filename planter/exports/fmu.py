@@ -121,7 +121,7 @@ def write_unit(machine: Machine, file: Path, fmi: str = "2.0") -> UnitWritten:
     Raises InputError for a file whose name does not end in .fmu, or that cannot be written.
     """
     if file.suffix != ".fmu":
-        raise InputError(f"--out {file} is not allowed: the name of a unit's file ends in .fmu")
+        raise InputError(f"--out {file}: the name of a unit's file ends in .fmu")
     check(file.parent, [file.name])
     version, model = co_simulation.VERSIONS[fmi], build_model(machine)
     token, texts = co_simulation.complete_sources(version, model, build_sources(machine))

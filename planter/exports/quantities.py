@@ -295,7 +295,7 @@ def _check_numbers(machine: Machine, turns: int, samples: int | None) -> int:
     check_samples(samples, FEWEST_SAMPLES)
     if not 1 <= turns <= MOST_ROWS // count:
         allowed = f"it must be between 1 and {MOST_ROWS // count} with {count} samples to a turn"
-        raise InputError(f"--turns = {turns} is not allowed: {allowed}")
+        raise InputError.for_value("--turns", turns, allowed)
     if not machine.data[machine.speed]:
         raise InputError(
             f"{machine.source}: {machine.values[machine.speed].path} = 0: at rest there is no time of a turn"

@@ -19,7 +19,7 @@ from pydantic import Field
 
 from planter import safe_text
 from planter.errors import InputError
-from planter.files.fields import Positive, Real, not_allowed
+from planter.files.fields import Positive, Real, value_error
 from planter.files.text import read_text
 
 LARGEST = 1e100
@@ -76,7 +76,7 @@ class Table:
             pointed = cell.replace(",", ".")
             hint = f" (with a decimal point: {pointed})" if pointed != cell and finite(pointed) else ""
             allowed = f"it must be a finite number of at most {largest:g} in size{hint}"
-            raise InputError(f"{self.place(row, name)}: {shortened(cell)} is not allowed, {allowed}")
+            raise InputError(f"{self.place(row, name)}: {shortened(cell)}: {allowed}")
         return value
 
 
@@ -172,7 +172,7 @@ def _check_header(header: Sequence[str], place: str, columns: Sequence[str]) -> 
         )
     if columns and set(header) != set(columns):
         raise InputError(
-            f"{place}: the header {shortened(','.join(header))} is not allowed: it must be {','.join(columns)}"
+            f"{place}: the header {shortened(','.join(header))}: it must be {','.join(columns)}"
             f"{' (the line holds numbers, the names of the columns must stand above)' if _all_numbers(header) else ''}"
         )
     if "" in header:
@@ -213,7 +213,7 @@ def inline_points(table: Mapping[str, Any], section: str, source: str) -> dict[s
     rest = {key: value for key, value in entries.items() if key != "points_csv"}
     if "points_mm" in rest:
         allowed = "points stand in points_mm or in a CSV, not in both"
-        raise InputError(not_allowed(source, f"{section}.points_csv", entries["points_csv"], allowed))
+        raise value_error(f"{section}.points_csv", entries["points_csv"], allowed, source)
     return values | {section: rest | {"points_mm": read_points(Path(source).parent / entries["points_csv"])}}
 
 

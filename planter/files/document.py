@@ -22,9 +22,9 @@ from planter.files.fields import (
     explain,
     filled,
     lacking,
-    not_allowed,
     refuse,
     refused,
+    value_error,
 )
 from planter.files.paths import Location
 from planter.files.text import parse_toml
@@ -83,7 +83,7 @@ def applied(
     for name, value in changes.items():
         candidates = names.candidates(name)
         if len(candidates) != 1:
-            raise InputError(not_allowed(source, name, value, names.complaint(name), changed=True))
+            raise value_error(name, value, names.complaint(name), source, is_changed=True)
         location = locations[candidates[0]]
         kind = annotation(model, location)
         is_integer = int in (kind, *get_args(kind)) and float(value).is_integer()
@@ -224,7 +224,7 @@ class Document(Section):
         """
         values = self._values()
         path = self._path(name, values)
-        return kind(not_allowed(self.source, path, values[path], allowed, changed=path in self.changed))
+        return kind(str(value_error(path, values[path], allowed, self.source, is_changed=path in self.changed)))
 
     def with_numbers(self, changes: Mapping[str, float]) -> Self:
         """Return a copy with numbers set on the command line, as in `read`, and with the other files that were read."""
@@ -252,7 +252,7 @@ class Document(Section):
         names = paths.Names(values)
         candidates = names.candidates(name)
         if len(candidates) != 1:
-            raise InputError(f"{self.source}: {name} is not allowed: {names.complaint(name)}")
+            raise InputError(f"{self.source}: {name}: {names.complaint(name)}")
         return candidates[0]
 
     @field_validator("origins", check_fields=False)

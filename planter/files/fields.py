@@ -88,7 +88,7 @@ SET = "set on the command line"
 def refused(key: str, value: object, allowed: str) -> PydanticCustomError:
     """Return the error of a validator for an invalid value at `key`, relative to the table of the validator.
 
-    `allowed` continues the sentence "... is not allowed: ", so it reads "it must ...".
+    `allowed` is the rule that the value violates: "it must ...".
     """
     return PydanticCustomError("refused", "{allowed}", {"key": key, "value": value, "allowed": allowed})
 
@@ -104,15 +104,6 @@ def refuse(problems: Sequence[PydanticCustomError]) -> None:
         raise ValidationError.from_exception_data("", [InitErrorDetails(type=error, input=None) for error in problems])
 
 
-def not_allowed(source: str, path: str, value: object, allowed: str, *, changed: bool = False) -> str:
-    """Return the message for an invalid value.
-
-    >>> not_allowed("my.toml", "mass.sun_kg", -0.4, "it must be greater than 0")
-    'my.toml: mass.sun_kg = -0.4 is not allowed: it must be greater than 0'
-    """
-    return f"{source}: {problem(path, value, allowed, changed)}"
-
-
 def explain(error: ValidationError, source: str, model: type[BaseModel], changed: Collection[str] = ()) -> InputError:
     """Return an error with the problems of `source` that pydantic reports, at most 8, and the number of the others.
 
@@ -126,10 +117,10 @@ def explain(error: ValidationError, source: str, model: type[BaseModel], changed
     return InputError(f"{source}: {problems}{tail}")
 
 
-def problem(path: str, value: object, allowed: str, changed: bool = False) -> str:
-    """Return the message for an invalid value, without its file."""
-    note = f" ({SET})" if changed else ""
-    return f"{safe_text.quote_name(path)} = {safe_text.format_value(value)}{note} is not allowed: {allowed}"
+def value_error(path: str, value: object, rule: str, source: str = "", *, is_changed: bool = False) -> InputError:
+    """Return the error of an invalid value of a file, written as in TOML, and marked if the command line set it."""
+    text = f"{safe_text.format_value(value)}{f' ({SET})' if is_changed else ''}"
+    return InputError.for_value(safe_text.quote_name(path), text, rule, source)
 
 
 def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[str]) -> str:
@@ -149,7 +140,7 @@ def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[
         pointed = safe_text.replace_decimal_comma(value)
         allowed += f" without quotes, with a decimal point: {pointed}" if pointed else ", without quotes"
     set_here = any(name == path or name.startswith(f"{path}[") for name in changed)
-    return problem(path, value, allowed, set_here)
+    return str(value_error(path, value, allowed, is_changed=set_here))
 
 
 def _in_unit(path: str) -> str:

@@ -72,10 +72,20 @@ class Names:
         candidates = self.candidates(name)
         if candidates:
             return f"it fits several values, name one of {', '.join(candidates)}"
-        similar = close(name, self._paths)
         first = next(iter(self._paths), "section.length_mm")
-        hint = f"did you mean {' or '.join(similar)}?" if similar else f"names look like {first}"
-        return f"the file has no such value, {hint}"
+        return f"the file has no such value, {suggest_names(name, self._paths, f'names look like {first}')}"
+
+
+def suggest_names(name: str, allowed: Collection[str], otherwise: str = "") -> str:
+    """Return a hint for an unknown name: similar allowed names, else `otherwise`, by default all allowed names.
+
+    >>> suggest_names("ellips", ["ellipse", "sine"]), suggest_names("x", ["ellipse", "sine"])
+    ('did you mean ellipse?', 'it must be one of ellipse, sine')
+    """
+    similar = close(name, allowed)
+    if similar:
+        return f"did you mean {' or '.join(similar)}?"
+    return otherwise or f"it must be one of {', '.join(allowed)}"
 
 
 def close(name: str, paths: Collection[str]) -> list[str]:

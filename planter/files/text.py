@@ -78,7 +78,7 @@ def check_values(table: Mapping[str, Any], source: str, most_values: int = MOST_
             raise InputError(f"{source}: {name} is nested too deep, it must not exceed {DEEPEST} levels")
         if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
             entry = f"{safe_text.quote_name(paths.join(location))} = {safe_text.format_value(value)}"
-            raise InputError(f"{source}: {entry} is not allowed: it must be a number of fewer digits, or have a point")
+            raise InputError(f"{source}: {entry}: it must be a number of fewer digits, or have a point")
         if count > most_values:
             raise InputError(f"{source}: {_too_many(most_values)}")
 

@@ -95,14 +95,12 @@ def size_pair(pair: CurvePair, order: ToothOrder, name: str) -> SizedPair:
     mate = pair.mate.length * z / length
     if abs(mate - round(mate)) > _INTEGER_TOLERANCE * mate:
         raise InputError(
-            f"{name}: teeth = {z} is not allowed: the mate, whose pitch curve is {pair.mate.length / length:.6g} times "
+            f"{name}: teeth = {z}: the mate, whose pitch curve is {pair.mate.length / length:.6g} times "
             f"as long, would have {mate:.6g} teeth"
         )
     for count in (z, round(mate)):
         if not MIN_TEETH <= count <= MAX_TEETH:
-            raise InputError(
-                f"{name}: {count} teeth are not allowed: there must be {MIN_TEETH} to {MAX_TEETH} on a gear"
-            )
+            raise InputError(f"{name}: {count} teeth: there must be {MIN_TEETH} to {MAX_TEETH} on a gear")
     return SizedPair(pair.scaled(scale), float(scale), float(fitted_module), (z, round(mate)))
 
 
@@ -202,7 +200,7 @@ def check_mesh(mesh: Mesh, name: str) -> None:
         tooth = int(pairs.numbers[0][gap_index]) % mesh.gear.z
         raise GeometryError(
             f"{name}: between tooth {tooth} of {mesh.gear.name} and the next no teeth touch for "
-            f"{-laps[gap_index] * 1e3:.4g} mm of rolling, which is not allowed"
+            f"{-laps[gap_index] * 1e3:.4g} mm of rolling, but the teeth must always touch"
         )
 
 

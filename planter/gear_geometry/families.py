@@ -50,10 +50,7 @@ def check_family(name: str, where: str) -> str:
     Raises InputError for an unknown family.
     """
     if (find_family(name) or name) not in list_families():
-        similar = paths.close(name, list_families())
-        hint = f"did you mean {similar[0]}? " if similar else ""
-        entry = f"{where} = {safe_text.format_value(name)}"
-        raise InputError(f"{entry} is not allowed: {hint}it must be one of {', '.join(list_families())}")
+        raise InputError.for_value(where, safe_text.format_value(name), paths.suggest_names(name, list_families()))
     return name
 
 

@@ -217,9 +217,7 @@ def build_intermittent_pair(
         )
     pitches = rolling.length / (np.pi * module)
     if not MIN_TEETH <= pitches <= MAX_TEETH:
-        raise InputError(
-            f"{name}: {pitches:.4g} teeth are not allowed: there must be {MIN_TEETH} to {MAX_TEETH} on a gear"
-        )
+        raise InputError(f"{name}: {pitches:.4g} teeth: there must be {MIN_TEETH} to {MAX_TEETH} on a gear")
     check_rack(order, module, name)
     rack = order.rack(module)
     radius, clearance = compute_arc_radius(rolling, rack.mate().sizes["tip"]), order.play / 2

@@ -94,7 +94,7 @@ class Stage:
                 name = self.names[index]
                 value_shown = candidate.parameters[index] / units.factor(name)
                 allowed = f"it must be {condition['allowed']}"
-                raise GeometryError(f"{candidate.key(name)} = {value_shown:.12g} is not allowed: {allowed}")
+                raise GeometryError.for_value(candidate.key(name), f"{value_shown:.12g}", allowed)
 
     def check_radius(self, candidate: StageCandidate) -> None:
         """Raise GeometryError, naming curve and angle, if a radius is not between 0 and the centre distance."""
@@ -106,7 +106,7 @@ class Stage:
         if not 0 < radius[worst] < distance:
             raise GeometryError(
                 f"{candidate.key(self.names[0])}: on the {self.sidecar['title']} r = {radius[worst] * 1e3:.6g} mm at "
-                f"t = {np.degrees(t[worst]):.6g} deg is not allowed: it must be between 0 and the centre distance, "
+                f"t = {np.degrees(t[worst]):.6g} deg: it must be between 0 and the centre distance, "
                 f"{distance * 1e3:.6g} mm"
             )
 

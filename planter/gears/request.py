@@ -189,18 +189,18 @@ def _read_curve(source: str) -> tuple[Array, Array]:
     steps = np.diff(polar)
     if not ((steps > 0).all() or (steps < 0).all()):
         row = int(np.argmax(steps * np.sign(steps.sum()) <= 0)) + 1
-        raise InputError(f"{table.place(row, names[0])}: {polar[row]:g} is not allowed: angles must go one way round")
+        raise InputError(f"{table.place(row, names[0])}: {polar[row]:g}: angles must go one way round")
     if (radius < RADIUS_MIN_MM).any():
         row = int(np.argmax(radius < RADIUS_MIN_MM))
         allowed = f"it must be at least {RADIUS_MIN_MM:g} mm"
-        raise InputError(f"{table.place(row, names[1])}: {radius[row]:g} is not allowed: {allowed}")
+        raise InputError(f"{table.place(row, names[1])}: {radius[row]:g}: {allowed}")
     turn = abs(polar[-1] - polar[0])
     if turn > 360 + CLOSURE_TOLERANCE:
         raise InputError(f"{path}: {names[0]} goes over {turn:g} deg, but it must be one closed turn")
     if abs(turn - 360) < CLOSURE_TOLERANCE:
         if abs(radius[-1] - radius[0]) > RADIUS_TOLERANCE * radius[0]:
             allowed = f"it must be {radius[0]:g}, the radius a turn before, where the curve closes"
-            raise InputError(f"{table.place(len(radius) - 1, names[1])}: {radius[-1]:g} is not allowed: {allowed}")
+            raise InputError(f"{table.place(len(radius) - 1, names[1])}: {radius[-1]:g}: {allowed}")
         polar, radius = polar[:-1], radius[:-1]
     distinct = _select_distinct(np.abs(polar - polar[0]), 360 * MIN_SPACING / len(polar))
     polar, radius = polar[distinct], radius[distinct]

@@ -125,7 +125,7 @@ def close_curve(source: str, places: Sequence[str], points: Array) -> AngleCurve
     Raises InputError, naming file and place, for points that are none.
     """
     if len(points) < LEAST:
-        raise InputError(f"{source}: {len(points)} points are not allowed: there must be at least {LEAST}")
+        raise InputError(f"{source}: {len(points)} points: there must be at least {LEAST}")
     carrier, relative = points.T
     steps = np.diff(carrier)
     if steps.min() <= 0:
@@ -153,4 +153,4 @@ def close_curve(source: str, places: Sequence[str], points: Array) -> AngleCurve
 
 
 def _refused(source: str, place: str, key: str, value: float, allowed: str) -> InputError:
-    return InputError(f"{source}: {place}: {key} = {value:.10g} is not allowed: it must {allowed}")
+    return InputError(f"{source}: {place}: {key} = {value:.10g}: it must {allowed}")

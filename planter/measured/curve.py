@@ -46,12 +46,10 @@ class Chosen:
         for name, (low, high) in bounds.items():
             matches = [name] if is_nuisance(name) else paths.Names(paths_of_inputs).candidates(name)
             if len(matches) != 1:
-                hint = _hint(name, [*paths_of_inputs, OFFSET, PHASE])
-                raise InputError(f"--fit {name} is not allowed: {hint}")
+                hint = paths.suggest_names(name, [*paths_of_inputs, OFFSET, PHASE])
+                raise InputError(f"--fit {name}: {hint}")
             if not low < high:
-                raise InputError(
-                    f"--fit {name}={low:g}:{high:g} is not allowed: the lower bound must be below the upper"
-                )
+                raise InputError(f"--fit {name}={low:g}:{high:g}: the lower bound must be below the upper")
             selected[matches[0]] = (low, high)
         factors = np.array([factor_of(name) for name in selected])
         ends = np.array(list(selected.values())) * factors[:, None]
@@ -188,14 +186,9 @@ def find_measured(machine: Machine, quantity: str) -> Quantity:
     """Return the quantity that was measured, by its key or name. Raises InputError if the machine lacks it."""
     results = {result.name: result for result in machine.results} | {result.key: result for result in machine.results}
     if quantity not in results:
-        hint = _hint(quantity, [result.key for result in machine.results])
+        hint = paths.suggest_names(quantity, [result.key for result in machine.results])
         raise InputError(f"--quantity = {quantity} is not a quantity of {machine.name}: {hint}")
     return results[quantity]
-
-
-def _hint(name: str, allowed: list[str]) -> str:
-    close = paths.close(name, allowed)
-    return f"did you mean {' or '.join(close)}?" if close else f"it must be one of {', '.join(allowed)}"
 
 
 def is_offset(name: str) -> bool:

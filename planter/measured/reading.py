@@ -164,7 +164,7 @@ def _factor(
         return units["1"], "parts of one"
     if unit is None or unit not in units:
         if unit_option is not None:
-            problem = f"{option} = {unit_option} is not allowed"
+            problem = f"{option} = {unit_option} does not fit"
         else:
             problem = "has no unit" if header_unit is None else f"the unit {header_unit} does not fit"
         raise InputError(f"{table.source}: column {name}: {problem}: {option} must be one of {', '.join(units)}")

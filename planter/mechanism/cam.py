@@ -133,4 +133,4 @@ def _parse_term(machine: Machine, option: str, term: str) -> LengthFunction:
 def _refuse_name(option: str, name: str, names: list[str]) -> InputError:
     close = paths.close(name, names)
     hint = f"did you mean {close[0]}? " if close else ""
-    return InputError(f"{option} = {name} is not allowed: {hint}there are {', '.join(names)}")
+    return InputError.for_value(option, name, f"{hint}there are {', '.join(names)}")

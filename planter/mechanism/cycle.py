@@ -215,7 +215,7 @@ def simulate_machine(machine: Machine, samples: int | None = None, at_deg: Seque
 def check_angles(at_deg: Sequence[float]) -> None:
     """Raise InputError for an angle that is not finite."""
     if bad := [angle for angle in at_deg if not np.isfinite(angle)]:
-        raise InputError(f"--at = {bad[0]} is not allowed: it must be a finite angle in deg")
+        raise InputError.for_value("--at", bad[0], "it must be a finite angle in deg")
 
 
 def _summarise(model: Model, cycle: MechanismCycle) -> tuple[CycleSummary | None, list[MechanismWarning]]:

@@ -123,7 +123,7 @@ def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Mech
     """Return the file of a mechanism by its path, or by NAME for NAME.toml here or in ``generated/``.
 
     ``changes`` holds other values by key, in the unit that the key ends in: ``{"r_mm": 50}``. Raises InputError if
-    there is no file, or for a key or value that is not allowed, with what is.
+    there is no file, or for an invalid key or value, with what is allowed.
     """
     path = find_file(str(source))
     file = MechanismFile.read(read_toml(path), str(path), changes)
@@ -158,7 +158,7 @@ def _find_functions(path: Path, file: MechanismFile) -> Path:
         if (folder / f"{name}.json").is_file():
             return folder.resolve()
     allowed = f"{name}.py and {name}.json must be in the folder of the file or in {GENERATED}/ there"
-    raise InputError(f"{path}: functions = {name} is not allowed: {allowed}; `planter derive FILE.py` writes them")
+    raise InputError(f"{path}: functions = {name}: {allowed}; `planter derive FILE.py` writes them")
 
 
 def _check(file: MechanismFile) -> None:
@@ -171,7 +171,7 @@ def _check(file: MechanismFile) -> None:
                 close = paths.close(key, meanings)
                 hint = f"did you mean {close[0]}? " if close else ""
                 names = ", ".join(meanings)
-                raise InputError(f"{file.source}: {section}.{key} is not allowed: {hint}there are {names}")
+                raise InputError(f"{file.source}: {section}.{key}: {hint}there are {names}")
     for key, value in file.values.items():
         if value < 0 and units.suffix(key) == "_kg":  # products of inertia may be negative
             raise file.input_error(f"values.{key}", "it must not be negative")

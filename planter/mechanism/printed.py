@@ -69,7 +69,7 @@ def _check_conditions(question: Question, file: MechanismFile) -> None:
         if key not in file.values:
             close = paths.close(key, file.values)
             hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(file.values)}"
-            raise InputError(f"{place} is not allowed: {file.name} has no value {key}; {hint}")
+            raise InputError(f"{place}: {file.name} has no value {key}; {hint}")
 
 
 def _check_name(question: Question, parsed: Measure, names: Collection[str]) -> None:

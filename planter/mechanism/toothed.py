@@ -136,7 +136,7 @@ def make(source: str, options: GearOptions, out: Path | None = None, progress: L
     if options.counts and len(options.counts) != len(meshes):
         numbers = ",".join(map(str, options.counts))
         allowed = f"it must be the teeth of one gear of each mesh: {', '.join(meshes)}"
-        raise InputError(f"--teeth {numbers} is not allowed: {allowed}")
+        raise InputError(f"--teeth {numbers}: {allowed}")
     model, pairs, placed = Model(machine), [], list[PlacedGear]()
     for number, (tag, names) in enumerate(meshes.items()):
         mesh = MechanismMesh(model, tag, _label_gears(names, tag, meshes))

@@ -144,7 +144,7 @@ def _connect(address: str) -> Client:
     except (OSError, ValueError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         allowed = "it must be the address of a Dask scheduler that answers, as tcp://host:8786"
-        raise InputError(f"--cluster = {address} is not allowed: {allowed} ({reason})") from None
+        raise InputError.for_value("--cluster", address, f"{allowed} ({reason})") from None
 
 
 POLL_INTERVAL_S = 0.2

@@ -92,7 +92,7 @@ def build_nodes(train: PickupTrain, value_points: int) -> LawNodes:
     first, last = train.driven
     if train.law.transition:
         raise InputError(
-            'law.ends = "smooth" is not allowed where value points are moved (--optimise), for these keep no '
+            'law.ends = "smooth" cannot be used where value points are moved (--optimise), for these keep no '
             "smooth ends: it must be left out"
         )
     steps = np.arange(value_points) * TURN / value_points

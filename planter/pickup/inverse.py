@@ -119,7 +119,7 @@ def _extremes(
             f"and may dwell once; if the points are not exact, path.tolerance_mm = {tolerance * 1000:g} is too small"
         )
     if lows[0].distance <= tolerance:
-        raise InputError(f"{source}: the path is not allowed to meet the origin: the sun's centre lies there")
+        raise InputError(f"{source}: the path must not meet the origin: the sun's centre lies there")
     return highs[0], lows[0]
 
 

@@ -51,7 +51,7 @@ def make(source: str, request: GearOptions, out: Path | None = None, progress: L
 def _check(machine: Pickup, request: GearOptions) -> None:
     """Raise InputError for what is wanted that no pick-up takes."""
     refused = {
-        "--speed-rpm is not allowed: no pick-up's gears depend on its speed": request.speed_rpm is not None,
+        "--speed-rpm: no pick-up's gears depend on its speed": request.speed_rpm is not None,
         "a pick-up has one non-circular pair: it takes --module M or --teeth Z": (
             len(request.counts) > 1 or request.modules_mm[0] != request.modules_mm[1]
         ),

@@ -115,20 +115,14 @@ def with_flank(machine: Machine, law: str) -> Machine:
 def _find_target(name: str) -> Figures:
     known = load_calibration_data()["target"]
     if name not in known:
-        close = paths.close(name, known)
-        hint = f"did you mean {close[0]}? " if close else ""
-        raise InputError(f"--target = {name} is not allowed: {hint}it must be one of {', '.join(known)}")
+        raise InputError.for_value("--target", name, paths.suggest_names(name, known))
     wanted: Figures = known[name]
     return wanted
 
 
 def _check_law(name: str) -> str:
     if name not in functions.list_flank_laws():
-        close = paths.close(name, functions.list_flank_laws())
-        hint = f"did you mean {close[0]}? " if close else ""
-        raise InputError(
-            f"--flank = {name} is not allowed: {hint}it must be one of {', '.join(functions.list_flank_laws())}"
-        )
+        raise InputError.for_value("--flank", name, paths.suggest_names(name, functions.list_flank_laws()))
     return name
 
 

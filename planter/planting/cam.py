@@ -94,7 +94,7 @@ def made(device: Device, roller: float, tolerance: float, width: float) -> CamOu
     face, machine = EndFace(device, roller), device.machine
     if not width < 2 * face.radius:
         raise InputError(
-            f"--width-mm = {width * 1e3:g} is not allowed: it must be less than the base cylinder's diameter of "
+            f"--width-mm = {width * 1e3:g}: it must be less than the base cylinder's diameter of "
             f"{2e3 * face.radius:g} mm"
         )
     pushing, speed = push(device), machine.si("speed_rpm")

@@ -124,7 +124,7 @@ def parse_pairs(texts: list[str] | None) -> list[Pair] | None:
     for text, pair in zip(texts, split, strict=True):
         if len(pair) != 2 or not set(pair) <= set(families.list_families()):
             allowed = f"it must be two of {', '.join(families.list_families())} with + between them"
-            raise InputError(f"--pair {text} is not allowed: {allowed}")
+            raise InputError(f"--pair {text}: {allowed}")
     return [(pair[0], pair[1]) for pair in split]
 
 

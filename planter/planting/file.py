@@ -27,9 +27,9 @@ from planter.files.fields import (
     Whole,
     check,
     lacking,
-    problem,
     refuse,
     refused,
+    value_error,
 )
 from planter.optimise.sections import GeneticAlgorithm
 from planter.planting import functions
@@ -234,7 +234,11 @@ class Machine(Document):
         """Raise InputError unless the design holds exactly these names (those that its gear families ask for)."""
         allowed = f"the design of this device is {', '.join(names)}"
         missing = [f"design.{name} is missing: {allowed}" for name in names if name not in self.design]
-        odd = [problem(f"design.{name}", value, allowed) for name, value in self.design.items() if name not in names]
+        odd = [
+            str(value_error(f"design.{name}", value, allowed))
+            for name, value in self.design.items()
+            if name not in names
+        ]
         if missing or odd:
             raise InputError(f"{self.source}: {'; '.join([*missing, *odd])}")
 

@@ -173,8 +173,7 @@ class Device:
         """
         for name in values:
             if name not in self.names:
-                close = paths.close(name, self.names)
-                hint = f"did you mean {close[0]}?" if close else f"it must be one of {', '.join(self.names)}"
+                hint = paths.suggest_names(name, self.names)
                 raise InputError(f"{name} is no design parameter of {self.machine.name}: {hint}")
         found = self.design.copy()
         for name, value in values.items():

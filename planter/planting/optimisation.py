@@ -353,7 +353,7 @@ def parse_sampling(text: str | None) -> Sampling:
         return check_samples(int(text))
     except ValueError:
         allowed = "it must be a number of angles or refined"
-        raise InputError(f"--samples = {text} is not allowed: {allowed}") from None
+        raise InputError.for_value("--samples", text, allowed) from None
 
 
 def _score_designs(task: Problem, x: Array) -> Scores:

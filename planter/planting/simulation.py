@@ -166,7 +166,7 @@ def simulate(
     if isinstance(device, EngineMachine):
         return mechanism.simulate_machine(device, samples, at_deg)
     if lift_mm is not None and device.model != "exact":
-        raise InputError("--lift is not allowed with --model printed: assumptions of the exact model can be lifted")
+        raise InputError("--lift needs --model exact: the printed model has no assumptions to relax")
     count = check_samples(device.machine.objective.samples if samples is None else samples)
     prologue = device.prologue(device.design)
     turn = planting.evaluate_cycle(device, prologue, planting.sample_angles(count))
@@ -195,7 +195,7 @@ def simulate(
 def check_samples(samples: int) -> int:
     if not FEWEST_SAMPLES <= samples <= MOST_SAMPLES:
         allowed = f"it must be between {FEWEST_SAMPLES} and {MOST_SAMPLES}"
-        raise InputError(f"--samples = {samples} is not allowed: {allowed}")
+        raise InputError.for_value("--samples", samples, allowed)
     return samples
 
 
@@ -205,7 +205,7 @@ def evaluate_angles(device: Device, angles_deg: Sequence[float]) -> list[At]:
         return []
     degrees = np.asarray(angles_deg, dtype=float)
     if not np.isfinite(degrees).all():
-        raise InputError(f"--at = {degrees[~np.isfinite(degrees)][0]} is not allowed: it must be a finite angle in deg")
+        raise InputError.for_value("--at", degrees[~np.isfinite(degrees)][0], "it must be a finite angle in deg")
     found = planting.evaluate_cycle(device, device.prologue(device.design), np.radians(degrees))
     columns = {"phi_deg": degrees, **found.sides[0], **found.totals}
     return [At(**{field.name: float(columns[field.name][i]) for field in fields(At)}) for i in range(len(degrees))]

@@ -113,7 +113,7 @@ def _build_device(machine: MachineFile, choices: Mapping[str, str], inputs: Ends
                 if name not in DEVIATIONS:
                     machine.with_numbers({name: ends[end]})
     except InputError as error:
-        raise InputError(f"an end of what is varied is not allowed: {error}") from None
+        raise InputError(f"an end of a varied input: {error}") from None
     table = machine.table()
     for name, (low, high) in inputs.items():
         section, _, key = name.partition(".")

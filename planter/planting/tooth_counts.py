@@ -91,9 +91,9 @@ def parse_tooth_count_options(
         return spec
     if len(counts) != len(spec.stages):
         allowed = "Z1,Z2" if len(spec.stages) == 2 else f"Z, the teeth of stage {spec.stages[0] + 1}, which has one"
-        raise InputError(f"--teeth {teeth} is not allowed: it must be {allowed}, one for each stage with a module")
+        raise InputError(f"--teeth {teeth}: it must be {allowed}, one for each stage with a module")
     if min(counts) < MIN_TEETH:
-        raise InputError(f"--teeth {teeth} is not allowed: every gear needs at least {MIN_TEETH} teeth")
+        raise InputError(f"--teeth {teeth}: every gear needs at least {MIN_TEETH} teeth")
     return spec.with_teeth(counts)
 
 
@@ -200,10 +200,10 @@ class PitchLengthRange:
         if teeth is None and not self.teeth:
             below = math.floor(self.shortest / self.pitch)
             hint = " and ".join(self._describe_modules(z) for z in (below, below + 1))
-            raise InputError(f"whole teeth of {module} are not allowed on stage {self.stage + 1}: {self}; {hint}")
+            raise InputError(f"whole teeth of {module} do not fit on stage {self.stage + 1}: {self}; {hint}")
         if teeth is not None and teeth not in self.teeth:
             hint = self._describe_modules(teeth)
-            raise InputError(f"{teeth} teeth of {module} are not allowed on stage {self.stage + 1}: {self}; {hint}")
+            raise InputError(f"{teeth} teeth of {module} do not fit on stage {self.stage + 1}: {self}; {hint}")
 
     def _describe_modules(self, teeth: int) -> str:
         """Return which modules the bounds permit with a tooth number."""

@@ -180,7 +180,7 @@ def cut_gear_set(
     Raises InputError for teeth of one stage alone, and as `toothed` does.
     """
     if len(counts) == 1:
-        raise InputError(f"--teeth {counts[0]} is not allowed: it must be Z1,Z2, the teeth of stage 1 and of stage 2")
+        raise InputError(f"--teeth {counts[0]}: it must be Z1,Z2, the teeth of stage 1 and of stage 2")
     orders = [teeth.order(counts[k] if counts else None, module, keep) for k, module in enumerate(modules_mm)]
     made = cut_gear_train(device, orders)
     told = files.provenance(device.machine)

@@ -130,7 +130,7 @@ def find_full_name(name: str, meanings: Mapping[str, str], label: str, kind: str
         if candidates
         else _hint(paths.close(name, meanings), kind)
     )
-    raise InputError(f"{label} is not allowed: {hint}")
+    raise InputError(f"{label}: {hint}")
 
 
 def _hint(close: Sequence[str], kind: str) -> str:

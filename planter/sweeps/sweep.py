@@ -165,7 +165,7 @@ class Sweep:
         self.machines = [ResolvedMachine(resolve_source(source, plan.folder)) for source in plan.machine]
         first = self.machines[0]
         if any(resolved.module != first.module for resolved in self.machines):
-            raise InputError(f"{plan.source}: machine is not allowed: all machines must be of the same kind")
+            raise InputError(f"{plan.source}: machine: all machines must be of the same kind")
         self.outputs = self._outputs()
         self.inputs = {self._path(name): axis for name, axis in plan.axes.items()}
         if len(self.inputs) < len(plan.axes):
@@ -194,7 +194,7 @@ class Sweep:
         invalid = [text for text in texts or ("a number",) if text not in allowed]
         if invalid:
             hint = f"it must be of {', '.join(allowed)}" if allowed else "it must be numbers"
-            raise InputError(f"{self.plan.source}: inputs.{name} = {invalid[0]} is not allowed: {hint}")
+            raise InputError.for_value(f"inputs.{name}", invalid[0], hint, self.plan.source)
 
     @property
     def rows(self) -> int:

@@ -103,7 +103,7 @@ def changes(texts: Sequence[str] | None, options: Mapping[str, float | None] | N
             pointed = safe_text.replace_decimal_comma(text)
             hint = f" (with a decimal point: {pointed})" if pointed else ""
             allowed = f"it must be NAME=VALUE with a number{hint}" if equals else "it must be NAME=VALUE"
-            raise InputError(f"--set {safe_text.sanitise_line(assignment, 200)} is not allowed: {allowed}") from None
+            raise InputError(f"--set {safe_text.sanitise_line(assignment, 200)}: {allowed}") from None
     return numbers | {name: value for name, value in (options or {}).items() if value is not None}
 
 
@@ -116,7 +116,7 @@ def read_ranges(option: str, texts: Sequence[str]) -> dict[str, tuple[float, flo
             low, high = map(float, ends.split(":"))
         except ValueError:
             allowed = "it must be PATH=LOW:HIGH, as mass.planet_kg=0.8:1.6"
-            raise InputError(f"{option} {safe_text.sanitise_line(text, 200)} is not allowed: {allowed}") from None
+            raise InputError(f"{option} {safe_text.sanitise_line(text, 200)}: {allowed}") from None
         ranges[name.strip()] = (low, high)
     return ranges
 

@@ -126,7 +126,7 @@ def _parse_choices(allowed: Mapping[str, Sequence[str]], options: Sequence[str])
         name, _, text = option.partition("=")
         if text not in allowed.get(name, ()):
             hint = " or ".join(f"{name}={text}" for name, texts in allowed.items() for text in texts)
-            raise InputError(f"--choose {option} is not allowed: {f'it must be {hint}' if hint else 'remove it'}")
+            raise InputError(f"--choose {option}: {f'it must be {hint}' if hint else 'remove it'}")
         choices[name] = text
     return choices
 

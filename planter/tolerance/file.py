@@ -76,7 +76,7 @@ class Tolerances(Section):
             for path in self._matches(name, resolved, source):
                 spreads[path] = tolerance.spread(nominal[path])
                 if not spreads[path].low < spreads[path].high:
-                    raise InputError(f"{source}: tolerances.{name} is not allowed: {path} is 0; use plus_minus")
+                    raise InputError(f"{source}: tolerances.{name}: {path} is 0; use plus_minus")
         return {path: spreads[path] for path in resolved.inputs if path in spreads}
 
     @staticmethod

@@ -210,10 +210,10 @@ def read_samples(text: str, source: str) -> list[Sample]:
 def _check(table: csv_rows.Table) -> None:
     for row, sd in enumerate(table.numbers("sd")):
         if sd < 0:
-            raise InputError(f"{table.place(row, 'sd')}: {sd:g} is not allowed, it must not be negative")
+            raise InputError(f"{table.place(row, 'sd')}: {sd:g}: it must not be negative")
     for row, n in enumerate(table.numbers("n")):
         if n < 2 or not n.is_integer():
-            raise InputError(f"{table.place(row, 'n')}: {n:g} is not allowed, it must be a whole number from 2 on")
+            raise InputError(f"{table.place(row, 'n')}: {n:g}: it must be a whole number from 2 on")
 
 
 def _check_distinct(table: csv_rows.Table, samples: Sequence[Sample]) -> None:

@@ -126,7 +126,7 @@ def _check_names(factors: Sequence[FactorSpec], responses: Sequence[str]) -> Non
             meant = FieldColumns().role(name)
             if meant != role or RESERVED.get(name) == role:
                 raise InputError(
-                    f"--{role} {name} is not allowed: a column of that name is "
+                    f"--{role} {name}: a column of that name is "
                     f"{'needed for results' if meant == role else f'read back as a {meant}'}, it must have another"
                 )
 

@@ -180,7 +180,7 @@ def _check_runs(table: csv_rows.Table, name: str, factors: Sequence[Factor]) -> 
     first: dict[float, int] = {}
     for row, count in enumerate(counts):
         if not count.is_integer():
-            raise InputError(f"{table.place(row, name)}: {count!r} is not allowed, it must be a whole number")
+            raise InputError(f"{table.place(row, name)}: {count!r}: it must be a whole number")
         before = first.setdefault(count, row)
         if any(factor.codes[before] != factor.codes[row] for factor in factors):
             raise InputError(

@@ -83,7 +83,7 @@ def parse_tooth_counts(
     spec = parse_tooth_count_options(module, module1, module2, teeth)
     present = [name for name, is_present in excluded.items() if is_present]
     if spec is not None and present:
-        raise InputError(f"{present[0]} is not allowed with --module: it is for designs of any teeth")
+        raise InputError(f"{present[0]} cannot be used with --module: it is for designs of any teeth")
     return spec
 
 

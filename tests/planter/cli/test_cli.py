@@ -126,19 +126,19 @@ BAD = {
     "no such file": (("simulate", "nowhere.toml"), r"nowhere\.toml"),
     "no number": (
         ("simulate", "wang2017", "--set", "sun_kg=heavy"),
-        r"--set sun_kg=heavy is not allowed: it must be NAME=VALUE",
+        r"--set sun_kg=heavy: it must be NAME=VALUE",
     ),
     "no value": (("simulate", "wang2017", "--set", "sun_kg"), r"it must be NAME=VALUE"),
     "unknown name": (("simulate", "wang2017", "--set", "sum_kg=1"), r"sum_kg .*did you mean"),
-    "negative mass": (("validate", "wang2017", "--set", "sun_kg=-0.4"), r"mass\.sun_kg = -0\.4 .*greater than 0"),
+    "negative mass": (("validate", "wang2017", "--set", "sun_kg=-0.4"), r"mass\.sun_kg = -0\.4.*greater than 0"),
     "speed of zero": (("simulate", "wang2017", "--speed-rpm", "0"), r"speed_rpm = 0.*greater than 0"),
     "too few samples": (
         ("simulate", "wang2017", "--samples", "3"),
-        r"--samples = 3 is not allowed: it must be between 8",
+        r"--samples = 3: it must be between 8",
     ),
-    "angle that is no number": (("simulate", "wang2017", "--at", "nan"), r"--at = nan is not allowed"),
-    "eccentricity": (("simulate", "wang2017", "--set", "e3_mm=31"), r"design\.e3_mm = 31 .*less than R"),
-    "samples that are no number": (("optimise", "wang2017", "--samples", "many"), r"--samples = many .*refined"),
+    "angle that is no number": (("simulate", "wang2017", "--at", "nan"), r"--at = nan:"),
+    "eccentricity": (("simulate", "wang2017", "--set", "e3_mm=31"), r"design\.e3_mm = 31.*less than R"),
+    "samples that are no number": (("optimise", "wang2017", "--samples", "many"), r"--samples = many.*refined"),
     "output into a file": (("simulate", "wang2017", "--out", "/dev/null/x"), r"/dev/null/x"),
 }
 
@@ -260,7 +260,7 @@ def test_help_says_where_names_stand_and_lists_every_choice(arguments: tuple[str
 
 
 def test_a_target_that_there_is_not_and_a_decimal_comma_are_answered_with_what_is_right() -> None:
-    assert "it must be one of table1" in refusal("calibrate", "wang2017", "--target", "table2")
+    assert "did you mean table1?" in refusal("calibrate", "wang2017", "--target", "table2")
     assert "with a decimal point: 0.4" in refusal("validate", "wang2017", "--set", "sun_kg=0,4")
 
 

@@ -108,5 +108,5 @@ def test_derivatives_are_those_of_differences(machine: Machine) -> None:
 
 
 def test_a_linkage_that_does_not_make_the_travel_is_refused() -> None:
-    with pytest.raises(GeometryError, match=r"rod_mm = 70 .*crank and rod meet"):
+    with pytest.raises(GeometryError, match=r"rod_mm = 70.*crank and rod meet"):
         load_machine("shi2021", {"linkage.rod_mm": 70.0})

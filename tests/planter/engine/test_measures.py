@@ -132,7 +132,7 @@ def test_text_reads_back_to_the_same() -> None:
 def test_refusal_names_word_and_character(text: str, parts: list[str]) -> None:
     with pytest.raises(InputError) as caught:
         parse_sum(text, "file.toml: objective.least")
-    assert caught.value.message.startswith(f"file.toml: objective.least {text!r} is not allowed")
+    assert caught.value.message.startswith(f"file.toml: objective.least {text!r}:")
     assert all(part in caught.value.message for part in parts), caught.value.message
 
 
@@ -144,7 +144,7 @@ def test_refusal_names_word_and_character(text: str, parts: list[str]) -> None:
      ("mean F while y <= 3", "a limit is missing")],
 )  # fmt: skip
 def test_limit_refuses_what_cannot_be_one(text: str, part: str) -> None:
-    with pytest.raises(InputError, match="is not allowed") as caught:
+    with pytest.raises(InputError, match=": ") as caught:
         parse_limit(text)
     assert part in caught.value.message
 

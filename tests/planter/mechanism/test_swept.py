@@ -58,7 +58,7 @@ def test_machine_without_a_motor_needs_outputs() -> None:
 
 @pytest.mark.parametrize(("outputs", "hint"), [(["M_in_max_Nm", "M_im_rms_Nm"], "M_in_rms_Nm"), (["x"], "--list")])
 def test_unknown_output_is_named(outputs: list[str], hint: str) -> None:
-    with pytest.raises(InputError, match=f"outputs: {outputs[-1]} is not allowed") as caught:
+    with pytest.raises(InputError, match=f"outputs: {outputs[-1]}:") as caught:
         Sweep(plan(outputs=outputs))
     assert hint in caught.value.message
 

@@ -147,7 +147,7 @@ def test_a_misspelt_value_gets_its_suggestion(folder: Path) -> None:
     file = folder / "generated" / "more.toml"
     text = (folder / "generated" / "four_bar.toml").read_text()
     file.write_text(text.replace("[turn]", "[bounds]\nbb_mm = [1, 2]\n[turn]"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"bounds\.bb_mm is not allowed: did you mean b_mm"):
+    with pytest.raises(InputError, match=r"bounds\.bb_mm: did you mean b_mm"):
         load(file)
 
 
@@ -160,7 +160,7 @@ def test_functions_that_are_not_there_are_missed(folder: Path) -> None:
 
 
 def test_a_mass_below_nothing_is_refused(folder: Path) -> None:
-    with pytest.raises(InputError, match=r"values\.m_c_kg = -1.* is not allowed: it must not be negative"):
+    with pytest.raises(InputError, match=r"values\.m_c_kg = -1.*: it must not be negative"):
         model(folder, m_c_kg=-1.0)
 
 

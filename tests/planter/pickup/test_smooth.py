@@ -80,7 +80,7 @@ def test_the_built_in_law_keeps_its_jump() -> None:
 
 
 def test_smooth_ends_and_moved_points_do_not_go_together(tmp_path: Path) -> None:
-    assert 'law.ends = "smooth" is not allowed' in refusal(smooth_file(tmp_path), "--optimise")
+    assert 'law.ends = "smooth" cannot be used' in refusal(smooth_file(tmp_path), "--optimise")
 
 
 def test_a_slope_that_cannot_rise_smoothly_is_told_apart() -> None:

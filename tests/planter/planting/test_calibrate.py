@@ -142,8 +142,8 @@ def test_the_first_line_and_the_page_say_whether_the_target_is_met(
 
 
 @pytest.mark.parametrize(("target", "law", "told"), [
-    ("table2", (), "--target = table2 is not allowed: did you mean table1"),
-    ("table1", ("cycloid",), "--flank = cycloid is not allowed: did you mean cycloidal"),
+    ("table2", (), "--target = table2: did you mean table1"),
+    ("table1", ("cycloid",), "--flank = cycloid: did you mean cycloidal"),
 ])  # fmt: skip
 def test_an_unknown_target_or_law_is_refused(target: str, law: tuple[str, ...], told: str, machine: Machine) -> None:
     with pytest.raises(InputError, match=told):

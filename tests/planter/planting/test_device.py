@@ -59,17 +59,17 @@ def test_no_list_of_the_ten_names_stands_in_planter() -> None:
 
 
 BAD_GEOMETRY = {
-    "m at one half": ([(r"^m31 = .*", "m31 = 0.5")], "design.m31 = 0.5 is not allowed: it must be greater than 1/2"),
-    "e at R": ([(r"^e3_mm = .*", "e3_mm = 30.916")], "design.e3_mm = 30.916 is not allowed: it must be less than R"),
-    "k at one": ([(r"^k6 = .*", "k6 = 1.0")], "design.k6 = 1 is not allowed: it must be less than 1"),
+    "m at one half": ([(r"^m31 = .*", "m31 = 0.5")], "design.m31 = 0.5: it must be greater than 1/2"),
+    "e at R": ([(r"^e3_mm = .*", "e3_mm = 30.916")], "design.e3_mm = 30.916: it must be less than R"),
+    "k at one": ([(r"^k6 = .*", "k6 = 1.0")], "design.k6 = 1: it must be less than 1"),
     "negative radius": (
         [(r"^A6_mm = .*", "A6_mm = -3")],
-        "design.A6_mm = -3 is not allowed: it must be greater than 0",
+        "design.A6_mm = -3: it must be greater than 0",
     ),
-    "bounds that let k reach one": ([(r"^k6 = \[.*", "k6 = [0.03, 1.2]")], "bounds.k6 = 1.2 is not allowed"),
+    "bounds that let k reach one": ([(r"^k6 = \[.*", "k6 = [0.03, 1.2]")], "bounds.k6 = 1.2:"),
     "unknown family": (
         [(r'^family = "ellipse"', 'family = "elipse"')],
-        'stage2.family = "elipse" is not allowed: did you mean ellipse? it must be',
+        'stage2.family = "elipse": did you mean ellipse?',
     ),
     "a name of another family": ([(r"^R3_mm = 30.916", "A3_mm = 30.9")], "A3_mm"),
     "not converged": ([(r"^e3_mm = .*", "e3_mm = 30.9155")], "has not converged"),
@@ -179,7 +179,7 @@ def mean_ratio(R: float, b: float, distance: float, u: np.ndarray) -> float:
 
 def test_without_its_file_there_is_no_such_family(tmp_path: Path) -> None:
     assert "exponential" not in FAMILIES
-    with pytest.raises(InputError, match=r'stage2.family = "exponential" is not allowed: it must be one of'):
+    with pytest.raises(InputError, match=r'stage2.family = "exponential": it must be one of'):
         Device(file.load(edited(tmp_path, (r'^family = "ellipse"', 'family = "exponential"'))))
 
 
@@ -194,5 +194,5 @@ def test_a_radius_beyond_the_centre_distance_is_named_with_its_angle() -> None:
             return lambda parameters: {"hoisted": np.array([[0.031]])}
 
     short = Short(stage.family, stage.names)
-    with pytest.raises(GeometryError, match=r"deformed ellipse r = .* mm at t = 0 deg is not allowed"):
+    with pytest.raises(GeometryError, match=r"deformed ellipse r = .* mm at t = 0 deg:"):
         short.check_radius(StageCandidate(np.array([0.030694, 0.031, 1.26]), lambda name: f"my.toml: design.{name}"))

@@ -62,5 +62,5 @@ def test_effects_are_told_and_only_of_the_exact_model() -> None:
     assert found["teeth slide, module 2 mm"].friction_work_J > found["no tooth friction"].friction_work_J + 0.1
     simulated = simulation.simulate(machines.device("wang2017"), 60, (), 3.0)
     assert "module 3 mm" in simulated.result.lifted[2].assumption
-    with pytest.raises(InputError, match="--lift is not allowed with --model printed"):
+    with pytest.raises(InputError, match="--lift needs --model exact"):
         simulation.simulate(machines.device("wang2017", "printed"), 60, (), 2.0)

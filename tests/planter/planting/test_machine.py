@@ -137,7 +137,7 @@ def test_si_values(path: str, si: float) -> None:
 
 @pytest.mark.parametrize("path", ["mass", "cam.flank", "nozzle.hinge_A_mm", "nozzle.hinge_A_mm[3]", "no_such_kg"])
 def test_si_of_what_is_no_number_is_refused(path: str) -> None:
-    with pytest.raises(InputError, match=re.escape(f"wang2017: {path} is not allowed")):
+    with pytest.raises(InputError, match=re.escape(f"wang2017: {path}:")):
         load("wang2017").si(path)
 
 
@@ -146,8 +146,7 @@ def test_a_check_outside_can_refuse_a_value_in_the_same_words() -> None:
     error = machine.input_error("e3_mm", "it must be less than design.R3_mm = 30.916", GeometryError)
     assert isinstance(error, GeometryError)
     assert error.message == (
-        "wang2017: design.e3_mm = 31.0 (set on the command line) is not allowed: "
-        "it must be less than design.R3_mm = 30.916"
+        "wang2017: design.e3_mm = 31.0 (set on the command line): it must be less than design.R3_mm = 30.916"
     )
 
 
@@ -357,7 +356,7 @@ def test_a_refused_value_is_named_with_file_key_and_what_is_allowed(
     path = tampered(tmp_path, section, key, f"{key} = {value}")
     message = refusal(path)
     assert message.startswith(f"{path}: {section}.{key} = ")
-    given, _, reason = message.partition(" = ")[2].partition(" is not allowed: ")
+    given, _, reason = message.partition(" = ")[2].partition(": ")
     assert given.replace('"', "") == value.replace('"', "")
     assert allowed in reason
 
@@ -393,7 +392,7 @@ def test_values_just_inside_are_accepted(tmp_path: Path, section: str, key: str,
         ("objective", "samples", None, ["objective.samples is missing"]),
         ("bounds", "m31", None, ["bounds.m31 is missing", "[lower, upper]"]),
         ("origin", "default", None, ["origin.default is missing"]),
-        ("design", "m31", None, ["bounds.m31 = [1.45, 1.56] is not allowed", "[design]: theta_deg"]),
+        ("design", "m31", None, ["bounds.m31 = [1.45, 1.56]:", "[design]: theta_deg"]),
         (
             "mass",
             "sun_kg",
@@ -409,7 +408,7 @@ def test_values_just_inside_are_accepted(tmp_path: Path, section: str, key: str,
             ['origin.family = "paper"', "stage1.family, stage2.family"],
         ),
         ("design", "m31", 'm31 = 1.5\n"a.b" = 1', ['design = "a.b"', "letters, digits and underscores"]),
-        ("mass", "sun_kg", "sun_kg = -1\nmiddle_kgg = 1", ["mass.middle_kgg = 1", "; mass.sun_kg = -1 is not allowed"]),
+        ("mass", "sun_kg", "sun_kg = -1\nmiddle_kgg = 1", ["mass.middle_kgg = 1", "; mass.sun_kg = -1:"]),
         ("mass", "sun_kg", f"sun_kg = 1{400 * '0'}", ["mass.sun_kg = 1000", "number"]),
     ],
 )
@@ -427,7 +426,7 @@ def test_both_weights_zero_is_refused(tmp_path: Path) -> None:
     path = tampered(tmp_path, "objective", "weight_range", "weight_range = 0")
     assert load(path).objective.weight_range == 0
     message = refusal(path, {"weight_variance": 0.0})
-    assert f"{path}: objective.weight_range = 0.0 is not allowed: it must be above 0" in message
+    assert f"{path}: objective.weight_range = 0.0: it must be above 0" in message
 
 
 def test_a_section_that_is_missing_or_no_table(tmp_path: Path) -> None:
@@ -438,7 +437,7 @@ def test_a_section_that_is_missing_or_no_table(tmp_path: Path) -> None:
     assert message.endswith("more problems)")
     whole = re.sub(r"(?s)\n\[mass\].*?\n\[inertia\]", "\n[inertia]", examples.example("wang2017"))
     path.write_text(f"mass = 3\n{whole}", encoding="utf-8")
-    assert refusal(path).startswith(f"{path}: mass = 3 is not allowed: it must be a table")
+    assert refusal(path).startswith(f"{path}: mass = 3: it must be a table")
 
 
 def test_every_problem_of_a_file_is_told_and_of_very_many_the_first(tmp_path: Path) -> None:
@@ -450,7 +449,7 @@ def test_every_problem_of_a_file_is_told_and_of_very_many_the_first(tmp_path: Pa
     assert message.count(str(path)) == 1
     assert "more problem" not in message
     path.write_text("x = 1\n", encoding="utf-8")
-    assert re.search(r"x = 1 .*is missing.*\(and \d+ more problems\)$", refusal(path))
+    assert re.search(r"x = 1.*is missing.*\(and \d+ more problems\)$", refusal(path))
 
 
 def test_every_number_that_does_not_fit_the_others_is_told(tmp_path: Path) -> None:
@@ -462,7 +461,7 @@ def test_every_number_that_does_not_fit_the_others_is_told(tmp_path: Path) -> No
     )  # fmt: skip
     for told in ("cam.rise_delta_deg = ", "cam.psi0_deg = 80.0", "tooth_friction_angle_deg = 30.0", "objective.weight"):
         assert told in message
-    assert message.count(" is not allowed: ") == 4
+    assert message.count(": ") == 5
     message = refusal("wang2017", {"J56_about_A1_kg_m2": 1e-9, "J7_about_B1_kg_m2": 1e-9})
     assert message.count("at least mass times squared centroid distance") == 2
     assert message.count("wang2017: ") == 1
@@ -505,9 +504,7 @@ def test_checks_of_a_section_that_are_not_marked_would_not_be_asked() -> None:
     ],
 )
 def test_a_number_too_large_or_too_small_to_compute_with_is_named(name: str, value: float, allowed: str) -> None:
-    assert f"{name} = {value!r} (set on the command line) is not allowed: {allowed}" in refusal(
-        "wang2017-wide", {name: value}
-    )
+    assert f"{name} = {value!r} (set on the command line): {allowed}" in refusal("wang2017-wide", {name: value})
 
 
 @pytest.mark.parametrize(

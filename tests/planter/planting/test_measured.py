@@ -189,8 +189,8 @@ def test_an_outlier_is_left_out_and_told(tmp_path: Path) -> None:
 REFUSED = {
     "no such column": (Columns("forse", angle="angle"), "it must be one of 'angle [deg]', 'force [N]'"),
     "no place": (Columns("force"), "add --angle or --time"),
-    "unit of a moment": (Columns("force", angle="angle", value_unit="N m"), "--unit = N m is not allowed"),
-    "odd unit": (Columns("force", angle="angle", value_unit="lb"), "--unit = lb is not allowed"),
+    "unit of a moment": (Columns("force", angle="angle", value_unit="N m"), "--unit = N m does not fit"),
+    "odd unit": (Columns("force", angle="angle", value_unit="lb"), "--unit = lb does not fit"),
 }
 
 

@@ -121,17 +121,17 @@ def test_the_path_over_ground_is_that_of_simulate() -> None:
 
 PLAN = {"machine": "wang2017", "outputs": ["support_range_N"]}
 REFUSED = {
-    "an unknown input": ({"inputs": {"speed_rmp": [1]}}, "inputs.speed_rmp is not allowed: did you mean"),
-    "an ambiguous input": ({"inputs": {"C1_mm": [1]}}, "inputs.C1_mm is not allowed"),
+    "an unknown input": ({"inputs": {"speed_rmp": [1]}}, "inputs.speed_rmp: did you mean"),
+    "an ambiguous input": ({"inputs": {"C1_mm": [1]}}, "inputs.C1_mm:"),
     "an unknown output": ({"inputs": {"m31": [1.5]}, "outputs": ["support_rage_N"]}, "did you mean support_range_N"),
-    "a text for a number": ({"inputs": {"m31": ["large"]}}, "inputs.design.m31 = large is not allowed: it must be num"),
+    "a text for a number": ({"inputs": {"m31": ["large"]}}, "inputs.design.m31 = large: it must be num"),
     "numbers for a text": ({"inputs": {"model": [1, 2]}}, "it must be of exact, printed"),
-    "an unknown model": ({"inputs": {"model": ["correct"]}}, "inputs.model = correct is not allowed"),
+    "an unknown model": ({"inputs": {"model": ["correct"]}}, "inputs.model = correct:"),
     "one input twice": ({"inputs": {"m31": [1.5], "design.m31": [1.5]}}, "inputs names an input twice"),
     "a machine that is not there": ({"machine": "nowhere", "inputs": {"m31": [1.5]}}, "nowhere: no such machine"),
     "outputs of another machine": (
         {"machine": "yu2023", "inputs": {"m31": [1.5]}},
-        "outputs: support_range_N is not allowed",
+        "outputs: support_range_N:",
     ),
 }
 

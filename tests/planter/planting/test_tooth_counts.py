@@ -273,8 +273,8 @@ def test_uncuttable_teeth_report_reason() -> None:
         ("--teeth 31,x --module 2", "--teeth 31,x: give Z or Z1,Z2"),
         ("--teeth 31,5 --module 2", "--teeth 31,5 .* at least 6"),
         ("--module 2 --module1 2", "leave out --module1 and --module2"),
-        ("--module 2 --front", "--front is not allowed with --module"),
-        ("--module1 2 --prove", "--prove is not allowed with --module"),
+        ("--module 2 --front", "--front cannot be used with --module"),
+        ("--module1 2 --prove", "--prove cannot be used with --module"),
     ],
 )
 def test_invalid_options_exit_with_one_line(options: str, message: str) -> None:
