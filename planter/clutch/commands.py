@@ -132,14 +132,13 @@ def evaluate_field(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.clutch.field import FieldColumns, evaluate_field, report
+        from planter.clutch.field import FieldColumns, evaluate_field
         from planter.clutch.field.evaluation import parse_goals
+        from planter.clutch.field.presentation import present_field_test
 
         columns = FieldColumns(tuple(response or ()), tuple(blank or ()), tuple(ignore or ()))
         evaluation = evaluate_field(data, columns, comparison, parse_goals(goal or ()))
-        if out is not None:
-            report.write_field_report(out, evaluation, console.progress)
-        console.result(evaluation.result, lambda: report.print_field_test(console, evaluation.result))
+        present_field_test(evaluation).show(console, out)
 
 
 @clutch.command(name="plan")

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.clutch.field import evaluate_field, evaluation, report, trial
+from planter.clutch.field import evaluate_field, evaluation, presentation, trial
 from planter.clutch.field.analysis import MainEffectsModel
 from planter.files import examples
 from tests.support.cli import below
@@ -93,7 +93,7 @@ def test_a_plan_is_printed_and_written(tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("field")
-    report.write_field_report(out, evaluate_field())
+    presentation.present_field_test(evaluate_field()).write(out)
     return out
 
 
@@ -127,9 +127,10 @@ def test_the_page_is_whole_and_every_figure_is_there(folder: Path) -> None:
 def test_other_data_have_another_hash() -> None:
     text = examples.example("shi2021-field")
     one, same, other = (
-        report.build_provenance(evaluation.evaluate_trial(trial.read_trial(t, "x.csv")))["data_sha256"]
+        presentation.present_field_test(evaluation.evaluate_trial(trial.read_trial(t, "x.csv"))).summary()
         for t in (text, "# a comment\n" + text, text.replace("12.2", "12.3"))
     )
+    one, same, other = (summary["provenance"]["data_sha256"] for summary in (one, same, other))
     assert one == same != other
 
 
@@ -154,12 +155,12 @@ def test_surfaces_pass_through_the_prediction_at_every_level() -> None:
         effects = MainEffectsModel(found.trial).effects(response)
         for factor, level in zip(found.trial.factors, effects.levels, strict=True):
             knots = np.array(factor.scale)
-            assert report.interpolate_effect(knots, level, knots) == pytest.approx(level, abs=1e-12)
-            middle = report.interpolate_effect(knots, level, np.array([(knots[0] + knots[1]) / 2]))
+            assert presentation.interpolate_effect(knots, level, knots) == pytest.approx(level, abs=1e-12)
+            middle = presentation.interpolate_effect(knots, level, np.array([(knots[0] + knots[1]) / 2]))
             parabola = np.polyval(np.polyfit(knots, level, 2), (knots[0] + knots[1]) / 2)
             assert middle == pytest.approx(parabola, abs=1e-10)
     many = np.array([0.0, 1.0, 0.0, 0.5, 5.0])
-    dense = report.interpolate_effect(np.arange(5.0), many, np.linspace(0, 4, 401))
+    dense = presentation.interpolate_effect(np.arange(5.0), many, np.linspace(0, 4, 401))
     assert (dense.min(), dense.max()) == (0, 5)
 
 
