@@ -1,9 +1,8 @@
-"""The designer's summary and the sensitivity as tables, for the terminal and for pages: title, head, rows."""
+"""Tables of the designer's summary, the sensitivity and the drive, for the terminal and for pages."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import Direction, SensitivityResult
@@ -20,34 +19,20 @@ ROUNDING = 1e-12
 """Means below this share of the root mean square are shown as zero."""
 
 
-@dataclass(frozen=True)
-class Shown:
-    """A table."""
-
-    title: str
-    head: tuple[str, ...]
-    rows: Sequence[Cells]
-
-    @property
-    def block(self) -> Table:
-        """The table as a part of a page."""
-        return Table(self.head, self.rows, self.title)
-
-
-def summary_tables(summary: CycleSummary) -> Iterator[Shown]:
+def summary_tables(summary: CycleSummary) -> Iterator[Table]:
     """Yield the torque of the motor, peaks of forces, torques and powers, and the largest shock of each kind."""
     if summary.motor is not None:
         rows: list[Cells] = [*motor_rows(summary.motor), ("peak power / W", summary.motor.peak_power_W, None)]
-        yield Shown("Torque of the motor on the drive", ("", "N m", "phi / deg"), rows)
+        yield Table(("", "N m", "phi / deg"), rows, "Torque of the motor on the drive")
     peaks = [peak for peak in summary.peaks if peak.unit in ON_THE_SCREEN]
     if peaks:
         head = ("", "largest", "phi / deg", "least", "phi / deg", "mean", "unit")
         cells = [(p.name, p.max, p.max_phi_deg, p.min, p.min_phi_deg, round_mean(p.mean, p.rms), p.unit) for p in peaks]
-        yield Shown("Peaks, true extremes over a turn", head, cells)
+        yield Table(head, cells, "Peaks, true extremes over a cycle")
     yield from shock_tables(summary.shocks, "Shocks: the largest jump of each kind")
 
 
-def sensitivity_tables(result: SensitivityResult) -> Iterator[Shown]:
+def sensitivity_tables(result: SensitivityResult) -> Iterator[Table]:
     """Yield the gradient, then the combinations that matter and the directions that do not."""
     over = "true extremes" if result.kind == "true" else f"{result.samples} samples"
     rounding = ROUNDING * max(map(abs, result.scaled.values()))
@@ -55,8 +40,8 @@ def sensitivity_tables(result: SensitivityResult) -> Iterator[Shown]:
         (name, *((value, result.scaled[name]) if abs(result.scaled[name]) > rounding else (0.0, 0.0)), _per(name))
         for name, value in result.gradient.items()
     ]
-    title = f"Gradient of the objective over {over}, {result.objective:.6g}"
-    yield Shown(title, ("parameter", "slope", "times width", "slope's unit"), rows)
+    caption = f"Gradient of the objective over {over}, {result.objective:.6g}"
+    yield Table(("parameter", "slope", "times width", "slope's unit"), rows, caption)
     combinations = [part for part in result.combinations if part.strength >= WEAK][:MOST_COMBINATIONS]
     cells = [
         (name, *(_short(part.weights.get(name)) for part in combinations))
@@ -64,7 +49,7 @@ def sensitivity_tables(result: SensitivityResult) -> Iterator[Shown]:
         if any(name in part.weights for part in combinations)
     ]
     head = ("parameter", *(f"{part.strength:.3g}" for part in combinations))
-    yield Shown("Combinations that matter, by their strength; weights in parts of widths", head, cells)
+    yield Table(head, cells, "Combinations that matter, by their strength; weights in parts of widths")
 
 
 def _per(name: str) -> str:
@@ -91,10 +76,10 @@ def describe_directions(effective: int, parameters: int, insensitive: Sequence[D
         yield f"no effect: {text}"
 
 
-def drive_tables(result: DriveResult) -> Iterator[Shown]:
-    """Yield motor and flywheel, and the speed over a turn that repeats itself."""
+def drive_tables(result: DriveResult) -> Iterator[Table]:
+    """Yield motor and flywheel, and the speed over a cycle that repeats itself."""
     motor, speed = result.motor, result.speed
-    yield Shown(f"{result.machine} on a motor", ("", "", "unit"), [
+    yield Table(("", "", "unit"), [
         ("stall torque", motor.stall_Nm, "N m"),
         ("speed without load", motor.idle_rpm, "r/min"),
         ("flywheel", motor.flywheel_kgm2, "kg m2"),
@@ -103,16 +88,16 @@ def drive_tables(result: DriveResult) -> Iterator[Shown]:
         ("work of the motor over a turn", result.motor_work_J, "J"),
         ("work of friction over a turn", result.friction_work_J, "J"),
         ("power that is missing, at most", result.imbalance_W, "W"),
-    ])  # fmt: skip
-    yield Shown("Speed of the drive over a turn that repeats itself", ("", "", "unit"), [
+    ], f"{result.machine} on a motor")  # fmt: skip
+    yield Table(("", "", "unit"), [
         ("mean", speed.mean_rpm, "r/min"),
         (f"largest, at {speed.max_deg:.4g} deg", speed.max_rpm, "r/min"),
         (f"least, at {speed.min_deg:.4g} deg", speed.min_rpm, "r/min"),
         ("range over mean", speed.fluctuation, "1"),
-    ])  # fmt: skip
+    ], "Speed of the drive over a cycle that repeats itself")  # fmt: skip
 
 
-def driven_quantities(result: DriveResult) -> Shown:
+def driven_quantities(result: DriveResult) -> Table:
     """Return forces, torques and powers on the motor, and at constant speed."""
     head = ("", "driven, largest", "least", "constant, largest", "least", "change", "unit")
     rows = [
@@ -120,7 +105,7 @@ def driven_quantities(result: DriveResult) -> Shown:
         for key, q in result.quantities.items()
         if q.unit in ON_THE_SCREEN
     ]
-    return Shown("Forces, torques and powers, and those at constant mean speed", head, rows)
+    return Table(head, rows, "Forces, torques and powers, and those at constant mean speed")
 
 
 def motor_rows(motor: MotorTorque) -> list[Cells]:
@@ -131,11 +116,11 @@ def motor_rows(motor: MotorTorque) -> list[Cells]:
     ]  # fmt: skip
 
 
-def shock_tables(shocks: Sequence[Shock], title: str) -> Iterator[Shown]:
+def shock_tables(shocks: Sequence[Shock], caption: str) -> Iterator[Table]:
     """Yield the shocks that are largest, if anything jumps."""
     worst = [(s.event, s.phi_deg, s.quantity, s.before, s.after, s.unit) for s in find_worst(shocks)]
     if worst:
-        yield Shown(title, ("event", "phi / deg", "of", "from", "to", "unit"), worst)
+        yield Table(("event", "phi / deg", "of", "from", "to", "unit"), worst, caption)
 
 
 def find_worst(shocks: Sequence[Shock]) -> list[Shock]:

@@ -80,7 +80,7 @@ def present_sensitivity(result: SensitivityResult, machine: Machine) -> ResultPr
 
 def list_sensitivity_sections(result: SensitivityResult) -> Iterator[Section]:
     """Yield the gradient, and the combinations of values that the objective depends on."""
-    gradient, *combinations = (table.block for table in tables.sensitivity_tables(result))
+    gradient, *combinations = tables.sensitivity_tables(result)
     sentences = [Text(sentence) for sentence in tables.sensitivity_sentences(result)]
     yield Section("Gradient", [Text(f"Objective: {result.least}."), gradient])
     yield Section("Effective combinations", [*sentences, *combinations])
@@ -93,7 +93,7 @@ def present_drive(drive: Drive) -> ResultPresentation:
         _describe_machine(drive.machine),
         f"{drive.machine.name} on a motor",
         drive.result,
-        [Section(title, [table.block]) for title, table in zip(("Motor", "Speed", "Forces"), parts, strict=True)],
+        [Section(title, [table]) for title, table in zip(("Motor", "Speed", "Forces"), parts, strict=True)],
         figures=lambda: {"drive": drawing.draw_drive(drive)},
         tables=lambda: {"turn.csv": drive.columns()},
     )
@@ -192,8 +192,7 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     if result.work:
         yield Section("Work of a cycle", [_list_values(result.work)])
     if result.designer is not None:
-        blocks = [table.block for table in tables.summary_tables(result.designer)]
-        yield Section("Designer's summary", [*blocks, Text(ONE_SIDED, "note")])
+        yield Section("Designer's summary", [*tables.summary_tables(result.designer), Text(ONE_SIDED, "note")])
     if result.at:
         angles = [f"at {values.angle_deg:.6g} deg" for values in result.at]
         cells: list[tuple[str | float, ...]] = [

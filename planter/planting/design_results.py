@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from planter.engine.summary import MotorTorque, Shock
-from planter.engine.tables import Cells, Shown, motor_rows, shock_tables
+from planter.engine.tables import Cells, motor_rows, shock_tables
 from planter.records import Record
+from planter.report.html import Table
 
 
 @dataclass(frozen=True)
@@ -79,25 +80,17 @@ class DesignersSummary(Record):
     notes: list[str]
 
 
-def list_design_tables(summary: DesignersSummary) -> Iterator[Shown]:
+def list_design_tables(summary: DesignersSummary) -> Iterator[Table]:
     """Yield the tables of torque, forces, gears and shocks of a design."""
-    motor = summary.motor
-    yield Shown("Torque of the motor on the carrier", ("", "N m", "phi / deg"), [
-        *motor_rows(motor),
-        ("on the sun, to hold it", summary.holding_torque_max_Nm, summary.holding_torque_max_phi_deg),
-    ])  # fmt: skip
-    yield Shown(
-        "Peaks of forces, true extremes over a turn",
-        ("", "largest / N", "phi / deg", "least / N", "phi / deg"),
-        [
-            (describe_force(force), force.max_N, force.max_phi_deg, force.min_N, force.min_phi_deg)
-            for force in summary.forces
-        ],
-    )
-    yield Shown("Gears, lengths in mm",
-                ("gear", "least bend radius", "pitch radius", "to", "least teeth"),
-                [_gear(gear) for stage in summary.stages for gear in stage.gears])  # fmt: skip
-    yield Shown("Stages", ("", "stage 1", "stage 2"), _stages(summary.stages))
+    holding = ("on the sun, to hold it", summary.holding_torque_max_Nm, summary.holding_torque_max_phi_deg)
+    torques: list[Cells] = [*motor_rows(summary.motor), holding]
+    yield Table(("", "N m", "phi / deg"), torques, "Torque of the motor on the carrier")
+    forces = [(describe_force(f), f.max_N, f.max_phi_deg, f.min_N, f.min_phi_deg) for f in summary.forces]
+    head = ("", "largest / N", "phi / deg", "least / N", "phi / deg")
+    yield Table(head, forces, "Peaks of forces, true extremes over a cycle")
+    gears = [_gear(gear) for stage in summary.stages for gear in stage.gears]
+    yield Table(("gear", "least bend radius", "pitch radius", "to", "least teeth"), gears, "Gears, lengths in mm")
+    yield Table(("", "stage 1", "stage 2"), _stages(summary.stages), "Stages")
     yield from shock_tables(summary.shocks, "Shocks of side 1: the largest jump of each kind")
 
 
@@ -111,7 +104,7 @@ def describe_design(summary: DesignersSummary) -> Iterator[str]:
         yield f"{note[0].upper()}{note[1:]}."
 
 
-def compare_peaks(start: DesignersSummary, optimum: DesignersSummary) -> Shown:
+def compare_peaks(start: DesignersSummary, optimum: DesignersSummary) -> Table:
     """Return the table of the peaks of two designs."""
     rows: list[Cells] = [
         ("motor torque, largest", start.motor.max_Nm, optimum.motor.max_Nm, "N m"),
@@ -120,7 +113,7 @@ def compare_peaks(start: DesignersSummary, optimum: DesignersSummary) -> Shown:
     rows += [(describe_force(a), a.max_N, b.max_N, "N") for a, b in zip(start.forces, optimum.forces, strict=True)]
     for a, b in zip(start.stages, optimum.stages, strict=True):
         rows.append((f"centre distance {a.stage}", a.centre_distance_mm, b.centre_distance_mm, "mm"))
-    return Shown("Peaks before and after", ("largest over a turn", "start", "optimum", "unit"), rows)
+    return Table(("largest over a cycle", "start", "optimum", "unit"), rows, "Peaks before and after")
 
 
 COMPARED = {"motor / N m": (), "teeth / N": ("F_NP", "F_NQ"), "bearings / N": ("bearing_A1", "bearing_B1"),

@@ -146,5 +146,5 @@ def list_force_rows(result: DriveFound) -> list[tuple[str, float, float | None]]
 def show_drive(console: Console, result: DriveFound) -> None:
     """Motor, speed, forces."""
     for table in drive_tables(result):
-        console.table(table.title, table.head, table.rows)
+        console.table(table.caption, table.head, table.rows)
     console.table("Forces", FORCE_HEAD, list_force_rows(result))

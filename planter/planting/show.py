@@ -202,10 +202,8 @@ class PlantingView:
 
         found = summarise_design(*self._at(values, model))
         notes = [[sentence] for sentence in describe_design(found)]
-        return [
-            *(Table(one.title, one.head, one.rows) for one in list_design_tables(found)),
-            Table("Notes", ("",), notes),
-        ]
+        tables = (Table(table.caption, table.head, table.rows) for table in list_design_tables(found))
+        return [*tables, Table("Notes", ("",), notes)]
 
     def text(self, values: Values) -> str:
         """The machine file with these numbers."""

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from planter import safe_text
-from planter.engine.tables import Shown
 from planter.files import units
 from planter.planting import design_results, tooth_count_results
+from planter.report.html import Table
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
@@ -40,13 +40,13 @@ SCORES = ("objective", "range_N", "variance_N2")
 """What designs are compared by."""
 
 
-def tabulate_simulated_force(result: Mapping[str, Any]) -> Shown:
+def tabulate_simulated_force(result: Mapping[str, Any]) -> Table:
     """The force of a machine's own design: its true extremes and integrals beside those of the samples."""
     sampled = {**result["support_force"], "objective": result["objective"]}
     return _tabulate_force({TRUE: result["refined"], _name_kind(result["samples"]): sampled})
 
 
-def tabulate_optimised_force(result: Mapping[str, Any]) -> Shown:
+def tabulate_optimised_force(result: Mapping[str, Any]) -> Table:
     """The force before and after, in the kind that was optimised, and the optimum's in the others."""
     searched, start = _name_kind(result["samples"]), {key: result[f"start_{key}"] for key in SCORES}
     columns = {f"start, {searched}": start, f"optimum, {searched}": {key: result[key] for key in SCORES}}
@@ -60,9 +60,9 @@ def _name_kind(samples: int | str) -> str:
     return TRUE if samples == "refined" else f"{samples} samples"
 
 
-def _tabulate_force(columns: Mapping[str, Mapping[str, float]], keys: tuple[str, ...] = tuple(ROWS)) -> Shown:
+def _tabulate_force(columns: Mapping[str, Mapping[str, float]], keys: tuple[str, ...] = tuple(ROWS)) -> Table:
     rows = [(ROWS[key][0], *(found.get(key) for found in columns.values()), ROWS[key][1]) for key in keys]
-    return Shown(TITLE, ("", *columns, "unit"), rows)
+    return Table(("", *columns, "unit"), rows, TITLE)
 
 
 WIDTH = 80
@@ -78,7 +78,7 @@ def simulation(console: Console, result: SimulationFound) -> None:
     print(f"{result.machine}, {result.model} model\n")
     design(console, result.design)
     force = tabulate_simulated_force(result.table())
-    console.table(force.title, force.head, [*force.rows, ("weight", result.weight_N, None, "N")])
+    console.table(force.caption, force.head, [*force.rows, ("weight", result.weight_N, None, "N")])
     work = (("input", result.work.input_J), ("friction", result.work.friction_J))
     console.table("Work over a turn", ("", "J"), work)
     if result.at:
@@ -93,7 +93,7 @@ def simulation(console: Console, result: SimulationFound) -> None:
 def _designer(console: Console, found: DesignersSummary) -> None:
     """Torques, peaks of forces, gears, shocks."""
     for one in design_results.list_design_tables(found):
-        console.table(one.title, one.head, one.rows)
+        console.table(one.caption, one.head, one.rows)
     for sentence in design_results.describe_design(found):
         print(textwrap.fill(sentence, WIDTH))
     print()
@@ -160,9 +160,9 @@ def optimisation(console: Console, result: OptimisationFound) -> None:
         rows.append((name, start, result.design[name], units.unit(name), note))
     console.table("Design", ("parameter", "start", "optimum", "unit", ""), rows)
     force = tabulate_optimised_force(result.table())
-    console.table(force.title, force.head, force.rows)
+    console.table(force.caption, force.head, force.rows)
     peaks = design_results.compare_peaks(result.start_designer, result.designer)
-    console.table(peaks.title, peaks.head, peaks.rows)
+    console.table(peaks.caption, peaks.head, peaks.rows)
     requirements(console, result.requirements)
     if result.teeth is not None:
         tooth_count_results.show_tooth_counts(console, result.teeth)

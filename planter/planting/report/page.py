@@ -220,8 +220,7 @@ def results(summary: Summary) -> Iterator[Block]:
     """Every single number of a summary, then its groups: the keys say the units."""
     elsewhere = {*_ELSEWHERE, *tables.KEYS} if "refined" in summary else {*_ELSEWHERE}
     if "refined" in summary:
-        force = (tables.tabulate_optimised_force if "sampled" in summary else tables.tabulate_simulated_force)(summary)
-        yield Table(force.head, force.rows, force.title)
+        yield (tables.tabulate_optimised_force if "sampled" in summary else tables.tabulate_simulated_force)(summary)
     single = {labels.label(key): value for key, value in summary.items()
               if not isinstance(value, dict | list) and key not in elsewhere}  # fmt: skip
     if single:
@@ -239,9 +238,8 @@ def designers(summary: Summary) -> Iterator[Block]:
     """Torques, peaks of forces, gears and shocks; beside the machine file's own where that is another design."""
     found = DesignersSummary.read(summary["designer"])
     if "start_designer" in summary:
-        both = design_results.compare_peaks(DesignersSummary.read(summary["start_designer"]), found)
-        yield Table(both.head, both.rows, both.title)
-    yield from (Table(one.head, one.rows, one.title) for one in design_results.list_design_tables(found))
+        yield design_results.compare_peaks(DesignersSummary.read(summary["start_designer"]), found)
+    yield from design_results.list_design_tables(found)
     yield from (Text(sentence) for sentence in design_results.describe_design(found))
     yield Text("Angles are those of the carrier, counted for side 1; side 2 follows half a turn later.", "note")
 

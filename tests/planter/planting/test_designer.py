@@ -128,7 +128,7 @@ def test_only_a_cam_whose_acceleration_jumps_gives_shocks() -> None:
     kept = next(
         table
         for table in shown.list_design_tables(summary.summarise_design(device, device.design))
-        if "Shocks" in table.title
+        if "Shocks" in table.caption
     )
     assert 0 < len(kept.rows) <= 16
 
@@ -194,7 +194,7 @@ def test_it_stands_in_the_result_and_on_the_page() -> None:
     own = result.table()["designer"]
     assert own["motor"] == pytest.approx(dataclasses.asdict(found("wang2017")[1])["motor"], rel=1e-12)
     page = device_page(device.machine, device.sidecar, result.table(), {})
-    assert "Peaks of forces, true extremes over a turn" in page
+    assert "Peaks of forces, true extremes over a cycle" in page
     assert f"{own['motor']['max_Nm']:.6g}" in page
 
 

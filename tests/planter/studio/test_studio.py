@@ -130,7 +130,7 @@ def test_details_are_those_of_the_command_in_both_models(address: str) -> None:
     motor = known["exact"]["designer"]["motor"]
     assert told["Torque of the motor on the carrier"][0][1:] == pytest.approx([motor["max_Nm"], motor["max_phi_deg"]])
     forces = [force["max_N"] for force in known["exact"]["designer"]["forces"]]
-    assert [row[1] for row in told["Peaks of forces, true extremes over a turn"]] == pytest.approx(forces)
+    assert [row[1] for row in told["Peaks of forces, true extremes over a cycle"]] == pytest.approx(forces)
     (beside,) = found["beside"]
     readings = {one["name"]: one["value"] for one in beside["readings"]}
     assert beside["model"] == "printed"
