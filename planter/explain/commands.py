@@ -40,33 +40,25 @@ def explain(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.explain import dictionary, machine, mechanism, page
+        from planter.explain import dictionary, machine, mechanism, presentation
 
-        if name is not None and key is None and not machine.takes(name) and mechanism.takes(name):
-            from planter.explain import page
-
-            explained = mechanism.explain_mechanism(name, changes(set_))
-            if out is not None:
-                explained = page.write_mechanism(explained, mechanism.draw_sheet(name, changes(set_)), out)
-            console.result(explained, lambda: page.show_mechanism(explained))
-            return
-        if name is not None and key is not None:
-            if machine.takes(name):
+        is_drawn = name is not None and machine.takes(name)
+        if name is None:
+            names = dictionary.list_names()
+            console.result(names, lambda: presentation.show_names(names))
+        elif key is not None:
+            if is_drawn:
                 meanings = dictionary.explain_in_room(machine.find_room(name), key)
             else:
                 meanings = mechanism.find_meanings(mechanism.explain_mechanism(name, changes(set_)), key)
-            console.result(meanings, lambda: page.show_meanings(meanings))
-            return
-        if name is not None and (out is not None or set_ or machine.takes(name)):
-            from planter.explain import page
-
+            console.result(meanings, lambda: presentation.show_meanings(meanings))
+        elif not is_drawn and mechanism.takes(name):
+            explained = mechanism.explain_mechanism(name, changes(set_))
+            sheet = None if out is None else mechanism.draw_sheet(name, changes(set_))
+            presentation.present_mechanism(explained, sheet, out is not None).show(console, out)
+        elif is_drawn or out is not None or set_:
             drawing = machine.draw_machine(name, changes(set_))
-            result = drawing.explained([]) if out is None else page.write_machine(drawing, out)
-            console.result(result, lambda: page.show_machine(result))
-            return
-        if name is None:
-            names_list = dictionary.list_names()
-            console.result(names_list, lambda: page.show_names(names_list))
-            return
-        explanation = dictionary.explain_name(name)
-        console.result(explanation, lambda: page.show_meanings(explanation))
+            presentation.present_machine(drawing, out is not None).show(console, out)
+        else:
+            explanation = dictionary.explain_name(name)
+            console.result(explanation, lambda: presentation.show_meanings(explanation))

@@ -47,6 +47,17 @@ class ModelAssumptions:
 
 
 @dataclass(frozen=True)
+class PlacedFigure:
+    """The place, within a section of the page, of a figure by its name; other figures follow the sections."""
+
+    figure: str
+
+    def html(self, name: str) -> str:
+        """Return nothing: the page places the figure itself."""
+        return ""
+
+
+@dataclass(frozen=True)
 class ResultPresentation:
     """The presentation of one result; `record` is the result as JSON.
 
@@ -93,12 +104,14 @@ class ResultPresentation:
     def page(self, svgs: Mapping[str, str]) -> str:
         """Return the page as HTML text, with figures as SVG texts by name."""
         sections = [Section("Conclusion", [Text(self.conclusion)])] if self.conclusion else []
-        sections += self.sections
+        figures = {name: FigureSvg(svg, self.captions.get(name, "")) for name, svg in svgs.items()}
+        for section in self.sections:
+            blocks = [figures.pop(b.figure) if isinstance(b, PlacedFigure) else b for b in section.blocks]
+            sections.append(Section(section.title, blocks))
         if motions := list(self.motions()):
             sections.append(Section("Motion", motions))
-        if svgs:
-            figures = [FigureSvg(svg, self.captions.get(name, "")) for name, svg in svgs.items()]
-            sections.append(Section("Figures", figures))
+        if figures:
+            sections.append(Section("Figures", list(figures.values())))
         sections += self.details()
         if self.model is not None:
             sections.append(Section("Model", [Text(f"{self.model.title}. It assumes:"), Items(self.model.assumptions)]))

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planter.explain import dictionary, page
+from planter.explain import dictionary, presentation
 from planter.kernels import generated
 from planter.planting import cycle, toothed
 from planter.planting.report import figures
@@ -152,6 +152,6 @@ def test_an_unknown_name_is_asked_back_and_all_names_are_listed() -> None:
 
 def test_tables_fit_80_columns(capsys: pytest.CaptureFixture[str]) -> None:
     for name in ("range_N", "mu", "F_B1x"):
-        page.show_meanings(dictionary.explain_name(name))
-    page.show_names(dictionary.list_names())
+        presentation.show_meanings(dictionary.explain_name(name))
+    presentation.show_names(dictionary.list_names())
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 80

@@ -10,7 +10,7 @@ import pytest
 from planter.records import Record
 from planter.report.html import Items, Keys, Section, Table, Text
 from planter.report.labels import list_values, tabulate_angles
-from planter.report.presentation import ModelAssumptions, ResultPresentation
+from planter.report.presentation import ModelAssumptions, PlacedFigure, ResultPresentation
 from planter.terminal.console import Console
 
 
@@ -59,11 +59,19 @@ def test_json_is_the_record(presentation: ResultPresentation, capsys: pytest.Cap
 def test_folder_has_summary_tables_and_page(presentation: ResultPresentation, tmp_path: Path) -> None:
     presentation.write(tmp_path)
     summary = json.loads((tmp_path / "summary.json").read_text())
-    assert summary == {"stroke_mm": 12.5, "assumptions": ["rigid bodies"], "provenance": {}}
+    assert summary == {"stroke_mm": 12.5, "assumptions": ["rigid bodies"]}
     assert (tmp_path / "cycle.csv").read_text().split() == ["x_mm", "0.0", "12.5"]
     page = (tmp_path / "report.html").read_text()
     for part in ("The stroke is sufficient.", "assumed", "x is the position.", "rigid bodies", "one jump"):
         assert part in page
+
+
+def test_placed_figures_precede_figures_of_no_section() -> None:
+    sections = [Section("Stroke", [PlacedFigure("stroke")]), Section("Speed", [])]
+    page = ResultPresentation("A slider", StrokeResult(12.5), sections).page(
+        {"force": "<svg>force</svg>", "stroke": "<svg>stroke</svg>"}
+    )
+    assert page.index(">stroke</svg>") < page.index("<h2>Speed") < page.index(">force</svg>")
 
 
 def test_groups_of_values_have_their_unit() -> None:
