@@ -60,7 +60,7 @@ def test_tolerance_goes_on_from_an_earlier_store(folder: Path) -> None:
 
 @pytest.mark.parametrize("pair", [None, ("limacon", "limacon")])
 def test_compared_device_of_an_earlier_folder_is_kept(folder: Path, pair: tuple[str, str] | None) -> None:
-    store = comparison.Store(folder / "compare" / "devices", load("wang2017-wide"), starts=1, seed=0)
+    store = comparison.ComparisonStore(folder / "compare" / "devices", load("wang2017-wide"), starts=1, seed=0)
     assert (store.load(pair) or {}).get("objective")
     swapped = folder / "compare" / "devices" / "sine+limacon.json"
     shutil.copy(folder / "compare" / "devices" / "limacon+limacon.json", swapped)

@@ -57,7 +57,7 @@ def test_first_factors_are_free_of_two_factor_interactions(name: str, factors: i
         assert np.ptp(counts) == 0
 
 
-def filled(plan: plans.Plan, random: np.random.Generator) -> str:
+def filled(plan: plans.FieldPlan, random: np.random.Generator) -> str:
     """A plan with numbers in its empty response."""
     lines = plan.text.splitlines()
     start = next(i for i, line in enumerate(lines) if not line.startswith("#"))

@@ -14,12 +14,12 @@ from planter.errors import ComputationError
 from planter.exports import cuda
 from planter.kernels import Array, CallError
 from planter.kernels.toolchain import NoCompiler
-from planter.planting import simulation
 from planter.planting.cycle import sample_angles
 from planter.planting.file import load
 from planter.planting.functions import Model
 from planter.planting.machines import build_machine
 from planter.planting.model import Device
+from planter.planting.objective import read_weights
 from tests.support import machines, swapped
 from tests.support.cli import run
 from tests.support.cuda_on_threads import build_on_threads, needs_threads
@@ -44,7 +44,7 @@ def expected(own: Device, designs: Array, samples: int) -> Array:
     for x in designs:
         force = own.support(own.prologue(x), sample_angles(samples))
         span, variance = float(np.ptp(force)), float(force.var())
-        objective = simulation.weights(own.machine).value(span, variance)
+        objective = read_weights(own.machine).value(span, variance)
         rows.append((objective, span, variance, float(force.mean())))
     return np.array(rows)
 

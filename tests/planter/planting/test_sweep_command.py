@@ -111,7 +111,7 @@ def test_a_sweep_is_the_only_one_in_its_folder(tmp_path: Path) -> None:
         if not refusals and (tmp_path / "sweep.sqlite").exists():
             before = files()
             with ThreadPoolExecutor(1) as thread, pytest.raises(InputError) as refused:
-                thread.submit(sweep, plans[1], tmp_path).result()
+                thread.submit(compute_sweep, plans[1], tmp_path).result()
             refusals.append(refused.value.message)
             assert files() == before
 

@@ -19,7 +19,7 @@ from planter.planting.swept import ROOM
 from planter.report.labels import label
 from planter.sweeps.job import CHUNK
 from planter.sweeps.room import ResolvedMachine
-from planter.tolerance.analysis import ToleranceRequest, default_tolerances, first_order_std, tolerance
+from planter.tolerance.analysis import ToleranceRequest, analyse_tolerances, default_tolerances, first_order_std
 from planter.tolerance.file import Tolerances
 from planter.tolerance.job import Spread
 from planter.tolerance.robust import RobustGoal, Settings, find_robust
@@ -169,10 +169,10 @@ def test_the_robust_design_is_better_with_tolerances_and_no_better_without(
 
 def test_rows_do_not_hang_on_the_workers(held: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = ToleranceRequest(["support_range_N"], 2 * CHUNK + 1, 0, robust=None)
-    again = tolerance(held, {}, default_tolerances(held), "usual", asked, means=Means(2)).result
+    again = analyse_tolerances(held, {}, default_tolerances(held), "usual", asked, means=Means(2)).result
     monkeypatch.setattr("planter.sweeps.job.FEWEST", 3 * CHUNK)
     monkeypatch.setattr("planter.sweeps.job.count_cores", lambda: 3)
-    alone = tolerance(held, {}, default_tolerances(held), "usual", asked).result
+    alone = analyse_tolerances(held, {}, default_tolerances(held), "usual", asked).result
     assert alone.hash == again.hash
     assert alone.outputs == again.outputs
 

@@ -16,7 +16,7 @@ from planter import workers
 from planter.errors import ComputationError, InputError
 from planter.studio import remote
 from planter.studio.remote import GivenUpError, RemoteSession
-from planter.studio.session import FAILED, Session, _to_json, answer_request
+from planter.studio.session import FAILED, Session, _format_answer, answer_request
 from tests.planter.studio.serving import answer, line, message_with, studio
 
 pytestmark = pytest.mark.fault
@@ -119,7 +119,7 @@ def test_surrogate_in_an_id_does_not_silence_a_page(address: str) -> None:
 
 
 def test_numbers_that_are_not_finite_are_null() -> None:
-    assert json.loads(_to_json({"a": [1.0, float("nan")], "b": {"c": float("inf")}})) == {
+    assert json.loads(_format_answer({"a": [1.0, float("nan")], "b": {"c": float("inf")}})) == {
         "a": [1.0, None], "b": {"c": None},
     }  # fmt: skip
 

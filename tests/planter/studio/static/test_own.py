@@ -83,4 +83,4 @@ def test_a_mechanism_that_no_angle_drives_is_refused(tmp_path: Path) -> None:
     file = own.generated("manipulator") / "manipulator.toml"
     code, out, err = run("studio", str(file), "--static", str(tmp_path / "page.html"))
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "moves by itself, no angle drives it" in err
+    assert "no angle drives manipulator" in err
