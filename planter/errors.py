@@ -71,6 +71,7 @@ class Interrupted(PlanterError):
     """Computation stopped by the user; `partial` is the result so far, if any."""
 
     exit_code: ClassVar[int] = 130
+    name = "Interrupted"
 
     def __init__(self, partial: dict[str, Any] | None = None) -> None:
         super().__init__("interrupted; what was found so far is kept" if partial else "interrupted")

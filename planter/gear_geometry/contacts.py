@@ -273,7 +273,7 @@ def _start_at_pitch_point(mesh: Mesh, k: int, fixed: Array) -> Array:
 def _solve_contacts(mesh: Mesh, k: int, fixed: Array, start: Array) -> Array:
     """Return the contacts (4, n) of all pairs at arc lengths (n,) of gear k.
 
-    Raises NotFoundError for the first pair without one.
+    Raises UnsolvedSystemError for the first pair without one.
     """
     unknown = [1 - k, TURNED, AT]
 

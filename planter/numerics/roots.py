@@ -23,6 +23,8 @@ STALL_TOLERANCE = 1e-6
 class UnsolvedSystemError(ComputationError):
     """Failure to solve one of many systems; `index` is the first such system."""
 
+    name = "NotFoundError"
+
     def __init__(self, index: int) -> None:
         super().__init__(f"system of equations {index + 1} was not solved in {MAX_SYSTEM_STEPS} steps")
         self.index = index
