@@ -225,12 +225,6 @@ def run_calibrate(
     angle: str = "angle of the drive",
 ) -> None:  # fmt: skip
     """Print the fit of a file, whose values have `meanings` by path, and write it into a folder if one is named."""
-    from planter.measured import report as tables
-    from planter.measured.report import write_measured_report
+    from planter.measured.presentation import present_fit
 
-    result = calibrated.result
-    if out is not None:
-        write_measured_report(out, document, calibrated, meanings, angle)
-    for warning in result.warnings:
-        console.say(f"planter: warning: {warning}")
-    console.result(result, lambda: tables.print_measured(console, result))
+    present_fit(document, calibrated, meanings, angle).show(console, out)

@@ -13,8 +13,8 @@ from planter.measured import calibration, reading
 from planter.measured.calibration import Calibrated, Check
 from planter.measured.curve import Chosen, MeasuredCurve
 from planter.measured.fit import Correlation, Fit, assess_correlation, fit_curve, ljung_box_probability
+from planter.measured.presentation import MACHINE_FILE, present_fit
 from planter.measured.reading import Columns, read
-from planter.measured.report import MACHINE_FILE, print_measured, write_measured_report
 from planter.planting import cycle
 from planter.planting.calibration import SUPPORT, calibrate_to_data
 from planter.planting.file import Machine, load
@@ -100,7 +100,7 @@ def test_the_other_model_does_not_explain_the_data_nor_the_other_speed(found: di
 def test_the_fitted_file_gives_the_fitted_force(found: dict[Model, Calibrated], tmp_path: Path) -> None:
     own = found["exact"]
     device = machines.device("wang2017")
-    write_measured_report(tmp_path, device.machine, own, meanings(device.sidecar), "carrier angle")
+    present_fit(device.machine, own, meanings(device.sidecar), "carrier angle").write(tmp_path)
     machine = load(tmp_path / MACHINE_FILE)
     assert machine.origin("mass.planet_kg").startswith("calibrated (exact model")
     degrees = np.degrees(own.fits["exact"].curve.phi) + own.result.fitted[2].value
@@ -213,7 +213,8 @@ def test_options_that_cannot_be_are_refused(tmp_path: Path) -> None:
 
 
 def test_the_tables_fit_80_columns(found: dict[Model, Calibrated], capsys: pytest.CaptureFixture[str]) -> None:
-    print_measured(Console(as_json=False), found["exact"].result)
+    device = machines.device("wang2017")
+    present_fit(device.machine, found["exact"], {}, "carrier angle").show(Console(as_json=False))
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 
