@@ -152,9 +152,9 @@ def _search_cells(problem: Problem, kinks: Kinks, found: LocalMinimum, most_iter
     def solved(minimum: LocalMinimum, holds: list[BreakpointHold]) -> LocalMinimum:
         return _search_with_holds(problem, minimum.u, tuple(holds), most_iterations).after(minimum)
 
-    here = solved(found, [kinks.wall(pin, distance) for pin, distance in kinks.near(problem.design(found.u))])
+    here = solved(found, [kinks.wall(pin, distance) for pin, distance in kinks.find_pins(problem.design(found.u))])
     for _ in range(MAX_CELLS if problem.constraints is None else MAX_CONSTRAINED_CELLS):
-        near = kinks.near(problem.design(here.u))
+        near = kinks.find_pins(problem.design(here.u))
         touching = [i for i, (_, distance) in enumerate(near) if abs(distance) < 2 * WALL_MARGIN]
         if here.stationary or not touching:
             break
@@ -212,7 +212,7 @@ def sample_starts(problem: Problem, count: int, seed: int) -> list[Array]:
 def select_start(problem: Problem, start: Array) -> Array:
     """A start on the equations, or where the constraints are violated least on the way from there."""
     start = problem.onto(start)
-    if problem.constraints is None or problem.kept(start):
+    if problem.constraints is None or problem.is_feasible(start):
         return start
     return minimise_violation(problem, problem.constraints, start).u
 

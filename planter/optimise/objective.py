@@ -143,7 +143,7 @@ class ObjectiveEvaluation:
 class Kinks(Protocol):
     """Where an objective has kinks: joints that pass its rows, to be kept on one side of them or on the kink."""
 
-    def near(self, x: Array) -> list[tuple[BreakpointHold, float]]:
+    def find_pins(self, x: Array) -> list[tuple[BreakpointHold, float]]:
         """Return the pins of the nearest breakpoints with their distances from the samples [rad]."""
 
     def wall(self, pin: BreakpointHold, distance: float) -> BreakpointHold:

@@ -186,7 +186,7 @@ class OptimiserRun:
                 self.minima.append(end)
         reached = [problem.best.u for problem in self._problems if problem.best is not None]
         reached += [minimum.u for minimum in self.minima]
-        reached = [u for u in reached if self.polish.kept(u)]
+        reached = [u for u in reached if self.polish.is_feasible(u)]
         return self._result(method, reached) if reached else None
 
     def best(self) -> BestPoint | None:

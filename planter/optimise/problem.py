@@ -154,8 +154,8 @@ class Problem:
         """By how many steps the worst constraint is violated at a point, 0 where all are kept."""
         return 0.0 if self.constraints is None else self.constraints.violation(self.design(u))
 
-    def kept(self, u: Array) -> bool:
-        """Whether a point keeps all constraints."""
+    def is_feasible(self, u: Array) -> bool:
+        """Return whether a point u (p,) satisfies all constraints."""
         return self.violation(u) <= FEASIBILITY_TOLERANCE
 
     def merit(self, u: Array) -> float:
@@ -174,7 +174,7 @@ class Problem:
     def met(self, u: Array, look: ObjectiveSummary) -> ObjectiveEvaluation:
         """The objective of a point that was looked at on the way, kept if it is the best so far."""
         found = evaluate_summary(self.objective, look)
-        if (self.best is None or found.objective < self.best.objective) and self.kept(u):
+        if (self.best is None or found.objective < self.best.objective) and self.is_feasible(u):
             self.best = BestPoint(u.copy(), found.objective)
             self.history.append((self.counts.total, found.objective))
         if self.heard is not None:

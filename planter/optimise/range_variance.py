@@ -1,6 +1,6 @@
-"""Which parameters curves depend on at all.
+"""Objective of the weighted range and scatter of a response over a cycle, and its insensitive directions.
 
-Weighted range and spread of a response over a turn: equation (31) of Wang et al. (2017) is one.
+Equation (31) of Wang et al. (2017) is such an objective.
 """
 
 from __future__ import annotations
@@ -25,16 +25,16 @@ from planter.optimise.variance import Weights
 RANK_TOLERANCE = 1e-10
 """Singular values below this share of the largest count as zero."""
 WEIGHT_TOLERANCE = 1e-6
-"""Weights below this are left out of a named direction."""
+"""Smaller weights are omitted from a named direction."""
 
 
 @dataclass(frozen=True)
 class InsensitiveDirections:
-    """Numerical rank of the curve's Jacobian, and its null space.
+    """Numerical rank of the Jacobian of a curve, and its null space.
 
     `effective_parameters` is the rank; `directions` spans the null space, each {name: weight} in parts of the box
     width with the largest weight 1; `zero` (p,) marks parameters that have no effect alone; `space` (k, p) spans the
-    null space by directions in shares of the box, at right angles to each other.
+    null space by orthonormal directions in shares of the box.
     """
 
     effective_parameters: int
@@ -49,24 +49,26 @@ class InsensitiveDirections:
 
 
 def find_insensitivity(
-    response: CycleResponse, x: Array, samples: int, held: Array | None = None
+    response: CycleResponse, x: Array, samples: int, equation_gradients: Array | None = None
 ) -> InsensitiveDirections:
-    """Rank and null space of the Jacobian of a curve in the design parameters.
+    """Return rank and null space of the Jacobian of a curve in the design parameters.
 
-    The curve is taken at `samples` angles of a turn at design x (p,) [SI]; columns are multiplied by the box width;
-    the threshold is 1e-10 of the largest singular value. Where equations with gradients `held` (k, p) hold the design,
-    the null space is what they leave of it.
+    The curve is evaluated at `samples` angles of a cycle at the design x (p,) [SI]; columns are multiplied by the box
+    width; the threshold is 1e-10 of the largest singular value. If equations with gradients `equation_gradients` (k, p)
+    constrain the design, the null space is restricted to the directions that satisfy them.
     """
     phi = 2 * np.pi * np.arange(samples) / samples
     slopes = response.slopes(response.prologue(x), np.mod(phi, response.period))[1]
     width = response.upper - response.lower
-    return find_insensitive(response.names, slopes[:, 1:] * width, None if held is None else held * width)
+    return find_insensitive(
+        response.names, slopes[:, 1:] * width, None if equation_gradients is None else equation_gradients * width
+    )
 
 
 def find_insensitive(names: tuple[str, ...], columns: Array, rows: Array | None = None) -> InsensitiveDirections:
-    """Return the rank of scaled slopes (n, p) of curves in parameters, and their null space by the names of these.
+    """Return rank and null space of scaled slopes (n, p) of curves in the named parameters.
 
-    Where equations with scaled gradients `rows` (k, p) hold the parameters, the null space is what they leave of it.
+    If equations with scaled gradients `rows` (k, p) constrain the parameters, the null space is restricted to them.
     """
     _, values, right = np.linalg.svd(columns, full_matrices=len(columns) < len(names))
     limit = RANK_TOLERANCE * values[0]
@@ -83,31 +85,31 @@ def find_insensitive(names: tuple[str, ...], columns: Array, rows: Array | None 
 
 
 def _name_directions(names: tuple[str, ...], space: Array, zero: Flags) -> list[dict[str, float]]:
-    """A basis of the null space that is easy to read: single parameters first, then reduced combinations."""
+    """Return a sparse basis of the null space: single parameters first, then reduced combinations."""
     single: list[dict[str, float]] = [{names[j]: 1.0} for j in np.flatnonzero(zero)]
     mixed = _reduce_echelon(np.where(zero, 0.0, space), len(space) - len(single))
     return single + [{names[j]: float(row[j]) for j in np.flatnonzero(np.abs(row) > WEIGHT_TOLERANCE)} for row in mixed]
 
 
 def _reduce_echelon(space: Array, count: int) -> list[Array]:
-    """The first `count` rows of the echelon form with complete pivoting, each scaled to a largest weight of 1."""
+    """Return the first `count` rows of the echelon form with complete pivoting, scaled to a largest weight of 1."""
     rows = space.copy()
     for i in range(count):
         pivot, column = (int(k) for k in np.unravel_index(np.abs(rows[i:]).argmax(), rows[i:].shape))
         rows[[i, i + pivot]] = rows[[i + pivot, i]]
         rows[i] /= rows[i, column]
-        others = np.arange(len(rows)) != i
-        rows[others] -= np.outer(rows[others, column], rows[i])
+        is_other_row = np.arange(len(rows)) != i
+        rows[is_other_row] -= np.outer(rows[is_other_row, column], rows[i])
     return [row / row[np.abs(row).argmax()] for row in rows[:count]]
 
 
 Sampling = int | Literal["refined"]
 DIRECTION_ANGLES = 360
-"""Angles of a turn at which directions are judged where it is not sampled."""
+"""Number of angles of a cycle at which insensitivity is determined for "refined"."""
 
 
 class RangeVarianceObjective:
-    """The `Objective` of a response, over N samples of a turn or, "refined", by true extremes and integrals."""
+    """The `Objective` of a response over N samples of a cycle or, for "refined", its continuous extrema."""
 
     unit = None
 
@@ -117,7 +119,7 @@ class RangeVarianceObjective:
         self.restart()
 
     def restart(self) -> None:
-        """Forget the designs so far."""
+        """Discard the state of the designs evaluated so far."""
         response, sampling = self.response, self.sampling
         self.turn: ContinuousCycle | SampledCycle = (
             ContinuousCycle(response) if sampling == "refined" else SampledCycle(response, int(sampling))
@@ -129,7 +131,7 @@ class RangeVarianceObjective:
 
     @cached_property
     def felt(self) -> Flags:
-        """Parameters that the response feels at its own design, (p,)."""
+        """Parameters on which the response depends at its own design, (p,)."""
         return ~find_insensitivity(self.response, self.response.design, count_angles(self.sampling)).zero
 
     def outer(self, smooth: float) -> tuple[float, float, float]:
@@ -142,7 +144,9 @@ class RangeVarianceObjective:
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
         """Return the local model of the objective near a design x (p,)."""
-        return self.turn.local(x).held(tuple(holds)) if isinstance(self.turn, SampledCycle) else self.turn.local(x)
+        return (
+            self.turn.local(x).with_holds(tuple(holds)) if isinstance(self.turn, SampledCycle) else self.turn.local(x)
+        )
 
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""
@@ -155,13 +159,13 @@ class RangeVarianceObjective:
 
 
 def count_angles(sampling: Sampling) -> int:
-    """Angles of a turn at which the directions are judged that a response does not feel."""
+    """Return the number of angles of a cycle at which insensitivity is determined."""
     return DIRECTION_ANGLES if sampling == "refined" else int(sampling)
 
 
 def build_range_problem(
     response: CycleResponse, weights: Weights, sampling: Sampling, constraints: Constraints | None = None
 ) -> Problem:
-    """Least weighted range and spread of a response within its own bounds, searched in shares of these."""
+    """Return the problem of minimising weighted range and scatter of a response, in shares of its bounds."""
     box = DesignBox.shares(response.names, response.lower, response.upper, response.design)
     return Problem(RangeVarianceObjective(response, weights, sampling), box, constraints)

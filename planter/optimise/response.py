@@ -1,16 +1,14 @@
-"""A closed curve F(phi, x), such as a force over a machine's turn, with exact derivatives.
+"""Periodic curve F(phi, x), such as a force over a machine cycle, with exact derivatives and breakpoints.
 
-Joints of a curve: the angles where its derivatives jump, and how they move with the design.
-
-The curve along points that move with the design: a sample stands still, a peak or a joint does not.
-
-With the angle psi(x) of a point, f(x) = F(psi(x), x) has
+Breakpoints are the angles where derivatives of the curve jump. Like smooth peaks, and unlike samples at fixed angles,
+they move with the design x. At a point with the angle psi(x), f(x) = F(psi(x), x) has the derivatives
 
     f_x  = F_x + F_phi psi_x
     f_xx = F_xx + F_xphi psi_x + psi_x' F_phix + F_phiphi psi_x' psi_x + F_phi psi_xx.
 
-At a smooth peak F_phi = 0 and psi_x = -F_phix / F_phiphi, which leaves the envelope theorem, f_x = F_x, and
-f_xx = F_xx - F_xphi F_phix / F_phiphi. On a joint both sides of F give the same f_x and f_xx, since F is continuous.
+At a smooth peak F_phi = 0 and psi_x = -F_phix / F_phiphi, so that f_x = F_x (envelope theorem) and
+f_xx = F_xx - F_xphi F_phix / F_phiphi. At a breakpoint both sides of F give the same f_x and f_xx, as F is
+continuous.
 """
 
 from __future__ import annotations
@@ -29,10 +27,10 @@ from planter.numerics.roots import find_crossings
 
 @dataclass(frozen=True)
 class BreakpointEvent:
-    """A kind of joint: the curve is smooth in (phi, x) except where g(phi, x) is a whole multiple of `period`.
+    """A kind of breakpoint: the curve is smooth in (phi, x) except where g(phi, x) is an integer multiple of `period`.
 
-    `period` None: where g = 0. `order` is the order of the first derivative of F in phi that jumps there: 1 or 2, or 0
-    if F itself jumps, which can be looked at but not optimised.
+    If `period` is None, the breakpoints are the zeros of g. `order` is the order of the first derivative of F in phi
+    that jumps there: 1 or 2, or 0 if F itself jumps; such a curve can be evaluated but not optimised.
     """
 
     name: str
@@ -42,23 +40,23 @@ class BreakpointEvent:
 
 @dataclass(frozen=True)
 class CompiledResponse:
-    """A response over n angles as compiled functions, for use in CasADi's graphs; d (v,) are all values of a machine.
+    """A response at n angles as compiled functions for CasADi graphs; d (v,) are all values of a machine.
 
-    x stands at `moved` in `data` (v,). The curve is a sum of equal shares: F(phi) is that of `value` at phi + each of
-    `offsets` [rad], its lanes.
+    `moved` are the positions of x in `data` (v,). F(phi) is the sum over the lanes, which are `value` at phi plus each
+    of `offsets` [rad].
     """
 
     data: Array
     moved: tuple[int, ...]
     offsets: tuple[float, ...]
     prologue: ca.Function
-    """(d) -> h, dh: what no angle changes, and its sparse Jacobian in x."""
+    """(d) -> h, dh: the invariants of the angle, and their sparse Jacobian in x."""
     curvature: ca.Function
     """(d, weights) -> Hessian (p, p) of weights . h in x."""
     value: ca.Function
-    """(phi, d, h) -> the share of each lane."""
+    """(phi, d, h) -> the value of each lane."""
     slopes: ca.Function
-    """(phi, d, h, dh) -> shares, and their Jacobian in (phi, x)."""
+    """(phi, d, h, dh) -> values of the lanes, and their Jacobian in (phi, x)."""
     bending: ca.Function
     """(phi, d, h, dh, weights) -> weighted sum of the Hessians in (phi, x), packed, and the weighted slope in h."""
 
@@ -66,8 +64,8 @@ class CompiledResponse:
 class CycleResponse(Protocol):
     """A curve F(phi, x), continuous, periodic in phi with `period` [rad]; designs x are (p,), angles (n,).
 
-    `prologue` does once for a design what no angle changes; its result is handed to all other methods as `at`.
-    Joints of the k-th event lie at angles in [0, 2 pi), and again at every `period` of F from there.
+    The result of `prologue` is the argument `at` of all other methods. Breakpoints of the k-th event lie at angles in
+    [0, 2 pi) and recur with the `period` of F.
     """
 
     @property
@@ -83,7 +81,8 @@ class CycleResponse(Protocol):
     @property
     def events(self) -> tuple[BreakpointEvent, ...]: ...
 
-    def prologue(self, x: Array) -> Any: ...
+    def prologue(self, x: Array) -> Any:
+        """Return the invariants of the angle at a design x (p,)."""
 
     def value(self, at: Any, phi: Array) -> Array:
         """Return F, (n,)."""
@@ -113,18 +112,18 @@ class CycleResponse(Protocol):
         """Return the Hessian of one event's g in (phi, x), (1 + p, 1 + p)."""
 
     def compiled(self, angles: int) -> CompiledResponse | None:
-        """Return the response over so many angles without Python, or None if it is not all compiled."""
+        """Return the response at a number of angles as compiled functions, or None if a part of it is not compiled."""
 
 
 BREAKPOINT_GRID = 72
-"""Angles of a turn between which joints are looked for; two joints of one event closer than this are missed."""
+"""Intervals of a cycle in which breakpoints are bracketed; two of the same event in one interval are missed."""
 ONE_SIDED_OFFSET = 1e-9
-"""How far beside a joint one-sided derivatives are taken [rad]."""
+"""Distance from a breakpoint at which one-sided derivatives are evaluated [rad]."""
 
 
 @dataclass(frozen=True)
 class Breakpoints:
-    """Joints of side 1 at one design, by angle: `angles` (m,) in [0, 2 pi), `events` (m,) index of the event."""
+    """Breakpoints of side 1 at a design, sorted: `angles` (m,) in [0, 2 pi) [rad], `events` (m,) index of the event."""
 
     response: CycleResponse
     at: Any
@@ -142,7 +141,7 @@ class Breakpoints:
 
     @property
     def folded(self) -> Array:
-        """The angles taken into the first period of the curve, (m,)."""
+        """Angles modulo the period of the curve [rad], (m,)."""
         return np.mod(self.angles, self.response.period)
 
     @cached_property
@@ -153,24 +152,24 @@ class Breakpoints:
 
     @cached_property
     def velocity(self) -> Array:
-        """Derivative of the angles in the design, (m, p): -g_x / g_phi."""
+        """Derivative of the angles in the design, -g_x / g_phi, (m, p)."""
         slopes = self._slopes
         velocity: Array = -slopes[:, 1:] / slopes[:, :1]
         return velocity
 
     def acceleration(self, picked: Integers) -> Array:
-        """Second derivative of the angles of the picked joints in the design, (k, p, p)."""
+        """Return the second derivatives of the angles of the `picked` (k,) breakpoints in the design, (k, p, p)."""
         size = self.velocity.shape[1]
-        found = np.empty((len(picked), size, size))
+        accelerations = np.empty((len(picked), size, size))
         for i, j in enumerate(picked):
             path = np.vstack([self.velocity[j], np.eye(size)])
-            bent = self.response.event_hessian(self.at, float(self.angles[j]), int(self.events[j]))
-            found[i] = -(path.T @ bent @ path) / self._slopes[j, 0]
-        return found
+            hessian = self.response.event_hessian(self.at, float(self.angles[j]), int(self.events[j]))
+            accelerations[i] = -(path.T @ hessian @ path) / self._slopes[j, 0]
+        return accelerations
 
 
 def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
-    """Return all joints of a design."""
+    """Return all breakpoints at a design, given its invariants."""
     periods = np.array([event.period or np.inf for event in response.events])
     angles, events = find_crossings(
         lambda phi: response.event_values(at, phi)[0],
@@ -184,7 +183,7 @@ def find_breakpoints(response: CycleResponse, at: Any) -> Breakpoints:
 
 @dataclass(frozen=True)
 class BreakpointPosition:
-    """A joint of one side: its angle in [0, 2 pi) and the angle's derivative in the design, (p,)."""
+    """A breakpoint of one side: its angle in [0, 2 pi) [rad] and the derivative of the angle in the design, (p,)."""
 
     name: str
     side: int
@@ -194,33 +193,35 @@ class BreakpointPosition:
 
 
 def list_breakpoints(response: CycleResponse, at: Any) -> list[BreakpointPosition]:
-    """Joints of all sides over a turn, by angle: side 1, and the others each one period of the curve later."""
-    found = find_breakpoints(response, at)
+    """Return the breakpoints of all sides over a cycle, sorted by angle; each side follows the last by one period."""
+    breakpoints = find_breakpoints(response, at)
     sides = round(TURN / response.period)
-    every = [
+    positions = [
         BreakpointPosition(name, side, int(order), float(np.mod(angle + (side - 1) * response.period, TURN)), velocity)
         for side in range(1, sides + 1)
-        for name, order, angle, velocity in zip(found.names, found.orders, found.angles, found.velocity, strict=True)
+        for name, order, angle, velocity in zip(
+            breakpoints.names, breakpoints.orders, breakpoints.angles, breakpoints.velocity, strict=True
+        )
     ]
-    return sorted(every, key=lambda place: place.angle)
+    return sorted(positions, key=lambda position: position.angle)
 
 
 @dataclass(frozen=True)
 class PointMotion:
-    """How m points move: `velocity` (m, p) and `acceleration` (m, p, p), derivatives of their angles in the design."""
+    """First derivatives `velocity` (m, p) and second derivatives `acceleration` (m, p, p) of m angles in the design."""
 
     velocity: Array
     acceleration: Array
 
 
 def gradients_along(slopes: Array, velocity: Array) -> Array:
-    """Gradients (m, p) along moving points from Jacobians (m, 1 + p) in (phi, x)."""
+    """Return the gradients (m, p) at moving points from Jacobians (m, 1 + p) in (phi, x)."""
     total: Array = slopes[:, 1:] + slopes[:, :1] * velocity
     return total
 
 
 def hessians_along(slopes: Array, second: Array, motion: PointMotion) -> Array:
-    """Hessians (m, p, p) along moving points from Jacobians (m, 1 + p) and Hessians (m, 1 + p, 1 + p) in (phi, x)."""
+    """Return Hessians (m, p, p) at moving points from Jacobians (m, 1 + p) and Hessians `second` in (phi, x)."""
     mixed = second[:, 1:, :1] * motion.velocity[:, None, :]
     squared = motion.velocity[:, :, None] * motion.velocity[:, None, :]
     total: Array = second[:, 1:, 1:] + mixed + mixed.transpose(0, 2, 1) + second[:, :1, :1] * squared
@@ -228,11 +229,11 @@ def hessians_along(slopes: Array, second: Array, motion: PointMotion) -> Array:
 
 
 def peak_velocity(second: Array) -> Array:
-    """Velocity (m, p) of smooth peaks from Hessians (m, 1 + p, 1 + p): -F_phix / F_phiphi."""
+    """Return the velocity (m, p) of smooth peaks, -F_phix / F_phiphi, from Hessians (m, 1 + p, 1 + p)."""
     velocity: Array = -second[:, 0, 1:] / second[:, :1, 0]
     return velocity
 
 
 def fixed_motion(count: int, size: int) -> PointMotion:
-    """Points that stand still."""
+    """Return the zero motion of `count` points at fixed angles, in `size` parameters."""
     return PointMotion(np.zeros((count, size)), np.zeros((count, size, size)))

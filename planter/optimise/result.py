@@ -1,9 +1,8 @@
-"""Which of many equal optima is told: the one nearest to the design to start from.
+"""Result of an optimisation: optimum, certificate and history.
 
-Along some directions an objective may not change at all: a pair of gears scaled as a whole leaves the curve as it was.
-Where a search happens to end along them is chance; the rule makes it a fact of the problem.
-
-What an optimisation found, how sure it is and how it got there.
+An objective may be constant along some directions: scaling both gears of a pair, say, leaves the curve the same.
+Among equal optima, the result is the one nearest to the initial design, so that it does not depend on where a search
+happens to end.
 """
 
 from __future__ import annotations
@@ -22,23 +21,23 @@ from planter.optimise.objective import ObjectiveEvaluation
 from planter.optimise.problem import Counts, Problem
 
 EQUALITY_TOLERANCE = 1e-10
-"""Objectives are equal that differ by less than this share of the problem's scale."""
+"""Objectives that differ by less than this share of the scale of the problem are equal."""
 MOVE_TOLERANCE = 1e-9
-"""A move below this, in the box's unit, is none."""
+"""Moves shorter than this count as zero, in units of the box."""
 MAX_MOVES = 4
 
 
 def select_nearest_optimum(problem: Problem, u: Array) -> Array:
-    """The point (p,) nearest to the design to start from, of those that flat directions join to an optimum u (p,).
+    """Return the point (p,) nearest to the initial design among the optima connected to u (p,) by flat directions.
 
-    Each move is to first order, then onto the equations; one that costs more than rounding, or breaks a constraint, is
-    halved until it does not.
+    Each move is computed to first order and projected onto the equations. A move is halved while it raises the
+    objective by more than rounding or violates a constraint.
     """
-    least = problem.evaluate(u).objective
+    optimum = problem.evaluate(u).objective
     for _ in range(MAX_MOVES):
         move = _compute_move(problem, u)
         while np.abs(move).max(initial=0.0) > MOVE_TOLERANCE and not _is_equal_optimum(
-            problem, _apply_move(problem, u, move), least
+            problem, _apply_move(problem, u, move), optimum
         ):
             move = move / 2
         if np.abs(move).max(initial=0.0) <= MOVE_TOLERANCE:
@@ -51,20 +50,20 @@ def _apply_move(problem: Problem, u: Array, move: Array) -> Array:
     return problem.onto(problem.box.inside(u + move))
 
 
-def _is_equal_optimum(problem: Problem, u: Array, least: float) -> bool:
-    return problem.kept(u) and problem.evaluate(u).objective - least <= EQUALITY_TOLERANCE * problem.scale
+def _is_equal_optimum(problem: Problem, u: Array, optimum: float) -> bool:
+    return problem.is_feasible(u) and problem.evaluate(u).objective - optimum <= EQUALITY_TOLERANCE * problem.scale
 
 
 def _compute_move(problem: Problem, u: Array) -> Array:
-    """The move (p,) along the flat directions that comes nearest to the start in the box, constraints to first order.
+    """Return the move (p,) along the flat directions that leads nearest to the start, with constraints to first order.
 
-    Over shares c of the directions, the least |u + directions' c - start|^2.
+    Minimises |u + directions' c - start|^2 over the coefficients c (k,) of the directions (k, p), within the box.
     """
     directions = problem.flat(u)
     if not len(directions):
         return np.zeros(len(u))
     below, above = (np.maximum(room, 0.0) for room in problem.box.room(u))
-    rows, most = [directions.T, -directions.T], [above, below]
+    rows, limits = [directions.T, -directions.T], [above, below]
     if problem.constraints is not None:
         x = problem.design(u)
         slopes = problem.constraints.slopes(x) * problem.box.unit @ directions.T
@@ -72,25 +71,27 @@ def _compute_move(problem: Problem, u: Array) -> Array:
         for sign, room in ((1, problem.constraints.upper - values), (-1, values - problem.constraints.lower)):
             finite = np.isfinite(room)
             rows.append(sign * slopes[finite])
-            most.append(np.maximum(room[finite], 0.0))
-    anywhere = np.full(len(directions), np.inf)
+            limits.append(np.maximum(room[finite], 0.0))
+    unbounded = np.full(len(directions), np.inf)
     slope = directions @ (u - problem.start)
-    bounds = (-anywhere, anywhere)
-    found = sqp.solve_quadratic_program(directions @ directions.T, slope, np.vstack(rows), np.concatenate(most), bounds)
-    return np.zeros(len(u)) if found is None else found.z @ directions
+    bounds = (-unbounded, unbounded)
+    solution = sqp.solve_quadratic_program(
+        directions @ directions.T, slope, np.vstack(rows), np.concatenate(limits), bounds
+    )
+    return np.zeros(len(u)) if solution is None else solution.z @ directions
 
 
 History = list[tuple[int, float]]
-"""When each best so far was met: (evaluations, objective)."""
+"""Improvements of the best objective: (number of evaluations, objective)."""
 
 
 @dataclass(frozen=True)
 class OptimalityCertificate:
-    """How sure an optimum is.
+    """Evidence that a point is an optimum.
 
-    `kkt_residual` is dimensionless, below 1e-6 at a local optimum. Of `starts` descents, `agreeing_starts` ended at the
-    optimum's objective to 1e-6 of the problem's scale; `spread` is the difference between the largest and the least
-    objective they ended at. A method without starts has 0, 0 and 0.
+    `kkt_residual` is dimensionless, below 1e-6 at a local optimum. Of `starts` local searches, `agreeing_starts` ended
+    at the objective of the optimum to 1e-6 of the scale of the problem; `spread` is the difference between the largest
+    and the smallest objective they ended at. All three are 0 for a method without starts.
     """
 
     kkt_residual: float
@@ -102,25 +103,25 @@ class OptimalityCertificate:
 
 
 def certify_candidates(problem: Problem, u: Array, minima: Sequence[LocalMinimum]) -> OptimalityCertificate:
-    """The certificate of a point u (p,), beside the minima that the starts ended at."""
+    """Return the certificate of a point u (p,), given the minima that the local searches ended at."""
     multipliers = certificate.estimate_multipliers(problem, u)
-    least = problem.score(problem.design(u)).objective
-    reached = [minimum.objective for minimum in minima if problem.kept(minimum.u)]
+    optimum = problem.score(problem.design(u)).objective
+    reached = [minimum.objective for minimum in minima if problem.is_feasible(minimum.u)]
     return OptimalityCertificate(
         kkt_residual=certificate.check_conditions(problem, u, multipliers).worst,
         active_bounds=certificate.find_active_bounds(problem, multipliers),
         active_constraints=certificate.find_active_constraints(problem, multipliers),
         starts=len(minima),
-        agreeing_starts=sum(value - least <= AGREEMENT_TOLERANCE * problem.scale for value in reached),
+        agreeing_starts=sum(value - optimum <= AGREEMENT_TOLERANCE * problem.scale for value in reached),
         spread=max(reached) - min(reached) if reached else 0.0,
     )
 
 
 @dataclass(frozen=True)
 class OptimiserResult:
-    """An optimum: `design` x (p,), its evaluation, and how it was found.
+    """An optimum: `design` x (p,), its evaluation, certificate and cost.
 
-    `history` has one entry for each method that ran.
+    `history` has an entry for each method that ran; `seconds` is the duration [s].
     """
 
     method: str
@@ -140,7 +141,7 @@ class OptimiserResult:
 
 @dataclass(frozen=True)
 class Candidates:
-    """What the methods brought home: points u (p,) of the box to choose from, minima of the starts, traces."""
+    """Outcome of the methods: candidate points u (p,), minima of the local searches, evaluation counts and history."""
 
     points: list[Array]
     minima: list[LocalMinimum]
@@ -156,23 +157,23 @@ class NoFeasiblePointError(ComputationError):
         self.points = points
 
 
-def build_result(problem: Problem, method: str, seed: int, found: Candidates, seconds: float) -> OptimiserResult:
-    """The best of the points that were found, with its certificate.
+def build_result(problem: Problem, method: str, seed: int, candidates: Candidates, seconds: float) -> OptimiserResult:
+    """Return the best candidate with its certificate.
 
-    Of equal objectives the one with the least residual is taken, and of all that flat directions join to it the one
-    nearest to the design to start from. Equations are kept to rounding. The evaluations needed here are not counted.
+    Among equal objectives, the point with the smallest residual is selected, and then the point nearest to the initial
+    design along flat directions. Equations are satisfied to rounding. The evaluations of this selection do not count.
     Raises NoFeasiblePointError if no point is feasible.
     """
     judged = problem.anew()
     judged.restart()
-    points = [judged.onto(u) for u in found.points if judged.kept(u)]
+    points = [judged.onto(u) for u in candidates.points if judged.is_feasible(u)]
     if not points:
-        raise NoFeasiblePointError(found.points)
-    objectives = [judged.evaluate(u).objective for u in points]  # once: digits depend on where loops closed before
+        raise NoFeasiblePointError(candidates.points)
+    objectives = [judged.evaluate(u).objective for u in points]  # once: last digits depend on earlier loop closures
     ties = [u for u, objective in zip(points, objectives, strict=True) if objective == min(objectives)]
     u = select_nearest_optimum(judged, min(ties, key=lambda point: certificate.kkt_residual(judged, point)))
     return OptimiserResult(
         method=method, seed=seed, design=judged.design(u), evaluation=judged.evaluate(u),
-        start_objective=problem.reference.objective, evaluations=found.counts, seconds=seconds,
-        certificate=certify_candidates(judged, u, found.minima), history=found.history,
+        start_objective=problem.reference.objective, evaluations=candidates.counts, seconds=seconds,
+        certificate=certify_candidates(judged, u, candidates.minima), history=candidates.history,
     )  # fmt: skip

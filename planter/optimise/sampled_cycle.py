@@ -1,12 +1,13 @@
-"""The turn as N samples at phi = 2 pi i / N.
+"""A cycle as N samples at phi = 2 pi i / N.
 
-F_i(x) is smooth but where a joint passes sample i. There, for a joint of order 1, its gradient jumps by a multiple of
-the gradient of psi, the joint's angle, and the objective has a kink; at joints of order 2 only the second derivative
-jumps, which a Newton method bears. Derivatives here are those of the side that the design is on, and exact. Two kinds
-of `BreakpointHold` keep a solver on one side, or on the kink itself:
+F_i(x) is smooth except where a breakpoint passes sample i. If its order is 1, the gradient of F_i jumps there by
+a multiple of the gradient of psi, the angle of the breakpoint, and the objective is not differentiable; at
+breakpoints of order 2 only the second derivative jumps, which a Newton method tolerates. Derivatives in this module are
+exact and one-sided, on the side of the design. Two kinds of `BreakpointHold` confine a solver to one side, or to the
+breakpoint itself:
 
-* a wall keeps a joint between two samples: within its walls every F_i is smooth;
-* a pin keeps a joint on a sample, which is then taken at the joint, F(psi(x), x): smooth again, with psi(x) = phi_i.
+* a wall confines a breakpoint to the interval between two samples, within which every F_i is smooth;
+* a pin fixes a breakpoint at a sample, which is then evaluated there, F(psi(x), x): smooth again, with psi(x) = phi_i.
 """
 
 from __future__ import annotations
@@ -31,23 +32,26 @@ from planter.optimise.response import (
 from planter.optimise.variance import Variance
 
 COINCIDENCE_TOLERANCE = 1e-8
-"""A joint closer than this to a sample sits on it [rad]."""
+"""Breakpoints closer to a sample than this coincide with it [rad]."""
 WALL_MARGIN = 1e-7
-"""How far from its samples a wall keeps a joint, so that no rounding takes it across [rad]."""
+"""Distance of a wall from the samples, so that rounding moves no breakpoint across [rad]."""
 INITIAL_ROW_SHARE = 0.25
 """Samples within this share of the range from an extreme are in the first working set."""
 
 
 def sample_angles(samples: int, period: float) -> Array:
-    """The samples' angles that differ modulo the period [rad], (n,): half of them where N is even and the period pi."""
-    turns = round(2 * np.pi / period)
-    count = samples // turns if samples % turns == 0 else samples
-    found: Array = 2 * np.pi * np.arange(count) / samples
-    return found
+    """Return the sample angles that differ modulo the period [rad], (n,).
+
+    N samples of a cycle have n = N / 2 such angles if N is even and the period is pi.
+    """
+    periods = round(2 * np.pi / period)
+    count = samples // periods if samples % periods == 0 else samples
+    angles: Array = 2 * np.pi * np.arange(count) / samples
+    return angles
 
 
 class SampledCycle:
-    """A turn of the curve as N samples. Implements `Turn` and `Kinks`."""
+    """A cycle of the curve as N samples. Implements `CycleEvaluation` and `Kinks`."""
 
     def __init__(self, response: CycleResponse, samples: int) -> None:
         self.response = response
@@ -59,23 +63,23 @@ class SampledCycle:
         return ObjectiveSummary.at(self.response.value(self.response.prologue(x), self.angles))
 
     def local(self, x: Array) -> SampledRows:
-        """All samples near an extreme as rows; nothing held."""
+        """Return all samples near an extreme as components, without constrained breakpoints."""
         values = self.response.value(self.response.prologue(x), self.angles)
         margin = INITIAL_ROW_SHARE * np.ptp(values)
         upper, lower = np.flatnonzero(values >= values.max() - margin), np.flatnonzero(values <= values.min() + margin)
         return SampledRows(self.response, self.angles, upper, lower)
 
-    def near(self, x: Array) -> list[tuple[BreakpointHold, float]]:
-        """Every joint of order 1 as a pin on the sample nearest to it, with the distance psi - phi [rad]."""
-        found = find_breakpoints(self.response, self.response.prologue(x))
-        gaps = wrap_angle(found.folded[:, None] - self.angles, self.response.period)
+    def find_pins(self, x: Array) -> list[tuple[BreakpointHold, float]]:
+        """Return each breakpoint of order 1 as a pin at the nearest sample, with the distance psi - phi [rad]."""
+        breakpoints = find_breakpoints(self.response, self.response.prologue(x))
+        gaps = wrap_angle(breakpoints.folded[:, None] - self.angles, self.response.period)
         samples = np.abs(gaps).argmin(axis=1)
         distance = gaps[np.arange(len(samples)), samples]
-        kinks = np.flatnonzero(found.orders == 1)
-        return [(BreakpointHold(int(samples[j]), int(found.events[j])), float(distance[j])) for j in kinks]
+        kinks = np.flatnonzero(breakpoints.orders == 1)
+        return [(BreakpointHold(int(samples[j]), int(breakpoints.events[j])), float(distance[j])) for j in kinks]
 
     def wall(self, pin: BreakpointHold, distance: float) -> BreakpointHold:
-        """The wall around a joint's cell between two samples, from its distance psi - phi to one of them [rad]."""
+        """Return the wall around a breakpoint at `distance` psi - phi [rad] from the sample of a pin."""
         ends = (WALL_MARGIN, self.spacing - WALL_MARGIN)
         low, high = ends if distance >= 0 else (-ends[1], -ends[0])
         return BreakpointHold(pin.sample, pin.event, low, high)
@@ -86,24 +90,25 @@ class SampledCycle:
         values, slopes = self.response.slopes(at, self.angles)
         gradients = slopes[:, 1:]
         samples = np.array(
-            [pin.sample for pin, distance in self.near(x) if abs(distance) <= COINCIDENCE_TOLERANCE], dtype=np.int64
+            [pin.sample for pin, distance in self.find_pins(x) if abs(distance) <= COINCIDENCE_TOLERANCE],
+            dtype=np.int64,
         )
-        before, after = (self._aside(at, samples, side) for side in (-1, 1))
+        before, after = (self._one_sided_gradients(at, samples, side) for side in (-1, 1))
         gradients[samples] = before
         weights = Variance(values).slope
         rows, both = np.append(values, values[samples]), np.vstack([gradients, after])
         kinks = weights[samples, None] * (after - before)
         return Conditions(rows, both, rows, both, weights @ gradients, kinks)
 
-    def _aside(self, at: Any, samples: Integers, side: int) -> Array:
-        """Gradients (k, p) of samples on joints, on one side of these."""
+    def _one_sided_gradients(self, at: Any, samples: Integers, side: int) -> Array:
+        """Return the gradients (k, p) of samples at breakpoints, on side -1 or 1 of these."""
         if not len(samples):
             return np.empty((0, len(self.response.names)))
         return self.response.slopes(at, self.angles[samples] + side * 2 * COINCIDENCE_TOLERANCE)[1][:, 1:]
 
 
 class SampledRows:
-    """Samples `upper` and `lower` as rows; joints kept by `holds`. Implements `Local`."""
+    """Samples `upper` and `lower` as components, with breakpoints constrained by `holds`. Implements `LocalModel`."""
 
     def __init__(
         self,
@@ -118,8 +123,8 @@ class SampledRows:
         self.bounds = np.array([[h.low for h in holds], [h.high for h in holds]])
         self._state = LastCallCache(lambda x: _SampleState(self, x))
 
-    def held(self, holds: tuple[BreakpointHold, ...]) -> SampledRows:
-        """With these joints held, and no others."""
+    def with_holds(self, holds: tuple[BreakpointHold, ...]) -> SampledRows:
+        """Return a copy with exactly these breakpoints constrained."""
         return SampledRows(self.response, self.angles, self.upper, self.lower, holds)
 
     def look(self, x: Array) -> ObjectiveSummary:
@@ -127,7 +132,7 @@ class SampledRows:
         return ObjectiveSummary.at(self._state(x).values)
 
     def grown(self, x: Array, high: float, low: float) -> SampledRows:
-        """With the samples that are beyond [low, high] as further rows."""
+        """Return a copy which also has the samples outside [low, high] as components."""
         values = self._state(x).values
         upper = np.union1d(self.upper, np.flatnonzero(values > high))
         lower = np.union1d(self.lower, np.flatnonzero(values < low))
@@ -149,22 +154,22 @@ class SampledRows:
     def curvature(self, x: Array, weights: ModelValues) -> Array:
         """Return the weighted sum (p, p) of the Hessians at a design x (p,)."""
         state = self._state(x)
-        each = weights.smooth * state.variance.slope
-        np.add.at(each, self.upper, weights.upper)
-        np.add.at(each, self.lower, weights.lower)
-        return weights.smooth * state.variance.squared(state.gradients) + state.hessian(each, weights.holds)
+        sample_weights = weights.smooth * state.variance.slope
+        np.add.at(sample_weights, self.upper, weights.upper)
+        np.add.at(sample_weights, self.lower, weights.lower)
+        return weights.smooth * state.variance.squared(state.gradients) + state.hessian(sample_weights, weights.holds)
 
 
 class _SampleState:
-    """The samples at one design: forces, gradients and Hessians, pinned ones at their joints."""
+    """Values, gradients and Hessians of the samples at one design, pinned samples at their breakpoints."""
 
     def __init__(self, rows: SampledRows, x: Array) -> None:
         self.response, self.at = rows.response, rows.response.prologue(x)
         self.gaps, self.velocity = np.empty(0), np.empty((0, len(x)))
         if rows.holds:
-            self.joints = find_breakpoints(self.response, self.at)
-            self.chosen, self.gaps = _select_rows(self.joints, rows)
-            self.velocity = self.joints.velocity[self.chosen]
+            self.breakpoints = find_breakpoints(self.response, self.at)
+            self.chosen, self.gaps = _select_breakpoints(self.breakpoints, rows)
+            self.velocity = self.breakpoints.velocity[self.chosen]
         self.pins = np.flatnonzero([hold.pin for hold in rows.holds])
         self.picked = np.array([rows.holds[k].sample for k in self.pins], dtype=np.int64)
         phi = rows.angles.copy()
@@ -180,14 +185,17 @@ class _SampleState:
 
     @cached_property
     def acceleration(self) -> Array:
-        """Second derivatives of the held joints' angles, (k, p, p)."""
-        return self.joints.acceleration(self.chosen)
+        """Second derivatives of the angles of the constrained breakpoints, (k, p, p)."""
+        return self.breakpoints.acceleration(self.chosen)
 
     def hessian(self, weights: Array, holds: Array) -> Array:
-        """Weighted sum (p, p) of the Hessians of the samples (n,) and of the held joints' angles (k,)."""
-        standing = weights.copy()
-        standing[self.picked] = 0
-        total: Array = self.response.hessian(self.at, self.phi, standing)[1:, 1:]
+        """Return the weighted sum (p, p) of the Hessians of samples and angles of constrained breakpoints.
+
+        `weights` (n,) belong to the samples, `holds` (k,) to the breakpoints.
+        """
+        fixed = weights.copy()
+        fixed[self.picked] = 0
+        total: Array = self.response.hessian(self.at, self.phi, fixed)[1:, 1:]
         if len(self.picked):
             motion = PointMotion(self.velocity[self.pins], self.acceleration[self.pins])
             second = self.response.hessians(self.at, self.phi[self.picked])
@@ -198,12 +206,12 @@ class _SampleState:
         return total
 
 
-def _select_rows(found: Breakpoints, rows: SampledRows) -> tuple[Integers, Array]:
-    """The joint that each hold keeps, the nearest of its event, and its distance from the hold's sample [rad]."""
+def _select_breakpoints(breakpoints: Breakpoints, rows: SampledRows) -> tuple[Integers, Array]:
+    """Return, for each hold, the nearest breakpoint of its event and its distance from the sample of the hold [rad]."""
     chosen, gaps = [], []
     for hold in rows.holds:
         middle = (hold.low + hold.high) / 2
-        gap = wrap_angle(found.folded - rows.angles[hold.sample] - middle, found.response.period)
-        chosen.append(int(np.where(found.events == hold.event, np.abs(gap), np.inf).argmin()))
+        gap = wrap_angle(breakpoints.folded - rows.angles[hold.sample] - middle, breakpoints.response.period)
+        chosen.append(int(np.where(breakpoints.events == hold.event, np.abs(gap), np.inf).argmin()))
         gaps.append(float(gap[chosen[-1]] + middle))
     return np.array(chosen, dtype=np.int64), np.array(gaps)

@@ -1,11 +1,11 @@
-"""Range and spread of a curve over a turn, weighed and added up: equation (31) of Wang et al. (2017) is one such sum.
+"""Weighted sum of the range and the variance of a curve over a cycle, as in equation (31) of Wang et al. (2017).
 
-The curve is known by values F_i with shares w_i of the turn, sum w_i = 1. Its population variance and the derivatives
-of that in a design are, with G_i and H_i those of F_i,
+The curve is given by values F_i with shares w_i of the cycle, sum w_i = 1. With the gradients G_i and the Hessians H_i
+of F_i in the design, its population variance V has the derivatives
 
     V = sum w_i (F_i - mean F)^2,   V' = sum s_i G_i,   V'' = sum s_i H_i + 2 sum w_i (G_i - mean G)(G_i - mean G)^T,
 
-where s_i = 2 w_i (F_i - mean F) is the slope of V in F_i.
+where s_i = 2 w_i (F_i - mean F) is the derivative of V in F_i.
 """
 
 from __future__ import annotations
@@ -24,40 +24,40 @@ from planter.kernels import Array
 class Variance:
     """Population variance of values (n,) of a curve, and its derivatives in p parameters.
 
-    `shares` (n,) of the turn sum to 1; None: all values have the same.
+    `shares` (n,) of the cycle sum to 1; None stands for equal shares.
     """
 
     def __init__(self, values: Array, shares: Array | None = None) -> None:
         self.shares = np.full(len(values), 1 / len(values)) if shares is None else shares
         self.mean = float(values.mean() if shares is None else shares @ values)
-        self.apart = values - self.mean
+        self.deviations = values - self.mean
 
     @cached_property
     def value(self) -> float:
-        return float(self.shares @ self.apart**2)
+        return float(self.shares @ self.deviations**2)
 
     @cached_property
     def slope(self) -> Array:
-        """Derivative in each value, (n,)."""
-        slope: Array = 2 * self.shares * self.apart
+        """Derivative of the variance in each value, (n,)."""
+        slope: Array = 2 * self.shares * self.deviations
         return slope
 
     def gradient(self, slopes: Array) -> Array:
-        """Derivative (p,) from the values' own (n, p)."""
+        """Return the gradient (p,) of the variance from the gradients (n, p) of the values."""
         return self.slope @ slopes
 
     def squared(self, slopes: Array) -> Array:
-        """What the values' first derivatives (n, p) add to the Hessian, (p, p); the rest is sum slope_i H_i."""
-        apart = slopes - self.shares @ slopes
-        return 2 * (self.shares[:, None] * apart).T @ apart
+        """Return the part (p, p) of the Hessian due to gradients (n, p) of the values; the rest is sum slope_i H_i."""
+        deviations = slopes - self.shares @ slopes
+        return 2 * (self.shares[:, None] * deviations).T @ deviations
 
 
 @dataclass(frozen=True)
 class Weights:
-    """weight_range * range + weight_variance * spread.
+    """Weights of the objective weight_range * range + weight_variance * scatter.
 
-    The spread is the population variance [N2] for kind "paper", equation (31) as printed, which adds N to N2; and the
-    standard deviation [N] for kind "newton".
+    The scatter is the population variance [N2] for kind "paper", which is equation (31) as published although it adds
+    N to N2, and the standard deviation [N] for kind "newton".
     """
 
     weight_range: float
@@ -65,26 +65,27 @@ class Weights:
     kind: Literal["paper", "newton"]
 
     def weighted(self, variance: Any, sqrt: Callable[[Any], Any] = math.sqrt) -> Any:
-        """The weighted spread of a variance: a number or, with its own square root, whatever else there is."""
+        """Return the weighted scatter of a variance [N2]: a float or, with a matching `sqrt`, a symbol or array."""
         return self.weight_variance * (variance if self.kind == "paper" else sqrt(variance))
 
     def spread(self, variance: float) -> tuple[float, float, float]:
-        """The weighted spread as a function of the variance: value, first and second derivative."""
+        """Return the weighted scatter and its first and second derivative in the variance [N2]."""
         if self.kind == "paper":
             return self.weighted(variance), self.weight_variance, 0.0
-        felt = max(variance, math.ulp(0.0))
-        value = self.weighted(felt)
-        first = value / (2 * felt)
+        positive = max(variance, math.ulp(0.0))  # keeps the slope of the square root finite at 0
+        value = self.weighted(positive)
+        first = value / (2 * positive)
         return value, first, -first / (2 * variance) if variance > 0 else 0.0
 
     def value(self, range_N: float, variance: float) -> float:
+        """Return the objective of a range [N] and a variance [N2]."""
         return self.weight_range * range_N + self.spread(variance)[0]
 
 
 class WeightedSum:
-    """The weighted sum for samples (n,) of a turn, extremes being the largest and the least of them.
+    """Weighted sum of range and scatter of samples (n,) of a cycle.
 
-    Derivatives take the extremes to stay at their samples.
+    Derivatives assume that the largest and the smallest sample remain so.
     """
 
     def __init__(self, weights: Weights, samples: Array) -> None:
@@ -100,18 +101,22 @@ class WeightedSum:
 
     @cached_property
     def slope(self) -> Array:
-        """Derivative in each sample, (n,)."""
+        """Derivative of the sum in each sample, (n,)."""
         slope = self.weights.spread(self.variance.value)[1] * self.variance.slope
         slope[self.samples.argmax()] += self.weights.weight_range
         slope[self.samples.argmin()] -= self.weights.weight_range
         return slope
 
     def gradient(self, slopes: Array) -> Array:
-        """Derivative (p,) from the samples' own (n, p)."""
+        """Return the gradient (p,) of the sum from the gradients (n, p) of the samples."""
         return self.slope @ slopes
 
-    def hessian(self, slopes: Array, bent: Callable[[Array], Array]) -> Array:
-        """Second derivative (p, p); `bent` gives sum weights_i H_i (p, p) of the samples' for weights (n,)."""
+    def hessian(self, slopes: Array, weighted_hessian: Callable[[Array], Array]) -> Array:
+        """Return the Hessian (p, p) from the gradients (n, p) of the samples.
+
+        `weighted_hessian` maps weights (n,) to the weighted sum (p, p) of the Hessians of the samples.
+        """
         _, first, second = self.weights.spread(self.variance.value)
-        along = self.variance.gradient(slopes)
-        return bent(self.slope) + first * self.variance.squared(slopes) + second * np.outer(along, along)
+        gradient = self.variance.gradient(slopes)
+        total = weighted_hessian(self.slope) + first * self.variance.squared(slopes)
+        return total + second * np.outer(gradient, gradient)

@@ -77,7 +77,7 @@ class ToothCountSearch:
             minimum = optimisation.search_from_design(task, self.free)
         except ComputationError:
             return ToothCountCandidate(list(counts), None, None, settled=False)
-        feasible = task.kept(minimum.u)
+        feasible = task.is_feasible(minimum.u)
         return ToothCountCandidate(
             list(counts),
             minimum.objective if feasible else None,

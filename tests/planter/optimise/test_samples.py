@@ -71,7 +71,7 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
     found = find_breakpoints(response, response.prologue(x))
     first = int(np.flatnonzero(found.orders == 1)[0])
     sample = int(np.abs(turn.angles - found.folded[first]).argmin())
-    rows = turn.local(x).held((BreakpointHold(sample, int(found.events[first])),))
+    rows = turn.local(x).with_holds((BreakpointHold(sample, int(found.events[first])),))
     assert rows.values(x).holds == pytest.approx([found.folded[first] - turn.angles[sample]], abs=1e-12)
     n = len(turn.angles)
     rows = SampledRows(response, turn.angles, np.arange(n), np.arange(0), rows.holds)

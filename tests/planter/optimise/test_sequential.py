@@ -89,7 +89,7 @@ def test_a_price_that_is_too_low_is_raised_until_the_constraints_are_kept(monkey
     most = float(row @ free.design(sqp.minimise_by_sqp(free, free.start).u) - 0.5)
     problem = over_turn(toy, toys.RANGE, SAMPLES, limited(toy, row, most))
     found = sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6]))
-    assert problem.kept(found.u)
+    assert problem.is_feasible(found.u)
     assert certificate.kkt_residual(problem, found.u) < 1e-8
     monkeypatch.setattr(sqp, "MAX_PENALTY", 1e-6)
-    assert not problem.kept(sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6])).u)
+    assert not problem.is_feasible(sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6])).u)

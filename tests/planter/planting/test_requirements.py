@@ -211,7 +211,7 @@ def problem_of(device: Device) -> tuple[Problem, RequirementConstraints]:
 
 def test_a_point_that_keeps_them_is_found_and_the_margin_counts(device: Device) -> None:
     problem, constraints = problem_of(device)
-    assert not problem.kept(problem.start)
+    assert not problem.is_feasible(problem.start)
     found = minimise_violation(problem, constraints, problem.start)
     assert found.kept
     for entry in evaluate_requirements(constraints.measures, problem.design(found.u)):
