@@ -73,7 +73,7 @@ class Epigraph:
         """Return the objective at z (n,)."""
         self.problem.counts.objective += 1
         objective = self.problem.objective
-        self.problem.met(self.point(z), self.local.look(self.design(z)))
+        self.problem.record(self.point(z), self.local.look(self.design(z)))
         span = self.unit * (z[-2] - z[-1]) if self.ends else 0.0
         return float(objective.weight * span + objective.outer(self._values(z).smooth)[0]) / self.problem.scale
 

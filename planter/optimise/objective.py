@@ -1,9 +1,7 @@
-"""Rows and a smooth function: what objectives offer to the optimisers and to the certificate.
+"""Interfaces of objectives: a weighted range of components plus a function of a smooth value.
 
-The maximum is the largest of some rows, the minimum the least of others, and a smooth function stands beside them: of a
-turn of a response it is the variance.
-
-What a problem makes small: a weighted range of rows, if it has any, and what it makes of a smooth function.
+The range is the maximum of the upper components minus the minimum of the lower ones. For a response over a cycle, the
+components are its extremes or samples, and the smooth value is the variance.
 """
 
 from __future__ import annotations
@@ -19,10 +17,10 @@ from planter.numerics.arrays import Flags
 
 @dataclass(frozen=True)
 class ObjectiveSummary:
-    """The smooth function at a design, the extremes of all rows there and a level between these.
+    """Smooth value, extremes of all components, and mean at a design.
 
-    Of a turn of a response they are variance, extremes and mean; where there are no rows, the extremes are those of
-    the empty set and the range is 0.
+    For a response over a cycle the smooth value is the variance. Without components the extremes are those of the empty
+    set and the range is 0.
     """
 
     smooth: float
@@ -32,7 +30,7 @@ class ObjectiveSummary:
 
     @classmethod
     def at(cls, values: Array) -> ObjectiveSummary:
-        """Of samples (n,) of a turn."""
+        """Return the summary of samples (n,) of a cycle."""
         return cls(float(values.var()), float(values.max()), float(values.min()), float(values.mean()))
 
     @property
@@ -41,13 +39,13 @@ class ObjectiveSummary:
 
     @property
     def variance(self) -> float:
-        """The smooth function of a turn: the population variance of the response."""
+        """Smooth value of a cycle: the population variance of the response."""
         return self.smooth
 
 
 @dataclass(frozen=True)
 class ModelValues:
-    """The smooth function, the rows that bound the maximum (a,) and the minimum (b,), what is held in bounds (k,)."""
+    """Smooth value, components of the maximum (a,) and of the minimum (b,), and bounded functions (k,)."""
 
     smooth: float
     upper: Array
@@ -57,7 +55,7 @@ class ModelValues:
 
 @dataclass(frozen=True)
 class ModelGradients:
-    """Gradients in the design of what `Values` holds: (p,), (a, p), (b, p), (k, p)."""
+    """Gradients of `ModelValues` in the design: (p,), (a, p), (b, p), (k, p)."""
 
     smooth: Array
     upper: Array
@@ -67,7 +65,7 @@ class ModelGradients:
 
 @dataclass(frozen=True)
 class BreakpointHold:
-    """Keeps a joint, psi, of an event: low <= psi(x) - phi_sample <= high [rad]. A pin if both are 0, else a wall."""
+    """Constraint low <= psi(x) - phi_sample <= high [rad] on a breakpoint psi: a pin if both are 0, else a wall."""
 
     sample: int
     event: int
@@ -80,9 +78,9 @@ class BreakpointHold:
 
 
 class LocalModel(Protocol):
-    """Functions of the design that are smooth near one: a fixed set of rows.
+    """Functions that are smooth near a design, with a fixed set of components.
 
-    `bounds` (2, k) are those of the values' `holds`.
+    `bounds` (2, k) are the lower and upper bounds of the `holds` of the values.
     """
 
     @property
@@ -92,7 +90,7 @@ class LocalModel(Protocol):
         """Return the summary of the objective at a design x (p,)."""
 
     def grown(self, x: Array, high: float, low: float) -> LocalModel:
-        """With the rows that are missing if those at x are to stay within [low, high]."""
+        """Return a copy which also has the components that are outside [low, high] at x (p,)."""
 
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""
@@ -101,17 +99,16 @@ class LocalModel(Protocol):
         """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
 
     def curvature(self, x: Array, weights: ModelValues) -> Array:
-        """Weighted sum (p, p) of the Hessians of all that `values` gives."""
+        """Return the weighted sum (p, p) of the Hessians of all `values`."""
 
 
 @dataclass(frozen=True)
 class Conditions:
-    """First-order data at a design, complete: every row, active or not, and every kink.
+    """First-order data of all components, active or not, and all kinks at a design.
 
-    `upper` (a,) and `lower` (b,) are values whose largest and least are the maximum and the minimum, with gradients
-    (a, p), (b, p). A sample that sits on a joint stands twice, with the gradient of either side. `smooth` (p,) is the
-    gradient of the smooth function with every such sample taken on the first side, `kinks` (k, p) what each adds on
-    the other.
+    The largest of `upper` (a,) is the maximum and the smallest of `lower` (b,) the minimum, with gradients (a, p) and
+    (b, p). A sample at a breakpoint is listed twice, with the gradients of both sides. `smooth` (p,) is the gradient of
+    the smooth value with all such samples on the first side; `kinks` (k, p) are the changes on the second side.
     """
 
     upper: Array
@@ -123,7 +120,7 @@ class Conditions:
 
 
 class CycleEvaluation(Protocol):
-    """A way to take a turn of a response: its samples, or its true extremes and integrals. Designs x (p,) in SI."""
+    """Evaluation of a response over a cycle, by samples or by continuous extrema and integrals."""
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
@@ -134,28 +131,28 @@ class CycleEvaluation(Protocol):
 
 @dataclass(frozen=True)
 class ObjectiveEvaluation:
-    """The objective at a design, and what it is made of."""
+    """The objective at a design and the summary from which it is computed."""
 
     objective: float
     look: ObjectiveSummary
 
 
 class Kinks(Protocol):
-    """Where an objective has kinks: joints that pass its rows, to be kept on one side of them or on the kink."""
+    """Points of a sampled objective without a gradient, where breakpoints pass samples."""
 
     def find_pins(self, x: Array) -> list[tuple[BreakpointHold, float]]:
         """Return the pins of the nearest breakpoints with their distances from the samples [rad]."""
 
     def wall(self, pin: BreakpointHold, distance: float) -> BreakpointHold:
-        """Return the hold which keeps the breakpoint of a pin on the side given by its distance."""
+        """Return the hold which confines the breakpoint of a pin to the side of its distance [rad]."""
 
 
 class Objective(Protocol):
-    """weight * (largest upper row - least lower row) + outer(a smooth function), over designs x (p,).
+    """Objective weight * (largest upper - smallest lower component) + outer(smooth value), over designs x (p,).
 
-    `unit` is what counts as one in residuals and tolerances; None: its value at the design to start from. `felt` (p,)
-    marks the parameters that it feels at all. `windows` says that its rows move with the design, so that none of them
-    serves a whole descent. `kinks` is None where it is smooth but for its rows.
+    `unit` is the unit of residuals and tolerances, None for the value at the initial design. `felt` (p,) marks the
+    parameters that affect the objective. `windows` is true if the components move with the design, so that a set of
+    them does not serve a complete local search. `kinks` is None if components and smooth value are differentiable.
     """
 
     @property
@@ -170,21 +167,21 @@ class Objective(Protocol):
     def kinks(self) -> Kinks | None: ...
 
     def outer(self, smooth: float) -> tuple[float, float, float]:
-        """What the smooth function's value adds to the objective, with first and second derivative."""
+        """Return the contribution of the smooth value to the objective, with first and second derivative."""
 
     def look(self, x: Array) -> ObjectiveSummary:
         """Return the summary of the objective at a design x (p,)."""
 
     def local(self, x: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
-        """The objective near a design, joints held as told."""
+        """Return the local model near a design x (p,), with breakpoints constrained by `holds`."""
 
     def conditions(self, x: Array) -> Conditions:
-        """First-order data at a design; gradients in the design."""
+        """Return first-order data at a design x (p,), with gradients in the design."""
 
     def flat(self, x: Array) -> Array:
-        """Directions (k, p) in the design that the objective does not feel at one, to first order."""
+        """Return the directions (k, p) to which the objective is insensitive at a design, to first order."""
 
 
 def evaluate_summary(objective: Objective, look: ObjectiveSummary) -> ObjectiveEvaluation:
-    """What an objective makes of a look at a design."""
+    """Return the evaluation of an objective from its summary at a design."""
     return ObjectiveEvaluation(objective.weight * look.range + objective.outer(look.smooth)[0], look)

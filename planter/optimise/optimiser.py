@@ -1,14 +1,13 @@
-"""The genetic algorithm: a binary code, tournaments, single-point crossover, bit flips and elitist reinsertion.
+"""Genetic algorithm, local searches from several starts, and their combination.
 
-Each independent parameter is a binary number of `bits_per_variable` digits over its box. A generation draws
-`selection_ratio` times the population as offspring, by binary tournament, single-point crossover and bit flips; they
-replace all but the best individuals, which stay (elitist reinsertion). What Wang et al. (2017, 3.4) give are the
-settings; the tournament, the single point and the plain binary code are our reading. The operators are textbook ones
-(Goldberg 1989, Genetic Algorithms in Search, Optimization, and Machine Learning).
+The genetic algorithm encodes each independent parameter as a binary number of `bits_per_variable` digits over its box.
+A generation has `selection_ratio` times the population as offspring, by binary tournament, single-point crossover and
+bit flips; these replace all but the best individuals (elitist reinsertion). Wang et al. (2017, 3.4) publish the
+settings; the tournament, the single point and the binary code are our interpretation, with textbook operators (Goldberg
+1989, Genetic Algorithms in Search, Optimization, and Machine Learning).
 
-The three methods: `ga`, `ipopt`, which is descents from several starts, and `hybrid`, which runs both as they are,
-descends from the best individuals and returns the best of all, so that it is never worse than either alone at the same
-seed.
+The method `ga` is the genetic algorithm, `ipopt` runs local searches from several starts, and `hybrid` runs both, adds
+local searches from the best individuals and returns the best point. With the same seed, it is never worse than either.
 """
 
 from __future__ import annotations
@@ -110,20 +109,20 @@ def _evaluate(problem: Problem, chromosomes: Bits, length: int) -> Array:
 
 
 def decode_points(problem: Problem, bits: Bits, length: int) -> list[Array]:
-    """Points u (p,) of chromosomes (n, independent * length): each gene a binary number, its highest digit first.
+    """Return the points u (p,) of chromosomes (n, independent * length), genes being binary numbers, high digit first.
 
-    They are taken onto the equations, if there are any, which no binary number would meet.
+    The points are projected onto the equality constraints, if there are any, since binary numbers miss these.
     """
     genes = bits.astype(float).reshape(len(bits), len(problem.independent), length)
     values = genes @ (2.0 ** np.arange(length - 1, -1, -1)) / (2.0**length - 1)
     return [problem.onto(problem.within(v)) for v in values]
 
 
-def select_distinct(individuals: list[Individual], count: int, apart: float) -> list[Individual]:
-    """The best individuals of which no two are closer than `apart` units of the box in every coordinate."""
+def select_distinct(individuals: list[Individual], count: int, separation: float) -> list[Individual]:
+    """Return the best `count` individuals of which no two are closer than `separation` units of the box in every coordinate."""
     chosen: list[Individual] = []
     for individual in individuals:
-        if len(chosen) < count and all(np.abs(individual.u - other.u).max() > apart for other in chosen):
+        if len(chosen) < count and all(np.abs(individual.u - other.u).max() > separation for other in chosen):
             chosen.append(individual)
     return chosen
 
@@ -131,8 +130,9 @@ def select_distinct(individuals: list[Individual], count: int, apart: float) -> 
 Method = Literal["hybrid", "ipopt", "ga"]
 METHODS: tuple[Method, ...] = ("hybrid", "ipopt", "ga")
 MAX_POLISHED = 3
-"""How many individuals are polished, and how far apart they must be as a share of the box."""
+"""Maximum number of individuals from which local searches start."""
 MIN_SEPARATION = 0.02
+"""Smallest distance of these individuals, in units of the box."""
 
 
 class OptimiserRun:
@@ -160,12 +160,12 @@ class OptimiserRun:
         self.begun = time.perf_counter()
         self._jobs: Jobs | None = None
 
-    def run(self, method: Method, known: Sequence[Array] = ()) -> OptimiserResult:
-        """Return the best of what the method reaches and of points u (p,) that satisfy the constraints.
+    def run(self, method: Method, candidates: Sequence[Array] = ()) -> OptimiserResult:
+        """Return the best of the points that the method reaches and of feasible candidates u (p,).
 
-        Raises NoFeasiblePointError if nothing satisfies them, ComputationError if no descent leads anywhere.
+        Raises NoFeasiblePointError if no point is feasible, ComputationError if every local search fails.
         """
-        reached = list(known)
+        reached = list(candidates)
         individuals: list[Individual] = []
         with self._begin_descents(method) as self._jobs:
             if method in ("ga", "hybrid"):
@@ -180,7 +180,7 @@ class OptimiserRun:
         return self._result(method, reached)
 
     def so_far(self, method: Method) -> OptimiserResult | None:
-        """Return the best point met by any part of an interrupted run; None if there is none."""
+        """Return the best point of an interrupted run, or None if no feasible point was evaluated."""
         for descent in [] if self._jobs is None else self._jobs.results():
             if isinstance(end := descent.join(self.ipopt), LocalMinimum):
                 self.minima.append(end)
@@ -197,7 +197,7 @@ class OptimiserRun:
         return min(met, key=lambda best: best.objective, default=None)
 
     def _begin_descents(self, method: Method) -> AbstractContextManager[Jobs | None]:
-        """Return the jobs of the starts, under way from now on; None if they come after the genetic algorithm."""
+        """Start the jobs of the local searches; return None if they follow the genetic algorithm."""
         if method != "hybrid" or self.task is None or self.early is None:
             return nullcontext()
         return Jobs(self.task, sample_starts(self.ipopt, self.starts, self.seed), self.early)
@@ -213,7 +213,7 @@ class OptimiserRun:
         """Return the local minima near individuals, points u (p,)."""
         phase, starts = (
             ProgressPhase("polish", "individual", len(individuals), self.progress),
-            [one.u for one in individuals],
+            [individual.u for individual in individuals],
         )
         if self._jobs is not None:
             self._jobs.add(starts)

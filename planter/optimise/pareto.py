@@ -1,7 +1,7 @@
-"""Range against variance: the designs of which neither can be made smaller without the other growing.
+"""Pareto front of range and variance: designs of which neither can decrease without an increase of the other.
 
-Least variance with the range capped, for caps between the range of the least-range design and that of the
-least-variance design. Unlike a weighted sum this also finds the straight and the hollow parts of a front.
+The variance is minimised with an upper limit on the range, for limits between the ranges of the two single-objective
+optima. Unlike a weighted sum, this also yields the straight and the concave parts of a front.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ from planter.progress import Listener, ProgressPhase
 RANGE_ONLY, VARIANCE_ONLY = Weights(1.0, 0.0, "paper"), Weights(0.0, 1.0, "paper")
 STARTS = 4
 FRONT_POINTS = 5
-"""Compromises on the way along the front of a machine's optimum."""
+"""Default number of points on the front of a machine."""
 CAP_MARGIN = 1e-6
-"""The caps keep this share of the front's length away from its ends, where nothing is left to choose."""
+"""Distance of the caps from the ends of the front, as a share of its length; the ends leave no freedom."""
 
 
 @dataclass(frozen=True)
 class ParetoPoint:
-    """A design x (p,) in SI on the front, and its evaluation with the variance as objective."""
+    """A design x (p,) [SI] on the front and its evaluation, with the variance as objective."""
 
     design: Array
     evaluation: ObjectiveEvaluation
 
 
 class CappedEpigraph(Epigraph):
-    """The epigraph form with t_max - t_min <= cap [N] besides."""
+    """Epigraph form with the additional constraint t_max - t_min <= cap [N]."""
 
     def __init__(self, problem: Problem, local: LocalModel, u: Array, cap: float) -> None:
         super().__init__(problem, local, u)
@@ -62,27 +62,27 @@ class CappedEpigraph(Epigraph):
 def trace_pareto_front(
     response: CycleResponse, sampling: Sampling, points: int = 15, progress: Listener | None = None
 ) -> list[ParetoPoint]:
-    """A front of at most `points` compromises, evenly spaced in range, from least range to least variance.
+    """Return a front of at most `points` designs, evenly spaced in range, from minimum range to minimum variance.
 
-    The ends are the best of a few starts; in between each compromise starts from the one before. Caps for which IPOPT
-    finds no optimum, and compromises that another one beats, are left out; where both ends have the same range there is
-    one design alone. `progress` is told the variance [N2].
+    Each end is the best of several local searches; every other point starts from the previous one. Caps for which IPOPT
+    does not converge and dominated designs are omitted. If both ends have the same range, the front is one design.
+    `progress` receives the variance [N2].
     """
     problem = over_turn(response, VARIANCE_ONLY, sampling)
     u = _minimise_globally(over_turn(response, RANGE_ONLY, sampling), progress)
     other = _minimise_globally(problem, progress)
-    least, most = (problem.evaluate(end).look.range for end in (u, other))
-    if most - least <= VIOLATION_TOLERANCE * most:
+    min_range, max_range = (problem.evaluate(end).look.range for end in (u, other))
+    if max_range - min_range <= VIOLATION_TOLERANCE * max_range:
         return [ParetoPoint(problem.design(other), problem.evaluate(other))]
-    caps = least + (most - least) * np.linspace(CAP_MARGIN, 1 - CAP_MARGIN, max(points, 2))
-    found, phase = [], ProgressPhase("front", "point", len(caps), progress)
+    caps = min_range + (max_range - min_range) * np.linspace(CAP_MARGIN, 1 - CAP_MARGIN, max(points, 2))
+    front, phase = [], ProgressPhase("front", "point", len(caps), progress)
     for count, cap in enumerate(caps, 1):
         reached = _minimise_capped(problem, u, float(cap))
         if reached is not None:
             u = reached
-            found.append(ParetoPoint(problem.design(u), problem.evaluate(u)))
-        phase.report(count, best=found[-1].evaluation.objective if found else None)
-    return [one for one in found if not any(_dominates(other.evaluation, one.evaluation) for other in found)]
+            front.append(ParetoPoint(problem.design(u), problem.evaluate(u)))
+        phase.report(count, best=front[-1].evaluation.objective if front else None)
+    return [point for point in front if not any(_dominates(other.evaluation, point.evaluation) for other in front)]
 
 
 def _minimise_globally(problem: Problem, progress: Listener | None) -> Array:
@@ -90,7 +90,7 @@ def _minimise_globally(problem: Problem, progress: Listener | None) -> Array:
 
 
 def _minimise_capped(problem: Problem, start: Array, cap: float) -> Array | None:
-    """The point of least variance with a range of at most `cap` [N]; None if it was not found."""
+    """Return the point (p,) of minimum variance with a range of at most `cap` [N], or None without convergence."""
     u, local = start, problem.local(start)
     for _ in range(MAX_ROW_ROUNDS):
         programme = CappedEpigraph(problem, local, u, cap)
@@ -103,6 +103,6 @@ def _minimise_capped(problem: Problem, start: Array, cap: float) -> Array | None
     return None
 
 
-def _dominates(one: ObjectiveEvaluation, other: ObjectiveEvaluation) -> bool:
-    a, b = one.look, other.look
+def _dominates(first: ObjectiveEvaluation, second: ObjectiveEvaluation) -> bool:
+    a, b = first.look, second.look
     return a.range <= b.range and a.variance <= b.variance and (a.range < b.range or a.variance < b.variance)

@@ -1,4 +1,4 @@
-"""The optimisation problem in the variables of its box, with what a search has met so far."""
+"""Optimisation problem in the variables of its box, with the counts and the best point of a search."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ from planter.optimise.objective import (
 )
 
 DIRECTION_TOLERANCE = 1e-6
-"""Part of a direction that counts as none of it."""
+"""Components of a direction below this count as zero."""
 MAX_VIOLATION = 1e3
-"""Violations above this many steps are all as bad."""
+"""Upper limit of the violation in a merit, in steps."""
 
 
 @dataclass
 class Counts:
-    """How often the objective was evaluated: its value, its gradient, its Hessian."""
+    """Numbers of evaluations of the objective, its gradient and its Hessian."""
 
     objective: int = 0
     gradient: int = 0
@@ -65,10 +65,10 @@ class BestPoint:
 class Problem:
     """An objective within a box.
 
-    Parameters that the objective does not feel are not searched: they keep the values of the design to start from,
-    taken into the box. `free` (f,) holds the indices of the others; searches run over those. With `constraints` all are
-    searched. Points u are (p,). `best` is the best point met so far that keeps the constraints, `history` when each
-    best was met: (evaluations, objective). `heard` is told the least objective so far at every point that is met.
+    Without `constraints`, parameters that do not affect the objective are not searched: they have the values of the
+    initial design, clipped to the box. `free` (f,) holds the indices of the parameters that are searched. Points u are
+    (p,). `best` is the best feasible point evaluated so far and `history` lists the improvements: (number of
+    evaluations, objective). `heard` is called with the best objective so far after each evaluation.
     """
 
     objective: Objective
@@ -80,53 +80,56 @@ class Problem:
     heard: Callable[[float | None], None] | None = None
 
     most_iterations: ClassVar[int] = 60
-    """Most iterations of each run of a descent."""
+    """Maximum number of iterations of each run of a local search."""
 
     def anew(self) -> Self:
-        """Return the same problem, nothing met yet."""
+        """Return a copy without counts, best point and history."""
         fresh = copy.copy(self)
         fresh.counts, fresh.best, fresh.history, fresh.heard = Counts(), None, [], None
         return fresh
 
     def restart(self) -> None:
-        """Forget all designs so far: what is evaluated next does not depend on them, to the last digit."""
+        """Discard the state of earlier evaluations, so that the next one does not depend on them to the last digit."""
 
     def absorb(self, counts: Counts, best: BestPoint | None, history: Sequence[tuple[int, float]]) -> None:
-        """Count as met here, after all else, what the same problem has met anew."""
-        before, least = self.counts.total, self.least
-        self.history += [(before + n, value) for n, value in history if least is None or value < least]
+        """Append the counts, best point and history of a copy of this problem to its own."""
+        before, best_objective = self.counts.total, self.least
+        self.history += [
+            (before + n, value) for n, value in history if best_objective is None or value < best_objective
+        ]
         self.counts = self.counts + counts
-        if best is not None and (least is None or best.objective < least):
+        if best is not None and (best_objective is None or best.objective < best_objective):
             self.best = best
 
     @property
     def start(self) -> Array:
-        """The point (p,) of the design to start from."""
+        """Point (p,) of the initial design."""
         return self.box.start
 
     @cached_property
     def free(self) -> Integers:
+        """Indices of the parameters that are searched, (f,)."""
         if self.constraints is not None:
             return np.arange(len(self.box.names))
         return np.flatnonzero(self.objective.felt)
 
     def design(self, u: Array) -> Array:
-        """The design x (p,) at a point of the box."""
+        """Return the design x (p,) at a point u (p,) of the box."""
         return self.box.at(u)
 
     def point(self, free: Array) -> Array:
-        """The point u (p,) with the given free coordinates (f,)."""
+        """Return the point u (p,) with the free coordinates `free` (f,)."""
         u = self.start.copy()
         u[self.free] = free
         return u
 
     @property
     def independent(self) -> Integers:
-        """The free coordinates (i,) that starts and individuals choose; `complete` sets the others."""
+        """Free coordinates (i,) that starts and individuals vary; `complete` sets the others."""
         return self.free
 
     def complete(self, u: Array) -> Array:
-        """Return a point (p,) with the same independent coordinates, the others as good as they can be."""
+        """Return a point (p,) with the same independent coordinates and the best values of the others."""
         return u
 
     def within(self, shares: Array) -> Array:
@@ -138,20 +141,20 @@ class Problem:
 
     @cached_property
     def equations(self) -> Constraints | None:
-        """What of the constraints is equations; None where nothing is."""
+        """Equality constraints, or None if there are none."""
         return None if self.constraints is None else self.constraints.equations
 
     def onto(self, u: Array) -> Array:
-        """The point (p,) of the box beside a point u (p,) that keeps the equations to rounding, if one does."""
+        """Return the projection (p,) of a point u (p,) onto the equality constraints, within the box."""
         return u if self.equations is None else project_onto_equations(self.box, self.equations, u)
 
     def local(self, u: Array, holds: Sequence[BreakpointHold] = ()) -> LocalModel:
-        """The objective near a point as smooth functions, joints held as told, with the rows of the constraints."""
-        found = self.objective.local(self.design(u), holds)
-        return found if self.constraints is None else ConstrainedModel(found, self.constraints)
+        """Return the smooth local model of objective and constraints, with breakpoints constrained by `holds`."""
+        model = self.objective.local(self.design(u), holds)
+        return model if self.constraints is None else ConstrainedModel(model, self.constraints)
 
     def violation(self, u: Array) -> float:
-        """By how many steps the worst constraint is violated at a point, 0 where all are kept."""
+        """Return the largest violation of a constraint at a point in steps, 0 if all are satisfied."""
         return 0.0 if self.constraints is None else self.constraints.violation(self.design(u))
 
     def is_feasible(self, u: Array) -> bool:
@@ -167,32 +170,32 @@ class Problem:
         return objective + (min(self.violation(u), MAX_VIOLATION) * self.scale if self.constraints else 0.0)
 
     def evaluate(self, u: Array) -> ObjectiveEvaluation:
-        """The objective at a point."""
+        """Return the objective at a point u (p,) and count the evaluation."""
         self.counts.objective += 1
-        return self.met(u, self.objective.look(self.design(u)))
+        return self.record(u, self.objective.look(self.design(u)))
 
-    def met(self, u: Array, look: ObjectiveSummary) -> ObjectiveEvaluation:
-        """The objective of a point that was looked at on the way, kept if it is the best so far."""
-        found = evaluate_summary(self.objective, look)
-        if (self.best is None or found.objective < self.best.objective) and self.is_feasible(u):
-            self.best = BestPoint(u.copy(), found.objective)
-            self.history.append((self.counts.total, found.objective))
+    def record(self, u: Array, look: ObjectiveSummary) -> ObjectiveEvaluation:
+        """Return the objective at a point u (p,) from its summary, and record the point if it is the best so far."""
+        evaluation = evaluate_summary(self.objective, look)
+        if (self.best is None or evaluation.objective < self.best.objective) and self.is_feasible(u):
+            self.best = BestPoint(u.copy(), evaluation.objective)
+            self.history.append((self.counts.total, evaluation.objective))
         if self.heard is not None:
             self.heard(self.least)
-        return found
+        return evaluation
 
     @property
     def least(self) -> float | None:
-        """The least objective met so far."""
+        """Best objective so far, or None."""
         return None if self.best is None else self.best.objective
 
     def score(self, x: Array) -> ObjectiveEvaluation:
-        """The objective of a design x (p,), neither counted nor kept."""
+        """Return the objective of a design x (p,) without counting or recording it."""
         return evaluate_summary(self.objective, self.objective.look(x))
 
     @cached_property
     def reference(self) -> ObjectiveEvaluation:
-        """The design to start from: the measure of what is large and what is small."""
+        """Evaluation of the initial design."""
         return self.score(self.box.design)
 
     @property
@@ -201,22 +204,22 @@ class Problem:
         return self.objective.unit or self.reference.objective or 1.0
 
     def flat(self, u: Array) -> Array:
-        """Directions (k, p) at right angles that the objective does not feel at a point, of the free coordinates."""
+        """Return orthonormal directions (k, p) of the free coordinates to which the objective is insensitive at a point."""
         directions = self.objective.flat(self.design(u)) / self.box.unit
         fixed = np.setdiff1d(np.arange(len(u)), self.free)
         if not len(directions) or not len(fixed):
             return np.linalg.qr(directions.T)[0].T
         _, sizes, right = np.linalg.svd(directions[:, fixed].T)
-        kept = right[int((sizes > DIRECTION_TOLERANCE).sum()) :] @ directions
-        return np.linalg.qr(kept.T)[0].T
+        restricted = right[int((sizes > DIRECTION_TOLERANCE).sum()) :] @ directions
+        return np.linalg.qr(restricted.T)[0].T
 
     def conditions(self, u: Array) -> Conditions:
-        """First-order data at a point; gradients with respect to u."""
-        found = self.objective.conditions(self.design(u))
+        """Return first-order data at a point u (p,), with gradients in u."""
+        conditions = self.objective.conditions(self.design(u))
         return replace(
-            found,
-            upper_gradients=found.upper_gradients * self.box.unit,
-            lower_gradients=found.lower_gradients * self.box.unit,
-            smooth=found.smooth * self.box.unit,
-            kinks=found.kinks * self.box.unit,
+            conditions,
+            upper_gradients=conditions.upper_gradients * self.box.unit,
+            lower_gradients=conditions.lower_gradients * self.box.unit,
+            smooth=conditions.smooth * self.box.unit,
+            kinks=conditions.kinks * self.box.unit,
         )

@@ -108,7 +108,7 @@ def test_rows_of_several_constraints_stand_one_after_another() -> None:
 def test_every_method_ends_on_them(method: Method) -> None:
     """Least a + 2 b there: by hand the half space holds it, with a + b = 0.4."""
     problem = task()
-    found = OptimiserRun(problem, SHORT, seed=2, starts=3).run(method, known=[problem.onto(problem.start)])
+    found = OptimiserRun(problem, SHORT, seed=2, starts=3).run(method, candidates=[problem.onto(problem.start)])
     assert np.linalg.norm(found.design) == pytest.approx(1.5, rel=1e-14)
     if method != "ga":
         assert found.certificate.kkt_residual < STATIONARITY_TOLERANCE
@@ -164,6 +164,6 @@ def test_a_response_is_optimised_on_them() -> None:
         x, ca.sumsqr(x), (np.array([0.5]),) * 2, [NamedConstraint("sphere", ("min", "max"))], np.arange(1)
     )
     problem = over_turn(toy, toys.PAPER, 40, circle)
-    found = OptimiserRun(problem, SHORT, seed=2, starts=3).run("ipopt", known=[problem.onto(problem.start)])
+    found = OptimiserRun(problem, SHORT, seed=2, starts=3).run("ipopt", candidates=[problem.onto(problem.start)])
     assert found.design @ found.design == pytest.approx(0.5, rel=1e-14)
     assert found.certificate.kkt_residual < STATIONARITY_TOLERANCE
