@@ -109,7 +109,7 @@ def _evaluate(problem: Problem, chromosomes: Bits, length: int) -> Array:
 
 
 def decode_points(problem: Problem, bits: Bits, length: int) -> list[Array]:
-    """Return the points u (p,) of chromosomes (n, independent * length), genes being binary numbers, high digit first.
+    """Return the points u (p,) of chromosomes (n, independent * length); genes are binary, high digit first.
 
     The points are projected onto the equality constraints, if there are any, since binary numbers miss these.
     """

@@ -204,7 +204,7 @@ class Problem:
         return self.objective.unit or self.reference.objective or 1.0
 
     def flat(self, u: Array) -> Array:
-        """Return orthonormal directions (k, p) of the free coordinates to which the objective is insensitive at a point."""
+        """Return orthonormal insensitive directions (k, p) of the free coordinates at a point u (p,)."""
         directions = self.objective.flat(self.design(u)) / self.box.unit
         fixed = np.setdiff1d(np.arange(len(u)), self.free)
         if not len(directions) or not len(fixed):
