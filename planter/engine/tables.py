@@ -88,7 +88,7 @@ def drive_tables(result: DriveResult) -> Iterator[Table]:
         ("work of the motor over a turn", result.motor_work_J, "J"),
         ("work of friction over a turn", result.friction_work_J, "J"),
         ("power that is missing, at most", result.imbalance_W, "W"),
-    ], f"{result.machine} on a motor")  # fmt: skip
+    ], "Motor, flywheel and work of a cycle")  # fmt: skip
     yield Table(("", "", "unit"), [
         ("mean", speed.mean_rpm, "r/min"),
         (f"largest, at {speed.max_deg:.4g} deg", speed.max_rpm, "r/min"),

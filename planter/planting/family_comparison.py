@@ -1,13 +1,12 @@
-"""`planter compare`: all pairs of gear families, optimised in parallel and saved one by one, ranked and as tables."""
+"""`planter compare`: all pairs of gear families, optimised in parallel and saved one by one, and ranked."""
 
 from __future__ import annotations
 
 import hashlib
 import itertools
 import json
-import textwrap
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,6 @@ from planter.errors import ComputationError, InputError
 from planter.files.text import read_json
 from planter.parallel.jobs import Jobs
 from planter.parallel.task import Means, Task
-from planter.planting.design_results import COMPARED, list_largest_loads
 from planter.planting.family_pairs import Pair, add_requirements, build_pair_machine, list_pairs, prepare_pairs
 from planter.planting.file import Machine
 from planter.planting.model import Device
@@ -27,7 +25,6 @@ from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox, P
 from planter.progress import Listener, ProgressPhase
 from planter.report import files
 from planter.report.folder import keep
-from planter.terminal.console import Console
 from planter.version import __version__
 
 LAYOUT = 3
@@ -177,66 +174,3 @@ def compute_remaining_violation(machine: Machine, entry: ComparedPair, limits: d
     device = Device(build_pair_machine(changed, (entry.stage1, entry.stage2)))
     x = device.scale * np.array([entry.design[name] for name in device.names])
     return RequirementConstraints(device).violation(x)
-
-
-WIDTH = 80
-HEADER = ("", "sun, gear 6", "objective", "range / N", "var. / N2", "KKT")
-
-
-def show_comparison(console: Console, result: ComparisonFound) -> None:
-    """Print the devices by rank, those that are not settled, the narrow bounds, and the conflicting requirements."""
-    devices = result.devices
-    settled, unsettled = ([pair for pair in devices if pair.settled is state] for state in (True, False))
-    _say(describe_comparison(result))
-    narrow = result.narrow
-    narrow_row = ("-", "the paper's narrow box", *_numbers(narrow))
-    rows = [(str(pair.rank), pair_name(pair), *_numbers(pair)) for pair in settled]
-    console.table(f"{result.machine}: settled pairs, true extremes and integrals", HEADER, [*rows, narrow_row])
-    if unsettled:
-        console.table("Not settled, the best points that were reached", HEADER,
-                      [("?", pair_name(pair), *_numbers(pair)) for pair in unsettled])  # fmt: skip
-    loads = [(str(pair.rank or "?"), pair_name(pair), *list_largest_loads(pair.designer)) for pair in devices]
-    console.table("What each has to bear, largest over a turn", ("", "sun, gear 6", *COMPARED), loads)
-    for pair in devices:
-        _say(f"{pair_name(pair)}: {'; '.join(describe_pair(pair))}")
-    _say("")
-    proposal = result.proposal
-    if proposal is not None:
-        conflicting = ", ".join(proposal.conflicting) or "no single one"
-        limits = ", ".join(f"{key} = {value:.6g}" for key, value in proposal.limits.items())
-        _say(f"No pair satisfies all requirements; every pair violates: {conflicting}.")
-        _say(f"{proposal.stage1} with {proposal.stage2} satisfies them with {limits}.")
-    _say(f"{result.seconds:.3g} s")
-
-
-def describe_comparison(result: ComparisonFound) -> str:
-    """Return how many pairs are settled, and what that means."""
-    return (
-        f"{result.settled} of {len(result.devices)} pairs are settled: a KKT residual below 1e-6 and a second "
-        "start that agrees, or a violation that is least to first order. The others are only the best points reached."
-    )
-
-
-def pair_name(entry: ComparedPair) -> str:
-    """Return the families of a pair in words."""
-    return f"{entry.stage1}, {entry.stage2}".replace("_", " ")
-
-
-def describe_pair(entry: ComparedPair) -> Iterator[str]:
-    """Yield the requirements that are active or violated, and what the pair lacks to be settled."""
-    amounts = [f"{violation.name} by {violation.amount:.3g} {violation.unit}" for violation in entry.violations]
-    names = ", ".join(amounts or entry.binding)
-    yield f"{'held by' if entry.feasible else 'breaks'} {names}" if names else "all kept"
-    if entry.lacks:
-        yield f"lacks {' and '.join(entry.lacks)}"
-
-
-def _numbers(entry: ComparedPair | NarrowBox) -> tuple[str, str, str, str]:
-    residual = getattr(entry, "kkt_residual", None)
-    numbers = (f"{value:.5g}" for value in (entry.objective, entry.range_N, entry.variance_N2))
-    objective, span, variance = numbers
-    return objective, span, variance, "-" if residual is None else f"{residual:.0e}"
-
-
-def _say(text: str) -> None:
-    print(textwrap.fill(text, WIDTH, subsequent_indent="    "))

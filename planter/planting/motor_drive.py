@@ -1,4 +1,4 @@
-"""The planting device on a motor and a flywheel: the machine whose carrier accelerates, its cycle and its tables."""
+"""The planting device on a motor and a flywheel: the machine whose carrier accelerates, and its cycle."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ import numpy as np
 
 from planter.engine.drive import Drive, DriveResult, Motor, drive_machine
 from planter.engine.machine import Machine, Quantity, Value
-from planter.engine.tables import drive_tables
 from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array, generated
@@ -18,7 +17,6 @@ from planter.planting.file import Machine as MachineFile
 from planter.planting.functions import build_flank_function
 from planter.planting.model import FORCE, SIDES, SPEED, Device
 from planter.planting.results import DriveFound
-from planter.terminal.console import Console
 
 NAME = "planting_drive"
 PATH = "operation.acceleration_rad_s2"
@@ -126,25 +124,3 @@ def drive_device(
         change_N=float(np.abs(varying - steady).max()),
     )
     return DeviceDrive(driven, result)
-
-
-FORCE_HEAD = ("vertical support force / N", "driven", "at constant speed")
-
-
-def list_force_rows(result: DriveFound) -> list[tuple[str, float, float | None]]:
-    """Support forces in that turn, and at its mean speed."""
-    varying, steady = result.support_force, result.constant_speed
-    return [
-        ("largest", varying.max_N, steady.max_N),
-        ("least", varying.min_N, steady.min_N),
-        ("range", varying.range_N, steady.range_N),
-        ("mean", varying.mean_N, steady.mean_N),
-        ("largest difference", result.change_N, None),
-    ]
-
-
-def show_drive(console: Console, result: DriveFound) -> None:
-    """Motor, speed, forces."""
-    for table in drive_tables(result):
-        console.table(table.caption, table.head, table.rows)
-    console.table("Forces", FORCE_HEAD, list_force_rows(result))

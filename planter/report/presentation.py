@@ -39,11 +39,11 @@ class ModelAssumptions:
     in_summary: bool = True
 
     @classmethod
-    def from_sidecar(cls, sidecar: Mapping[str, Any]) -> ModelAssumptions:
+    def from_sidecar(cls, sidecar: Mapping[str, Any], in_summary: bool = True) -> ModelAssumptions:
         """Return the description of a generated model from its sidecar."""
         entries = (entry for vector in sidecar["vectors"].values() for entry in vector if "shown" in entry)
         meanings = {entry["shown"]: entry["meaning"] for entry in entries}
-        return cls(f"{sidecar['title']} ({sidecar['source']})", sidecar["assumptions"], meanings)
+        return cls(f"{sidecar['title']} ({sidecar['source']})", sidecar["assumptions"], meanings, in_summary)
 
 
 @dataclass(frozen=True)

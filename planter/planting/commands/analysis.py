@@ -161,16 +161,13 @@ def drive(
         if (other := load_other(machine, set_, speed_rpm)) is not None:
             run_drive(console, other, motor, turns, start, samples, out)
             return
-        from planter.planting.motor_drive import drive_device, show_drive
+        from planter.planting.motor_drive import drive_device
+        from planter.planting.presentation import present_drive
         from planter.planting.simulation import check_samples
 
         device = build_device(machine, "exact", set_, speed_rpm)
         driven = drive_device(device, motor, turns, start, None if samples is None else check_samples(samples))
-        if out is not None:
-            from planter.planting.report import drive as report
-
-            report.write(out, device, driven, console.progress)
-        console.result(driven.result, lambda: show_drive(console, driven.result))
+        present_drive(driven, device).show(console, out)
 
 
 @app.command()

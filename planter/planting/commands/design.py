@@ -204,8 +204,9 @@ def compare(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.planting.family_comparison import compare_families, show_comparison
+        from planter.planting.family_comparison import compare_families
         from planter.planting.family_pairs import parse_pairs
+        from planter.planting.presentation import present_comparison
         from planter.report.folder import renewing
 
         content = load_device_file(machine, set_, speed_rpm)
@@ -213,12 +214,11 @@ def compare(
             result = compare_families(
                 content, starts, seed, out, resume, parse_pairs(pair), console.progress, workers, cluster
             )
+            presentation = present_comparison(result, content)
             if out is not None:
-                from planter.planting.report import compare as report
-
                 with interruptible_result(result.table()):
-                    report.write(out, content, result)
-        console.result(result, lambda: show_comparison(console, result))
+                    presentation.write(out, console.progress)
+        presentation.show(console)
 
 
 CAM_EPILOG = (

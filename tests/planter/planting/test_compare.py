@@ -20,7 +20,6 @@ from planter.errors import InputError
 from planter.gear_geometry import families
 from planter.optimise.local_search import LocalMinimum
 from planter.optimise.objective import ObjectiveEvaluation, ObjectiveSummary
-from planter.planting import family_comparison as tables
 from planter.planting import family_pairs as box
 from planter.planting import family_pairs as pair
 from planter.planting import file
@@ -33,6 +32,7 @@ from planter.planting.family_comparison import (
     compute_remaining_violation,
 )
 from planter.planting.model import Device
+from planter.planting.presentation import pair_name, present_comparison
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
 from tests.support.cli import answer, refusal, run
@@ -92,7 +92,7 @@ def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None
     assert result["settled"] == sum(entry["settled"] for entry in result["devices"])
     page = (out / "report.html").read_text()
     assert "Comparison of gear families" in page
-    assert all(tables.pair_name(ComparedPair.read(entry)) in page for entry in result["devices"])
+    assert all(pair_name(ComparedPair.read(entry)) in page for entry in result["devices"])
     assert (out / "figures" / "comparison.svg").exists()
     assert len((out / "devices.csv").read_text().splitlines()) == 3
 
@@ -195,10 +195,10 @@ def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFi
     assert [(one.rank, one.objective) for one in ranked] == [(1, 2.0), (2, 3.0), (None, 1.0), (None, 1.5)]
     narrow = NarrowBox(2.5, 1.0, 1.0, [], {}, feasible=False, binding=[])
     result = ComparisonFound("m", "refined", 2, 0, 2, ranked, narrow, None, 1.0)
-    tables.show_comparison(Console(as_json=False), result)
+    present_comparison(result, file.load("wang2017")).show(Console(as_json=False))
     said = capsys.readouterr().out
     assert max(map(len, said.splitlines())) <= 80
-    assert said.index("settled pairs") < said.index("Not settled") < said.index("lacks a KKT residual")
+    assert said.index("Settled pairs") < said.index("Not settled") < said.index("lacks a KKT residual")
 
 
 def test_a_pair_is_settled_only_with_a_small_residual_and_a_start_that_agrees() -> None:

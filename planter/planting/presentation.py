@@ -1,0 +1,197 @@
+"""Presentations of a planting device on a motor, and of the comparison of gear families."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planter.engine.tables import drive_tables
+from planter.kernels import generated
+from planter.mechanism.drawing import draw_drive_speeds, label_cycle_curves
+from planter.planting.cycle import compute_weight
+from planter.planting.design_results import BORNE, COMPARED, list_largest_loads
+from planter.planting.file import Machine
+from planter.planting.model import FORCE, Device
+from planter.planting.motor_drive import NAME, DeviceDrive
+from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
+from planter.report import files, style
+from planter.report.html import Cell, Items, Section, Table, Text
+from planter.report.presentation import ModelAssumptions, ResultPresentation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORCE_ROWS = {"max_N": "largest", "min_N": "least", "range_N": "range", "mean_N": "mean"}
+DRIVE_CAPTION = (
+    "Speed of the carrier from the start on, then over the cycle that repeats itself, and the vertical support force "
+    "of that cycle beside the force at its mean speed, held constant."
+)
+
+
+def present_drive(device_drive: DeviceDrive, device: Device) -> ResultPresentation:
+    """Return the presentation of a device on a motor: motor, speed, and support force at varying and constant speed."""
+    result, machine = device_drive.result, device.machine
+    forces = (result.support_force, result.constant_speed)
+    rows = [(word, *(getattr(force, key) for force in forces)) for key, word in FORCE_ROWS.items()]
+    head = ("vertical support force / N", "driven", "at constant speed")
+    tables = (*drive_tables(result), Table(head, [*rows, ("largest difference", result.change_N, None)]))
+    return ResultPresentation(
+        title=f"Planting device {machine.name} on a motor",
+        conclusion=f"The speed varies by {result.speed.fluctuation:.2%} of its mean, {result.speed.mean_rpm:.4g} "
+        f"r/min, and the support force differs by at most {result.change_N:.4g} N from that at constant speed.",
+        record=result,
+        sections=[Section(title, [table]) for title, table in zip(("Motor", "Speed", "Forces"), tables, strict=True)],
+        document=machine,
+        model=ModelAssumptions.from_sidecar(generated.sidecar(NAME), in_summary=False),
+        figures=lambda: {"drive": draw_speed_and_force(device_drive, compute_weight(device))},
+        captions={"drive": DRIVE_CAPTION},
+        tables=lambda: {"turn.csv": device_drive.columns()},
+        comments=files.comments(machine, "machine"),
+    )
+
+
+@style.drawn
+def draw_speed_and_force(device_drive: DeviceDrive, weight_N: float) -> Figure:
+    """Return the figure of the speed from the start on and over a cycle, and of the support force of that cycle."""
+    figure = style.new_figure(6.2)
+    run_up, cycle_speed, force = figure.subplots(3, 1, height_ratios=(1, 1, 1.5))
+    drive = device_drive.drive
+    draw_drive_speeds(drive, run_up, cycle_speed)
+    ends = [(weight_N, f"weight {weight_N:.1f} N", style.INK)]
+    for label, state, shade in (
+        ("driven", drive.driven, style.BLUE),
+        ("constant speed", drive.constant, style.VERMILION),
+    ):
+        curve = state.values[FORCE]
+        force.plot(np.degrees(drive.turn.phi), curve, color=shade, linewidth=1.2)
+        ends.append((float(curve[-1]), label, shade))
+    force.axhline(weight_N, color=style.INK, linewidth=0.8, linestyle=(0, (1, 2)))
+    label_cycle_curves(force, "support force / N", ends)
+    return figure
+
+
+PAIR = "sun, gear 6"
+NARROW = "the paper's narrow box"
+PAGE_COLUMNS = ("feasible", "KKT residual")
+PAIR_HEAD = ("rank", PAIR, "objective", "range / N", "variance / N2", *PAGE_COLUMNS)
+CSV_COLUMNS = (
+    "rank", "stage1", "stage2", "feasible", "settled", "objective", "range_N", "variance_N2", "kkt_residual", "seconds",
+)  # fmt: skip
+
+
+def present_comparison(result: ComparisonFound, machine: Machine) -> ResultPresentation:
+    """Return the presentation of compared gear families: ranks, requirements, loads, conflicting requirements."""
+    return ResultPresentation(
+        title=f"Comparison of gear families in the planting device {machine.name}",
+        conclusion=_conclude_comparison(result),
+        record=result,
+        sections=list(_list_comparison_sections(result)),
+        document=machine,
+        model=ModelAssumptions.from_sidecar(generated.sidecar("planting_exact"), in_summary=False),
+        figures=lambda: {"comparison": draw_comparison(result)},
+        captions={"comparison": "Objective of every pair, by rank."},
+        texts=lambda: {"devices.csv": format_devices_csv(machine, result)},
+        provenance=files.provenance(machine, result.seed),
+    )
+
+
+def _conclude_comparison(result: ComparisonFound) -> str:
+    best = next((pair for pair in result.devices if pair.feasible), None)
+    if best is None:
+        return "No pair satisfies all requirements."
+    kind = "settled" if best.settled else "feasible, but not settled,"
+    narrow = f"{NARROW} has {result.narrow.objective:.6g}"
+    return f"The best {kind} pair is {pair_name(best)}, with objective {best.objective:.6g}; {narrow}."
+
+
+def _list_comparison_sections(result: ComparisonFound) -> Iterator[Section]:
+    devices = result.devices
+    settled, unsettled = ([pair for pair in devices if pair.settled is state] for state in (True, False))
+    tabulate = partial(Table, PAIR_HEAD, page_columns=PAGE_COLUMNS)
+    rows = [*map(_tabulate_pair, settled), _tabulate_pair(result.narrow)]
+    tables = [tabulate(rows, "Settled pairs, true extremes and integrals")]
+    if unsettled:
+        tables.append(tabulate([*map(_tabulate_pair, unsettled)], "Not settled, the best points that were reached"))
+    description = (
+        f"{result.settled} of {len(devices)} pairs are settled: a KKT residual below 1e-6 and a second start that "
+        "agrees, or a violation that is least to first order. The others are only the best points reached. The "
+        f"computation took {result.seconds:.3g} s."
+    )
+    yield Section("Pairs of gear families", [Text(description, "warning" if unsettled else ""), *tables])
+    items = [f"{pair_name(pair)}: {'; '.join(describe_pair(pair))}" for pair in devices]
+    yield Section("Requirements of each pair", [Items(items)])
+    if result.proposal is not None:
+        proposal = result.proposal
+        conflicting = ", ".join(proposal.conflicting) or "no single one"
+        limits = ", ".join(f"{key} = {value:.6g}" for key, value in proposal.limits.items())
+        remedy = f"{proposal.stage1} with {proposal.stage2} satisfies them with {limits}."
+        sentences = (f"Requirements that every pair violates: {conflicting}.", remedy)
+        yield Section("Conflicting requirements", [Text(sentence, "warning") for sentence in sentences])
+    loads: list[tuple[Cell, ...]] = [(pair_name(pair), *list_largest_loads(pair.designer)) for pair in devices]
+    yield Section("Largest loads over a cycle", [Table((PAIR, *COMPARED), loads)])
+
+
+def _tabulate_pair(entry: ComparedPair | NarrowBox) -> tuple[Cell, ...]:
+    scores = (entry.objective, entry.range_N, entry.variance_N2, entry.feasible)
+    if isinstance(entry, NarrowBox):
+        return None, NARROW, *scores, None
+    return entry.rank, pair_name(entry), *scores, entry.kkt_residual
+
+
+def pair_name(entry: ComparedPair) -> str:
+    """Return the families of a pair in words."""
+    return f"{entry.stage1}, {entry.stage2}".replace("_", " ")
+
+
+def describe_pair(entry: ComparedPair) -> Iterator[str]:
+    """Yield the requirements that are active or violated, and what the pair lacks to be settled."""
+    amounts = [f"{violation.name} by {violation.amount:.3g} {violation.unit}" for violation in entry.violations]
+    names = ", ".join(amounts or entry.binding)
+    yield f"{'active' if entry.feasible else 'violated'}: {names}" if names else "no active requirement"
+    if entry.lacks:
+        yield f"lacks {' and '.join(entry.lacks)}"
+
+
+def format_devices_csv(machine: Machine, result: ComparisonFound) -> str:
+    """Return the ranked devices with their loads and their active or violated requirements as CSV."""
+    head = f"# machine: {machine.name}, {result.starts} starts, seed {result.seed}"
+    rows = [head, ",".join((*CSV_COLUMNS, *BORNE, "binding"))]
+    for entry in result.devices:
+        values = (*(getattr(entry, key) for key in CSV_COLUMNS), *list_largest_loads(entry.designer))
+        cells = ["" if value is None else str(value) for value in values]
+        rows.append(",".join([*cells, " ".join(entry.binding)]))
+    return "\n".join(rows) + "\n"
+
+
+@style.drawn
+def draw_comparison(result: ComparisonFound) -> Figure:
+    """Return the figure of the objectives by rank; pairs that violate requirements are hollow and say by how much."""
+    bars: list[tuple[str, ComparedPair | NarrowBox, str]] = [
+        (f"{pair.stage1} / {pair.stage2}".replace("_", " "), pair, style.BLUE) for pair in result.devices
+    ]
+    bars.append((NARROW, result.narrow, style.ORANGE))
+    figure = style.new_figure(1.0 + 0.24 * len(bars))
+    axes = figure.subplots()
+    for row, (_, entry, shade) in enumerate(bars):
+        fill = shade if entry.feasible else "none"
+        opacity = 0.45 if isinstance(entry, ComparedPair) and not entry.settled else 1.0
+        axes.barh(row, entry.objective, color=fill, edgecolor=shade, height=0.7, alpha=opacity)
+        axes.annotate(_label_bar(entry), (entry.objective, row), (4, 0), textcoords="offset points", va="center",
+                      fontsize=7)  # fmt: skip
+    axes.set_yticks(range(len(bars)), [label for label, _, _ in bars])
+    axes.invert_yaxis()
+    axes.grid(visible=False, axis="y")
+    axes.set_xlabel("objective (31); pale: not settled; hollow: violates requirements")
+    axes.set_xlim(0, 1.5 * max(entry.objective for _, entry, _ in bars))
+    return figure
+
+
+def _label_bar(entry: ComparedPair | NarrowBox) -> str:
+    if entry.feasible:
+        return f"{entry.objective:.4g}"
+    violations = entry.violations if isinstance(entry, ComparedPair) else []
+    amounts = [f"{violation.name} {violation.amount:.3g} {violation.unit}" for violation in violations]
+    return f"violates {', '.join(amounts or entry.binding)}".replace("_", " ")
