@@ -122,7 +122,7 @@ def _list_comparison_sections(result: ComparisonFound) -> Iterator[Section]:
     )
     yield Section("Pairs of gear families", [Text(description, "warning" if unsettled else ""), *tables])
     items = [f"{pair_name(pair)}: {'; '.join(describe_pair(pair))}" for pair in devices]
-    yield Section("Requirements of each pair", [Items(items)])
+    yield Section("Requirements", [Text("Requirements that each pair makes active or violates:"), Items(items)])
     if result.proposal is not None:
         proposal = result.proposal
         conflicting = ", ".join(proposal.conflicting) or "no single one"
