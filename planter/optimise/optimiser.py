@@ -119,7 +119,7 @@ def decode_points(problem: Problem, bits: Bits, length: int) -> list[Array]:
 
 
 def select_distinct(individuals: list[Individual], count: int, separation: float) -> list[Individual]:
-    """Return the best `count` individuals of which no two are closer than `separation` units of the box in every coordinate."""
+    """Return the best `count` individuals no two of which are within `separation` box units in every coordinate."""
     chosen: list[Individual] = []
     for individual in individuals:
         if len(chosen) < count and all(np.abs(individual.u - other.u).max() > separation for other in chosen):
