@@ -43,44 +43,44 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _derived(what: str, out: Path | None, check: bool, asked: Sequence[str], overwrite: bool) -> int:
+def _derived(part: str, out: Path | None, check: bool, targets: Sequence[str], overwrite: bool) -> int:
     """Write or compare one part of our own, or what the user names; the exit status."""
     from .generation import PARTS, VERDICTS, code, code_of
 
-    if asked and what in PARTS:
-        if what != "code" or out is None or check:
+    if targets and part in PARTS:
+        if part != "code" or out is None or check:
             raise OwnError("--target: our own models are written in another language by `code --target NAME --out DIR`")
-        return _added(out, code(asked), what, overwrite)
-    if what not in PARTS:
-        content, beside = code_of(what, asked)
-        folder = out or beside
+        return _added(out, code(targets), part, overwrite)
+    if part not in PARTS:
+        content, default_folder = code_of(part, targets)
+        folder = out or default_folder
         return (
             _compared(folder, changes(folder, content), len(content))
             if check
-            else _added(folder, content, what, overwrite)
+            else _added(folder, content, part, overwrite)
         )
     folder = out or (GENERATED if GENERATED.is_dir() else Path("generated"))
     if check:
-        content = {name: text for part in PARTS.values() for name, text in part(None).items()}
+        content = {name: text for derive_part in PARTS.values() for name, text in derive_part(None).items()}
         return _compared(folder, differences(folder, content), len(content))
-    content = PARTS[what](folder / "audit.json")
+    content = PARTS[part](folder / "audit.json")
     if folder != GENERATED:
-        return _added(folder, content, what, overwrite)
-    others = VERDICTS if what == "code" else frozenset(p.relative_to(folder).as_posix() for p in folder.rglob("*"))
-    write(folder, content, others)
-    print(f"generated/: {len(content)} files of {what}")
+        return _added(folder, content, part, overwrite)
+    kept_files = VERDICTS if part == "code" else frozenset(p.relative_to(folder).as_posix() for p in folder.rglob("*"))
+    write(folder, content, kept_files)
+    print(f"generated/: {len(content)} files of {part}")
     return 0
 
 
-def _added(folder: Path, content: dict[str, str], what: str, overwrite: bool) -> int:
+def _added(folder: Path, content: dict[str, str], part: str, overwrite: bool) -> int:
     add(folder, content, overwrite)
-    print(f"{folder}/: {len(content)} files of {what}")
+    print(f"{folder}/: {len(content)} files of {part}")
     return 0
 
 
-def _compared(folder: Path, found: list[str], count: int) -> int:
-    print("\n".join(found) or f"{folder.name}/ is up to date: {count} files")
-    return 1 if found else 0
+def _compared(folder: Path, differences: list[str], count: int) -> int:
+    print("\n".join(differences) or f"{folder.name}/ is up to date: {count} files")
+    return 1 if differences else 0
 
 
 if __name__ == "__main__":

@@ -28,26 +28,26 @@ class BlockError(ValueError):
 def matched(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> dict[Quantity, Equation]:
     """As many unknowns as can be had, each with an equation of its own that holds it (augmenting paths)."""
     holds = {e.number: frozenset(e.residual.free_symbols) for e in equations}
-    found: dict[Quantity, Equation] = {}
+    pairs: dict[Quantity, Equation] = {}
 
-    def placed(equation: Equation, tried: set[Quantity]) -> bool:
-        for unknown in (u for u in unknowns if u in holds[equation.number] and u not in tried):
-            tried.add(unknown)
-            if unknown not in found or placed(found[unknown], tried):
-                found[unknown] = equation
+    def place(equation: Equation, visited: set[Quantity]) -> bool:
+        for unknown in (u for u in unknowns if u in holds[equation.number] and u not in visited):
+            visited.add(unknown)
+            if unknown not in pairs or place(pairs[unknown], visited):
+                pairs[unknown] = equation
                 return True
         return False
 
     for equation in equations:
-        placed(equation, set())
-    return found
+        place(equation, set())
+    return pairs
 
 
 def closed_set(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tuple[list[Equation], list[Quantity]]:
     """A smallest closed set of the equations, in their order; both lists are empty where there is none."""
     pairs = matched(equations, unknowns)
     needs = {u: [v for v in unknowns if v in e.residual.free_symbols] for u, e in pairs.items()}
-    closures = [found for u in pairs if (found := _closure(u, needs)) is not None]
+    closures = [closure for u in pairs if (closure := _closure(u, needs)) is not None]
     if not closures:
         return [], []
     smallest = min(closures, key=len)
@@ -57,14 +57,14 @@ def closed_set(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> t
 
 def _closure(first: Quantity, needs: Mapping[Quantity, Sequence[Quantity]]) -> set[Quantity] | None:
     """Every unknown that must be known with the first; None where one of them has no equation."""
-    found, pending = {first}, [first]
+    closure, pending = {first}, [first]
     while pending:
-        wanted = needs.get(pending.pop())
-        if wanted is None:
+        needed_unknowns = needs.get(pending.pop())
+        if needed_unknowns is None:
             return None
-        pending += [u for u in wanted if u not in found]
-        found.update(wanted)
-    return found if found <= needs.keys() else None
+        pending += [u for u in needed_unknowns if u not in closure]
+        closure.update(needed_unknowns)
+    return closure if closure <= needs.keys() else None
 
 
 def solved(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tuple[Step, ...]:
@@ -193,8 +193,8 @@ class Chain:
         bind: Mapping[sp.Symbol, Expr] | None = None,
     ) -> Chain:
         """A chain whose order says what each equation claims to be; raises ClaimError for what none of them does."""
-        found = [(among(equations, claim), unknown) for claim, unknown in order]
-        return cls({e.number: e for e, _ in found}, [Solve(e.number, unknown) for e, unknown in found], bind or {})
+        solutions = [(among(equations, claim), unknown) for claim, unknown in order]
+        return cls({e.number: e for e, _ in solutions}, [Solve(e.number, u) for e, u in solutions], bind or {})
 
     def replace(self, number: str, equation: Equation) -> Chain:
         """The same chain with one equation exchanged."""
@@ -270,9 +270,9 @@ def ordered(equations: Sequence[Equation], unknowns: Sequence[Quantity], wanted:
     order: list[Solve | Together] = []
     while still_open & set(wanted):
         solve = _single(left, still_open) or _common(left, still_open) or _together(left, unknowns, still_open)
-        taken, found = _taken(solve)
+        taken, unknowns_solved = _taken(solve)
         left = [e for e in left if e.number not in taken]
-        still_open -= found
+        still_open -= unknowns_solved
         order.append(solve)
     return Chain({e.number: e for e in equations}, order)
 
@@ -285,15 +285,15 @@ def solvable(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> Cha
     still_open, left = set(unknowns), list(equations)
     order: list[Solve | Together] = []
     while solve := _next(left, unknowns, still_open):
-        taken, found = _taken(solve)
+        taken, unknowns_solved = _taken(solve)
         chain = Chain({e.number: e for e in equations}, [solve])
         try:
             chain.steps()
         except (ChainError, BlockError):
-            still_open -= found
+            still_open -= unknowns_solved
             continue
         left = [e for e in left if e.number not in taken]
-        still_open -= found
+        still_open -= unknowns_solved
         order.append(solve)
     return Chain({e.number: e for e in equations}, order)
 
@@ -301,11 +301,11 @@ def solvable(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> Cha
 def _next(
     equations: Sequence[Equation], unknowns: Sequence[Quantity], still_open: set[Quantity]
 ) -> Solve | Together | None:
-    found = _single(equations, still_open) or _common(equations, still_open)
-    if found is not None:
-        return found
-    together, given = closed_set(equations, [u for u in unknowns if u in still_open])
-    return Together(tuple(e.number for e in together), tuple(given)) if given else None
+    solve = _single(equations, still_open) or _common(equations, still_open)
+    if solve is not None:
+        return solve
+    block, block_unknowns = closed_set(equations, [u for u in unknowns if u in still_open])
+    return Together(tuple(e.number for e in block), tuple(block_unknowns)) if block_unknowns else None
 
 
 def _taken(solve: Solve | Together) -> tuple[set[str], set[Quantity]]:
@@ -314,17 +314,17 @@ def _taken(solve: Solve | Together) -> tuple[set[str], set[Quantity]]:
 
 
 def _together(equations: Sequence[Equation], unknowns: Sequence[Quantity], still_open: set[Quantity]) -> Together:
-    asked = [u for u in unknowns if u in still_open]
-    together, given = closed_set(equations, asked)
-    if not given:
-        raise ChainError(undetermined(equations, asked))
-    return Together(tuple(e.number for e in together), tuple(given))
+    open_unknowns = [u for u in unknowns if u in still_open]
+    block, block_unknowns = closed_set(equations, open_unknowns)
+    if not block_unknowns:
+        raise ChainError(undetermined(equations, open_unknowns))
+    return Together(tuple(e.number for e in block), tuple(block_unknowns))
 
 
 def undetermined(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> str:
     """Which unknowns stand in too few equations, and in which."""
-    held = {u: [e.number for e in equations if u in e.residual.free_symbols] for u in unknowns}
-    lines = "; ".join(f"{u} stands in {', '.join(numbers) or 'none'}" for u, numbers in held.items())
+    occurrences = {u: [e.number for e in equations if u in e.residual.free_symbols] for u in unknowns}
+    lines = "; ".join(f"{u} stands in {', '.join(numbers) or 'none'}" for u, numbers in occurrences.items())
     left = f"{len(equations)} equation{' is' if len(equations) == 1 else 's are'} left"
     names = ", ".join(map(str, unknowns))
     return f"{left} for {len(unknowns)} unknowns ({names}), and no set of them is closed: {lines}"
@@ -332,11 +332,11 @@ def undetermined(equations: Sequence[Equation], unknowns: Sequence[Quantity]) ->
 
 def _single(equations: Sequence[Equation], still_open: set[Quantity]) -> Solve | None:
     for equation in equations:
-        here = equation.residual.free_symbols & still_open
-        if len(here) != 1 or _has_sizes(here, equation):
+        open_unknowns = equation.residual.free_symbols & still_open
+        if len(open_unknowns) != 1 or _has_sizes(open_unknowns, equation):
             continue
-        if equation.defines is None or equation.defines in here:
-            return Solve(equation.number, here.pop())
+        if equation.defines is None or equation.defines in open_unknowns:
+            return Solve(equation.number, open_unknowns.pop())
     return None
 
 
@@ -344,12 +344,12 @@ def _common(equations: Sequence[Equation], still_open: set[Quantity]) -> Solve |
     """A balance in several unknowns that all hang on one: those others are eliminated through their definitions."""
     definitions = {e.defines: e for e in equations if e.defines in still_open}
     for equation in equations:
-        here = equation.residual.free_symbols & still_open
-        defined = sorted(here & definitions.keys(), key=str)
-        roots = (here - definitions.keys()).union(*(_open_in(definitions[s], still_open) for s in defined))
+        open_unknowns = equation.residual.free_symbols & still_open
+        defined = sorted(open_unknowns & definitions.keys(), key=str)
+        roots = (open_unknowns - definitions.keys()).union(*(_open_in(definitions[s], still_open) for s in defined))
         if equation.defines is not None or len(roots) != 1:
             continue
-        if not _has_sizes(here | roots, equation, *(definitions[s] for s in defined)):
+        if not _has_sizes(open_unknowns | roots, equation, *(definitions[s] for s in defined)):
             return Solve(equation.number, roots.pop(), tuple((definitions[s].number, s) for s in defined))
     return None
 

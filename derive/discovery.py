@@ -26,13 +26,13 @@ TARGETS = "derive.targets"
 
 def modules(package: ModuleType) -> list[ModuleType]:
     """Every module in a package's folder and in the packages there."""
-    found = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
-    return [import_module(name) for name in sorted(module.name for module in found)]
+    infos = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
+    return [import_module(name) for name in sorted(module.name for module in infos)]
 
 
 def installed(*groups: str) -> dict[str, EntryPoint]:
     """What installed packages add to some groups, by name."""
-    return {found.name: found for group in groups for found in sorted(entry_points(group=group))}
+    return {entry.name: entry for group in groups for entry in sorted(entry_points(group=group))}
 
 
 def offered(some: Iterable[ModuleType], name: str) -> list[Any]:

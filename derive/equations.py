@@ -148,23 +148,23 @@ def defined(claim: Claimed, symbol: Quantity, expr: Expr) -> Equation:
 
 def by_claim(equations: Iterable[Equation]) -> dict[Claimed, Equation]:
     """Equations by what they claim to be; raises ClaimError where two claim the same."""
-    found: dict[Claimed, Equation] = {}
+    equations_by_claim: dict[Claimed, Equation] = {}
     for equation in equations:
-        other = found.setdefault(equation.claims, equation)
+        other = equations_by_claim.setdefault(equation.claims, equation)
         if other is not equation:
             raise ClaimError(f"{other.source} and {equation.source} claim the same: {equation.claims}")
-    return found
+    return equations_by_claim
 
 
-def among(known: Mapping[Claimed, T], claim: Claimed) -> T:
+def among(by_claim: Mapping[Claimed, T], claim: Claimed) -> T:
     """What is known of a claim; raises ClaimError that names the nearest claims of which something is."""
-    if claim in known:
-        return known[claim]
-    shown = {f"{type(c).__name__} {str(c)!r}" for c in known}
-    asked = f"{type(claim).__name__} {str(claim)!r}"
-    near = get_close_matches(asked, sorted(shown), n=3)
-    hint = f"; near it: {', '.join(near)}" if near else ""
-    raise ClaimError(f"nothing here states {asked}{hint}")
+    if claim in by_claim:
+        return by_claim[claim]
+    claims = {f"{type(c).__name__} {str(c)!r}" for c in by_claim}
+    name = f"{type(claim).__name__} {str(claim)!r}"
+    close = get_close_matches(name, sorted(claims), n=3)
+    hint = f"; near it: {', '.join(close)}" if close else ""
+    raise ClaimError(f"nothing here states {name}{hint}")
 
 
 class Stated(Claim):

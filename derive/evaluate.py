@@ -52,7 +52,7 @@ class Point:
     def __init__(self, values: Mapping[sp.Symbol, object]) -> None:
         with mpmath.workdps(DIGITS + GUARD):
             self._symbols: dict[sp.Symbol, mpf] = {symbol: _number(value) for symbol, value in values.items()}
-        self._known: dict[Basic, mpf] = dict(self._symbols)
+        self._values: dict[Basic, mpf] = dict(self._symbols)
         self._digits: dict[Expr, str] = {}
 
     def __contains__(self, symbol: sp.Symbol) -> bool:
@@ -73,8 +73,8 @@ class Point:
         with mpmath.workdps(DIGITS + GUARD):
             number = _number(value)
         if symbol in self._symbols:
-            self._known, self._digits = dict(self._symbols), {}
-        self._symbols[symbol] = self._known[symbol] = number
+            self._values, self._digits = dict(self._symbols), {}
+        self._symbols[symbol] = self._values[symbol] = number
 
     def __call__(self, expr: Expr) -> mpf:
         with mpmath.workdps(DIGITS + GUARD):
@@ -86,13 +86,13 @@ class Point:
             return self._holds(condition)
 
     def _value(self, expr: Basic) -> mpf:
-        found = self._known.get(expr)
-        if found is None:
-            found = self._fresh(expr)
-            if isinstance(found, mpmath.mpc):
+        value = self._values.get(expr)
+        if value is None:
+            value = self._fresh(expr)
+            if isinstance(value, mpmath.mpc):
                 raise NotEvaluated(f"{expr} is not real")
-            self._known[expr] = found
-        return found
+            self._values[expr] = value
+        return value
 
     def _fresh(self, expr: Basic) -> mpf:
         if isinstance(expr, sp.Symbol):

@@ -76,8 +76,8 @@ class Formulas:
         self.assumptions, self.given = tuple(assumptions), given
         self.equations, self.bind, self.lacking = by_claim(equations), dict(bind or {}), lacking
         self.told, self.functions, self.meshes = told, list[ClosedForm](), list[Mesh]()
-        if made := sorted(map(str, lacking & self.equations.keys())):
-            raise ClaimError(f"said to be lacking, but stated: {', '.join(map(repr, made))}")
+        if contradictions := sorted(map(str, lacking & self.equations.keys())):
+            raise ClaimError(f"said to be lacking, but stated: {', '.join(map(repr, contradictions))}")
 
     def defines(
         self, symbol: Quantity, expr: Expr, claim: Claimed | None = None, *, named: bool = False,
@@ -133,18 +133,18 @@ class Formulas:
         [(R, a - r)]
         """
         missing: set[Quantity] = set()
-        found: list[Let] = []
-        for wanted in order:
-            if isinstance(wanted, Let):
-                found.append(wanted)
+        lets: list[Let] = []
+        for request in order:
+            if isinstance(request, Let):
+                lets.append(request)
                 continue
-            claim, unknown = wanted if isinstance(wanted, tuple) else (wanted, self._defined(wanted)[0])
+            claim, unknown = request if isinstance(request, tuple) else (request, self._defined(request)[0])
             step = None if claim in self.lacking else self._let(claim, unknown)
             if step is None or step.needs & missing:
                 missing.add(unknown)
             else:
-                found.append(step)
-        return tuple(found)
+                lets.append(step)
+        return tuple(lets)
 
     def function(
         self, name: str, inputs: Iterable[Vector | Quantity], *order: Wanted, gives: Iterable[Quantity] = (),
@@ -175,14 +175,14 @@ class Formulas:
         """
         formulas = [_solved(equation) for equation in self._definitions.values()]
         formulas += [(step.symbol, step.expr) for step in self.steps(*also)]
-        found, before = dict(known), 0
+        values, before = dict(known), 0
         with mpmath.workdps(max(mpmath.mp.dps, DIGITS + GUARD)):
-            while len(found) > before:
-                before = len(found)
+            while len(values) > before:
+                before = len(values)
                 for symbol, expr in formulas:
-                    if symbol not in found and found.keys() >= expr.free_symbols:
-                        found[symbol] = value(expr, found)
-        return found
+                    if symbol not in values and values.keys() >= expr.free_symbols:
+                        values[symbol] = value(expr, values)
+        return values
 
     def mesh(self, tag: str, inner: tuple[str, Expr, Expr], outer: tuple[str, Expr, Expr]) -> None:
         """State two gears that mesh side by side, each by name, angle and radius; the second is along x from the first.
@@ -217,19 +217,19 @@ class Formulas:
             return System(self.name, self.title, self.source, self.assumptions, closed_forms=tuple(self.functions))
         lets = [self._let(claim, self._defined(claim)[0]) for claim in self._definitions]
         steps = sorted_steps(lets)
-        given = {name: datum for name, datum in self.given.data.items() if self.given[name] != self.angle}
-        data = Vector("data", tuple(self.given[name] for name in given))
-        drawn = [step for mesh in self.meshes for step in mesh.places()]
-        cut = [step for mesh in self.meshes for step in mesh.lets()]
+        data_by_name = {name: datum for name, datum in self.given.data.items() if self.given[name] != self.angle}
+        data = Vector("data", tuple(self.given[name] for name in data_by_name))
+        points = [step for mesh in self.meshes for step in mesh.places()]
+        mesh_steps = [step for mesh in self.meshes for step in mesh.lets()]
         return System(
             self.name, self.title, self.source, self.assumptions,
             Lane(self.angle, (data,), steps, Vector("outputs", tuple(step.symbol for step in lets)), speed=self.speed),
             (
                 *self.functions,
-                *build_function(PLACES, drawn, (self.angle, data), steps),
-                *build_function(MESHES, cut, (self.angle, data), steps),
+                *build_function(PLACES, points, (self.angle, data), steps),
+                *build_function(MESHES, mesh_steps, (self.angle, data), steps),
             ),
-            given, meshes={mesh.tag: mesh.gears for mesh in self.meshes},
+            data_by_name, meshes={mesh.tag: mesh.gears for mesh in self.meshes},
         )  # fmt: skip
 
     @property
@@ -247,10 +247,10 @@ class Formulas:
         return _solved(among(self._definitions, claim))
 
 
-def value(expr: Expr, known: Mapping[Quantity, mpf]) -> mpf:
+def value(expr: Expr, values: Mapping[Quantity, mpf]) -> mpf:
     """An expression at known values, to the precision of the moment."""
     symbols, function = _function(expr)
-    return mpf(function(*(known[s] for s in symbols)))
+    return mpf(function(*(values[s] for s in symbols)))
 
 
 @cache

@@ -65,33 +65,33 @@ class Polynomial(sp.Function):
         return self.doit()._eval_evalf(prec)
 
 
-def along(expr: Expr, rates: Mapping[sp.Symbol, Expr]) -> Expr:
+def directional_derivative(expr: Expr, rates: Mapping[sp.Symbol, Expr]) -> Expr:
     """Rate of an expression whose symbols change at the rates; those without one are constant.
 
     >>> x, y = sp.symbols("x y")
-    >>> along(x**2 * sp.sin(y), {x: S.One, y: x})
+    >>> directional_derivative(x**2 * sp.sin(y), {x: S.One, y: x})
     x**3*cos(y) + 2*x*sin(y)
     """
     return _Pass(rates).rate(sp.sympify(expr))
 
 
-def slope(expr: Expr, symbol: sp.Symbol) -> Expr:
+def partial_derivative(expr: Expr, symbol: sp.Symbol) -> Expr:
     """Derivative by a symbol."""
-    return along(expr, {symbol: S.One})
+    return directional_derivative(expr, {symbol: S.One})
 
 
 class _Pass:
     def __init__(self, rates: Mapping[sp.Symbol, Expr]) -> None:
-        self._found: dict[Expr, Expr] = dict(rates)
+        self._rates: dict[Expr, Expr] = dict(rates)
 
     def rate(self, expr: Expr) -> Expr:
-        if expr in self._found:
-            return self._found[expr]
-        found = S.Zero if expr.is_Atom else self._of(expr)
-        self._found[expr] = found
-        return found
+        if expr in self._rates:
+            return self._rates[expr]
+        rate = S.Zero if expr.is_Atom else self._rate_of(expr)
+        self._rates[expr] = rate
+        return rate
 
-    def _of(self, expr: Expr) -> Expr:
+    def _rate_of(self, expr: Expr) -> Expr:
         rates = [self.rate(a) if isinstance(a, Expr) else None for a in expr.args]
         if isinstance(expr, sp.Add):
             return sp.Add(*rates)
@@ -102,4 +102,4 @@ class _Pass:
             return exponent * base ** (exponent - 1) * rates[0]
         if isinstance(expr, sp.Function) and not isinstance(expr, sp.Piecewise) and None not in rates:
             return sp.Add(*(expr.fdiff(i) * r for i, r in enumerate(rates, 1) if r != 0))
-        return sp.Add(*(expr.diff(s) * self._found[s] for s in sorted(expr.free_symbols & self._found.keys(), key=str)))
+        return sp.Add(*(expr.diff(s) * self._rates[s] for s in sorted(expr.free_symbols & self._rates.keys(), key=str)))

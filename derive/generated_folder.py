@@ -30,13 +30,13 @@ def complaint(error: Exception, path: Path) -> str:
     """The place in the user's files and what was raised, then the user's own lines of the traceback."""
     folder = (path if path.is_dir() else path.parent).resolve()
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if _in(folder, frame.filename)]
-    place, said = str(path), " ".join(str(error).split())
+    place, message = str(path), " ".join(str(error).split())
     if isinstance(error, SyntaxError) and error.filename:
-        place, said = f"{error.filename}, line {error.lineno}", str(error.msg)
+        place, message = f"{error.filename}, line {error.lineno}", str(error.msg)
     elif frames:
         place = f"{frames[-1].filename}, line {frames[-1].lineno}"
     lines = "".join(traceback.format_list(frames)).rstrip()
-    return f"{place}: {type(error).__name__}: {said}" + (f"\n{lines}" if lines else "")
+    return f"{place}: {type(error).__name__}: {message}" + (f"\n{lines}" if lines else "")
 
 
 def _in(folder: Path, filename: str) -> bool:
@@ -52,10 +52,10 @@ GENERATED = Path(__file__).parents[1] / "generated"
 """Where a checkout keeps what is derived."""
 
 
-def write(folder: Path, content: dict[str, str], others: frozenset[str] = frozenset()) -> None:
+def write(folder: Path, content: dict[str, str], kept_files: frozenset[str] = frozenset()) -> None:
     """Write every text; nothing that stands there besides is kept, but what other parts wrote."""
     for stray in strays(folder, content):
-        if stray.relative_to(folder).as_posix() not in others:
+        if stray.relative_to(folder).as_posix() not in kept_files:
             stray.unlink()
     for name, text in content.items():
         _put(folder / name, text)
@@ -67,19 +67,19 @@ def add(folder: Path, content: dict[str, str], overwrite: bool = False) -> None:
     What stands there besides is left alone. Each folder's list of hashes says what was derived; `overwrite` does not
     ask it. Raises OwnError, naming the file.
     """
-    places: dict[Path, dict[str, str]] = {}
+    folders: dict[Path, dict[str, str]] = {}
     for name, text in content.items():
-        places.setdefault((folder / name).parent, {})[(folder / name).name] = text
-    lists = {place: _listed(place) for place in places}
-    for place, texts in places.items():
+        folders.setdefault((folder / name).parent, {})[(folder / name).name] = text
+    lists = {place: _listed(place) for place in folders}
+    for place, texts in folders.items():
         for name, text in texts.items():
-            known = {_hash(text.encode()), *(part.get(name, "") for part in lists[place].values())}
-            if os.path.lexists(place / name) and not overwrite and not _is_one_of(place / name, known):
+            known_hashes = {_hash(text.encode()), *(part.get(name, "") for part in lists[place].values())}
+            if os.path.lexists(place / name) and not overwrite and not _is_one_of(place / name, known_hashes):
                 raise OwnError(
                     f"{place / name}: this was not derived, or it was edited since, and it is not overwritten; rename "
                     "it, choose another --out, or add --overwrite"
                 )
-    for place, texts in places.items():
+    for place, texts in folders.items():
         _write_listed(place, texts, lists[place])
 
 
@@ -109,8 +109,8 @@ def _put(path: Path, text: str) -> None:
 def _listed(place: Path) -> dict[str, dict[str, str]]:
     """The parts of a folder's list, as `planter.report.folder` has it: hashes by name; empty where there is none."""
     try:
-        found = json.loads((place / LIST).read_text(encoding="utf-8"))
-        return {part: dict(found.get(part, {})) for part in ("files", "independent", "earlier")}
+        content = json.loads((place / LIST).read_text(encoding="utf-8"))
+        return {part: dict(content.get(part, {})) for part in ("files", "independent", "earlier")}
     except (OSError, ValueError, TypeError, AttributeError, RecursionError):
         return {"files": {}, "independent": {}, "earlier": {}}
 
@@ -130,14 +130,14 @@ def differences(folder: Path, content: dict[str, str]) -> list[str]:
 
 def changes(folder: Path, content: dict[str, str]) -> list[str]:
     """What is missing or changed in a folder, a line each."""
-    found = []
+    lines = []
     for name, text in sorted(content.items()):
         path = folder / name
         if not path.is_file():
-            found.append(f"missing: {name}")
+            lines.append(f"missing: {name}")
         elif path.read_bytes() != text.encode():
-            found.append(f"changed: {name}")
-    return found
+            lines.append(f"changed: {name}")
+    return lines
 
 
 def strays(folder: Path, content: dict[str, str]) -> list[Path]:

@@ -22,72 +22,72 @@ NOTHING = (
 )
 
 
-def code(asked: Collection[str] = ()) -> dict[str, str]:
+def code(names: Collection[str] = ()) -> dict[str, str]:
     """Path inside `generated/` -> content: models, families and targets of our own, none of an installed package."""
-    targets = _chosen(built_in(), asked)
+    targets = _chosen(built_in(), names)
     return texts(models((*modules(gearing), *modules(systems), *modules(papers))), FAMILIES.values(), targets)
 
 
-def code_of(what: str, asked: Collection[str] = ()) -> tuple[dict[str, str], Path]:
+def code_of(name: str, target_names: Collection[str] = ()) -> tuple[dict[str, str], Path]:
     """The same of a file, of a folder, or of what an installed package offers, and the folder beside it to write to.
 
-    ``asked`` are names of targets that are written beside those that always are. Raises OwnError where there is
+    ``target_names`` are names of targets that are written beside those that always are. Raises OwnError where there is
     nothing to derive, or where it raises.
     """
-    path = Path(what)
-    targets = _chosen((*built_in(), *(found.load().TARGET for found in installed(TARGETS).values())), asked)
+    path = Path(name)
+    targets = _chosen((*built_in(), *(entry.load().TARGET for entry in installed(TARGETS).values())), target_names)
     if path.exists():
-        with blamed(path), loaded(path) as found:
-            return _code_of(what, found, targets), (path.parent if path.is_file() else path) / "generated"
-    known = installed(*GROUPS)
-    if what not in known:
-        offers = f" (they offer {', '.join(sorted(known))})" if known else ""
-        raise OwnError(f"{what}: there is no such file or folder, and no installed package offers it{offers}")
-    room = known[what].load()
-    return _code_of(what, [room], targets), _file(room).parent / "generated"
+        with blamed(path), loaded(path) as entry:
+            return _code_of(name, entry, targets), (path.parent if path.is_file() else path) / "generated"
+    offers = installed(*GROUPS)
+    if name not in offers:
+        hint = f" (they offer {', '.join(sorted(offers))})" if offers else ""
+        raise OwnError(f"{name}: there is no such file or folder, and no installed package offers it{hint}")
+    module = offers[name].load()
+    return _code_of(name, [module], targets), _file(module).parent / "generated"
 
 
-def _chosen(known: Iterable[Target], asked: Collection[str]) -> list[Target]:
+def _chosen(targets: Iterable[Target], names: Collection[str]) -> list[Target]:
     try:
-        return chosen(known, asked)
+        return chosen(targets, names)
     except ValueError as error:
         raise OwnError(f"--target: {error}") from None
 
 
-def models(rooms: Iterable[ModuleType]) -> list[System]:
+def models(modules_: Iterable[ModuleType]) -> list[System]:
     """The models that modules offer, derived. Raises TypeError where one offers something else."""
-    rooms = tuple(rooms)
-    found = [one() if callable(one) else one for some in offered(rooms, "SYSTEMS") for one in some]
-    found += offered(rooms, "SYSTEM")
-    for one in found:
-        if not isinstance(one, System):
-            raise TypeError(f"SYSTEMS and SYSTEM offer models, and {one!r} is not a System")
-    return found
+    modules_ = tuple(modules_)
+    systems = [system() if callable(system) else system for offers in offered(modules_, "SYSTEMS") for system in offers]
+    systems += offered(modules_, "SYSTEM")
+    for system in systems:
+        if not isinstance(system, System):
+            raise TypeError(f"SYSTEMS and SYSTEM offer models, and {system!r} is not a System")
+    return systems
 
 
-def _code_of(what: str, rooms: Sequence[ModuleType], targets: Sequence[Target]) -> dict[str, str]:
-    found, families, judged = models(rooms), _families(rooms), _judged(rooms)
-    found += _tried_against(rooms, {one.name for one in found})
-    if not found and not families and not judged:
-        raise OwnError(f"{what}: {NOTHING}")
-    written = texts(found, families, [*targets, *offered(rooms, "TARGET")]) if found or families else {}
-    return written | judged
+def _code_of(name: str, modules_: Sequence[ModuleType], targets: Sequence[Target]) -> dict[str, str]:
+    systems, families, verdict_files = models(modules_), _families(modules_), _judged(modules_)
+    systems += _tried_against(modules_, {system.name for system in systems})
+    if not systems and not families and not verdict_files:
+        raise OwnError(f"{name}: {NOTHING}")
+    written = texts(systems, families, [*targets, *offered(modules_, "TARGET")]) if systems or families else {}
+    return written | verdict_files
 
 
-def _tried_against(rooms: Sequence[ModuleType], known: Collection[str]) -> list[System]:
+def _tried_against(modules_: Sequence[ModuleType], names: Collection[str]) -> list[System]:
     """The models that papers of modules are tried against, each once, but for those that are known."""
-    subjects = (case.subject.model() for case in cases(rooms).values())
-    return list({one.name: one for one in subjects if one is not None and one.name not in known}.values())
+    subjects = (case.subject.model() for case in cases(modules_).values())
+    return list({model.name: model for model in subjects if model is not None and model.name not in names}.values())
 
 
-def _judged(rooms: Sequence[ModuleType]) -> dict[str, str]:
+def _judged(modules_: Sequence[ModuleType]) -> dict[str, str]:
     """The verdicts on the papers of modules, if there are any."""
-    return verdicts(rooms) if cases(rooms) else {}
+    return verdicts(modules_) if cases(modules_) else {}
 
 
-def _families(rooms: Iterable[ModuleType]) -> list[PitchCurve]:
+def _families(modules_: Iterable[ModuleType]) -> list[PitchCurve]:
     """The families that were registered from the folders of some modules."""
-    folders = {_file(room).parent for room in rooms}
+    folders = {_file(module).parent for module in modules_}
     return [family for family in FAMILIES.values() if _file(sys.modules[type(family).__module__]).parent in folders]
 
 

@@ -39,20 +39,20 @@ def share(lane: Lane, total: Quantity, name: Quantity) -> Let:
     shared = lane.shared
     if shared is None:
         raise NotAdditive(f"{total}: the lane has no equal sides")
-    whole = _substituted(shared.steps, total)
-    ours = dict.fromkeys(lane.outputs, S.Zero)
-    theirs = {shared.twin(s): S.Zero for s in lane.outputs}
-    own = sp.expand(whole.xreplace(theirs) - whole.xreplace(ours | theirs) / 2)
-    if sp.expand(whole - own - own.xreplace({s: shared.twin(s) for s in lane.outputs})) != 0:
+    total_expr = _substituted(shared.steps, total)
+    zero_ours = dict.fromkeys(lane.outputs, S.Zero)
+    zero_theirs = {shared.twin(s): S.Zero for s in lane.outputs}
+    side_expr = sp.expand(total_expr.xreplace(zero_theirs) - total_expr.xreplace(zero_ours | zero_theirs) / 2)
+    if sp.expand(total_expr - side_expr - side_expr.xreplace({s: shared.twin(s) for s in lane.outputs})) != 0:
         raise NotAdditive(f"{total} is not a sum of what each side does")
-    return Let(name, own, f"derived: share of a side in {total}")
+    return Let(name, side_expr, f"derived: share of a side in {total}")
 
 
-def _substituted(steps: Sequence[Let], wanted: Quantity) -> Expr:
-    found: Expr = wanted
+def _substituted(steps: Sequence[Let], result: Quantity) -> Expr:
+    expr: Expr = result
     for step in reversed(steps):
-        found = found.xreplace({step.symbol: step.expr})
-    return found
+        expr = expr.xreplace({step.symbol: step.expr})
+    return expr
 
 
 @dataclass(frozen=True)
@@ -77,35 +77,35 @@ class Influence:
     @cached_property
     def felt(self) -> dict[str, tuple[str, ...]]:
         """Of each function that is composed at run time, the outputs that can change the result."""
-        found: dict[str, tuple[str, ...]] = {}
+        outputs: dict[str, tuple[str, ...]] = {}
         for call in (step for step in self.steps if isinstance(step, Call)):
             pairs = zip(call.function.gives, call.outputs, strict=True)
             names = (name for name, symbol in pairs if symbol is not None and symbol not in self.without)
-            found[call.function.name] = tuple(dict.fromkeys((*found.get(call.function.name, ()), *names)))
-        return found
+            outputs[call.function.name] = tuple(dict.fromkeys((*outputs.get(call.function.name, ()), *names)))
+        return outputs
 
     def reduced(self) -> tuple[Step, ...]:
         """The steps of the result, those without effect put to zero."""
-        gone = dict.fromkeys(self.without, S.Zero)
-        kept: list[Step] = []
+        zeros = dict.fromkeys(self.without, S.Zero)
+        steps: list[Step] = []
         for step in self.steps:
-            if isinstance(step, Let) and step.symbol not in gone:
-                kept.append(Let(step.symbol, step.expr.xreplace(gone), step.source))
+            if isinstance(step, Let) and step.symbol not in zeros:
+                steps.append(Let(step.symbol, step.expr.xreplace(zeros), step.source))
             elif isinstance(step, Call):
-                outputs = tuple(None if symbol in gone else symbol for symbol in step.outputs)
-                kept.append(Call(outputs, step.function, step.argument, step.vectors, step.source))
-        if any(isinstance(s, Let) and s.expr.has(sp.nan, sp.zoo) for s in kept):
+                outputs = tuple(None if symbol in zeros else symbol for symbol in step.outputs)
+                steps.append(Call(outputs, step.function, step.argument, step.vectors, step.source))
+        if any(isinstance(s, Let) and s.expr.has(sp.nan, sp.zoo) for s in steps):
             raise ValueError(f"{self.result.symbol}: what has no effect stands in a denominator")
-        return needed(kept, frozenset({self.result.symbol}))
+        return needed(steps, frozenset({self.result.symbol}))
 
     @cached_property
     def _opaque(self) -> frozenset[sp.Symbol]:
         """What goes into a function composed at run time one of whose outputs the result feels."""
-        found: set[sp.Symbol] = set()
+        symbols: set[sp.Symbol] = set()
         for step in self.steps:
             if isinstance(step, Call) and not all(self._vanishes(s) for s in step.defines):
-                found |= step.needs
-        return frozenset(found)
+                symbols |= step.needs
+        return frozenset(symbols)
 
     @cached_property
     def _slopes(self) -> dict[sp.Symbol, Expr]:
@@ -113,7 +113,7 @@ class Influence:
         slopes: dict[sp.Symbol, Expr] = {self.result.symbol: S.One}
         for step in reversed(self.steps):
             if isinstance(step, Let):
-                slope = self._held(step.symbol, _simple(slopes.get(step.symbol, S.Zero)))
+                slope = self._shorten(step.symbol, _simple(slopes.get(step.symbol, S.Zero)))
                 slopes[step.symbol] = slope
                 if slope != 0:
                     for symbol in step.needs:
@@ -121,7 +121,7 @@ class Influence:
         return {s: _simple(slope) for s, slope in slopes.items()}
 
     @staticmethod
-    def _held(symbol: sp.Symbol, slope: Expr) -> Expr:
+    def _shorten(symbol: sp.Symbol, slope: Expr) -> Expr:
         """A long slope as a number of its own, of which nothing is known: what vanishes with it vanishes without."""
         if sp.count_ops(slope) <= LONG:
             return slope
@@ -152,24 +152,24 @@ class Influence:
         return frozenset(s for step in self.steps for s in step.defines if isinstance(s, Quantity))
 
 
-def flattened(steps: Sequence[Step], result: Quantity, kept: frozenset[sp.Symbol]) -> tuple[Step, ...]:
-    """The steps of a result, which is written out as a sum of products in the ``kept`` quantities."""
+def flattened(steps: Sequence[Step], result: Quantity, variables: frozenset[sp.Symbol]) -> tuple[Step, ...]:
+    """The steps of a result, which is written out as a sum of products in the ``variables`` quantities."""
     lets = [step for step in steps if isinstance(step, Let)]
     source = next(step.source for step in lets if step.symbol == result)
-    whole: Expr = result
+    expr: Expr = result
     for step in reversed(lets):
-        if step.symbol not in kept:
-            whole = whole.xreplace({step.symbol: step.expr})
-    others = (step for step in steps if result not in step.defines)
-    return needed((*others, Let(result, _expanded(whole), source)), frozenset({result}))
+        if step.symbol not in variables:
+            expr = expr.xreplace({step.symbol: step.expr})
+    rest = (step for step in steps if result not in step.defines)
+    return needed((*rest, Let(result, _expanded(expr), source)), frozenset({result}))
 
 
 def _expanded(expr: Expr) -> Expr:
     """As a sum of products, without squares of cosines."""
-    found = sp.expand(expr)
-    for cosine in sorted(found.atoms(sp.cos), key=str):
-        found = sp.expand(found.subs(cosine**2, 1 - sp.sin(cosine.args[0]) ** 2))
-    return found
+    expanded = sp.expand(expr)
+    for cosine in sorted(expanded.atoms(sp.cos), key=str):
+        expanded = sp.expand(expanded.subs(cosine**2, 1 - sp.sin(cosine.args[0]) ** 2))
+    return expanded
 
 
 def _simple(expr: Expr) -> Expr:

@@ -169,15 +169,15 @@ class Lane:
     speed: Quantity | None = None
 
     def __post_init__(self) -> None:
-        given = _entries((self.angle, *self.inputs, *self.along))
-        known = _followed("lane", self.steps, given)
-        _refuse_missing("lane: its outputs need", frozenset(self.outputs) - known)
+        given_symbols = _entries((self.angle, *self.inputs, *self.along))
+        available = _followed("lane", self.steps, given_symbols)
+        _refuse_missing("lane: its outputs need", frozenset(self.outputs) - available)
         for event in self.events:
-            _refuse_missing(f"lane: {event.name} needs", event.argument.free_symbols - known)
+            _refuse_missing(f"lane: {event.name} needs", event.argument.free_symbols - available)
         if self.shared:
             twins = frozenset(map(self.shared.twin, self.outputs))
-            known = _followed("frame", self.shared.steps, given.union(self.outputs, twins))
-            _refuse_missing("frame: its totals need", frozenset(self.shared.totals) - known)
+            available = _followed("frame", self.shared.steps, given_symbols.union(self.outputs, twins))
+            _refuse_missing("frame: its totals need", frozenset(self.shared.totals) - available)
 
     @property
     def functions(self) -> tuple[RuntimeFunction, ...]:
@@ -204,8 +204,8 @@ class ClosedForm:
 
     def __post_init__(self) -> None:
         refuse_name("function", self.name)
-        known = _followed(self.name, self.steps, _entries(self.inputs))
-        _refuse_missing(f"{self.name}: its outputs need", frozenset(self.outputs) - known)
+        available = _followed(self.name, self.steps, _entries(self.inputs))
+        _refuse_missing(f"{self.name}: its outputs need", frozenset(self.outputs) - available)
 
 
 @dataclass(frozen=True)
@@ -245,7 +245,7 @@ class System:
     def inputs(self) -> tuple[Input, ...]:
         """What its functions take, each once, in the order in which it is first taken."""
         lane: tuple[Input, ...] = (self.lane.angle, *self.lane.inputs, *self.lane.along) if self.lane else ()
-        return tuple(dict.fromkeys((*lane, *(given for form in self.closed_forms for given in form.inputs))))
+        return tuple(dict.fromkeys((*lane, *(input_ for form in self.closed_forms for input_ in form.inputs))))
 
     @property
     def functions(self) -> tuple[RuntimeFunction, ...]:
@@ -272,52 +272,52 @@ def sorted_steps(steps: Iterable[Step]) -> tuple[Step, ...]:
     Raises ValueError where steps need each other in a circle.
     """
     left = list(steps)
-    found: list[Step] = []
+    ordered_steps: list[Step] = []
     while left:
         ahead = frozenset(symbol for step in left for symbol in step.defines)
         ready = [step for step in left if not step.needs & ahead]
         if not ready:
             raise ValueError(f"{', '.join(sorted(map(str, ahead)))} need each other")
-        found += ready
+        ordered_steps += ready
         left = [step for step in left if step not in ready]
-    return tuple(found)
+    return tuple(ordered_steps)
 
 
 S = TypeVar("S", bound=Step)
 
 
-def needed(steps: Sequence[S], wanted: frozenset[sp.Symbol]) -> tuple[S, ...]:
-    """The steps that ``wanted`` depends on, in their order."""
-    kept: list[S] = []
+def needed(steps: Sequence[S], symbols: frozenset[sp.Symbol]) -> tuple[S, ...]:
+    """The steps that ``symbols`` depends on, in their order."""
+    needed_steps: list[S] = []
     for step in reversed(steps):
-        if wanted & set(step.defines):
-            kept.append(step)
-            wanted = wanted | step.needs
-    return tuple(reversed(kept))
+        if symbols & set(step.defines):
+            needed_steps.append(step)
+            symbols = symbols | step.needs
+    return tuple(reversed(needed_steps))
 
 
-def entries(given: Input) -> tuple[Quantity, ...]:
+def entries(packed: Input) -> tuple[Quantity, ...]:
     """The quantities that an input is known to hold."""
-    if isinstance(given, Quantity):
-        return (given,)
-    return tuple(given.known.values()) if isinstance(given, OpenVector) else given.quantities
+    if isinstance(packed, Quantity):
+        return (packed,)
+    return tuple(packed.known.values()) if isinstance(packed, OpenVector) else packed.quantities
 
 
 def _entries(inputs: Iterable[Input]) -> frozenset[sp.Symbol]:
-    return frozenset(quantity for given in inputs for quantity in entries(given))
+    return frozenset(quantity for input_ in inputs for quantity in entries(input_))
 
 
-def _followed(name: str, steps: Iterable[Step], known: frozenset[sp.Symbol]) -> frozenset[sp.Symbol]:
+def _followed(name: str, steps: Iterable[Step], available: frozenset[sp.Symbol]) -> frozenset[sp.Symbol]:
     """What is known after the steps of a function."""
     for step in steps:
-        _refuse_missing(f"{name}: {', '.join(map(str, step.defines))} needs", step.needs - known)
-        known = known.union(step.defines)
-    return known
+        _refuse_missing(f"{name}: {', '.join(map(str, step.defines))} needs", step.needs - available)
+        available = available.union(step.defines)
+    return available
 
 
-def _refuse_missing(what: str, missing: frozenset[sp.Symbol]) -> None:
+def _refuse_missing(place: str, missing: frozenset[sp.Symbol]) -> None:
     if missing:
-        raise ValueError(f"{what} {', '.join(sorted(map(str, missing)))}, which nothing gives")
+        raise ValueError(f"{place} {', '.join(sorted(map(str, missing)))}, which nothing gives")
 
 
 MESHES, PLACES = "meshes", "places"
@@ -344,36 +344,36 @@ class Mesh:
     def lets(self) -> list[Let]:
         """Return ``mesh_TAG_x``, ``_y``, ``_line``, and of each gear ``_polar_1`` and ``_r_1``."""
         outer = self.gears[1]
-        told = {
+        entries_by_name = {
             "x": (self.centre[0], "m", f"centre of {outer}, x"),
             "y": (self.centre[1], "m", f"centre of {outer}, y"),
             "line": (self.line, "rad", f"direction from the centre of {self.gears[0]} to that of {outer}"),
         }
         for number, gear, polar, radius in zip((1, 2), self.gears, self.polar, self.radii, strict=True):
-            told[f"polar_{number}"] = polar, "rad", f"direction of the pitch point in the frame of {gear}"
-            told[f"r_{number}"] = radius, "m", f"pitch radius of {gear}"
+            entries_by_name[f"polar_{number}"] = polar, "rad", f"direction of the pitch point in the frame of {gear}"
+            entries_by_name[f"r_{number}"] = radius, "m", f"pitch radius of {gear}"
         return [
             let(Quantity(f"mesh_{self.tag}_{name}", unit, meaning, "own"), sp.sympify(expr))
-            for name, (expr, unit, meaning) in told.items()
+            for name, (expr, unit, meaning) in entries_by_name.items()
         ]
 
     def places(self) -> list[Let]:
         """Return ``x_GEAR__POINT`` and its like [m] of both centres, of the pitch point, and of a mark on each gear."""
-        along = sp.cos(self.line), sp.sin(self.line)
+        direction = sp.cos(self.line), sp.sin(self.line)
         distance = self.radii[0] + self.radii[1]
-        inner = tuple(c - distance * a for c, a in zip(self.centre, along, strict=True))
-        pitch = tuple(c + self.radii[0] * a for c, a in zip(inner, along, strict=True))
-        found = []
-        ways = self.line - self.polar[0], self.line + sp.pi - self.polar[1]
-        for gear, centre, way, radius in zip(self.gears, (inner, self.centre), ways, self.radii, strict=True):
-            mark = centre[0] + radius * sp.cos(way), centre[1] + radius * sp.sin(way)
-            for point, place in (("centre", centre), ("pitch_point", pitch), ("mark", mark)):
-                for axis, coordinate in zip("xy", place, strict=True):
+        inner = tuple(c - distance * a for c, a in zip(self.centre, direction, strict=True))
+        pitch = tuple(c + self.radii[0] * a for c, a in zip(inner, direction, strict=True))
+        lets = []
+        turns = self.line - self.polar[0], self.line + sp.pi - self.polar[1]
+        for gear, centre, turn, radius in zip(self.gears, (inner, self.centre), turns, self.radii, strict=True):
+            mark = centre[0] + radius * sp.cos(turn), centre[1] + radius * sp.sin(turn)
+            for point, position in (("centre", centre), ("pitch_point", pitch), ("mark", mark)):
+                for axis, coordinate in zip("xy", position, strict=True):
                     meaning = f"{point.replace('_', ' ')} of {gear}, {axis}"
-                    found.append(
+                    lets.append(
                         let(Quantity(f"{axis}_{word(gear)}__{point}", "m", meaning, "own"), sp.sympify(coordinate))
                     )
-        return found
+        return lets
 
 
 def build_function(

@@ -24,14 +24,14 @@ def reserve(target: str, names: Iterable[str]) -> None:
     _RESERVED.update(dict.fromkeys(names, target))
 
 
-def refuse_name(what: str, name: str) -> None:
+def refuse_name(kind: str, name: str) -> None:
     """Raise ValueError for a name that would break a generated module."""
     if not name.isidentifier():
-        raise ValueError(f"{what} {name}: the name must be a Python identifier")
+        raise ValueError(f"{kind} {name}: the name must be a Python identifier")
     if iskeyword(name):
-        raise ValueError(f"{what} {name}: the name is a word of Python; write {name}_, or another")
+        raise ValueError(f"{kind} {name}: the name is a word of Python; write {name}_, or another")
     if name in _RESERVED:
-        raise ValueError(f"{what} {name}: generated {_RESERVED[name]} code needs that name; write {name}_, or another")
+        raise ValueError(f"{kind} {name}: generated {_RESERVED[name]} code needs that name; write {name}_, or another")
 
 
 def word(name: str) -> str:
@@ -170,12 +170,12 @@ def _of_function(expr: Expr) -> Dimension:
 
 def _power(expr: Expr) -> Dimension | None:
     base, exponent = expr.args
-    found = dimension(base)
-    if found is None or found == NONE:
-        return found
+    base_dimension = dimension(base)
+    if base_dimension is None or base_dimension == NONE:
+        return base_dimension
     if not isinstance(exponent, sp.Rational):
         raise DimensionError(f"{expr} raises a dimension to a power that is no fraction")
-    return _times(found, Fraction(exponent.p, exponent.q))
+    return _times(base_dimension, Fraction(exponent.p, exponent.q))
 
 
 def _check_condition(condition: sp.Basic) -> None:
@@ -183,11 +183,11 @@ def _check_condition(condition: sp.Basic) -> None:
         _same(relation.args, relation)
 
 
-def _same(args: Iterable[Expr], whole: sp.Basic) -> Dimension | None:
-    found = {d for d in map(dimension, args) if d is not None}
-    if len(found) > 1:
-        raise DimensionError(f"{whole} joins different dimensions")
-    return found.pop() if found else None
+def _same(args: Iterable[Expr], expr: sp.Basic) -> Dimension | None:
+    dimensions = {d for d in map(dimension, args) if d is not None}
+    if len(dimensions) > 1:
+        raise DimensionError(f"{expr} joins different dimensions")
+    return dimensions.pop() if dimensions else None
 
 
 def _dimension(exponents: tuple[int, int, int]) -> Dimension:
@@ -238,24 +238,24 @@ class Quantities(Mapping[str, Quantity]):
     ('m', 'crank', Decimal('50'), (Decimal('30'), Decimal('80')))
     """
 
-    def __init__(self, known: Mapping[str, Quantity], data: Mapping[str, Datum]) -> None:
-        self._known, self.data = dict(known), dict(data)
+    def __init__(self, by_name: Mapping[str, Quantity], data: Mapping[str, Datum]) -> None:
+        self._by_name, self.data = dict(by_name), dict(data)
 
     def __getitem__(self, name: str) -> Quantity:
-        return self._known[name]
+        return self._by_name[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._known)
+        return iter(self._by_name)
 
     def __len__(self) -> int:
-        return len(self._known)
+        return len(self._by_name)
 
     def __getattr__(self, name: str) -> Quantity:
-        known = self.__dict__.get("_known", {})
-        if name not in known:
-            raise AttributeError(f"there is no quantity {name}; the table has {', '.join(known)}")
-        found: Quantity = known[name]
-        return found
+        by_name = self.__dict__.get("_by_name", {})
+        if name not in by_name:
+            raise AttributeError(f"there is no quantity {name}; the table has {', '.join(by_name)}")
+        quantity: Quantity = by_name[name]
+        return quantity
 
 
 NOTHING = Quantities({}, {})
@@ -276,7 +276,7 @@ def quantities(text: str, source: str = "own", section: str = SECTION) -> Quanti
     >>> q.omega.unit, q.r.shown, sorted(q.data)
     ('rad/s', 'values.r_mm', ['omega', 'r'])
     """
-    known: dict[str, Quantity] = {}
+    by_name: dict[str, Quantity] = {}
     data: dict[str, Datum] = {}
     for number, line in enumerate(text.splitlines(), 1):
         cells = [cell.strip() for cell in line.split("#", 1)[0].split("|")]
@@ -284,30 +284,30 @@ def quantities(text: str, source: str = "own", section: str = SECTION) -> Quanti
             continue
         try:
             quantity = _quantity(cells, source, section)
-            if quantity.name in known:
+            if quantity.name in by_name:
                 raise TableError(f"{quantity.name} stands twice")
-            known[quantity.name] = quantity
+            by_name[quantity.name] = quantity
             if len(cells) > 3:
                 data[quantity.name] = _datum(cells[3:])
         except ValueError as error:
             raise TableError(f"line {number} of the table, '{line.strip()}': {error}") from None
-    return Quantities(known, data)
+    return Quantities(by_name, data)
 
 
 def _quantity(cells: list[str], source: str, section: str) -> Quantity:
     if not 3 <= len(cells) <= 5 or not all(cells[:3]):
         raise TableError("a line says name | unit | meaning, and for data also | value | lower upper")
-    name, shown, meaning = cells[:3]
-    unit = SHOWN.get(shown, shown)
+    name, written_unit, meaning = cells[:3]
+    unit = SHOWN.get(written_unit, written_unit)
     try:
         of_unit(unit)
     except KeyError as error:
         raise TableError(
-            f"{shown} is no unit: {error.args[0]} is not known; SI units and {', '.join(SHOWN)} are"
+            f"{written_unit} is no unit: {error.args[0]} is not known; SI units and {', '.join(SHOWN)} are"
         ) from None
-    ending = _ENDINGS.get(shown, shown.replace("/", "_").replace(" ", "_"))
-    place = f"{section}.{name}_{ending}" if ending else f"{section}.{name}"
-    return Quantity(name, unit, meaning, source, place if section else "")
+    ending = _ENDINGS.get(written_unit, written_unit.replace("/", "_").replace(" ", "_"))
+    key = f"{section}.{name}_{ending}" if ending else f"{section}.{name}"
+    return Quantity(name, unit, meaning, source, key if section else "")
 
 
 def _datum(cells: list[str]) -> Datum:

@@ -29,18 +29,18 @@ def directions(equations: Sequence[Equation]) -> frozenset[Quantity]:
     Whole multiples of them only: half a turn of half an angle is not a turn.
     """
     symbols = set().union(*(e.residual.free_symbols for e in equations))
-    found = {s for s in symbols if isinstance(s, Quantity) and s.unit == "rad"}
-    while counted := {s for s in found if not _turns_freely(s, equations, found)}:
-        found -= counted
-    return frozenset(s for s in found if any(_is_periodic_in(e, s) for e in equations))
+    angles = {s for s in symbols if isinstance(s, Quantity) and s.unit == "rad"}
+    while counted := {s for s in angles if not _turns_freely(s, equations, angles)}:
+        angles -= counted
+    return frozenset(s for s in angles if any(_is_periodic_in(e, s) for e in equations))
 
 
-def _turns_freely(symbol: Quantity, equations: Iterable[Equation], known: set[Quantity]) -> bool:
+def _turns_freely(symbol: Quantity, equations: Iterable[Equation], angles: set[Quantity]) -> bool:
     """Whether no equation but those of other directions tells it from itself a turn later."""
     for equation in equations:
         if symbol in equation.residual.free_symbols:
             outside = _outside(equation.residual, symbol)
-            if equation.defines is not None and equation.defines in known:
+            if equation.defines is not None and equation.defines in angles:
                 outside = {node for node in outside if not _adds(node, symbol)}
             if outside:
                 return False
@@ -65,8 +65,8 @@ def _adds(expr: Basic, symbol: Quantity) -> bool:
     """Whether a symbol stands in a sum, a whole number of times."""
     if not isinstance(expr, sp.Expr):
         return False
-    here = [term for term in sp.Add.make_args(sp.expand_mul(expr)) if symbol in term.free_symbols]
-    return len(here) == 1 and bool((here[0] / symbol).is_Integer)
+    terms = [term for term in sp.Add.make_args(sp.expand_mul(expr)) if symbol in term.free_symbols]
+    return len(terms) == 1 and bool((terms[0] / symbol).is_Integer)
 
 
 def _is_periodic_in(equation: Equation, symbol: Quantity) -> bool:
@@ -158,14 +158,14 @@ class Case:
         rng = random.Random(SEEDS[0])
         values = self.subject.nearby(rng)
         if values is not None:
-            return [Point(known) for known in values]
+            return [Point(cycle_values) for cycle_values in values]
         return [Point({s: v + change_slightly(v, rng) for s, v in point.values().items()}) for point in self.cycle]
 
     @cached_property
     def words(self) -> list[Quantity]:
         """Every quantity that the paper's equations speak of."""
-        found = set().union(*(e.residual.free_symbols for e in self.paper.equations.values()))
-        return sorted((s for s in found if isinstance(s, Quantity)), key=str)
+        symbols = set().union(*(e.residual.free_symbols for e in self.paper.equations.values()))
+        return sorted((s for s in symbols if isinstance(s, Quantity)), key=str)
 
     def pair(self, number: str, choice: Choice = AS_READ) -> tuple[Equation, Equation | None]:
         """A printed equation as it is read, and its derivation in the same quantities, None for one that stands alone.
@@ -183,12 +183,15 @@ class Case:
         read = replace(printed, residual=self._read(number, choice), defines=self._defined(number, choice))
         if printed.stands_alone:
             return [(read, None)]
-        own = self.derived(number)
-        own = replace(own, residual=own.residual.xreplace(dict(choice.derived)))
-        if not _states_a_sum(printed, own):
-            return [(read, own)]
-        sums = self.subject.footings(read.residual, own.residual)
-        return [(replace(read, residual=one), replace(own, residual=two)) for one, two in sums]
+        derived = self.derived(number)
+        derived = replace(derived, residual=derived.residual.xreplace(dict(choice.derived)))
+        if not _states_a_sum(printed, derived):
+            return [(read, derived)]
+        sums = self.subject.footings(read.residual, derived.residual)
+        return [
+            (replace(read, residual=printed_sum), replace(derived, residual=derived_sum))
+            for printed_sum, derived_sum in sums
+        ]
 
     def choices(self, number: str) -> list[Choice]:
         """Every way to read an equation of which the paper leaves something open, as it is read first; else none."""
@@ -197,23 +200,23 @@ class Case:
 
     def linked(self, number: str) -> tuple[str, ...]:
         """The equations that share a question with this one, directly or through others, in the order of the paper."""
-        found = {number}
-        while more := {n for q in self.paper.questions if found & {*q.numbers} for n in q.numbers} - found:
-            found |= more
-        return tuple(n for n in self.paper.equations if n in found)
+        numbers = {number}
+        while more := {n for q in self.paper.questions if numbers & {*q.numbers} for n in q.numbers} - numbers:
+            numbers |= more
+        return tuple(n for n in self.paper.equations if n in numbers)
 
     def joint_choices(self, numbers: Collection[str]) -> list[dict[str, Choice]]:
         """Every way to read linked equations together: each question has one answer, wherever it is asked."""
-        asked = [q for q in self.paper.questions if not {*numbers}.isdisjoint(q.numbers)]
+        questions = [q for q in self.paper.questions if not {*numbers}.isdisjoint(q.numbers)]
         return [
-            {n: Choice(tuple(a for q, a in zip(asked, answers, strict=True) if n in q.numbers)) for n in numbers}
-            for answers in product(*(q.readings for q in asked))
+            {n: Choice(tuple(a for q, a in zip(questions, answers, strict=True) if n in q.numbers)) for n in numbers}
+            for answers in product(*(q.readings for q in questions))
         ]
 
     def choices_by(self, answers: Mapping[str, str]) -> dict[str, Choice]:
         """How equations are read, by the meanings of their answers; as they are read first where none is known."""
         ways = {n: self.choices(n) for n in answers}
-        return {n: next((c for c in ways[n] if c.meaning == told), ways[n][0]) for n, told in answers.items()}
+        return {n: next((c for c in ways[n] if c.meaning == meaning), ways[n][0]) for n, meaning in answers.items()}
 
     def read_chains(self, chosen: Mapping[str, Choice]) -> tuple[Chain, Chain]:
         """The executable chains with their equations as they are read; raises ValueError where the paper has none."""
@@ -265,17 +268,17 @@ class Case:
         """The derivation of an equation while assumptions are lifted; None where none bears on it."""
         if number not in self._lifted:
             printed = self.paper.equations[number]
-            kept = self.subject.lift(printed.claims, printed.residual.xreplace(self.reading_of(number)))
-            self._lifted[number] = None if kept is None else replace(self.derived(number), residual=kept)
+            residual = self.subject.lift(printed.claims, printed.residual.xreplace(self.reading_of(number)))
+            self._lifted[number] = None if residual is None else replace(self.derived(number), residual=residual)
         return self._lifted[number]
 
     def assumed(self, number: str) -> dict[sp.Symbol, str]:
         """Quantities of an equation, printed or derived, that an assumption makes zero, each with the reason."""
-        kept = self.lifted(number)
-        if kept is None:
+        lifted = self.lifted(number)
+        if lifted is None:
             return {}
-        here = kept.residual.free_symbols | self.paper.equations[number].residual.free_symbols
-        return {s: why for s, why in self.subject.zero().items() if s in here}
+        symbols = lifted.residual.free_symbols | self.paper.equations[number].residual.free_symbols
+        return {s: why for s, why in self.subject.zero().items() if s in symbols}
 
     def reading_of(self, number: str) -> dict[sp.Symbol, Expr]:
         """What the printed symbols of an equation stand for."""
@@ -283,9 +286,9 @@ class Case:
 
     def read_as(self, number: str) -> Said:
         """How the symbols of an equation are read that stand for something else."""
-        here = self.paper.equations[number].residual.free_symbols
+        symbols = self.paper.equations[number].residual.free_symbols
         meant = sorted(self.reading_of(number).items(), key=str)
-        return joined("; ", (Said(s, " read as ", e) for s, e in meant if s in here))
+        return joined("; ", (Said(s, " read as ", e) for s, e in meant if s in symbols))
 
 
 def _chosen(printed: Equation, choice: Choice) -> Equation:

@@ -20,15 +20,15 @@ from .terms import (
     Gap,
     Match,
     Points,
-    content,
-    gap,
+    common_factor,
     have_same_truth,
     largest_term,
-    matched,
+    match_sums,
+    measure_gap,
     monomials,
     overall_factor,
+    pair_monomials,
     remainder_vanishes,
-    shared,
     value,
 )
 
@@ -58,14 +58,14 @@ class Comparison:
         return all(self.equal_at(point) for point in self.points)
 
     def equal_at(self, point: Point) -> bool:
-        given, meant = value(self.printed, point), point(self.derived)
-        if given is None:
+        printed_value, derived_value = value(self.printed, point), point(self.derived)
+        if printed_value is None:
             return False
         with mpmath.workdps(DIGITS + GUARD):
-            gap = given - meant
+            gap = printed_value - derived_value
             if self.turns:
                 gap -= 2 * mpmath.pi * mpmath.nint(gap / (2 * mpmath.pi))
-            return bool(abs(gap) <= TOLERANCE * max(largest_term(self.derived, point), abs(given)))
+            return bool(abs(gap) <= TOLERANCE * max(largest_term(self.derived, point), abs(printed_value)))
 
     @property
     def proportional(self) -> bool:
@@ -73,11 +73,15 @@ class Comparison:
         first: mpf | None = None
         with mpmath.workdps(DIGITS + GUARD):
             for point in self.points:
-                given, meant = value(self.printed, point), point(self.derived)
-                if given is None or abs(meant) <= TOLERANCE * largest_term(self.derived, point) or given / meant <= 0:
+                printed_value, derived_value = value(self.printed, point), point(self.derived)
+                if (
+                    printed_value is None
+                    or abs(derived_value) <= TOLERANCE * largest_term(self.derived, point)
+                    or printed_value / derived_value <= 0
+                ):
                     return False
-                first = first or given / meant
-                if abs(given / meant - first) > TOLERANCE * first:
+                first = first or printed_value / derived_value
+                if abs(printed_value / derived_value - first) > TOLERANCE * first:
                     return False
         return True
 
@@ -98,17 +102,17 @@ class Comparison:
 
     def struck(self) -> Match:
         """What is left when equal terms are struck out."""
-        return matched(monomials(self.printed, self.points), monomials(self.derived, self.points))
+        return match_sums(monomials(self.printed, self.points), monomials(self.derived, self.points))
 
     @property
     def gap(self) -> Gap:
         """How many terms have no like."""
-        return gap(monomials(self.printed, self.points), monomials(self.derived, self.points))
+        return measure_gap(monomials(self.printed, self.points), monomials(self.derived, self.points))
 
     def match(self) -> Match:
         """What is left, nothing if it vanishes as a whole."""
-        found = self.struck()
-        return Match((), ()) if remainder_vanishes(found, self.points) else found
+        match = self.struck()
+        return Match((), ()) if remainder_vanishes(match, self.points) else match
 
     def edited(self, result: Expr) -> Comparison:
         return replace(self, printed=result)
@@ -118,7 +122,7 @@ class Comparison:
 
     def edits(self, words: list[Quantity]) -> list[Edit]:
         present = sorted(self.derived.free_symbols, key=str)
-        return list(edits(self.printed, words, whole=not self.scales, present=present))
+        return list(edits(self.printed, words, overall=not self.scales, present=present))
 
 
 def list_orientations(printed: Equation) -> list[Equation]:
@@ -128,7 +132,7 @@ def list_orientations(printed: Equation) -> list[Equation]:
     return [printed, replace(printed, residual=-printed.residual, relation=FLIPPED[printed.relation])]
 
 
-def aligned(printed: Equation, derived: Equation, points: Points, is_direction: bool = False) -> Comparison:
+def align_sides(printed: Equation, derived: Equation, points: Points, is_direction: bool = False) -> Comparison:
     """Both sides on one footing: what they define a symbol as, else residuals with the factor that leaves less."""
     best = min(_footings(printed, derived, points, is_direction), key=lambda c: c.distance)
     if best.same or not best.scales:
@@ -151,15 +155,17 @@ def _footings(printed: Equation, derived: Equation, points: Points, is_direction
     """Both sides by what they define a symbol as, else as residuals with either sign and a lost factor put back."""
     symbol = printed.defines
     if symbol is not None and derived.defines == symbol:
-        said, meant = (solved(side, symbol) for side in (printed, derived))
-        return [Comparison(said, meant, points, turns=is_direction)]
-    wholes = [printed.residual, *(_undivided(printed, derived) if symbol is None else ())]
+        printed_side, derived_side = (solve_for(side, symbol) for side in (printed, derived))
+        return [Comparison(printed_side, derived_side, points, turns=is_direction)]
+    residuals = [printed.residual, *(_undivided(printed, derived) if symbol is None else ())]
     bounds = printed.relation != "="
-    starts = [Comparison(whole, derived.residual, points, scales=symbol is None, bounds=bounds) for whole in wholes]
+    starts = [
+        Comparison(residual, derived.residual, points, scales=symbol is None, bounds=bounds) for residual in residuals
+    ]
     return [start.scaled(sign) for start in starts for sign in ((1,) if bounds else (1, -1))]
 
 
-def solved(side: Equation, symbol: Quantity) -> Expr:
+def solve_for(side: Equation, symbol: Quantity) -> Expr:
     """What an equation says that a symbol is, both sides with the same number on them or not."""
     slope = side.residual.diff(symbol)
     plain = not slope.is_number or slope in (0, 1)
@@ -170,32 +176,32 @@ def _undivided(printed: Equation, derived: Equation) -> tuple[Expr, ...]:
     """A homogeneous equation with the factor put back by which the print may have divided it, if any."""
     if printed.relation != "=" or printed.residual == 0:
         return ()
-    factor = content(derived.residual) / content(printed.residual)
+    factor = common_factor(derived.residual) / common_factor(printed.residual)
     powers = factor.as_powers_dict()
     if factor.is_number or not all(power.is_number and power > 0 for base, power in powers.items() if base != 1):
         return ()
     return (sp.expand(factor * printed.residual, trig=False),)
 
 
-def facing(printed: Equation, derived: Equation, points: Points) -> Equation:
+def align_derived(printed: Equation, derived: Equation, points: Points) -> Equation:
     """The derived equation with the sign that leaves less against the printed one."""
     if printed.legibility == "lost" or derived.relation != "=" or derived.defines is not None:
         return derived
-    return replace(derived, residual=aligned(printed, derived, points).derived)
+    return replace(derived, residual=align_sides(printed, derived, points).derived)
 
 
 MOST_TERMS = 150
 """Derived terms of which pairs are tried."""
 
 
-def lacking(at: Comparison, words: Iterable[Quantity]) -> tuple[Expr, ...]:
+def find_missing_terms(at: Comparison, words: Iterable[Quantity]) -> tuple[Expr, ...]:
     """One or two derived terms, or a quantity, that the print lacks and nothing else; none if it is not so."""
     if any(value(at.printed, point) is None for point in at.points):
         return ()
     for side in (at, at.scaled(-1)) if at.scales else (at,):
-        found = _terms(side, [*words])
-        if found:
-            return found if side is at else tuple(-term for term in found)
+        terms = _terms(side, [*words])
+        if terms:
+            return terms if side is at else tuple(-term for term in terms)
     return ()
 
 
@@ -241,51 +247,51 @@ class Explained:
     edits: tuple[Edit, ...] = ()
 
 
-def explained(start: Comparison, first: list[Edit], words: list[Quantity]) -> Explained:
+def explain_by_edits(start: Comparison, first: list[Edit], words: list[Quantity]) -> Explained:
     """The print after all edits that explain terms.
 
     What is taken away explains nothing of a print that lacks something besides: such edits count only where the two
     sides then say the same.
     """
-    kept = _followed(start, [edit for edit in first if not edit.removes], words, removing=False)
-    if kept.comparison.same or not kept.comparison.struck().printed:
-        return kept
-    shorter = _followed(kept.comparison, kept.comparison.edits(words), words, removing=True)
+    changed = _followed(start, [edit for edit in first if not edit.removes], words, removing=False)
+    if changed.comparison.same or not changed.comparison.struck().printed:
+        return changed
+    shorter = _followed(changed.comparison, changed.comparison.edits(words), words, removing=True)
     if shorter.comparison.same:
-        return Explained(shorter.comparison, (*kept.edits, *shorter.edits))
-    return kept
+        return Explained(shorter.comparison, (*changed.edits, *shorter.edits))
+    return changed
 
 
 def _followed(start: Comparison, first: list[Edit], words: list[Quantity], removing: bool) -> Explained:
     """Again and again the edit that leaves least, while there is one that leaves less than nothing done."""
-    found, tried = Explained(start), first
-    while len(found.edits) < MOST_EDITS:
-        scaled = _scaled(found.comparison, found.comparison.struck())
-        better = _best(found.comparison, [*tried, *_grouped(found.comparison), *scaled], removing)
+    explained, candidates = Explained(start), first
+    while len(explained.edits) < MOST_EDITS:
+        scaled = _scaled(explained.comparison, explained.comparison.struck())
+        better = _best(explained.comparison, [*candidates, *_grouped(explained.comparison), *scaled], removing)
         if better is None:
             break
-        found = Explained(found.comparison.edited(better.result), (*found.edits, better))
-        if found.comparison.same:
+        explained = Explained(explained.comparison.edited(better.result), (*explained.edits, better))
+        if explained.comparison.same:
             break
-        tried = [edit for edit in found.comparison.edits(words) if removing or not edit.removes]
-    return found
+        candidates = [edit for edit in explained.comparison.edits(words) if removing or not edit.removes]
+    return explained
 
 
-def _best(at: Comparison, tried: list[Edit], removing: bool) -> Edit | None:
+def _best(at: Comparison, candidates: list[Edit], removing: bool) -> Edit | None:
     """The edit that leaves fewest terms without their like, fewer than before, and finds more of what is derived."""
     real = [point for point in at.points if value(at.printed, point) is not None]
     before = at.gap
-    better = [(after, edit) for edit in tried if _helps(after := at.edited(edit.result).gap, before, removing)]
+    better = [(after, edit) for edit in candidates if _helps(after := at.edited(edit.result).gap, before, removing)]
     for _, edit in sorted(better, key=_rank):
         if all(value(edit.result, point) is not None for point in real):
             return edit
     return None
 
 
-def _rank(found: tuple[Gap, Edit]) -> tuple[int, int, int, str]:
+def _rank(entry: tuple[Gap, Edit]) -> tuple[int, int, int, str]:
     """What edits are preferred by: what they leave, then how few symbols they exchange."""
-    after, edit = found
-    return after.size, after.unmatched, len(edit.swaps), edit.what
+    after, edit = entry
+    return after.size, after.unmatched, len(edit.swaps), edit.text
 
 
 def _helps(after: Gap, before: Gap, removing: bool) -> bool:
@@ -298,10 +304,12 @@ def _grouped(at: Comparison) -> Iterator[Edit]:
     """Summands that all differ by one sign or factor from what is derived: that of a bracket around them."""
     if not isinstance(at.printed, sp.Add):
         return
-    meant = monomials(at.derived, at.points)
+    derived_sum = monomials(at.derived, at.points)
     groups: dict[sp.Rational, list[Expr]] = {}
     for term in at.printed.args:
-        ratios = {d / p if p != 0 else None for _, p, d in shared(monomials(term, at.points), meant) if p != 0}
+        ratios = {
+            d / p if p != 0 else None for _, p, d in pair_monomials(monomials(term, at.points), derived_sum) if p != 0
+        }
         if len(ratios) == 1 and (ratio := ratios.pop()) not in (None, 0, 1):
             groups.setdefault(ratio, []).append(term)
     for ratio, group in groups.items():
@@ -317,8 +325,8 @@ def _scaled(at: Comparison, left: Match) -> Iterator[Edit]:
         for derived in left.derived:
             factor = _simple_ratio(at, derived, printed)
             if factor is not None and factor != 1:
-                said = ("sign of ", printed) if factor == -1 else ("factor ", factor, " on ", printed)
-                yield Edit(said, at.printed + (factor - 1) * printed)
+                words = ("sign of ", printed) if factor == -1 else ("factor ", factor, " on ", printed)
+                yield Edit(words, at.printed + (factor - 1) * printed)
 
 
 def _simple_ratio(at: Comparison, above: Expr, below: Expr) -> Expr | None:
@@ -337,9 +345,9 @@ def _simple(ratio: mpf) -> Expr | None:
     """A number as a fraction of small whole numbers, or the root of one, times pi or not."""
     for power in (0, 1, -1):
         square = (ratio / mpmath.pi**power) ** 2
-        near = Fraction(str(mpmath.nstr(square, 20))).limit_denominator(SIMPLE**2)
-        root = sp.sqrt(sp.Rational(near.numerator, near.denominator))
-        exact = abs(square - mpf(near.numerator) / near.denominator) <= TOLERANCE * square
+        fraction = Fraction(str(mpmath.nstr(square, 20))).limit_denominator(SIMPLE**2)
+        root = sp.sqrt(sp.Rational(fraction.numerator, fraction.denominator))
+        exact = abs(square - mpf(fraction.numerator) / fraction.denominator) <= TOLERANCE * square
         if exact and 0 < max(sp.numer(root).evalf(), sp.denom(root).evalf()) <= SIMPLE:
             return sp.sign(int(mpmath.sign(ratio))) * root * sp.pi**power
     return None

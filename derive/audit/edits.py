@@ -35,24 +35,24 @@ class Edit:
     removes: bool = False
 
     @property
-    def what(self) -> Said:
+    def text(self) -> Said:
         """The edit in words."""
         return Said(*self.words)
 
 
 def edits(
-    expr: Expr, vocabulary: Iterable[Quantity], whole: bool = True, present: Iterable[sp.Symbol] = ()
+    expr: Expr, vocabulary: Iterable[Quantity], overall: bool = True, present: Iterable[sp.Symbol] = ()
 ) -> Iterator[Edit]:
-    """Every single edit of an expression, but for a factor on the ``whole`` where that is no error.
+    """Every single edit of an expression, but for a factor on the whole (``overall``) where that is no error.
 
     Where the expression mixes dimensions a symbol may stand for one of any dimension. ``present`` are symbols that a
     bracket may lack as a summand.
     """
     consistent = is_consistent(expr)
     lacking = [s for s in present if isinstance(s, Quantity)]
-    known = tuple(sorted(set(vocabulary), key=str))
-    words = Words(known, tuple(sorted(lacking, key=str)), any_dimension=not consistent)
-    for factor in (-1, *FACTORS) if whole else ():
+    quantities = tuple(sorted(set(vocabulary), key=str))
+    words = Words(quantities, tuple(sorted(lacking, key=str)), any_dimension=not consistent)
+    for factor in (-1, *FACTORS) if overall else ():
         yield Edit(("factor ", sp.sympify(factor), " on the whole"), factor * expr)
     yield from _throughout(expr, words)
     yield from _at_places(expr, words, linear=True)
@@ -62,27 +62,27 @@ def edits(
 class Words:
     """Quantities that may have been meant, and those that may be lacking beside others."""
 
-    known: tuple[Quantity, ...]
+    vocabulary: tuple[Quantity, ...]
     lacking: tuple[Quantity, ...]
     any_dimension: bool
-    _found: dict[Quantity, list[Quantity]] = field(init=False, default_factory=dict, compare=False)
+    _alternatives: dict[Quantity, list[Quantity]] = field(init=False, default_factory=dict, compare=False)
 
     def instead_of(self, symbol: Basic) -> list[Quantity]:
         """Those of the same dimension, or the same with another number of dots."""
         if not isinstance(symbol, Quantity):
             return []
-        if symbol not in self._found:
-            self._found[symbol] = self._fitting(symbol)
-        return self._found[symbol]
+        if symbol not in self._alternatives:
+            self._alternatives[symbol] = self._fitting(symbol)
+        return self._alternatives[symbol]
 
     def _fitting(self, symbol: Quantity) -> list[Quantity]:
         dimensions, stem = of_unit(symbol.unit), _DOTS.sub("", symbol.name)
-        fitting = (w for w in self.known if w != symbol)
+        fitting = (w for w in self.vocabulary if w != symbol)
         if self.any_dimension:
             return list(fitting)
         return [w for w in fitting if of_unit(w.unit) == dimensions or _DOTS.sub("", w.name) == stem]
 
-    def beside(self, symbol: Basic) -> Iterator[tuple[Quantity, Expr]]:
+    def sums_with(self, symbol: Basic) -> Iterator[tuple[Quantity, Expr]]:
         """A quantity that a symbol is or may be part of a sum with, and the sum."""
         if isinstance(symbol, Quantity):
             for other in self.lacking:
@@ -97,13 +97,13 @@ def _throughout(expr: Expr, words: Words) -> Iterator[Edit]:
             for other in words.instead_of(symbol):
                 swaps = ((symbol, other),)
                 yield Edit((other, " for ", symbol, " throughout"), expr.xreplace({symbol: other}), swaps)
-            for _, both in words.beside(symbol) if _is_bent(expr, symbol) else ():
+            for _, both in words.sums_with(symbol) if _is_bent(expr, symbol) else ():
                 swaps = ((symbol, both),)
                 yield Edit((both, " for ", symbol, " throughout"), expr.xreplace({symbol: both}), swaps)
-    for one, two in combinations(symbols, 2):
-        if two in words.instead_of(one):
-            exchanged = expr.xreplace({one: two, two: one})
-            yield Edit((one, " and ", two, " exchanged"), exchanged, ((one, two), (two, one)))
+    for first, second in combinations(symbols, 2):
+        if second in words.instead_of(first):
+            exchanged = expr.xreplace({first: second, second: first})
+            yield Edit((first, " and ", second, " exchanged"), exchanged, ((first, second), (second, first)))
 
 
 def _is_bent(expr: Basic, symbol: sp.Symbol) -> bool:
@@ -118,7 +118,7 @@ def _bends(node: Basic) -> bool:
 
 def _at_places(expr: Basic, words: Words, linear: bool) -> Iterator[Edit]:
     """Edits at this node, then at every place below it."""
-    yield from _here(expr, words, linear)
+    yield from _node_edits(expr, words, linear)
     for index, part in enumerate(expr.args):
         if isinstance(part, sp.Integer | Rational) or part in (sp.true, sp.false):
             continue
@@ -127,11 +127,11 @@ def _at_places(expr: Basic, words: Words, linear: bool) -> Iterator[Edit]:
             yield replace(edit, result=expr.func(*arguments))
 
 
-def _here(expr: Basic, words: Words, linear: bool) -> Iterator[Edit]:
+def _node_edits(expr: Basic, words: Words, linear: bool) -> Iterator[Edit]:
     for other in words.instead_of(expr):
         yield Edit((other, " for ", expr), other, ((expr, other),))
     if not linear:
-        yield from (Edit((both, " for ", expr), both, ((expr, both),)) for _, both in words.beside(expr))
+        yield from (Edit((both, " for ", expr), both, ((expr, both),)) for _, both in words.sums_with(expr))
     if isinstance(expr, sp.Add):
         yield from _summands(expr, linear)
     if expr.func in SWAPS:

@@ -15,7 +15,15 @@ from sympy import Expr
 from ..equations import Equation, Unclaimed, Witness
 from ..evaluate import TOLERANCE, NotEvaluated, Point, UnknownNodeError
 from ..quantity import Quantity, is_consistent
-from .comparison import FLIPPED, Comparison, aligned, explained, lacking, list_orientations, solved
+from .comparison import (
+    FLIPPED,
+    Comparison,
+    align_sides,
+    explain_by_edits,
+    find_missing_terms,
+    list_orientations,
+    solve_for,
+)
 from .edits import Edit, edits
 from .terms import Points, largest_term, value
 from .typesetting import Said, joined
@@ -64,18 +72,18 @@ def explain_unjudged(error: Exception) -> Judgement:
     return Judgement(UNJUDGED, text if plain else f"{type(error).__name__}: {text}")
 
 
-def defined(printed: Equation) -> Judgement:
+def judge_definition(printed: Equation) -> Judgement:
     """The verdict on a definition: whether it gives what else the paper says of its symbols, and untested without."""
     mixed = "" if is_consistent(printed.residual) else "; not dimensionally consistent"
-    against = [witness for witness in printed.witnesses if not agrees(printed, witness)]
+    against = [witness for witness in printed.witnesses if not agrees_with_witness(printed, witness)]
     if against:
-        return Judgement("contradicted", "; ".join(map(_told, against)) + mixed)
+        return Judgement("contradicted", "; ".join(map(_describe_witness, against)) + mixed)
     if printed.witnesses:
         return Judgement("definition", f"agrees with {', '.join(w.where for w in printed.witnesses)}{mixed}")
     return Judgement("untested", f"nothing to derive, and nothing else in the paper tests it{mixed}")
 
 
-def agrees(printed: Equation, witness: Witness) -> bool:
+def agrees_with_witness(printed: Equation, witness: Witness) -> bool:
     """Whether a definition gives the printed value, to the last digit that is printed, of what it defines."""
     values = {symbol: mpf(digits) for symbol, digits in witness.values}
     missing = printed.residual.free_symbols - values.keys()
@@ -92,8 +100,8 @@ def _agrees_within(printed: Equation, witness: Witness, symbol: Quantity, low: E
     """Whether a definition holds for some value between the bounds of the one symbol without a printed value."""
     values = {other: sp.Rational(digits) for other, digits in witness.values}
     roots = sp.solve(printed.residual.xreplace(values), symbol)
-    least, largest = (bound.xreplace(values) for bound in (low, high))
-    return any(root.is_real and least <= root <= largest for root in roots)
+    smallest, largest = (bound.xreplace(values) for bound in (low, high))
+    return any(root.is_real and smallest <= root <= largest for root in roots)
 
 
 def _judged(printed: Equation, witness: Witness) -> Quantity:
@@ -101,12 +109,12 @@ def _judged(printed: Equation, witness: Witness) -> Quantity:
     return printed.defines or witness.values[0][0]
 
 
-def _told(witness: Witness) -> str:
+def _describe_witness(witness: Witness) -> str:
     values = ", ".join(f"{symbol} = {digits}" for symbol, digits in witness.values)
     return f"against {witness.where}: {values}"
 
 
-def held(printed: Equation, points: Points, words: Iterable[Quantity]) -> Judgement:
+def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]) -> Judgement:
     """The verdict on an equation by values alone: whether it holds at every point, or which single edits make it."""
     lacking = sorted(str(s) for s in printed.residual.free_symbols if any(s not in point for point in points))
     if lacking or printed.relation != "=":
@@ -115,19 +123,19 @@ def held(printed: Equation, points: Points, words: Iterable[Quantity]) -> Judgem
     if holds(printed.residual, points):
         return Judgement("confirmed", "it holds at every point that was tried")
     remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
-    found = [edit for edit, residual in _edited(printed, words, points) if holds(residual, points)]
-    if found:
-        texts = tuple(dict.fromkeys((edit.what,) for edit in found))
-        return Judgement("misprint", f"{remark}removed by 1 edit(s)", texts, edits=(found[0],))
+    repairs = [edit for edit, residual in _edited(printed, words, points) if holds(residual, points)]
+    if repairs:
+        texts = tuple(dict.fromkeys((edit.text,) for edit in repairs))
+        return Judgement("misprint", f"{remark}removed by 1 edit(s)", texts, edits=(repairs[0],))
     return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, points)}"))
 
 
 def _edited(printed: Equation, words: Iterable[Quantity], points: Points) -> Iterator[tuple[Edit, Expr]]:
     """Every edit with the residual that it leaves, but for those that leave nothing to say."""
-    known = [word for word in words if all(word in point for point in points)]
+    candidates = [word for word in words if all(word in point for point in points)]
     symbol = printed.defines
-    said = printed.residual if symbol is None else solved(printed, symbol)
-    for edit in edits(said, known, whole=symbol is not None):
+    side = printed.residual if symbol is None else solve_for(printed, symbol)
+    for edit in edits(side, candidates, overall=symbol is not None):
         residual = edit.result if symbol is None else symbol - edit.result
         if len(sp.Add.make_args(residual)) > 1:
             yield edit, residual
@@ -139,16 +147,16 @@ def holds(residual: Expr, points: Points) -> bool:
 
 
 def _vanishes(residual: Expr, point: Point) -> bool:
-    found = value(residual, point)
-    return found is not None and abs(found) <= TOLERANCE * largest_term(residual, point)
+    remainder = value(residual, point)
+    return remainder is not None and abs(remainder) <= TOLERANCE * largest_term(residual, point)
 
 
 def _failing(residual: Expr, points: Points) -> str:
     """What is left at the first point where the equation does not hold, beside its largest term."""
     where = next(point for point in points if not _vanishes(residual, point))
     left = value(residual, where)
-    told = "no real value" if left is None else mpmath.nstr(left, 6)
-    return f"it does not hold: {told} is left of terms of up to {mpmath.nstr(largest_term(residual, where), 6)}"
+    remainder = "no real value" if left is None else mpmath.nstr(left, 6)
+    return f"it does not hold: {remainder} is left of terms of up to {mpmath.nstr(largest_term(residual, where), 6)}"
 
 
 PROMISING = 12
@@ -166,22 +174,28 @@ def judge(
 ) -> Judgement:
     """The verdict on one equation, both sides in the same symbols; a direction is the same a whole turn on."""
     if derived is None:
-        return held(printed, tuple(points), words) if isinstance(printed.claims, Unclaimed) else defined(printed)
+        return (
+            judge_by_values(printed, tuple(points), words)
+            if isinstance(printed.claims, Unclaimed)
+            else judge_definition(printed)
+        )
     if printed.legibility == "lost":
         return Judgement("reconstructed", "the print is lost; the derivation stands alone")
     consistent, at = is_consistent(printed.residual), tuple(points)
     if unknown := sorted(str(s) for s in printed.residual.free_symbols if any(s not in point for point in at)):
         return Judgement(UNJUDGED, f"{', '.join(unknown)} has no value here, and nothing says what it stands for")
     is_direction, remark = printed.defines in directions, "" if consistent else "not dimensionally consistent; "
-    compared = [(side, aligned(side, derived, at, is_direction)) for side in list_orientations(printed)]
+    compared = [(side, align_sides(side, derived, at, is_direction)) for side in list_orientations(printed)]
     edits = [_relation(side, printed, derived) for side, comparison in compared if comparison.same]
     if () in edits and consistent:
         return _agreement(printed, derived)
     if edits and () not in edits:
         return Judgement("misprint", "the relation is another", (edits[0],))
-    known = _vocabulary(printed, derived, at, words)
-    found = [_corrected(comparison, known, _relation(side, printed, derived), remark) for side, comparison in compared]
-    return min(found, key=lambda judgement: judgement.severity)
+    vocabulary = _vocabulary(printed, derived, at, words)
+    judgements = [
+        _corrected(comparison, vocabulary, _relation(side, printed, derived), remark) for side, comparison in compared
+    ]
+    return min(judgements, key=lambda judgement: judgement.severity)
 
 
 def _relation(side: Equation, printed: Equation, derived: Equation) -> tuple[Said, ...]:
@@ -194,8 +208,8 @@ def _relation(side: Equation, printed: Equation, derived: Equation) -> tuple[Sai
 
 def _vocabulary(printed: Equation, derived: Equation, points: Points, words: Iterable[Quantity]) -> list[Quantity]:
     """Quantities that may have been meant: those of both papers and derivation that have a value."""
-    known = {*words, *(s for s in derived.residual.free_symbols if isinstance(s, Quantity))} - {printed.defines}
-    return sorted((s for s in known if all(s in point for point in points)), key=str)
+    quantities = {*words, *(s for s in derived.residual.free_symbols if isinstance(s, Quantity))} - {printed.defines}
+    return sorted((s for s in quantities if all(s in point for point in points)), key=str)
 
 
 def _agreement(printed: Equation, derived: Equation) -> Judgement:
@@ -211,35 +225,41 @@ def _corrected(start: Comparison, words: list[Quantity], done: tuple[Said, ...],
     first = start.edits(words)
     exact = [edit for edit in first if _solves(start, edit)]
     if exact:
-        return _misprint([(*done, edit.what) for edit in exact], remark, exact[:1])
-    missing = lacking(start, words) if not done else ()
+        return _misprint([(*done, edit.text) for edit in exact], remark, exact[:1])
+    missing = find_missing_terms(start, words) if not done else ()
     if missing:
         return Judgement("incomplete", f"{remark}terms of the derivation are missing", missing=missing)
-    found = explained(start, first, words)
-    if found.comparison.same and not (start.bounds and len(found.edits) > MOST_OF_A_CONDITION):
-        return _misprint([(*done, *(edit.what for edit in found.edits))], remark, found.edits)
-    pairs = _pairs(start, first, words) if found.comparison.gap.unexplained and not done else []
+    explanation = explain_by_edits(start, first, words)
+    if explanation.comparison.same and not (start.bounds and len(explanation.edits) > MOST_OF_A_CONDITION):
+        return _misprint([(*done, *(edit.text for edit in explanation.edits))], remark, explanation.edits)
+    pairs = _pairs(start, first, words) if explanation.comparison.gap.unexplained and not done else []
     if pairs:
-        return _misprint([(one.what, two.what) for one, two in pairs], remark, pairs[0])
+        return _misprint([(first.text, second.text) for first, second in pairs], remark, pairs[0])
     if start.bounds:
         return _another_condition(start, remark)
-    return _left_over(found.comparison, (*done, *(edit.what for edit in found.edits)), found.edits, remark)
+    return _left_over(
+        explanation.comparison, (*done, *(edit.text for edit in explanation.edits)), explanation.edits, remark
+    )
 
 
 def _another_condition(start: Comparison, remark: str) -> Judgement:
     """A condition that no edit makes the derived one; terms that are left over say nothing of when it holds."""
     where = next((point for point in start.points if not start.equal_at(point)), start.points[0])
-    given, meant = (_shown(side, where) for side in (start.printed, start.derived))
-    finding = (
-        f"{remark}another condition than the derived one; at a random point its sides differ by {given}, not {meant}"
-    )
+    printed, derived = (_format_value(side, where) for side in (start.printed, start.derived))
+    differ = f"at a random point its sides differ by {printed}, not {derived}"
+    finding = f"{remark}another condition than the derived one; {differ}"
     return Judgement("contradicted", finding, unexplained=(start.printed,))
 
 
 def _pairs(start: Comparison, first: list[Edit], words: list[Quantity]) -> list[tuple[Edit, Edit]]:
     """Two edits that remove the difference together, the first of them one of those that leave least."""
-    tried = [edit for edit, _ in _ranked(start, first)[:PROMISING]]
-    return [(one, two) for one in tried for two in start.edited(one.result).edits(words) if _solves(start, two)]
+    candidates = [edit for edit, _ in _ranked(start, first)[:PROMISING]]
+    return [
+        (first, second)
+        for first in candidates
+        for second in start.edited(first.result).edits(words)
+        if _solves(start, second)
+    ]
 
 
 def _misprint(corrections: Sequence[tuple[Said, ...]], remark: str, edits: Sequence[Edit]) -> Judgement:
@@ -247,22 +267,22 @@ def _misprint(corrections: Sequence[tuple[Said, ...]], remark: str, edits: Seque
     return Judgement("misprint", f"{remark}removed by {len(distinct[0])} edit(s)", distinct, edits=tuple(edits))
 
 
-def _left_over(found: Comparison, done: tuple[Said, ...], edits: tuple[Edit, ...], remark: str) -> Judgement:
+def _left_over(comparison: Comparison, done: tuple[Said, ...], edits: tuple[Edit, ...], remark: str) -> Judgement:
     """What the print lacks after the edits that explain its terms, or what in it has no explanation."""
-    corrections, left = (tuple(sorted(done)),) if done else (), found.match()
+    corrections, left = (tuple(sorted(done)),) if done else (), comparison.match()
     if not left.printed:
         finding = f"{remark}terms of the derivation are missing"
         return Judgement("incomplete", finding, corrections, left.derived, edits=edits)
-    where = next((point for point in found.points if not found.equal_at(point)), found.points[0])
-    given, meant = (_shown(side, where) for side in (found.printed, found.derived))
-    fails = f"; it fails at a random point: {given} against {meant}"
+    where = next((point for point in comparison.points if not comparison.equal_at(point)), comparison.points[0])
+    printed_value, derived_value = (_format_value(side, where) for side in (comparison.printed, comparison.derived))
+    fails = f"; it fails at a random point: {printed_value} against {derived_value}"
     finding = Said(f"{remark}printed, but not derived: ", joined(", ", left.printed), fails)
     return Judgement("contradicted", finding, corrections, left.derived, left.printed, edits=edits)
 
 
-def _shown(expr: Expr, point: Point) -> str:
-    found = value(expr, point)
-    return "no real value" if found is None else mpmath.nstr(found, 6)
+def _format_value(expr: Expr, point: Point) -> str:
+    number = value(expr, point)
+    return "no real value" if number is None else mpmath.nstr(number, 6)
 
 
 def _solves(start: Comparison, edit: Edit) -> bool:
@@ -272,12 +292,12 @@ def _solves(start: Comparison, edit: Edit) -> bool:
         return False
 
 
-def _ranked(start: Comparison, tried: Iterable[Edit]) -> list[tuple[Edit, int]]:
+def _ranked(start: Comparison, candidates: Iterable[Edit]) -> list[tuple[Edit, int]]:
     """Edits that leave fewer terms without their like, best first. None may take a real value away."""
     real: Points = tuple(point for point in start.points if value(start.printed, point) is not None)
     before, better = start.gap.size, []
-    for edit in tried:
+    for edit in candidates:
         left = start.edited(edit.result).gap.size
         if left < before and all(value(edit.result, point) is not None for point in real):
             better.append((edit, left))
-    return sorted(better, key=lambda pair: (pair[1], pair[0].what))
+    return sorted(better, key=lambda pair: (pair[1], pair[0].text))

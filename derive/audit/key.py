@@ -65,18 +65,18 @@ def _is_docstring(node: object) -> bool:
 
 def sources(modules: Iterable[str]) -> set[Path]:
     """Files of modules and of all that they import from this package or from their own."""
-    waiting, found = set(modules), set[Path]()
-    own = {name.partition(".")[0] for name in (__name__, *waiting)}
+    waiting, paths = set(modules), set[Path]()
+    packages = {name.partition(".")[0] for name in (__name__, *waiting)}
     while waiting:
         module = waiting.pop()
         path = _file(module)
-        if path is None or path in found:
+        if path is None or path in paths:
             continue
-        found.add(path)
+        paths.add(path)
         package = module if path.name == "__init__.py" else module.rpartition(".")[0]
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            waiting |= {name for name in _imported(node, package) if name.partition(".")[0] in own}
-    return found
+            waiting |= {name for name in _imported(node, package) if name.partition(".")[0] in packages}
+    return paths
 
 
 def _imported(node: ast.AST, package: str) -> set[str]:
@@ -98,21 +98,21 @@ def _file(module: str) -> Path | None:
     return next((path for path in (place.with_suffix(".py"), place / "__init__.py") if path.is_file()), None)
 
 
-def of_equation(case: Case, number: str) -> str:
+def equation_key(case: Case, number: str) -> str:
     """Key of the finding on one equation, which is judged with those that it shares questions with."""
-    return of_linked(number, [of_sides(case, other) for other in case.linked(number)])
+    return linked_key(number, [sides_key(case, other) for other in case.linked(number)])
 
 
-def of_linked(number: str, keys: Sequence[str]) -> str:
+def linked_key(number: str, keys: Sequence[str]) -> str:
     """Key of the finding on one equation by what each depends on that is judged with it, this one among them."""
     return keys[0] if len(keys) == 1 else _hashed([number, *keys])
 
 
-def of_sides(case: Case, number: str) -> str:
+def sides_key(case: Case, number: str) -> str:
     """What the finding on one equation depends on: the judging code, both sides, the vocabulary, every value used."""
     pairs = [pair for choice in case.choices(number) or [AS_READ] for pair in case.footings(number, choice)]
-    kept, printed = case.lifted(number), case.paper.equations[number]
-    sides = [printed, *(side for pair in pairs for side in pair if side), *([kept] if kept else [])]
+    lifted, printed = case.lifted(number), case.paper.equations[number]
+    sides = [printed, *(side for pair in pairs for side in pair if side), *([lifted] if lifted else [])]
     symbols = _sorted(set().union(*(side.residual.free_symbols for side in sides)))
     words = _sorted({*symbols, *case.words})
     return _hashed(
@@ -124,16 +124,16 @@ def of_sides(case: Case, number: str) -> str:
             *(_choice(choice) for choice in case.choices(number)),
             *(f"{_name(s)} {sp.srepr(base)}" for s, base in case.subject.folds().items()),
             str(pairs[-1][0].defines in case.directions),
-            str(case.subject.held(printed.claims, printed.defines)) if printed.defines else "",
+            str(case.subject.constraint_residuals(printed.claims, printed.defines)) if printed.defines else "",
             *sorted(f"{s} {why}" for s, why in case.assumed(number).items()),
             *(f"{s} {called}" for s, called in sorted(case.subject.actions().items(), key=str) if s in symbols),
             *(f"{_name(s)} {_at(s, point)}" for s in words for point in case.points),
-            *(f"{_name(s)} {_along(s, case.cycle)}" for s in symbols),
+            *(f"{_name(s)} {_cycle_values(s, case.cycle)}" for s in symbols),
         ]
     )
 
 
-def of_laws(case: Case, chosen: Mapping[str, Choice]) -> str:
+def laws_key(case: Case, chosen: Mapping[str, Choice]) -> str:
     """Key of the findings on chains as a whole: the code of trial and subject, the subject's files, the equations.
 
     ``chosen`` says how equations are read that can be read in several ways.
@@ -148,17 +148,21 @@ def of_laws(case: Case, chosen: Mapping[str, Choice]) -> str:
     return _hashed(parts)
 
 
-def equation(found: Equation) -> str:
+def equation(equation_: Equation) -> str:
     """An equation as text that says all of it, in canonical order."""
-    names = [_name(s) for s in _sorted(found.residual.free_symbols)]
-    said = [found.number, found.legibility, str(found.claims), str(found.defines), found.relation]
-    said += [str(found.stated), sp.srepr(found.where), *found.rebuilt]
-    said += [f"{w.where} {w.values} {w.between}" for w in found.witnesses]
-    return "\n".join([*said, *names, sp.srepr(found.residual)])
+    names = [_name(s) for s in _sorted(equation_.residual.free_symbols)]
+    fields = [equation_.number, equation_.legibility, str(equation_.claims), str(equation_.defines), equation_.relation]
+    fields += [str(equation_.stated), sp.srepr(equation_.where), *equation_.rebuilt]
+    fields += [f"{w.where} {w.values} {w.between}" for w in equation_.witnesses]
+    return "\n".join([*fields, *names, sp.srepr(equation_.residual)])
 
 
 def _choice(choice: Choice) -> str:
-    maps = (f"{symbol} {sp.srepr(e)}" for given in (choice.printed, choice.derived) for symbol, e in given.items())
+    maps = (
+        f"{symbol} {sp.srepr(e)}"
+        for substitutions in (choice.printed, choice.derived)
+        for symbol, e in substitutions.items()
+    )
     because = (answer.because for answer in choice.answers)
     return "\n".join([choice.meaning, *because, *maps, sp.srepr(choice.text)])
 
@@ -171,7 +175,7 @@ def _at(symbol: sp.Symbol, point: Point) -> str:
     return point.digits(symbol) if symbol in point else "-"
 
 
-def _along(symbol: sp.Symbol, cycle: list[Point]) -> str:
+def _cycle_values(symbol: sp.Symbol, cycle: list[Point]) -> str:
     """Values along the cycle as whole numbers of a unit in the last digit of the largest."""
     if not all(symbol in point for point in cycle):
         return "-"

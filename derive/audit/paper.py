@@ -113,8 +113,8 @@ class Subject(Protocol):
         one to SymPy, whatever either says that it means."""
         return {}
 
-    def held(self, claim: Claimed, said: Expr) -> Mapping[str, Expr]:
-        """What must vanish of the thing that a claim is about, by what ``said`` says that it is: where it is held."""
+    def constraint_residuals(self, claim: Claimed, formula: Expr) -> Mapping[str, Expr]:
+        """What must vanish of the thing that a claim is about, by the ``formula`` for it, at its supports."""
         return {}
 
     def zero(self) -> Mapping[sp.Symbol, str]:
@@ -264,7 +264,7 @@ class Paper:
         {d: 2*r}
         """
         for number in numbers:
-            self._known(number)
+            self._equation(number)
             self.readings.setdefault(number, {}).update(meaning)
         if not numbers:
             self.reading.update(meaning)
@@ -277,7 +277,7 @@ class Paper:
         paper does not have.
         """
         for number in numbers:
-            self._known(number)
+            self._equation(number)
         self.questions.append(Question(tuple(numbers), readings))
 
     def rebuilds(self, number: str, *pieces: str) -> None:
@@ -285,7 +285,7 @@ class Paper:
 
         Raises ValueError for a number that the paper does not have.
         """
-        self.equations[number] = replace(self._known(number), rebuilt=pieces)
+        self.equations[number] = replace(self._equation(number), rebuilt=pieces)
 
     def shows(
         self, number: str, where: str, between: Mapping[Quantity, tuple[Expr, Expr]] | None = None, **values: str
@@ -297,12 +297,14 @@ class Paper:
         allow [the unit of the symbol]. Raises ValueError for a number that the paper does not have, KeyError for a
         symbol that its equation does not have. Example: `Paper`.
         """
-        known = self._known(number)
+        equation = self._equation(number)
         bounds = tuple((symbol, sp.sympify(low), sp.sympify(high)) for symbol, (low, high) in (between or {}).items())
-        asked = known.residual.free_symbols.union(*(low.free_symbols | high.free_symbols for _, low, high in bounds))
-        named = {str(s): s for s in asked if isinstance(s, Quantity)}
+        symbols_shown = equation.residual.free_symbols.union(
+            *(low.free_symbols | high.free_symbols for _, low, high in bounds)
+        )
+        named = {str(s): s for s in symbols_shown if isinstance(s, Quantity)}
         witness = Witness(where, tuple((named[name], digits) for name, digits in values.items()), bounds)
-        self.equations[number] = replace(known, witnesses=(*known.witnesses, witness))
+        self.equations[number] = replace(equation, witnesses=(*equation.witnesses, witness))
 
     def refers(self, symbols: Sequence[Quantity], *numbers: str) -> None:
         """State that the paper takes ``symbols``, each in its unit, from these equations.
@@ -310,10 +312,10 @@ class Paper:
         Raises ValueError for a number that the paper does not have.
         """
         for number in numbers:
-            self._known(number)
+            self._equation(number)
         self.references.append(Reference(tuple(symbols), numbers))
 
-    def _known(self, number: str) -> Equation:
+    def _equation(self, number: str) -> Equation:
         if number not in self.equations:
             raise ValueError(f"{self.name} has no equation {number} to read")
         return self.equations[number]

@@ -13,7 +13,7 @@ from ..equations import Equation
 from ..evaluate import TOLERANCE, Point
 from ..quantity import Quantity, is_consistent
 from .case import AS_READ, Case, Choice
-from .comparison import facing, say_the_same, solved
+from .comparison import align_derived, say_the_same, solve_for
 from .edits import Edit
 from .judge import FAULTS, UNJUDGED, Judgement, explain_unjudged, holds, judge
 from .terms import Points, value
@@ -23,17 +23,17 @@ SHOWN = 3
 """Symbols of which a remark gives the values."""
 
 
-def confirm_in_use(case: Case, printed: Equation, derived: Equation | None, found: Judgement) -> Judgement:
+def confirm_in_use(case: Case, printed: Equation, derived: Equation | None, judgement: Judgement) -> Judgement:
     """Return the judgement, or that the equation holds where the machine uses it, with a place where it does not."""
-    if found.verdict not in FAULTS or not is_consistent(printed.residual):
-        return found
+    if judgement.verdict not in FAULTS or not is_consistent(printed.residual):
+        return judgement
     where = sp.true if derived is None else derived.where
     for points in (case.cycle, case.nearby):
         if not _says_the_same(case, printed, derived, [point for point in points if point.holds(where)]):
-            return found
+            return judgement
     outside = next((p for p in case.points_where(where) if not _says_the_same(case, printed, derived, [p])), None)
     if outside is None:
-        return found
+        return judgement
     domain = _describe_failure(printed, derived, outside)
     finding = Said("it holds where the machine uses it, and not everywhere: ", domain)
     return Judgement("confirmed as rebuilt" if printed.rebuilt else "confirmed", finding, domain=domain)
@@ -55,26 +55,26 @@ def _describe_failure(printed: Equation, derived: Equation | None, point: Point)
     places: list[Piece] = [Said(s, f" = {mpmath.nstr(point(s), 4)}") for s in symbols[:SHOWN]]
     where = Said("at ", joined(", ", places)) if len(symbols) <= SHOWN else Said("at a random point")
     if derived is None:
-        return Said(where, f" {_shown(printed, point)} is left")
-    return Said(where, f" it gives {_shown(printed, point)} for {_shown(derived, point)}")
+        return Said(where, f" {_format_side(printed, point)} is left")
+    return Said(where, f" it gives {_format_side(printed, point)} for {_format_side(derived, point)}")
 
 
-def _shown(side: Equation, point: Point) -> str:
+def _format_side(side: Equation, point: Point) -> str:
     """The value of what an equation defines its symbol as, or of its residual."""
-    given = value(side.residual if side.defines is None else solved(side, side.defines), point)
-    return "no real value" if given is None else mpmath.nstr(given, 6)
+    number = value(side.residual if side.defines is None else solve_for(side, side.defines), point)
+    return "no real value" if number is None else mpmath.nstr(number, 6)
 
 
-def folded(terms: Iterable[Expr], folds: Mapping[sp.Symbol, Expr]) -> tuple[Expr, ...]:
+def fold_terms(terms: Iterable[Expr], folds: Mapping[sp.Symbol, Expr]) -> tuple[Expr, ...]:
     """The same sum in fewer terms, where a symbol less what ``folds`` take from it makes them fewer."""
-    whole, back = sp.Add(*terms), dict[sp.Symbol, Expr]()
+    total, back = sp.Add(*terms), dict[sp.Symbol, Expr]()
     for symbol, base in folds.items():
-        if symbol in whole.free_symbols:
+        if symbol in total.free_symbols:
             difference = sp.Dummy(str(symbol), real=True)
-            trial = sp.expand(whole.xreplace({symbol: base + difference}), trig=False)
-            if len(sp.Add.make_args(trial)) < len(sp.Add.make_args(whole)):
-                whole, back = trial, back | {difference: symbol - base}
-    return tuple(term.xreplace(back) for term in sp.Add.make_args(whole) if term != 0)
+            trial = sp.expand(total.xreplace({symbol: base + difference}), trig=False)
+            if len(sp.Add.make_args(trial)) < len(sp.Add.make_args(total)):
+                total, back = trial, back | {difference: symbol - base}
+    return tuple(term.xreplace(back) for term in sp.Add.make_args(total) if term != 0)
 
 
 ACTIONS = ("N", "N m")
@@ -104,12 +104,12 @@ class Outcome:
         return len({hearing.judgement.verdict for hearing in (self.kindest, *self.every)}) == 1
 
 
-def heard(case: Case, number: str) -> Outcome:
+def judge_readings(case: Case, number: str) -> Outcome:
     """An equation's outcome under the kindest joint reading of all equations that are linked with it."""
-    return heard_together(case, number)[number]
+    return judge_linked_readings(case, number)[number]
 
 
-def heard_together(case: Case, number: str) -> dict[str, Outcome]:
+def judge_linked_readings(case: Case, number: str) -> dict[str, Outcome]:
     """Outcomes of an equation and of those that share questions with it, under one answer to each question.
 
     Taken is the joint answer with the least sum of severities; of equally kind ones that which stands first. A reading
@@ -118,16 +118,16 @@ def heard_together(case: Case, number: str) -> dict[str, Outcome]:
     if not case.choices(number):
         return {number: Outcome(_attempted(case, number, AS_READ))}
     numbers = case.linked(number)
-    every = {n: tuple(_attempted(case, n, choice) for choice in case.choices(n)) for n in numbers}
+    all_hearings = {n: tuple(_attempted(case, n, choice) for choice in case.choices(n)) for n in numbers}
 
-    def under(joint: Mapping[str, Choice]) -> dict[str, Hearing]:
-        return {n: next(h for h in every[n] if h.choice == choice) for n, choice in joint.items()}
+    def select_joint(joint: Mapping[str, Choice]) -> dict[str, Hearing]:
+        return {n: next(h for h in all_hearings[n] if h.choice == choice) for n, choice in joint.items()}
 
     def severity(hearings: Mapping[str, Hearing]) -> tuple[int, ...]:
         return tuple(map(sum, zip(*(h.judgement.severity for h in hearings.values()), strict=True)))
 
-    kindest = min(map(under, case.joint_choices(numbers)), key=severity)
-    return {n: Outcome(hearing, every[n]) for n, hearing in kindest.items()}
+    kindest = min(map(select_joint, case.joint_choices(numbers)), key=severity)
+    return {n: Outcome(hearing, all_hearings[n]) for n, hearing in kindest.items()}
 
 
 def _attempted(case: Case, number: str, choice: Choice) -> Hearing:
@@ -139,62 +139,64 @@ def _attempted(case: Case, number: str, choice: Choice) -> Hearing:
 
 def _heard(case: Case, number: str, choice: Choice) -> Hearing:
     """The mildest judgement among the footings; missing terms are told on that which leaves fewest."""
-    tried = [
+    hearings = [
         Hearing(_judged(case, printed, derived), printed, derived, choice)
         for printed, derived in case.footings(number, choice)
     ]
-    mildest = min(tried, key=lambda hearing: hearing.judgement.severity)
+    mildest = min(hearings, key=lambda hearing: hearing.judgement.severity)
     if loose := _loose(case, mildest):
         return replace(mildest, judgement=_unheld(mildest.judgement, loose))
     if mildest.judgement.verdict not in FAULTS:
         return mildest
     folds = case.subject.folds()
-    told = min((_folded(hearing, folds) for hearing in tried), key=_length)
-    found = replace(told.judgement, verdict=mildest.judgement.verdict, finding=mildest.judgement.finding,
+    shortest = min((_folded(hearing, folds) for hearing in hearings), key=_length)
+    judgement = replace(shortest.judgement, verdict=mildest.judgement.verdict, finding=mildest.judgement.finding,
                     unexplained=mildest.judgement.unexplained)  # fmt: skip
-    return replace(told, judgement=found)
+    return replace(shortest, judgement=judgement)
 
 
 def _judged(case: Case, printed: Equation, derived: Equation | None) -> Judgement:
     points = case.points if derived is None else case.points_where(derived.where)
-    found = judge(printed, derived, points, case.words, case.directions)
-    return confirm_in_use(case, printed, derived, found)
+    judgement = judge(printed, derived, points, case.words, case.directions)
+    return confirm_in_use(case, printed, derived, judgement)
 
 
 def _loose(case: Case, hearing: Hearing) -> dict[str, Expr]:
     """Of what must vanish where a thing is held, what does not by the printed formula at its correction."""
-    symbol, found = hearing.printed.defines, hearing.judgement
+    symbol, judgement = hearing.printed.defines, hearing.judgement
     if symbol is None or hearing.printed.legibility == "lost":
         return {}
-    said = found.edits[-1].result if found.verdict == "misprint" else solved(hearing.printed, symbol)
-    held = case.subject.held(hearing.printed.claims, said)
-    held = {name: left.xreplace(hearing.choice.derived) for name, left in held.items()}
-    return {name: left for name, left in held.items() if any(abs(point(left)) > TOLERANCE for point in case.points)}
+    formula = judgement.edits[-1].result if judgement.verdict == "misprint" else solve_for(hearing.printed, symbol)
+    constraints = case.subject.constraint_residuals(hearing.printed.claims, formula)
+    constraints = {name: left.xreplace(hearing.choice.derived) for name, left in constraints.items()}
+    return {
+        name: left for name, left in constraints.items() if any(abs(point(left)) > TOLERANCE for point in case.points)
+    }
 
 
-def _unheld(found: Judgement, loose: Mapping[str, Expr]) -> Judgement:
+def _unheld(judgement: Judgement, loose: Mapping[str, Expr]) -> Judgement:
     pieces = [Said(f"{name} is ", left, ", and must be 0") for name, left in loose.items()]
-    if found.verdict in FAULTS:
-        pieces.insert(0, Said(found.finding))
-    return replace(found, verdict="contradicted", finding=joined("; ", pieces), loose=tuple(loose))
+    if judgement.verdict in FAULTS:
+        pieces.insert(0, Said(judgement.finding))
+    return replace(judgement, verdict="contradicted", finding=joined("; ", pieces), loose=tuple(loose))
 
 
 def _folded(hearing: Hearing, folds: Mapping[sp.Symbol, Expr]) -> Hearing:
-    missing = folded(hearing.judgement.missing, folds)
+    missing = fold_terms(hearing.judgement.missing, folds)
     return replace(hearing, judgement=replace(hearing.judgement, missing=missing))
 
 
 def _length(hearing: Hearing) -> int:
     """What there is to tell of a difference: edits, and terms left over."""
-    found = hearing.judgement
-    return len(found.edits) + len(found.missing) + len(found.unexplained)
+    judgement = hearing.judgement
+    return len(judgement.edits) + len(judgement.missing) + len(judgement.unexplained)
 
 
-def faced(case: Case, hearing: Hearing) -> Equation | None:
+def derived_side(case: Case, hearing: Hearing) -> Equation | None:
     """The derived side of a hearing with the sign of the printed one; None where there is nothing to compare."""
     if hearing.derived is None or hearing.judgement.verdict == UNJUDGED:
         return None
-    return facing(hearing.printed, hearing.derived, tuple(case.points))
+    return align_derived(hearing.printed, hearing.derived, tuple(case.points))
 
 
 def is_fragile(judgement: Judgement) -> bool:
@@ -206,11 +208,11 @@ def is_fragile(judgement: Judgement) -> bool:
     return any(isinstance(new, Quantity) and _one_apart(str(old), str(new)) for old, new in swaps)
 
 
-def _one_apart(one: str, two: str) -> bool:
+def _one_apart(first: str, second: str) -> bool:
     """Whether two names are one character apart, put in, left out or exchanged."""
-    short, long = sorted((one, two), key=len)
+    short, long = sorted((first, second), key=len)
     if len(short) == len(long):
-        return sum(a != b for a, b in zip(one, two, strict=True)) == 1
+        return sum(a != b for a, b in zip(first, second, strict=True)) == 1
     return len(long) - len(short) == 1 and any(long[:i] + long[i + 1 :] == short for i in range(len(long)))
 
 
@@ -232,7 +234,7 @@ def reasons(judgement: Judgement, printed: Equation, actions: Mapping[sp.Symbol,
 def _same_wherever(edit: Edit) -> str:
     """An edit without the place where it is made."""
     if len(edit.swaps) != 1:
-        return str(edit.what)
+        return str(edit.text)
     ((old, new),) = edit.swaps
     return f"{new} for {old}"
 
@@ -243,5 +245,5 @@ def _left_out(missing: Iterable[Expr], printed: Expr, actions: Mapping[sp.Symbol
     acting = {s for t in terms for s in t.free_symbols if isinstance(s, Quantity) and s.unit in ACTIONS}
     acting = acting - printed.free_symbols or acting
     named = (actions.get(s, str(s)).partition("; ")[0] for s in sorted(acting, key=str))
-    found = list(dict.fromkeys(f"lacks {meaning.rpartition(', ')[0] or meaning}" for meaning in named))
-    return found or [f"lacks {term}" for term in terms[:1]]
+    reasons_ = list(dict.fromkeys(f"lacks {meaning.rpartition(', ')[0] or meaning}" for meaning in named))
+    return reasons_ or [f"lacks {term}" for term in terms[:1]]

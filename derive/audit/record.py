@@ -17,7 +17,7 @@ from ..evaluate import Point
 from ..quantity import NONE, Dimension, DimensionError, dimension, of_unit
 from .case import Case
 from .judge import Judgement, explain_unjudged
-from .reading_search import Outcome, faced, heard_together, is_fragile, reasons
+from .reading_search import Outcome, derived_side, is_fragile, judge_linked_readings, reasons
 from .terms import Match, expanded, remainder_vanishes, value
 from .typesetting import Piece, Said, joined, typeset_equation, typeset_inline, typeset_sentence
 
@@ -25,33 +25,33 @@ LACKS = "lacks "
 """How the reason of a finding begins that is an omission."""
 
 
-def causes(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def group_causes(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Every reason of a finding, once, with the equations of its paper that have it; the most shared first.
 
     An equation that lacks several things for one reason has the one that it shares with most others.
     """
     shared = Counter((r["paper"], reason) for r in records for reason in r["reasons"])
-    found: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    records_by_cause: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
     for record in records:
         for reason in _chosen(record, shared):
-            found.setdefault((record["paper"], reason), []).append(record)
-    ranked = sorted(found.items(), key=lambda item: -len(item[1]))
+            records_by_cause.setdefault((record["paper"], reason), []).append(record)
+    ranked = sorted(records_by_cause.items(), key=lambda item: -len(item[1]))
     return [_cause(paper, reason, mine) for (paper, reason), mine in ranked]
 
 
 def _chosen(record: Mapping[str, Any], shared: Mapping[tuple[str, str], int]) -> list[str]:
     lacking = [reason for reason in record["reasons"] if reason.startswith(LACKS)]
-    most = max(lacking, key=lambda reason: shared[record["paper"], reason], default=None)
-    return [reason for reason in record["reasons"] if reason not in lacking or reason == most]
+    commonest = max(lacking, key=lambda reason: shared[record["paper"], reason], default=None)
+    return [reason for reason in record["reasons"] if reason not in lacking or reason == commonest]
 
 
-def _cause(paper: str, reason: str, mine: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _cause(paper: str, reason: str, records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     omitted = reason.startswith(LACKS)
     return {
         "paper": paper,
         "cause": f"{reason.removeprefix(LACKS)} is left out" if omitted else reason,
-        "repair": f"add {_describe_terms(mine[0])}" if omitted else reason,
-        "equations": [f"{paper}: {record['equation']}" for record in mine],
+        "repair": f"add {_describe_terms(records[0])}" if omitted else reason,
+        "equations": [f"{paper}: {record['equation']}" for record in records],
         "numbers": [],
     }
 
@@ -60,7 +60,7 @@ def _describe_terms(record: Mapping[str, Any]) -> str:
     return ", ".join(term["term"] for term in record["terms"])
 
 
-def told(law: Mapping[str, Any], equations: Mapping[str, Mapping[str, Any]]) -> str:
+def describe_law_cause(law: Mapping[str, Any], equations: Mapping[str, Mapping[str, Any]]) -> str:
     """Return what is missing where, and by how much its repair alone reduces the violation of a broken law.
 
     The equation is that of the largest Shapley value. These values may be negative or exceed the violation, so none of
@@ -70,10 +70,10 @@ def told(law: Mapping[str, Any], equations: Mapping[str, Mapping[str, Any]]) -> 
         return ""
     first = law["shares"][0]
     record = equations[first["equation"]]
-    what = f"it lacks {_describe_terms(record)}" if record["terms"] else _repair(record)
+    defect = f"it lacks {_describe_terms(record)}" if record["terms"] else _repair(record)
     left = max(law["violation"] - first["alone"], 0.0)
     sizes = f"from {law['violation']:.3g} to {left:.3g} {law['unit']}"
-    return f"Repairing ({record['equation']}) alone reduces the violation {sizes}: {record['claims']}; {what}."
+    return f"Repairing ({record['equation']}) alone reduces the violation {sizes}: {record['claims']}; {defect}."
 
 
 def _repair(record: Mapping[str, Any]) -> str:
@@ -89,7 +89,7 @@ class Vanished:
     printed: bool
 
 
-def vanished(case: Case, number: str, sign: Expr = sp.S.One) -> list[Vanished]:
+def find_vanishing_terms(case: Case, number: str, sign: Expr = sp.S.One) -> list[Vanished]:
     """What vanishes in an equation: terms of its derivation (times ``sign``), then those of the print."""
     return [*_derived(case, number, sign), *_read(case, number)]
 
@@ -97,12 +97,14 @@ def vanished(case: Case, number: str, sign: Expr = sp.S.One) -> list[Vanished]:
 def _derived(case: Case, number: str, sign: Expr) -> list[Vanished]:
     """Terms that the derivation has while the assumptions are lifted, and those that the print has."""
     reasons = case.assumed(number)
-    kept = case.lifted(number)
-    own = [sign * t for t in _lost(expanded(kept.residual), reasons, case.points)] if kept else []
-    given = [t for t in expanded(case.paper.equations[number].residual) if t.free_symbols & reasons.keys()]
-    only_printed = [t for t in given if t not in own and -t not in own]
-    found = [(t, t in given or -t in given) for t in _sorted(own)] + [(t, True) for t in _sorted(only_printed)]
-    return [Vanished(term, _why(term, reasons), printed) for term, printed in found]
+    lifted = case.lifted(number)
+    derived_terms = [sign * t for t in _lost(expanded(lifted.residual), reasons, case.points)] if lifted else []
+    printed_terms = [t for t in expanded(case.paper.equations[number].residual) if t.free_symbols & reasons.keys()]
+    only_printed = [t for t in printed_terms if t not in derived_terms and -t not in derived_terms]
+    terms = [(t, t in printed_terms or -t in printed_terms) for t in _sorted(derived_terms)] + [
+        (t, True) for t in _sorted(only_printed)
+    ]
+    return [Vanished(term, _why(term, reasons), printed) for term, printed in terms]
 
 
 def _lost(terms: Iterable[Expr], reasons: Mapping[sp.Symbol, str], points: list[Point]) -> list[Expr]:
@@ -111,15 +113,15 @@ def _lost(terms: Iterable[Expr], reasons: Mapping[sp.Symbol, str], points: list[
     lost = [term for term in terms if term.free_symbols & reasons.keys()]
     for symbol in sorted(set().union(*(t.free_symbols for t in lost)) - reasons.keys(), key=str):
         shared = [term for term in lost if symbol in term.free_symbols]
-        whole = Match(tuple(term.xreplace(unit) for term in shared), ())
-        if len(shared) > 1 and remainder_vanishes(whole, points):
+        match = Match(tuple(term.xreplace(unit) for term in shared), ())
+        if len(shared) > 1 and remainder_vanishes(match, points):
             lost = [term for term in lost if term not in shared]
     return lost
 
 
 def _why(term: Expr, reasons: Mapping[sp.Symbol, str]) -> Said:
-    here = sorted(term.free_symbols & reasons.keys(), key=str)
-    return joined("; ", (Said(s, f" = 0: {reasons[s]}") for s in here))
+    symbols = sorted(term.free_symbols & reasons.keys(), key=str)
+    return joined("; ", (Said(s, f" = 0: {reasons[s]}") for s in symbols))
 
 
 def _read(case: Case, number: str) -> list[Vanished]:
@@ -127,12 +129,12 @@ def _read(case: Case, number: str) -> list[Vanished]:
     reading = {s: e for s, e in case.reading_of(number).items() if s not in case.assumed(number)}
     terms = expanded(case.paper.equations[number].residual)
     left = {m for _, m in _split(expanded(sp.Add(*terms).xreplace(reading)))}
-    found = []
+    vanished_terms = []
     for term in _sorted(terms):
         read = expanded(term.xreplace(reading))
         if not any(monomial in left for _, monomial in _split(read)):
-            found.append(Vanished(term, case.read_as(number), True))
-    return found
+            vanished_terms.append(Vanished(term, case.read_as(number), True))
+    return vanished_terms
 
 
 def _split(terms: tuple[Expr, ...]) -> list[tuple[Expr, Expr]]:
@@ -155,13 +157,17 @@ def index_records(
     records: Iterable[Record], typeset: Mapping[str, Mapping[str, Record]]
 ) -> dict[tuple[str, str], Record]:
     """Records of equations by paper and number, each with what is typeset of it; others are left out."""
-    found = ((r, typeset.get(r["paper"], {}).get(r["equation"])) for r in records)
-    return {(r["paper"], r["equation"]): {**r, MATHML: shown} for r, shown in found if shown is not None}
+    pairs = ((r, typeset.get(r["paper"], {}).get(r["equation"])) for r in records)
+    return {
+        (r["paper"], r["equation"]): {**r, MATHML: typeset_record}
+        for r, typeset_record in pairs
+        if typeset_record is not None
+    }
 
 
-def is_reusable(known: Record | None, key: str) -> bool:
+def is_reusable(record: Record | None, key: str) -> bool:
     """Whether a record was made from the same as a new one would be."""
-    return known is not None and known.get("key") == key
+    return record is not None and record.get("key") == key
 
 
 def equation(case: Case, number: str, key: str) -> Record:
@@ -172,7 +178,7 @@ def equation(case: Case, number: str, key: str) -> Record:
 def record_equations(case: Case, keys: Mapping[str, str]) -> list[Record]:
     """The findings on equations that are judged together; ``keys`` are theirs, by number."""
     try:
-        outcomes = heard_together(case, next(iter(keys)))
+        outcomes = judge_linked_readings(case, next(iter(keys)))
     except Exception as error:  # one question must not end the audit of the others
         return [record_unjudged(case, number, key, error) for number, key in keys.items()]
     return [_attempted(case, number, key, outcomes[number]) for number, key in keys.items()]
@@ -187,12 +193,12 @@ def _attempted(case: Case, number: str, key: str, outcome: Outcome) -> Record:
 
 def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Record:
     """The record of an equation that cannot be judged, with the reason in `finding`."""
-    printed, found = case.paper.equations[number], explain_unjudged(error)
+    printed, judgement = case.paper.equations[number], explain_unjudged(error)
     text = _text(printed)
     try:
-        shown = typeset_equation(printed)
+        formula = typeset_equation(printed)
     except Exception:  # what cannot be judged may be what cannot be set
-        shown = typeset_sentence(text)
+        formula = typeset_sentence(text)
     empty: Record = {part: [] for part in ("correction", "depends", "terms", "unexplained", "vanishing")}
     return {
         "paper": case.paper.name,
@@ -200,8 +206,8 @@ def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Reco
         "legibility": printed.legibility,
         "rebuilt": list(printed.rebuilt),
         "claims": str(printed.claims),
-        "verdict": found.verdict,
-        "finding": found.finding,
+        "verdict": judgement.verdict,
+        "finding": judgement.finding,
         "fragile": False,
         "reading": "",
         "answer": "",
@@ -212,39 +218,45 @@ def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Reco
         "derived": "",
         "defines": str(printed.defines or ""),
         "key": key,
-        MATHML: {"printed": shown, "derived": "", "finding": typeset_sentence(found.finding), "reading": "", **empty},
+        MATHML: {
+            "printed": formula,
+            "derived": "",
+            "finding": typeset_sentence(judgement.finding),
+            "reading": "",
+            **empty,
+        },
         **empty,
     }
 
 
 def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     """The record of an outcome."""
-    found, printed, meant = outcome.kindest.judgement, outcome.kindest.printed, faced(case, outcome.kindest)
+    judgement, printed, meant = outcome.kindest.judgement, outcome.kindest.printed, derived_side(case, outcome.kindest)
     derived = outcome.kindest.derived
     flipped = derived and meant and meant.residual == -derived.residual
-    gone = vanished(case, number, sp.S.NegativeOne if flipped else sp.S.One)
-    corrections = [joined("; ", edits) for edits in found.corrections]
-    missing, unexplained = _ordered(found.missing), _ordered(found.unexplained)
+    gone = find_vanishing_terms(case, number, sp.S.NegativeOne if flipped else sp.S.One)
+    corrections = [joined("; ", edits) for edits in judgement.corrections]
+    missing, unexplained = _ordered(judgement.missing), _ordered(judgement.unexplained)
     lost = printed.legibility == "lost" and printed.residual == 0
     read = _read_as(case, number, outcome)
     depends = [{"reading": h.choice.meaning, "because": h.choice.because, "verdict": h.judgement.verdict,
-                "finding": _told(h.judgement)} for h in outcome.every]  # fmt: skip
+                "finding": _describe_finding(h.judgement)} for h in outcome.every]  # fmt: skip
     return {
         "paper": case.paper.name,
         "equation": number,
         "legibility": printed.legibility,
         "rebuilt": list(printed.rebuilt),
         "claims": str(printed.claims),
-        "verdict": found.verdict,
-        "finding": str(found.finding),
-        "fragile": is_fragile(found),
+        "verdict": judgement.verdict,
+        "finding": str(judgement.finding),
+        "fragile": is_fragile(judgement),
         "correction": [str(text) for text in corrections],
         "reading": str(read),
         "answer": outcome.kindest.choice.meaning,
-        "depends": [{part: str(text) for part, text in one.items()} for one in depends],
+        "depends": [{part: str(text) for part, text in reading.items()} for reading in depends],
         "robust": outcome.robust,
-        "domain": str(found.domain),
-        "reasons": list(reasons(found, printed, case.subject.actions())),
+        "domain": str(judgement.domain),
+        "reasons": list(reasons(judgement, printed, case.subject.actions())),
         "terms": _terms(case, missing, meant),
         "unexplained": _terms(case, unexplained, meant),
         "vanishing": [_vanishing(v) for v in gone],
@@ -255,10 +267,10 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         MATHML: {
             "printed": "" if lost else typeset_equation(printed),
             "derived": typeset_equation(meant) if meant else "",
-            "finding": typeset_sentence(found.finding),
+            "finding": typeset_sentence(judgement.finding),
             "correction": [typeset_sentence(text) for text in corrections],
             "reading": typeset_sentence(read),
-            "depends": [{part: typeset_sentence(text) for part, text in one.items()} for one in depends],
+            "depends": [{part: typeset_sentence(text) for part, text in reading.items()} for reading in depends],
             "terms": [typeset_inline(term) for term in missing],
             "unexplained": [typeset_inline(term) for term in unexplained],
             "vanishing": [{"term": typeset_inline(v.term), "because": typeset_sentence(v.because)} for v in gone],
@@ -272,19 +284,23 @@ def _read_as(case: Case, number: str, outcome: Outcome) -> Said:
     return joined("; ", [text for text in (case.read_as(number), chosen) if text])
 
 
-def _told(found: Judgement) -> Said:
+def _describe_finding(judgement: Judgement) -> Said:
     """A finding with its correction or the number of its missing terms."""
-    parts: list[Piece] = [joined("; ", edits) for edits in found.corrections[:1]]
-    parts += [f"{len(found.missing)} missing"] if found.missing else []
-    return Said(found.finding, ": ", joined("; ", parts)) if parts and not found.unexplained else Said(found.finding)
+    parts: list[Piece] = [joined("; ", edits) for edits in judgement.corrections[:1]]
+    parts += [f"{len(judgement.missing)} missing"] if judgement.missing else []
+    return (
+        Said(judgement.finding, ": ", joined("; ", parts))
+        if parts and not judgement.unexplained
+        else Said(judgement.finding)
+    )
 
 
 def _ordered(terms: Iterable[Expr]) -> list[Expr]:
     return sorted(terms, key=sp.default_sort_key)
 
 
-def _vanishing(found: Vanished) -> Record:
-    return {"term": str(found.term), "because": str(found.because), "printed": found.printed}
+def _vanishing(term: Vanished) -> Record:
+    return {"term": str(term.term), "because": str(term.because), "printed": term.printed}
 
 
 def _text(equation: Equation) -> str:
@@ -319,10 +335,10 @@ def _rounded(value: mpmath.mpf | None) -> float | None:
 def unit_of(expr: Expr) -> str:
     """A unit of the dimension of an expression; a question mark where it mixes dimensions."""
     try:
-        found = dimension(expr) or NONE
+        expr_dimension = dimension(expr) or NONE
     except DimensionError:
         return "?"
-    return next((u for u in _NAMED if of_unit(u) == found), None) or _composed(found)
+    return next((u for u in _NAMED if of_unit(u) == expr_dimension), None) or _composed(expr_dimension)
 
 
 def _composed(exponents: Dimension) -> str:
@@ -334,12 +350,12 @@ def _composed(exponents: Dimension) -> str:
     return f"{above or 1}/{below}" if below else above
 
 
-def summary(records: Iterable[Record]) -> dict[str, dict[str, int]]:
+def count_verdicts(records: Iterable[Record]) -> dict[str, dict[str, int]]:
     """How many of each verdict, by paper."""
     counts: dict[str, Counter[str]] = {}
     for record in records:
         counts.setdefault(record["paper"], Counter())[record["verdict"]] += 1
-    return {paper: dict(sorted(found.items())) for paper, found in counts.items()}
+    return {paper: dict(sorted(counter.items())) for paper, counter in counts.items()}
 
 
 def format_records(
@@ -347,8 +363,8 @@ def format_records(
 ) -> str:
     """Everything but what is typeset; ``papers`` hold title and model by short name."""
     plain = [{key: part for key, part in record.items() if key != MATHML} for record in records]
-    found = {"equations": plain, "laws": list(laws), "causes": causes(records), "references": list(references)}
-    return _json(found | {"papers": papers, "summary": summary(records)})
+    content = {"equations": plain, "laws": list(laws), "causes": group_causes(records), "references": list(references)}
+    return _json(content | {"papers": papers, "summary": count_verdicts(records)})
 
 
 def format_typeset(records: Iterable[Record]) -> str:

@@ -24,10 +24,10 @@ Sum = dict[Key, tuple[Expr, Rational]]
 def expanded(expr: Expr) -> tuple[Expr, ...]:
     """Terms of an expression multiplied out; none for zero. Summand by summand, for edits change but one."""
     if isinstance(expr, sp.Add):
-        whole = sp.Add(*(term for summand in expr.args for term in expanded(summand)))
+        expanded_expr = sp.Add(*(term for summand in expr.args for term in expanded(summand)))
     else:
-        whole = sp.expand(expr, trig=False)
-    return tuple(t for t in sp.Add.make_args(whole) if t != 0)
+        expanded_expr = sp.expand(expr, trig=False)
+    return tuple(t for t in sp.Add.make_args(expanded_expr) if t != 0)
 
 
 @cache
@@ -53,9 +53,9 @@ def monomials(expr: Expr, points: Points) -> Sum:
     total: Sum = {}
     for summand in expr.args:
         for key, (monomial, coefficient) in _monomials(summand, points).items():
-            known, before = total.get(key, (monomial, S.Zero))
-            total[key] = known, before + coefficient
-    return {key: found for key, found in total.items() if found[1] != 0}
+            representative, before = total.get(key, (monomial, S.Zero))
+            total[key] = representative, before + coefficient
+    return {key: entry for key, entry in total.items() if entry[1] != 0}
 
 
 @cache
@@ -64,9 +64,9 @@ def _monomials(expr: Expr, points: Points) -> Sum:
     for term in expanded(expr):
         coefficient, monomial = term.as_coeff_Mul(rational=True)
         sign, key = _key(monomial, points)
-        known, before = total.get(key, (sign * monomial, S.Zero))
-        total[key] = known, before + sign * coefficient
-    return {key: found for key, found in total.items() if found[1] != 0}
+        representative, before = total.get(key, (sign * monomial, S.Zero))
+        total[key] = representative, before + sign * coefficient
+    return {key: entry for key, entry in total.items() if entry[1] != 0}
 
 
 @cache
@@ -74,9 +74,9 @@ def _key(monomial: Expr, points: Points) -> tuple[int, Key]:
     """Sign of a monomial at the first point, and its values with that sign taken out."""
     if any(value(monomial, point) is None for point in points):
         return 1, (str(monomial),)
-    first, *others = (point.digits(monomial) for point in points)
+    first, *rest = (point.digits(monomial) for point in points)
     sign = -1 if first.startswith("-") else 1
-    flipped = first, *others
+    flipped = first, *rest
     return sign, flipped if sign > 0 else tuple(t[1:] if t.startswith("-") else f"-{t}" for t in flipped)
 
 
@@ -96,7 +96,7 @@ class Match:
         return len(self.printed) + len(self.derived)
 
 
-def shared(printed: Sum, derived: Sum) -> Iterable[tuple[Expr, Rational, Rational]]:
+def pair_monomials(printed: Sum, derived: Sum) -> Iterable[tuple[Expr, Rational, Rational]]:
     """Every monomial of two sums with its coefficient in the first and in the second."""
     for key in {**printed, **derived}:
         monomial, _ = printed.get(key) or derived[key]
@@ -107,14 +107,14 @@ def _coefficient(total: Sum, key: Key) -> Rational:
     return total[key][1] if key in total else S.Zero
 
 
-def matched(printed: Sum, derived: Sum) -> Match:
+def match_sums(printed: Sum, derived: Sum) -> Match:
     """Strike out what both sums share, monomial by monomial.
 
     A printed term that is one of several like ones leaves the others as missing; one that differs otherwise, in sign or
     size, is left whole, and so is the derived one.
     """
     left: tuple[list[Expr], list[Expr]] = [], []
-    for monomial, p, d in shared(printed, derived):
+    for monomial, p, d in pair_monomials(printed, derived):
         if p != 0 and not ((d / p).is_Integer and d / p > 0):
             left[0].append(p * monomial)
             left[1].extend([d * monomial] if d != 0 else [])
@@ -146,15 +146,15 @@ class Gap:
         return self.unlike + 2 * self.lacking
 
 
-def gap(printed: Sum, derived: Sum) -> Gap:
+def measure_gap(printed: Sum, derived: Sum) -> Gap:
     """How many monomials of two sums have no like."""
     alien = sum(key not in derived for key in printed)
-    unlike = part = 0
+    unlike = partial = 0
     for key, (_, d) in derived.items():
         if key in printed and (p := printed[key][1]) != d:
-            whole = bool((d / p).is_Integer and d / p > 0)
-            part, unlike = part + whole, unlike + (not whole)
-    return Gap(alien, unlike, part + sum(key not in printed for key in derived))
+            is_multiple = bool((d / p).is_Integer and d / p > 0)
+            partial, unlike = partial + is_multiple, unlike + (not is_multiple)
+    return Gap(alien, unlike, partial + sum(key not in printed for key in derived))
 
 
 def overall_factor(printed: Sum, derived: Sum) -> Rational:
@@ -162,20 +162,20 @@ def overall_factor(printed: Sum, derived: Sum) -> Rational:
 
     One where there is no such factor.
     """
-    ratios = Counter(p / d for _, p, d in shared(printed, derived) if p != 0 and d != 0)
-    ratio, count = max(ratios.items(), key=lambda found: found[1], default=(S.One, 0))
+    ratios = Counter(p / d for _, p, d in pair_monomials(printed, derived) if p != 0 and d != 0)
+    ratio, count = max(ratios.items(), key=lambda item: item[1], default=(S.One, 0))
     return ratio if 1 < count > ratios.total() / 2 else S.One
 
 
-def content(expr: Expr) -> Expr:
+def common_factor(expr: Expr) -> Expr:
     """The product of powers that every term of a sum has in common; numbers are no part of it."""
     powers: list[Mapping[Expr, Expr]] = [
         {base: power for base, power in term.as_powers_dict().items() if base.free_symbols and power.is_Rational}
         for term in expanded(expr)
     ]
     bases = sorted(set().union(*powers), key=sp.default_sort_key)
-    least = {base: min(found.get(base, S.Zero) for found in powers) for base in bases}
-    return sp.Mul(*(base**power for base, power in least.items()))
+    lowest = {base: min(exponents.get(base, S.Zero) for exponents in powers) for base in bases}
+    return sp.Mul(*(base**power for base, power in lowest.items()))
 
 
 def remainder_vanishes(match: Match, points: Iterable[Point]) -> bool:
@@ -195,35 +195,35 @@ SHARES = (-0.01, 0.01, 0.5)
 """Where signs are compared along a symbol: in distances from the boundary to the point, on both sides of it."""
 
 
-def have_same_truth(one: Expr, other: Expr, points: Points) -> bool:
+def have_same_truth(first: Expr, second: Expr, points: Points) -> bool:
     """Return whether two residuals have the same sign around every point, and vanish together.
 
     Along one symbol, in which one of them is linear, the other must vanish where that one does, and have its sign on
     both sides. So a factor that is positive at all points is allowed, and so is a function that grows.
     """
-    if not all(_signs_agree(one, other, point) for point in points):
+    if not all(_signs_agree(first, second, point) for point in points):
         return False
-    symbols = sorted(one.free_symbols & other.free_symbols, key=str)
-    return any(all(_alike_along(symbol, one, other, point) for point in points) for symbol in symbols)
+    symbols = sorted(first.free_symbols & second.free_symbols, key=str)
+    return any(all(_alike_along(symbol, first, second, point) for point in points) for symbol in symbols)
 
 
-def _signs_agree(one: Expr, other: Expr, point: Point) -> bool:
-    first, second = value(one, point), value(other, point)
+def _signs_agree(first_residual: Expr, second_residual: Expr, point: Point) -> bool:
+    first, second = value(first_residual, point), value(second_residual, point)
     return first is not None and second is not None and mpmath.sign(first) == mpmath.sign(second)
 
 
-def _alike_along(symbol: sp.Symbol, one: Expr, other: Expr, point: Point) -> bool:
-    for straight, curved in ((one, other), (other, one)):
+def _alike_along(symbol: sp.Symbol, first: Expr, second: Expr, point: Point) -> bool:
+    for straight, curved in ((first, second), (second, first)):
         slope = straight.diff(symbol)
         if symbol in slope.free_symbols or not value(slope, point):
             continue
         with mpmath.workdps(DIGITS + GUARD):
             distance = point(straight) / point(slope)
-            boundary, *around = _moved(point, symbol, point(symbol) - distance, distance)
+            boundary, *on_both_sides = _moved(point, symbol, point(symbol) - distance, distance)
         left = value(curved, boundary)
         if left is None or abs(left) > TOLERANCE * largest_term(curved, boundary):
             return False
-        return all(_signs_agree(straight, curved, at) for at in around if value(curved, at) is not None)
+        return all(_signs_agree(straight, curved, at) for at in on_both_sides if value(curved, at) is not None)
     return False
 
 

@@ -55,8 +55,8 @@ class Programme:
     @cached_property
     def symbols(self) -> list[sp.Symbol]:
         """What must be known before."""
-        own = {symbol for step in self.steps for symbol in step.defines}
-        return sorted(set().union(*(step.needs for step in self.steps)) - own, key=str)
+        defined = {symbol for step in self.steps for symbol in step.defines}
+        return sorted(set().union(*(step.needs for step in self.steps)) - defined, key=str)
 
     @cached_property
     def _parts(self) -> list[tuple[Step, list[Formula]]]:
@@ -64,11 +64,11 @@ class Programme:
 
     def __call__(self, values: Mapping[sp.Symbol, Array]) -> Values:
         """The unknowns; no number where the equations determine none."""
-        known = dict(values)
+        available = dict(values)
         for step, formulas in self._parts:
-            found = [formula(known) for formula in formulas]
-            known |= zip(step.defines, _solved(found) if isinstance(step, LinearSolve) else found, strict=False)
-        return {symbol: known[symbol] for symbol in self.unknowns}
+            results = [formula(available) for formula in formulas]
+            available |= zip(step.defines, _solved(results) if isinstance(step, LinearSolve) else results, strict=False)
+        return {symbol: available[symbol] for symbol in self.unknowns}
 
 
 def _expr(step: Step) -> list[Expr]:
@@ -79,13 +79,13 @@ def _expr(step: Step) -> list[Expr]:
 def _solved(entries: Sequence[Array]) -> list[Array]:
     """Unknowns of simultaneous equations from the rows of their matrix and their right-hand sides."""
     count = int(np.sqrt(len(entries)))
-    whole = np.stack(np.broadcast_arrays(*entries), axis=-1)
-    matrix = whole[..., : count * count].reshape(*whole.shape[:-1], count, count)
+    stacked = np.stack(np.broadcast_arrays(*entries), axis=-1)
+    matrix = stacked[..., : count * count].reshape(*stacked.shape[:-1], count, count)
     try:
-        found = np.linalg.solve(matrix, whole[..., count * count :, None])[..., 0]
+        solution = np.linalg.solve(matrix, stacked[..., count * count :, None])[..., 0]
     except np.linalg.LinAlgError:
-        found = np.full((*whole.shape[:-1], count), np.nan)
-    return list(np.moveaxis(found, -1, 0))
+        solution = np.full((*stacked.shape[:-1], count), np.nan)
+    return list(np.moveaxis(solution, -1, 0))
 
 
 Repairs = frozenset[str]
@@ -152,9 +152,9 @@ class Trial:
 
     def _violations(self, law: Law, repairs: Sequence[Iterable[str]], cycle: Cycle) -> Array:
         sets = [frozenset(chosen) for chosen in repairs]
-        found = self.run(sets, cycle)
+        values = self.run(sets, cycle)
         shape = len(sets), len(cycle.weights)
-        return law.violations([np.broadcast_to(gap(found), shape) for gap in self._gaps[law.name]], cycle.weights)
+        return law.violations([np.broadcast_to(gap(values), shape) for gap in self._gaps[law.name]], cycle.weights)
 
     def run(self, sets: Sequence[Repairs], cycle: Cycle) -> Values:
         """Every quantity of all sides and of what they share: by set of repairs, where it depends on it, and angle."""
@@ -163,22 +163,22 @@ class Trial:
         self._execute(self.side, sets, values)
         for symbol in self._supplements:
             self._supply(symbol, values)
-        whole = count * len(sides)
-        values = {s: np.broadcast_to(v, (*v.shape[:-1], whole) if v.ndim else whole) for s, v in values.items()}
-        every = {s: v[..., :count] for s, v in values.items()}
+        samples = count * len(sides)
+        values = {s: np.broadcast_to(v, (*v.shape[:-1], samples) if v.ndim else samples) for s, v in values.items()}
+        all_values = {s: v[..., :count] for s, v in values.items()}
         for k, twin in enumerate(self.dynamics.twins[: len(sides) - 1], 1):
-            every |= {twin(s): v[..., k * count : (k + 1) * count] for s, v in values.items()}
-        self._execute(self.frame, sets, every)
-        return every
+            all_values |= {twin(s): v[..., k * count : (k + 1) * count] for s, v in values.items()}
+        self._execute(self.frame, sets, all_values)
+        return all_values
 
     def _execute(self, chain: Chain, sets: Sequence[Repairs], values: Values) -> None:
         for solve in chain.order:
             chosen = [solve.involved & repairs for repairs in sets]
             variants = sorted(set(chosen), key=sorted)
-            found = [self._evaluated(self.programme(chain, solve, variant), values) for variant in variants]
+            results = [self._evaluated(self.programme(chain, solve, variant), values) for variant in variants]
             masks = [np.array([c == variant for c in chosen])[:, None] for variant in variants]
             for unknown in solve.unknowns:
-                forms = [one[unknown] for one in found]
+                forms = [result[unknown] for result in results]
                 values[unknown] = forms[0] if len(forms) == 1 else np.select(masks, forms)
 
     def _evaluated(self, programme: Programme, values: Values) -> Values:
@@ -190,9 +190,9 @@ class Trial:
 
     def _supply(self, symbol: sp.Symbol, values: Values) -> None:
         formula = self._supplements[symbol]
-        for needed in formula.symbols:
-            if needed not in values and needed in self._supplements:
-                self._supply(needed, values)
+        for symbol_needed in formula.symbols:
+            if symbol_needed not in values and symbol_needed in self._supplements:
+                self._supply(symbol_needed, values)
         values[symbol] = formula(values)
 
     def programme(self, chain: Chain, solve: Solve | Together, repairs: Repairs) -> Programme:
@@ -238,7 +238,7 @@ class Trial:
 
     def _differs(self, chain: Chain, solve: Solve | Together, run: Values) -> bool:
         printed = self.programme(chain, solve, frozenset())(run)
-        return any(_apart(value, run[unknown]) for unknown, value in printed.items())
+        return any(_differ_beyond_rounding(value, run[unknown]) for unknown, value in printed.items())
 
     def concerned(self, law: Law) -> list[str]:
         """The suspects that a law can depend on at all, through any printed or derived step."""
@@ -250,54 +250,54 @@ class Trial:
         reached = {s for gap in self._gaps[law.name] for s in gap.symbols}
         while new := set().union(*(needs.get(s, set()) for s in reached)) - reached:
             reached |= new
-        asked = set().union(*(solve.involved for _, solve in self._steps if reached.intersection(solve.unknowns)))
-        return [number for number in self.suspects if number in asked]
+        numbers = set().union(*(solve.involved for _, solve in self._steps if reached.intersection(solve.unknowns)))
+        return [number for number in self.suspects if number in numbers]
 
     def causes(self, law: Law) -> Causes:
         """The smallest sets of equations whose repair restores a law, in the order of the print."""
         if self.broken(law, self.numbers):
             size = self.violations(law, [self.numbers])[0]
             raise LawError(f"{law.name}: broken by {size} {law.unit} with all repaired")
-        concerned, tried = self._with_kept(law), 0
+        concerned, count = self._with_kept(law), 0
         for size in range(1, len(concerned) + 1):
-            tried += comb(len(concerned), size)
-            if tried > MOST_SETS:
+            count += comb(len(concerned), size)
+            if count > MOST_SETS:
                 return Causes(self._eliminated(law, concerned), exhaustive=False)
-            if found := self._restoring(law, combinations(concerned, size)):
-                return Causes(found)
+            if restoring := self._restoring(law, combinations(concerned, size)):
+                return Causes(restoring)
         return Causes([tuple(self.numbers)])
 
     def _with_kept(self, law: Law) -> list[str]:
         """The suspects that a law, or a law that the print keeps and a repair of them may break, can depend on."""
-        own = set(self.concerned(law))
-        shared = [s for s in map(self.concerned, self.kept) if own & set(s)]
-        return [n for n in self.suspects if n in own.union(*shared)]
+        concerned = set(self.concerned(law))
+        shared = [s for s in map(self.concerned, self.satisfied_laws) if concerned & set(s)]
+        return [n for n in self.suspects if n in concerned.union(*shared)]
 
     @cached_property
-    def kept(self) -> list[Law]:
+    def satisfied_laws(self) -> list[Law]:
         """The laws that the print keeps."""
         return [law for law in self.dynamics.laws if not self.broken(law)]
 
     def _eliminated(self, law: Law, concerned: list[str]) -> list[tuple[str, ...]]:
         """Of all sets that contain what the repair of everything else does not make up for, the smallest."""
         needed = {n for n in concerned if self.broken(law, (m for m in concerned if m != n))}
-        others = [n for n in concerned if n not in needed]
-        for more in range(len(others) + 1):
-            sets = (tuple(n for n in concerned if n in needed.union(added)) for added in combinations(others, more))
-            if found := self._restoring(law, sets):
-                return found
+        rest = [n for n in concerned if n not in needed]
+        for more in range(len(rest) + 1):
+            sets = (tuple(n for n in concerned if n in needed.union(added)) for added in combinations(rest, more))
+            if restoring := self._restoring(law, sets):
+                return restoring
         return [tuple(concerned)]
 
     def _restoring(self, law: Law, sets: Iterator[tuple[str, ...]]) -> list[tuple[str, ...]]:
         """Of some sets those whose repair restores a law and breaks none that the print keeps."""
-        found: list[tuple[str, ...]] = []
-        while some := list(islice(sets, AT_ONCE)):
-            whole = self.violations(law, some) <= TOLERANCE * law.scale
-            found += [s for s, restored in zip(some, whole, strict=True) if restored and not self._breaks(s)]
-        return found
+        restoring: list[tuple[str, ...]] = []
+        while batch := list(islice(sets, AT_ONCE)):
+            restores = self.violations(law, batch) <= TOLERANCE * law.scale
+            restoring += [s for s, restored in zip(batch, restores, strict=True) if restored and not self._breaks(s)]
+        return restoring
 
     def _breaks(self, repairs: tuple[str, ...]) -> bool:
-        return any(self.broken(law, repairs) for law in self.kept)
+        return any(self.broken(law, repairs) for law in self.satisfied_laws)
 
     def shares(self, law: Law, causes: Sequence[str]) -> list[Share]:
         """What each of the equations that a broken law is laid to does to it, largest first.
@@ -305,9 +305,9 @@ class Trial:
         The size of the violation is asked for after the repair of every set of them; the shares of Shapley, the mean
         of what an equation's repair takes away over all orders of repair, add up to the whole violation.
         """
-        sets = [frozenset(some) for some in _subsets(list(causes))]
+        sets = [frozenset(subset) for subset in _subsets(list(causes))]
         sizes = dict(zip(sets, self._sizes(law, sets), strict=True))
-        whole, count = frozenset(causes), len(causes)
+        all_causes, count = frozenset(causes), len(causes)
 
         def mean_gain(number: str) -> float:
             gains = (
@@ -315,19 +315,21 @@ class Trial:
             )
             return float(sum(gains))
 
-        found = [Share(n, sizes[frozenset()] - sizes[frozenset({n})], sizes[whole - {n}], mean_gain(n)) for n in causes]
-        return sorted(found, key=lambda share: -share.shapley)
+        shares = [
+            Share(n, sizes[frozenset()] - sizes[frozenset({n})], sizes[all_causes - {n}], mean_gain(n)) for n in causes
+        ]
+        return sorted(shares, key=lambda share: -share.shapley)
 
     def _sizes(self, law: Law, sets: Sequence[Repairs]) -> list[float]:
         """Violations after sets of repairs, at all angles if the largest value is asked for."""
         cycle = self.dynamics.cycles[law.cycle]
         if law.over == "largest" and cycle.between:
             cycle = cycle.between
-        some = (sets[i : i + FEW] for i in range(0, len(sets), FEW))
-        return [float(size) for part in some for size in self._violations(law, part, cycle)]
+        batches = (sets[i : i + FEW] for i in range(0, len(sets), FEW))
+        return [float(size) for batch in batches for size in self._violations(law, batch, cycle)]
 
 
-def _apart(printed: Array, derived: Array) -> bool:
+def _differ_beyond_rounding(printed: Array, derived: Array) -> bool:
     """Whether values differ by more than rounding; what is no number does."""
     size = max(np.max(np.abs(printed)), np.max(np.abs(derived)))
     return not np.max(np.abs(printed - derived)) <= SAME * size
@@ -337,7 +339,7 @@ def _subsets(numbers: list[str]) -> Iterator[tuple[str, ...]]:
     return joined.from_iterable(combinations(numbers, size) for size in range(len(numbers) + 1))
 
 
-def findings(paper: str, trial: Trial) -> list[dict[str, Any]]:
+def judge_laws(paper: str, trial: Trial) -> list[dict[str, Any]]:
     """A record for every law: by how much the chain breaks it, and the smallest repair of what is printed."""
     return [_attempted(paper, trial, law) for law in trial.dynamics.laws]
 
@@ -387,5 +389,7 @@ def _finding(paper: str, trial: Trial, law: Law) -> dict[str, Any]:
 
 def _rounded(share: Share, law: Law) -> dict[str, Any]:
     sizes = {name: getattr(share, name) for name in ("alone", "without", "shapley")}
-    shown = {name: float(f"{v:.{DIGITS - 1}e}") if abs(v) > TOLERANCE * law.scale else 0.0 for name, v in sizes.items()}
-    return {"equation": share.equation, **shown}
+    rounded = {
+        name: float(f"{v:.{DIGITS - 1}e}") if abs(v) > TOLERANCE * law.scale else 0.0 for name, v in sizes.items()
+    }
+    return {"equation": share.equation, **rounded}

@@ -75,10 +75,10 @@ class Presentation(Printer):
     printmethod = "_presentation"
     _default_settings: ClassVar[dict[str, Any]] = {"order": None}
 
-    def held(self, expr: Basic, least: int) -> str:
-        """An expression, in brackets where it binds less than ``least``."""
+    def in_brackets(self, expr: Basic, binding: int) -> str:
+        """An expression, in brackets where it binds less than ``binding``."""
         text = self.doprint(expr)
-        return _bracketed(text) if precedence(expr) < least else text
+        return _bracketed(text) if precedence(expr) < binding else text
 
     def terms(self, expr: Expr) -> list[tuple[bool, str]]:
         """The summands of an expression as they stand in its text: whether each is taken away, and what."""
@@ -87,7 +87,7 @@ class Presentation(Printer):
 
     def _term(self, term: Expr) -> tuple[bool, str]:
         minus = bool(term.as_coeff_Mul()[0].is_negative)
-        return minus, self.held(-term if minus else term, PRECEDENCE["Mul"])
+        return minus, self.in_brackets(-term if minus else term, PRECEDENCE["Mul"])
 
     def emptyPrinter(self, expr: Basic) -> str:
         raise TypeError(f"cannot set {type(expr).__name__} in {expr}")
@@ -101,8 +101,8 @@ class Presentation(Printer):
         return f"<mn>{expr}</mn>" if expr >= 0 else _row(MINUS, f"<mn>{-expr}</mn>")
 
     def _print_Rational(self, expr: sp.Rational) -> str:
-        shown = f"<mfrac><mn>{abs(expr.p)}</mn><mn>{expr.q}</mn></mfrac>"
-        return shown if expr > 0 else _row(MINUS, shown)
+        fraction = f"<mfrac><mn>{abs(expr.p)}</mn><mn>{expr.q}</mn></mfrac>"
+        return fraction if expr > 0 else _row(MINUS, fraction)
 
     def _print_Float(self, expr: sp.Float) -> str:
         return f"<mn>{expr}</mn>"
@@ -111,13 +111,13 @@ class Presentation(Printer):
         return f"<mi>{GREEK['pi']}</mi>"
 
     def _print_Add(self, expr: sp.Add) -> str:
-        return _row(*(_signed(i, minus, shown) for i, (minus, shown) in enumerate(self.terms(expr))))
+        return _row(*(_signed(i, minus, term) for i, (minus, term) in enumerate(self.terms(expr))))
 
     def _print_Mul(self, expr: sp.Mul) -> str:
         coefficient = expr.args[0] if expr.args[0].is_Number else sp.S.One
         if coefficient.is_negative and len(expr.args) > 1:
             rest = sp.Mul(-coefficient, *expr.args[1:], evaluate=False) if coefficient != -1 else self._without(expr)
-            return _row(MINUS, self.held(rest, PRECEDENCE["Mul"]))
+            return _row(MINUS, self.in_brackets(rest, PRECEDENCE["Mul"]))
         above, below = self._fraction(expr)
         if below:
             return f"<mfrac>{_row(self._product(above))}{_row(self._product(below))}</mfrac>"
@@ -146,7 +146,7 @@ class Presentation(Printer):
     def _product(self, factors: Sequence[Expr]) -> str:
         if len(factors) == 1:
             return self.doprint(factors[0])
-        return TIMES.join(self.held(factor, PRECEDENCE["Mul"]) for factor in factors) or "<mn>1</mn>"
+        return TIMES.join(self.in_brackets(factor, PRECEDENCE["Mul"]) for factor in factors) or "<mn>1</mn>"
 
     def _print_Pow(self, expr: sp.Pow) -> str:
         base, power = expr.args
@@ -154,7 +154,7 @@ class Presentation(Printer):
             return f"<mfrac><mn>1</mn>{_row(self.doprint(sp.Pow(base, -power)))}</mfrac>"
         if power == sp.S.Half:
             return f"<msqrt>{self.doprint(base)}</msqrt>"
-        return f"<msup>{_row(self.held(base, PRECEDENCE['Atom']))}{_row(self.doprint(power))}</msup>"
+        return f"<msup>{_row(self.in_brackets(base, PRECEDENCE['Atom']))}{_row(self.doprint(power))}</msup>"
 
     def _print_Function(self, expr: sp.Function) -> str:
         inner = "<mo>,</mo>".join(map(self.doprint, expr.args))
@@ -197,25 +197,25 @@ def typeset_inline(expr: Basic) -> str:
     return _math(lines[0] if len(lines) == 1 else _stacked(lines), str(expr))
 
 
-def typeset_equation(found: Equation) -> str:
+def typeset_equation(equation: Equation) -> str:
     """An equation as an element of its own, solved for what it defines."""
-    said = f"{found.residual} {found.relation} 0"
-    left, right = sides(found)
-    return _math(_set(_SETTER.terms(left), found.relation, _SETTER.terms(right)), said, display=True)
+    text = f"{equation.residual} {equation.relation} 0"
+    left, right = sides(equation)
+    return _math(_set(_SETTER.terms(left), equation.relation, _SETTER.terms(right)), text, display=True)
 
 
-def sides(found: Equation) -> tuple[Expr, Expr]:
+def sides(equation: Equation) -> tuple[Expr, Expr]:
     """Both sides as they are shown."""
-    symbol = found.defines
-    if symbol is None or found.residual.diff(symbol) != 1:
-        return found.residual, sp.S.Zero
-    return symbol, symbol - found.residual
+    symbol = equation.defines
+    if symbol is None or equation.residual.diff(symbol) != 1:
+        return equation.residual, sp.S.Zero
+    return symbol, symbol - equation.residual
 
 
-def typeset_sentence(said: Piece) -> str:
+def typeset_sentence(sentence: Piece) -> str:
     """A sentence with the expressions in it typeset."""
     return "".join(
-        typeset_inline(part) if isinstance(part, Basic) else escape(part, quote=False) for part in parts(said)
+        typeset_inline(part) if isinstance(part, Basic) else escape(part, quote=False) for part in parts(sentence)
     )
 
 
@@ -241,18 +241,18 @@ def _set(left: Terms, relation: str, right: Terms) -> str:
 def _lines(terms: Terms) -> list[str]:
     """A sum as lines that are not much wider than a page."""
     lines, width = [""], 0
-    for i, (minus, shown) in enumerate(terms):
-        size = len(re.sub(r"<[^>]*>", "", shown)) + 2
+    for i, (minus, term) in enumerate(terms):
+        size = len(re.sub(r"<[^>]*>", "", term)) + 2
         if width and width + size > WIDE:
             lines.append("")
             width = 0
-        lines[-1] += _signed(i, minus, shown)
+        lines[-1] += _signed(i, minus, term)
         width += size
     return lines
 
 
-def _signed(index: int, minus: bool, shown: str) -> str:
-    return (MINUS if minus else PLUS if index else "") + shown
+def _signed(index: int, minus: bool, term: str) -> str:
+    return (MINUS if minus else PLUS if index else "") + term
 
 
 def _stacked(lines: list[str]) -> str:
@@ -285,18 +285,18 @@ def symbol(name: str) -> str:
     stem, _, last = name.rpartition("_")
     dotted = stem and last in DOTS
     letter, index = _split(stem if dotted else name)
-    shown = f"<mi>{escape(GREEK.get(letter, letter))}</mi>"
+    markup = f"<mi>{escape(GREEK.get(letter, letter))}</mi>"
     if dotted:
-        shown = f'<mover>{shown}<mo stretchy="false">{DOTS[last]}</mo></mover>'
-    return f"<msub>{shown}<mtext>{escape(index)}</mtext></msub>" if index else shown
+        markup = f'<mover>{markup}<mo stretchy="false">{DOTS[last]}</mo></mover>'
+    return f"<msub>{markup}<mtext>{escape(index)}</mtext></msub>" if index else markup
 
 
 def _split(name: str) -> tuple[str, str]:
     """Letter and index: what stands after the first underscore, or digits at the end of the letter."""
     letter, _, index = name.partition("_")
-    found = re.fullmatch(r"([A-Za-z]+)(\d+\w*)", letter)
+    match = re.fullmatch(r"([A-Za-z]+)(\d+\w*)", letter)
     if letter in COMPONENTS:
         letter, index = letter[0], f"{letter[1]} {index}"
-    elif found:
-        letter, index = found[1], found[2] + (f" {index}" if index else "")
+    elif match:
+        letter, index = match[1], match[2] + (f" {index}" if index else "")
     return letter, index.replace("_", " ")

@@ -19,17 +19,17 @@ from .case import Case, references
 from .judge import FAULTS, UNJUDGED
 from .record import (
     Record,
-    causes,
+    count_verdicts,
+    describe_law_cause,
     format_records,
     format_typeset,
+    group_causes,
     index_records,
     is_reusable,
     record_equations,
     record_unjudged,
-    summary,
-    told,
 )
-from .trial import Trial, attempted_violation, findings, record_untried_law
+from .trial import Trial, attempted_violation, judge_laws, record_untried_law
 
 SILENT = ("confirmed", "confirmed as rebuilt", "definition", "untested")
 """Verdicts that leave nothing to say but what a symbol is read as or what vanishes."""
@@ -53,40 +53,45 @@ def as_page(
     """The findings to read: a table and, where there is something to say, a paragraph for each equation; the laws."""
     lines = ["# Formula audit", "", "Written by `python -m derive audit`; do not edit.", "", *SOURCE, ""]
     lines += [*overview(records), ""]
-    for paper, counts in summary(records).items():
+    for paper, counts in count_verdicts(records).items():
         lines += [f"## {titles[paper]}", "", ", ".join(f"{n} {word}" for word, n in counts.items()) + ".", ""]
-        own = [r for r in records if r["paper"] == paper]
-        lines += [*_causes(own), *HEAD]
-        lines += [_row(r) for r in own] + [""]
-        for record in own:
+        paper_records = [r for r in records if r["paper"] == paper]
+        lines += [*_causes(paper_records), *HEAD]
+        lines += [_row(r) for r in paper_records] + [""]
+        for record in paper_records:
             lines += _paragraph(record)
-        lines += [line for one in references if one["paper"] == paper for line in _reference(one)]
+        lines += [line for reference in references if reference["paper"] == paper for line in _reference(reference)]
     return "\n".join([*lines, *_list_laws(laws)])
 
 
 def overview(records: Sequence[Record]) -> list[str]:
     """A table of the papers: verdicts, equations at fault, causes, and what hangs on a reading or a character."""
     lines = ["| paper | verdicts | at fault | causes | on a reading | on one character |", "|---|---|---|---|---|---|"]
-    for paper, counts in summary(records).items():
-        own = [r for r in records if r["paper"] == paper]
+    for paper, counts in count_verdicts(records).items():
+        paper_records = [r for r in records if r["paper"] == paper]
         verdicts = ", ".join(f"{n} {word}" for word, n in counts.items())
-        found = (
-            sum(r["verdict"] in FAULTS for r in own),
-            len(causes(own)),
-            sum(not r["robust"] for r in own),
-            sum(r["fragile"] for r in own),
+        counts_at_fault = (
+            sum(r["verdict"] in FAULTS for r in paper_records),
+            len(group_causes(paper_records)),
+            sum(not r["robust"] for r in paper_records),
+            sum(r["fragile"] for r in paper_records),
         )
-        lines.append(f"| {paper} | {verdicts} | {' | '.join(map(str, found))} |")
+        lines.append(f"| {paper} | {verdicts} | {' | '.join(map(str, counts_at_fault))} |")
     return lines
 
 
-def _reference(found: Record) -> list[str]:
+def _reference(reference: Record) -> list[str]:
     """A cross-reference, where it cannot be meant."""
-    if not found["lacking"]:
+    if not reference["lacking"]:
         return []
-    numbers, instead = (", ".join(f"({n})" for n in found[key]) for key in ("refers_to", "instead"))
-    said = f"{', '.join(found['quantities'])} are said to come from {numbers}, which do not give"
-    return ["### Reference that cannot be meant", "", f"{said} {', '.join(found['lacking'])}; {instead} do.", ""]
+    numbers, instead = (", ".join(f"({n})" for n in reference[key]) for key in ("refers_to", "instead"))
+    statement = f"{', '.join(reference['quantities'])} are said to come from {numbers}, which do not give"
+    return [
+        "### Reference that cannot be meant",
+        "",
+        f"{statement} {', '.join(reference['lacking'])}; {instead} do.",
+        "",
+    ]
 
 
 def _row(record: Record) -> str:
@@ -104,12 +109,17 @@ def hangs_on(record: Record) -> str:
 
 def _causes(records: Sequence[Record]) -> list[str]:
     """How many findings there are, and of how many causes; each cause with its equations."""
-    found = causes(records)
-    if not found:
+    paper_causes = group_causes(records)
+    if not paper_causes:
         return []
     faulty = sum(1 for record in records if record["verdict"] in FAULTS)
-    lines = [f"{faulty} equations are at fault, for {len(found)} causes.", "", "| cause | equations |", "|---|---|"]
-    names = ((cause["cause"], (e.partition(": ")[2] for e in cause["equations"])) for cause in found)
+    lines = [
+        f"{faulty} equations are at fault, for {len(paper_causes)} causes.",
+        "",
+        "| cause | equations |",
+        "|---|---|",
+    ]
+    names = ((cause["cause"], (e.partition(": ")[2] for e in cause["equations"])) for cause in paper_causes)
     return [*lines, *(f"| {cause} | {', '.join(f'({n})' for n in numbers)} |" for cause, numbers in names), ""]
 
 
@@ -139,8 +149,8 @@ def _depends(readings: Sequence[Record]) -> Iterator[str]:
     if readings:
         yield "| reading | admitted by | verdict | finding |"
         yield "|---|---|---|---|"
-        for one in readings:
-            yield f"| {' | '.join(one[key] for key in ('reading', 'because', 'verdict', 'finding'))} |"
+        for reading in readings:
+            yield f"| {' | '.join(reading[key] for key in ('reading', 'because', 'verdict', 'finding'))} |"
         yield ""
 
 
@@ -204,7 +214,7 @@ def _shares(law: Record) -> list[str]:
     lines = [f"**{law['law']}**: {law['owed']}", "", f"| equation | alone [{law['unit']}] | left | Shapley |"]
     lines += ["|---|---|---|---|"]
     sizes = ((s["equation"], *(f"{s[key]:.4g}" for key in ("alone", "without", "shapley"))) for s in law["shares"])
-    return [*lines, *(f"| ({number}) | {' | '.join(shown)} |" for number, *shown in sizes), ""]
+    return [*lines, *(f"| ({number}) | {' | '.join(values)} |" for number, *values in sizes), ""]
 
 
 FILES = ("audit.json", "audit_mathml.json", "AUDIT.md")
@@ -218,11 +228,13 @@ def cases(modules: Iterable[ModuleType]) -> dict[str, Case]:
 
     Raises ValueError where two papers have one name.
     """
-    found = {module.__name__: case for module in modules if isinstance(case := getattr(module, "CASE", None), Case)}
-    names = [case.paper.name for case in found.values()]
+    cases_by_module = {
+        module.__name__: case for module in modules if isinstance(case := getattr(module, "CASE", None), Case)
+    }
+    names = [case.paper.name for case in cases_by_module.values()]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise ValueError(f"two papers have one name: {', '.join(twice)}")
-    return dict(sorted(found.items(), key=lambda item: item[1].paper.rank))
+    return dict(sorted(cases_by_module.items(), key=lambda item: item[1].paper.rank))
 
 
 def verdicts(modules: Iterable[ModuleType], committed: Path | None = None) -> dict[str, str]:
@@ -231,12 +243,13 @@ def verdicts(modules: Iterable[ModuleType], committed: Path | None = None) -> di
     What a committed audit.json says of an equation is kept if it was made from the same. Raises ClaimError where an
     equation claims what its subject does not derive.
     """
-    known, shown = (_read(committed.with_name(name)) if committed else {} for name in FILES[:2])
-    own = list(modules)
-    records, laws = judged(own, index_records(known.get("equations", []), shown), known.get("laws", []))
-    papers = {case.paper.name: _about(case) for case in cases(own).values()}
+    committed_records, committed_typeset = (_read(committed.with_name(name)) if committed else {} for name in FILES[:2])
+    modules_ = list(modules)
+    reusable = index_records(committed_records.get("equations", []), committed_typeset)
+    records, laws = judged(modules_, reusable, committed_records.get("laws", []))
+    papers = {case.paper.name: _about(case) for case in cases(modules_).values()}
     titles = {name: about["title"] for name, about in papers.items()}
-    cross = [found for case in cases(own).values() for found in references(case)]
+    cross = [reference for case in cases(modules_).values() for reference in references(case)]
     texts = (
         format_records(records, laws, cross, papers),
         format_typeset(records),
@@ -258,22 +271,26 @@ def _read(file: Path) -> dict[str, Any]:
 
 def judged(
     modules: Sequence[ModuleType],
-    known: Mapping[tuple[str, str], Record],
+    known_records: Mapping[tuple[str, str], Record],
     known_laws: Sequence[Record],
 ) -> tuple[list[Record], list[Record]]:
     """Records of all equations and laws: known ones that still hold, and the rest, judged in parallel.
 
     A chain is held to its laws as its equations are read, which their judgement decides: those come first.
     """
-    found = cases(modules)
-    for case in found.values():
+    cases_by_module = cases(modules)
+    for case in cases_by_module.values():
         _ = case.points, case.cycle  # what has no values at all is an error of the subject, not of an equation
     keys, records = {}, {}
-    for m, case in found.items():
+    for m, case in cases_by_module.items():
         keys[m], failed = _keys(case)
-        records[m] = {n: failed.get(n) or known.get((case.paper.name, n)) for n in keys[m]}
-    laws = {m: [r for r in known_laws if r["paper"] == case.paper.name] for m, case in found.items() if case.chains}
-    places = [(m, str(sys.modules[m].__file__)) for m in found]
+        records[m] = {n: failed.get(n) or known_records.get((case.paper.name, n)) for n in keys[m]}
+    laws = {
+        m: [r for r in known_laws if r["paper"] == case.paper.name]
+        for m, case in cases_by_module.items()
+        if case.chains
+    }
+    places = [(m, str(sys.modules[m].__file__)) for m in cases_by_module]
     with ExitStack() as open_pools:
 
         @cache
@@ -281,15 +298,17 @@ def judged(
             return open_pools.enter_context(ProcessPoolExecutor(initializer=load, initargs=(places,)))
 
         trials: dict[str, Future[list[Record]]] = {}
-        tasks = {m: _submitted(pool, m, found[m], keys[m], records[m]) for m in laws}
-        for m, case in found.items():
+        tasks = {m: _submitted(pool, m, cases_by_module[m], keys[m], records[m]) for m in laws}
+        for m, case in cases_by_module.items():
             if m in laws:
                 records[m] |= _results(tasks[m])
                 answers = {n: str(r["answer"]) for n in case.executed if (r := records[m][n])}
-                law_key = key.of_laws(case, case.choices_by(answers))
+                law_key = key.laws_key(case, case.choices_by(answers))
                 if not (laws[m] and all(is_reusable(r, law_key) for r in laws[m])):
                     trials[m] = pool().submit(_laws, m, answers, law_key)
-        tasks |= {m: _submitted(pool, m, found[m], keys[m], records[m]) for m in found if m not in laws}
+        tasks |= {
+            m: _submitted(pool, m, cases_by_module[m], keys[m], records[m]) for m in cases_by_module if m not in laws
+        }
         for m, started in tasks.items():
             records[m] |= _results(started)
         laws |= {m: trial.result() for m, trial in trials.items()}
@@ -302,12 +321,12 @@ def _keys(case: Case) -> tuple[dict[str, str], dict[str, Record]]:
     alone, failed = dict[str, str](), dict[str, Record]()
     for number in case.paper.equations:
         try:
-            alone[number] = key.of_sides(case, number)
+            alone[number] = key.sides_key(case, number)
         except ClaimError:
             raise
         except Exception as error:  # without a key there is no comparison to judge: one line, not the end
             alone[number], failed[number] = str(error), record_unjudged(case, number, "", error)
-    return {n: "" if n in failed else key.of_linked(n, [alone[o] for o in case.linked(n)]) for n in alone}, failed
+    return {n: "" if n in failed else key.linked_key(n, [alone[o] for o in case.linked(n)]) for n in alone}, failed
 
 
 def _submitted(
@@ -319,8 +338,8 @@ def _submitted(
 ) -> list[Future[list[Record]]]:
     """Judgement of every equation without a record that still holds, those together that share questions."""
     still_open = [n for n in keys if not is_reusable(old[n], keys[n])]
-    together = dict.fromkeys(case.linked(n) for n in still_open)
-    return [pool().submit(_equations, module, {n: keys[n] for n in numbers if n in still_open}) for numbers in together]
+    groups = dict.fromkeys(case.linked(n) for n in still_open)
+    return [pool().submit(_equations, module, {n: keys[n] for n in numbers if n in still_open}) for numbers in groups]
 
 
 def _results(tasks: Iterable[Future[list[Record]]]) -> dict[str, Record]:
@@ -332,7 +351,7 @@ def _with_sentence(law: Record, equations: Iterable[Record]) -> Record:
     """The record of a law with the sentence that says what it is owed to most; one not judged has its reason there."""
     if law["search"] == UNJUDGED:
         return law
-    return law | {"owed": told(law, {r["equation"]: r for r in equations if r["paper"] == law["paper"]})}
+    return law | {"owed": describe_law_cause(law, {r["equation"]: r for r in equations if r["paper"] == law["paper"]})}
 
 
 def load(places: Iterable[Place]) -> None:
@@ -355,18 +374,20 @@ def _laws(module: str, answers: Mapping[str, str], its_key: str) -> list[Record]
     """
     case = _case(module)
     chosen = case.choices_by(answers)
-    told = dict.fromkeys(answer.meaning for choice in chosen.values() for answer in choice.answers if answer.rereads)
+    meanings = dict.fromkeys(
+        answer.meaning for choice in chosen.values() for answer in choice.answers if answer.rereads
+    )
     try:
         dynamics = case.subject.dynamics()
         if case.chains is None or dynamics is None:
             return []
         literal = Trial(*case.chains, dynamics)
-        found = findings(case.paper.name, Trial(*case.read_chains(chosen), dynamics) if told else literal)
+        records = judge_laws(case.paper.name, Trial(*case.read_chains(chosen), dynamics) if meanings else literal)
         sizes = [attempted_violation(literal, law) for law in dynamics.laws]
     except Exception as error:  # equations are judged one by one, whatever becomes of their chain
-        found, sizes = [record_untried_law(case.paper.name, "laws of the chain as a whole", "", error)], [None]
-    as_told = {"reading": "; ".join(told), "key": its_key}
-    return [law | {"violation_literal": size} | as_told for law, size in zip(found, sizes, strict=True)]
+        records, sizes = [record_untried_law(case.paper.name, "laws of the chain as a whole", "", error)], [None]
+    about_reading = {"reading": "; ".join(meanings), "key": its_key}
+    return [law | {"violation_literal": size} | about_reading for law, size in zip(records, sizes, strict=True)]
 
 
 def _case(module: str) -> Case:

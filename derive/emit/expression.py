@@ -293,10 +293,10 @@ def share(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]:
                 ordered.append(Let(symbol, inner, COMMON))
 
     for step, some in zip(steps, parts, strict=True):
-        own = tuple(islice(left, len(some)))
-        for expr in own:
+        step_exprs = tuple(islice(left, len(some)))
+        for expr in step_exprs:
             define(expr)
-        ordered.append(with_expressions(step, own))
+        ordered.append(with_expressions(step, step_exprs))
     return tuple(ordered)
 
 
@@ -307,10 +307,10 @@ def expressions(step: Step) -> tuple[sp.Expr, ...]:
     return (step.expr if isinstance(step, Let) else step.argument,)
 
 
-def with_expressions(step: Step, own: tuple[sp.Expr, ...]) -> Step:
+def with_expressions(step: Step, exprs: tuple[sp.Expr, ...]) -> Step:
     if isinstance(step, LinearSolve):
-        return step.filled(own)
-    return replace(step, expr=own[0]) if isinstance(step, Let) else replace(step, argument=own[0])
+        return step.filled(exprs)
+    return replace(step, expr=exprs[0]) if isinstance(step, Let) else replace(step, argument=exprs[0])
 
 
 def operations_of(steps: Sequence[Step]) -> int:

@@ -193,11 +193,14 @@ def composed(functions: Sequence[RuntimeFunction], first: tuple[str, ...] = ()) 
 
 
 def _kind(alike: Sequence[RuntimeFunction], first: tuple[str, ...]) -> str:
-    names, one = [f"`{function.name}`" for function in alike], alike[0]
+    names, first_function = [f"`{function.name}`" for function in alike], alike[0]
     listed = " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
     verb = "are" if len(alike) > 1 else "is one of"
-    takes, gives = (f"({', '.join(some)})".replace(" ", _UNBROKEN) for some in ((*first, *one.takes), one.gives))
-    return f"{listed} {verb} {one.kind}, {takes} -> {gives}."
+    takes, gives = (
+        f"({', '.join(some)})".replace(" ", _UNBROKEN)
+        for some in ((*first, *first_function.takes), first_function.gives)
+    )
+    return f"{listed} {verb} {first_function.kind}, {takes} -> {gives}."
 
 
 def filled(text: str, width: int) -> list[str]:
@@ -254,9 +257,9 @@ def _frame(lane: Lane, shared: Shared, steps: tuple[Step, ...]) -> Emitted:
     side = lane.outputs
     twins = tuple(map(shared.twin, side))
     needs = frozenset().union(*(step.needs for step in steps)) - frozenset((*side, *twins))
-    given: tuple[Input, ...] = (lane.angle, *lane.inputs)
+    inputs: tuple[Input, ...] = (lane.angle, *lane.inputs)
     sides = (Vector(f"{side.name}1", side.quantities), Vector(f"{side.name}2", twins))
-    return Emitted("frame", (*sides, *(v for v in given if needs & set(entries(v)))), steps, shared.totals)
+    return Emitted("frame", (*sides, *(v for v in inputs if needs & set(entries(v)))), steps, shared.totals)
 
 
 def _composed(lane: Lane, function: Emitted) -> Emitted:
@@ -327,9 +330,11 @@ def convexity(curve: PitchCurve) -> list[Emitted]:
 
 def relative(curve: PitchCurve) -> Emitted:
     """Parameters of a curve of unit size and a given swing, without the deformation coefficient."""
-    found = tuple(Quantity(f"{q.name}_", q.unit, q.meaning, q.source) for q in curve.parameters)
-    lets = (Let(q, value, "unit size") for q, value in zip(found, curve.relative(), strict=True))
-    return Emitted("relative", (pc.swing, shapes_of(curve)), share(tuple(lets), "c"), Vector("relative", found))
+    unit_quantities = tuple(Quantity(f"{q.name}_", q.unit, q.meaning, q.source) for q in curve.parameters)
+    lets = (Let(q, value, "unit size") for q, value in zip(unit_quantities, curve.relative(), strict=True))
+    return Emitted(
+        "relative", (pc.swing, shapes_of(curve)), share(tuple(lets), "c"), Vector("relative", unit_quantities)
+    )
 
 
 def shapes_of(curve: PitchCurve) -> Vector:
@@ -340,10 +345,10 @@ def functions_of(curve: PitchCurve) -> list[Emitted]:
     """All but the prologue. Raises ValueError where a parameter has a name that the prologue needs."""
     if taken := sorted(q.name for q in curve.parameters if q.name in LOCALS):
         raise ValueError(f"family {curve.name}: its prologue needs the name {taken[0]}; call the parameter otherwise")
-    along = [contact(curve), curvature(curve), polar(curve), speed(curve)]
-    return [*along, conditions(curve), *convexity(curve), relative(curve)]
+    at_contact = [contact(curve), curvature(curve), polar(curve), speed(curve)]
+    return [*at_contact, conditions(curve), *convexity(curve), relative(curve)]
 
 
 def in_closed_form(curve: PitchCurve) -> bool:
     """Whether centre distance and rotation are known, so that the prologue needs neither closure nor series."""
-    return all(isinstance(known, sp.Expr) for known in (curve.centre_distance(), curve.turned()))
+    return all(isinstance(formula, sp.Expr) for formula in (curve.centre_distance(), curve.turned()))

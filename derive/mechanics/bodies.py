@@ -9,7 +9,7 @@ import sympy as sp
 from sympy import Expr, S
 
 from ..equations import Balance, Definition, Equation, Kind, derived
-from ..functions import slope
+from ..functions import partial_derivative
 from ..model import Let
 from ..quantity import Quantity
 from .frames import Frame, Motion, Point, Triple, Vec, displacement, zero
@@ -159,10 +159,10 @@ class Assembly:
 
     def law(self, symbol: Quantity) -> Let:
         """What a contact says of an unknown. Raises ValueError where none does."""
-        found = next((law for law in self.laws if law.symbol == symbol), None)
-        if found is None:
+        definition = next((law for law in self.laws if law.symbol == symbol), None)
+        if definition is None:
             raise ValueError(f"no contact says what {symbol} is")
-        return found
+        return definition
 
     def name_vector(self, name: str, vector: Vec, unit: str, meaning: str) -> Vec:
         """Give the components of a vector names of their own; they are laws between unknowns."""
@@ -214,13 +214,13 @@ def action_load(motion: Motion, action: Action, ground: Body, anchor: Anchor) ->
 
 def body_loads(assembly: Assembly, body: Body, ground: Body) -> list[tuple[Vec, Vec]]:
     """Weight and inertia of a body's parts, with how these move."""
-    motion, world, found = assembly.motion, ground.frame, []
+    motion, world, loads = assembly.motion, ground.frame, []
     for part in body.parts:
         spin = motion.spin(body.frame)
         fall = assembly.gravity - motion.acceleration(part.centroid, world)
-        found.append((part.mass * fall, point_velocity(motion, part.centroid, world)))
-        found.append((-motion.derivative(part.momentum(spin)), spin))
-    return found
+        loads.append((part.mass * fall, point_velocity(motion, part.centroid, world)))
+        loads.append((-motion.derivative(part.momentum(spin)), spin))
+    return loads
 
 
 def total_power(assembly: Assembly, ground: Body, anchor: Anchor) -> Expr:
@@ -236,8 +236,10 @@ def virtual_work(
     ``plain`` tells speeds in the rates of the coordinates, of which ``rate`` is one.
     """
     pairs = virtual_loads(assembly, ground, anchor)
-    ways = ((load, Vec(v.frame, _triple(slope(plain(c), rate) for c in v.components))) for load, v in pairs)
-    return sp.Add(*(load.dot(way) for load, way in ways))
+    virtual_velocities = (
+        (load, Vec(v.frame, _triple(partial_derivative(plain(c), rate) for c in v.components))) for load, v in pairs
+    )
+    return sp.Add(*(load.dot(velocity) for load, velocity in virtual_velocities))
 
 
 def momentum_residuals(assembly: Assembly, ground: Body) -> dict[str, Expr]:
@@ -309,5 +311,5 @@ def material_velocity(motion: Motion, body: Body, ground: Body, anchor: Anchor, 
 
 def sliding_velocity(motion: Motion, bodies: tuple[Body, Body], ground: Body, anchor: Anchor, at: Point) -> Vec:
     """Velocity of one body's matter over that of another at a point, in the world."""
-    one, other = (material_velocity(motion, body, ground, anchor, at) for body in bodies)
-    return one - other
+    first, second = (material_velocity(motion, body, ground, anchor, at) for body in bodies)
+    return first - second

@@ -320,16 +320,24 @@ PLANE = Frame("plane of the cam")
 Plane = tuple[Expr, Expr]
 
 
-def _found(name: str, unit: str, meaning: str) -> Quantity:
+def _contour_quantity(name: str, unit: str, meaning: str) -> Quantity:
     return Quantity(name, unit, meaning, "derived: cam for a roller")
 
 
-reach = _found("reach", "m", "radius of the roller, negative where the cam lies to the right of the pitch curve")
-contact_x, contact_y = (_found(f"contact_{a}", "m", f"place of the contact in the plane of the cam, {a}") for a in "xy")
-heading = _found("heading", "rad", "direction of the pitch curve in the plane of the cam, with the angle")
-kappa = _found("kappa", "1/m", "curvature of the pitch curve, positive where it turns to the left")
-room = _found("room", "1", "1 - radius of the roller / radius of curvature of the pitch curve towards the cam")
-pressure = _found("pressure", "rad", "pressure angle: between the contact's normal and the motion of the centre")
+reach = _contour_quantity(
+    "reach", "m", "radius of the roller, negative where the cam lies to the right of the pitch curve"
+)
+contact_x, contact_y = (
+    _contour_quantity(f"contact_{a}", "m", f"place of the contact in the plane of the cam, {a}") for a in "xy"
+)
+heading = _contour_quantity("heading", "rad", "direction of the pitch curve in the plane of the cam, with the angle")
+kappa = _contour_quantity("kappa", "1/m", "curvature of the pitch curve, positive where it turns to the left")
+room = _contour_quantity(
+    "room", "1", "1 - radius of the roller / radius of curvature of the pitch curve towards the cam"
+)
+pressure = _contour_quantity(
+    "pressure", "rad", "pressure angle: between the contact's normal and the motion of the centre"
+)
 CONTOUR = (contact_x, contact_y, heading, kappa, room, pressure)
 
 
@@ -340,18 +348,20 @@ def contour(place: Plane, velocity: Plane, acceleration: Plane, moves: Plane) ->
     """
     x, y, dx, dy, ddx, ddy = (sp.Symbol(name, real=True) for name in ("x", "y", "dx", "dy", "ddx", "ddy"))
     motion = Motion({x: dx, y: dy, dx: ddx, dy: ddy})
-    along = Vec(PLANE, (dx, dy, S.Zero))
-    square = along.dot(along)
-    beside = Vec(PLANE, (x - reach * dy / sp.sqrt(square), y + reach * dx / sp.sqrt(square), S.Zero))
+    tangent = Vec(PLANE, (dx, dy, S.Zero))
+    square = tangent.dot(tangent)
+    parallel = Vec(PLANE, (x - reach * dy / sp.sqrt(square), y + reach * dx / sp.sqrt(square), S.Zero))
     turning = sp.simplify(motion.rate(sp.atan2(dy, dx)) / sp.sqrt(square))
-    share = sp.simplify(motion.derivative(beside).dot(along) / square)
+    share = sp.simplify(motion.derivative(parallel).dot(tangent) / square)
     if sp.simplify(share - (1 - reach * turning)) != 0:
         raise ValueError("a parallel curve is not as long as its distance and the curvature say")
     values = dict(zip((x, y, dx, dy, ddx, ddy), (*place, *velocity, *acceleration), strict=True))
     follower = Vec(PLANE, (*moves, S.Zero))
-    across, with_ = along.cross(follower)[2], along.dot(follower)
-    found = {
-        contact_x: beside[0], contact_y: beside[1], heading: sp.atan2(dy, dx), kappa: turning,
+    across, with_ = tangent.cross(follower)[2], tangent.dot(follower)
+    expressions = {
+        contact_x: parallel[0], contact_y: parallel[1], heading: sp.atan2(dy, dx), kappa: turning,
         room: 1 - reach * kappa, pressure: sp.atan2(sp.Abs(with_), sp.Abs(across)),
     }  # fmt: skip
-    return tuple(Let(symbol, expr.xreplace(values), f"derived: {symbol.meaning}") for symbol, expr in found.items())
+    return tuple(
+        Let(symbol, expr.xreplace(values), f"derived: {symbol.meaning}") for symbol, expr in expressions.items()
+    )

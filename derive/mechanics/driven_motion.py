@@ -43,21 +43,23 @@ def build_law_residuals(stated: Statement, coordinates: Sequence[tuple[Quantity,
     """Power, momentum, angular momentum, and virtual work on each of the coordinates, which come with their rates."""
     parts = stated.assembly, stated.ground
     moving = stated.told_in({rate for _, rate in coordinates})
-    found = [_law("power", "W", "power of all forces and of inertia", total_power(*parts, stated.anchor))]
+    residuals = [_law("power", "W", "power of all forces and of inertia", total_power(*parts, stated.anchor))]
     momentum, angular = momentum_residuals(*parts), angular_momentum_residuals(*parts, stated.O)
-    found += [_law(f"force_{a}", "N", f"rate of momentum less outer forces, {a}", momentum[a]) for a in stated.axes]
-    turned = AXES if stated.spatial else AXES[2:]
-    found += [
-        _law(f"moment_{a}", "N m", f"rate of angular momentum less outer moments, {a}", angular[a]) for a in turned
+    residuals += [_law(f"force_{a}", "N", f"rate of momentum less outer forces, {a}", momentum[a]) for a in stated.axes]
+    moment_axes = AXES if stated.spatial else AXES[2:]
+    residuals += [
+        _law(f"moment_{a}", "N m", f"rate of angular momentum less outer moments, {a}", angular[a]) for a in moment_axes
     ]
     for tag, (inner, outer, at) in stated.rolling.items():
         slip = sliding_velocity(stated.motion, (inner, outer), stated.ground, stated.anchor, at)
         for axis, component in zip(stated.axes, slip.components, strict=False):
-            found.append(_law(f"roll_{tag}{axis}", "m/s", f"sliding of the pitch curves at {tag}, {axis}", component))
+            residuals.append(
+                _law(f"roll_{tag}{axis}", "m/s", f"sliding of the pitch curves at {tag}, {axis}", component)
+            )
     for value, rate in coordinates:
         work = virtual_work(*parts, stated.anchor, rate, lambda expr: expr.xreplace(moving))
-        found.append(_law(f"work_{value}", WORK[value.unit], f"virtual work where {value} alone moves", work))
-    return found
+        residuals.append(_law(f"work_{value}", WORK[value.unit], f"virtual work where {value} alone moves", work))
+    return residuals
 
 
 def _law(name: str, unit: str, meaning: str, vanishes: Expr) -> Let:
@@ -88,27 +90,32 @@ def derive_driven_motion(
             "rolling as a gap, by `constrain`"
         )
     steps, reports = motion_steps(stated), [*stated.reports, *stated.world_components()]
-    if reported is None or any(str(asked).startswith(LAW) for asked in reported):
+    if reported is None or any(str(name).startswith(LAW) for name in reported):
         reports += build_law_residuals(stated, [(angle, speed), *((c.value, c.rate) for c in stated.loops.coordinates)])
-    outputs = stated.chosen(_known(stated, steps, reports, reported is None), reported)
-    found = solve_forces(stated)
-    tested = [s for s in needed((*steps, *found), frozenset(outputs)) if isinstance(s, LinearSolve)]
+    outputs = stated.chosen(_reportable(stated, steps, reports, reported is None), reported)
+    forces = solve_forces(stated)
+    tested = [s for s in needed((*steps, *forces), frozenset(outputs)) if isinstance(s, LinearSolve)]
     pivots = [s.pivot for s in tested if s.pivot not in stated.loops.pivots]
-    counts = [s.symbol for s in found if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
-    told, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
-    needs = sorted_steps(needed((*steps, *found, *reports), frozenset(told)))
+    counts = [s.symbol for s in forces if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
+    results, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
+    needs = sorted_steps(needed((*steps, *forces, *reports), frozenset(results)))
     lane = DrivenLane(
-        angle, (data,), needs, told, tuple(stated.events), along=stated.loops.inputs, speed=speed,
+        angle, (data,), needs, results, tuple(stated.events), along=stated.loops.inputs, speed=speed,
         acceleration=acceleration,
     )  # fmt: skip
     inputs: tuple[Packed, ...] = (angle, data, *stated.loops.inputs)
-    drawn = places(stated, inputs, _found(stated))
-    cut = build_function(MESHES, (s for mesh in in_mesh(stated) for s in mesh.lets()), inputs, steps)
-    followed = build_function(FOLLOWERS, rollers(stated, angle), inputs, steps)
-    return lane, (*stated.loops.functions(angle, data, stated.named), *drawn, *cut, *followed)
+    drawing_functions = places(stated, inputs, _point_sources(stated))
+    mesh_functions = build_function(MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps)
+    roller_functions = build_function(FOLLOWERS, roller_centres(stated, angle), inputs, steps)
+    return lane, (
+        *stated.loops.functions(angle, data, stated.named),
+        *drawing_functions,
+        *mesh_functions,
+        *roller_functions,
+    )
 
 
-def rollers(stated: Statement, angle: Quantity) -> Iterator[Let]:
+def roller_centres(stated: Statement, angle: Quantity) -> Iterator[Let]:
     """Where the centres of rollers on plane cams are from the cams' axes, as if the cams turned by the angle itself."""
     for name, (cam, centre) in stated.rollers.items():
         if not stated.spatial:
@@ -117,17 +124,22 @@ def rollers(stated: Statement, angle: Quantity) -> Iterator[Let]:
                 yield let(quantity(f"{name}_centre_{axis}", "m", f"centre of the roller at {name}, {axis}"), component)
 
 
-def in_mesh(stated: Statement) -> Iterator[Mesh]:
+def find_meshes(stated: Statement) -> Iterator[Mesh]:
     """The gears that mesh in a plane, with the pitch curves that their motion has."""
     for tag, (inner, outer, at) in stated.meshing.items():
         assert at.base is not None
         assert at.offset is not None
-        line, place = at.offset.frame, displacement(stated.O, at.base, stated.world)
-        way, radius = _direction(line), -at.offset[0]
-        polar = way - _direction(inner.frame), way + sp.pi - _direction(outer.frame)
+        line, centre = at.offset.frame, displacement(stated.O, at.base, stated.world)
+        direction, radius = _direction(line), -at.offset[0]
+        polar = direction - _direction(inner.frame), direction + sp.pi - _direction(outer.frame)
         rates = [stated.motion.rate(angle) for angle in polar]
         yield Mesh(
-            tag, (inner.name, outer.name), way, (place[0], place[1]), polar, (-radius * rates[1] / rates[0], radius)
+            tag,
+            (inner.name, outer.name),
+            direction,
+            (centre[0], centre[1]),
+            polar,
+            (-radius * rates[1] / rates[0], radius),
         )
 
 
@@ -136,7 +148,7 @@ def _direction(frame: Frame) -> Expr:
     return sp.Add(*(angle for _, angle in frame.turns()))
 
 
-def _found(stated: Statement) -> tuple[Step, ...]:
+def _point_sources(stated: Statement) -> tuple[Step, ...]:
     """What places follow from: the named steps, and the coordinates of loops as they were found."""
     return (*(let(c.value, c.given) for c in stated.loops.coordinates), *stated.named)
 
@@ -148,7 +160,7 @@ def motion_steps(stated: Statement) -> tuple[Step, ...]:
     return (*loops, *stated.defined)
 
 
-def _known(stated: Statement, steps: Sequence[Step], reports: Sequence[Let], told: bool) -> list[Quantity]:
+def _reportable(stated: Statement, steps: Sequence[Step], reports: Sequence[Let], told: bool) -> list[Quantity]:
     """What can be reported; on its own only what has a meaning to a person is."""
     named = [s.symbol for s in (stated.named if told else steps) if isinstance(s, Let)]
     return [*stated.loops.all, *named, *stated.assembly.unknowns, *(report.symbol for report in reports)]
@@ -192,21 +204,21 @@ class Other:
         return expr.xreplace({s: self.twin(s) for s in ours} | {self.angle: self.angle - sp.pi})
 
 
-def own(stated: Statement) -> frozenset[Quantity]:
+def side_quantities(stated: Statement) -> frozenset[Quantity]:
     """Quantities that each side has of its own: its motion, and what acts in it."""
     return frozenset(s for step in stated.steps for s in step.defines) | set(stated.unknowns)
 
 
-def shared(stated: Statement, other: Other) -> list[Equation]:
+def shared_balances(stated: Statement, other: Other) -> list[Equation]:
     """Balances of the bodies that both sides share, with the actions of one side and the same of the other."""
     of_side = [action for action in stated.assembly.actions if action not in stated.common]
-    found = []
+    equations = []
     for body in stated.shared:
         pin = stated.pin_of(body)
         loads = stated.assembly.loads(body, pin, of_side)
         balances = stated.assembly.balances(body, pin)
-        found += [derived(e.claims, e.residual + other(load)) for e, load in zip(balances, loads, strict=True)]
-    return found
+        equations += [derived(e.claims, e.residual + other(load)) for e, load in zip(balances, loads, strict=True)]
+    return equations
 
 
 def derive_twin_lane(
@@ -218,13 +230,13 @@ def derive_twin_lane(
         raise MechanismError(f"{stated.name}: equal sides follow each other along an angle, and none is given")
     side = (*motion_steps(stated), *(solve_forces(stated) if forces is None else forces))
     if frame is None:
-        other = Other(stated.angle, sides.twin, own(stated))
+        other = Other(stated.angle, sides.twin, side_quantities(stated))
         both = [unknown for unknown in stated.assembly.unknowns if unknown not in stated.unknowns]
-        frame = solve_balances(stated, shared(stated, other), both).lets()
+        frame = solve_balances(stated, shared_balances(stated, other), both).lets()
     sums = needed((*frame, *stated.reports), frozenset(sides.totals))
     summed = frozenset().union(*(step.needs for step in sums))
     passed = [s for step in side for s in step.defines if s in summed or sides.twin(s) in summed]
-    told = Vector("side", tuple(dict.fromkeys((*sides.reported, *passed))))
-    wanted = frozenset(told).union(*(event.argument.free_symbols for event in stated.events))
+    side_outputs = Vector("side", tuple(dict.fromkeys((*sides.reported, *passed))))
+    needed_symbols = frozenset(side_outputs).union(*(event.argument.free_symbols for event in stated.events))
     totals = Shared(sides.twin, sums, Vector("totals", sides.totals))
-    return Lane(stated.angle, tuple(inputs), needed(side, wanted), told, tuple(stated.events), totals)
+    return Lane(stated.angle, tuple(inputs), needed(side, needed_symbols), side_outputs, tuple(stated.events), totals)

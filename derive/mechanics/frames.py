@@ -184,8 +184,8 @@ class Motion:
         """Return the angular velocity [rad/s] of a frame, along its own axes, absolute or ``seen_from`` an ancestor."""
         if frame.parent is None or frame == seen_from:
             return zero(frame)
-        own = self.rate(frame.angle) * unit(frame, frame.axis)
-        return self.spin(frame.parent, seen_from).resolved(frame) + own
+        relative = self.rate(frame.angle) * unit(frame, frame.axis)
+        return self.spin(frame.parent, seen_from).resolved(frame) + relative
 
     def derivative(self, vector: Vec) -> Vec:
         """Return the absolute time derivative of a vector [its unit per s], along the axes of the vector's frame."""
@@ -220,9 +220,9 @@ class Motion:
         """
         if point == base or point.base is None or point.offset is None:
             return zero(frame)
-        own = point.offset.frame
-        stretch = Vec(own, tuple(self.rate(c) for c in point.offset.components)).resolved(frame)
-        turning = self.spin(own, seen_from=frame).resolved(frame)
+        offset_frame = point.offset.frame
+        stretch = Vec(offset_frame, tuple(self.rate(c) for c in point.offset.components)).resolved(frame)
+        turning = self.spin(offset_frame, seen_from=frame).resolved(frame)
         swept = stretch + turning.cross(self.arm(point.base, point, frame))
         named_base, named = self.places.get(point.base, (None, None))
         if named is None or named_base != base or named.frame != frame:
@@ -251,9 +251,9 @@ def displacement(start: Point, end: Point, frame: Frame) -> Vec:
 
 def _difference(start: dict[Point, Vec | None], end: dict[Point, Vec | None], frame: Frame) -> Vec:
     by_frame: dict[Frame, Vec] = {}
-    for sign, there, back in ((S.One, end, start), (S.NegativeOne, start, end)):
-        for point, offset in there.items():
-            if point not in back and offset:
+    for sign, chain, opposite in ((S.One, end, start), (S.NegativeOne, start, end)):
+        for point, offset in chain.items():
+            if point not in opposite and offset:
                 so_far = by_frame.get(offset.frame, zero(offset.frame))
                 by_frame[offset.frame] = so_far + sign * offset
     return reduce(lambda total, part: total + part.resolved(frame), by_frame.values(), zero(frame))

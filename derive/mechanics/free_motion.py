@@ -15,7 +15,7 @@ import sympy as sp
 from sympy import Expr, S
 
 from ..equations import Balance
-from ..functions import along, slope
+from ..functions import directional_derivative, partial_derivative
 from ..model import ClosedForm, Let, Step, let, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from .bodies import Action, Body, Part, action_load, body_loads, kinetic_energy, point_velocity, potential_energy
@@ -42,8 +42,8 @@ def derive_free_motion(
 
 def accelerations(stated: Statement, time: Quantity) -> tuple[Expr, ...]:
     """Those of the coordinates, in symbols. Raises MechanismError where loops or rolling hold them."""
-    if held := [*stated.loops.gaps, *stated.slips]:
-        raise MechanismError(f"{stated.name}: accelerations in symbols are those without {', '.join(held)}")
+    if constraints := [*stated.loops.gaps, *stated.slips]:
+        raise MechanismError(f"{stated.name}: accelerations in symbols are those without {', '.join(constraints)}")
     return Free(stated, time).solved()
 
 
@@ -51,7 +51,7 @@ class FreeMotion(Motion):
     """Motion of many coordinates: rates of expressions in one pass."""
 
     def rate(self, expr: Expr) -> Expr:
-        return along(expr, self.rates)
+        return directional_derivative(expr, self.rates)
 
 
 class Free:
@@ -66,9 +66,9 @@ class Free:
 
     def functions(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
         self._refuse()
-        names, held = [str(c.value) for c in self.coordinates], self._held()
+        names, constrained_speeds = [str(c.value) for c in self.coordinates], self._constrained_speeds()
         inertia, forces = self._inertia(), self._forces()
-        found = {
+        rows = {
             "inertia": [
                 self._let(f"inertia_{a}_{b}", self._inertia_unit(c, d), inertia[i][j])
                 for i, (a, c) in enumerate(zip(names, self.coordinates, strict=True))
@@ -79,21 +79,21 @@ class Free:
                 for a, c, force in zip(names, self.coordinates, forces, strict=True)
             ],
             "gaps": [self._let(name, "m", gap) for name, gap in self.stated.loops.gaps.items()],
-            "speeds": [self._let(f"speed_{name}", "m/s", speed) for name, speed in held.items()],
+            "speeds": [self._let(f"speed_{name}", "m/s", speed) for name, speed in constrained_speeds.items()],
             "slopes": [
-                self._let(f"slope_{name}_{c.value}", _OF[c.value.unit], slope(speed, c.rate))
-                for name, speed in held.items()
+                self._let(f"slope_{name}_{c.value}", _OF[c.value.unit], partial_derivative(speed, c.rate))
+                for name, speed in constrained_speeds.items()
                 for c in self.coordinates
             ],
             "bends": [
                 self._let(f"bend_{name}", "m/s2", -self._resting(self._plain(self.motion.rate(speed))))
-                for name, speed in held.items()
+                for name, speed in constrained_speeds.items()
             ],
         }
-        full = {name: [step for step in steps if step.expr != 0] for name, steps in found.items()}
+        full = {name: [step for step in steps if step.expr != 0] for name, steps in rows.items()}
         forms = [self._form(name, self.inputs, steps) for name, steps in full.items() if steps]
-        drawn = places(self.stated, self.inputs, self.stated.named)
-        return (self._start(), *forms, *self._outputs(reported), *drawn)
+        drawing_functions = places(self.stated, self.inputs, self.stated.named)
+        return (self._start(), *forms, *self._outputs(reported), *drawing_functions)
 
     def solved(self) -> tuple[Expr, ...]:
         """Accelerations of the coordinates, if nothing holds them."""
@@ -110,14 +110,17 @@ class Free:
         reports = [*stated.reports, *stated.world_components(), *self._energies()]
         stated.name_accelerations()
         actions = Vector("actions", tuple(stated.assembly.unknowns))
-        known = [*(n.symbol for n in stated.named), *actions, *(r.symbol for r in reports)]
-        told = Vector("outputs", stated.chosen(known, reported))
-        steps = sorted_steps(needed((*stated.defined, *reports), frozenset(told)))
-        taken = frozenset(told).union(*(step.needs for step in steps))
+        reportable = [*(n.symbol for n in stated.named), *actions, *(r.symbol for r in reports)]
+        outputs = Vector("outputs", stated.chosen(reportable, reported))
+        steps = sorted_steps(needed((*stated.defined, *reports), frozenset(outputs)))
+        taken = frozenset(outputs).union(*(step.needs for step in steps))
         inputs = (*self.inputs, self.accelerations)
         if not taken & frozenset(actions):
-            return (ClosedForm("lane", inputs, steps, told),)
-        return (self._form("balances", inputs, self._balances()), ClosedForm("lane", (*inputs, actions), steps, told))
+            return (ClosedForm("lane", inputs, steps, outputs),)
+        return (
+            self._form("balances", inputs, self._balances()),
+            ClosedForm("lane", (*inputs, actions), steps, outputs),
+        )
 
     def _balances(self) -> list[Let]:
         """Every balance as a row: ``held_i_u``, its slope in the action u, and ``pushed_i``, all that is no joint's.
@@ -126,26 +129,28 @@ class Free:
         """
         unknowns = self.stated.assembly.unknowns
         nothing = dict.fromkeys(unknowns, S.Zero)
-        found = []
+        rows = []
         for i, equation in enumerate(self.stated.equations()):
             moment = isinstance(equation.claims, Balance) and equation.claims.kind == "moment"
-            held = [u for u in unknowns if u in equation.residual.free_symbols]
-            for u in held:
+            actions = [u for u in unknowns if u in equation.residual.free_symbols]
+            for u in actions:
                 unit = "m" if moment and u.unit == "N" else "1"
                 name = f"held_{i}_{u}"
-                found.append(let(quantity(name, unit, f"{equation.number}, by {u}"), slope(equation.residual, u)))
+                rows.append(
+                    let(quantity(name, unit, f"{equation.number}, by {u}"), partial_derivative(equation.residual, u))
+                )
             rest = equation.residual.xreplace(nothing)
             pushed = quantity(f"pushed_{i}", "N m" if moment else "N", f"{equation.number}, without joints")
-            found.append(let(pushed, rest))
-        return [step for step in found if step.expr != 0]
+            rows.append(let(pushed, rest))
+        return [step for step in rows if step.expr != 0]
 
     def _energies(self) -> tuple[Let, Let]:
         """Kinetic energy, and potential energy of weights and springs [J]."""
         stated, bodies = self.stated, self.stated.assembly.bodies
         moving = kinetic_energy(self.motion, bodies, stated.world)
         stored = sp.Add(*stated.potentials) + potential_energy(stated.assembly, bodies, stated.O, stated.world)
-        held = quantity("potential", "J", "potential energy of weights and springs")
-        return let(quantity("kinetic", "J", "kinetic energy"), moving), let(held, stored)
+        stored_name = quantity("potential", "J", "potential energy of weights and springs")
+        return let(quantity("kinetic", "J", "kinetic energy"), moving), let(stored_name, stored)
 
     def _inertia(self) -> list[list[Expr]]:
         """Kinetic energy's slopes in two rates each; what given actions say of accelerations."""
@@ -161,7 +166,7 @@ class Free:
                 for j in moved[: moved.index(i) + 1]:
                     total[i][j] += part.mass * push.dot(ways.get(j, rest[0])) + twist.dot(turns.get(j, rest[1]))
         added = [
-            [-slope(push, a) if a in push.free_symbols else S.Zero for a in self.accelerations]
+            [-partial_derivative(push, a) if a in push.free_symbols else S.Zero for a in self.accelerations]
             for push in self._on_rates(self._given_loads())
         ]
         return [[total[max(i, j)][min(i, j)] + added[i][j] for j in range(count)] for i in range(count)]
@@ -171,7 +176,10 @@ class Free:
         x, y, z = map(self._plain, speed.components)
         felt = x.free_symbols | y.free_symbols | z.free_symbols
         return {
-            i: Vec(speed.frame, (slope(x, c.rate), slope(y, c.rate), slope(z, c.rate)))
+            i: Vec(
+                speed.frame,
+                (partial_derivative(x, c.rate), partial_derivative(y, c.rate), partial_derivative(z, c.rate)),
+            )
             for i, c in enumerate(self.coordinates)
             if c.rate in felt
         }
@@ -195,7 +203,7 @@ class Free:
 
     def _given_loads(self) -> list[tuple[Vec, Vec]]:
         stated = self.stated
-        return [p for a in self._given() for p in action_load(self.motion, a, stated.ground, stated.anchor)]
+        return [p for a in self._given_actions() for p in action_load(self.motion, a, stated.ground, stated.anchor)]
 
     def _body_loads(self) -> list[tuple[Vec, Vec]]:
         assembly = self.stated.assembly
@@ -214,7 +222,7 @@ class Free:
                     "know; state it as a force, of the speed"
                 )
 
-    def _given(self) -> list[Action]:
+    def _given_actions(self) -> list[Action]:
         """Actions without an unknown."""
         unknowns = set(self.stated.assembly.unknowns)
         return [
@@ -223,14 +231,14 @@ class Free:
             if not any(e.free_symbols & unknowns for e in (*a.force.components, *a.moment.components))
         ]
 
-    def _held(self) -> Mapping[str, Expr]:
+    def _constrained_speeds(self) -> Mapping[str, Expr]:
         """Speeds that vanish: the rates of the gaps, then slips."""
         rates = {name: self.motion.rate(gap) for name, gap in self.stated.loops.gaps.items()}
-        held = {name: self._plain(speed) for name, speed in (rates | self.stated.slips).items()}
-        for name, speed in held.items():
+        constrained_speeds = {name: self._plain(speed) for name, speed in (rates | self.stated.slips).items()}
+        for name, speed in constrained_speeds.items():
             if not speed.free_symbols & {c.rate for c in self.coordinates}:
                 raise MechanismError(f"{self.stated.name}: {name} holds none of the coordinates")
-        return held
+        return constrained_speeds
 
     def _plain(self, expr: Expr) -> Expr:
         return sp.sympify(expr).xreplace(self._moving)
@@ -240,10 +248,10 @@ class Free:
         return expr.xreplace(dict.fromkeys(self.accelerations, S.Zero))
 
     def _form(self, name: str, inputs: tuple[Vector | Quantity, ...], steps: Sequence[Let]) -> ClosedForm:
-        told = Vector(f"{name}_outputs", tuple(step.symbol for step in steps))
-        known = (*self.stated.named, *self.stated.reports)
-        everything: tuple[Step, ...] = sorted_steps(needed((*known, *steps), frozenset(told)))
-        return ClosedForm(name, inputs, everything, told)
+        outputs = Vector(f"{name}_outputs", tuple(step.symbol for step in steps))
+        steps_before = (*self.stated.named, *self.stated.reports)
+        everything: tuple[Step, ...] = sorted_steps(needed((*steps_before, *steps), frozenset(outputs)))
+        return ClosedForm(name, inputs, everything, outputs)
 
     @staticmethod
     def _let(name: str, unit: str, expr: Expr) -> Let:

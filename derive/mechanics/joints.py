@@ -58,9 +58,9 @@ class Joints(Contacts):
         if name in {body.name for body in self.assembly.bodies}:
             raise MechanismError(f"two bodies are called {name}")
         tensor = inertia if isinstance(inertia, Sequence) else (0, 0, inertia)
-        own = (Part(mass, centroid, tuple(map(sp.sympify, tensor))),) if mass is not None and centroid else ()
+        first_part = (Part(mass, centroid, tuple(map(sp.sympify, tensor))),) if mass is not None and centroid else ()
         pin = None if about is None else Pin(about, axes or self.world, self._default_balances if tilting else SHAFT)
-        body = self.assembly.add(Body(name, frame, (*own, *parts), pin))
+        body = self.assembly.add(Body(name, frame, (*first_part, *parts), pin))
         self.shared += [body] if shared else []
         return body
 

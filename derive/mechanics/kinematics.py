@@ -38,12 +38,12 @@ class Followed:
         """Return the derivatives of an expression along its coordinates [its unit per that of the coordinate]."""
         if isinstance(expr, sp.Piecewise):
             return self._of_cases(expr)
-        found: Slopes = {}
+        derivatives: Slopes = {}
         for symbol in sorted(expr.free_symbols & self.known.keys(), key=str):
             outer = expr.diff(symbol)
             for coordinate, inner in self.known[symbol].items():
-                found[coordinate] = found.get(coordinate, S.Zero) + outer * inner
-        return {coordinate: slope for coordinate, slope in found.items() if slope != 0}
+                derivatives[coordinate] = derivatives.get(coordinate, S.Zero) + outer * inner
+        return {coordinate: slope for coordinate, slope in derivatives.items() if slope != 0}
 
     def along(self, expr: Expr, coordinate: Quantity) -> Expr:
         """Return the derivative of an expression along one coordinate [its unit per that of the coordinate]."""
@@ -271,7 +271,7 @@ class Kinematics(Statement):
         self.motion.places[image] = base, Vec(frame, (place[0], place[1], 2 * plane - place[2]))
 
 
-def _vector(frame: Frame, symbols: tuple[Quantity, ...], others: tuple[Expr, Expr, Expr]) -> Vec:
+def _vector(frame: Frame, symbols: tuple[Quantity, ...], defaults: tuple[Expr, Expr, Expr]) -> Vec:
     """A vector by names, and by other components where the names end."""
-    components: list[Expr] = [*symbols, *others[len(symbols) :]]
+    components: list[Expr] = [*symbols, *defaults[len(symbols) :]]
     return Vec(frame, (components[0], components[1], components[2]))

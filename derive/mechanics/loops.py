@@ -43,9 +43,9 @@ class Coordinate:
     def near(self, turn: int) -> Quantity:
         return self._like(f"near{turn}", f"after Newton step {turn}")
 
-    def _like(self, suffix: str, what: str) -> Quantity:
+    def _like(self, suffix: str, remark: str) -> Quantity:
         value = self.value
-        return Quantity(f"{value}_{suffix}", value.unit, f"{value.meaning}, {what}", "derived: loops")
+        return Quantity(f"{value}_{suffix}", value.unit, f"{value.meaning}, {remark}", "derived: loops")
 
 
 @dataclass
@@ -109,22 +109,24 @@ class Loops:
         return (*self._positions(), *self._rates(motion)) if self.coordinates else ()
 
     def _positions(self) -> list[Step]:
-        found: list[Step] = []
-        here = [c.given for c in self.coordinates]
+        newton_steps: list[Step] = []
+        position = [c.given for c in self.coordinates]
         for turn in range(1, ROUNDS + 1):
-            at = dict(zip(self.values, here, strict=True))
+            at = dict(zip(self.values, position, strict=True))
             steps = [c.step(turn) for c in self.coordinates]
             rows, gaps = self.jacobian(), list(self.gaps.values())
             moved = [
                 gap.xreplace(at) + sum(entry.xreplace(at) * s for entry, s in zip(row, steps, strict=True))
                 for gap, row in zip(gaps, rows, strict=True)
             ]
-            found += linear(moved, steps, f"derived: loops, Newton step {turn}")
+            newton_steps += linear(moved, steps, f"derived: loops, Newton step {turn}")
             last = turn == ROUNDS
             new = [c.value if last else c.near(turn) for c in self.coordinates]
-            found += [Let(n, h + s, f"derived: {n.meaning}") for n, h, s in zip(new, here, steps, strict=True)]
-            here = new
-        return found
+            newton_steps += [
+                Let(n, h + s, f"derived: {n.meaning}") for n, h, s in zip(new, position, steps, strict=True)
+            ]
+            position = new
+        return newton_steps
 
     def _rates(self, motion: Motion) -> list[Step]:
         """The gaps stay closed: their first and second derivatives in time vanish."""
@@ -151,11 +153,11 @@ class Loops:
             for gap, row in zip(gaps, self.jacobian(), strict=True)
             for value, entry in zip(self.values, row, strict=True)
         ]
-        told = Vector("gaps", tuple(step.symbol for step in (*gaps, *slopes)))
-        closure = needed((*before, *gaps, *slopes), frozenset(told))
+        outputs = Vector("gaps", tuple(step.symbol for step in (*gaps, *slopes)))
+        closure = needed((*before, *gaps, *slopes), frozenset(outputs))
         return (
             ClosedForm("assembly", (data,), start, Vector("start", self.values)),
-            ClosedForm("closure", (angle, data, self.given), closure, told),
+            ClosedForm("closure", (angle, data, self.given), closure, outputs),
         )
 
 

@@ -111,10 +111,10 @@ class Mechanism(Joints):
         (r*cos(phi), r*sin(phi), 0)
         """
         try:
-            found = dimension(sp.sympify(angle))
+            angle_dimension = dimension(sp.sympify(angle))
         except DimensionError as error:
             raise DimensionError(f"frame {name}: {error}") from None
-        if found not in (None, NONE):
+        if angle_dimension not in (None, NONE):
             raise DimensionError(f"frame {name}: its angle {angle} is not in rad")
         return Frame(name, parent or self.world, axis, sp.sympify(angle))
 

@@ -215,8 +215,8 @@ class Statement:
         beam: moment along z of world about O | M_Az - g*l*m
         """
         bodies = [body for body in self.assembly.bodies if body not in (self.ground, *self.shared)]
-        found = [e for body in bodies for e in self.assembly.balances(body, self.pin_of(body))]
-        return [_consistent(e) for e in (*self.assembly.definitions(), *found) if e.residual != 0]
+        balances = [e for body in bodies for e in self.assembly.balances(body, self.pin_of(body))]
+        return [_consistent(e) for e in (*self.assembly.definitions(), *balances) if e.residual != 0]
 
     def pin_of(self, body: Body) -> Pin:
         """Return how a body's balances are written: as stated, else about a joint (the ground's first) or its centroid.
@@ -242,10 +242,10 @@ class Statement:
 
     def name_accelerations(self) -> None:
         """Give the accelerations of all centroids names of their own, but of those whose places have names."""
-        told = self.motion.accelerations.keys() | self.motion.places.keys()
+        with_names = self.motion.accelerations.keys() | self.motion.places.keys()
         for body in self.assembly.bodies:
             for number, part in enumerate(body.parts, 1):
-                if part.centroid not in told:
+                if part.centroid not in with_names:
                     self._name_acceleration(body, part.centroid, f"_{number}" if number > 1 else "")
 
     def _name_acceleration(self, body: Body, centroid: Point, number: str) -> None:
@@ -258,26 +258,26 @@ class Statement:
 
     def told_in(self, speeds: Collection[Quantity]) -> dict[Quantity, Expr]:
         """Return the named expressions that depend on rates or accelerations, each expressed by these."""
-        found: dict[Quantity, Expr] = {}
+        expressions: dict[Quantity, Expr] = {}
         for step in (*self.named, *self.reports):
-            plain = step.expr.xreplace(found)
+            plain = step.expr.xreplace(expressions)
             if plain.free_symbols & set(speeds):
-                found[step.symbol] = plain
-        return found
+                expressions[step.symbol] = plain
+        return expressions
 
-    def chosen(self, known: Iterable[Quantity], asked: Sequence[str | Quantity] | None) -> tuple[Quantity, ...]:
+    def chosen(self, available: Iterable[Quantity], requested: Sequence[str | Quantity] | None) -> tuple[Quantity, ...]:
         """Return the quantities to report among those that are available, all of them for None.
 
         Raises MechanismError for a name that is not available.
         """
-        by_name: dict[str, Quantity] = {q.name: q for q in known}
-        names = list(by_name) if asked is None else list(map(str, asked))
+        by_name: dict[str, Quantity] = {q.name: q for q in available}
+        names = list(by_name) if requested is None else list(map(str, requested))
         for name in names:
             if name not in by_name:
                 close = get_close_matches(name, by_name, 1)
                 hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(by_name)}"
                 raise MechanismError(f"{self.name}: nothing is called {name}; {hint}")
-        by_name |= {q.name: q for q in asked or () if isinstance(q, Quantity)}
+        by_name |= {q.name: q for q in requested or () if isinstance(q, Quantity)}
         return tuple(by_name[name] for name in names)
 
     @property
@@ -302,10 +302,10 @@ def triple(components: Sequence[Expr]) -> Triple:
 
 def _in_unit(step: Let) -> Let:
     try:
-        found = dimension(step.expr)
+        expr_dimension = dimension(step.expr)
     except DimensionError as error:
         raise DimensionError(f"{step.symbol}: {error}") from None
-    if found is not None and found != of_unit(step.symbol.unit):
+    if expr_dimension is not None and expr_dimension != of_unit(step.symbol.unit):
         raise DimensionError(f"{step.symbol} is in {step.symbol.unit}, and {step.expr} is not")
     return step
 
@@ -323,13 +323,13 @@ def places(stated: Statement, inputs: Sequence[Packed], before: Sequence[Step]) 
 
     ``before`` are the steps that places may need.
     """
-    found = (
+    steps = (
         step
         for body in stated.assembly.bodies
         for point in _points(stated, body)
         for step in _place(stated, body, point)
     )
-    return build_function(PLACES, found, inputs, before)
+    return build_function(PLACES, steps, inputs, before)
 
 
 def _points(stated: Statement, body: Body) -> Iterator[Point]:

@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from derive.functions import along, slope, switch
+from derive.functions import directional_derivative, partial_derivative, switch
 
 x, y, z = sp.symbols("x y z", real=True)
 EXPRESSIONS = [
@@ -17,5 +17,5 @@ def test_a_rate_is_that_of_the_chain_rule(expr: sp.Expr) -> None:
     at = {x: sp.Rational(7, 5), y: sp.Rational(3, 4), z: sp.Rational(1, 3)}
     rates = {x: y**2, y: sp.cos(x)}
     wanted = sum(expr.diff(symbol) * rate for symbol, rate in rates.items())
-    assert abs(sp.N((along(expr, rates) - wanted).subs(at), 20)) < 1e-15
-    assert abs(sp.N((slope(expr, x) - expr.diff(x)).subs(at), 20)) < 1e-15
+    assert abs(sp.N((directional_derivative(expr, rates) - wanted).subs(at), 20)) < 1e-15
+    assert abs(sp.N((partial_derivative(expr, x) - expr.diff(x)).subs(at), 20)) < 1e-15

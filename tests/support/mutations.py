@@ -15,10 +15,10 @@ from sympy import Expr
 
 from derive import papers
 from derive.audit.case import AS_READ, Case
-from derive.audit.comparison import aligned
+from derive.audit.comparison import align_sides
 from derive.audit.judge import Judgement
 from derive.audit.paper import Paper, Question
-from derive.audit.reading_search import heard
+from derive.audit.reading_search import judge_readings
 from derive.audit.verdicts import cases
 from derive.discovery import modules
 from derive.equations import Equation
@@ -52,7 +52,7 @@ def tried(name: str, equation: Equation) -> Judgement:
     """The judgement on an equation in the place of the printed one of its number."""
     asked = questions(name, equation.number)
     alone = replace(CASES[name].paper, equations={equation.number: equation}, questions=asked)
-    return heard(_like(name, alone), equation.number).kindest.judgement
+    return judge_readings(_like(name, alone), equation.number).kindest.judgement
 
 
 def questions(name: str, number: str) -> list[Question]:
@@ -123,7 +123,7 @@ def is_sound(name: str, equation: Equation) -> bool:
     printed, derived = _pair(name, equation)
     if derived is None or printed.relation != derived.relation:
         return False
-    return aligned(printed, derived, tuple(CASES[name].points), printed.defines in CASES[name].directions).same
+    return align_sides(printed, derived, tuple(CASES[name].points), printed.defines in CASES[name].directions).same
 
 
 def is_consistent(equation: Equation) -> bool:
@@ -203,7 +203,7 @@ def is_right_somehow(name: str, equation: Equation) -> bool:
     pairs = [case.pair(equation.number, choice) for choice in case.choices(equation.number) or [AS_READ]]
     at = tuple(case.points)
     try:
-        return any(d is not None and aligned(p, d, at, p.defines in case.directions).same for p, d in pairs)
+        return any(d is not None and align_sides(p, d, at, p.defines in case.directions).same for p, d in pairs)
     except NotEvaluated:
         return True
 

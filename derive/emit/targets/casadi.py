@@ -127,7 +127,7 @@ def _curve_builder(function: Emitted) -> str:
     terms = "terms: int" if HOISTED in function.inputs else ""
     single = ", ".join(f'"{q.name}"' for q in function.output)
     return f'''def {function.name}({terms}) -> Function:
-    """{function.operations} operations. {_given(function)}"""
+    """{function.operations} operations. {_describe_given(function)}"""
 {_declared(function, lambda _: "1 + terms")}
 {function.body(CASADI)}
     outputs = [
@@ -136,7 +136,7 @@ def _curve_builder(function: Emitted) -> str:
     return Function("{function.name}", [{function.names()}], outputs, [{function.quoted()}], [{single}])'''
 
 
-def _given(function: Emitted) -> str:
+def _describe_given(function: Emitted) -> str:
     """The outputs, each with unit and meaning, for a docstring; conditions speak in the sidecar."""
     if function.results:
         return "Each output must be positive; the sidecar names them."

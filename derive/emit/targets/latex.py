@@ -54,7 +54,7 @@ def curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
 
 
 def _document(title: str, about: str, inputs: Sequence[Input], sections: Iterable[str]) -> str:
-    table = _table([quantity for given in inputs for quantity in entries(given)])
+    table = _table([quantity for packed in inputs for quantity in entries(packed)])
     open_ones = [f"{_code(v.name)}: {_plain(v.meaning)}." for v in inputs if isinstance(v, OpenVector)]
     lines = (_plain(f"{about} {NOTICE}"), r"\section*{Given}", *table, *open_ones, *sections)
     return DOCUMENT % (_plain(title), "\n".join(lines))
@@ -83,7 +83,7 @@ def _sections(functions: Iterable[Emitted]) -> Iterator[str]:
             if common:
                 yield _aligned(some)
             else:
-                yield from map(_told, some)
+                yield from map(_format_step, some)
 
 
 def _aligned(steps: Iterable[Step]) -> str:
@@ -92,10 +92,10 @@ def _aligned(steps: Iterable[Step]) -> str:
     return f"\\begin{{align}}\n{lines}\n\\end{{align}}"
 
 
-def _told(step: Step) -> str:
+def _format_step(step: Step) -> str:
     """A step under what it defines and where it comes from."""
-    found = step.symbols if isinstance(step, LinearSolve) else step.defines
-    named = "; ".join(f"{_plain(q.meaning)} [{_unit(q.unit)}], {_code(q.name)}" for q in found)
+    symbols_shown = step.symbols if isinstance(step, LinearSolve) else step.defines
+    named = "; ".join(f"{_plain(q.meaning)} [{_unit(q.unit)}], {_code(q.name)}" for q in symbols_shown)
     return (
         f"{named[:1].upper()}{named[1:]} ({_plain(step.source)}):\n\\begin{{align}}\n{_equations(step)}\n\\end{{align}}"
     )
@@ -107,8 +107,8 @@ def _equations(step: Step) -> str:
         return " \\\\\n".join(_broken(_math(row), right) for row, right in zip(rows, step.right, strict=True))
     if isinstance(step, Call):
         outputs = ", ".join(symbol(q) if q is not None else r"\cdot" for q in step.outputs)
-        given = ", ".join((_math(step.argument), *(_word(v.name) for v in step.vectors)))
-        return rf"\left({outputs}\right) &= {_word(step.function.name)}\left({given}\right)"
+        arguments = ", ".join((_math(step.argument), *(_word(v.name) for v in step.vectors)))
+        return rf"\left({outputs}\right) &= {_word(step.function.name)}\left({arguments}\right)"
     if isinstance(step, SineSeries):
         return rf"{symbol(step.symbol)} &= \sum_k b_k \, \sin(k \, {symbol(step.argument)}) / k"
     return _broken(symbol(step.symbol), step.expr)

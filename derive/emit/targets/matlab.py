@@ -81,11 +81,11 @@ def _meant(name: str, functions: Sequence[Emitted]) -> list[str]:
     return filled(MEANT.format(name=name, first=first.name, names=_taken(first)), WIDTH)
 
 
-def _file(name: str, functions: Sequence[Emitted], head: Iterable[str], *others: str) -> str:
+def _file(name: str, functions: Sequence[Emitted], head: Iterable[str], *first_bodies: str) -> str:
     """A function that gives handles of all that follow it, those first that others call by name."""
-    bodies = "\n\n".join((*others, *map(_function, functions)))
+    bodies = "\n\n".join((*first_bodies, *map(_function, functions)))
     helpers = [text for helper, text in HELPERS.items() if re.search(rf"\b{helper}\(", bodies)]
-    names = [*(["prologue"] if others else []), *(f.name for f in functions)]
+    names = [*(["prologue"] if first_bodies else []), *(f.name for f in functions)]
     lines = (*_comments(head), *(f"module.{name} = @{name};" for name in names))
     first = f"function module = {name}()\n{_indented(lines)}\nend"
     return "\n\n".join((first, *helpers, bodies)) + "\n"
@@ -93,10 +93,10 @@ def _file(name: str, functions: Sequence[Emitted], head: Iterable[str], *others:
 
 def _function(function: Emitted) -> str:
     _refuse_names(function)
-    told = (f"{function.output.name}, {len(function.output)} entries:", *described([function.output]).split("\n")[1:])
+    remark = (f"{function.output.name}, {len(function.output)} entries:", *described([function.output]).split("\n")[1:])
     lines = [
-        *_comments(told),
-        *(line for given in function.inputs for line in _unpacked(given, function.used)),
+        *_comments(remark),
+        *(line for packed in function.inputs for line in _unpacked(packed, function.used)),
         *(line for step in function.steps for line in _step(step)),
         *_broken(f"values = [{'; '.join(map(WRITE, function.returned))}];"),
     ]
@@ -104,7 +104,7 @@ def _function(function: Emitted) -> str:
 
 
 def _taken(function: Emitted) -> str:
-    return ", ".join(given.name for given in (*function.inputs, *function.functions))
+    return ", ".join(argument.name for argument in (*function.inputs, *function.functions))
 
 
 def _refuse_names(function: Emitted) -> None:
@@ -114,12 +114,12 @@ def _refuse_names(function: Emitted) -> None:
             raise ValueError(f"function {function.name}: {name}: {allowed}")
 
 
-def _unpacked(given: Input, used: frozenset[sp.Symbol]) -> list[str]:
+def _unpacked(packed: Input, used: frozenset[sp.Symbol]) -> list[str]:
     """Entries of a packed input that the steps use; those of an open one may be counted from its end."""
-    if isinstance(given, Quantity):
+    if isinstance(packed, Quantity):
         return []
-    entries = given.known.items() if isinstance(given, OpenVector) else enumerate(given)
-    return [f"{q.name} = {given.name}({_place(i)});{_note(q)}" for i, q in entries if q in used]
+    entries = packed.known.items() if isinstance(packed, OpenVector) else enumerate(packed)
+    return [f"{q.name} = {packed.name}({_place(i)});{_note(q)}" for i, q in entries if q in used]
 
 
 def _place(index: int) -> str:
@@ -173,16 +173,16 @@ def _indented(lines: Iterable[str]) -> str:
 
 
 def _prologue(curve: PitchCurve) -> str:
-    known = "\n".join(f"    {q.name} = parameters({i});" for i, q in enumerate(curve.parameters, 1))
+    unpacked = "\n".join(f"    {q.name} = parameters({i});" for i, q in enumerate(curve.parameters, 1))
     if in_closed_form(curve):
         return f"""function values = prologue(parameters, terms)
     % Centre distance in closed form; the rotation needs no series.
-{known}
+{unpacked}
     values = [{WRITE(curve.centre_distance())}; zeros(terms, 1)];
 end"""
     return f"""function r = radius(parameters, u)
     % Radius at the parameter u.
-{known}
+{unpacked}
     r = {WRITE(curve.radius())};
 end
 

@@ -152,7 +152,7 @@ class ClutchSubject(Subject):
                 for share in shares
             ]
 
-    def held(self, claim: Claimed, said: Expr) -> Mapping[str, Expr]:
+    def constraint_residuals(self, claim: Claimed, formula: Expr) -> Mapping[str, Expr]:
         """Return what must vanish at the bearing, by a stated deflection."""
         deflections = (ClutchClaim.MODAL_DEFLECTION, ClutchClaim.SHAFT_DEFLECTION)
         return motion.bearing_conditions(said) if claim in deflections else {}

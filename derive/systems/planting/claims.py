@@ -72,7 +72,7 @@ def derive_claims() -> dict[Claimed, Equation]:
 
 def derive_balances(m: Mechanism) -> list[Equation]:
     """Return the balances of every body of a side, and of sun and carrier with both sides."""
-    shared = twins.shared(m, twins.Other(q.phi, q.twin, twins.own(m)))
+    shared = twins.shared_balances(m, twins.Other(q.phi, q.twin, twins.side_quantities(m)))
     return [e for e in (*m.equations(), *shared) if e.defines is None]
 
 
@@ -219,7 +219,7 @@ def _from_cosine(power: Expr) -> Expr:
 @cache
 def side_quantities() -> frozenset[Quantity]:
     """Return the quantities that differ between the sides."""
-    return twins.own(derivation.build_device()) | set(INTERMEDIATE)
+    return twins.side_quantities(derivation.build_device()) | set(INTERMEDIATE)
 
 
 @cache

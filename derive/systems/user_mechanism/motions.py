@@ -15,7 +15,7 @@ from sympy import Expr
 from ...audit.paper import Array
 from ...audit.trial import Formula
 from ...evaluate import DIGITS, GUARD, Point
-from ...functions import slope
+from ...functions import partial_derivative
 from ...mechanics.loops import Coordinate
 from ...mechanics.mechanism import TIME, Mechanism
 from ...mechanics.statement import MechanismError
@@ -238,7 +238,7 @@ class FreeSubject(MechanismSubject):
         residuals = [e.residual.xreplace(definitions) for e in mechanism.equations()]
         residuals += [mechanism.motion.rate(speed).xreplace(definitions) for speed in self._speeds]
         nothing = dict.fromkeys(self._unknowns, sp.S.Zero)
-        return [[slope(r, u) for u in self._unknowns] for r in residuals], [-r.xreplace(nothing) for r in residuals]
+        return [[partial_derivative(r, u) for u in self._unknowns] for r in residuals], [-r.xreplace(nothing) for r in residuals]
 
     def _evaluate(self, state: Values) -> Values:
         """Return all quantities in a state. Raises MechanismError if actions are statically indeterminate."""
@@ -280,7 +280,7 @@ class FreeSubject(MechanismSubject):
     def _correction(self, values: Values, residuals: Sequence[Expr], variables: Sequence[Quantity]) -> mpmath.matrix:
         """Return the shortest Newton step of some variables. Raises MechanismError if there is none."""
         point = Point(evaluate_steps(self._state_steps, values))
-        rows = mpmath.matrix([[point(slope(expr, q)) for q in variables] for expr in residuals])
+        rows = mpmath.matrix([[point(partial_derivative(expr, q)) for q in variables] for expr in residuals])
         try:
             multipliers = mpmath.lu_solve(rows * rows.T, -mpmath.matrix([point(expr) for expr in residuals]))
         except ZeroDivisionError:

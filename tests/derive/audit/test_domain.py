@@ -15,7 +15,7 @@ from sympy import atan, cos, pi, sin, tan
 from derive.audit.case import NEAR, SEEDS, Case
 from derive.audit.judge import Judgement, holds
 from derive.audit.paper import Paper
-from derive.audit.reading_search import heard
+from derive.audit.reading_search import judge_readings
 from derive.audit.terms import have_same_truth
 from derive.discovery import loaded
 from derive.equations import Equation, Relation, derived
@@ -63,7 +63,7 @@ def arm(meant: Equation = DIRECTION, consistent: bool = True) -> Case:
 
 
 def judgement(case: Case) -> Judgement:
-    return heard(case, "1").kindest.judgement
+    return judge_readings(case, "1").kindest.judgement
 
 
 @pytest.mark.parametrize("consistent", [True, False])
@@ -132,7 +132,7 @@ def test_direction_of_the_tip_in_its_quadrant(number: str, printed: sp.Expr, ver
     case = yu2023.CASE
     equation = replace(case.paper.equations[number], residual=printed)
     alone = replace(case, paper=replace(case.paper, equations={number: equation}, questions=[]))
-    assert heard(alone, number).kindest.judgement.verdict == verdict
+    assert judge_readings(alone, number).kindest.judgement.verdict == verdict
 
 
 @pytest.mark.parametrize("name", ["slider_crank", pytest.param("manipulator", marks=pytest.mark.long)])
@@ -212,7 +212,7 @@ def test_taper_condition_divided_by_a_cosine(printed: sp.Expr, verdict: str) -> 
     case = shi2021.CASE
     equation = replace(case.paper.equations["4c"], residual=printed, relation="<=")
     alone = replace(case, paper=replace(case.paper, equations={"4c": equation}, questions=[]))
-    assert heard(alone, "4c").kindest.judgement.verdict == verdict
+    assert judge_readings(alone, "4c").kindest.judgement.verdict == verdict
 
 
 def test_function_that_grows_is_a_condition_alike() -> None:

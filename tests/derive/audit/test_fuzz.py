@@ -15,7 +15,7 @@ import pytest
 import sympy as sp
 
 from derive.audit.case import Case
-from derive.audit.comparison import solved
+from derive.audit.comparison import solve_for
 from derive.audit.edits import edits
 from derive.audit.judge import FAULTS, holds
 from derive.audit.paper import Paper
@@ -61,10 +61,10 @@ def is_right(case: Case, printed: Equation) -> bool:
 def changed(case: Case, printed: Equation, count: int, seed: int) -> Iterator[tuple[str, Equation]]:
     """An equation with a sign, a factor, a function or a symbol exchanged: what is changed, and the result."""
     symbol = printed.defines
-    said = printed.residual if symbol is None else solved(printed, symbol)
-    found = [edit for edit in edits(said, case.words, whole=False) if edit.result.free_symbols - {symbol}]
+    said = printed.residual if symbol is None else solve_for(printed, symbol)
+    found = [edit for edit in edits(said, case.words, overall=False) if edit.result.free_symbols - {symbol}]
     for edit in random.Random(seed).sample(found, min(count, len(found))):
-        yield str(edit.what), replace(printed, residual=edit.result if symbol is None else symbol - edit.result)
+        yield str(edit.text), replace(printed, residual=edit.result if symbol is None else symbol - edit.result)
 
 
 def test_examples_are_those_of_the_folder() -> None:

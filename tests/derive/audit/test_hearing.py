@@ -11,8 +11,8 @@ import sympy as sp
 from derive.audit.case import Case, references
 from derive.audit.judge import FAULTS, Judgement, judge
 from derive.audit.paper import Paper, Reading, Subject
-from derive.audit.reading_search import Outcome, folded, heard, heard_together, is_fragile, reasons
-from derive.audit.record import causes, told
+from derive.audit.reading_search import Outcome, fold_terms, is_fragile, judge_linked_readings, judge_readings, reasons
+from derive.audit.record import describe_law_cause, group_causes
 from derive.audit.record import equation as recorded
 from derive.equations import Definition, Equation, derived, stated
 from planter.kernels import generated
@@ -25,7 +25,7 @@ def case(meant: Equation, subject: type[MadeUp] = MadeUp) -> Case:
 
 
 def outcome(own: Case) -> Outcome:
-    return heard(own, "1")
+    return judge_readings(own, "1")
 
 
 def committed(name: str, *numbers: str) -> list[dict[str, Any]]:
@@ -99,27 +99,27 @@ B_OR_A = Reading("b is the length a", {b: a}), Reading("b is twice the length a"
 
 
 def test_linked_equations_have_one_answer() -> None:
-    found = heard_together(linked_case(b * u / 2, b * v / 2, *B_OR_A), "1")
+    found = judge_linked_readings(linked_case(b * u / 2, b * v / 2, *B_OR_A), "1")
     assert {n: o.kindest.judgement.verdict for n, o in found.items()} == {"1": "confirmed", "2": "confirmed"}
     assert {o.kindest.choice.meaning for o in found.values()} == {"b is twice the length a"}
-    assert found.keys() == heard_together(linked_case(b * u / 2, b * v / 2, *B_OR_A), "2").keys()
+    assert found.keys() == judge_linked_readings(linked_case(b * u / 2, b * v / 2, *B_OR_A), "2").keys()
 
 
 def test_symbol_with_two_meanings_is_not_chosen() -> None:
     """A cheat: each print is right under one meaning, and no meaning makes both right."""
-    found = heard_together(linked_case(b * u, b * v / 2, *B_OR_A), "1")
+    found = judge_linked_readings(linked_case(b * u, b * v / 2, *B_OR_A), "1")
     assert sorted(o.kindest.judgement.verdict for o in found.values()) == ["confirmed", "misprint"]
     assert {o.kindest.choice.meaning for o in found.values()} == {"b is the length a"}, "equally kind: the first"
     cheating = linked_case(b * u, b * v / 2, *B_OR_A, separately=True)
-    assert [heard(cheating, n).kindest.judgement.verdict for n in ("1", "2")] == ["confirmed", "confirmed"]
+    assert [judge_readings(cheating, n).kindest.judgement.verdict for n in ("1", "2")] == ["confirmed", "confirmed"]
 
 
 def test_least_sum_of_severities_decides() -> None:
     """The first answer, alone kindest to (1), costs (2) more than the second costs (1)."""
     own = linked_case(b * u, b * v / 2 + d * sp.sin(b / a), *B_OR_A)
     first, second = (sum(h.judgement.severity[0] for h in pair) for pair in zip(
-        *(heard(own, n).every for n in ("1", "2")), strict=True))  # fmt: skip
-    chosen = heard(own, "1").kindest.choice.meaning
+        *(judge_readings(own, n).every for n in ("1", "2")), strict=True))  # fmt: skip
+    chosen = judge_readings(own, "1").kindest.choice.meaning
     assert chosen == B_OR_A[second < first].meaning
 
 
@@ -155,7 +155,7 @@ def test_hinge_forces_of_both_halves_confirm_the_planet_balances() -> None:
     assert {t["term"] for t in found[3]["terms"]} == {"-M_Az", "-M_Aoz"}
     assert all(r["depends"][0]["verdict"] == "incomplete" for r in found), "the inner half's alone"
     own = CASES["wang2017"]
-    assert [h.judgement.verdict for h in heard(only(own, "17"), "17").every] == ["incomplete", "confirmed"]
+    assert [h.judgement.verdict for h in judge_readings(only(own, "17"), "17").every] == ["incomplete", "confirmed"]
 
 
 def test_force_along_z_counts_one_way_in_both_balances() -> None:
@@ -206,9 +206,9 @@ def test_a_finding_hangs_on_one_character(printed: sp.Expr, meant: sp.Expr, frag
 @pytest.mark.long
 def test_dots_and_indices_of_the_papers_are_single_characters() -> None:
     found = {(n, e) for n, numbers in {"wang2017": ("7", "18"), "shi2021": ("9", "8b")}.items() for e in numbers}
-    assert all(is_fragile(heard(CASES[name], number).kindest.judgement) for name, number in found)
+    assert all(is_fragile(judge_readings(CASES[name], number).kindest.judgement) for name, number in found)
     others = (("wang2017", "P1"), ("shi2021", "Y_C"))
-    assert not any(is_fragile(heard(CASES[name], number).kindest.judgement) for name, number in others)
+    assert not any(is_fragile(judge_readings(CASES[name], number).kindest.judgement) for name, number in others)
 
 
 def test_what_was_completed_is_confirmed_as_rebuilt() -> None:
@@ -271,12 +271,12 @@ def test_variance_printed_as_standard_deviation_is_noticed() -> None:
 def test_wrong_angle_in_the_angle_curve_is_noticed() -> None:
     own = CASES["sun2019"]
     printed = own.paper.equations["y"]
-    assert heard(own, "y").kindest.judgement.verdict == "confirmed"
+    assert judge_readings(own, "y").kindest.judgement.verdict == "confirmed"
     theta, phi = sorted(printed.residual.free_symbols - {printed.defines}, key=lambda s: str(s) != "theta")
     for wrong in (theta + phi, theta, phi, 2 * (theta - phi)):
         equations = {**own.paper.equations, "y": replace(printed, residual=printed.defines - wrong)}
         planted = replace(own, paper=replace(own.paper, equations=equations))
-        assert heard(planted, "y").kindest.judgement.verdict in FAULTS, wrong
+        assert judge_readings(planted, "y").kindest.judgement.verdict in FAULTS, wrong
 
 
 @pytest.mark.parametrize(("name", "number"), [("wang2017", "29"), ("wang2017", "31"), ("shi2021", "k")])
@@ -292,8 +292,8 @@ def test_a_changed_number_in_a_definition_is_noticed(name: str, number: str) -> 
 
 
 class Held(MadeUp):
-    def held(self, claim: Any, said: sp.Expr) -> dict[str, sp.Expr]:
-        return {"slope at the wall": said.diff(u).subs(u, 0)}
+    def constraint_residuals(self, claim: Any, formula: sp.Expr) -> dict[str, sp.Expr]:
+        return {"slope at the wall": formula.diff(u).subs(u, 0)}
 
 
 def test_what_must_vanish_where_a_thing_is_held() -> None:
@@ -308,12 +308,12 @@ def test_what_must_vanish_where_a_thing_is_held() -> None:
 def test_assumed_shape_of_the_shaft_needs_a_hinged_end() -> None:
     """Clamped or held elastically it would have another slope: only a bearing in which it turns freely admits it."""
     assert [r["verdict"] for r in committed("shi2021", "9", "10")] == ["misprint", "confirmed"]
-    found = heard(only(CASES["shi2021"], "10"), "10")
+    found = judge_readings(only(CASES["shi2021"], "10"), "10")
     assert [h.judgement.loose for h in found.every] == [("slope at the bearing",)] * 2 + [()]
 
 
 def test_end_of_a_beam_starts_with_the_speed_of_the_body() -> None:
-    whole, end = heard(CASES["shi2021"], "start").every
+    whole, end = judge_readings(CASES["shi2021"], "start").every
     assert (whole.judgement.verdict, end.judgement.verdict) == ("contradicted", "confirmed")
 
 
@@ -342,8 +342,8 @@ def test_the_record_shows_what_each_reading_leaves() -> None:
 
 def test_missing_terms_are_told_in_differences() -> None:
     whole = sp.expand(a * (b - c) * (d - c) * (u + v) ** 2)
-    assert folded(sp.Add.make_args(whole), {u: -v, b: c, d: c}) == (a * (b - c) * (d - c) * (u + v) ** 2,)
-    assert set(folded((a * b, c * u), {b: c})) == {a * b, c * u}
+    assert fold_terms(sp.Add.make_args(whole), {u: -v, b: c, d: c}) == (a * (b - c) * (d - c) * (u + v) ** 2,)
+    assert set(fold_terms((a * b, c * u), {b: c})) == {a * b, c * u}
 
 
 # causes
@@ -355,7 +355,9 @@ def record(number: str, *why: str, terms: tuple[str, ...] = ()) -> dict[str, Any
 
 
 def test_one_slip_in_several_equations_is_one_cause() -> None:
-    found = causes([record("1", "b for a"), record("2", "b for a", "sign of c"), record("3"), record("4", "b for a")])
+    found = group_causes(
+        [record("1", "b for a"), record("2", "b for a", "sign of c"), record("3"), record("4", "b for a")]
+    )
     assert [(one["cause"], one["equations"]) for one in found] == [
         ("b for a", ["p: 1", "p: 2", "p: 4"]),
         ("sign of c", ["p: 2"]),
@@ -363,13 +365,15 @@ def test_one_slip_in_several_equations_is_one_cause() -> None:
 
 
 def test_of_several_things_left_out_the_shared_one_is_the_cause() -> None:
-    found = causes([record("1", "lacks moment", "lacks force", terms=("M",)), record("2", "lacks force", terms=("F",))])
+    found = group_causes(
+        [record("1", "lacks moment", "lacks force", terms=("M",)), record("2", "lacks force", terms=("F",))]
+    )
     assert [(one["cause"], one["equations"]) for one in found] == [("force is left out", ["p: 1", "p: 2"])]
 
 
 def test_the_three_equations_with_the_body_left_behind_are_one_slip() -> None:
     own = CASES["shi2021"]
-    kindest = (found.kindest for found in heard_together(own, "B1").values())
+    kindest = (found.kindest for found in judge_linked_readings(own, "B1").values())
     (reason,) = {reasons(hearing.judgement, hearing.printed, {}) for hearing in kindest}
     assert len(reason) == 1
 
@@ -380,9 +384,9 @@ def test_the_sentence_names_what_does_most() -> None:
         "unit": "N",
         "shares": [{"equation": "2", "alone": 4.5, "shapley": 4.0}, {"equation": "1", "alone": 0.5, "shapley": 1.0}],
     }
-    said = told(law, {"1": record("1"), "2": record("2", terms=("F*sin(a)",))})
+    said = describe_law_cause(law, {"1": record("1"), "2": record("2", terms=("F*sin(a)",))})
     assert all(part in said for part in ("(2)", "from 5 to 0.5 N", "it lacks F*sin(a)"))
-    assert told({"shares": []}, {}) == ""
+    assert describe_law_cause({"shares": []}, {}) == ""
 
 
 # references

@@ -33,7 +33,7 @@ CASES = verdicts.cases(modules(papers))
 PRINT_KEYS = """
 from derive.audit import key
 from derive.papers import shi2021, wang2017
-print(*(key.of_equation(shi2021.CASE, n) for n in shi2021.PAPER.equations), key.of_laws(wang2017.CASE, {}))
+print(*(key.equation_key(shi2021.CASE, n) for n in shi2021.PAPER.equations), key.laws_key(wang2017.CASE, {}))
 """
 
 Records = tuple[list[record.Record], list[record.Record]]
@@ -153,7 +153,7 @@ def test_with_another_engine_all_is_judged_again(
 def test_a_changed_derivation_reading_or_point_changes_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
     own, subject = yu2023.CASE, yu2023.CASE.subject
     number, claim = "Y1", yu2023.PAPER.equations["Y1"].claims
-    before = key.of_equation(own, number)
+    before = key.equation_key(own, number)
     derived = {**own.claims, claim: replace(own.claims[claim], residual=2 * own.claims[claim].residual)}
     symbol = sorted(yu2023.PAPER.equations[number].residual.free_symbols, key=str)[0]
     third = {symbol: sp.Rational(1, 3)}
@@ -163,8 +163,8 @@ def test_a_changed_derivation_reading_or_point_changes_the_key(monkeypatch: pyte
         replace(own, subject=tampered(subject, admissible=lambda _, rng: {**subject.admissible(rng), **third})),
         replace(own, subject=tampered(subject, reference=lambda _, n: [v | third for v in subject.reference(n)])),
     ]
-    assert key.of_equation(replace(own), number) == before
-    assert before not in {key.of_equation(other, number) for other in others}
+    assert key.equation_key(replace(own), number) == before
+    assert before not in {key.equation_key(other, number) for other in others}
 
 
 @pytest.mark.long
@@ -173,7 +173,7 @@ def test_what_actions_are_called_changes_the_key_and_the_record_and_what_a_symbo
     called = own.subject.actions()
     force = next(s for s in called if str(s) == "F_Ex")
     other = replace(own, subject=tampered(own.subject, actions=lambda _: called | {force: "push of the cam, x"}))
-    assert key.of_equation(other, number) != key.of_equation(own, number)
+    assert key.equation_key(other, number) != key.equation_key(own, number)
     judgement, printed = Judgement("incomplete", "", missing=(sp.sin(1) * force,)), own.paper.equations[number]
     renamed = Quantity(force.name, force.unit, "something else", "test")
     for symbol in (force, renamed):
@@ -234,7 +234,7 @@ def test_engine_hash_ignores_docstrings_alone(tmp_path: Path, before: str, after
 @pytest.mark.parametrize("seed", ["1", pytest.param("20171", marks=pytest.mark.long)])
 def test_keys_do_not_depend_on_the_hash_seed(seed: str) -> None:
     own = shi2021.CASE
-    here = [*(key.of_equation(own, n) for n in own.paper.equations), key.of_laws(wang2017.CASE, {})]
+    here = [*(key.equation_key(own, n) for n in own.paper.equations), key.laws_key(wang2017.CASE, {})]
     there = subprocess.run(
         [sys.executable, "-c", PRINT_KEYS],
         cwd=ROOT, env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True,
@@ -250,12 +250,12 @@ def test_the_committed_records_are_those_of_this_code() -> None:
         (own.paper.name, n)
         for own in CASES.values()
         for n in own.paper.equations
-        if not record.is_reusable(known.get((own.paper.name, n)), key.of_equation(own, n))
+        if not record.is_reusable(known.get((own.paper.name, n)), key.equation_key(own, n))
     ]
     assert stale == []
     answers = {r["equation"]: r["answer"] for r in committed["equations"] if r["paper"] == wang2017.PAPER.name}
     chosen = wang2017.CASE.choices_by({n: answers[n] for n in wang2017.CASE.executed})
-    assert {law["key"] for law in committed["laws"]} == {key.of_laws(wang2017.CASE, chosen)}
+    assert {law["key"] for law in committed["laws"]} == {key.laws_key(wang2017.CASE, chosen)}
 
 
 def test_what_is_reused_is_written_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ import pytest
 from derive.audit import trial as trials
 from derive.audit.paper import Law
 from derive.audit.record import Record
-from derive.audit.trial import TOLERANCE, Causes, LawError, Trial, findings
+from derive.audit.trial import TOLERANCE, Causes, LawError, Trial, judge_laws
 from derive.evaluate import Point
 from derive.model import Let
 from derive.papers import wang2017
@@ -42,7 +42,7 @@ def repaired(printed: Trial) -> Trial:
 @pytest.fixture(scope="module")
 def records(printed: Trial) -> list[Record]:
     """What is found of the print."""
-    return findings("print", printed)
+    return judge_laws("print", printed)
 
 
 def with_repairs(trial: Trial, numbers: list[str]) -> Trial:
@@ -65,7 +65,7 @@ def test_the_derivation_keeps_every_law_to_rounding(printed: Trial) -> None:
 
 def test_repairing_what_does_not_hold_restores_every_law(repaired: Trial) -> None:
     assert repaired.suspects == []
-    assert {record["violation"] for record in findings("repaired", repaired)} == {0.0}
+    assert {record["violation"] for record in judge_laws("repaired", repaired)} == {0.0}
 
 
 def test_the_laws_laid_to_equations_are_restored_by_them_and_by_no_fewer(printed: Trial, records: list[Record]) -> None:
@@ -76,7 +76,7 @@ def test_the_laws_laid_to_equations_are_restored_by_them_and_by_no_fewer(printed
         assert not printed.broken(found, causes)
         for spared in causes:
             fewer = [n for n in causes if n != spared]
-            assert any(printed.broken(one, fewer) for one in (found, *printed.kept)), (record["law"], spared)
+            assert any(printed.broken(one, fewer) for one in (found, *printed.satisfied_laws)), (record["law"], spared)
     assert all(r["caused_by"] == [] for r in records if not r["violation"])
 
 
@@ -179,7 +179,7 @@ def test_a_pulling_tooth_is_laid_to_its_normal_force(repaired: Trial) -> None:
 def test_a_repair_breaks_no_law_that_the_print_keeps(printed: Trial, tag: str) -> None:
     """With the normal force alone the teeth push, but with the wrong flank's moment."""
     push, moment = law(printed, f"teeth at {tag} only push"), law(printed, f"tooth force at {tag} has its moment")
-    assert moment in printed.kept
+    assert moment in printed.satisfied_laws
     assert not printed.broken(push, [f"N{tag}"])
     assert printed.broken(moment, [f"N{tag}"])
     assert printed.causes(push) == Causes([(f"{tag}1", f"{tag}2", f"N{tag}")])

@@ -14,7 +14,7 @@ import sympy as sp
 from derive.audit import key, record, verdicts
 from derive.audit.case import Case
 from derive.audit.paper import Cycle, Dynamics, Law, Paper, Reading
-from derive.audit.reading_search import heard
+from derive.audit.reading_search import judge_readings
 from derive.chain import Chain
 from derive.equations import derived
 from tests.support.made_up import MadeUp, MadeUpClaim, a, b, c, u, x
@@ -49,7 +49,7 @@ def audit(case: Case, monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, record
             return type("Done", (), {"result": staticmethod(lambda: found)})
 
     monkeypatch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: Here())
-    monkeypatch.setattr(key, "of_laws", lambda *_: "of laws")
+    monkeypatch.setattr(key, "laws_key", lambda *_: "of laws")
     records, laws = verdicts.judged([module], {}, [])
     return {found["equation"]: found for found in records}, laws
 
@@ -83,7 +83,7 @@ def test_key_error_costs_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     case = made_up()
     for number in ("1", "2"):
         case.paper.defines(number, x, a * u, MadeUpClaim.SUM)
-    of_sides = key.of_sides
+    of_sides = key.sides_key
     broken = {"1": RuntimeError("this one has no key")}
 
     def key_of(own: Case, number: str) -> str:
@@ -91,7 +91,7 @@ def test_key_error_costs_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
             raise broken[number]
         return of_sides(own, number)
 
-    monkeypatch.setattr(key, "of_sides", key_of)
+    monkeypatch.setattr(key, "sides_key", key_of)
     found, _ = audit(case, monkeypatch)
     assert [found[number]["verdict"] for number in "12"] == ["not judged", "confirmed"]
     assert "this one has no key" in found["1"]["finding"]
@@ -101,7 +101,7 @@ def test_unreadable_interpretation_is_the_least_kind() -> None:
     case = made_up()
     case.paper.defines("1", x, b * u, MadeUpClaim.SUM)
     case.paper.admits(["1"], Reading("b is odd", {b: ODD(a)}), Reading("b is twice a", {b: 2 * a}))
-    outcome = heard(case, "1")
+    outcome = judge_readings(case, "1")
     assert [one.judgement.verdict for one in outcome.every] == ["not judged", "misprint"]
     assert outcome.kindest.judgement.verdict == "misprint"
 
@@ -128,7 +128,7 @@ def test_defined_symbol_may_be_mapped() -> None:
     case.paper.reads({foreign: x}, "1", "2")
     case.paper.reads({foreign: x / 2}, "half")
     case.paper.reads({foreign: -x}, "reversed")
-    found = {number: heard(case, number).kindest.judgement for number in case.paper.equations}
+    found = {number: judge_readings(case, number).kindest.judgement for number in case.paper.equations}
     assert {number: one.verdict for number, one in found.items()} == {
         "1": "confirmed", "2": "misprint", "half": "confirmed", "reversed": "confirmed",
     }  # fmt: skip

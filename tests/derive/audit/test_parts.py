@@ -6,10 +6,20 @@ import sympy as sp
 from mpmath import mpf
 
 from derive.audit.case import directions
-from derive.audit.comparison import Comparison, _simple_ratio, lacking
+from derive.audit.comparison import Comparison, _simple_ratio, find_missing_terms
 from derive.audit.edits import edits
-from derive.audit.terms import Gap, Match, content, expanded, gap, monomials, overall_factor, remainder_vanishes, value
-from derive.audit.terms import matched as matched_sums
+from derive.audit.terms import (
+    Gap,
+    Match,
+    common_factor,
+    expanded,
+    match_sums,
+    measure_gap,
+    monomials,
+    overall_factor,
+    remainder_vanishes,
+    value,
+)
 from derive.equations import Equation
 from derive.evaluate import DIGITS, NotEvaluated, Point, UnknownNodeError
 from derive.quantity import Quantity
@@ -20,8 +30,8 @@ from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, e, quanti
 AT = tuple(POINTS)
 
 
-def matched(printed: tuple[sp.Expr, ...], derived: tuple[sp.Expr, ...], points: object = None) -> Match:
-    return matched_sums(monomials(sp.Add(*printed), AT), monomials(sp.Add(*derived), AT))
+def match_terms(printed: tuple[sp.Expr, ...], derived: tuple[sp.Expr, ...], points: object = None) -> Match:
+    return match_sums(monomials(sp.Add(*printed), AT), monomials(sp.Add(*derived), AT))
 
 
 def factor(printed: tuple[sp.Expr, ...], derived: tuple[sp.Expr, ...]) -> sp.Expr:
@@ -29,31 +39,31 @@ def factor(printed: tuple[sp.Expr, ...], derived: tuple[sp.Expr, ...]) -> sp.Exp
 
 
 def test_equal_terms_are_struck_out() -> None:
-    assert matched((a * u, -b), (-b, a * u)) == Match((), ())
-    assert matched((a * u, -b), (a * u,)) == Match((-b,), ())
+    assert match_terms((a * u, -b), (-b, a * u)) == Match((), ())
+    assert match_terms((a * u, -b), (a * u,)) == Match((-b,), ())
 
 
 def test_terms_match_however_they_are_written() -> None:
-    assert matched((a * sp.sin(sp.pi - u, evaluate=False),), (a * sp.sin(u),)).equal
+    assert match_terms((a * sp.sin(sp.pi - u, evaluate=False),), (a * sp.sin(u),)).equal
 
 
 def test_a_part_of_a_coefficient_that_is_missing() -> None:
-    assert matched((a * u,), (3 * a * u,)) == Match((), (2 * a * u,))
+    assert match_terms((a * u,), (3 * a * u,)) == Match((), (2 * a * u,))
 
 
 def test_a_wrong_sign_and_a_coefficient_too_large_leave_both_terms() -> None:
-    assert matched((-a * u,), (a * u,)) == Match((-a * u,), (a * u,))
-    assert matched((3 * a * u,), (a * u,)) == Match((3 * a * u,), (a * u,))
+    assert match_terms((-a * u,), (a * u,)) == Match((-a * u,), (a * u,))
+    assert match_terms((3 * a * u,), (a * u,)) == Match((3 * a * u,), (a * u,))
 
 
 def test_a_coefficient_that_is_no_whole_part_is_another_term() -> None:
-    assert matched((2 * a * u,), (3 * a * u,)) == Match((2 * a * u,), (3 * a * u,))
+    assert match_terms((2 * a * u,), (3 * a * u,)) == Match((2 * a * u,), (3 * a * u,))
     fourth = sp.Rational(6, 25) * a * u
-    assert matched((fourth,), (2 * a * u,)) == Match((fourth,), (2 * a * u,))
+    assert match_terms((fourth,), (2 * a * u,)) == Match((fourth,), (2 * a * u,))
 
 
 def test_a_remainder_can_vanish_as_a_whole() -> None:
-    left = matched((a * sp.sin(u) ** 2, a * sp.cos(u) ** 2), (a,))
+    left = match_terms((a * sp.sin(u) ** 2, a * sp.cos(u) ** 2), (a,))
     assert not left.equal
     assert remainder_vanishes(left, AT)
     assert not remainder_vanishes(Match((a,), (b,)), AT)
@@ -71,14 +81,14 @@ def test_value_of_what_is_not_real() -> None:
 
 def test_a_gap_counts_what_has_no_like() -> None:
     printed, derived = (monomials(e, AT) for e in (a * u - b + 2 * c + x_dot, a * u + b + 4 * c + e))
-    assert gap(printed, derived) == Gap(alien=1, unlike=1, lacking=2)
-    assert gap(printed, printed).size == 0
+    assert measure_gap(printed, derived) == Gap(alien=1, unlike=1, lacking=2)
+    assert measure_gap(printed, printed).size == 0
 
 
 def test_the_content_of_a_sum_is_what_all_its_terms_share() -> None:
-    assert content(a**2 * u - a * b * u) == a * u
-    assert content((a - b) / c) == 1 / c
-    assert content(a + 2 * b) == 1
+    assert common_factor(a**2 * u - a * b * u) == a * u
+    assert common_factor((a - b) / c) == 1 / c
+    assert common_factor(a + 2 * b) == 1
 
 
 # edits
@@ -139,15 +149,15 @@ def test_conditions_are_exchanged() -> None:
 
 def test_every_edit_differs_from_the_original() -> None:
     for edit in edits(FORMULA, WORDS):
-        assert edit.result != FORMULA, edit.what
-        assert any(abs(p(edit.result) - p(FORMULA)) > mpf(10) ** -40 for p in POINTS), edit.what
+        assert edit.result != FORMULA, edit.text
+        assert any(abs(p(edit.result) - p(FORMULA)) > mpf(10) ** -40 for p in POINTS), edit.text
 
 
 def test_symbols_are_mistaken_for_those_of_their_dimension_only() -> None:
-    texts = {edit.what for edit in edits(a * u - b * u, WORDS)}
+    texts = {edit.text for edit in edits(a * u - b * u, WORDS)}
     assert f"{c} for {a}" in texts
     assert f"{t} for {a}" not in texts
-    assert f"{t} for {a}" in {edit.what for edit in edits(a + u, WORDS)}
+    assert f"{t} for {a}" in {edit.text for edit in edits(a + u, WORDS)}
 
 
 def test_a_summand_that_a_bracket_lacks_has_the_dimension_of_those_in_it() -> None:
@@ -165,7 +175,7 @@ def test_a_factor_is_one_that_holds_at_every_point(second: int, factor: int | No
 @pytest.mark.parametrize("terms", [(-b * v,), (-b * v, c * sp.cos(u)), ()])
 def test_what_is_lacking_is_the_difference_however_the_rest_is_written(terms: tuple[sp.Expr, ...]) -> None:
     printed, same = a * sp.sin(u) * sp.cos(u), a * sp.sin(2 * u) / 2
-    assert set(lacking(Comparison(printed, sp.Add(same, *terms), AT), WORDS)) == set(terms)
+    assert set(find_missing_terms(Comparison(printed, sp.Add(same, *terms), AT), WORDS)) == set(terms)
 
 
 # directions

@@ -12,7 +12,7 @@ import sympy as sp
 from derive.audit import key, record
 from derive.audit.case import Case
 from derive.audit.paper import Paper
-from derive.audit.record import vanished
+from derive.audit.record import find_vanishing_terms
 from derive.audit.verdicts import as_page
 from derive.equations import Definition, Equation, derived
 from derive.evaluate import Point
@@ -60,7 +60,7 @@ def test_a_key_knows_what_actions_of_its_equation_are_called_and_no_others() -> 
                 return {a: called, t: elsewhere}
 
         own = case(equation(a - b), a - b)
-        return key.of_equation(Case(own.paper, Acting({MadeUpClaim.SUM: derived(MadeUpClaim.SUM, a - b)})), "n")
+        return key.equation_key(Case(own.paper, Acting({MadeUpClaim.SUM: derived(MadeUpClaim.SUM, a - b)})), "n")
 
     assert keyed("push", "pull") == keyed("push", "drag") != keyed("shove", "pull")
 
@@ -162,7 +162,10 @@ def test_lifted_derivations_become_the_derivations_under_their_assumptions(name:
 def test_the_planting_device_loses_terms_by_constant_carrier_speed() -> None:
     """By hand: a body that turns with the carrier and is hinged to it has m r phi'' and J phi'' more."""
     own = CASES["wang2017"]
-    found = {n: {str(v.term) for v in vanished(own, n) if "phi_ddot = 0" in v.because} for n in own.paper.equations}
+    found = {
+        n: {str(v.term) for v in find_vanishing_terms(own, n) if "phi_ddot = 0" in v.because}
+        for n in own.paper.equations
+    }
     assert found["12"] == {"m2*phi_ddot*y_CA", "-m2*phi_ddot*y_A1"}
     assert found["13"] == {"-m2*phi_ddot*x_CA", "m2*phi_ddot*x_A1"}
     assert found["14"] == {"-J_56*phi_ddot"}

@@ -11,7 +11,7 @@ import pytest
 
 import derive.audit
 from derive.audit.paper import Paper
-from derive.audit.reading_search import heard
+from derive.audit.reading_search import judge_readings
 from derive.audit.typesetting import GREEK
 from derive.generated_folder import GENERATED
 from derive.quantity import _BASE
@@ -53,7 +53,7 @@ def test_a_copy_under_another_name_with_other_numbers_gets_the_same_verdicts(nam
     paper = Paper("copy", "a copy", copied, reading=own.paper.reading, readings=readings, questions=questions)
     copy = at_its_points(name, paper)
     for number in derivable(name)[share::SHARES]:
-        found = heard(copy, renamed[number]).kindest.judgement
+        found = judge_readings(copy, renamed[number]).kindest.judgement
         assert outcome(found) == outcome(untouched(name, number)), number
 
 

@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from derive.audit.judge import Judgement, held, judge
+from derive.audit.judge import Judgement, judge, judge_by_values
 from derive.equations import Equation, Unclaimed
 from derive.evaluate import Point
 from tests.support.made_up import WORDS, a, b, c, quantity, u, v, values
@@ -59,6 +59,6 @@ def test_an_edit_that_leaves_nothing_to_say_mends_nothing() -> None:
 def test_what_has_no_value_is_untested() -> None:
     nowhere = quantity("test_nowhere")
     printed = Equation("1", FORCE - nowhere, "test", Unclaimed.HOLDS)
-    assert held(printed, tuple(points()), WORDS).finding.startswith("test_nowhere has no value")
+    assert judge_by_values(printed, tuple(points()), WORDS).finding.startswith("test_nowhere has no value")
     condition = Equation("1", FORCE - a, "test", Unclaimed.HOLDS, relation="<")
-    assert held(condition, tuple(points()), WORDS).verdict == "untested"
+    assert judge_by_values(condition, tuple(points()), WORDS).verdict == "untested"

@@ -97,7 +97,7 @@ def test_the_engine_of_laws_from_outside_is_their_own_module_and_what_it_imports
     names = {path.name for path in key.sources([NAME])}
     assert names >= {f"{NAME}.py", "laws.py", "chain.py", "quantity.py"}
     assert not names & {"core.py", "sympify.py", "numeric.py"}
-    assert key.of_laws(module.CASE, {})
+    assert key.laws_key(module.CASE, {})
 
 
 # which papers, in which order

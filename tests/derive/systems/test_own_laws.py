@@ -5,7 +5,7 @@ from functools import cache
 import pytest
 
 from derive import Mechanism, Paper, quantities
-from derive.audit.trial import Trial, findings
+from derive.audit.trial import Trial, judge_laws
 
 q = quantities("""
     phi | rad   | crank
@@ -60,7 +60,7 @@ def laws(**changed: str) -> dict[str, dict[str, object]]:
     dynamics = case.subject.dynamics()
     assert case.chains is not None
     assert dynamics is not None
-    return {f"{law['law']}, {law['unit']}": law for law in findings("press2026", Trial(*case.chains, dynamics))}
+    return {f"{law['law']}, {law['unit']}": law for law in judge_laws("press2026", Trial(*case.chains, dynamics))}
 
 
 def test_a_right_print_keeps_every_law() -> None:
