@@ -155,7 +155,7 @@ class ClutchSubject(Subject):
     def constraint_residuals(self, claim: Claimed, formula: Expr) -> Mapping[str, Expr]:
         """Return what must vanish at the bearing, by a stated deflection."""
         deflections = (ClutchClaim.MODAL_DEFLECTION, ClutchClaim.SHAFT_DEFLECTION)
-        return motion.bearing_conditions(said) if claim in deflections else {}
+        return motion.bearing_conditions(formula) if claim in deflections else {}
 
 
 SUBJECT = ClutchSubject()

@@ -238,7 +238,8 @@ class FreeSubject(MechanismSubject):
         residuals = [e.residual.xreplace(definitions) for e in mechanism.equations()]
         residuals += [mechanism.motion.rate(speed).xreplace(definitions) for speed in self._speeds]
         nothing = dict.fromkeys(self._unknowns, sp.S.Zero)
-        return [[partial_derivative(r, u) for u in self._unknowns] for r in residuals], [-r.xreplace(nothing) for r in residuals]
+        rows = [[partial_derivative(r, u) for u in self._unknowns] for r in residuals]
+        return rows, [-r.xreplace(nothing) for r in residuals]
 
     def _evaluate(self, state: Values) -> Values:
         """Return all quantities in a state. Raises MechanismError if actions are statically indeterminate."""
