@@ -409,4 +409,4 @@ def test_the_bars_do_not_come_from_the_places() -> None:
 
 
 def test_a_subject_holds_nothing_unless_it_says_so() -> None:
-    assert Subject.held(MadeUp({}), MadeUpClaim.SUM, a) == {}
+    assert Subject.constraint_residuals(MadeUp({}), MadeUpClaim.SUM, a) == {}
