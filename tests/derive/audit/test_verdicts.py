@@ -95,7 +95,7 @@ def test_a_wrong_claim_is_refused_before_anything_is_judged(folder: Path, monkey
 def test_the_engine_of_laws_from_outside_is_their_own_module_and_what_it_imports(folder: Path) -> None:
     module = loaded(folder, TEXT.replace("WEIGHT", "1"))
     names = {path.name for path in key.sources([NAME])}
-    assert names >= {f"{NAME}.py", "laws.py", "chain.py", "quantity.py"}
+    assert names >= {f"{NAME}.py", "paper.py", "chain.py", "quantity.py"}
     assert not names & {"core.py", "sympify.py", "numeric.py"}
     assert key.laws_key(module.CASE, {})
 

@@ -230,5 +230,5 @@ def test_the_mirror_plane_cancels() -> None:
 def test_no_force_balance_is_typed_into_the_system() -> None:
     """Every reaction is a quantity that the mechanics layer made, none is written in the system's text."""
     text = Path(derivation.__file__).read_text(encoding="utf-8")
-    body = text.split("def device", 1)[1].split("m.reports", 1)[0]
+    body = text.split("def build_device", 1)[1].split("m.reports", 1)[0]
     assert not [name for name in ("q.F_", "q.M_", "ddot", "ax_", "ay_") if name in body]
