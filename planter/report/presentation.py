@@ -82,6 +82,8 @@ class ResultPresentation:
     tables: Callable[[], Mapping[str, Mapping[str, Array]]] = dict
     comments: Iterable[str] = ()
     texts: Callable[[], Mapping[str, str | bytes]] = dict
+    summary_parts: Mapping[str, Any] = field(default_factory=dict)
+    """Further keys of summary.json."""
     provenance: Mapping[str, Any] | None = None
     """What the result can be repeated from; by default versions, machine and hash of `document`."""
 
@@ -92,7 +94,7 @@ class ResultPresentation:
 
     def summary(self) -> dict[str, Any]:
         """Return the content of summary.json: the record, what the model assumes, the input and the provenance."""
-        parts: dict[str, Any] = {}
+        parts = dict(self.summary_parts)
         if self.model is not None and self.model.in_summary:
             parts["assumptions"] = self.model.assumptions
         if self.document is not None:

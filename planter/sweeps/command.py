@@ -8,11 +8,13 @@ from pathlib import Path
 from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 from planter.report import folder
+from planter.report.presentation import ResultPresentation
 from planter.sweeps.job import open_store, run_job
 from planter.sweeps.plan import Plan
+from planter.sweeps.presentation import present_sweep
 from planter.sweeps.results import SweepFound, Varied
 from planter.sweeps.room import ResolvedMachine
-from planter.sweeps.sweep import Rows, Sweep
+from planter.sweeps.sweep import Rows, Sweep, write_rows
 
 STORE_NAME = "sweep.sqlite"
 """The file of finished chunks in the folder of a sweep."""
@@ -20,8 +22,10 @@ STORE_NAME = "sweep.sqlite"
 
 def compute_sweep(
     plan: Plan, out: Path | None = None, means: Means = AUTO, progress: Listener | None = None
-) -> SweepFound:
-    """Compute the rows of a plan and write them to the folder `out`, whose chunks of the same plan are reused.
+) -> ResultPresentation:
+    """Compute the rows of a plan and return their presentation, which is written to the folder `out`, if any.
+
+    Finished chunks of the same plan in that folder are reused.
 
     Raises InputError if the plan does not fit its machines, ComputationError if rows cannot be computed, and
     Interrupted on Ctrl-C, after which the same call resumes.
@@ -38,11 +42,13 @@ def compute_sweep(
                 columns=rows.columns, hash=store.digest(), resumed=outcome.resumed,
                 seconds=time.perf_counter() - started, workers=outcome.workers, envelope=rows.envelope(),
             )  # fmt: skip
+            presentation = present_sweep(request, result, rows)
             if out is not None:
-                from planter.sweeps.report import write_sweep
-
-                write_sweep(out, request, rows, result, progress)
-    return result
+                scheme = f"scheme: {plan.scheme}, seed {plan.seed}"
+                names = [f"sweep: {plan.name}", f"machine: {', '.join(plan.machine)}"]
+                write_rows(out, rows, [*names, scheme, f"hash of the numbers: {result.hash}"], progress)
+                presentation.write(out, progress)
+    return presentation
 
 
 def list_inputs(source: str) -> Varied:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +9,6 @@ import typer
 
 from planter.errors import InputError
 from planter.report.writing import writes
-from planter.sweeps.results import SweepFound, Varied
 from planter.terminal.console import Console
 from planter.terminal.options import ClusterOption, JsonOption, OutOption, WorkersOption
 
@@ -62,42 +59,16 @@ def sweep(
         from planter.parallel.task import Means
         from planter.sweeps import command
         from planter.sweeps.plan import load
+        from planter.sweeps.presentation import present_inputs
         from planter.sweeps.sweep import PARQUET_HINT, has_parquet
 
         if (plan is None) == (listed is None):
             raise InputError("name either a PLAN or --list MACHINE")
         if listed is not None:
-            inputs = command.list_inputs(listed)
-            console.result(inputs, lambda: print_inputs(inputs))
+            present_inputs(command.list_inputs(listed)).show(console)
             return
         assert plan is not None
-        result = command.compute_sweep(load(plan), out, Means(workers, cluster), console.progress)
+        presentation = command.compute_sweep(load(plan), out, Means(workers, cluster), console.progress)
         if out is not None and not has_parquet():
             console.say(PARQUET_HINT)
-        console.result(result, lambda: print_sweep(console, result))
-
-
-WIDTH = 80
-
-
-def print_sweep(console: Console, result: SweepFound) -> None:
-    """Print rows and hash, then the range of each output."""
-    how = f"{result.workers} workers" if result.workers else "no workers"
-    again = f", {result.resumed} chunks reused" if result.resumed else ""
-    print(f"{result.name}: {result.rows} rows in {result.seconds:.3g} s, {how}{again}")
-    print(f"hash {result.hash}\n")
-    rows = [(name, extent.min, extent.mean, extent.max, extent.missing) for name, extent in result.envelope.items()]
-    console.table("Envelope", ("output", "min", "mean", "max", "missing"), rows)
-
-
-def print_inputs(result: Varied) -> None:
-    """Print the inputs, then the outputs."""
-    print(f"{result.machine} can be swept over these inputs:\n")
-    _list({name: f"one of {', '.join(texts)}" for name, texts in result.choices.items()} | result.inputs)
-    print("\nfor these outputs:\n")
-    _list(result.outputs)
-
-
-def _list(meanings: Mapping[str, str]) -> None:
-    for name, meaning in meanings.items():
-        print(textwrap.fill(f"{name}: {meaning}", WIDTH, initial_indent="  ", subsequent_indent="      "))
+        presentation.show(console)

@@ -9,8 +9,8 @@ from matplotlib.collections import FillBetweenPolyCollection, QuadMesh
 from matplotlib.patches import StepPatch
 
 from planter.kernels import Array
+from planter.sweeps.figures import SLICES, SweepData, draw_envelope, draw_map
 from planter.sweeps.plan import Axis, Grid, Latin, to_axis_table
-from planter.sweeps.report import SLICES, SweepData, draw_envelope, draw_map
 
 SPEED = {"from": 35, "to": 45, "steps": 61}
 MASS = [1.0, 1.1, 1.4]
