@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
-from planter.files.paths import last_part
 from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import (
@@ -25,7 +24,6 @@ from planter.terminal.options import (
     changes,
     read_ranges,
 )
-from planter.tolerance.results import RobustFound, ToleranceFound, rank_shares
 
 app = typer.Typer()
 
@@ -98,6 +96,7 @@ def tolerance(
         from planter.sweeps.room import ResolvedMachine
         from planter.tolerance.analysis import ToleranceRequest, analyse_tolerances, default_tolerances
         from planter.tolerance.file import Tolerances
+        from planter.tolerance.presentation import present_tolerance
         from planter.tolerance.robust import Settings
 
         resolved = ResolvedMachine(machine, changes(set_))
@@ -112,11 +111,10 @@ def tolerance(
             choices = _parse_choices(resolved.choices, choose or ())
             analysis = analyse_tolerances(resolved, choices, limits, source, request, out,
                                          Means(workers, cluster), console.progress)  # fmt: skip
+            presentation = present_tolerance(analysis)
             if out is not None:
-                from planter.tolerance.report import write_tolerance
-
-                write_tolerance(out, analysis, console.progress)
-        console.result(analysis.result, lambda: print_tolerance(console, analysis.result))
+                presentation.write(out, console.progress)
+        presentation.show(console)
 
 
 def _parse_choices(allowed: Mapping[str, Sequence[str]], options: Sequence[str]) -> dict[str, str]:
@@ -129,40 +127,3 @@ def _parse_choices(allowed: Mapping[str, Sequence[str]], options: Sequence[str])
             raise InputError(f"--choose {option}: {f'it must be {hint}' if hint else 'remove it'}")
         choices[name] = text
     return choices
-
-
-LARGEST = 3
-"""Number of inputs in the table of an output."""
-
-
-def print_tolerance(console: Console, result: ToleranceFound) -> None:
-    """Print the bands, the inputs that matter most, and the robust design with the others."""
-    chosen = "".join(f", {text} {name}" for name, text in result.choices.items())
-    print(f"{result.machine}{chosen}: {len(result.inputs)} inputs vary, {result.rows} cycles\n")
-    rows = [
-        (name, band.nominal, band.mean, band.std, band.first_order_std, band.p5, band.p95)
-        for name, band in result.outputs.items()
-    ]
-    console.table("Bands", ("output", "nominal", "mean", "std", "first order", "p5", "p95"), rows)
-    shares = [
-        (name if first else "", last_part(path), *(f"{x:.3f}" for x in (share.first, share.total, share.total_error)))
-        for name, indices in result.sobol.items()
-        for first, (path, share) in zip((True, *[False] * LARGEST), rank_shares(indices)[:LARGEST], strict=False)
-        if share.total > 0
-    ]
-    if shares:
-        console.table("Sobol' indices, largest first", ("output", "input", "first", "total", "+-"), shares)
-    if result.robust is not None:
-        _robust(console, result.robust)
-    print(f"{result.seconds:.3g} s")
-
-
-def _robust(console: Console, result: RobustFound) -> None:
-    designs = (result.own, result.best_nominal, result.best_robust)
-    head = ("", "own", "nominal optimum", "robust optimum")
-    attributes = {"without tolerances": "nominal", "mean": "mean", "standard deviation": "std",
-            f"mean + {result.sigmas:g} std": "robust"}  # fmt: skip
-    rows = [(name, *(getattr(scored, key) for scored in designs)) for name, key in attributes.items()]
-    console.table(f"Objective over {result.machines} machines, {result.samples} samples of a cycle", head, rows)
-    parameters = [(name, *(scored.design[name] for scored in designs)) for name in result.design]
-    console.table("Design", head, parameters)
