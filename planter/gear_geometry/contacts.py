@@ -93,9 +93,12 @@ class Contacts:
         def system(at: Array) -> tuple[Array, Array]:
             gear_cut, mate_cut = self.cut_flanks(self.thinned, at, still)
             gap = mate_cut.points - gear_cut.points
-            cosine, sine = _dot(gear_cut.tangents, mate_cut.tangents), _cross(gear_cut.tangents, mate_cut.tangents)
+            cosine, sine = (
+                _dot(gear_cut.tangents, mate_cut.tangents),
+                cross_product(gear_cut.tangents, mate_cut.tangents),
+            )
             slopes = np.array([
-                [gear_cut.turning * _cross(gear_cut.tangents, gap) - gear_cut.rate, mate_cut.rate * cosine],
+                [gear_cut.turning * cross_product(gear_cut.tangents, gap) - gear_cut.rate, mate_cut.rate * cosine],
                 [-gear_cut.turning * cosine, mate_cut.turning * cosine],
             ])  # fmt: skip
             return np.array([_dot(gap, gear_cut.tangents), sine]), slopes
@@ -103,7 +106,7 @@ class Contacts:
         start = self._start[:2] + _START_OFFSET * self.mesh.pitch
         at = roots.solve_systems(system, start, np.full(2, _MAX_STEPS[0] * self.mesh.pitch))
         gear_cut, mate_cut = self.cut_flanks(self.thinned, at, still)
-        return -_cross(gear_cut.tangents, mate_cut.points - gear_cut.points)
+        return -cross_product(gear_cut.tangents, mate_cut.points - gear_cut.points)
 
     @property
     def _start(self) -> Array:
@@ -141,7 +144,9 @@ class Contacts:
         moved = np.array([gear_cut.rate * gear_cut.tangents, -mate_cut.rate * mate_cut.tangents, [arm[1], -arm[0]]])
         bent = np.array([-gear_cut.turning * cosine, mate_cut.turning * cosine, cosine])
         slopes = np.concatenate([moved.swapaxes(0, 1), bent[None]])
-        return np.vstack([gear_cut.points - mate_cut.points, _cross(gear_cut.tangents, mate_cut.tangents)]), slopes
+        return np.vstack(
+            [gear_cut.points - mate_cut.points, cross_product(gear_cut.tangents, mate_cut.tangents)]
+        ), slopes
 
     def cut_flanks(self, xi: Array, at: Array, turned: Array) -> tuple[Cut, Cut]:
         """Return both flanks at arc lengths (2, n) [m] in the frame of the axes, the mate rotated by `turned` [rad]."""
@@ -170,7 +175,8 @@ def _dot(first: Array, second: Array) -> Array:
     return np.asarray((first * second).sum(axis=0))
 
 
-def _cross(first: Array, second: Array) -> Array:
+def cross_product(first: Array, second: Array) -> Array:
+    """Return the cross product (...) of plane vectors (2, ...)."""
     return np.asarray(first[0] * second[1] - first[1] * second[0])
 
 

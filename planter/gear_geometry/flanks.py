@@ -83,7 +83,7 @@ TEETH = formulas.load("gear_teeth")
 
 _CELLS = 16
 """Cells of each smooth part in the search for extremes of a flank's rate."""
-_NO_LENGTH = 1e-12
+EMPTY_SHARE = 1e-12
 """Share of a curve's length below which a part is empty."""
 
 
@@ -236,7 +236,9 @@ def split_at_breakpoints(curve: PitchCurve, low: Array, high: Array) -> tuple[In
     index, cuts = np.arange(len(low)), [(np.arange(len(low)), low)]
     for joint in curve.joints:
         ahead = np.mod(joint - low, curve.length)
-        inside = np.flatnonzero((ahead > _NO_LENGTH * curve.length) & (ahead < high - low - _NO_LENGTH * curve.length))
+        inside = np.flatnonzero(
+            (ahead > EMPTY_SHARE * curve.length) & (ahead < high - low - EMPTY_SHARE * curve.length)
+        )
         cuts.append((inside, low[inside] + ahead[inside]))
     index, starts = (np.concatenate(parts) for parts in zip(*cuts, strict=True))
     order = np.lexsort((starts, index))

@@ -9,7 +9,15 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from planter.gear_geometry.flanks import Cut, FlankLine, Flanks, Rack, build_flank_lines, split_at_breakpoints
+from planter.gear_geometry.flanks import (
+    EMPTY_SHARE,
+    Cut,
+    FlankLine,
+    Flanks,
+    Rack,
+    build_flank_lines,
+    split_at_breakpoints,
+)
 from planter.gear_geometry.pitch_curves import PitchCurve
 from planter.kernels import Array
 from planter.numerics import extrema, piecewise
@@ -60,8 +68,6 @@ class ToothOutline:
 
 
 KINDS: tuple[Kind, ...] = ("fillet", "flank", "tip", "root")
-_NO_LENGTH = 1e-12
-"""Share of a pitch curve's length below which a piece is empty."""
 
 
 @dataclass(frozen=True)
@@ -106,10 +112,10 @@ def split_at_joints(curve: PitchCurve, pieces: OutlinePieces) -> OutlinePieces:
 
 def drop_empty(pieces: OutlinePieces, length: float) -> OutlinePieces:
     """Return the pieces that have a length; a rack with a full tip radius leaves no root."""
-    return pieces.select(np.abs(pieces.end - pieces.start) > _NO_LENGTH * length)
+    return pieces.select(np.abs(pieces.end - pieces.start) > EMPTY_SHARE * length)
 
 
-_TIP, _ROOT = KINDS.index("tip"), KINDS.index("root")
+TIP, ROOT = KINDS.index("tip"), KINDS.index("root")
 _NODES = 24
 """Nodes of a quadrature along a piece."""
 _SAMPLES = 17
@@ -197,12 +203,12 @@ class Gear:
             begin, end = tooth, z + tooth
             for line in reversed(self.paths[begin][:-1]):
                 yield KINDS.index(line.kind), begin, tooth, -1, line.lower, line.upper
-            yield _TIP, -1, tooth, 0, f.tips[1][begin], f.tips[1][end]
+            yield TIP, -1, tooth, 0, f.tips[1][begin], f.tips[1][end]
             *lines, root = self.paths[end]
             for line in lines:
                 yield KINDS.index(line.kind), end, tooth, 1, line.upper, line.lower
             past = 0.0 if tooth + 1 < z else self.curve.length
-            yield _ROOT, -1, tooth, 0, root.upper, self.paths[(tooth + 1) % z][-1].upper + past
+            yield ROOT, -1, tooth, 0, root.upper, self.paths[(tooth + 1) % z][-1].upper + past
 
     def outline(self, centre: tuple[float, float] = (0.0, 0.0)) -> ToothOutline:
         """Return the outline of a gear whose axis is at a centre [m] in the assembly."""
@@ -254,7 +260,7 @@ class Gear:
     def top_lands(self) -> Array:
         """Arc length (z,) of each tooth's tip [m]."""
         lengths = self._quadrature[1].sum(axis=1)
-        tips = self.pieces.kind == _TIP
+        tips = self.pieces.kind == TIP
         lands: Array = np.bincount(self.pieces.tooth[tips], lengths[tips], self.z).astype(float)
         return lands
 

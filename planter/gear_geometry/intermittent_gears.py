@@ -19,10 +19,12 @@ from functools import cached_property
 import numpy as np
 
 from planter.errors import GeometryError, InputError
+from planter.gear_geometry.contacts import cross_product
 from planter.gear_geometry.cutting import MAX_TEETH, MIN_TEETH, ToothOrder, check_curve, check_gear, check_rack
 from planter.gear_geometry.flanks import Flanks, Rack
 from planter.gear_geometry.gear import (
-    KINDS,
+    ROOT,
+    TIP,
     Gear,
     GearPiece,
     OutlinePiece,
@@ -292,7 +294,6 @@ def _find_truncation(
     )
 
 
-_TIP, _ROOT = KINDS.index("tip"), KINDS.index("root")
 SAGITTA = 5e-4
 """Largest deviation of the chords of an outline, in modules."""
 _SAMPLES = 17
@@ -320,12 +321,12 @@ class ToothRow(Gear):
 
     def _between_roots(self, inner: Array) -> Array:
         last = 2 * self.z - 1
-        before = [_ROOT, -1, 0, 0, self.low, self.paths[0][-1].upper]
-        after = [_ROOT, -1, self.z - 1, 0, self.paths[last][-1].upper, self.high]
+        before = [ROOT, -1, 0, 0, self.low, self.paths[0][-1].upper]
+        after = [ROOT, -1, self.z - 1, 0, self.paths[last][-1].upper, self.high]
         return np.vstack([before, inner, after])
 
     def _between_tips(self, inner: Array) -> Array:
-        tips = np.flatnonzero(inner[:, 0] == _TIP)
+        tips = np.flatnonzero(inner[:, 0] == TIP)
         rows = inner[tips[0] : tips[-1] + 1].copy()
         rows[0, 4], rows[-1, 5] = self.low, self.high
         return rows
@@ -403,9 +404,5 @@ def _inner_polygon(piece: OutlinePiece, sagitta: float) -> Array:
     points, tangents, bends = piece.at(shares), piece.tangent(shares), piece.curvature(shares)
     concave = np.flatnonzero((bends[:-1] < 0) & (bends[1:] < 0))
     chord, start, end = (points[1:] - points[:-1])[concave], tangents[concave], tangents[concave + 1]
-    reach = _cross(chord, end) / _cross(start, end)
+    reach = cross_product(chord.T, end.T) / cross_product(start.T, end.T)
     return np.asarray(np.insert(points[:-1], concave + 1, points[concave] + reach[:, None] * start, axis=0))
-
-
-def _cross(first: Array, second: Array) -> Array:
-    return np.asarray(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])

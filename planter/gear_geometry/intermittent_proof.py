@@ -11,7 +11,7 @@ import shapely
 from planter.gear_geometry.contacts import Contacts
 from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.intermittent_gears import IntermittentPair, ToothRow
-from planter.gear_geometry.mesh import FacingFlanks
+from planter.gear_geometry.mesh import SIDES, FacingFlanks
 from planter.gear_geometry.pitch_curves import POLAR, RACK, CurvePair
 from planter.gear_geometry.polygons import Shapes, move_shapes
 from planter.kernels import Array
@@ -181,8 +181,6 @@ def _intersect_areas(shapes: Shapes, mate_shapes: Shapes) -> Array:
     return areas
 
 
-SIDES = (-1.0, 1.0)
-"""Sides of the driving gear's flanks: those that drive, and those that brake."""
 _END_TOLERANCE = 1e-9
 """Share of a contact's length by which its ends are moved inwards against rounding."""
 

@@ -12,7 +12,8 @@ from planter.gear_geometry.contacts import Contacts
 from planter.gear_geometry.cutting import ToothedPair
 from planter.gear_geometry.gear import Gear
 from planter.gear_geometry.intermittent_gears import IncompleteGear
-from planter.gear_geometry.intermittent_proof import FREE_ANGLE, SIDES, IncompleteGearCycle
+from planter.gear_geometry.intermittent_proof import FREE_ANGLE, IncompleteGearCycle
+from planter.gear_geometry.mesh import SIDES
 from planter.gear_geometry.polygons import build_polygon
 from planter.gears.parts import AnyGear, PlacedGear
 from planter.gears.results import FrictionCurves

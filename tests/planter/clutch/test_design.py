@@ -80,7 +80,7 @@ def test_the_linkage_makes_the_travel_in_the_lift():
         ({"spring_preload_N": 70}, "sleeve slides along the taper"),
     ],
 )
-def test_what_does_not_fit_is_named(changes, worst):
+def test_violated_design_conditions_are_named(changes, worst):
     sizing = sizes(**changes)
     assert not sizing.feasible
     assert worst in sizing.violated
@@ -88,7 +88,7 @@ def test_what_does_not_fit_is_named(changes, worst):
     assert build_refusal(sizing).exit_code == 1
 
 
-def test_each_limit_binds_when_it_is_set_to_what_is_used():
+def test_exhausted_length_limit_binds():
     used = next(c for c in sizes().conditions if c.source == "limits.length_mm")
     limit = 48 - used.margin
     assert "length of the linkage" in sizes(**{"limits.length_mm": limit}).binds

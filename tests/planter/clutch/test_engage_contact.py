@@ -85,7 +85,7 @@ def test_contacts_between_body_and_shaft_add_no_momentum(name: str) -> None:
     np.testing.assert_allclose(turning, 0, atol=1e-9 * np.abs(on[FREE]).max())
 
 
-def test_five_teeth_and_six_sides_look_alike() -> None:
+def test_contacts_repeat_per_tooth_and_side() -> None:
     """A fifth of a turn of the input passes the teeth on; a sixth of a turn of the shaft turns nothing but sides."""
     clutch, states = CLUTCHES["reuleaux"], random_states("reuleaux", 500)
     base = clutch.columns(states, GIVEN.vector())
@@ -146,9 +146,7 @@ def test_halved_tolerance_keeps_the_peak(name: str, runs: dict[str, SwitchingRun
 
 
 @pytest.mark.parametrize("name", CLUTCHES)
-def test_engaged_output_turns_with_the_input_and_contact_carries_the_load(
-    name: str, runs: dict[str, SwitchingRun]
-) -> None:
+def test_engaged_contact_transmits_speed_and_load(name: str, runs: dict[str, SwitchingRun]) -> None:
     run = runs[name].engagement
     creep = GIVEN.slip_speed / 2e-3  # of friction, on the shortest lever that a tooth has
     assert run.speed[-1] == pytest.approx(GIVEN.input_speed, abs=creep)
@@ -158,14 +156,14 @@ def test_engaged_output_turns_with_the_input_and_contact_carries_the_load(
         assert run.load[-1] == pytest.approx(GIVEN.load * spun / GIVEN.radius, rel=1e-3)
 
 
-def test_cut_off_leaves_the_output_at_rest_with_the_input_turning(runs: dict[str, SwitchingRun]) -> None:
+def test_cut_off_stops_the_output_only(runs: dict[str, SwitchingRun]) -> None:
     for run in runs.values():
         assert run.cut_off.states[ANGLE, -1] - run.cut_off.states[ANGLE, 0] > 1
         assert abs(run.cut_off.speed[-1]) < 1e-2
         assert run.cut_off.states[TRAVEL, -1] == pytest.approx(GIVEN.travel, abs=1e-5)
 
 
-def test_impact_of_jaws_is_that_of_hertz() -> None:
+def test_jaw_impact_agrees_with_hertz() -> None:
     """All five jaws meet at once: N = (5K)^(2/5) (5/4 m v^2)^(3/5) with the output's inertia seen at the jaws."""
     given = replace(lossless(GIVEN), spring_rate=0.0)
     state = np.zeros(SIZE)
@@ -216,7 +214,7 @@ def limit(stiffness: float) -> tuple[contact_simulation.ContactRun, modal_engage
     return contact_simulation.integrate_motion(CLUTCHES["reuleaux"], given, state, end, end / 400, 1e-10), found
 
 
-def test_without_clearance_and_slip_it_tends_to_the_modal_solution() -> None:
+def test_contact_without_clearance_tends_to_modal_solution() -> None:
     misses = []
     for factor in (1e2, 1e4, 1e6):
         run, found = limit(factor * GIVEN.stiffness)
@@ -240,7 +238,7 @@ def test_teeth_slip_off_where_the_coupling_does_not_hold(runs: dict[str, Switchi
     assert run.load.max() < 0.5 * runs["reuleaux"].engagement.load.max()
 
 
-def test_no_place_for_the_printed_teeth_without_a_gap_of_the_sleeve() -> None:
+def test_printed_teeth_need_a_sleeve_gap() -> None:
     tight = replace(GIVEN, hole=GIVEN.width / 2)
     for phase in np.radians([0, 3, 6]):
         with pytest.raises(ComputationError, match=r"cannot be cut off at an input angle of .* overlap by 0\.1"):
@@ -248,7 +246,7 @@ def test_no_place_for_the_printed_teeth_without_a_gap_of_the_sleeve() -> None:
         contact_simulation.find_clear_state(CLUTCHES["reuleaux"], GIVEN, phase, 0.0)
 
 
-def test_printed_teeth_fit_the_shaft_neither_coaxially_nor_by_their_roots() -> None:
+def test_printed_teeth_do_not_fit_the_shaft() -> None:
     """At best two tips stand 6 deg from corners, still inside the fillets; a root must clear what a tip lifts off."""
     to_fillet = (10 - 4.8) / math.cos(math.pi / 6)
     reach = math.sqrt(10.5**2 + to_fillet**2 - 2 * 10.5 * to_fillet * math.cos(math.radians(6)))
@@ -260,7 +258,7 @@ def test_printed_teeth_fit_the_shaft_neither_coaxially_nor_by_their_roots() -> N
     assert contact_simulation.min_root_radius(GIVEN) > GIVEN.root
 
 
-def test_surfaces_that_sink_into_each_other_are_refused() -> None:
+def test_overlapping_surfaces_are_refused() -> None:
     with pytest.raises(ComputationError, match="is too small"):
         contact_simulation.simulate_engagement(CLUTCHES["dog"], GIVEN.times(1e-5, "stiffness"), 0.0, 1e-6)
 

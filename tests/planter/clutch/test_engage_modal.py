@@ -16,7 +16,7 @@ from tests.support.cli import answer
 CLUTCH = file.load_clutch("shi2021")
 
 
-def test_motion_is_that_of_the_equations_of_tooth_and_mode() -> None:
+def test_motion_satisfies_equations_of_tooth_and_mode() -> None:
     """Two bodies held together by an unknown load, (8): its closed form makes both move alike."""
     engagement = modal_engagement.build_engagement(CLUTCH.si)
     struck, shaft = engagement.struck, engagement.beam
@@ -104,7 +104,7 @@ def test_command(tmp_path: Path) -> None:
         (["--mode", "magic"], "Invalid value for '--mode'"),
     ],
 )
-def test_bad_input_is_one_sentence(
+def test_invalid_input_exits_with_single_line(
     arguments: list[str], message: str, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from planter.cli import main

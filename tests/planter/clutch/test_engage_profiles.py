@@ -99,7 +99,7 @@ def test_distance_of_outline_and_sleeve() -> None:
         assert min(gaps) / np.cos(taper) == pytest.approx(inside.distance(ring.exterior), abs=2e-3)
 
 
-def test_distance_of_jaws_is_that_of_rounded_rectangles() -> None:
+def test_jaw_distance_agrees_with_rounded_rectangles() -> None:
     """On a radius so large that the circumference is straight."""
     radius, jaws, edge = 1e6, 5, 0.5
     backlash = radius * 2 * np.pi / jaws - 12.0

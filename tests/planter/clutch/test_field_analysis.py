@@ -94,7 +94,7 @@ def assert_same(experiment: Trial, typ: int) -> None:
 
 
 @balanced
-def test_sums_of_squares_add_up_to_the_total_in_an_orthogonal_design(make) -> None:  # type: ignore[no-untyped-def]
+def test_orthogonal_sums_of_squares_add_up_to_total(make) -> None:  # type: ignore[no-untyped-def]
     experiment = make()
     assert is_orthogonal(experiment.factors)
     for response in experiment.responses:
@@ -105,7 +105,7 @@ def test_sums_of_squares_add_up_to_the_total_in_an_orthogonal_design(make) -> No
         assert table["total"].ss == pytest.approx(experiment.runs * np.var(response.values), rel=1e-12)
 
 
-def test_they_do_not_add_up_in_an_unbalanced_one() -> None:
+def test_unbalanced_sums_of_squares_do_not_add_up() -> None:
     experiment = unbalanced()
     assert not is_orthogonal(experiment.factors)
     table = MainEffectsModel(experiment).anova(experiment.responses[1])
@@ -179,7 +179,7 @@ def test_statsmodels_formula_interface_gives_the_same(make) -> None:  # type: ig
         assert_same(experiment, typ)
 
 
-def test_that_comparison_can_fail() -> None:
+def test_comparison_with_type_i_squares_fails() -> None:
     experiment = unbalanced()
     with pytest.raises(AssertionError):
         assert_same(experiment, 1)
@@ -241,7 +241,7 @@ def test_variances_of_a_textbook_example() -> None:
     assert pytest.approx(66.80, abs=0.005) == table["F0"].F
 
 
-def test_one_factor_is_the_one_way_test_of_scipy() -> None:
+def test_single_factor_agrees_with_scipy_anova() -> None:
     codes = np.repeat([0, 1, 2], [4, 6, 9])
     y = rng().normal(codes, 1.0)
     row = MainEffectsModel(runs_of(codes[:, None], y)).anova(FieldResponse("Y", y))["F0"]
@@ -249,7 +249,7 @@ def test_one_factor_is_the_one_way_test_of_scipy() -> None:
     assert (row.F, row.p) == pytest.approx((other.statistic, other.pvalue), rel=1e-10)
 
 
-def test_best_levels_are_found_by_trying_all() -> None:
+def test_best_levels_agree_with_exhaustive_search() -> None:
     experiment = l18()
     result = field.evaluate_trial(
         experiment, requested={"Y1": ResponseGoal.parse("zero"), "Y2": ResponseGoal.parse("larger")}
@@ -264,7 +264,7 @@ def test_best_levels_are_found_by_trying_all() -> None:
     assert result.best["both"] == min(result.prediction, key=mean_rank).levels
 
 
-def test_the_first_of_equal_levels_is_the_best_in_any_order_of_runs() -> None:
+def test_ties_select_the_first_level_in_any_run_order() -> None:
     codes = build_array("L9").codes[:, :2]
     y = np.array([3.0, 1.0, 1.0])[codes[:, 0]] + 0.1
     random = rng()
@@ -273,7 +273,7 @@ def test_the_first_of_equal_levels_is_the_best_in_any_order_of_runs() -> None:
         assert field.evaluate_trial(experiment, requested={"Y1": ResponseGoal.parse("0")}).result.best["Y1"] == [1, 0]
 
 
-def test_an_unbalanced_design_has_no_range_analysis_and_says_which_squares() -> None:
+def test_unbalanced_design_has_type_ii_squares_and_no_ranges() -> None:
     result = field.evaluate_trial(unbalanced()).result
     assert result.range is result.order is result.range_best is None
     assert result.sums_of_squares == "type II"
@@ -281,7 +281,7 @@ def test_an_unbalanced_design_has_no_range_analysis_and_says_which_squares() -> 
     assert all(row.p is not None for row in result.anova["Y1"].values() if isinstance(row, Effect))
 
 
-def test_equally_many_of_each_level_are_not_enough_to_be_orthogonal() -> None:
+def test_balanced_levels_are_not_always_orthogonal() -> None:
     codes = build_array("L9").codes[:, :2].copy()
     assert is_orthogonal(runs_of(codes, np.arange(9.0)).factors)
     codes[[0, 4], 1] = codes[[4, 0], 1]
@@ -315,7 +315,7 @@ def test_fewer_runs_than_effects_are_counted() -> None:
     assert MainEffectsModel(runs_of(build_array("L9").codes, np.arange(9.0))).freedom == 0
 
 
-def test_effects_that_cannot_be_told_apart_are_named() -> None:
+def test_confounded_effects_are_named() -> None:
     codes = build_array("L27").codes[:, [0, 1, 4, 0]]
     with pytest.raises(InputError, match="effects of F0 and F3 cannot be separated"):
         MainEffectsModel(runs_of(codes, np.arange(27.0)))
@@ -341,7 +341,7 @@ def test_long_lists_of_predictions_are_left_out_loudly(
 
 
 @pytest.mark.parametrize("good", [True, False])
-def test_a_blank_column_that_is_none_is_told(good: bool) -> None:
+def test_blank_column_with_effects_is_reported(good: bool) -> None:
     pairs = list(itertools.product((0, 1, 2), repeat=2))
     rows = [f"{a},{b},{(a + b) % 3 if good else a},{a + 2 * b + 0.1 * a * b}" for a, b in pairs]
     result = field.evaluate_trial(trial.read_trial("\n".join(["A,B,blank,Y", *rows]), "x.csv")).result

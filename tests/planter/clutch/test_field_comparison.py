@@ -68,12 +68,12 @@ def test_holm_agrees_with_statsmodels(count: int) -> None:
         assert analysis.adjust_by_holm([*probabilities]) != pytest.approx(other)
 
 
-def test_holm_is_bounded_by_one_and_keeps_equal_probabilities_equal() -> None:
+def test_holm_is_at_most_unity_and_preserves_ties() -> None:
     assert analysis.adjust_by_holm([0.5, 0.02, 0.5, 0.02]) == [1.0, 0.08, 1.0, 0.08]
     assert analysis.adjust_by_holm([]) == []
 
 
-def test_what_cannot_be_said_is_none() -> None:
+def test_undefined_comparisons_are_null() -> None:
     still = [replace(s, sd=0.0) for s in (NEW, OLD)]
     (found,), _ = analysis.compare_samples([still[0], replace(still[1], mean=0.0)])
     assert found.p_value is found.p_holm is found.reduction_percent is None

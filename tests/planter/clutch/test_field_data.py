@@ -22,7 +22,7 @@ def refusal(text: str, columns: FieldColumns | None = None) -> str:
     return message
 
 
-def test_the_header_says_what_columns_are() -> None:
+def test_header_assigns_columns() -> None:
     read = trial.read_trial(GOOD, "x.csv")
     assert [f.name for f in read.factors] == ["A", "B", "C"]
     assert [r.name for r in read.responses] == ["Y1", "Y2"]
@@ -81,7 +81,7 @@ def test_repetitions_of_a_run_add_to_the_error() -> None:
     assert result.anova["Y"]["error"].df == 5
 
 
-def test_a_run_that_is_left_out_is_missed_and_at_the_end_the_rest_is_unbalanced() -> None:
+def test_missing_runs_are_reported_or_unbalanced() -> None:
     lines = GOOD.splitlines()
     assert "run 8 is missing between 1 and 9" in refusal("\n".join([*lines[:-2], lines[-1]]))
     for text, columns in (
@@ -159,7 +159,7 @@ def test_bad_files_are_refused_by_place(text: str, message: str) -> None:
     assert re.search(message, said), said
 
 
-def test_columns_that_options_name_must_be_there() -> None:
+def test_unknown_columns_in_options_are_refused() -> None:
     for columns, option in ((FieldColumns(("lag",)), "--response"), (FieldColumns((), ("D",)), "--blank"),
                             (FieldColumns((), (), ("D",)), "--ignore")):  # fmt: skip
         assert f"{option} " in refusal(GOOD, columns)
@@ -167,7 +167,7 @@ def test_columns_that_options_name_must_be_there() -> None:
     assert "is a response, but results use" in refusal(RUNS.replace("Y", "both"), FieldColumns(("both",)))
 
 
-def test_any_text_gives_a_result_or_one_sentence() -> None:
+def test_any_text_gives_a_result_or_an_input_error() -> None:
     random = np.random.default_rng(7)
     signs = list(GOOD) + list('",;#\n\t-eEnaN=:$_\x00é')
     said: list[str] = []

@@ -40,7 +40,7 @@ def test_field_has_the_keys_of_the_contract() -> None:
     assert len(found["comparison"]) == 6
 
 
-def test_a_users_own_file_is_read_and_compared_only_with_a_second_one(tmp_path: Path) -> None:
+def test_user_file_needs_statistics_for_comparison(tmp_path: Path) -> None:
     path, statistics = tmp_path / "mine.csv", tmp_path / "clutches.csv"
     path.write_text(examples.example("shi2021-field"))
     statistics.write_text(examples.example("shi2021-comparison"))
@@ -164,7 +164,7 @@ def test_surfaces_pass_through_the_prediction_at_every_level() -> None:
     assert (dense.min(), dense.max()) == (0, 5)
 
 
-def test_the_command_line_loads_nothing_heavy_for_this() -> None:
+def test_command_line_defers_heavy_imports() -> None:
     heavy = "('matplotlib', 'scipy')"
     code = f"import sys, planter.cli; print([name for name in {heavy} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "[]\n"

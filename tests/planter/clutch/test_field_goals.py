@@ -45,7 +45,7 @@ def test_a_success_rate_is_to_be_large_and_not_near_zero(table: str) -> None:
     assert near["best"]["Y"] == min(near["prediction"], key=lambda row: abs(row["Y"] - 86.4))["levels"]
 
 
-def test_a_table_of_ones_own_needs_its_goals_and_is_told_how(table: str) -> None:
+def test_user_table_requires_goals(table: str) -> None:
     message = refusal(table)
     assert "nothing says what is good of Y" in message
     assert "--goal Y=larger" in message
@@ -62,11 +62,11 @@ def test_a_table_of_ones_own_needs_its_goals_and_is_told_how(table: str) -> None
         (["Y=larger", "Y=smaller"], "Y has a goal already"),
     ],
 )
-def test_goals_that_mean_nothing_are_refused(table: str, goal: list[str], said: str) -> None:
+def test_invalid_goals_are_refused(table: str, goal: list[str], said: str) -> None:
     assert said in refusal(table, *(part for one in goal for part in ("--goal", one)))
 
 
-def test_the_paper_has_a_default_that_can_be_replaced() -> None:
+def test_paper_goals_can_be_replaced() -> None:
     assert answer()["goals"] == {"Y1": "nearest 0", "Y2": "nearest 0"}
     other = answer("--goal", "Y1=larger")
     assert other["goals"] == {"Y1": "larger", "Y2": "nearest 0"}
@@ -87,7 +87,7 @@ def test_all_together_are_judged_by_ranks_whatever_their_units() -> None:
         assert evaluation.evaluate_trial(trial.read_trial(scaled, "x.csv"), requested=wanted).result.best == found.best
 
 
-def test_goals_at_odds_are_told() -> None:
+def test_conflicting_goals_are_reported() -> None:
     text = "A,B,Y1,Y2\n" + "".join(f"{a},{b},{3 * a + b},{2 * (3 * a + b)}\n" for a in (1, 2, 3) for b in (1, 2, 3))
     read = trial.read_trial(text, "x.csv")
     at_odds = evaluation.evaluate_trial(
@@ -118,7 +118,7 @@ def test_tables_page_and_figures_say_the_goal(table: str, tmp_path: Path) -> Non
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["goals"] == {"Y": "larger"}
 
 
-def test_help_lists_what_a_goal_may_be() -> None:
+def test_help_lists_goals() -> None:
     code, out, _ = run("--help")
     assert code == 0
     assert "larger, smaller, zero" in " ".join(out.split())

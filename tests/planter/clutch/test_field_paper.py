@@ -51,7 +51,7 @@ def compared(measure: str, speed: float) -> dict:
     return found
 
 
-def test_range_analysis_is_as_printed_but_for_one_number_that_was_cut_off() -> None:
+def test_range_analysis_is_as_printed_except_for_truncation() -> None:
     differing = []
     for response, factors in RANGE.items():
         for factor, texts in factors.items():
@@ -79,11 +79,11 @@ def test_analysis_of_variance_is_as_printed() -> None:
             assert all(printed_as(v, t) for v, t in zip(values, texts, strict=True)), (response, source, values)
 
 
-def test_ratios_of_rounded_mean_squares_are_not_what_is_printed() -> None:
+def test_printed_ratios_are_not_of_rounded_mean_squares() -> None:
     assert not printed_as(32.07 / 0.17, ANOVA["Y1"]["A"][2])
 
 
-def test_the_joint_optimum_is_as_printed_and_that_of_one_response_is_not_its_range_optimum() -> None:
+def test_joint_optimum_is_as_printed() -> None:
     assert result().best == {"Y1": [3, 1, 1], "Y2": [1, 1, 3], "both": [3, 1, 1]}
     at = {tuple(row.levels): row.means for row in result().prediction}
     assert len(at) == 27
@@ -95,7 +95,7 @@ def test_reductions_are_as_printed_at_the_optimum_speed(measure: str) -> None:
     assert printed_as(compared(measure, 1.5).reduction_percent, REDUCTION[measure])
 
 
-def test_of_the_two_reductions_only_that_at_engagement_is_significant() -> None:
+def test_only_engagement_lag_is_significantly_reduced() -> None:
     assert compared("Y1", 1.5).p_holm < 0.05
     assert compared("Y1", 2.0).p_holm < 0.05
     assert compared("Y2", 1.5).p_value > 0.5

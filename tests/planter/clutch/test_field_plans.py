@@ -66,7 +66,7 @@ def filled(plan: plans.FieldPlan, random: np.random.Generator) -> str:
 
 @pytest.mark.parametrize("name", plans.NAMES)
 @pytest.mark.parametrize("seed", [None, 5])
-def test_a_plan_that_is_filled_in_is_evaluated(name: str, seed: int | None) -> None:
+def test_completed_plan_is_evaluated(name: str, seed: int | None) -> None:
     levels = {2: ("no", "yes"), 3: ("10", "15", "20"), 5: ("1", "2", "4", "8", "16")}
     first, second = plans.build_array(name).levels[:2]
     wanted = [FactorSpec("gear", levels[first]), FactorSpec("angle_deg", levels[second])]
@@ -143,6 +143,6 @@ BAD = {
 
 
 @pytest.mark.parametrize(("call", "message"), BAD.values(), ids=BAD)
-def test_plans_that_cannot_be_are_refused(call, message: str) -> None:  # type: ignore[no-untyped-def]
+def test_impossible_plans_are_refused(call, message: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(InputError, match=message):
         call()

@@ -37,7 +37,7 @@ def posed(vertices: int, sides: int, theta: float) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize(("vertices", "sides"), PAIRS)
-def test_the_path_is_that_of_a_thousand_poses_and_lies_on_the_ellipse(vertices, sides):
+def test_vertex_path_agrees_with_poses_and_ellipse(vertices, sides):
     rotor = Rotor(vertices, sides)
     theta = np.linspace(*rotor.passage, 1000)
     path, oval = rotor.path(theta), rotor.ellipse
@@ -52,7 +52,7 @@ def test_the_path_is_that_of_a_thousand_poses_and_lies_on_the_ellipse(vertices, 
 
 
 @pytest.mark.parametrize(("vertices", "sides"), PAIRS)
-def test_vertices_stay_on_their_sides_and_the_polygon_stays_rigid(vertices, sides):
+def test_vertices_stay_on_sides_of_rigid_polygon(vertices, sides):
     rotor = Rotor(vertices, sides)
     path = rotor.path(np.linspace(*rotor.passage, 200))
     A, B, C = (np.array([path[f"x_{n}"], path[f"y_{n}"]]) for n in "ABC")
@@ -62,7 +62,7 @@ def test_vertices_stay_on_their_sides_and_the_polygon_stays_rigid(vertices, side
         assert np.abs(np.hypot(*(one - other)) - length).max() < 1e-12
 
 
-def test_the_clutch_s_own_functions_are_the_general_ones_at_five_and_six():
+def test_clutch_formulas_agree_with_general_rotor():
     side = 0.017
     width = side * math.sqrt(3)
     rotor = Rotor(5, 6, width)
@@ -108,7 +108,7 @@ def test_any_two_vertices_on_any_two_sides(vertices, sides):
 
 
 @pytest.mark.parametrize(("vertices", "sides"), [(5, 6), (7, 5), (5, 3)])
-def test_vertices_that_slide_are_those_that_touch(vertices, sides):
+def test_sliding_vertices_touch_the_sides(vertices, sides):
     """Over their rotations, and no further, both vertices reach as far as the whole body does."""
     slides = Rotor(vertices, sides).slides()
     rho = slides.packed(2)[0]
@@ -120,7 +120,7 @@ def test_vertices_that_slide_are_those_that_touch(vertices, sides):
         assert bool(off < 1e-13) is touches
 
 
-def test_the_vertex_at_a_corner_is_one_of_those_paths():
+def test_corner_ellipse_agrees_with_general_rotor():
     """In the hexagon vertices A and B of the clutch slide; C is opposite to both."""
     found, own = Rotor(5, 6).slides(), Rotor(5, 6).ellipse
     opposite = found.ellipse(3)
@@ -172,7 +172,7 @@ def test_reuleaux_triangle_in_a_square_is_the_textbook_s():
 
 
 @pytest.mark.parametrize("vertices", [3, 5, 7, 11])
-def test_width_is_constant_and_the_outline_has_that_support(vertices):
+def test_outline_has_constant_width_and_support_function(vertices):
     rotor = Rotor(vertices, 6)
     psi = np.linspace(-7, 7, 997)
     assert np.abs(rotor.support(psi) + rotor.support(psi + np.pi) - 1).max() < 1e-14
@@ -214,14 +214,14 @@ def test_harmonics_and_largest_miss_agree():
 @pytest.mark.parametrize(
     ("vertices", "sides", "free"), [(3, 4, True), (7, 4, True), (5, 6, False), (3, 6, False), (7, 8, False)]
 )
-def test_any_odd_polygon_is_a_rotor_of_the_square_and_only_some_of_others(vertices, sides, free):
+def test_odd_polygons_turn_in_squares_and_some_in_others(vertices, sides, free):
     rotor = Rotor(vertices, sides)
     assert all(h.rotor for h in rotor.harmonics(30)) is free
     assert (2 * rotor.smallest_apothem - 1 < 1e-9) is free
     assert (rotor.miss < 1e-12) is free
 
 
-def test_the_hexagon_is_missed_as_its_overlap_says():
+def test_hexagon_overlap_agrees_with_support_function():
     """The overlap that was derived pose by pose against the support function, which knows no pose."""
     rotor = Rotor(5, 6)
     theta = np.linspace(*rotor.passage, 4001)
@@ -233,7 +233,7 @@ def test_the_hexagon_is_missed_as_its_overlap_says():
 
 
 @pytest.mark.parametrize(("vertices", "sides"), PAIRS)
-def test_the_path_clears_the_limit_fillet_and_no_smaller_one(vertices, sides):
+def test_path_clears_fillets_from_the_limit(vertices, sides):
     rotor = Rotor(vertices, sides)
     arc = rotor.path(np.linspace(*rotor.passage, 2001))
     C = np.array([arc["x_C"], arc["y_C"]])
@@ -298,7 +298,7 @@ def test_printed_numbers_at_printed_precision():
     assert RESULT.ellipse.axis_deg == pytest.approx(120, abs=1e-12)
 
 
-def test_what_differs_from_the_print():
+def test_exact_geometry_and_print_differ():
     assert pytest.approx((2 * math.cos(math.radians(24)) - 1) / math.sqrt(3), rel=1e-14) == RESULT.A1
     assert pytest.approx((2 * math.sqrt(3) * math.cos(math.radians(24)) - 1) / 3, rel=1e-14) == RESULT.printed.A1
     assert RESULT.ellipse.semi_axes_over_R == pytest.approx([1.1295, 0.4158], abs=5e-5)
@@ -321,7 +321,7 @@ def test_results_scale_with_the_hexagon():
     assert larger.rotor.mismatch_over_R == pytest.approx(RESULT.rotor.mismatch_over_R, rel=1e-12)
 
 
-def test_a_rod_that_does_not_reach_is_named():
+def test_unreachable_rod_is_named():
     found = compute_geometry(file.load_clutch("shi2021", {"levels.rods_mm[1]": 70}))
     assert [row.crank_rotation_deg is None for row in found.linkage] == [False, True, False]
     (warning,) = found.warnings
@@ -332,12 +332,12 @@ def test_a_rod_that_does_not_reach_is_named():
 @pytest.mark.parametrize(
     ("vertices", "sides", "word"), [(4, 6, "odd"), (1, 6, "odd"), (5, 2, "from 3"), (5, 200, "from 3")]
 )
-def test_polygons_that_are_none_are_refused(vertices, sides, word):
+def test_invalid_polygons_are_refused(vertices, sides, word):
     with pytest.raises(GeometryError, match=word):
         Rotor(vertices, sides)
 
 
-def test_paths_that_do_not_exist_are_refused():
+def test_nonexistent_paths_are_refused():
     with pytest.raises(GeometryError, match="must be even"):
         _ = Rotor(5, 5).ellipse
     with pytest.raises(GeometryError, match="must be less than 6"):

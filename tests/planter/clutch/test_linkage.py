@@ -23,7 +23,7 @@ def test_the_mechanism_closes_along_the_way():
     assert np.abs(OWN.rod * np.sin(at["rod_angle"]) - at["pin_y"]).max() < 1e-12
 
 
-def test_rotation_is_the_difference_of_crank_angles_and_the_law_of_cosines():
+def test_rotation_agrees_with_law_of_cosines():
     at = OWN.evaluate(np.array([0.0, 0.0042]))["crank_angle"]
     assert OWN.rotation(0.0042) == pytest.approx(at[0] - at[1], rel=1e-13)
     by_hand = math.acos((40**2 + 15**2 - 47.1**2) / (2 * 40 * 15)) - math.acos(
@@ -54,7 +54,7 @@ def test_the_side_force_balances_the_rod():
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_rod_is_found_for_a_wanted_travel(seed):
+def test_rod_length_gives_the_required_travel(seed):
     random = np.random.default_rng(seed)
     crank, distance, travel = random.uniform([0.012, 0.035, 0.002], [0.018, 0.045, 0.007])
     rotation = travel / crank * random.uniform(1.02, 1.3)

@@ -41,7 +41,7 @@ def test_the_sleeve_goes_as_the_linkage_pushes_it(machine: Machine) -> None:
     assert values["shift"][[0, -1]] == pytest.approx([0, clutch.si("sleeve.travel_mm")], abs=1e-15)
 
 
-def test_the_course_is_that_of_the_dynamics(machine: Machine) -> None:
+def test_machine_motion_agrees_with_dynamics(machine: Machine) -> None:
     known, speed = collect_values(load_clutch("shi2021")), machine.data[machine.speed]
     start, lift = np.pi / 2 - known["gamma"], machine.turn / 2
     times = np.linspace(0.1, 0.9, 9) * lift / speed
@@ -77,7 +77,7 @@ def test_measures_are_those_of_the_way(machine: Machine) -> None:
     assert (sampled.mean(), sampled.min(), sampled.max()) == pytest.approx((mean, *ends), rel=1e-5)
 
 
-def test_the_link_s_drive_does_the_work_that_pushes_the_sleeve(machine: Machine) -> None:
+def test_link_work_equals_sleeve_work(machine: Machine) -> None:
     up = machine.turn / 2 * np.array([0.2, 0.5, 0.9])
     values = values_of(machine, up)
     np.testing.assert_allclose(values["M_link"] * machine.data[machine.speed], 60.0 * values["v_sleeve"], rtol=1e-13)
@@ -107,6 +107,6 @@ def test_derivatives_are_those_of_differences(machine: Machine) -> None:
         assert (np.abs(slopes[:, :, column] - difference) <= 1e-6 * size + 1e-12).all()
 
 
-def test_a_linkage_that_does_not_make_the_travel_is_refused() -> None:
+def test_linkage_without_closure_is_refused() -> None:
     with pytest.raises(GeometryError, match=r"rod_mm = 70.*crank and rod meet"):
         load_machine("shi2021", {"linkage.rod_mm": 70.0})

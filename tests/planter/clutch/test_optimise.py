@@ -80,7 +80,7 @@ def test_another_solver_does_not_beat_it():
             assert found.fun > best * (1 - 1e-5)
 
 
-def test_a_point_beside_the_optimum_has_no_certificate():
+def test_point_off_the_optimum_has_no_certificate():
     switching = SwitchingProblem(CLUTCH, optimum().stations)
     problem, u = switching.problem, at(switching, optimum().design)
     assert kkt_residual(problem, u) < 1e-5
@@ -106,7 +106,7 @@ def test_there_are_no_rows_to_bound():
     assert programme.limits(programme.start) == (np.inf, -np.inf)
 
 
-def test_what_holds_the_optimum_is_what_gives_time_when_it_gives_way():
+def test_relaxing_active_limits_saves_time():
     """A multiplier is the share of the time that a share of its limit is worth."""
     held = {a.name: a.multiplier for a in optimum().certificate.active}
     assert {"normal force", "teeth"} <= held.keys()
@@ -129,11 +129,11 @@ def test_same_seed_same_result():
     assert optimise_clutch(CLUTCH) == optimum()
 
 
-def test_what_cannot_be_kept_is_named():
+def test_infeasible_limits_are_named():
     with pytest.raises(ComputationError, match="no design within the bounds keeps all limits: teeth"):
         optimise_clutch(file.load_clutch("shi2021", {"teeth_least": 40}), starts=2)
 
 
-def test_bounds_with_linkages_that_do_not_close_are_refused():
+def test_bounds_without_closed_linkage_are_refused():
     with pytest.raises(InputError, match=r"search.rod_bounds_mm = \[40.0, 60.0\]: it must lie between"):
         optimise_clutch(file.load_clutch("shi2021", {"rod_bounds_mm[1]": 60}))

@@ -26,7 +26,7 @@ def tampered(folder: Path, old: str, new: str) -> str:
 
 
 @pytest.mark.parametrize("command", ["geometry", "design", "optimise"])
-def test_every_command_has_tables_and_one_object(command):
+def test_commands_print_tables_or_single_json_object(command):
     code, tables, err = run(command, "shi2021")
     assert (code, err) == (0, "")
     assert "shi2021" in tables or "optimum" in tables
@@ -39,7 +39,7 @@ def test_geometry_follows_a_changed_value():
     assert run("geometry", "shi2021", "--set", "hexagon_side_mm=60")[1].count("- shi2021: levels.rods_mm[") == 2
 
 
-def test_geometry_leaves_files_that_hold_together(tmp_path):
+def test_geometry_files_are_consistent(tmp_path):
     assert run("geometry", "shi2021", "--out", str(tmp_path))[0] == 0
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["input"]["sleeve"]["hexagon_side_mm"] == 17
@@ -63,7 +63,7 @@ def test_geometry_leaves_files_that_hold_together(tmp_path):
     }
 
 
-def test_the_same_run_leaves_the_same_bytes_and_the_way_keeps_the_limits(tmp_path):
+def test_optimisation_is_reproducible_and_within_limits(tmp_path):
     for name in ("one", "two"):
         assert run("optimise", "shi2021", "--out", str(tmp_path / name))[0] == 0
     one, two = ({p.name: p.read_bytes() for p in (tmp_path / n).rglob("*") if p.is_file()} for n in ("one", "two"))
@@ -79,7 +79,7 @@ def test_the_same_run_leaves_the_same_bytes_and_the_way_keeps_the_limits(tmp_pat
 
 
 @pytest.mark.usefixtures("blank_figures")
-def test_a_design_that_does_not_fit_is_exit_1_and_leaves_what_was_reached(tmp_path):
+def test_infeasible_design_exits_1_and_writes_result(tmp_path):
     code, out, err = run("design", "shi2021", "--radius-mm", "12", "--json", "--out", str(tmp_path))
     assert code == 1
     assert json.loads(out)["error"]["name"] == "ComputationError"
@@ -87,7 +87,7 @@ def test_a_design_that_does_not_fit_is_exit_1_and_leaves_what_was_reached(tmp_pa
     assert json.loads((tmp_path / "summary.json").read_text())["feasible"] is False
 
 
-def test_design_takes_shaft_travel_and_space_from_the_command_line():
+def test_design_options_replace_file_values():
     found = answer(
         "design", "shi2021", "--shaft-mm", "26", "--travel-mm", "4", "--radius-mm", "30", "--length-mm", "17"
     )
@@ -133,7 +133,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("old", "new", "sentence"), REFUSED)
-def test_bad_files_are_refused_in_one_sentence(tmp_path, old, new, sentence):
+def test_invalid_clutch_files_exit_with_single_line(tmp_path, old, new, sentence):
     path = tampered(tmp_path, old, new)
     for command in ("geometry", "design", "optimise"):
         assert refusal(command, path).startswith(f"planter: {path}: {sentence}")
@@ -157,6 +157,6 @@ def test_every_number_has_an_origin_and_the_paper_s_are_marked():
     assert origins["linkage.crank_mm"] == origins["sleeve.hexagon_side_mm"] == "assumed"
 
 
-def test_a_clutch_cannot_be_asked_for_what_it_has_not():
+def test_missing_clutch_value_is_refused():
     with pytest.raises(InputError, match="the file has no such value"):
         file.load_clutch("shi2021").si("sleeve.depth_mm")

@@ -61,7 +61,7 @@ def test_as_many_pairs_bear_as_the_contact_ratio_says(family: str, seed: int, z:
 
 
 @pytest.mark.parametrize(("z", "mate", "shift"), [(31, 31, 0.0), (24, 57, 0.3), (40, 19, -0.2)])
-def test_round_gears_lose_what_textbooks_say(z: int, mate: int, shift: float) -> None:
+def test_circular_gear_losses_agree_with_textbooks(z: int, mate: int, shift: float) -> None:
     """H_v = pi (u + 1)/(z u) (1 - e + e1^2 + e2^2): Niemann, Winter: Maschinenelemente II, pairs sharing alike.
 
     It is the power lost per power and coefficient of friction, the normal force being the same at all times.

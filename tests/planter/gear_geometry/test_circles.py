@@ -25,7 +25,7 @@ def drawn(seed: int) -> tuple[int, Rack]:
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_flanks_are_involutes_of_the_thickness_that_shift_and_play_leave(seed: int) -> None:
+def test_flanks_are_involutes_with_shift_and_backlash(seed: int) -> None:
     z, rack = drawn(seed)
     gear, alpha = circle(z, rack), rack.pressure_angle
     r = rack.module * z / 2
@@ -47,7 +47,7 @@ def test_flanks_are_involutes_of_the_thickness_that_shift_and_play_leave(seed: i
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_the_margin_is_that_of_the_least_number_of_teeth(seed: int) -> None:
+def test_undercut_margin_agrees_with_minimum_tooth_count(seed: int) -> None:
     z, rack = drawn(seed)
     least = 2 * (1 - rack.shift) / math.sin(rack.pressure_angle) ** 2
     gear = circle(z, rack)
@@ -55,14 +55,14 @@ def test_the_margin_is_that_of_the_least_number_of_teeth(seed: int) -> None:
     assert (gear.flanks.margins < 0).any() == (z < least)
 
 
-def test_undercut_is_refused_without_leave_and_tells_the_teeth() -> None:
+def test_undercut_is_refused_by_default_and_names_teeth() -> None:
     with pytest.raises(GeometryError, match=r"gear: the flanks of tooth 0, 1, 2, 3, 4, 5 and 8 more are undercut"):
         circles(14, 40, ToothOrder())
     assert circles(14, 40, FREE).mesh.contact_ratios.min() < circles(18, 40, ToothOrder()).mesh.contact_ratios.min()
 
 
 @pytest.mark.parametrize(("z", "mate", "shift"), [(19, 19, 0.0), (24, 61, 0.0), (22, 35, 0.2), (30, 30, -0.3)])
-def test_the_contact_ratio_is_that_of_spur_gears_whatever_the_play(z: int, mate: int, shift: float) -> None:
+def test_contact_ratio_of_spur_gears_ignores_backlash(z: int, mate: int, shift: float) -> None:
     alpha, m = math.radians(20), 2e-3
     tips = [(m * z / 2 + (1 + shift) * m, m * z / 2), (m * mate / 2 + (1 - shift) * m, m * mate / 2)]
     path = sum(math.sqrt(t**2 - (r * math.cos(alpha)) ** 2) - r * math.sin(alpha) for t, r in tips)
@@ -78,6 +78,6 @@ def test_pressure_angle_and_lost_motion_are_those_of_circles() -> None:
     np.testing.assert_allclose(found.lost_motion, 0.5e-4 / (1e-3 * 50), rtol=1e-9)
 
 
-def test_tips_that_come_to_a_point_are_refused() -> None:
+def test_pointed_tips_are_refused() -> None:
     with pytest.raises(GeometryError, match=r"mate: tooth \d has a top land of 0.038\d modules, where 0.2"):
         circles(40, 9, replace(FREE, shift=-0.6))

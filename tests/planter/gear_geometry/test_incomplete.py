@@ -68,7 +68,7 @@ def test_the_curves_roll(made: IntermittentPair) -> None:
     assert own.turned == pytest.approx(turned(A), abs=1e-11)
 
 
-def test_a_mate_that_does_not_turn_once_is_refused() -> None:
+def test_mate_without_a_full_turn_is_refused() -> None:
     with pytest.raises(GeometryError, match="must turn by 360 deg"):
         build_intermittent_pair(rolling(1.05 * A), MODULE, ToothOrder(process="wire"), "wavy", ("one", "two"))
 
@@ -94,7 +94,7 @@ def test_arcs_lie_about_the_driving_axis_while_they_hold(made: IntermittentPair)
     assert np.hypot(*convex.at(np.linspace(0, 1, 11)).T) == pytest.approx(made.radius, abs=1e-15)
 
 
-def test_nothing_interferes_all_round_the_turn(turn: IncompleteGearCycle) -> None:
+def test_intermittent_pair_is_free_of_interference(turn: IncompleteGearCycle) -> None:
     assert len(turn.rolled) >= 720
     assert turn.rolling.max() < SEEN
     assert turn.dwell_overlaps.max() < SEEN
@@ -113,9 +113,7 @@ def test_teeth_drive_where_the_mate_cannot_be_turned_back(made: IntermittentPair
     assert turn.undriven == pytest.approx(predicted, abs=np.radians(1.5))
 
 
-def test_teeth_transmit_the_law_and_teeth_that_are_moved_do_not(
-    made: IntermittentPair, turn: IncompleteGearCycle
-) -> None:
+def test_teeth_transmit_the_law_unless_moved(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
     assert np.abs(turn.contacts.errors).max() < 1e-11
     flanks = made.mate.row.flanks
     moved = replace(made.mate, row=replace(made.mate.row, flanks=replace(flanks, phase=flanks.phase + 5e-6)))
@@ -124,7 +122,7 @@ def test_teeth_transmit_the_law_and_teeth_that_are_moved_do_not(
     assert np.abs(Contacts(mesh, mesh.facing(few)).errors).min() > 1e-5
 
 
-def test_contact_ratios_are_those_that_positions_count(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
+def test_contact_ratios_agree_with_counts(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
     """Of a tooth in the middle, which no arc has cut."""
     fine = np.linspace(0, made.rolling.length, 8001)
     middle = made.gear.z // 2

@@ -25,14 +25,14 @@ def drawn(family: str, seed: int) -> tuple[Stage, np.ndarray, PitchLength]:
 
 
 @pytest.mark.parametrize("k", [0.0001, 0.031, 0.4, 0.8])
-def test_an_ellipse_about_its_focus_is_as_long_as_its_elliptic_integral(k: float) -> None:
+def test_ellipse_length_agrees_with_elliptic_integral(k: float) -> None:
     """Undeformed: 4 A E(k) (Abramowitz and Stegun, 17.3.3)."""
     own = np.array([0.031, k, 1.0])
     found = measure(Stage("ellipse", ("A", "k", "m")), own).at(own)
     assert found.value == pytest.approx(4 * 0.031 * ellipe(k**2), rel=1e-14)
 
 
-def test_a_circle_is_as_long_wherever_its_axis_is() -> None:
+def test_circle_length_is_independent_of_axis() -> None:
     own = np.array([0.03, 0.012, 1.0])
     found = measure(Stage("eccentric_circle", ("R", "e", "m")), own).at(own)
     assert found.value == pytest.approx(2 * np.pi * 0.03, rel=1e-14)
@@ -40,14 +40,14 @@ def test_a_circle_is_as_long_wherever_its_axis_is() -> None:
 
 
 @pytest.mark.parametrize("case", pairs.EVERY_CURVE, ids=str)
-def test_it_is_the_length_of_the_curve_that_teeth_stand_on(case: pairs.Drawn) -> None:
+def test_length_agrees_with_toothed_curve(case: pairs.Drawn) -> None:
     """Which is found along the polar angle, by Chebyshev series."""
     stage, own, found = drawn(*case)
     assert build_stage_pair(stage, own).gear.length == pytest.approx(found.at(own).value, rel=1e-13)
 
 
 @pytest.mark.parametrize("case", pairs.EVERY_CURVE, ids=str)
-def test_its_derivatives_are_those_of_differences(case: pairs.Drawn) -> None:
+def test_stage_length_derivatives_agree_with_differences(case: pairs.Drawn) -> None:
     _, own, found = drawn(*case)
     at = found.at(own)
     for j, h in enumerate(1e-6 * np.abs(own)):
@@ -67,7 +67,7 @@ def test_it_grows_with_the_curve(case: pairs.Drawn) -> None:
     assert (at.gradient * own)[lengths].sum() == pytest.approx(at.value, rel=1e-13)
 
 
-def test_too_few_nodes_miss_it_and_a_curve_that_takes_too_many_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_curve_needing_too_many_nodes_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     own = np.array([0.031, 0.8, 1.0])
     stage = Stage("ellipse", ("A_mm", "k", "m"))
     found = measure(stage, own)

@@ -82,7 +82,7 @@ def test_circles_farther_apart_agree_with_involutes(more: float) -> None:
     np.testing.assert_allclose(apart.contact_ratios, path / (math.pi * 2e-3 * COS), rtol=1e-12)
 
 
-def test_circles_lose_contact_where_the_involute_contact_ratio_is_one() -> None:
+def test_circles_lose_contact_at_contact_ratio_unity() -> None:
     found, base = circles(25, 50, ToothOrder(play=PLAY)), 25e-3 * COS
 
     def ratio(more: float) -> float:
@@ -111,7 +111,7 @@ def test_sides_of_lost_motion_stop_the_mate_as_polygons() -> None:
             assert (shapely.area(shapely.intersection(one, turned)) > 1e-12).tolist() == [touches] * len(some)
 
 
-def test_farther_apart_by_nothing_changes_nothing() -> None:
+def test_zero_centre_error_has_no_effect() -> None:
     found = stage("ellipse", 0, 31, replace(FREE, play=1e-8))
     apart = found.farther(1e-12)
     assert apart is not None
@@ -130,7 +130,7 @@ def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
     assert touching.polygon_gaps.max() < 1e-6
 
 
-def test_a_pair_of_teeth_that_leaves_before_the_next_comes_is_told() -> None:
+def test_contact_ratio_below_unity_is_refused() -> None:
     """On circles the rolling length that two pairs share is the contact ratio's excess over one, in pitches."""
     mesh = circles(20, 30, ToothOrder()).mesh
     np.testing.assert_allclose(mesh.laps, (mesh.contact_ratios[0] - 1) * mesh.pitch, rtol=1e-9)
@@ -138,7 +138,7 @@ def test_a_pair_of_teeth_that_leaves_before_the_next_comes_is_told() -> None:
         circles(40, 40, ToothOrder(addendum=0.4))
 
 
-def test_sliding_is_that_of_the_contact_about_the_pitch_point() -> None:
+def test_sliding_agrees_with_pitch_point_distance() -> None:
     found = circles(20, 30, ToothOrder())
     path = math.pi * 2e-3 * COS * found.mesh.contact_ratios[0]
     tip = math.sqrt(22e-3**2 - (20e-3 * COS) ** 2) - 20e-3 * math.sin(math.radians(20))
@@ -147,7 +147,7 @@ def test_sliding_is_that_of_the_contact_about_the_pitch_point() -> None:
     )
 
 
-def test_a_mate_turns_once_in_several_turns_of_its_gear() -> None:
+def test_mate_turns_once_in_several_gear_turns() -> None:
     curves = pitch_curves.build_contact_pair(lobe(2), 0.09, np.linspace(0, 2 * np.pi, 3), turns=2)
     assert curves.mate.length == pytest.approx(2 * curves.gear.length, rel=1e-13)
     found = cut_teeth(curves, replace(FREE, teeth=30), "pair", ("gear", "mate"))
@@ -187,14 +187,14 @@ def refused(overlay: Overlay) -> bool:
     return overlay.overlaps(at).max() > 0
 
 
-def test_half_a_tooth_of_slip_is_found(sound: ToothedPair) -> None:
+def test_half_a_tooth_offset_is_detected(sound: ToothedPair) -> None:
     assert not refused(tampered(sound))
     slipped = tampered(sound, phase=0.0)
     with pytest.raises(GeometryError, match=r"the teeth overlap by 0\.\d+ modules"):
         cutting.check_penetration(slipped.mesh, slipped.deepest, "pair")
 
 
-def test_depth_is_that_of_the_axes_brought_nearer() -> None:
+def test_depth_agrees_with_nearer_axes() -> None:
     """Flanks of circles, brought nearer by little, reach into each other by that times the sine of the angle."""
     mesh, nearer = circles(25, 50, FREE).mesh, 1e-5
     close = replace(mesh, pair=replace(mesh.pair, distance=mesh.pair.distance - nearer))
@@ -205,13 +205,13 @@ def test_depth_is_that_of_the_axes_brought_nearer() -> None:
         cutting.check_penetration(close, Overlay.from_mesh(close, FINE_CHORDS).deepest, "pair")
 
 
-def test_a_gear_that_is_turned_by_little_is_found(sound: ToothedPair) -> None:
+def test_small_rotation_of_a_gear_is_detected(sound: ToothedPair) -> None:
     turned = [shapely.affinity.rotate(outline, k * 1e-4, (0, 0), use_radians=True)
               for k, outline in enumerate(Overlay.from_mesh(sound.mesh).outlines)]  # fmt: skip
     assert refused(Overlay(sound.mesh, (turned[0], turned[1])))
 
 
-def test_axes_that_are_too_near_are_found(sound: ToothedPair) -> None:
+def test_axes_too_near_are_detected(sound: ToothedPair) -> None:
     near = replace(sound.mesh.pair, distance=sound.mesh.pair.distance - 1e-5)
     mesh = Mesh(near, *sound.gears)
     assert refused(Overlay.from_mesh(mesh))
@@ -220,7 +220,7 @@ def test_axes_that_are_too_near_are_found(sound: ToothedPair) -> None:
 
 
 @pytest.mark.parametrize(("first", "last"), [(300, 308), (302, 303)], ids=["a tooth", "a point of a flank"])
-def test_what_is_moved_of_an_outline_is_found(sound: ToothedPair, first: int, last: int) -> None:
+def test_moved_outline_is_detected(sound: ToothedPair, first: int, last: int) -> None:
     one, two = Overlay.from_mesh(sound.mesh).outlines
     points = shapely.get_coordinates(one)
     points[first:last] += 5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None] @ [[0, 1], [-1, 0]]

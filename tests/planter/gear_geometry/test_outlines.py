@@ -84,12 +84,12 @@ def test_a_swept_rack_leaves_the_outline(gear, tooth: int) -> None:
     assert swept(gear(), tooth, steps=1100) < 1e-5
 
 
-def test_what_a_swept_rack_leaves_beside_the_outline_goes_with_the_square_of_its_steps() -> None:
+def test_swept_rack_converges_quadratically_to_outline() -> None:
     coarse, fine = (swept(circle(31, Rack(2e-3)), 3, steps) for steps in (150, 300))
     assert 3.5 < coarse / fine < 4.5
 
 
-def test_a_rack_that_stands_beside_leaves_another() -> None:
+def test_shifted_rack_leaves_another_outline() -> None:
     assert swept(circle(31, Rack(2e-3)), 3, steps=200, beside=5e-6) > 1e-3
 
 
@@ -117,7 +117,7 @@ def stage_scaled(curves: pitch_curves.CurvePair) -> tuple[Gear, Gear]:
     return cut_teeth(curves, replace(FREE, teeth=25), "pair", ("gear", "mate")).gears
 
 
-def test_a_reversed_curve_has_its_flanks_exchanged() -> None:
+def test_reversed_curve_exchanges_flanks() -> None:
     one, other = (stage("sine", 0, 25, FREE, sense).gears[0].flanks.margins.reshape(2, -1) for sense in (1, -1))
     back = -np.arange(25) % 25
     np.testing.assert_allclose(one[0], other[1][back], atol=1e-12)

@@ -28,7 +28,7 @@ def hollow(eccentricity: float, teeth: int, tip_radius: float = 1.0) -> ToothedP
                    ("gear", "mate"))  # fmt: skip
 
 
-def test_the_racks_that_are_offered_pass_and_a_hundredth_less_does_not() -> None:
+def test_suggested_racks_are_just_sufficient() -> None:
     found = hollow(0.012, 31)
     with pytest.raises(GeometryError, match=r"overlap by .* modules, .* mm, at the polar angle .* would do$") as told:
         cutting.check_pair_penetration(found)
@@ -61,10 +61,10 @@ def test_penetration_is_the_same_at_any_size(module_mm: float) -> None:
         cutting.check_penetration(made.mesh, made.deepest, "pair")
 
 
-def test_what_no_rack_clears_is_said_to_be_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_remedy_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cutting, "MAX_CLEARANCE", 0.3)
     assert cutting.suggest_racks(hollow(0.015, 41)).startswith("no smaller tip radius of the rack and no clearance")
 
 
-def test_teeth_that_pass_need_none() -> None:
+def test_valid_teeth_need_no_remedy() -> None:
     cutting.check_pair_penetration(circles(31, 31, FREE))

@@ -98,7 +98,7 @@ def test_rim_is_reported_in_tooth_depths(tmp_path: Path) -> None:
     assert "weakens" not in run(*call, "40")[1]
 
 
-def test_a_standard_module_scales_the_pair_and_tells_what_that_does() -> None:
+def test_standard_module_scales_pair_and_reports_effects() -> None:
     result = answer("gears", "wang2017", "--module1", "2", "--module2", "1.5", "--keep", "module")
     drawn = answer("simulate", "wang2017")["centre_distance_mm"]
     for stage, module, name in zip(result["stages"], (2, 1.5), ("a1", "a2"), strict=True):
@@ -122,7 +122,7 @@ def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
     assert shapely.intersection(shapes[0], shape(turned[1])).area > 1e-9
 
 
-def test_a_flank_that_is_cut_where_it_turns_back_is_found(device: Device) -> None:
+def test_flank_cut_at_turning_point_is_reported(device: Device) -> None:
     """There the flank stands still, and its arc length is known to half the digits."""
     slender = ToothOrder(pressure_angle=np.radians(14.5), addendum=1.3, process="wire", allow_undercut=True)
     train = toothed.cut_gear_train(device, [replace(slender, teeth=45), replace(slender, teeth=60)])
@@ -134,7 +134,7 @@ def shape(placed: PlacedGear) -> shapely.Polygon:
     return shapely.Polygon(build_polygon(placed.gear) @ np.array([[c, s], [-s, c]]) + placed.centre)
 
 
-def test_gears_of_one_shaft_have_their_marks_in_one_direction(device: Device) -> None:
+def test_marks_of_gears_on_a_shaft_agree(device: Device) -> None:
     """The angle between the teeth of gears 5 and 6 follows from gamma, beta6 and the sun's phase."""
     _, five, six, _ = toothed.cut_gear_train(device, [ToothOrder(module=2e-3)] * 2).placed()
     assert five.key is not None
@@ -155,7 +155,7 @@ def _turned(device: Device) -> float:
 
 
 @pytest.mark.long
-def test_files_are_there_and_say_what_the_answer_says(tmp_path: Path) -> None:
+def test_files_agree_with_json(tmp_path: Path) -> None:
     result = answer("gears", "wang2017", "--module", "2", "--bore-mm", "14", "--stl", "--out", str(tmp_path / "out"))
     names = {Path(file).name for file in result["files"]}
     assert names >= {
@@ -173,7 +173,7 @@ def test_files_are_there_and_say_what_the_answer_says(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("sense", [1, -1])
-def test_a_curve_of_ones_own_has_a_conjugate(tmp_path: Path, sense: int) -> None:
+def test_user_curve_has_a_conjugate(tmp_path: Path, sense: int) -> None:
     file = curve_file(tmp_path / "own.csv", wavy(), sense)
     result = answer("gears", "--curve", file, "--teeth", "40", "--keep", "size")
     (stage,), friction = result["stages"], result["friction"]
@@ -227,7 +227,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("options", BAD)
-def test_bad_input_is_one_sentence(options: str) -> None:
+def test_invalid_input_exits_with_single_line(options: str) -> None:
     assert BAD[options] in refusal("gears", "wang2017", *options.split())
 
 
@@ -239,11 +239,11 @@ def test_bad_input_is_one_sentence(options: str) -> None:
         ("own.toml", "there is no such file"),
     ],
 )
-def test_a_machine_without_gears_is_told(machine: str, message: str) -> None:
+def test_machine_without_gears_is_refused(machine: str, message: str) -> None:
     assert message in refusal("gears", machine)
 
 
-def test_a_file_with_a_fault_is_told_by_its_own_room(tmp_path: Path) -> None:
+def test_faulty_file_is_reported_by_the_package(tmp_path: Path) -> None:
     file = tmp_path / "own.toml"
     file.write_text(examples.example("wang2017").replace("[stage1]", "[first]"))
     assert "stage1" in refusal("gears", str(file))
@@ -251,7 +251,7 @@ def test_a_file_with_a_fault_is_told_by_its_own_room(tmp_path: Path) -> None:
     assert "carrier" in refusal("gears", str(file))
 
 
-def test_curves_that_cannot_be_are_refused(tmp_path: Path) -> None:
+def test_impossible_curves_are_refused(tmp_path: Path) -> None:
     message = {
         "narrow": (wavy(40, 9, lobes=2), "which no hob can cut"),
         "few": (wavy(count=5), "6 points"),

@@ -50,7 +50,7 @@ def test_table_of_no_closed_turn_exits_2(tmp_path: Path, kind: str) -> None:
     assert message in refusal("gears", "--curve", file, "--module", "2")
 
 
-def test_radius_that_does_not_close_exits_2(tmp_path: Path) -> None:
+def test_radius_without_closure_exits_2(tmp_path: Path) -> None:
     for end, message in ((1.001, "radius_mm: 42.8"), (1.0, None)):
         radius = np.append(RADIUS, end * RADIUS[0])
         file = write_curve(tmp_path / "own.csv", np.append(POLAR, 360.0), radius)
@@ -139,17 +139,17 @@ def load_perturbed(tmp_path: Path, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_perturbed_table_is_a_pair_or_one_sentence(tmp_path: Path, seed: int) -> None:
+def test_perturbed_table_gives_pair_or_single_line(tmp_path: Path, seed: int) -> None:
     load_perturbed(tmp_path, seed)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(6, 300))
-def test_any_perturbed_table_is_a_pair_or_one_sentence(tmp_path: Path, seed: int) -> None:
+def test_any_perturbed_table_gives_pair_or_single_line(tmp_path: Path, seed: int) -> None:
     load_perturbed(tmp_path, seed)
 
 
-def test_pair_of_a_clockwise_table_names_its_own_angle() -> None:
+def test_clockwise_table_error_names_the_table_angle() -> None:
     with pytest.raises(PlanterError, match=r"at the polar angle 1[78]\d\.?\d* deg"):
         build_sampled_pair(np.radians(POLAR), replaced(30, 120.0) * 1e-3, "own", sense=-1)
 

@@ -77,7 +77,7 @@ def strays(part: GearPart, outline: Arcs) -> float:
 
 
 @pytest.mark.parametrize("number", range(4))
-def test_a_drawing_is_closed_clean_and_within_its_tolerance(
+def test_drawing_is_closed_clean_and_within_tolerance(
     parts: list[GearPart], files: list[dict[str, bytes]], number: int
 ) -> None:
     part, outline = parts[number], drawn(parts[number], files[number])
@@ -86,7 +86,7 @@ def test_a_drawing_is_closed_clean_and_within_its_tolerance(
     assert len(outline.vertices) < 26 * part.placed.gear.z
 
 
-def test_a_wrong_side_and_a_moved_vertex_are_found(parts: list[GearPart], files: list[dict[str, bytes]]) -> None:
+def test_wrong_side_and_moved_vertex_are_detected(parts: list[GearPart], files: list[dict[str, bytes]]) -> None:
     outline = drawn(parts[0], files[0])
     bulges, vertices = outline.bulges.copy(), outline.vertices.copy()
     bulges[int(np.argmin(bulges * np.hypot(*outline.chords.T)))] *= -1
@@ -154,7 +154,7 @@ def _edges(shape) -> Iterator[tuple[float, float]]:  # type: ignore[no-untyped-d
 
 
 @pytest.mark.long
-def test_the_command_names_its_files(tmp_path: Path) -> None:
+def test_gears_command_lists_files(tmp_path: Path) -> None:
     found = answer("gears", "wang2017", "--teeth", "31,31", "--bore-mm", "12", "--out", str(tmp_path))
     names = {Path(name).name for name in found["files"]}
     assert names >= {"assembly.dxf", "assembly.svg", "sun.dxf", "gear_5.svg", "gear_6_flanks.csv", "planet_gear.dxf"}
@@ -165,9 +165,7 @@ def test_the_command_names_its_files(tmp_path: Path) -> None:
     assert len(lines["TEETH"]) == 4
 
 
-def test_a_bore_into_the_roots_and_a_missing_extra_are_one_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bore_into_roots_and_missing_extra_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     call = ("gears", "wang2017", "--teeth", "31,31")
     assert "a bore of 46 mm" in refusal(*call, "--bore-mm", "46")
     monkeypatch.setitem(sys.modules, "OCP.Message", None)

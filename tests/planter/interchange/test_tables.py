@@ -71,7 +71,7 @@ def test_every_format_has_a_reader_here() -> None:
 
 
 @pytest.mark.parametrize("form", FORMATS)
-def test_what_is_written_reads_back(form: str) -> None:
+def test_written_tables_read_back(form: str) -> None:
     """The dictionary's factors lead back to SI, to rounding; every quantity but the time stands in it."""
     files = FORMATS[form](motion())
     told = {row["name"]: row for row in rows(files[DICTIONARY])}

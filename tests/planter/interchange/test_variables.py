@@ -24,6 +24,6 @@ def test_powers_add_up_in_products() -> None:
 
 
 @pytest.mark.parametrize("unit", ["mm", "N*m", "furlong", "m-1"])
-def test_what_is_no_unit_of_si_is_refused(unit: str) -> None:
+def test_invalid_si_units_are_refused(unit: str) -> None:
     with pytest.raises(ValueError, match="is not a product of"):
         decompose_unit(unit)

@@ -51,18 +51,18 @@ def test_twice_the_arcs_are_eight_times_as_near() -> None:
     assert 6 < counts[1] / counts[0] < 10
 
 
-def test_circles_and_lines_are_one_arc() -> None:
+def test_circles_and_lines_are_single_arcs() -> None:
     found = fit_arcs([Lobes(0, 1.2, depth=0), Lobes(1.2, 2.4, depth=0)], TOLERANCE, closed=False)
     assert len(found.arcs.vertices) == 3
     assert found.arcs.lengths.sum() == pytest.approx(2.4 * 0.03, rel=1e-14)
 
 
-def test_a_curve_known_by_its_places_alone_is_followed() -> None:
+def test_curve_of_points_is_followed() -> None:
     found = fit_arcs([ClosedCurve("pitch", EXACT.at)], TOLERANCE)
     assert strays(found.arcs) <= TOLERANCE
 
 
-def test_a_wrong_side_and_a_moved_vertex_are_found() -> None:
+def test_wrong_side_and_moved_vertex_are_detected() -> None:
     arcs = fit_arcs(lobes(), TOLERANCE).arcs
     hollow, convex = int(arcs.bulges.argmin()), int(arcs.bulges.argmax())
     for index in (hollow, convex):

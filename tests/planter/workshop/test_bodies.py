@@ -88,7 +88,7 @@ def _splines(shape):  # type: ignore[no-untyped-def]
     return np.array(places), count // 2
 
 
-def test_a_missing_kernel_is_told_with_its_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_kernel_error_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "OCP.Message", None)
     with pytest.raises(InputError, match=r"not installed: pip install 'planter\[step\]'"):
         solids.format_prism("gear", lobes(), [], WIDTH)

@@ -34,7 +34,7 @@ def test_bores_without_a_standard_keyway_are_refused(bore_mm: float) -> None:
         find_standard_keyway(bore_mm / 1e3)
 
 
-def test_wall_that_a_bore_leaves() -> None:
+def test_bore_leaves_a_wall() -> None:
     part = build_circle(0.012, (0.003, 0.0))
     assert check_wall(Bore(0.0178), part, "sun", 1e-5) == pytest.approx(1e-4, abs=2e-6)
     assert check_wall(Bore(0.016, Keyway(0.004, 0.002, 0.0)), part, "sun", 5e-4) == pytest.approx(1e-3, abs=2e-6)

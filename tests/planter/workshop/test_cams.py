@@ -35,7 +35,7 @@ def profile(roller: float = ROLLER) -> Profile:
     return Profile("eccentric", roller, eccentric(roller), BREAKS, True, ("pitch_x", "pitch_y"))
 
 
-def test_the_contour_of_an_eccentric_circle_is_one() -> None:
+def test_contour_of_eccentric_circle_is_a_circle() -> None:
     found = profile()
     outline = arcs.fit_arcs(found.pieces, 1e-6).arcs
     centre = np.array([0.0, OFFSET])
@@ -47,13 +47,13 @@ def test_the_contour_of_an_eccentric_circle_is_one() -> None:
         np.testing.assert_allclose(piece.curvature(np.array([0.3])), 1 / (PITCH - ROLLER), rtol=1e-9)
 
 
-def test_its_pressure_angle_is_that_between_both_centres() -> None:
+def test_cam_pressure_angle_agrees_with_centres() -> None:
     found = profile().find_largest("pressure")
     assert found.value == pytest.approx(np.arcsin(OFFSET / PITCH), rel=1e-9)
     assert found.place % np.pi == pytest.approx(np.pi / 2, abs=1e-6)
 
 
-def test_a_roller_that_cuts_in_is_refused_with_its_place() -> None:
+def test_undercutting_roller_is_refused_with_angle() -> None:
     profile(0.999 * PITCH).check_clearance()
     with pytest.raises(GeometryError, match=r"a roller of a radius of 30.03 mm .* has a radius of 30 mm"):
         profile(1.001 * PITCH).check_clearance()
@@ -83,7 +83,7 @@ def test_a_mass_on_a_spring_lifts_off_where_inertia_outweighs_it(weight: float) 
     assert found.angle == pytest.approx(np.pi / 2, abs=1e-4)
 
 
-def test_what_never_lifts_off_and_what_never_lies_on() -> None:
+def test_lift_off_of_permanent_and_missing_contact() -> None:
     assert find_lift_off(lambda angles, speed: 1 + speed**2 + 0 * angles, 3.0) is None
     loose = find_lift_off(lambda angles, speed: -1 + 0 * angles, 3.0)
     assert loose is not None
