@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from planter.interchange.motion_formats import MotionFormat, describe_motion_formats
 from planter.report.writing import writes
 from planter.terminal.console import Console
 from planter.terminal.options import (
@@ -91,21 +92,21 @@ planter export c wang2017 --out c && cd c && cc -O3 *.c -lm -o wang2017 && ./wan
 _add_source_command("cuda", "Write the objective of many designs as CUDA C++.\n\nEach design and angle has a thread.")
 
 
-class Format(enum.StrEnum):
-    """Formats of tables over time, by their target programs."""
+MOTION_HELP = f"""Write motions and forces over time as tables.
 
-    adams = "adams"
-    solidworks = "solidworks"
-    simulink = "simulink"
-    csv = "csv"
+They are for multibody programs and Simulink; dictionary.csv has units and meanings.
+{describe_motion_formats()}
+
+planter export motion wang2017 --format adams --turns 2 --out adams
+"""
 
 
-@export.command()
+@export.command(help=MOTION_HELP)
 @writes()
 def motion(
     machine: MachineArgument,
     out: FolderOption,
-    format_: Annotated[Format, typer.Option("--format", help="target program")] = Format.csv,
+    format_: Annotated[MotionFormat, typer.Option("--format", help="target program")] = MotionFormat.csv,
     turns: Annotated[int, typer.Option(help="number of revolutions of the drive")] = 1,
     samples: Annotated[
         int | None, typer.Option(help="angles of a turn [default: the machine file's]", show_default=False)
@@ -115,15 +116,7 @@ def motion(
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Write motions and forces over time as tables.
-
-    They are for multibody programs and Simulink; dictionary.csv has units and meanings.
-    adams: motion.cmd, which makes splines for AKISPL and CUBSPL (mm, N, N mm, deg, s). solidworks: a CSV file of time
-    and value for each quantity, for motors and forces by data points. simulink: motion.mat for the block From File (SI,
-    rad). csv: motion.csv.
-
-    planter export motion wang2017 --format adams --turns 2 --out adams
-    """
+    """Write motions and forces over time as tables in a format of `MotionFormat`."""
     console = Console(as_json)
     with console.outcome():
         from planter.exports.quantities import build_motion

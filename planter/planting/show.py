@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from planter.interchange.motion_formats import MotionFormat
 from planter.kernels import Array
 from planter.planting import cycle
 from planter.planting.file import Machine
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
     from planter.view.scene import Scene
     from planter.view.subject import Portable
 
-FORMATS = {"csv": "as CSV", "adams": "for Adams", "solidworks": "for SolidWorks Motion", "simulink": "for Simulink"}
-"""Formats of `planter export motion`, and in words."""
 EXPORTS = (
     Export("report", "page, figures and tables of the cycle", ("simulate",), modelled=True),
     Export("optimum", "report comparing this design with its optimum", ("optimise",), modelled=True),
@@ -45,8 +44,8 @@ EXPORTS = (
            asks=(RequiredOption("--stall-Nm", "torque at rest / N m", 6.0),
                  RequiredOption("--idle-rpm", "speed without torque / rpm", 42.0),
                  RequiredOption("--flywheel-kgm2", "flywheel / kg m\N{SUPERSCRIPT TWO}", 0.1))),
-    *(Export(f"motion-{key}", f"motions and forces over time {words}", ("export", "motion"), ("--format", key),
-             modelled=True) for key, words in FORMATS.items()),
+    *(Export(f"motion-{form}", f"motions and forces over time {form.purpose}", ("export", "motion"),
+             ("--format", form.value), modelled=True) for form in MotionFormat),
     Export("c", "motions, forces, objective and gradient in C99", ("export", "c"), modelled=True),
     Export("cuda", "the objective of many designs in CUDA C++", ("export", "cuda"), modelled=True),
     Export("unit", "unit for co-simulation (FMI 2.0)", ("export", "fmu"), modelled=True, file="machine.fmu"),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
+from planter.interchange.motion_formats import MotionFormat
 from planter.interchange.motion_tables import DICTIONARY, FORMATS, Column, Motion, convert_to_millimetres
 from planter.kernels import Array
 
@@ -67,7 +68,7 @@ READERS = {"csv": from_csv, "solidworks": from_solidworks, "simulink": from_simu
 
 
 def test_every_format_has_a_reader_here() -> None:
-    assert set(READERS) == set(FORMATS)
+    assert set(READERS) == set(FORMATS) == set(MotionFormat)
 
 
 @pytest.mark.parametrize("form", FORMATS)
