@@ -1,22 +1,53 @@
-"""Files of runs: what columns are, and every complaint by its place."""
+"""Files of runs: columns, goals of responses, and refused files."""
 
 from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from planter.clutch.field import NEAREST_ZERO, FieldColumns, evaluation, trial
+from planter.clutch.field import FieldColumns, ResponseGoal, evaluation, trial
+from planter.clutch.results import FieldTest
 from planter.errors import InputError
 from planter.files import examples
+from tests.support.cli import below
 
 GOOD = examples.example("shi2021-field")
 RUNS = "run,A,B,Y\n1,1,1,2\n2,1,2,5\n3,2,1,3\n4,2,2,6\n"
 
 
+SUCCESS = """# response Y: seedlings planted upright / %
+run,depth_mm,press,Y
+1,30,low,71
+2,30,high,80
+3,40,low,86
+4,40,high,97
+5,30,low,73
+6,40,high,95
+"""
+"""Success rates: the highest levels of both factors are best."""
+run_field, answer_field, refuse_field = below("clutch", "field")
+
+
+@pytest.fixture
+def table(tmp_path: Path) -> str:
+    path = tmp_path / "success.csv"
+    path.write_text(SUCCESS)
+    return str(path)
+
+
+def evaluate(text: str, columns: FieldColumns | None = None, **goals: str) -> FieldTest:
+    requested = {name: ResponseGoal.parse(goal) for name, goal in goals.items()}
+    return evaluation.evaluate_trial(trial.read_trial(text, "x.csv", columns), requested=requested).result
+
+
 def refusal(text: str, columns: FieldColumns | None = None) -> str:
-    """What is said of a text that is read and evaluated."""
+    """Return the message of a text that is refused when it is read and evaluated."""
     with pytest.raises(InputError) as refused:
-        evaluation.evaluate_trial(trial.read_trial(text, "x.csv", columns))
+        evaluate(text, columns)
     message = str(refused.value)
     assert "\n" not in message
     return message
@@ -35,20 +66,15 @@ def test_header_assigns_columns() -> None:
 def test_options_say_otherwise() -> None:
     text = GOOD.replace("run,A,B,C,blank,Y1,Y2", "run,A,B,C,D,lag,note").replace("response Y1", "response lag")
     text = text.replace("# response Y2", "#")
-    read = trial.read_trial(text, "x.csv", FieldColumns(responses=("lag",), blanks=("D",), ignored=("note",)))
-    assert [f.name for f in read.factors] == ["A", "B", "C"]
-    assert [b.name for b in read.blanks] == ["D"]
-    original = evaluation.evaluate_trial(trial.read_trial(GOOD, "x.csv")).result.anova["Y1"]
-    assert evaluation.evaluate_trial(read).result.anova["lag"] == original
+    result = evaluate(text, FieldColumns(responses=("lag",), blanks=("D",), ignored=("note",)))
+    assert (list(result.factors), result.blank) == (["A", "B", "C"], ["D"])
+    assert result.anova["lag"] == evaluate(GOOD).anova["Y1"]
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
 def test_line_ends_spaces_and_empty_lines_do_not_matter(end: str) -> None:
     text = GOOD.replace(",", " , ").replace("\n", "\n\n").replace(" , 15 , 20", ", 15, 20").replace("\n", end)
-    assert (
-        evaluation.evaluate_trial(trial.read_trial(text, "x.csv")).result
-        == evaluation.evaluate_trial(trial.read_trial(GOOD, "x.csv")).result
-    )
+    assert evaluate(text) == evaluate(GOOD)
 
 
 def test_levels_are_numbers_in_order_or_words_as_they_come() -> None:
@@ -65,10 +91,9 @@ def test_results_name_the_levels_of_the_file() -> None:
     rows = [line.split(",") for line in codes[1:]]
     shown = [[levels[n].split()[int(row[i]) - 1] for i, n in enumerate("ABC", 1)] + row[5:] for row in rows]
     text = "\n".join(["A,B,C,Y1,Y2", *map(",".join, shown)])
-    goals = {"Y1": NEAREST_ZERO, "Y2": NEAREST_ZERO}
-    result = evaluation.evaluate_trial(trial.read_trial(text, "x.csv"), requested=goals).result
+    result = evaluate(text, Y1="zero", Y2="zero")
     assert result.best == {"Y1": [20, 0.3, 1.5], "Y2": [10, 0.3, 2.5], "both": [20, 0.3, 1.5]}
-    assert result.anova == evaluation.evaluate_trial(trial.read_trial(GOOD, "x.csv")).result.anova
+    assert result.anova == evaluate(GOOD).anova
 
 
 def test_repetitions_of_a_run_add_to_the_error() -> None:
@@ -76,7 +101,7 @@ def test_repetitions_of_a_run_add_to_the_error() -> None:
         f"{line.rpartition(',')[0]},{float(line.rpartition(',')[2]) + (-1) ** i}\n"
         for i, line in enumerate(RUNS.splitlines()[1:])
     )
-    result = evaluation.evaluate_trial(trial.read_trial(twice, "x.csv")).result
+    result = evaluate(twice)
     assert result.orthogonal
     assert result.anova["Y"]["error"].df == 5
 
@@ -88,7 +113,7 @@ def test_missing_runs_are_reported_or_unbalanced() -> None:
         ("\n".join(lines[:-1]), None),
         ("\n".join([*lines[:-2], lines[-1]]), FieldColumns(ignored=("run",))),
     ):
-        result = evaluation.evaluate_trial(trial.read_trial(text, "x.csv", columns)).result
+        result = evaluate(text, columns)
         assert result.range is None
         assert result.sums_of_squares == "type II"
         assert result.anova["Y1"]["error"].df == 1
@@ -152,8 +177,6 @@ BAD = {
 
 @pytest.mark.parametrize(("text", "message"), BAD.values(), ids=BAD)
 def test_bad_files_are_refused_by_place(text: str, message: str) -> None:
-    import re
-
     said = refusal(text)
     assert said.startswith("x.csv:")
     assert re.search(message, said), said
@@ -176,8 +199,7 @@ def test_any_text_gives_a_result_or_an_input_error() -> None:
         for place in random.integers(0, len(text), random.integers(1, 6)):
             text[place] = signs[random.integers(len(signs))]
         try:
-            read = trial.read_trial("".join(text), "x.csv")
-            found = evaluation.evaluate_trial(read).result
+            found = evaluate("".join(text))
         except InputError as error:
             said.append(str(error))
         else:
@@ -185,3 +207,80 @@ def test_any_text_gives_a_result_or_an_input_error() -> None:
             assert np.isfinite(numbers).all()
     assert 100 < len(said) < 400
     assert not any("\n" in message for message in said)
+
+
+def test_goals_select_best_levels(table: str) -> None:
+    found = answer_field(table, "--goal", "Y=larger")
+    assert found["goals"] == {"Y": "larger"}
+    assert found["best"] == {"Y": [40, "high"], "both": [40, "high"]}
+    worst = answer_field(table, "--goal", "Y=zero")
+    assert worst["goals"] == {"Y": "nearest 0"}
+    assert worst["best"]["Y"] == answer_field(table, "--goal", "Y=smaller")["best"]["Y"] == [30, "low"]
+    assert answer_field(table, "--goal", "Y=target 80")["goals"] == {"Y": "target 80"}
+    near = answer_field(table, "--goal", "Y=86.4")
+    assert near["best"]["Y"] == min(near["prediction"], key=lambda row: abs(row["Y"] - 86.4))["levels"]
+
+
+def test_user_table_requires_goals(table: str) -> None:
+    message = refuse_field(table)
+    for part in ("nothing says what is good of Y", "--goal Y=larger", "smaller, zero, or a number"):
+        assert part in message
+
+
+@pytest.mark.parametrize(
+    ("goal", "said"),
+    [
+        (["Y=large"], "must be larger, smaller, zero, or a number"),
+        (["Y=nan"], "must be larger, smaller, zero, or a number"),
+        (["Y"], "must be NAME=GOAL"),
+        (["Q=larger", "Y=larger"], "has no such response, it must be one of Y"),
+        (["Y=larger", "Y=smaller"], "Y has a goal already"),
+    ],
+)
+def test_invalid_goals_are_refused(table: str, goal: list[str], said: str) -> None:
+    assert said in refuse_field(table, *(part for one in goal for part in ("--goal", one)))
+
+
+def test_paper_goals_can_be_replaced() -> None:
+    assert answer_field()["goals"] == {"Y1": "nearest 0", "Y2": "nearest 0"}
+    other = answer_field("--goal", "Y1=larger")
+    assert other["goals"] == {"Y1": "larger", "Y2": "nearest 0"}
+    assert other["best"]["Y1"] == [1, 3, 3]
+    assert other["range_best"]["Y1"] == [1, 3, 3]
+
+
+def test_joint_ranking_is_independent_of_units() -> None:
+    def rank_best(unit: float) -> object:
+        rows = (
+            f"{a},{b},{unit * (10 * a + b)!r},{5 - a + 3 * b + 0.1 * a * b}\n" for a in (1, 2, 3) for b in (1, 2, 3)
+        )
+        return evaluate("A,B,Y1,Y2\n" + "".join(rows), Y1="larger", Y2="larger").best
+
+    assert rank_best(1) == rank_best(1e6) == rank_best(1e-6)
+
+
+def test_conflicting_goals_are_reported() -> None:
+    text = "A,B,Y1,Y2\n" + "".join(f"{a},{b},{3 * a + b},{2 * (3 * a + b)}\n" for a in (1, 2, 3) for b in (1, 2, 3))
+    at_odds, agreed = (evaluate(text, Y1="larger", Y2=goal) for goal in ("smaller", "larger"))
+    assert any("9 combinations of levels share the best mean rank" in warning for warning in at_odds.warnings)
+    assert not any("share the best" in warning for warning in agreed.warnings)
+    assert agreed.best is not None
+    assert agreed.best["both"] == [3, 3]
+
+
+def test_losses_equal_up_to_rounding_share_a_rank() -> None:
+    assert evaluation.rank_losses(np.array([2.0, 1.0, 1.0 + 1e-14, 5.0])).tolist() == [3, 1.5, 1.5, 4]
+    assert evaluation.order_combinations([np.array([3.0, 1, 2]), np.array([1.0, 3, 2])])[0] == 2
+    with pytest.raises(InputError):
+        evaluation.parse_goals(["Y=1e999"])
+
+
+def test_terminal_page_and_summary_state_goals(table: str, tmp_path: Path) -> None:
+    code, out, _ = run_field(table, "--goal", "Y=larger", "--out", str(tmp_path / "out"))
+    assert code == 0
+    assert "larger" in out
+    page = (tmp_path / "out" / "report.html").read_text()
+    assert "<th>goal</th>" in page.replace(' scope="col"', "")
+    assert "goal of Y" in page
+    assert json.loads((tmp_path / "out" / "summary.json").read_text())["goals"] == {"Y": "larger"}
+    assert "larger, smaller, zero" in " ".join(run_field("--help")[1].split())
