@@ -38,7 +38,7 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def test_values_come_back_within_their_intervals(data: Path) -> None:
+def test_fitted_intervals_contain_true_values(data: Path) -> None:
     bounds = {"m_s_kg": (1.0, 3.0), "k_N_m": (300.0, 1500.0), "r_mm": (40.0, 80.0), "offset_N": (-9.0, 9.0)}
     found = calibrate_machine(own.machine("slider_crank"), data, Columns("force", time="t"), bounds, "F_Ox_N")
     truth = {"values.m_s_kg": 1.8, "values.k_N_m": 720.0, "values.r_mm": 60.0, "offset_N": 2.0}
@@ -51,7 +51,7 @@ def test_values_come_back_within_their_intervals(data: Path) -> None:
     assert found.machine.si("values.r_mm") == pytest.approx(0.06, rel=0.05)
 
 
-def test_places_are_fitted_in_their_own_unit_and_written(data: Path, tmp_path: Path) -> None:
+def test_lengths_are_fitted_in_their_unit(data: Path, tmp_path: Path) -> None:
     path = str(own.generated("slider_crank") / "slider_crank.toml")
     call = ("--data", str(data), "--column", "place", "--time", "t", "--quantity", "s_mm", "--fit", "r_mm=40:80")
     found = answer("calibrate", path, *call, "--out", str(tmp_path))
@@ -61,7 +61,7 @@ def test_places_are_fitted_in_their_own_unit_and_written(data: Path, tmp_path: P
     assert "time" not in (tmp_path / "residuals.csv").read_text(encoding="utf-8").splitlines()[-1]
 
 
-def test_bounds_beyond_what_closes_cost_starts_only(data: Path) -> None:
+def test_bounds_beyond_closure_only_cost_starts(data: Path) -> None:
     """A crank longer than the rod has a dead point: starts there end nowhere, the others find the truth."""
     columns, machine = Columns("place", time="t"), own.machine("slider_crank")
     result, by_workers = (
@@ -75,7 +75,7 @@ def test_bounds_beyond_what_closes_cost_starts_only(data: Path) -> None:
         calibrate_machine(machine, data, columns, {"r_mm": (300.0, 400.0)}, "s_mm")
 
 
-def test_restart_forgets_earlier_values(data: Path) -> None:
+def test_restart_ignores_earlier_values(data: Path) -> None:
     """Loops are closed near where they were before, which must not reach from one search into the next."""
     machine = own.machine("slider_crank")
     measured = reading.read(data, Columns("place", time="t"), float(machine.data[machine.speed]), "mm")
@@ -89,7 +89,7 @@ def test_restart_forgets_earlier_values(data: Path) -> None:
     assert curve(second)[0].tobytes() == alone
 
 
-def test_what_cannot_be_fitted_is_refused(data: Path) -> None:
+def test_invalid_fit_is_rejected(data: Path) -> None:
     path = str(own.generated("slider_crank") / "slider_crank.toml")
     call = ("calibrate", path, "--data", str(data), "--time", "t")
     assert "did you mean 'force [kN]'" in refusal(
@@ -104,7 +104,7 @@ def test_what_cannot_be_fitted_is_refused(data: Path) -> None:
         calibrate_machine(own.machine("slider_crank"), data, Columns("force", time="t"), {"r_mm": (1, 2)}, None)
 
 
-def test_units_of_columns_are_those_of_the_kind() -> None:
+def test_column_units_match_quantity() -> None:
     assert reading.list_units("mm")["cm"] == pytest.approx(10.0)
     assert reading.list_units("rad/s")["r/min"] == pytest.approx(np.pi / 30)
     assert reading.list_units("N m")["kNm"] == 1e3

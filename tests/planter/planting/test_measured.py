@@ -71,7 +71,7 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[Model, Calibrated]:
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
-def test_inputs_come_back_within_their_bands(model: Model, found: dict[Model, Calibrated]) -> None:
+def test_fitted_intervals_contain_true_inputs(model: Model, found: dict[Model, Calibrated]) -> None:
     result = found[model].result
     wanted = {**TRUE, "phase_deg": 2.0}
     assert result.rank == 3
@@ -87,7 +87,7 @@ def test_inputs_come_back_within_their_bands(model: Model, found: dict[Model, Ca
     assert (result.starts, result.warnings) == (8, [])
 
 
-def test_the_other_model_does_not_explain_the_data_nor_the_other_speed(found: dict[Model, Calibrated]) -> None:
+def test_wrong_model_explains_neither_data_nor_prediction(found: dict[Model, Calibrated]) -> None:
     for model, other in (("exact", "printed"), ("printed", "exact")):
         result = found[model].result
         assert result.models[other].outcome == "not explained"
@@ -97,7 +97,7 @@ def test_the_other_model_does_not_explain_the_data_nor_the_other_speed(found: di
         assert result.prediction.rms_N[other] > 10 * NOISE
 
 
-def test_the_fitted_file_gives_the_fitted_force(found: dict[Model, Calibrated], tmp_path: Path) -> None:
+def test_fitted_file_reproduces_fitted_force(found: dict[Model, Calibrated], tmp_path: Path) -> None:
     own = found["exact"]
     device = machines.device("wang2017")
     present_fit(device.machine, own, meanings(device.sidecar), "carrier angle").write(tmp_path)
@@ -112,7 +112,7 @@ def test_the_fitted_file_gives_the_fitted_force(found: dict[Model, Calibrated], 
     jsonschema.validate(own.result.table(), committed("calibrate"))
 
 
-def test_slopes_are_the_derivatives(tmp_path: Path) -> None:
+def test_curve_slopes_equal_differences(tmp_path: Path) -> None:
     chosen = Chosen.from_bounds(wang(), {**BOUNDS, "offset_N": (-5.0, 5.0), "cam.rise_delta_deg[0]": (120.0, 135.0)})
     own = MeasuredCurve(wang(), chosen, read(written(tmp_path / "data.csv", "exact"), COLUMNS, 1.0), SUPPORT)
     z = own.machine_values()
@@ -123,7 +123,7 @@ def test_slopes_are_the_derivatives(tmp_path: Path) -> None:
         assert slopes[:, i] * width == pytest.approx((own(z + step)[0] - own(z - step)[0]) / 2e-6, abs=2e-6)
 
 
-def test_a_wrong_zero_that_is_not_fitted_is_seen_and_one_that_is_comes_back(tmp_path: Path) -> None:
+def test_offset_is_detected_and_fitted(tmp_path: Path) -> None:
     measured = read(written(tmp_path / "data.csv", "exact", machines.machine("wang2017"), offset=4.0), COLUMNS, 1.0)
     without = fit_curve(
         MeasuredCurve(wang(), Chosen.from_bounds(wang(), {"mass.sun_kg": (0.35, 0.45)}), measured, SUPPORT), starts=2
@@ -136,7 +136,7 @@ def test_a_wrong_zero_that_is_not_fitted_is_seen_and_one_that_is_comes_back(tmp_
     assert gauge.values[0] == pytest.approx(4.0, abs=4 * NOISE / np.sqrt(len(measured.phi)))
 
 
-def test_what_the_data_do_not_determine_is_told(tmp_path: Path) -> None:
+def test_undetermined_input_lowers_rank(tmp_path: Path) -> None:
     """The spring's preload is within the device: the support does not feel it in the exact model."""
     chosen = Chosen.from_bounds(wang(), {"spring.preload_N": (5.0, 60.0), "mass.sun_kg": (0.2, 0.6)})
     data = written(tmp_path / "data.csv", "exact", machines.machine("wang2017"))
@@ -157,7 +157,7 @@ WAYS = {
 
 
 @pytest.mark.parametrize("way", WAYS)
-def test_files_are_read_as_they_come(way: str, tmp_path: Path) -> None:
+def test_reading_accepts_formats(way: str, tmp_path: Path) -> None:
     head, row, columns = WAYS[way]
     speed, degrees = 4.0, np.arange(0, 360, 10.0)
     force = 90 + 5 * np.cos(np.radians(degrees))
@@ -175,7 +175,7 @@ def test_files_are_read_as_they_come(way: str, tmp_path: Path) -> None:
     assert found.used.all()
 
 
-def test_an_outlier_is_left_out_and_told(tmp_path: Path) -> None:
+def test_outlier_is_left_out_and_reported(tmp_path: Path) -> None:
     path = written(tmp_path / "data.csv", "printed")
     text = path.read_text(encoding="utf-8").splitlines()
     angle, force = text[40].split(",")
@@ -186,7 +186,7 @@ def test_an_outlier_is_left_out_and_told(tmp_path: Path) -> None:
     assert "1 of 239" in found.treatment[1]
 
 
-REFUSED = {
+INVALID_COLUMNS = {
     "no such column": (Columns("forse", angle="angle"), "it must be one of 'angle [deg]', 'force [N]'"),
     "no place": (Columns("force"), "add --angle or --time"),
     "unit of a moment": (Columns("force", angle="angle", value_unit="N m"), "--unit = N m does not fit"),
@@ -194,14 +194,14 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize("case", REFUSED)
-def test_columns_that_cannot_be_are_refused(case: str, tmp_path: Path) -> None:
-    columns, told = REFUSED[case]
-    with pytest.raises(InputError, match=told.replace("[", r"\[")):
+@pytest.mark.parametrize("case", INVALID_COLUMNS)
+def test_invalid_columns_are_rejected(case: str, tmp_path: Path) -> None:
+    columns, hint = INVALID_COLUMNS[case]
+    with pytest.raises(InputError, match=hint.replace("[", r"\[")):
         read(written(tmp_path / "data.csv", "exact"), columns, 1.0)
 
 
-def test_options_that_cannot_be_are_refused(tmp_path: Path) -> None:
+def test_invalid_calibration_options_exit_with_one_line(tmp_path: Path) -> None:
     data = str(written(tmp_path / "data.csv", "exact"))
     call = ("calibrate", "wang2017", "--data", data, "--column", "force", "--angle", "angle")
     assert "add --fit" in refusal(*call)
@@ -212,13 +212,13 @@ def test_options_that_cannot_be_are_refused(tmp_path: Path) -> None:
     assert "--quantity = weight is not a quantity" in refusal(*call, "--fit", "sun_kg=0.3:0.5", "--quantity", "weight")
 
 
-def test_the_tables_fit_80_columns(found: dict[Model, Calibrated], capsys: pytest.CaptureFixture[str]) -> None:
+def test_measured_tables_fit_80_columns(found: dict[Model, Calibrated], capsys: pytest.CaptureFixture[str]) -> None:
     device = machines.device("wang2017")
     present_fit(device.machine, found["exact"], {}, "carrier angle").show(Console(as_json=False))
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 
-def test_too_few_points_are_refused(tmp_path: Path) -> None:
+def test_too_few_points_are_rejected(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
     path.write_text(
         "angle [deg],force [N]\n" + "\n".join(f"{i},9" for i in range(reading.FEWEST - 1)), encoding="utf-8"
@@ -227,7 +227,7 @@ def test_too_few_points_are_refused(tmp_path: Path) -> None:
         read(path, COLUMNS, 1.0)
 
 
-def test_a_motor_s_torque_can_be_fitted_too(tmp_path: Path) -> None:
+def test_motor_torque_is_fitted(tmp_path: Path) -> None:
     device = machines.device("wang2017")
     turn = cycle.evaluate_cycle(device, device.prologue(device.design), np.radians(np.arange(0, 360, 3.0)))
     rows = "\n".join(f"{a},{m!r}" for a, m in zip(np.arange(0, 360, 3.0), turn.totals["M_L_Nm"].tolist(), strict=True))
@@ -259,7 +259,7 @@ def shifted(degrees: np.ndarray, phase: float, noise: float, seed: int, rho: flo
 
 
 @pytest.mark.parametrize("bounds", [(0.0, 360.0), (-150.0, -140.0)])
-def test_the_phase_is_found_from_anywhere(bounds: tuple[float, float]) -> None:
+def test_phase_is_found_from_any_start(bounds: tuple[float, float]) -> None:
     """A curve with two minima: a search from one phase ends in the wrong one."""
     degrees = np.arange(0, 360, 4.0)
     chosen = Chosen.from_bounds(wang(), {**ANYWHERE, "phase_deg": bounds})
@@ -275,7 +275,7 @@ def test_the_phase_is_found_from_anywhere(bounds: tuple[float, float]) -> None:
     assert value == pytest.approx(37.0, abs=2 * (high - low))
 
 
-def test_a_phase_below_zero_is_moved_into_its_period() -> None:
+def test_negative_phase_moves_into_its_period() -> None:
     degrees = np.arange(0, 360, 4.0)
     data = measurement(degrees, shifted(degrees, 179.9, 0.01, 1), 0.01)
     chosen = Chosen.from_bounds(
@@ -287,7 +287,7 @@ def test_a_phase_below_zero_is_moved_into_its_period() -> None:
     assert entry.interval[0] < entry.value < entry.interval[1]
 
 
-def test_the_period_of_a_curve_is_what_it_repeats_after(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_curve_period_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     angles = np.arange(0, 360, 30.0)
     angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
     for parts, periodic in ((1, np.cos(angle)), (3, np.cos(6 * angle) + np.sin(9 * angle)), (1, 0 * angle + 4)):
@@ -311,7 +311,7 @@ def read_inliers(degrees: np.ndarray, values: np.ndarray) -> reading.Measurement
     return measurement(degrees, values, reading._inliers(np.radians(degrees), values)[1])
 
 
-def test_correlated_noise_refutes_no_model_and_is_noticed() -> None:
+def test_correlated_noise_does_not_refute_model() -> None:
     degrees = np.arange(0, 360, 3.0)
     outcome, neighbours = outcome_of(shifted(degrees, 37.0, 0.4, 3, rho=0.9), degrees, ANYWHERE)
     assert outcome == "not settled"
@@ -319,7 +319,7 @@ def test_correlated_noise_refutes_no_model_and_is_noticed() -> None:
     assert 0.6 < neighbours.rho < 0.95  # the fit takes some of it away
 
 
-def test_bounds_without_the_true_phase_refute_the_model() -> None:
+def test_bounds_without_true_phase_refute_model() -> None:
     """The tampered case: where the truth is excluded and starts agree, the answer is a refutation within the bounds."""
     degrees = np.arange(0, 360, 2.0)
     outcome, neighbours = outcome_of(shifted(degrees, 37.0, 0.05, 3), degrees, {**ANYWHERE, "phase_deg": (80.0, 100.0)})
@@ -327,7 +327,7 @@ def test_bounds_without_the_true_phase_refute_the_model() -> None:
     assert not neighbours.is_autoregressive
 
 
-def test_starts_that_disagree_settle_nothing() -> None:
+def test_disagreeing_starts_are_not_settled() -> None:
     degrees = np.arange(0, 360, 2.0)
     own = MeasuredCurve(
         wang(), Chosen.from_bounds(wang(), ANYWHERE), measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.1), SUPPORT
@@ -337,7 +337,7 @@ def test_starts_that_disagree_settle_nothing() -> None:
     assert calibration.judge_fit(fit, 4.0, Correlation(0.9, False, False)) == "not settled"
 
 
-def test_ljung_box_is_uniform_for_white_noise_and_agrees_with_statsmodels() -> None:
+def test_ljung_box_agrees_with_statsmodels() -> None:
     random = np.random.default_rng(5)
     probabilities = np.array([ljung_box_probability(noise, 10) for noise in random.normal(size=(2000, 400))])
     shares = np.quantile(probabilities, [0.1, 0.5, 0.9])
@@ -352,7 +352,7 @@ def test_ljung_box_is_uniform_for_white_noise_and_agrees_with_statsmodels() -> N
 
 
 @pytest.mark.parametrize(("rho", "white"), [(0.0, True), (0.6, False), (0.95, False)])
-def test_correlation_of_noise_is_recognised(rho: float, white: bool) -> None:
+def test_noise_correlation_is_recognised(rho: float, white: bool) -> None:
     degrees = np.arange(0, 360, 1.0)
     noise = shifted(degrees, 0, 1.0, 7, rho) - shifted(degrees, 0, 0.0, 7)
     seen = assess_correlation(noise)
@@ -362,7 +362,7 @@ def test_correlation_of_noise_is_recognised(rho: float, white: bool) -> None:
 
 
 @pytest.mark.long
-def test_identifiable_truths_are_settled_and_never_refuted() -> None:
+def test_identifiable_inputs_are_never_refuted() -> None:
     outcomes = []
     for seed in range(40):
         rng = np.random.default_rng(seed)

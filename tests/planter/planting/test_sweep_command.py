@@ -38,7 +38,7 @@ def done(tmp_path_factory: pytest.TempPathFactory, kernel_cache: None) -> tuple[
     return answer("sweep", str(EXAMPLE), "--out", str(out)), out
 
 
-def test_the_example_runs_and_keeps_its_schema(done: tuple[dict, Path]) -> None:
+def test_sweep_example_matches_schema(done: tuple[dict, Path]) -> None:
     found, out = done
     jsonschema.validate(found, committed("sweep"))
     assert found["rows"] == 2 * 21 * 9 * 2
@@ -48,7 +48,7 @@ def test_the_example_runs_and_keeps_its_schema(done: tuple[dict, Path]) -> None:
     assert (summary["hash"], summary["plan"]["scheme"]) == (found["hash"], "grid")
 
 
-def test_both_tables_hold_the_same_rows(done: tuple[dict, Path]) -> None:
+def test_csv_and_parquet_have_equal_rows(done: tuple[dict, Path]) -> None:
     found, out = done
     parquet = pyarrow.parquet.read_table(out / "rows.parquet")
     lines = (out / "rows.csv").read_text().splitlines()
@@ -81,7 +81,7 @@ def test_sweep_without_pyarrow_writes_csv_and_names_the_extra(tmp_path: Path, mo
     assert not (out / "rows.parquet").exists(), "a table of an earlier call must not stay beside another"
 
 
-def test_its_figures_are_there_and_named_on_its_page(done: tuple[dict, Path]) -> None:
+def test_sweep_page_shows_figures(done: tuple[dict, Path]) -> None:
     names = {path.stem for path in (done[1] / "figures").glob("*.svg")}
     assert {"envelope-support_range_N", "map-support_range_N-operation_speed_rpm-mass_planet_kg"} <= names
     page = (done[1] / "report.html").read_text()
@@ -89,7 +89,7 @@ def test_its_figures_are_there_and_named_on_its_page(done: tuple[dict, Path]) ->
     assert done[0]["hash"] in page
 
 
-def test_the_same_command_does_nothing_twice_and_writes_the_same_bytes(tmp_path: Path) -> None:
+def test_repeated_sweep_writes_identical_files(tmp_path: Path) -> None:
     (tmp_path / "plan.toml").write_text(SMALL)
     command, out = ("sweep", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "run")), tmp_path / "run"
     found = answer(*command)
@@ -99,7 +99,7 @@ def test_the_same_command_does_nothing_twice_and_writes_the_same_bytes(tmp_path:
     assert before == {path: path.read_bytes() for path in before}
 
 
-def test_a_sweep_is_the_only_one_in_its_folder(tmp_path: Path) -> None:
+def test_concurrent_sweep_in_folder_is_rejected(tmp_path: Path) -> None:
     """Another plan that starts while the first one runs is refused at once and changes no byte of what is there."""
     plans = [Plan.read(tomllib.loads(SMALL) | {"inputs": {"speed_rpm": one}}, "plan.toml") for one in ([35, 40], [60])]
     refusals = []
@@ -123,7 +123,7 @@ def test_a_sweep_is_the_only_one_in_its_folder(tmp_path: Path) -> None:
     assert compute_sweep(plans[0]).record.table()["hash"] == found.record.table()["hash"]
 
 
-def test_a_folder_with_another_plan_exits_2(tmp_path: Path) -> None:
+def test_folder_of_other_plan_exits_2(tmp_path: Path) -> None:
     (tmp_path / "plan.toml").write_text(SMALL)
     out = tmp_path / "run"
     answer("sweep", str(tmp_path / "plan.toml"), "--out", str(out))
@@ -137,14 +137,14 @@ def test_a_folder_with_another_plan_exits_2(tmp_path: Path) -> None:
     assert rows["operation.speed_rpm"].to_pylist() == [35, 40, 46]
 
 
-def test_tables_fit_eighty_columns() -> None:
+def test_sweep_tables_fit_80_columns() -> None:
     for arguments in ((str(EXAMPLE),), ("--list", "wang2017")):
         code, out, _ = run("sweep", *arguments)
         assert code == 0
         assert max(map(len, map(str.rstrip, out.splitlines()))) <= 80
 
 
-def test_what_a_machine_has_is_listed() -> None:
+def test_list_shows_inputs_and_outputs() -> None:
     found = answer("sweep", "--list", "wang2017")
     jsonschema.validate(found, committed("sweep"))
     assert found["choices"] == {"model": ["exact", "printed"]}
@@ -152,6 +152,6 @@ def test_what_a_machine_has_is_listed() -> None:
     assert "motor" in found["outputs"]["M_L_max_Nm"]
 
 
-def test_a_call_that_asks_for_nothing_is_refused() -> None:
+def test_sweep_without_plan_is_rejected() -> None:
     assert "PLAN or --list MACHINE" in refusal("sweep")
     assert "a plan must be a .toml file" in refusal("sweep", "plan.csv")

@@ -50,7 +50,7 @@ def subject(machine: Machine, spreads: dict[str, Spread], model: str = "exact") 
 
 
 @pytest.mark.parametrize("model", sampled(["exact"], ["exact", "printed"]))
-def test_slopes_are_those_of_differences(held: ResolvedMachine, spreads: dict[str, Spread], model: str) -> None:
+def test_output_slopes_equal_differences(held: ResolvedMachine, spreads: dict[str, Spread], model: str) -> None:
     own = subject(held.machine, spreads, model)
     centre, steps = (np.array([getattr(one, key) for one in spreads.values()]) for key in ("centre", "std"))
     steps = 1e-3 * steps
@@ -62,9 +62,7 @@ def test_slopes_are_those_of_differences(held: ResolvedMachine, spreads: dict[st
     np.testing.assert_array_less(np.abs(slopes - wanted), 2e-5 * size)
 
 
-def test_bands_of_first_order_are_those_of_monte_carlo_where_tolerances_vanish(
-    held: ResolvedMachine, spreads: dict[str, Spread]
-) -> None:
+def test_first_order_bands_match_small_monte_carlo(held: ResolvedMachine, spreads: dict[str, Spread]) -> None:
     own = subject(held.machine, spreads)
     names, small = list(spreads), 0.01
     centre, std = (np.array([getattr(one, key) for one in spreads.values()]) for key in ("centre", "std"))
@@ -75,7 +73,7 @@ def test_bands_of_first_order_are_those_of_monte_carlo_where_tolerances_vanish(
     np.testing.assert_allclose(found, small * first_order_std(slopes, list(spreads.values())), rtol=0.06)
 
 
-def test_usual_tolerances_are_those_of_a_workshop_and_the_papers_speeds(spreads: dict[str, Spread]) -> None:
+def test_default_tolerances_cover_workshop_and_speed(spreads: dict[str, Spread]) -> None:
     groups = (
         "mass.",
         "centroid.",
@@ -95,7 +93,7 @@ def robust(held: ResolvedMachine, spreads: dict[str, Spread]) -> RobustGoal:
     return ROOM.build_robust(held.machine, {}, spreads, Settings(machines=16))
 
 
-def test_the_gradient_of_mean_and_deviation_is_that_of_differences(robust: RobustGoal) -> None:
+def test_robust_gradient_equals_differences(robust: RobustGoal) -> None:
     x, width = robust.design, robust.upper - robust.lower
     _, slope = robust.value(x, 3.0)
     for j in range(len(x)):
@@ -105,13 +103,13 @@ def test_the_gradient_of_mean_and_deviation_is_that_of_differences(robust: Robus
         assert abs(slope[j] * width[j] - (there - back) / 2e-4) < 2e-6 * max(1.0, np.abs(slope * width).max())
 
 
-def test_a_gradient_without_the_deviations_part_is_found_out(robust: RobustGoal) -> None:
+def test_robust_gradient_depends_on_deviation(robust: RobustGoal) -> None:
     at = robust.at(robust.design)
     width = robust.upper - robust.lower
     assert np.abs(3 * at.std_slope * width).max() > 1e-3
 
 
-def test_each_machine_is_one_that_simulate_knows(
+def test_robust_machines_agree_with_simulation(
     robust: RobustGoal, held: ResolvedMachine, spreads: dict[str, Spread]
 ) -> None:
     """The objective's mean is that of machines written down one by one, centre distances as they should be."""
@@ -127,7 +125,7 @@ def test_each_machine_is_one_that_simulate_knows(
     np.testing.assert_allclose([at.mean, at.std], [np.mean(found), np.std(found)], rtol=1e-9)
 
 
-def test_without_tolerances_it_is_the_objective(held: ResolvedMachine) -> None:
+def test_robust_goal_without_tolerances_is_objective(held: ResolvedMachine) -> None:
     none = ROOM.build_robust(held.machine, {}, {}, Settings(machines=3))
     value, slope = none.value(none.design, 3.0)
     wanted, gradient = CycleObjective(Device(held.machine)).gradient(none.design)
@@ -135,9 +133,7 @@ def test_without_tolerances_it_is_the_objective(held: ResolvedMachine) -> None:
     np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
 
 
-def test_machines_that_differ_by_rounding_alone_have_no_deviation_to_slope(
-    held: ResolvedMachine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_rounding_has_no_deviation_slope(held: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
     none = ROOM.build_robust(held.machine, {}, {}, Settings(machines=3))
     found = none._differentiate
 
@@ -153,9 +149,7 @@ def test_machines_that_differ_by_rounding_alone_have_no_deviation_to_slope(
     np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
 
 
-def test_the_robust_design_is_better_with_tolerances_and_no_better_without(
-    held: ResolvedMachine, spreads: dict[str, Spread]
-) -> None:
+def test_robust_design_improves_only_robust_objective(held: ResolvedMachine, spreads: dict[str, Spread]) -> None:
     settings = Settings(machines=32, starts=1)
     found = find_robust(ROOM.build_robust(held.machine, {}, spreads, settings), settings, None)
     assert found.objective == found.best_robust.robust
@@ -167,7 +161,7 @@ def test_the_robust_design_is_better_with_tolerances_and_no_better_without(
     assert np.isclose(found.best_robust.mean + 3 * found.best_robust.std, found.objective)
 
 
-def test_rows_do_not_hang_on_the_workers(held: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tolerance_rows_do_not_depend_on_workers(held: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = ToleranceRequest(["support_range_N"], 2 * CHUNK + 1, 0, robust=None)
     again = analyse_tolerances(held, {}, default_tolerances(held), "usual", asked, means=Means(2)).result
     monkeypatch.setattr("planter.sweeps.job.FEWEST", 3 * CHUNK)
@@ -177,7 +171,7 @@ def test_rows_do_not_hang_on_the_workers(held: ResolvedMachine, monkeypatch: pyt
     assert alone.outputs == again.outputs
 
 
-SAID = {
+INVALID_TOLERANCES = {
     "both ways": ({"mass.sun_kg": {"percent": 2, "plus_minus": 0.1}}, "it must have either plus_minus, or percent, or"),
     "no way": ({"mass.sun_kg": {}}, "it must have either plus_minus"),
     "upside down": ({"speed_rpm": {"from": 45, "to": 35}}, "it must have from less than to"),
@@ -189,15 +183,15 @@ SAID = {
 }
 
 
-@pytest.mark.parametrize(("table", "told"), SAID.values(), ids=SAID.keys())
-def test_tolerances_that_are_not_allowed_are_told_in_a_sentence(held: ResolvedMachine, table: dict, told: str) -> None:
+@pytest.mark.parametrize(("table", "hint"), INVALID_TOLERANCES.values(), ids=INVALID_TOLERANCES.keys())
+def test_invalid_tolerances_are_rejected(held: ResolvedMachine, table: dict, hint: str) -> None:
     with pytest.raises(InputError) as refused:
         Tolerances.read({"tolerances": table}, "mine.toml").spreads(held, "mine.toml")
-    assert told in refused.value.message
+    assert hint in refused.value.message
     assert refused.value.message.startswith("mine.toml: ")
 
 
-def test_of_several_entries_the_last_counts(held: ResolvedMachine) -> None:
+def test_last_matching_tolerance_counts(held: ResolvedMachine) -> None:
     table = {"mass.*": {"percent": 1}, "mass.planet_kg": {"plus_minus": 0.3}}
     found = Tolerances.read({"tolerances": table}, "mine").spreads(held, "mine")
     assert len(found) == 6
@@ -205,7 +199,7 @@ def test_of_several_entries_the_last_counts(held: ResolvedMachine) -> None:
 
 
 @pytest.mark.usefixtures("blank_figures")
-def test_the_command_writes_its_report(tmp_path: Path) -> None:
+def test_tolerance_command_writes_report(tmp_path: Path) -> None:
     few = ("--samples", "100", "--indices", "4", "--set", "objective.samples=24", "--no-robust")
     found = answer("tolerance", "wang2017", *few, "--out", str(tmp_path))
     assert found.items() <= json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")).items()
@@ -216,7 +210,7 @@ def test_the_command_writes_its_report(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_the_command_with_the_documented_example(held: ResolvedMachine, tmp_path: Path) -> None:
+def test_tolerance_command_runs_documented_example(held: ResolvedMachine, tmp_path: Path) -> None:
     common = ("tolerance", "wang2017", "--samples", "500", "--indices", "16", "--set", "objective.samples=60")
     found = answer(*common, "--tolerances", str(EXAMPLE), "--out", str(tmp_path))
     jsonschema.validate(found, committed("tolerance"))
@@ -231,7 +225,7 @@ def test_the_command_with_the_documented_example(held: ResolvedMachine, tmp_path
     assert max(map(len, map(str.rstrip, out.splitlines()))) <= 80
 
 
-def test_the_commands_refusals() -> None:
+def test_invalid_tolerance_options_exit_with_one_line() -> None:
     assert "--indices = 100" in refusal("tolerance", "wang2017", "--indices", "100")
     assert "--choose model=correct:" in refusal("tolerance", "wang2017", "--choose", "model=correct")
     assert "--no-robust" in refusal("tolerance", "wang2017", "--least", "rms M_L", "--no-robust")

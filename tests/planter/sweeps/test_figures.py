@@ -32,7 +32,7 @@ def bands(axes: Axes) -> list[FillBetweenPolyCollection]:
     return [one for one in axes.collections if isinstance(one, FillBetweenPolyCollection)]
 
 
-def test_one_input_is_a_line_through_all_rows() -> None:
+def test_single_input_is_line_through_rows() -> None:
     rows = drawn(speed=SPEED)
     values = rows.points[:, 0] ** 3
     (axes,) = panels(rows, values)
@@ -41,7 +41,7 @@ def test_one_input_is_a_line_through_all_rows() -> None:
     assert bands(axes) == []
 
 
-def test_several_inputs_have_mean_and_extremes_at_every_value() -> None:
+def test_several_inputs_show_mean_and_extremes() -> None:
     rows = drawn(speed=SPEED, mass=MASS)
     speed, mass = rows.points.T
     first, second = panels(rows, speed * mass)
@@ -53,21 +53,21 @@ def test_several_inputs_have_mean_and_extremes_at_every_value() -> None:
     assert np.allclose([extremes.y0, extremes.y1], [35, 45 * 1.4])
 
 
-def test_texts_are_no_other_input() -> None:
+def test_texts_do_not_add_a_band() -> None:
     rows = drawn(model=["exact", "printed"], speed=SPEED)
     for axes in panels(rows, rows.points @ [1, 1]):
         assert len(axes.lines[0].get_xdata()) == 61
         assert bands(axes) == []
 
 
-def test_a_value_without_result_is_a_gap() -> None:
+def test_missing_result_is_a_gap() -> None:
     rows = drawn(speed=SPEED)
     values = np.where(rows.points[:, 0] == 40, np.nan, 1.0)
     (line,) = panels(rows, values)[0].lines
     assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == [30]
 
 
-def test_random_points_are_averaged_in_named_slices_up_to_the_ends() -> None:
+def test_random_points_are_averaged_in_slices() -> None:
     rows = drawn(at_random=True, speed={"from": 35, "to": 45}, mass=MASS)
     speed, _ = rows.points.T
     first, second = panels(rows, speed)
@@ -81,14 +81,14 @@ def test_random_points_are_averaged_in_named_slices_up_to_the_ends() -> None:
     assert str(SLICES) not in second.get_xlabel()
 
 
-def test_one_random_input_is_a_line_through_all_rows() -> None:
+def test_single_random_input_is_line_through_rows() -> None:
     rows = drawn(at_random=True, speed={"from": 35, "to": 45})
     (line,) = panels(rows, 2 * rows.points[:, 0])[0].lines
     order = np.sort(rows.points[:, 0])
     assert np.array_equal(line.get_xydata(), np.column_stack([order, 2 * order]))
 
 
-def test_a_map_has_a_cell_for_every_computed_value() -> None:
+def test_map_has_cell_for_every_value() -> None:
     rows = drawn(speed=SPEED, mass=MASS)
     figure = draw_map(rows, "speed", "mass", "out", rows.points[:, 0] * rows.points[:, 1])
     assert figure is not None

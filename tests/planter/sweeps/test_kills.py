@@ -110,12 +110,12 @@ def turned(tmp_path_factory: pytest.TempPathFactory, kernel_cache: None) -> Kill
 
 
 @pytest.mark.parametrize("victim", ["driver", "worker"])
-def test_a_kill_at_a_random_moment_changes_nothing(counted: Killed, victim: str) -> None:
+def test_killed_sweep_resumes_to_same_rows(counted: Killed, victim: str) -> None:
     getattr(counted, victim)(f"{victim}.sqlite", random.Random(1))
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", range(10))
 @pytest.mark.parametrize("victim", ["driver", "worker"])
-def test_many_kills_at_random_moments_change_nothing(turned: Killed, victim: str, seed: int) -> None:
+def test_many_kills_do_not_change_rows(turned: Killed, victim: str, seed: int) -> None:
     getattr(turned, victim)(f"{victim}{seed}.sqlite", random.Random(seed))

@@ -12,7 +12,7 @@ RANGE, LISTED = Axis.model_validate({"from": -2, "to": 6}), Axis(values=(1.0, 4.
 TEXTS = Axis(values=("red", "blue"))
 
 
-def test_a_grid_holds_every_combination_once_the_last_axis_fastest() -> None:
+def test_grid_has_every_combination_once() -> None:
     steps = Axis.model_validate({"from": 0, "to": 1, "steps": 3})
     grid = Grid([LISTED, steps, TEXTS])
     rows = grid.block(0, grid.rows)
@@ -21,7 +21,7 @@ def test_a_grid_holds_every_combination_once_the_last_axis_fastest() -> None:
     assert np.array_equal(grid.block(7, 11), rows[7:11])
 
 
-def test_a_sequence_entered_anywhere_is_the_same_sequence() -> None:
+def test_sequence_blocks_are_independent_of_start() -> None:
     whole = SobolSequence(3, 5)(0, 64)
     other = SobolSequence(3, 5)
     assert np.array_equal(other(40, 64), whole[40:])
@@ -29,7 +29,7 @@ def test_a_sequence_entered_anywhere_is_the_same_sequence() -> None:
     assert not np.array_equal(SobolSequence(3, 6)(0, 64), whole)
 
 
-def test_sobol_points_are_even_over_ranges_and_lists() -> None:
+def test_sobol_points_are_evenly_distributed() -> None:
     points = Sobol([RANGE, LISTED, TEXTS], 3 * 1024, 1).block(0, 1024)
     assert ((points[:, 0] >= -2) & (points[:, 0] < 6)).all()
     assert qmc.discrepancy((points[:, [0]] + 2) / 8) < 1e-5
@@ -38,7 +38,7 @@ def test_sobol_points_are_even_over_ranges_and_lists() -> None:
     assert (points[:, 2] == 0).sum() == 512
 
 
-def test_a_latin_hypercube_has_one_row_in_every_slice_of_every_axis() -> None:
+def test_latin_hypercube_has_one_row_per_slice() -> None:
     latin = Latin([RANGE, RANGE], CHUNK + 50, 1)
     for start, stop in ((0, CHUNK), (CHUNK, CHUNK + 50)):
         slices = np.floor((latin.block(start, stop) + 2) / 8 * (stop - start)).astype(int)
@@ -67,14 +67,14 @@ WRONG = {
 
 
 @pytest.mark.parametrize(("change", "told"), WRONG.values(), ids=WRONG.keys())
-def test_a_plan_that_is_not_allowed_is_told_in_a_sentence(change: dict, told: str) -> None:
+def test_invalid_plan_is_rejected(change: dict, told: str) -> None:
     with pytest.raises(InputError) as refused:
         Plan.read(BASE | change, "plan.toml")
     assert told in refused.value.message
     assert refused.value.message.startswith("plan.toml: ")
 
 
-def test_several_machines_are_the_first_input() -> None:
+def test_several_machines_become_first_input() -> None:
     plan = Plan.read(BASE | {"machine": ["wang2017", "compact"]}, "plan.toml")
     assert list(plan.axes) == ["machine", "speed_rpm"]
     assert plan.sample_points.rows == 4
@@ -83,6 +83,6 @@ def test_several_machines_are_the_first_input() -> None:
 @pytest.mark.parametrize(
     "given", [[[1], [2]], [{"a": 1}], [1, "exact"], [True, False], [[]], [1, [2]], {"from": [1], "to": 2}, 3, None, "x"]
 )
-def test_values_of_the_wrong_kind_are_refused_by_name(given: object) -> None:
+def test_values_of_wrong_kind_are_rejected(given: object) -> None:
     with pytest.raises(InputError, match=r"plan\.toml: .*speed_rpm"):
         Plan.read({"machine": "wang2017", "inputs": {"speed_rpm": given}}, "plan.toml")

@@ -29,13 +29,13 @@ def answered(recipe: Recipe, path: Path | None = None, means: Means = AUTO) -> t
         return store.digest(), done
 
 
-def test_chunks_cover_all_rows_once() -> None:
+def test_chunks_cover_every_row_once() -> None:
     ends = [job.chunk_limits(number, ROWS) for number in range(job.count_chunks(ROWS))]
     assert [start for start, _ in ends] == [0, *(stop for _, stop in ends[:-1])]
     assert ends[-1][1] == ROWS
 
 
-def test_any_number_of_workers_gives_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_are_equal_for_any_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     alone, by_two, by_three = (answered(squares(), means=Means(count)) for count in (1, 2, 3))
     monkeypatch.setattr(job, "FEWEST", ROWS + 1)
     here = answered(squares())
@@ -43,26 +43,26 @@ def test_any_number_of_workers_gives_the_same_bytes(monkeypatch: pytest.MonkeyPa
     assert alone[0] == by_two[0] == by_three[0] == here[0]
 
 
-def test_a_small_job_starts_no_worker(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_small_job_starts_no_worker(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(job, "Jobs", pytest.fail)
     recipe = Recipe("tests.planter.sweeps.toys:Squares", {"rows": job.FEWEST - 1})
     with Store(None, recipe.question, job.FEWEST - 1, 2) as store:
         assert job.run_job(recipe, store, Means(8)).workers == 0
 
 
-def test_an_error_of_the_job_is_told() -> None:
+def test_job_error_is_reported() -> None:
     with pytest.raises(ComputationError, match="row 3 has no square"):
         answered(squares(wrong=CHUNK), means=Means(1))
 
 
-def test_what_is_there_is_not_done_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_finished_chunks_are_reused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first, _ = answered(squares(), tmp_path / "kept.sqlite", Means(1))
     monkeypatch.setattr(job, "Jobs", pytest.fail)
     again, done = answered(squares(), tmp_path / "kept.sqlite")
     assert (again, done.resumed, done.workers) == (first, 4, 0)
 
 
-def test_another_question_is_refused_and_deletes_nothing(tmp_path: Path) -> None:
+def test_store_of_other_recipe_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "kept.sqlite"
     first, _ = answered(squares(), path, Means(1))
     with pytest.raises(InputError, match=path.name):
@@ -70,7 +70,7 @@ def test_another_question_is_refused_and_deletes_nothing(tmp_path: Path) -> None
     assert answered(squares(), path)[0] == first
 
 
-def test_a_question_replaced_during_a_run_is_noticed(tmp_path: Path) -> None:
+def test_recipe_replaced_during_run_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "kept.sqlite"
     with Store(path, "q", ROWS, 2) as store:
         with sqlite3.connect(path) as file:
@@ -97,7 +97,7 @@ SWAPPED = (
 
 
 @pytest.mark.parametrize("statements", [*((one,) for one in TAMPERED.values()), SWAPPED], ids=[*TAMPERED, "swapped"])
-def test_a_tampered_file_is_never_read_as_the_answer(tmp_path: Path, statements: tuple[str, ...]) -> None:
+def test_tampered_store_is_rejected(tmp_path: Path, statements: tuple[str, ...]) -> None:
     path, recipe = tmp_path / "kept.sqlite", squares()
     first, _ = answered(recipe, path, Means(1))
     with sqlite3.connect(path) as file:
@@ -110,7 +110,7 @@ def test_a_tampered_file_is_never_read_as_the_answer(tmp_path: Path, statements:
     assert answered(recipe, path, Means(1))[0] == first
 
 
-def test_a_damaged_chunk_is_found_again(tmp_path: Path) -> None:
+def test_damaged_chunk_is_recomputed(tmp_path: Path) -> None:
     path = tmp_path / "kept.sqlite"
     first, _ = answered(squares(), path, Means(1))
     with sqlite3.connect(path) as file:
@@ -119,7 +119,7 @@ def test_a_damaged_chunk_is_found_again(tmp_path: Path) -> None:
     assert (again, done.resumed) == (first, 3)
 
 
-def test_a_file_that_is_no_store_is_told(tmp_path: Path) -> None:
+def test_file_that_is_no_store_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "kept.sqlite"
     path.write_text("no database " * 100)
     with pytest.raises(InputError, match=path.name):
@@ -127,7 +127,7 @@ def test_a_file_that_is_no_store_is_told(tmp_path: Path) -> None:
     assert path.read_text() == "no database " * 100
 
 
-def test_a_database_of_another_program_is_refused(tmp_path: Path) -> None:
+def test_database_of_other_program_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "kept.sqlite"
     with sqlite3.connect(path) as file:
         file.execute("CREATE TABLE notes (text)")
@@ -137,7 +137,7 @@ def test_a_database_of_another_program_is_refused(tmp_path: Path) -> None:
     assert path.read_bytes() == content
 
 
-def test_an_interrupt_keeps_what_is_there(tmp_path: Path) -> None:
+def test_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
     path, recipe = tmp_path / "kept.sqlite", squares()
 
     def stop(step: Progress) -> None:
@@ -150,7 +150,7 @@ def test_an_interrupt_keeps_what_is_there(tmp_path: Path) -> None:
     assert answered(recipe, path, Means(1))[1].resumed == 1
 
 
-def test_the_order_of_a_question_is_kept() -> None:
+def test_recipe_order_is_preserved() -> None:
     """Inputs are columns: what a worker reads must have them in the order in which they were asked."""
     told = Recipe("a:b", {"speed": 1, "mass": 2})
     assert list(json.loads(told.text)["arguments"]) == ["speed", "mass"]

@@ -30,7 +30,7 @@ def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_rows_are_those_of_the_machine_alone(name: str) -> None:
+def test_rows_equal_single_machine_outputs(name: str) -> None:
     inputs, output = CASES[name]
     held, machine = ResolvedMachine(name), load_machine(name)
     frozen = json.loads(json.dumps(held.room.frozen(held.machine)))
@@ -50,7 +50,7 @@ def test_rows_are_those_of_the_machine_alone(name: str) -> None:
     assert np.abs(slopes).max() > 0
 
 
-def test_a_file_that_changes_meanwhile_is_refused(tmp_path: Path) -> None:
+def test_file_changed_during_run_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(examples.text("shi2021", "clutch"), encoding="utf-8")
     held = ResolvedMachine(str(path), {"crank_mm": 31.0})
@@ -96,7 +96,7 @@ def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
         (Settings(sum_text="range x_Q", ranges=VARIED), "no quantity x_Q"),
     ],
 )
-def test_half_a_robust_search_is_refused(stated: Settings, part: str) -> None:
+def test_incomplete_robust_request_is_rejected(stated: Settings, part: str) -> None:
     held = ResolvedMachine("yu2023")
     with pytest.raises(InputError, match=part):
         held.room.robust(held.machine, {}, {}, stated, None)

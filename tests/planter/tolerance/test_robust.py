@@ -54,7 +54,7 @@ def test_gradient_of_mean_and_deviation_agrees_with_differences() -> None:
     assert not np.allclose(slope, at.mean_slope, rtol=1e-4), "the deviation has a part in the gradient"
 
 
-def test_each_drawn_machine_is_a_machine_of_its_own() -> None:
+def test_random_machines_agree_with_single_machines() -> None:
     robust = robust_goal(crank(), SPREADS)
     values, _ = robust.evaluate(robust.design)
     machine = robust.machine
@@ -79,7 +79,7 @@ def test_robust_design_is_better_with_tolerances_and_satisfies_limits() -> None:
     assert robust.limits.violation(robust.design) > 1e-3
 
 
-def test_search_passes_by_designs_without_a_cycle() -> None:
+def test_search_skips_designs_without_cycle() -> None:
     found = find_robust(robust_goal(crank(l_mm=(20, 220)), SPREADS), SETTINGS, None)
     assert found.design["l_mm"] > 61
     robust = robust_goal(crank(l_mm=(20, 220)), SPREADS)

@@ -23,7 +23,7 @@ def test_distributions_are_those_of_scipy(kind: str) -> None:
     assert np.isclose(spread.centre, law.mean())
 
 
-def test_any_block_of_points_is_the_same_block() -> None:
+def test_blocks_of_points_do_not_depend_on_start() -> None:
     spreads = [Spread("normal", -1, 1), Spread("uniform", 2, 8)]
     mixed = Saltelli(spreads, 64, 3)
     whole = mixed.block(0, mixed.rows)
@@ -37,7 +37,7 @@ def test_any_block_of_points_is_the_same_block() -> None:
     assert not np.array_equal(points.block(10_000, 10_050), points.block(0, 50))
 
 
-def test_an_additive_function_has_the_indices_of_its_parts() -> None:
+def test_additive_function_has_exact_indices() -> None:
     spreads = [Spread("normal", -3, 3), Spread("uniform", 0, 2), Spread("triangular", -1, 1), Spread("uniform", 5, 9)]
     weights = np.array([1.0, 2.0, -1.5, 0.0])
     mixed = Saltelli(spreads, 4096, 1)
@@ -52,7 +52,7 @@ def test_an_additive_function_has_the_indices_of_its_parts() -> None:
     assert np.isclose(slopes[0] ** 2, parts.sum())
 
 
-def test_an_output_of_a_single_input_has_index_one() -> None:
+def test_single_input_has_index_one() -> None:
     mixed = Saltelli([Spread("uniform", 0, 2), Spread("normal", -1, 1)], 256, 1)
     rows = mixed.block(0, mixed.rows)[:, :1] ** 2
     shares = indices(["y"], ["a", "b"], rows, 256, 0)["y"]
@@ -61,7 +61,7 @@ def test_an_output_of_a_single_input_has_index_one() -> None:
     assert shares["b"].total == 0
 
 
-def test_ishigamis_function_has_its_printed_indices() -> None:
+def test_ishigami_function_has_published_indices() -> None:
     """Ishigami and Homma (1990), a = 7, b = 0.1."""
     mixed = Saltelli([Spread("uniform", -np.pi, np.pi)] * 3, 8192, 1)
     x, y, z = mixed.block(0, mixed.rows).T
@@ -73,13 +73,13 @@ def test_ishigamis_function_has_its_printed_indices() -> None:
         assert abs(found[name].total - total) < 2 * found[name].total_error + 1e-3
 
 
-def test_an_output_that_feels_nothing_has_no_indices() -> None:
+def test_constant_output_has_zero_indices() -> None:
     mixed = Saltelli([Spread("uniform", 0, 1)], 64, 1)
     found = indices(["f"], ["x"], np.full((mixed.rows, 1), 3.0), 64, 0)["f"]["x"]
     assert (found.first, found.total, found.first_error) == (0, 0, 0)
 
 
-def test_bands_are_those_of_the_rows_that_have_a_result() -> None:
+def test_bands_use_rows_with_results() -> None:
     rows = np.column_stack([np.arange(101.0), np.ones(101)])
     rows[7] = np.nan
     band = bands(["a", "b"], rows, np.array([50.0, 1.0]), None, [])["a"]
@@ -90,7 +90,7 @@ def test_bands_are_those_of_the_rows_that_have_a_result() -> None:
         bands(["a", "b"], np.full_like(rows, np.nan), np.zeros(2), None, [])
 
 
-def test_indices_need_every_row() -> None:
+def test_indices_require_every_row() -> None:
     mixed = Saltelli([Spread("uniform", 0, 1)], 64, 1)
     rows = np.arange(float(mixed.rows))[:, None]
     rows[3] = np.nan
