@@ -6,7 +6,7 @@ laws; every other input has plausible bounds. Both models are fitted, first with
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -29,7 +29,7 @@ from planter.planting.machines import build_machine
 from planter.planting.model import Device
 from planter.planting.results import (
     CalibrationFound,
-    Compromise,
+    CalibrationTradeoff,
     Distance,
     Fitted,
     LargestRange,
@@ -67,41 +67,40 @@ def calibrate(
     machine: Machine, model: Model, target: str, laws: Sequence[str] = (), progress: Listener | None = None,
     means: Means = AUTO,
 ) -> CalibrationFound:  # fmt: skip
-    """Fit the undisclosed inputs of a machine to a target in both models; the result speaks of `model` first.
+    """ForceFit the undisclosed inputs of a machine to a target in both models; the result speaks of `model` first.
 
     `laws` are those of the cam's flanks that are tried, all of them where there are none; `means` says what fits them,
     with the same results. Raises InputError for a target or a law that there is not.
     """
-    wanted = _find_target(target)
-    chosen = tuple(_check_law(law) for law in laws) or functions.list_flank_laws()
-    jobs = [(one, law) for one in MODELS for law in chosen]
-    phase, laws_fits = ProgressPhase("calibration", "law", len(jobs), progress), LawFits(machine, wanted)
+    figures = _find_target(target)
+    for law in laws:
+        _check_choice("--flank", law, functions.list_flank_laws())
+    flank_laws = tuple(laws) or functions.list_flank_laws()
+    jobs = [(fitted_model, law) for fitted_model in MODELS for law in flank_laws]
+    phase, laws_fits = ProgressPhase("calibration", "law", len(jobs), progress), LawFits(machine, figures)
     points: list[Array] = []
-    task = Task(LawFits, {"machine": machine, "wanted": dict(wanted)})
+    task = Task(LawFits, {"machine": machine, "figures": dict(figures)})
     for z in run_in_order(task, jobs, means, laws_fits, lambda z: z, lambda: phase.report_if_slow(None)):
         phase.advance(", ".join(jobs[len(points)]))
         points.append(z)
     best: dict[Model, ForceFit] = {}
-    found: dict[str, ModelFitted] = {}
-    for one in MODELS:
-        fits = [
-            ForceFit(laws_fits.build_force(job), z, wanted)
-            for job, z in zip(jobs, points, strict=True)
-            if job[0] == one
-        ]
-        best[one] = min(fits, key=lambda fit: fit.rank)
-        found[one] = _describe_fit(best[one], one, target, () if best[one].met else _search_best_misses(fits))
-    first, other = best[model], next(m for m in MODELS if m != model)
-    there = cycle.compute_statistics(_sample_support(_build_fitted_device(first, other)))
-    device = first.force.device
+    records: dict[str, ModelFitted] = {}
+    for fitted_model in MODELS:
+        pairs = [(job, z) for job, z in zip(jobs, points, strict=True) if job[0] == fitted_model]
+        fits = [ForceFit(laws_fits.build_force(job), z, figures) for job, z in pairs]
+        best[fitted_model] = fit = min(fits, key=lambda fit: fit.rank)
+        records[fitted_model] = _describe_fit(fit, fitted_model, target, () if fit.met else _search_best_misses(fits))
+    own_fit, other = best[model], next(m for m in MODELS if m != model)
+    other_force = cycle.compute_statistics(_sample_support(_build_fitted_device(own_fit, other)))
+    device = own_fit.force.device
     return CalibrationFound(
-        **vars(found[model]),
+        **vars(records[model]),
         machine=machine.name,
         model=model,
-        target=dict(wanted),
+        target=dict(figures),
         events={f"{flank}_begins_deg": angle / DEG for flank, angle in compute_flank_angles(device).items()},
-        other_model=OtherModel(there.range_N, there.variance_N2, there.mean_N),
-        models=found,
+        other_model=OtherModel(other_force.range_N, other_force.variance_N2, other_force.mean_N),
+        models=records,
         largest_range_N=_search_largest_range(best["exact"].force),
     )
 
@@ -113,24 +112,21 @@ def with_flank(machine: Machine, law: str) -> Machine:
 
 
 def _find_target(name: str) -> Figures:
-    known = load_calibration_data()["target"]
-    if name not in known:
-        raise InputError.for_value("--target", name, paths.suggest_names(name, known))
-    wanted: Figures = known[name]
-    return wanted
+    targets: dict[str, Figures] = load_calibration_data()["target"]
+    _check_choice("--target", name, targets)
+    return targets[name]
 
 
-def _check_law(name: str) -> str:
-    if name not in functions.list_flank_laws():
-        raise InputError.for_value("--flank", name, paths.suggest_names(name, functions.list_flank_laws()))
-    return name
+def _check_choice(option: str, name: str, allowed: Collection[str]) -> None:
+    if name not in allowed:
+        raise InputError.for_value(option, name, paths.suggest_names(name, allowed))
 
 
 class LawFits:
     """Best fits by model and law of the cam's flanks: the jobs of a worker."""
 
-    def __init__(self, machine: Machine, wanted: Figures) -> None:
-        self._machine, self._wanted = machine, wanted
+    def __init__(self, machine: Machine, figures: Figures) -> None:
+        self._machine, self._figures = machine, figures
         self._forces: dict[tuple[Model, str], CalibrationForce] = {}
 
     def build_force(self, job: tuple[Model, str]) -> CalibrationForce:
@@ -143,19 +139,19 @@ class LawFits:
 
     def __call__(self, job: tuple[Model, str]) -> Array:
         """Return the point (n,) of the best fit."""
-        return _search_best_fit(self.build_force(job), self._wanted).z
+        return _search_best_fit(self.build_force(job), self._figures).z
 
 
-def _search_best_fit(force: CalibrationForce, wanted: Figures) -> ForceFit:
+def _search_best_fit(force: CalibrationForce, figures: Figures) -> ForceFit:
     """With a cam that only pushes, where the target is met so, else with one that may pull."""
-    equal = np.ones(len(wanted))
-    found: list[ForceFit] = []
+    equal = np.ones(len(figures))
+    candidates: list[ForceFit] = []
     for pushing in (True, False):
-        fits = sorted(fit_from_starts(force, wanted, pushing, _draw_starts(force), equal), key=lambda fit: fit.rank)
-        found += [fit_nearest(fit, pushing) if fit.met else fit for fit in fits[:POLISHED]]
-        if any(fit.met for fit in found):
+        fits = sorted(fit_from_starts(force, figures, pushing, _draw_starts(force), equal), key=lambda fit: fit.rank)
+        candidates += [fit_nearest(fit, pushing) if fit.met else fit for fit in fits[:POLISHED]]
+        if any(fit.met for fit in candidates):
             break
-    return min(found, key=lambda fit: fit.rank)
+    return min(candidates, key=lambda fit: fit.rank)
 
 
 def _draw_starts(force: CalibrationForce) -> list[Array]:
@@ -164,33 +160,34 @@ def _draw_starts(force: CalibrationForce) -> list[Array]:
     return [force.file_point(), *(rng.random(len(force.inputs)) for _ in range(count - 1))]
 
 
-def _search_best_misses(fits: Sequence[ForceFit]) -> list[Compromise]:
+def _search_best_misses(fits: Sequence[ForceFit]) -> list[CalibrationTradeoff]:
     """The best misses of the two best laws, from extremes alone to variance alone; those that others beat left out."""
-    tried = [
-        better
+    fits = [
+        candidate
         for fit in sorted(fits, key=lambda fit: fit.worst)[:2]
         for weight in WEIGHTS
-        for better in fit_from_starts(fit.force, fit.target, True, [fit.z], np.array([1.0, 1.0, weight]))
+        for candidate in fit_from_starts(fit.force, fit.target, True, [fit.z], np.array([1.0, 1.0, weight]))
     ]
-    kept = [one for one in tried if one.pushes and not any(_dominates(other, one) for other in tried if other.pushes)]
+    pushing = [fit for fit in fits if fit.pushes]
+    undominated = [fit for fit in pushing if not any(_dominates(other, fit) for other in pushing)]
     return [
-        Compromise(
+        CalibrationTradeoff(
             _list_choices(fit), fit.curve.figures(), fit.curve.range, {k: 100 * v for k, v in fit.misses.items()}
         )
-        for fit in sorted(kept, key=lambda fit: abs(fit.misses["variance_N2"]))
+        for fit in sorted(undominated, key=lambda fit: abs(fit.misses["variance_N2"]))
     ]
 
 
-def _dominates(one: ForceFit, other: ForceFit) -> bool:
-    mine, its = (np.abs(list(fit.misses.values())) for fit in (one, other))
-    return bool((mine <= its).all() and (mine < its).any())
+def _dominates(fit: ForceFit, other: ForceFit) -> bool:
+    misses, others = (np.abs(list(each.misses.values())) for each in (fit, other))
+    return bool((misses <= others).all() and (misses < others).any())
 
 
 def _list_choices(fit: ForceFit) -> dict[str, str]:
     return {FLANK: fit.force.device.machine.cam.flank}
 
 
-def _describe_fit(fit: ForceFit, model: Model, target: str, front: Sequence[Compromise]) -> ModelFitted:
+def _describe_fit(fit: ForceFit, model: Model, target: str, front: Sequence[CalibrationTradeoff]) -> ModelFitted:
     return ModelFitted(
         met=fit.met,
         statement=_state_result(fit, model, target),
@@ -215,10 +212,10 @@ def _state_result(fit: ForceFit, model: Model, target: str) -> str:
             f"{contact} and {_list_choices(fit)[FLANK]} flanks; the inputs lie {fit.distance:.2g} widths of their "
             "bounds (root mean square) from the machine's own."
         )
-    told = ", ".join(f"{key} by {100 * miss:+.1f} %" for key, miss in fit.misses.items() if abs(miss) > MET)
+    misses = ", ".join(f"{key} by {100 * miss:+.1f} %" for key, miss in fit.misses.items() if abs(miss) > MET)
     return (
-        f"The target {target} is missed by the {model} model: {told}, with {contact}. No values within the bounds that "
-        "were tried come nearer."
+        f"The target {target} is missed by the {model} model: {misses}, with {contact}. No values within the "
+        "bounds that were tried come nearer."
     )
 
 
@@ -246,8 +243,8 @@ def _sample_support(device: Device) -> Array:
 
 def _search_largest_range(force: CalibrationForce) -> LargestRange:
     """Of the law and the events of the exact model's fit; `planter audit --front` tries all laws and wider bounds."""
-    found = [find_largest_range(force, pushing, _draw_starts(force)) for pushing in (True, False)]
-    return LargestRange(*(None if one is None else one.range for one in found))
+    points = [find_largest_range(force, pushing, _draw_starts(force)) for pushing in (True, False)]
+    return LargestRange(*(None if point is None else point.range for point in points))
 
 
 SUPPORT = "support_N"
@@ -265,14 +262,14 @@ def calibrate_to_data(
     progress: Listener | None = None,
     means: Means = AUTO,
 ) -> Calibrated:
-    """Fit chosen inputs within `bounds` (shown units, by path) to a curve in a CSV file, in both models.
+    """ForceFit chosen inputs within `bounds` (shown units, by path) to a curve in a CSV file, in both models.
 
     `model` is reported first, `means` says what runs the searches. Raises InputError for a file, columns or
     inputs that cannot be used.
     """
-    ordered = (model, *(other for other in MODELS if other != model))
+    models = (model, *(other for other in MODELS if other != model))
     builders: dict[str, Callable[[], EngineMachine]] = {
-        one: partial(_build_engine_machine, machine, one) for one in ordered
+        each: partial(_build_engine_machine, machine, each) for each in models
     }
     return calibration.calibrate(
         builders, data, columns, bounds, quantity, machine.with_numbers, check, seed, progress, means

@@ -43,32 +43,31 @@ class EndFace:
         roller = np.array([self.roller, station])
         hoisted = self._prologue(machine=self.device.constants, roller=roller)[HOISTED]
 
-        def course(delta: Array) -> Columns:
-            found = self._lane(delta=delta, machine=self.device.constants, roller=roller, hoisted=hoisted[:, 0])
-            return dict(zip(self._names, found["contour"], strict=True))
+        def evaluate_columns(delta: Array) -> Columns:
+            outputs = self._lane(delta=delta, machine=self.device.constants, roller=roller, hoisted=hoisted[:, 0])
+            return dict(zip(self._names, outputs["contour"], strict=True))
 
-        return course
+        return evaluate_columns
 
     @property
     def breaks(self) -> tuple[float, ...]:
         """Angles of a turn between which the cam is smooth, its ends among them."""
         entries = [entry["name"] for entry in self.device.sidecar["vectors"]["machine"]]
-        known = dict(zip(entries, self.device.constants.tolist(), strict=True))
-        told = sorted({e["position"] for e in self.device.sidecar["events"] if "position" in e})
-        positions = [
-            joint.position for joint in functions.find_flank_breakpoints(self.device.machine.cam.flank, tuple(told))
-        ]
-        flanked = [(known[f"delta_{f}0"], known[f"delta_{f}1"]) for f in "rf"]
-        inner = {start + x * (end - start) for start, end in flanked for x in (0.0, *positions, 1.0)}
+        constants = dict(zip(entries, self.device.constants.tolist(), strict=True))
+        candidates = tuple(sorted({e["position"] for e in self.device.sidecar["events"] if "position" in e}))
+        breakpoints = functions.find_flank_breakpoints(self.device.machine.cam.flank, candidates)
+        positions = [breakpoint.position for breakpoint in breakpoints]
+        flanks = [(constants[f"delta_{f}0"], constants[f"delta_{f}1"]) for f in "rf"]
+        inner = {start + x * (end - start) for start, end in flanks for x in (0.0, *positions, 1.0)}
         return tuple(sorted({0.0, 2 * np.pi} | {at for at in inner if 0 < at < 2 * np.pi}))
 
     def at(self, station: float) -> Profile:
         """A section [m], unrolled as seen from outside."""
-        course = self.section(station)
-        return Profile(self.device.machine.name, self.roller, course, self.breaks, False, ("along", "height"))
+        section = self.section(station)
+        return Profile(self.device.machine.name, self.roller, section, self.breaks, False, ("along", "height"))
 
 
-def push(device: Device) -> Push:
+def build_push(device: Device) -> Push:
     """The force of the cam on the roller by the carrier angle and speed, in the device's model."""
     functions = device.functions
     index = device.formulas.entries("side").index("F_E")
@@ -80,13 +79,13 @@ def push(device: Device) -> Push:
         constants = device.constants.copy()
         constants[speed_at] = speed
         h = device.hoisting_kernel(x=device.design, c=constants)["h"][:, 0]
-        found: Array = kernel(phi=phi, x=device.design, c=constants, h=h)["F_E"].ravel()
-        return found
+        force_N: Array = kernel(phi=phi, x=device.design, c=constants, h=h)["F_E"].ravel()
+        return force_N
 
     return at
 
 
-def made(device: Device, roller: float, tolerance: float, width: float) -> CamOutput:
+def build_cam(device: Device, roller: float, tolerance: float, width: float) -> CamOutput:
     """The cam with a rim of a `width` [m] about the base cylinder, for a roller of a radius, arcs within `tolerance`.
 
     Raises InputError for a rim that reaches the axis, GeometryError for a roller that cuts in, inside the rim or at it.
@@ -97,29 +96,29 @@ def made(device: Device, roller: float, tolerance: float, width: float) -> CamOu
             f"--width-mm = {width * 1e3:g}: it must be less than the base cylinder's diameter of "
             f"{2e3 * face.radius:g} mm"
         )
-    pushing, speed = push(device), machine.si("speed_rpm")
+    pushing, speed = build_push(device), machine.si("speed_rpm")
     stations = (face.radius - width / 2, face.radius + width / 2)
     for station in stations:
         face.at(station).check_clearance()
-    found = build_cam_part(face.at(face.radius), "end-face", tolerance, find_lift_off(pushing, speed), speed, width)
+    part = build_cam_part(face.at(face.radius), "end-face", tolerance, find_lift_off(pushing, speed), speed, width)
     meanings = {entry["shown"]: entry["meaning"] for entry in device.sidecar["vectors"]["machine"]}
-    told = CamPageContent(machine, meanings, load(CAM).sidecar, pushing, speed)
-    return CamOutput(found, told, lambda: _solid(face, stations, width))
+    page = CamPageContent(machine, meanings, load(CAM).sidecar, pushing, speed)
+    return CamOutput(part, page, lambda: _solid(face, stations, width))
 
 
 def _solid(face: EndFace, stations: tuple[float, float], width: float) -> bytes:
     """The rim between two sections, down to a plane a width below its lowest place."""
     inner, outer = (face.section(station) for station in stations)
     low = min(face.at(station).find_smallest("surface_z").value for station in stations)
-    rims = [(_course(inner, a, b), _course(outer, a, b)) for a, b in pairwise(face.breaks)]
+    rims = [(_build_contact_curve(inner, a, b), _build_contact_curve(outer, a, b)) for a, b in pairwise(face.breaks)]
     return solids.format_ring(f"cam of {face.device.machine.name}", rims, low - width)
 
 
-def _course(section: Section, start: float, end: float) -> solids.SpaceCurve:
+def _build_contact_curve(section: Section, start: float, end: float) -> solids.SpaceCurve:
     """The contact in space along a smooth piece."""
 
-    def places(s: Array) -> Array:
-        found = section(start + (end - start) * s)
-        return np.column_stack([found[f"surface_{axis}"] for axis in "xyz"])
+    def evaluate_points(s: Array) -> Array:
+        columns = section(start + (end - start) * s)
+        return np.column_stack([columns[f"surface_{axis}"] for axis in "xyz"])
 
-    return places
+    return evaluate_points

@@ -17,16 +17,16 @@ FITTED = {
 
 def columns() -> dict[str, tuple[str, str]]:
     """Meaning and source of each column."""
-    found = {"phi_deg": ("carrier angle, counted for side 1", "input")}
+    meanings = {"phi_deg": ("carrier angle, counted for side 1", "input")}
     for model in MODELS:
         vectors = generated.sidecar(f"planting_{model}")["vectors"]
         for vector in ("side", "totals"):
             for key, entry in zip(cycle.list_keys(vectors[vector]), vectors[vector], strict=True):
-                found[key] = (entry["meaning"], entry["source"])
+                meanings[key] = (entry["meaning"], entry["source"])
                 if vector == "side":
-                    found[cycle.name_second_side(key)] = (
+                    meanings[cycle.name_second_side(key)] = (
                         f"{entry['meaning']}; side 2, half a turn behind",
                         entry["source"],
                     )
-    found |= {key: (meaning, "derived: assumption lifted") for key, meaning in describe_friction_columns().items()}
-    return found | dict.fromkeys(BORNE, ("the largest over a turn, of the designer's summary", "derived"))
+    meanings |= {key: (meaning, "derived: assumption lifted") for key, meaning in describe_friction_columns().items()}
+    return meanings | dict.fromkeys(BORNE, ("the largest over a turn, of the designer's summary", "derived"))

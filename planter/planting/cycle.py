@@ -13,7 +13,7 @@ from planter.files import units
 from planter.kernels import Array
 from planter.numerics.extrema import index_first_extremum
 from planter.planting.model import Device
-from planter.planting.results import Statistics, Warned
+from planter.planting.results import PlantingWarning, Statistics
 
 
 @dataclass(frozen=True)
@@ -94,11 +94,11 @@ class DeviceCycleTable:
 
 def evaluate_cycle(device: Device, at: DesignPoint, phi: Array) -> DeviceCycleTable:
     """All forces and motions at carrier angles (n,) [rad]."""
-    found = device.cycle(at, phi)
+    outputs = device.cycle(at, phi)
     vectors = device.sidecar["vectors"]
-    one, two = (_to_display_columns(vectors["side"], found[name]) for name in ("side1", "side2"))
+    first, second = (_to_display_columns(vectors["side"], outputs[name]) for name in ("side1", "side2"))
     return DeviceCycleTable(
-        np.asarray(phi, dtype=float), (one, two), _to_display_columns(vectors["totals"], found["totals"])
+        np.asarray(phi, dtype=float), (first, second), _to_display_columns(vectors["totals"], outputs["totals"])
     )
 
 
@@ -145,9 +145,9 @@ ONE_SIDED = {
 """Contacts that can only push, by the key of their force."""
 
 
-def find_cycle_warnings(device: Device, x: Array, turn: DeviceCycleTable) -> list[Warned]:
+def find_cycle_warnings(device: Device, x: Array, turn: DeviceCycleTable) -> list[PlantingWarning]:
     """Lost contacts over the cycle and values outside the machine's bounds."""
-    found = [
+    warnings = [
         _describe_lost_contact(turn, key, name, text)
         for key, (name, text) in ONE_SIDED.items()
         if turn.sides[0][key].min() < 0
@@ -155,16 +155,16 @@ def find_cycle_warnings(device: Device, x: Array, turn: DeviceCycleTable) -> lis
     low, high = device.lower / device.scale, device.upper / device.scale
     for name, value, a, b in zip(device.names, x / device.scale, low, high, strict=True):
         if not a <= value <= b:
-            found.append(
-                Warned(
+            warnings.append(
+                PlantingWarning(
                     name="design_out_of_bounds", phi_deg=0.0,
                     message=f"{name} = {value:.6g} lies outside its bounds [{a:g}, {b:g}]",
                 )
             )  # fmt: skip
-    return found
+    return warnings
 
 
-def _describe_lost_contact(turn: DeviceCycleTable, key: str, name: str, text: str) -> Warned:
+def _describe_lost_contact(turn: DeviceCycleTable, key: str, name: str, text: str) -> PlantingWarning:
     force = turn.sides[0][key]
     pulled = force < 0
     worst = index_first_extremum(turn.phi, force, -1)
@@ -172,4 +172,4 @@ def _describe_lost_contact(turn: DeviceCycleTable, key: str, name: str, text: st
     message = (
         f"{text}: by up to {-force[worst]:.3g} N on side 1, over {share:.0f} % of the turn; side 2 half a turn later"
     )
-    return Warned(name=name, phi_deg=float(np.degrees(turn.phi[worst])), message=message)
+    return PlantingWarning(name=name, phi_deg=float(np.degrees(turn.phi[worst])), message=message)

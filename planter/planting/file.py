@@ -283,11 +283,11 @@ class Machine(Document):
     @check
     def _inertia_fits_mass_and_centroid(self) -> Problems:
         inertia, mass, centroid = self.inertia, self.mass, self.centroid
-        least = {
+        minima = {
             "J56_about_A1_kg_m2": minimum_inertia(mass.middle_kg, (centroid.middle_radius_mm,)),
             "J7_about_B1_kg_m2": minimum_inertia(mass.planet_kg, centroid.planet_xy_mm),
         }
-        for key, bound in least.items():
+        for key, bound in minima.items():
             if getattr(inertia, key) < bound:
                 allowed = f"it must be at least mass times squared centroid distance, {bound:.6g}"
                 yield refused(f"inertia.{key}", getattr(inertia, key), allowed)

@@ -65,12 +65,12 @@ class Functions:
         x, c = ca.MX.sym("x", self._split[-1]), ca.MX.sym("c", self._size("machine"))
         mounting, *parameters = ca.vertsplit(x, self._split)
         curves = [s.prologue.function(p) for s, p in zip(self._stages, parameters, strict=True)]
-        along = [s.tangent.function(p, h) for s, p, h in zip(self._stages, parameters, curves, strict=True)]
+        tangents = [s.tangent.function(p, h) for s, p, h in zip(self._stages, parameters, curves, strict=True)]
         packed = [v for pair in zip(parameters, curves, strict=True) for v in pair]
         dynamics, *parts = self._dynamics_tangent(mounting, *packed, c)
-        rows = ca.diagcat(ca.MX(0, mounting.numel()), *along)
-        for place, curve in enumerate(along):
-            parts[1 + place] = parts[1 + place] + parts[3 + place] @ curve
+        rows = ca.diagcat(ca.MX(0, mounting.numel()), *tangents)
+        for stage, curve in enumerate(tangents):
+            parts[1 + stage] = parts[1 + stage] + parts[3 + stage] @ curve
         dh = ca.vertcat(rows, ca.horzcat(*parts[:3]))
         return ca.Function("prologue", [x, c], [ca.vertcat(*curves, dynamics), dh], ["x", "c"], ["h", "dh"])
 
@@ -78,22 +78,22 @@ class Functions:
     def _dynamics_tangent(self) -> ca.Function:
         """What the dynamics hoist, and its Jacobians in the mounting, in both stages' parameters and their series."""
         inputs = self._dynamics.sx_in()
-        mounting, one, first, two, second, _ = inputs
+        mounting, parameters1, series1, parameters2, series2, _ = inputs
         hoisted = self._dynamics(*inputs)
-        along = [ca.jacobian(hoisted, v) for v in (mounting, one, two, first, second)]
-        return ca.Function("dynamics_tangent", inputs, [hoisted, *along])
+        jacobians = [ca.jacobian(hoisted, v) for v in (mounting, parameters1, parameters2, series1, series2)]
+        return ca.Function("dynamics_tangent", inputs, [hoisted, *jacobians])
 
     @cached_property
     def data_tangent_function(self) -> ca.Function:
         """(x, c, h) -> the sparse Jacobian of the prologue h in the data c, which the stages do not depend on."""
         inputs = self._dynamics.sx_in()
-        along = ca.Function("along_data", inputs, [ca.jacobian(self._dynamics(*inputs), inputs[-1])])
+        data_jacobian = ca.Function("along_data", inputs, [ca.jacobian(self._dynamics(*inputs), inputs[-1])])
         x, c, h = (ca.MX.sym(n, v.numel()) for n, v in zip("xch", (self.x, self.c, self.h), strict=True))
         mounting, *parameters = ca.vertsplit(x, self._split)
         sizes = [s.prologue.function.size1_out(0) for s in self._stages]
         curves = ca.vertsplit(h, np.cumsum([0, *sizes, h.numel() - sum(sizes)]).tolist())[:2]
         packed = [v for pair in zip(parameters, curves, strict=True) for v in pair]
-        rows = ca.vertcat(ca.MX(sum(sizes), c.numel()), along(mounting, *packed, c))
+        rows = ca.vertcat(ca.MX(sum(sizes), c.numel()), data_jacobian(mounting, *packed, c))
         return ca.Function("data_tangent", [x, c, h], [rows], ["x", "c", "h"], ["dh"])
 
     def of_data(self, outputs: list[ca.SX]) -> tuple[list[ca.SX], list[ca.SX]]:
@@ -123,8 +123,8 @@ class Functions:
     @cached_property
     def both(self) -> tuple[ca.SX, ca.SX, ca.SX]:
         """Side 1, side 2 (half a turn behind) and what both do to the frame."""
-        one, two = self.side(self.phi), self.side(self.phi - np.pi)
-        return one, two, self.frame(one, two, self.c)
+        first, second = self.side(self.phi), self.side(self.phi - np.pi)
+        return first, second, self.frame(first, second, self.c)
 
     @cached_property
     def events(self) -> ca.SX:
@@ -183,12 +183,12 @@ def find_flank_breakpoints(name: str, positions: tuple[float, ...]) -> tuple[Fla
     for _ in range(2):
         derivatives.append(ca.jacobian(derivatives[-1], x))
     values = Kernel(
-        ca.Function("derivatives", [x], [ca.densify(ca.vertcat(*derivatives))], ["x"], ["found"]), lanes=["x"]
+        ca.Function("derivatives", [x], [ca.densify(ca.vertcat(*derivatives))], ["x"], ["jets"]), lanes=["x"]
     )
-    beside = np.add.outer(np.array(positions), [-_BESIDE, _BESIDE])
-    found = values(x=np.clip(beside, 0, 1).ravel())["found"].reshape(len(derivatives), *beside.shape)
-    found = np.where((beside < 0) | (beside > 1), 0.0, found)
-    jumps = np.abs(found[..., 1] - found[..., 0]) > _JUMP
+    around = np.add.outer(np.array(positions), [-_BESIDE, _BESIDE])
+    jets = values(x=np.clip(around, 0, 1).ravel())["jets"].reshape(len(derivatives), *around.shape)
+    jets = np.where((around < 0) | (around > 1), 0.0, jets)
+    jumps = np.abs(jets[..., 1] - jets[..., 0]) > _JUMP
     return tuple(
         FlankBreakpoint(x, int(order.argmax())) for x, order in zip(positions, jumps.T, strict=True) if order.any()
     )

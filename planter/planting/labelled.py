@@ -11,7 +11,7 @@ from planter.kernels import Array
 from planter.planting import cycle
 from planter.planting.file import load
 from planter.planting.model import Device
-from planter.planting.report.scene import MOMENTS, build_scene, halves
+from planter.planting.report.scene import MOMENTS, build_scene, draw_halves
 from planter.planting.swept import ROOM
 from planter.planting.toothed import locate_pitch_curves
 from planter.view.scene import Body, Outline, Scene
@@ -99,7 +99,7 @@ def _planet(device: Device, at: At) -> list[Mark]:
     b1, design, nozzle = _at(at, "B1"), _angles(device), device.machine.nozzle
     tip = np.array([at["tip_machine_x_mm"], at["tip_y_mm"]])
     planet = -at["alpha_deg"]
-    along, up, _ = nozzle.hinge_A_mm
+    hinge_x, hinge_y, _ = nozzle.hinge_A_mm
     roller = b1 + _turned([at["x_E_mm"], at["y_E_mm"]], planet)
     mounted = design["theta"] + at["phi_deg"] - 180
     return [
@@ -110,7 +110,7 @@ def _planet(device: Device, at: At) -> list[Mark]:
         Angle(("theta",), b1, at["phi_deg"] - 180, design["theta"], 75),
         Angle(("phi72",), b1, mounted, at["phi72_deg"], 100),
         Spot(("c_CBx", "c_CBy"), b1 + _turned(device.machine.centroid.planet_xy_mm, planet)),
-        Spot(("x_A", "y_A"), b1 + _turned([along, up], planet)),
+        Spot(("x_A", "y_A"), b1 + _turned([hinge_x, hinge_y], planet)),
         Spot(("x_E", "y_E"), roller),
         Length(("R_b",), b1 + _turned([at["x_E_mm"], 0], planet), roller),
     ]
@@ -118,8 +118,8 @@ def _planet(device: Device, at: At) -> list[Mark]:
 
 def _across(device: Device, at: At) -> Scene:
     """The inner half closed, palely, and as it opens; x' to the right, z' upwards, from B1."""
-    along, _, apart = device.machine.nozzle.hinge_A_mm
-    shape, hinge = halves(device)[0], np.array([along, apart])
+    hinge_x, _, hinge_z = device.machine.nozzle.hinge_A_mm
+    shape, hinge = draw_halves(device)[0], np.array([hinge_x, hinge_z])
     rocker = np.array([[0.0, 0.0], _closed_roller(device)])
     swing = -at["theta1_deg"]
     axis = np.array([[0.0, 0.0], [device.machine.nozzle.tip_distance_mm, 0.0]])
@@ -150,8 +150,8 @@ def _closed_roller(device: Device) -> Array:
 def _half(device: Device, at: At) -> list[Mark]:
     """What swings about the hinge; places are those with the nozzle closed."""
     cam, nozzle = device.machine.cam, device.machine.nozzle
-    along, _, apart = nozzle.hinge_A_mm
-    hinge = np.array([along, apart])
+    hinge_x, _, hinge_z = nozzle.hinge_A_mm
+    hinge = np.array([hinge_x, hinge_z])
     moving = hinge + _turned(_closed_roller(device), -at["theta1_deg"])
 
     def fixed(letter: str, place: Sequence[float]) -> Spot:
@@ -191,9 +191,9 @@ def _cam(device: Device) -> list[Mark]:
     ends = {"delta_r0": cam.rise_delta_deg[0], "delta_r1": cam.rise_delta_deg[1],
             "delta_f0": cam.fall_delta_deg[0], "delta_f1": cam.fall_delta_deg[1]}  # fmt: skip
     radii = cam.base_radius_mm * np.array([0.3, 0.45, 0.6, 0.75])
-    found: list[Mark] = [Angle((name,), centre, 90, -end, float(radius))
+    angles: list[Mark] = [Angle((name,), centre, 90, -end, float(radius))
                          for (name, end), radius in zip(ends.items(), radii, strict=True)]  # fmt: skip
-    return [*found, Length(("R_b",), centre, _arc(cam.base_radius_mm, 60, 60)[0], 0.9)]
+    return [*angles, Length(("R_b",), centre, _arc(cam.base_radius_mm, 60, 60)[0], 0.9)]
 
 
 class PlantingLabels:

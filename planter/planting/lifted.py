@@ -41,8 +41,8 @@ class LiftedCycle:
     def joint(self, name: str) -> Array:
         """Size of the force in a joint [N], (n,)."""
         x, y = ((self.totals if name in TOTALS else self.one)[part] for part in JOINTS[name])
-        found: Array = np.hypot(x, y)
-        return found
+        size_N: Array = np.hypot(x, y)
+        return size_N
 
     @property
     def motor_work(self) -> float:
@@ -74,10 +74,10 @@ class LiftedModel:
         sides: list[tuple[ca.SX, ca.SX]] = []
         for angle in (functions.phi, functions.phi - np.pi):
             phi, *vectors, c, _ = functions.lane_inputs(angle)
-            own = ca.SX.sym(f"lifted{len(sides)}", len(self.inputs))
-            sides.append((lane(phi, *vectors, c, own, prologue(*vectors, c, own)), own))
-        (one, first), (two, second) = sides
-        outputs = [one, two, module.frame()(one, two, functions.c)]
+            relaxed = ca.SX.sym(f"lifted{len(sides)}", len(self.inputs))
+            sides.append((lane(phi, *vectors, c, relaxed, prologue(*vectors, c, relaxed)), relaxed))
+        (side1, first), (side2, second) = sides
+        outputs = [side1, side2, module.frame()(side1, side2, functions.c)]
         inputs = [*functions.inputs, first, second]
         names = ["phi", "x", "c", "h", "lifted1", "lifted2"]
         f = ca.Function("lifted", inputs, outputs, names, ["side1", "side2", "totals"])
@@ -97,13 +97,13 @@ class LiftedModel:
         """
         rows = self._rows(lifted or {}, len(phi))
         constants = self.device.constants.copy()
-        shown = [entry["shown"] for entry in self.vectors["machine"]]
+        paths = [entry["shown"] for entry in self.vectors["machine"]]
         for path, value in (changes or {}).items():
-            constants[shown.index(path)] = value
+            constants[paths.index(path)] = value
         second = np.roll(rows if behind is None else self._rows(behind, len(phi)), len(phi) // 2, axis=1)
         second[self.inputs.index("speed_rate")] = rows[self.inputs.index("speed_rate")]
-        found = self._kernel(phi=phi, x=self._x, c=constants, h=self._h, lifted1=rows, lifted2=second)
-        return LiftedCycle(*(dict(zip((e["name"] for e in self.vectors[vector]), found[name], strict=True))
+        outputs = self._kernel(phi=phi, x=self._x, c=constants, h=self._h, lifted1=rows, lifted2=second)
+        return LiftedCycle(*(dict(zip((e["name"] for e in self.vectors[vector]), outputs[name], strict=True))
                       for vector, name in (("side", "side1"), ("side", "side2"), ("totals", "totals"))))  # fmt: skip
 
     def _rows(self, lifted: Lifting, count: int) -> Array:
@@ -121,12 +121,12 @@ class LiftedModel:
         """
         cosine = np.cos(self.device.machine.si("contact.pressure_angle_deg"))
         pitch = np.pi * module
-        found: dict[str, Array] = {}
+        inputs: dict[str, Array] = {}
         for tag, sense, arc in zip("PQ", (-1, 1), self._arcs(turn, phi), strict=True):
-            along = sense * cosine * pitch * (np.mod(arc / pitch, 1) - 0.5)
+            distance = sense * cosine * pitch * (np.mod(arc / pitch, 1) - 0.5)
             for flank, way in (("plus", 1), ("minus", -1)):
-                found |= {f"lead_{tag}_{flank}": np.sign(way * along), f"away_{tag}_{flank}": np.abs(along)}
-        return found
+                inputs |= {f"lead_{tag}_{flank}": np.sign(way * distance), f"away_{tag}_{flank}": np.abs(distance)}
+        return inputs
 
     def _arcs(self, turn: LiftedCycle, phi: Array) -> Iterator[Array]:
         """Length of the inner pitch curves that has passed the contact since t = 0, at each angle [m], (n,)."""
@@ -136,11 +136,11 @@ class LiftedModel:
         polar = (phi + machine.si("design.alpha3_deg"), turn.one["phi52"] + machine.si("design.beta6_deg"))
         first = len(self.device.names) - sum(len(stage.names) for stage in self.device.stages)
         for stage, t in zip(self.device.stages, polar, strict=True):
-            own = self._x[first : first + len(stage.names)]
+            parameters = self._x[first : first + len(stage.names)]
             first += len(stage.names)
             dense = np.linspace(min(0.0, float(t.min())), float(t.max()), 8 * SAMPLES + 1)
-            hoisted = stage.prologue(parameters=own)["hoisted"]
-            contact = stage.contact(t=dense, parameters=own, hoisted=hoisted)
+            hoisted = stage.prologue(parameters=parameters)["hoisted"]
+            contact = stage.contact(t=dense, parameters=parameters, hoisted=hoisted)
             speed = np.hypot(contact["r"][0], contact["dr"][0])
             arc = cumulative_simpson(speed, x=dense, initial=0.0)
             yield np.interp(t, dense, arc) - np.interp(0.0, dense, arc)
@@ -149,7 +149,7 @@ class LiftedModel:
 def find_assumption_effects(device: Device, module_mm: float = MODULE_MM) -> list[Lifted]:
     """What lifting each assumption alone does to the largest joint forces and to the work over a turn."""
     model, phi = LiftedModel(device), cycle.sample_angles(SAMPLES)
-    own = model.turn(phi)
+    modelled = model.turn(phi)
     speed = device.machine.si("operation.speed_rpm")
     friction = device.machine.si("contact.tooth_friction_angle_deg")
     inward = {"contact.tooth_friction_angle_deg": -friction}
@@ -157,17 +157,17 @@ def find_assumption_effects(device: Device, module_mm: float = MODULE_MM) -> lis
         "tooth friction inwards": model.turn(phi, changes=inward),
         "no tooth friction": model.turn(phi, changes={"contact.tooth_friction_angle_deg": 0.0}),
         f"teeth slide, module {module_mm:g} mm": model.turn(
-            phi, {"against": 1.0, **model.beyond(own, phi, module_mm * 1e-3)}
+            phi, {"against": 1.0, **model.beyond(modelled, phi, module_mm * 1e-3)}
         ),
         "cam rubs along the hinge": model.turn(phi, {"along_hinge": 1.0}),
     }
     return [
         Lifted(
             assumption=name,
-            support_N=float(abs(turn.totals["F_support"] - own.totals["F_support"]).max()),
-            joints_N={joint: float(abs(turn.joint(joint) - own.joint(joint)).max()) for joint in JOINTS},
+            support_N=float(abs(turn.totals["F_support"] - modelled.totals["F_support"]).max()),
+            joints_N={joint: float(abs(turn.joint(joint) - modelled.joint(joint)).max()) for joint in JOINTS},
             largest_N={joint: float(turn.joint(joint).max()) for joint in JOINTS},
-            as_modelled_N={joint: float(own.joint(joint).max()) for joint in JOINTS},
+            as_modelled_N={joint: float(modelled.joint(joint).max()) for joint in JOINTS},
             motor_work_J=turn.motor_work,
             friction_work_J=turn.lost(speed),
         )

@@ -41,7 +41,7 @@ def add_deviations(machine: Machine, device: Device) -> Machine:
     d = ca.SX.sym("d", size + len(values))
     distances = [h[place] - d[size + k] for k, place in enumerate(find_distance_indices(device))]
     mounted = _mount_values(device, d, distances)
-    one, two, _ = (ca.SX.sym(name, totals.size1_in(i)) for i, name in enumerate(("one", "two", "d")))
+    first, second, _ = (ca.SX.sym(name, totals.size1_in(i)) for i, name in enumerate(("one", "two", "d")))
 
     def compose(name: str, function: ca.Function) -> ca.Function:
         return ca.Function(name, [phi, d, h, q], [function(phi, mounted, h, q)], ["phi", "d", "h", "q"], ["y"])
@@ -54,7 +54,7 @@ def add_deviations(machine: Machine, device: Device) -> Machine:
         data=np.append(machine.data, np.zeros(len(values))),
         prologue=ca.Function("prologue", [both], [machine.prologue(design(both))], ["d"], ["h"]),
         lane=compose("lane", machine.lane),
-        totals=ca.Function("totals", [one, two, d], [totals(one, two, d[:size])]),
+        totals=ca.Function("totals", [first, second, d], [totals(first, second, d[:size])]),
         events=compose("events", machine.events),
         tangent=lambda moved: _differentiate(machine, design, moved),
     )
@@ -90,8 +90,8 @@ def _differentiate(machine: Machine, design: ca.Function, moved: tuple[int, ...]
     d = design.sx_in(0)
     slopes = ca.Function("mounted_slopes", [d], [ca.jacobian(design(d), d)[:, list(moved)]])
     both = ca.MX.sym("d", d.numel())
-    h, along = tangent(design(both))
-    return ca.Function("tangent", [both], [h, along @ slopes(both)], ["d"], ["h", "dh"])
+    h, jacobian = tangent(design(both))
+    return ca.Function("tangent", [both], [h, jacobian @ slopes(both)], ["d"], ["h", "dh"])
 
 
 __all__ = ["build_machine", "load", "takes"]

@@ -123,18 +123,19 @@ class Device:
 
         Raises GeometryError where the machine's own design has no gears; the corners of its bounds are not looked at.
         """
-        found = Device.__new__(Device)
-        vars(found).update(vars(self))
-        found._take(machine)
-        found.force = self.force.with_machine(
-            replace(self.force.machine, document=machine, data=found.data, lower=found.lower, upper=found.upper,
+        device = Device.__new__(Device)
+        vars(device).update(vars(self))
+        device._take(machine)
+        device.force = self.force.with_machine(
+            replace(self.force.machine, document=machine, data=device.data, lower=device.lower, upper=device.upper,
                     samples=machine.objective.samples, sampling=machine.objective.samples)
         )  # fmt: skip
         for index, pair in enumerate(self.stages):
-            own = StageCandidate(found.of_stage(index, found.design), lambda name: f"{machine.source}: design.{name}")
-            pair.check_parameters(own)
-            pair.check_radius(own)
-        return found
+            parameters = device.of_stage(index, device.design)
+            candidate = StageCandidate(parameters, lambda name: f"{machine.source}: design.{name}")
+            pair.check_parameters(candidate)
+            pair.check_radius(candidate)
+        return device
 
     def __reduce__(self) -> tuple[Any, ...]:
         """As its machine, model and numbers: where it is loaded it is built, and compiled if it was."""
@@ -161,10 +162,10 @@ class Device:
     @property
     def entries(self) -> list[Mapping[str, str]]:
         """Name, unit, meaning and source of each design parameter."""
-        found: list[Mapping[str, str]] = list(self._vectors["mounting"])
-        for number, own in enumerate(self.stages, 1):
-            found += [*own.sidecar["parameters"][:-1], self._vectors[f"parameters{number}"]["known"]["-1"]]
-        return found
+        entries: list[Mapping[str, str]] = list(self._vectors["mounting"])
+        for number, gear_stage in enumerate(self.stages, 1):
+            entries += [*gear_stage.sidecar["parameters"][:-1], self._vectors[f"parameters{number}"]["known"]["-1"]]
+        return entries
 
     def x(self, **values: float) -> Array:
         """The machine's own design (p,) in SI with some values changed, by name and in the unit [that it ends in].
@@ -175,11 +176,11 @@ class Device:
             if name not in self.names:
                 hint = paths.suggest_names(name, self.names)
                 raise InputError(f"{name} is no design parameter of {self.machine.name}: {hint}")
-        found = self.design.copy()
+        design = self.design.copy()
         for name, value in values.items():
             index = self.names.index(name)
-            found[index] = value * self.scale[index]
-        return found
+            design[index] = value * self.scale[index]
+        return design
 
     def named(self, x: Array) -> dict[str, float]:
         """A design (p,) in SI as it is shown: values by name, each in the unit [that its name ends in]."""
@@ -192,8 +193,8 @@ class Device:
         return show_object(self)
 
     def _repr_html_(self) -> str:
-        own, low, high = (self.named(x) for x in (self.design, self.lower, self.upper))
-        rows = ((name, own[name], low[name], high[name], units.unit(name)) for name in self.names)
+        values, low, high = (self.named(x) for x in (self.design, self.lower, self.upper))
+        rows = ((name, values[name], low[name], high[name], units.unit(name)) for name in self.names)
         families = " and ".join(stage.family for stage in self.stages)
         title = f"{self.machine.name}, {self.model} model, stages {families}"
         return format_table(title, ("design", "value", "lower", "upper", "unit"), rows)
@@ -271,8 +272,8 @@ def build_machine(device: Device) -> EngineMachine:
         return ca.Function(name, [functions.phi, d, functions.h, q], [graph], ["phi", "d", "h", "q"], ["y"])
 
     lane = compose("lane", functions.side(functions.phi))
-    one, two = (ca.SX.sym(side, lane.numel_out(0)) for side in ("one", "two"))
-    totals = ca.Function("totals", [one, two, d], [functions.frame(one, two, d[size:])])
+    first, second = (ca.SX.sym(side, lane.numel_out(0)) for side in ("one", "two"))
+    totals = ca.Function("totals", [first, second, d], [functions.frame(first, second, d[size:])])
     both = ca.MX.sym("d", len(values))
     prologue = ca.Function("prologue", [both], [functions.prologue_function(both[:size], both[size:])], ["d"], ["h"])
     quantities = tuple(

@@ -72,17 +72,17 @@ DENSE = np.linspace(0, 2 * np.pi, 721)
 
 def evaluate_true_extremes(device: Device, x: Array) -> TrueExtremes:
     """True extremes and integrals of the support force of a design x (p,) [SI], and the objective of these."""
-    found = ContinuousCycle(device.force).look(x)
-    objective = read_weights(device.machine).value(found.range, found.variance)
-    return TrueExtremes(found.high, found.low, found.range, found.variance, objective)
+    extremes = ContinuousCycle(device.force).look(x)
+    objective = read_weights(device.machine).value(extremes.range, extremes.variance)
+    return TrueExtremes(extremes.high, extremes.low, extremes.range, extremes.variance, objective)
 
 
 def evaluate_samples(device: Device, x: Array) -> SampledScore:
     """The objective of a design x (p,) [SI] over the machine file's samples, and what it is made of."""
     samples = device.machine.objective.samples
-    found = SampledCycle(device.force, samples).look(x)
+    look = SampledCycle(device.force, samples).look(x)
     return SampledScore(
-        samples, read_weights(device.machine).value(found.range, found.variance), found.range, found.variance
+        samples, read_weights(device.machine).value(look.range, look.variance), look.range, look.variance
     )
 
 
@@ -95,8 +95,8 @@ def find_curve_angles(device: Device, x: Array) -> Array:
     panels = CyclePanels(response, x)
     ends = np.concatenate([panels.extremes.angles, panels.breaks - ONE_SIDED_OFFSET, panels.breaks + ONE_SIDED_OFFSET])
     cycles = round(2 * np.pi / response.period)
-    every = np.add.outer(response.period * np.arange(cycles), np.mod(ends, response.period)).ravel()
-    return np.union1d(DENSE, every)
+    all_ends = np.add.outer(response.period * np.arange(cycles), np.mod(ends, response.period)).ravel()
+    return np.union1d(DENSE, all_ends)
 
 
 FIELDS = (OBJECTIVE, "range_N", "variance_N2", "mean_N")

@@ -39,14 +39,14 @@ from planter.planting.model import Device
 from planter.planting.objective import build_problem, evaluate_samples, evaluate_true_extremes
 from planter.planting.requirements import RequirementConstraints, build_infeasibility_error
 from planter.planting.results import (
-    Evaluations,
+    EvaluationCounts,
     FrontPoint,
     HeldBound,
     HeldRequirement,
     OptimisationFound,
     OptimumFound,
-    Proof,
-    Requirement,
+    PlantingCertificate,
+    RequirementResult,
     Scores,
 )
 from planter.planting.simulation import check_samples
@@ -78,13 +78,13 @@ def find_feasible_point(
     one with the lengths was found.
     """
     assert task.constraints is not None
-    least = find_feasible_or_nearest(task, task.constraints, sample_starts(task, MAX_ELASTIC_STARTS, seed))
-    if least.kept:
-        return least.u
-    of = "" if lengths is None else f" with {lengths.spec}"
-    if required is None or least.excess[: len(required.kinds)].max() <= FEASIBILITY_TOLERANCE:
-        raise ComputationError(f"no design{of} was found within the bounds")
-    raise build_infeasibility_error(required, task.design(least.u), least, of)
+    nearest_point = find_feasible_or_nearest(task, task.constraints, sample_starts(task, MAX_ELASTIC_STARTS, seed))
+    if nearest_point.kept:
+        return nearest_point.u
+    suffix = "" if lengths is None else f" with {lengths.spec}"
+    if required is None or nearest_point.excess[: len(required.kinds)].max() <= FEASIBILITY_TOLERANCE:
+        raise ComputationError(f"no design{suffix} was found within the bounds")
+    raise build_infeasibility_error(required, task.design(nearest_point.u), nearest_point, suffix)
 
 
 def search_from_design(task: Problem, x: Array) -> LocalMinimum:
@@ -95,18 +95,18 @@ def search_from_design(task: Problem, x: Array) -> LocalMinimum:
 def build_descent_task(device: Device, sampling: Sampling, lengths: PitchLengthConstraints | None = None) -> Task:
     """Return the descents on a device's problem, from points (p,), as workers run them."""
     arguments = {"machine": device.machine, "model": device.model, "sampling": sampling, "compiled": device.compiled,
-                 "wanted": None if lengths is None else lengths.spec}  # fmt: skip
+                 "tooth_counts": None if lengths is None else lengths.spec}  # fmt: skip
     return Task(prepare_device_descents, arguments)
 
 
 def prepare_device_descents(
-    machine: Machine, model: Model, sampling: Sampling, compiled: bool, wanted: ToothCountSpec | None
+    machine: Machine, model: Model, sampling: Sampling, compiled: bool, tooth_counts: ToothCountSpec | None
 ) -> Callable[[Array], SearchRecord]:
     """Return the function that descends from a point (p,), with kernels compiled if asked for, whole teeth if any."""
     device = Device(machine, model)
     if compiled:
         device.compile(sampling == "refined")
-    lengths = None if wanted is None else PitchLengthConstraints(device, wanted)
+    lengths = None if tooth_counts is None else PitchLengthConstraints(device, tooth_counts)
     return search.prepare_descents(
         build_constrained_problem(device, sampling, RequirementConstraints.from_device(device), lengths)
     )
@@ -124,9 +124,9 @@ class DeviceOptimum(OptimiserResult):
     names: tuple[str, ...]
     effective_parameters: int
     insensitive: list[list[dict[str, float]]]
-    requirements: list[Requirement]
+    requirements: list[RequirementResult]
 
-    def shown(self, scale: Array) -> OptimumFound:
+    def build_record(self, scale: Array) -> OptimumFound:
         """The optimum as results show it; `scale` (p,) is SI per shown unit."""
         return OptimumFound(
             method=self.method,
@@ -136,7 +136,7 @@ class DeviceOptimum(OptimiserResult):
             range_N=self.evaluation.look.range,
             variance_N2=self.evaluation.look.variance,
             start_objective=self.start_objective,
-            evaluations=Evaluations(**vars(self.evaluations)),
+            evaluations=EvaluationCounts(**vars(self.evaluations)),
             seconds=self.seconds,
             certificate=self._proof(),
             effective_parameters=self.effective_parameters,
@@ -144,17 +144,17 @@ class DeviceOptimum(OptimiserResult):
             requirements=self.requirements or None,
         )
 
-    def _proof(self) -> Proof:
+    def _proof(self) -> PlantingCertificate:
         """The certificate, with the requirements that hold the optimum where there are any to keep."""
-        proof, required = self.certificate, {one.name for one in self.requirements}
-        held = [HeldRequirement(**vars(one)) for one in proof.active_constraints if one.name in required]
-        return Proof(
+        proof, required = self.certificate, {constraint.name for constraint in self.requirements}
+        active = [HeldRequirement(**vars(each)) for each in proof.active_constraints if each.name in required]
+        return PlantingCertificate(
             kkt_residual=proof.kkt_residual,
             active_bounds=[HeldBound(**vars(bound)) for bound in proof.active_bounds],
             starts=proof.starts,
             agreeing_starts=proof.agreeing_starts,
             spread=proof.spread,
-            active_requirements=held if self.requirements else None,
+            active_requirements=active if self.requirements else None,
         )
 
 
@@ -166,7 +166,7 @@ class OptimisationInterrupted(errors.Interrupted):
     """The user stopped an optimisation; `best` is the result so far, None if nothing was evaluated yet."""
 
     def __init__(self, best: DeviceOptimum | None, scale: Array) -> None:
-        super().__init__(None if best is None else best.shown(scale).table())
+        super().__init__(None if best is None else best.build_record(scale).table())
         self.best = best
 
 
@@ -192,12 +192,12 @@ def search_optimum(
     Raises InputError for an unknown method, InfeasibleRequirementsError if no design satisfies the requirements, and
     Interrupted, with the best so far, on KeyboardInterrupt.
     """
-    begun, required = time.perf_counter(), RequirementConstraints.from_device(device)
+    start_s, required = time.perf_counter(), RequirementConstraints.from_device(device)
     task = build_constrained_problem(device, samples, required, lengths)
     spec = SearchSpec(samples, method, starts or DEFAULT_STARTS, seed, device.machine.genetic_algorithm)
 
     def build_optimum(best: DesignOptimum) -> DeviceOptimum:
-        result = replace(best.result, seconds=time.perf_counter() - begun)
+        result = replace(best.result, seconds=time.perf_counter() - start_s)
         return _build_optimum(device, required, lengths, samples, result)
 
     def keep_table(best: BestPoint, seconds: float) -> None:
@@ -226,25 +226,30 @@ def _build_optimum(
     required: RequirementConstraints | None,
     lengths: PitchLengthConstraints | None,
     sampling: Sampling,
-    found: OptimiserResult,
+    result: OptimiserResult,
 ) -> DeviceOptimum:
-    held = None if lengths is None else lengths.slopes(found.design)
-    felt = find_insensitivity(device.force, found.design, count_angles(sampling), held)
+    equation_gradients = None if lengths is None else lengths.slopes(result.design)
+    directions = find_insensitivity(device.force, result.design, count_angles(sampling), equation_gradients)
     return DeviceOptimum(
-        **vars(found), sampling=sampling, names=device.names, effective_parameters=felt.effective_parameters,
-        insensitive=felt.named,
-        requirements=[] if required is None else required.record(found.design),
+        **vars(result), sampling=sampling, names=device.names, effective_parameters=directions.effective_parameters,
+        insensitive=directions.named,
+        requirements=[] if required is None else required.record(result.design),
     )  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Optimisation:
-    """What was found, the models' devices by name, and the result as the interface gives it."""
+    """An optimum, the devices of the models by name, and the result as the interface returns it."""
 
-    found: DeviceOptimum
+    optimum: DeviceOptimum
     devices: dict[str, Device]
     result: OptimisationFound
     front: Sequence[ParetoPoint] = ()
+
+    @property
+    def found(self) -> DeviceOptimum:
+        """The optimum, under its former name."""
+        return self.optimum
 
     def show(self) -> Any:
         """A widget of a notebook that shows the optimum as it moves, the path of the tip before beneath.
@@ -255,7 +260,7 @@ class Optimisation:
         from planter.view.animation import widget
 
         device = self.devices[self.result.model]
-        return widget(build_scene(device, self.found.design, device.design))
+        return widget(build_scene(device, self.optimum.design, device.design))
 
     def to_frame(self) -> DataFrame:
         """The design before and after as a table of pandas, a row for each parameter, values in the unit [of its name].
@@ -287,26 +292,27 @@ def optimise(
     sampling = parse_sampling(samples)
     device = Device(device.machine, device.model)
     device.compile(sampling == "refined")
-    found = search_optimum(device, method, sampling, seed, starts, progress, keep, means=means)
+    optimum = search_optimum(device, method, sampling, seed, starts, progress, keep, means=means)
     try:
-        return evaluate_in_both_models(device, found)
+        return evaluate_in_both_models(device, optimum)
     except KeyboardInterrupt:
-        raise OptimisationInterrupted(found, device.scale) from None
+        raise OptimisationInterrupted(optimum, device.scale) from None
 
 
-def add_pareto_front(found: Optimisation, progress: Listener | None = None) -> Optimisation:
+def add_pareto_front(optimisation: Optimisation, progress: Listener | None = None) -> Optimisation:
     """The same with the front of range and variance: its designs, from least range to least variance."""
-    device = found.devices[found.result.model]
-    front = pareto.trace_pareto_front(device.force, found.found.sampling, pareto.FRONT_POINTS, progress)
+    device = optimisation.devices[optimisation.result.model]
+    front = pareto.trace_pareto_front(device.force, optimisation.optimum.sampling, pareto.FRONT_POINTS, progress)
     points = [
-        FrontPoint(one.evaluation.look.range, one.evaluation.look.variance, device.named(one.design)) for one in front
+        FrontPoint(point.evaluation.look.range, point.evaluation.look.variance, device.named(point.design))
+        for point in front
     ]
-    return replace(found, front=front, result=replace(found.result, front=points))
+    return replace(optimisation, front=front, result=replace(optimisation.result, front=points))
 
 
-def evaluate_in_both_models(device: Device, found: DeviceOptimum) -> Optimisation:
+def evaluate_in_both_models(device: Device, optimum: DeviceOptimum) -> Optimisation:
     """An optimum beside the design it started from, and both in both models."""
-    sampling, shown = found.sampling, found.shown(device.scale)
+    sampling, record = optimum.sampling, optimum.build_record(device.scale)
     devices: dict[str, Device] = {
         model: device if model == device.model else Device(device.machine, model) for model in MODELS
     }
@@ -315,34 +321,34 @@ def evaluate_in_both_models(device: Device, found: DeviceOptimum) -> Optimisatio
     result = OptimisationFound(
         machine=device.machine.name,
         model=device.model,
-        **vars(shown),
-        sampled=evaluate_samples(device, found.design),
-        refined=evaluate_true_extremes(device, found.design),
-        seed=found.seed,
+        **vars(record),
+        sampled=evaluate_samples(device, optimum.design),
+        refined=evaluate_true_extremes(device, optimum.design),
+        seed=optimum.seed,
         start_design=device.named(device.design),
         start_range_N=start.range,
         start_variance_N2=start.variance,
-        cross={model: _score_designs(task, found.design) for model, task in tasks.items()},
-        statement=describe_optimum(start.range, shown, device.size),
-        designer=summarise_design(device, found.design),
+        cross={model: _score_designs(task, optimum.design) for model, task in tasks.items()},
+        statement=describe_optimum(start.range, record, device.size),
+        designer=summarise_design(device, optimum.design),
         start_designer=summarise_design(device, device.design),
     )
-    return Optimisation(found, devices, result)
+    return Optimisation(optimum, devices, result)
 
 
-def describe_optimum(start_range_N: float, found: OptimumFound, parameters: int) -> str:
+def describe_optimum(start_range_N: float, record: OptimumFound, parameters: int) -> str:
     """What an optimisation came to, in one sentence: the range before and after, how sure, and what holds it."""
-    share = 100 * (found.range_N / start_range_N - 1)
-    proof = found.certificate
+    share = 100 * (record.range_N / start_range_N - 1)
+    proof = record.certificate
     sure = proof.kkt_residual < STATIONARITY_TOLERANCE and (proof.agreeing_starts > 1 or not proof.starts)
-    told = [f"the box binds in {len(proof.active_bounds)} of {parameters}"]
+    parts = [f"the box binds in {len(proof.active_bounds)} of {parameters}"]
     if proof.active_requirements is not None:
-        told.append(f"requirements that bind: {len(proof.active_requirements)}")
+        parts.append(f"requirements that bind: {len(proof.active_requirements)}")
     if not sure:
-        told.append(f"KKT residual {proof.kkt_residual:.1e}, {proof.agreeing_starts} of {proof.starts} starts agree")
+        parts.append(f"KKT residual {proof.kkt_residual:.1e}, {proof.agreeing_starts} of {proof.starts} starts agree")
     word = "certified" if sure else "not certified"
-    over = "" if found.samples == "refined" else f" over {found.samples} samples"
-    return f"range {start_range_N:#.4g} to {found.range_N:#.4g} N{over}, {share:+.1f} %, {word}; {'; '.join(told)}"
+    over = "" if record.samples == "refined" else f" over {record.samples} samples"
+    return f"range {start_range_N:#.4g} to {record.range_N:#.4g} N{over}, {share:+.1f} %, {word}; {'; '.join(parts)}"
 
 
 def parse_sampling(text: str | None) -> Sampling:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
-from itertools import pairwise
+from itertools import chain, pairwise
 from types import ModuleType
 from typing import Any
 
@@ -27,11 +27,10 @@ from planter.optimise.proof.jets import Jet, Space
 from planter.optimise.proof.roots import enclose_roots
 from planter.optimise.proof.search import SECONDS, Incumbent, prove_bound, share_boxes
 from planter.parallel.task import AUTO, Means
-from planter.planting import optimisation as planting_search
 from planter.planting.file import Machine
 from planter.planting.functions import Model
 from planter.planting.model import Device, build_measures
-from planter.planting.optimisation import DeviceOptimum, Optimisation
+from planter.planting.optimisation import DeviceOptimum, Optimisation, search_optimum
 from planter.progress import Listener
 
 FLANK = "4-5-6-7 polynomial"
@@ -54,10 +53,10 @@ class EnclosedForce:
         self.device, self.sidecar = device, generated.sidecar(name)
         self._module = generated.module(f"array.{name}")
         effects = self.sidecar["effects"]
-        self._gone = set(effects["without"])
+        self._insensitive = set(effects["without"])
         self._gears = [StageEnclosure(*pair) for pair in zip(device.stages, effects["felt"].values(), strict=True)]
-        own = [len(stage.names) for stage in device.stages]
-        self._parts = np.cumsum([0, device.size - sum(own), *own]).tolist()
+        counts = [len(stage.names) for stage in device.stages]
+        self._parts = np.cumsum([0, device.size - sum(counts), *counts]).tolist()
 
     def follow(self, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
         """Return the shares over a box as a function of lanes, of angles phi (lanes,) [rad]."""
@@ -69,10 +68,10 @@ class EnclosedForce:
 
     def _shares(self, xp: JetNamespace, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
         mounting, *parameters = (x[a:b] for a, b in pairwise(self._parts))
-        pair = [gear.meshing(xp, own) for gear, own in zip(self._gears, parameters, strict=True)]
-        packed = [part for own, stage in zip(parameters, pair, strict=True) for part in (own, stage.told)]
+        stages = [gear.meshing(xp, jets) for gear, jets in zip(self._gears, parameters, strict=True)]
+        packed = [part for jets, stage in zip(parameters, stages, strict=True) for part in (jets, stage.outputs)]
         constants = [xp.space.constant(Ball.exact([value])) for value in self.device.constants]
-        contacts = [stage.contact for stage in pair]
+        contacts = [stage.contact for stage in stages]
         hoisted = self._module.prologue(xp, mounting, *packed, constants, *contacts)
         force: Sequence[Jet] = self._module.lane(xp, phi, mounting, *packed, constants, hoisted, *contacts)
         return force
@@ -84,10 +83,11 @@ class EnclosedForce:
         A stage does not feel its length, if it has but one and all that is felt is shared by similar curves.
         """
         vectors = self.device.sidecar["vectors"]
-        own = [entry["shown"] for entry in vectors["mounting"] if entry["name"] in self._gone]
+        mounting = [entry["shown"] for entry in vectors["mounting"] if entry["name"] in self._insensitive]
         distances = [vectors[f"hoisted{i}"]["known"]["0"]["name"] for i in (1, 2)]
         pairs = zip(self._gears, distances, strict=True)
-        return (*own, *(name for gear, distance in pairs if distance in self._gone for name in gear.without))
+        stages = (gear.without for gear, distance in pairs if distance in self._insensitive)
+        return (*mounting, *chain.from_iterable(stages))
 
 
 class StageEnclosure:
@@ -100,8 +100,8 @@ class StageEnclosure:
         self.stage, similar = stage, stage.sidecar["similar"]
         self._module: ModuleType = generated.module(f"array.curve_{stage.family}")
         order = [entry["name"] for entry in stage.sidecar["parameters"]]
-        alike = set(felt) <= set(similar["unchanged"])
-        self._lengths = [order.index(name) for name in similar["lengths"]] if alike else []
+        unchanged = set(felt) <= set(similar["unchanged"])
+        self._lengths = [order.index(name) for name in similar["lengths"]] if unchanged else []
         self._known: dict[Any, list[Jet]] = {}
 
     @property
@@ -109,26 +109,26 @@ class StageEnclosure:
         """The one length of a curve of which nothing is felt that it changes."""
         return (self.stage.names[self._lengths[0]],) if len(self._lengths) == 1 else ()
 
-    def meshing(self, xp: JetNamespace, own: Sequence[Jet]) -> PitchCurveEnclosure:
-        """The stage with parameters `own`, in the box of `xp`."""
-        size, parameters = xp.space.whole(1), list(own)
+    def meshing(self, xp: JetNamespace, jets: Sequence[Jet]) -> PitchCurveEnclosure:
+        """The stage with parameters `jets`, in the box of `xp`."""
+        size, parameters = xp.space.whole(1), list(jets)
         if self._lengths:
-            size = own[self._lengths[0]]
+            size = jets[self._lengths[0]]
             for place in self._lengths:
-                parameters[place] = xp.space.whole(1) if place == self._lengths[0] else own[place] / size
-        distance, *series = self._hoisted(xp, own, parameters)
+                parameters[place] = xp.space.whole(1) if place == self._lengths[0] else jets[place] / size
+        distance, *series = self._hoisted(xp, jets, parameters)
         return PitchCurveEnclosure(self._module, parameters, [distance, *series], [distance * size, *series])
 
-    def _hoisted(self, xp: JetNamespace, own: Sequence[Jet], parameters: Sequence[Jet]) -> list[Jet]:
-        """Centre distance and series of a curve with these parameters, which `own` change."""
-        box = tuple(float(part) for jet in own for part in (*jet.value.mid[:, 0], *jet.value.rad[:, 0]))
+    def _hoisted(self, xp: JetNamespace, moved: Sequence[Jet], parameters: Sequence[Jet]) -> list[Jet]:
+        """Centre distance and series of a curve with these parameters, which `moved` change."""
+        box = tuple(float(part) for jet in moved for part in (*jet.value.mid[:, 0], *jet.value.rad[:, 0]))
         if box not in self._known:
             if len(self._known) == REMEMBERED:
                 del self._known[next(iter(self._known))]
-            self._known[box] = self._found(xp, parameters)
+            self._known[box] = self._compute_invariants(xp, parameters)
         return [replace(jet, space=xp.space) for jet in self._known[box]]
 
-    def _found(self, xp: JetNamespace, parameters: Sequence[Jet]) -> list[Jet]:
+    def _compute_invariants(self, xp: JetNamespace, parameters: Sequence[Jet]) -> list[Jet]:
         if not self.stage.sidecar["series"]:
             return [self._module.prologue(xp, parameters, 0)[0]]
         nodes, radii = self._module.radii(xp, parameters, self.stage.terms)
@@ -151,12 +151,12 @@ class PitchCurveEnclosure:
     module: ModuleType
     parameters: Sequence[Jet]
     hoisted: Sequence[Jet]
-    told: Sequence[Jet]
+    outputs: Sequence[Jet]
 
-    def contact(self, xp: JetNamespace, t: Jet, _own: Any, _told: Any) -> tuple[Jet, ...]:
-        own = {"sine_series": _sine_series} if len(self.hoisted) > 1 else {}
-        found: tuple[Jet, ...] = self.module.contact(xp, t, self.parameters, self.hoisted, **own)
-        return found
+    def contact(self, xp: JetNamespace, t: Jet, _parameters: Any, _outputs: Any) -> tuple[Jet, ...]:
+        options = {"sine_series": _sine_series} if len(self.hoisted) > 1 else {}
+        contact: tuple[Jet, ...] = self.module.contact(xp, t, self.parameters, self.hoisted, **options)
+        return contact
 
 
 def _sine_series(_xp: JetNamespace, u: Jet, b: Sequence[Jet]) -> Jet:
@@ -166,22 +166,22 @@ def _sine_series(_xp: JetNamespace, u: Jet, b: Sequence[Jet]) -> Jet:
 
 
 def add_proof(
-    found: Optimisation, seconds: float = SECONDS, progress: Listener | None = None, means: Means = AUTO
+    optimisation: Optimisation, seconds: float = SECONDS, progress: Listener | None = None, means: Means = AUTO
 ) -> Optimisation:
     """Return an optimum with the proof of the best design over samples, in so many seconds.
 
     `means` says what bounds the boxes: a proof that ends before its time is up does not depend on it.
     """
-    device, optimum = found.devices[found.result.model], _search_incumbent(found, progress)
+    device, optimum = optimisation.devices[optimisation.result.model], _search_incumbent(optimisation, progress)
     build = partial(build_objective_enclosure, device.machine, device.model, int(optimum.sampling))
     bounding = build()
     scope = "no design of the box, requirements kept or not," if optimum.requirements else "no design of the box"
-    named = device.named(optimum.design)
-    incumbent = Incumbent(optimum.design, named, optimum.objective, int(optimum.sampling), scope)
+    design = device.named(optimum.design)
+    incumbent = Incumbent(optimum.design, design, optimum.objective, int(optimum.sampling), scope)
     box = bounding.searched(optimum.design)
     with share_boxes(bounding, build, means) as shared:
         proof = prove_bound(shared, box, incumbent, seconds, progress)
-    return replace(found, result=replace(found.result, proof=proof))
+    return replace(optimisation, result=replace(optimisation.result, proof=proof))
 
 
 def build_objective_enclosure(machine: Machine, model: Model, count: int) -> ObjectiveEnclosure:
@@ -189,14 +189,14 @@ def build_objective_enclosure(machine: Machine, model: Model, count: int) -> Obj
     return ObjectiveEnclosure(Device(machine, model), count)
 
 
-def _search_incumbent(found: Optimisation, progress: Listener | None) -> DeviceOptimum:
-    """The optimum over samples: the one that was found, or the best that starts there and elsewhere lead to."""
-    own = found.found
-    if own.sampling != "refined":
-        return own
-    device = found.devices[found.result.model]
+def _search_incumbent(optimisation: Optimisation, progress: Listener | None) -> DeviceOptimum:
+    """The optimum over samples: the searched one, or the best that starts there and elsewhere lead to."""
+    optimum = optimisation.optimum
+    if optimum.sampling != "refined":
+        return optimum
+    device = optimisation.devices[optimisation.result.model]
     samples = device.machine.objective.samples
-    return planting_search.search_optimum(device, "ipopt", samples, own.seed, progress=progress, near=[own.design])
+    return search_optimum(device, "ipopt", samples, optimum.seed, progress=progress, near=[optimum.design])
 
 
 class ObjectiveEnclosure(ProvableObjective):
@@ -208,5 +208,5 @@ class ObjectiveEnclosure(ProvableObjective):
 
     def searched(self, design: Array) -> tuple[Array, Array]:
         """The device's box, parameters without effect held at their value in `design` (p,)."""
-        gone = np.isin(self.device.names, self.force.without)
-        return np.where(gone, design, self.device.lower), np.where(gone, design, self.device.upper)
+        insensitive = np.isin(self.device.names, self.force.without)
+        return np.where(insensitive, design, self.device.lower), np.where(insensitive, design, self.device.upper)

@@ -16,7 +16,7 @@ from planter.planting.angle_functions import TOOTH, AngleFunction
 from planter.planting.model import Device
 from planter.planting.requirement_rows import ABSOLUTE, STRICT_MARGIN, RequirementRow, RequirementRows
 from planter.planting.requirements_section import BY_NAME, RequirementKind, Requirements
-from planter.planting.results import Requirement, Violation
+from planter.planting.results import RequirementResult, Violation
 
 INVERSE = "curvature_radius"
 """The requirement on 1/row: its rows are curvatures [1/m]."""
@@ -102,14 +102,14 @@ def _step(section: Requirements, kind: RequirementKind) -> float:
     return step / radius / (radius + step)
 
 
-def evaluate_device_requirements(device: Device) -> list[Requirement] | None:
+def evaluate_device_requirements(device: Device) -> list[RequirementResult] | None:
     """Return the requirements at the design of the machine file, None if it has no [requirements]."""
     return (
         None if device.machine.requirements is None else evaluate_requirements(RequirementRows(device), device.design)
     )
 
 
-def evaluate_requirements(measures: RequirementRows, x: Array) -> list[Requirement]:
+def evaluate_requirements(measures: RequirementRows, x: Array) -> list[RequirementResult]:
     """Return every requirement of the file at a design (p,): value, limits, margins, verdict and angle.
 
     `margin` is how far the value is inside the nearest limit, in the requirement's unit; `phi_deg` is the carrier angle
@@ -130,14 +130,14 @@ def evaluate_requirements(measures: RequirementRows, x: Array) -> list[Requireme
 
 def build_entry(
     measures: RequirementRows, kind: RequirementKind, row: RequirementRow, value: float, angle: float | None
-) -> Requirement:
+) -> RequirementResult:
     """Return the result of one requirement."""
     section, machine = measures.section, measures.device.machine
     number = to_display_unit(row, value)
     lower, upper = display_limits(section, kind)
     margin, required_margin = compute_margin(section, kind, number), section.limit(kind.name, "margin") or 0.0
     side = "min" if lower is not None else "max"
-    return Requirement(
+    return RequirementResult(
         name=kind.name,
         value=number,
         unit=kind.unit,
@@ -218,7 +218,7 @@ class RequirementConstraints(Constraints):
         """Return the weighted sum (p, p) of the rows' Hessians."""
         return self.measures.curvature(x, weights / self.step)
 
-    def record(self, x: Array) -> list[Requirement]:
+    def record(self, x: Array) -> list[RequirementResult]:
         """Return every requirement at a design (p,), as results give it."""
         return evaluate_requirements(self.measures, x)
 
@@ -254,6 +254,6 @@ def build_infeasibility_error(
     return InfeasibleRequirementsError(violations, partial, x, suffix)
 
 
-def _violation(required: RequirementConstraints, entry: Requirement) -> Violation:
+def _violation(required: RequirementConstraints, entry: RequirementResult) -> Violation:
     key, limit, new = suggest_limit(required.measures.section, entry.name, entry.value)
     return Violation(entry.name, abs(new - limit), entry.unit, entry.phi_deg, entry.value, key, limit, new)

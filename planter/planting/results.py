@@ -22,7 +22,7 @@ Direction = list[dict[str, float]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Warned(Record):
+class PlantingWarning(Record):
     """Something that a user should know, with the carrier angle where it begins or is worst, if it has one."""
 
     name: str
@@ -31,7 +31,7 @@ class Warned(Record):
 
 
 @dataclass(frozen=True)
-class Requirement(Record):
+class RequirementResult(Record):
     """A requirement at a design: null limits and places where it has none; `of` says which gear or pair is meant."""
 
     name: str
@@ -100,7 +100,7 @@ class TrueExtremes(Record):
 
 
 @dataclass(frozen=True)
-class Work(Record):
+class WorkPerCycle(Record):
     """Work over a turn, both sides: of the motor, and lost to friction."""
 
     input_J: float
@@ -108,7 +108,7 @@ class Work(Record):
 
 
 @dataclass(frozen=True)
-class At(Record):
+class DeviceState(Record):
     """Forces and motion at a carrier angle: of side 1 up to F_A1y_N, then totals."""
 
     phi_deg: float
@@ -168,12 +168,12 @@ class SimulationFound(Record):
     centre_distance_mm: CentreDistances
     support_force: Statistics
     objective: float
-    warnings: list[Warned]
+    warnings: list[PlantingWarning]
     refined: TrueExtremes
-    work: Work
-    at: list[At]
+    work: WorkPerCycle
+    at: list[DeviceState]
     designer: DesignersSummary
-    requirements: list[Requirement] | None = None
+    requirements: list[RequirementResult] | None = None
     lifted: list[Lifted] | None = None
 
 
@@ -184,12 +184,12 @@ class Validation(Record):
     machine: str
     valid: bool
     design: list[str]
-    requirements: list[Requirement] | None = None
-    warnings: list[Warned]
+    requirements: list[RequirementResult] | None = None
+    warnings: list[PlantingWarning]
 
 
 @dataclass(frozen=True)
-class Evaluations(Record):
+class EvaluationCounts(Record):
     """How often the objective was evaluated: its value, its gradient, its Hessian."""
 
     objective: int
@@ -217,7 +217,7 @@ class HeldRequirement(Record):
 
 
 @dataclass(frozen=True)
-class Proof(Record):
+class PlantingCertificate(Record):
     """How sure an optimum is; requirements that hold it where the file has any."""
 
     kkt_residual: float
@@ -249,12 +249,12 @@ class OptimumFound(Record):
     range_N: float
     variance_N2: float
     start_objective: float
-    evaluations: Evaluations
+    evaluations: EvaluationCounts
     seconds: float
-    certificate: Proof
+    certificate: PlantingCertificate
     effective_parameters: int
     insensitive: list[Direction]
-    requirements: list[Requirement] | None = None
+    requirements: list[RequirementResult] | None = None
 
 
 @dataclass(frozen=True)
@@ -291,12 +291,12 @@ class OptimisationFound(Record):
     range_N: float
     variance_N2: float
     start_objective: float
-    evaluations: Evaluations
+    evaluations: EvaluationCounts
     seconds: float
-    certificate: Proof
+    certificate: PlantingCertificate
     effective_parameters: int
     insensitive: list[Direction]
-    requirements: list[Requirement] | None = None
+    requirements: list[RequirementResult] | None = None
     sampled: SampledScore
     refined: TrueExtremes
     seed: int
@@ -346,7 +346,7 @@ class Distance(Record):
 
 
 @dataclass(frozen=True)
-class Compromise(Record):
+class CalibrationTradeoff(Record):
     """One of the best misses: no figure comes nearer without another one being missed by more."""
 
     choices: dict[str, str]
@@ -372,7 +372,7 @@ class ModelFitted(Record):
     least_push_N: float
     distance: Distance
     rank: int
-    front: list[Compromise] | None = None
+    front: list[CalibrationTradeoff] | None = None
 
 
 @dataclass(frozen=True)
@@ -412,7 +412,7 @@ class ComparedPair(Record):
     variance_N2: float
     design: Design
     binding: list[str]
-    requirements: list[Requirement]
+    requirements: list[RequirementResult]
     objectives: list[float]
     kkt_residual: float | None
     violations: list[Violation]
@@ -430,7 +430,7 @@ class NarrowBox(Record):
     objective: float
     range_N: float
     variance_N2: float
-    requirements: list[Requirement]
+    requirements: list[RequirementResult]
     design: Design
     feasible: bool
     binding: list[str]

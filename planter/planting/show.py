@@ -69,12 +69,12 @@ def list_point_handles(machine: Machine) -> list[tuple[str, str]]:
 
 def find_point_bounds(machine: Machine) -> dict[str, tuple[float, float]]:
     """How far the numbers of the points can be moved, by path."""
-    found = {}
+    bounds = {}
     for k, (x, y, tube) in enumerate(_list_points(machine)):
-        found[f"{POINTS}[{k}][0]"] = (x - REACH_MM, x + REACH_MM)
-        found[f"{POINTS}[{k}][1]"] = (y - REACH_MM, y + REACH_MM)
-        found[f"{POINTS}[{k}][2]"] = (min(TUBES_MM[0], tube), max(TUBES_MM[1], tube))
-    return found
+        bounds[f"{POINTS}[{k}][0]"] = (x - REACH_MM, x + REACH_MM)
+        bounds[f"{POINTS}[{k}][1]"] = (y - REACH_MM, y + REACH_MM)
+        bounds[f"{POINTS}[{k}][2]"] = (min(TUBES_MM[0], tube), max(TUBES_MM[1], tube))
+    return bounds
 
 
 def add_path_points(device: Device, x: Array, machine: Machine) -> Machine:
@@ -116,8 +116,8 @@ class PlantingView:
     def controls(self) -> Sequence[Control]:
         """The design within its bounds, then numbers of the machine."""
         device = self._device("exact", {})
-        known = [entry for entry in device.sidecar["vectors"]["machine"] if "shown" in entry]
-        meanings = {entry["shown"]: entry["meaning"] for entry in known}
+        entries = [entry for entry in device.sidecar["vectors"]["machine"] if "shown" in entry]
+        meanings = {entry["shown"]: entry["meaning"] for entry in entries}
         names = zip(device.names, device.entries, strict=True)
         meanings |= {f"{DESIGN}{name}": entry["meaning"] for name, entry in names}
         bounds = {f"{DESIGN}{name}": pair for name, pair in self.machine.bounds.items()}
@@ -155,8 +155,8 @@ class PlantingView:
 
         device, x = self._at(values, model)
         before = None if (device.design == x).all() else device.design
-        shown = build_scene(device, x, before, toothed=False)
-        return [replace(shown, later=partial(build_scene, device, x, before))]
+        still_scene = build_scene(device, x, before, toothed=False)
+        return [replace(still_scene, later=partial(build_scene, device, x, before))]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Objective, support force, motor torque, centre distances; all of the samples of the file."""
@@ -199,9 +199,9 @@ class PlantingView:
         from planter.planting.design_results import describe_design, list_design_tables
         from planter.planting.design_summary import summarise_design
 
-        found = summarise_design(*self._at(values, model))
-        notes = [[sentence] for sentence in describe_design(found)]
-        tables = (Table(table.caption, table.head, table.rows) for table in list_design_tables(found))
+        record = summarise_design(*self._at(values, model))
+        notes = [[sentence] for sentence in describe_design(record)]
+        tables = (Table(table.caption, table.head, table.rows) for table in list_design_tables(record))
         return [*tables, Table("Notes", ("",), notes)]
 
     def text(self, values: Values) -> str:
@@ -221,9 +221,9 @@ class PlantingView:
 
     def _at(self, values: Values, model: str) -> tuple[Device, Array]:
         """The device with these numbers but for the design, which is (p,) [SI]."""
-        own = self._device(model, {path: value for path, value in values.items() if not path.startswith(DESIGN)})
+        device = self._device(model, {path: value for path, value in values.items() if not path.startswith(DESIGN)})
         design = {path.removeprefix(DESIGN): value for path, value in values.items() if path.startswith(DESIGN)}
-        return own, own.x(**design)
+        return device, device.x(**design)
 
     def _device(self, model: str, besides: Values) -> Device:
         """The latest device of a model, if it is the same; else one like it."""

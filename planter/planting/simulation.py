@@ -28,7 +28,14 @@ from planter.planting.file import Machine
 from planter.planting.model import Device, build_measures
 from planter.planting.objective import evaluate_true_extremes, find_curve_angles, read_weights
 from planter.planting.requirements import evaluate_device_requirements
-from planter.planting.results import At, CentreDistances, SimulationFound, Validation, Warned, Work
+from planter.planting.results import (
+    CentreDistances,
+    DeviceState,
+    PlantingWarning,
+    SimulationFound,
+    Validation,
+    WorkPerCycle,
+)
 from planter.records.record import build_frame
 
 if TYPE_CHECKING:
@@ -82,14 +89,14 @@ RANGES = (
 )
 
 
-def find_implausible_values(machine: Machine) -> list[Warned]:
+def find_implausible_values(machine: Machine) -> list[PlantingWarning]:
     """A warning for every value outside its range: what it is, what is usual, and why."""
     numbers = machine.numbers()
     return [
-        told
+        warning
         for item in RANGES
         for path in _list_paths(item.path, numbers)
-        if (told := _check_value(item, path, numbers[path]))
+        if (warning := _check_value(item, path, numbers[path]))
     ]
 
 
@@ -97,13 +104,13 @@ def _list_paths(path: str, numbers: dict[str, float]) -> Iterator[str]:
     return (name for name in numbers if name == path or name.startswith(f"{path}["))
 
 
-def _check_value(item: PlausibleRange, path: str, value: float) -> Warned | None:
+def _check_value(item: PlausibleRange, path: str, value: float) -> PlantingWarning | None:
     if item.low <= abs(value) <= item.high:
         return None
     unit = units.unit(path)
     usual = f"up to {item.high:g}" if item.low == 0 else f"{item.low:g} to {item.high:g}"
     message = f"{path} = {value:g} {unit} is not what is usual, {usual} {unit}: {item.reason}; is the unit right?"
-    return Warned(name="implausible_value", message=message)
+    return PlantingWarning(name="implausible_value", message=message)
 
 
 FEWEST_SAMPLES, MOST_SAMPLES = 8, 100_000
@@ -129,14 +136,14 @@ class Simulation:
         return build_frame(self.cycle.columns())
 
     def _repr_html_(self) -> str:
-        from planter.planting.report.forces import support_force
+        from planter.planting.report.forces import draw_support_force
         from planter.report import style
         from planter.report.html import inlined
 
-        found, device = self.result, self.device
+        result, device = self.result, self.device
         at, phi = device.prologue(device.design), find_curve_angles(device, device.design)
-        figure = support_force({found.model: (np.degrees(phi), device.support(at, phi))}, found.weight_N)
-        return found._repr_html_() + inlined(
+        figure = draw_support_force({result.model: (np.degrees(phi), device.support(at, phi))}, result.weight_N)
+        return result._repr_html_() + inlined(
             style.svg(figure), f"turn-{id(self)}", "vertical support force over a turn"
         )
 
@@ -199,26 +206,29 @@ def check_samples(samples: int) -> int:
     return samples
 
 
-def evaluate_angles(device: Device, angles_deg: Sequence[float]) -> list[At]:
+def evaluate_angles(device: Device, angles_deg: Sequence[float]) -> list[DeviceState]:
     """Forces and motions at single carrier angles: of side 1, and totals."""
     if not angles_deg:
         return []
     degrees = np.asarray(angles_deg, dtype=float)
     if not np.isfinite(degrees).all():
         raise InputError.for_value("--at", degrees[~np.isfinite(degrees)][0], "it must be a finite angle in deg")
-    found = planting.evaluate_cycle(device, device.prologue(device.design), np.radians(degrees))
-    columns = {"phi_deg": degrees, **found.sides[0], **found.totals}
-    return [At(**{field.name: float(columns[field.name][i]) for field in fields(At)}) for i in range(len(degrees))]
+    cycle = planting.evaluate_cycle(device, device.prologue(device.design), np.radians(degrees))
+    columns = {"phi_deg": degrees, **cycle.sides[0], **cycle.totals}
+    return [
+        DeviceState(**{field.name: float(columns[field.name][i]) for field in fields(DeviceState)})
+        for i in range(len(degrees))
+    ]
 
 
-def compute_work(device: Device) -> Work:
+def compute_work(device: Device) -> WorkPerCycle:
     """Work over a turn [J], by quadrature between joints: of the motor, and lost to friction at both cams."""
     panels = CyclePanels(device.force, device.design)
-    found = planting.evaluate_cycle(device, device.prologue(device.design), panels.nodes)
-    lost = found.sides[0]["F_E_loss_W"] + found.sides[1]["F_E_loss_W"]
+    cycle = planting.evaluate_cycle(device, device.prologue(device.design), panels.nodes)
+    lost = cycle.sides[0]["F_E_loss_W"] + cycle.sides[1]["F_E_loss_W"]
     turn = 2 * np.pi * panels.weights
-    return Work(
-        input_J=float(turn @ found.totals["M_L_Nm"]),
+    return WorkPerCycle(
+        input_J=float(turn @ cycle.totals["M_L_Nm"]),
         friction_J=float(turn @ lost) / device.machine.si("speed_rpm"),
     )
 

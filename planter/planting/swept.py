@@ -36,7 +36,7 @@ SECTIONS = ("centroid.", "nozzle.C1_mm", "nozzle.C2_mm")
 """Where centroids stand in a file."""
 
 
-class Room(MachineRoom):
+class PlantingSweepAdapter(MachineRoom):
     """Planting devices; centre distances may deviate from those of the pitch curves."""
 
     choices: Mapping[str, Sequence[str]] = {"model": ("exact", "printed")}
@@ -88,7 +88,7 @@ class Room(MachineRoom):
         if settings.is_stated:
             return super().build_robust(machine, choices, spreads, settings)
         # A design's deviations leave the file's bounds by little; those are what its gears are checked on.
-        ends = {name: (one.low, one.high) for name, one in spreads.items() if not name.startswith("design.")}
+        ends = {name: (spread.low, spread.high) for name, spread in spreads.items() if not name.startswith("design.")}
         device = _build_device(machine, choices, ends)
         samples = machine.objective.samples
         return RobustGoal(
@@ -153,4 +153,4 @@ def _above_zero(tolerance: ToleranceSpec, nominal: float) -> ToleranceSpec:
     return tolerance | {"plus_minus": min(tolerance["plus_minus"], nominal) or tolerance["plus_minus"]}
 
 
-ROOM = Room(__package__)
+ROOM = PlantingSweepAdapter(__package__)

@@ -15,15 +15,15 @@ from planter.terminal.console import Console
 if TYPE_CHECKING:
     from planter.planting.design_results import DesignersSummary
     from planter.planting.results import (
-        At,
         CalibrationFound,
+        DeviceState,
         Lifted,
         ModelFitted,
         OptimisationFound,
-        Requirement,
+        PlantingWarning,
+        RequirementResult,
         SimulationFound,
         Validation,
-        Warned,
     )
 
 TITLE = "Vertical support force"
@@ -50,9 +50,9 @@ def tabulate_optimised_force(result: Mapping[str, Any]) -> Table:
     """The force before and after, in the kind that was optimised, and the optimum's in the others."""
     searched, start = _name_kind(result["samples"]), {key: result[f"start_{key}"] for key in SCORES}
     columns = {f"start, {searched}": start, f"optimum, {searched}": {key: result[key] for key in SCORES}}
-    others = {TRUE: result["refined"], _name_kind(result["sampled"]["samples"]): result["sampled"]}
+    other_kinds = {TRUE: result["refined"], _name_kind(result["sampled"]["samples"]): result["sampled"]}
     return _tabulate_force(
-        columns | {f"optimum, {kind}": found for kind, found in others.items() if kind != searched}, SCORES
+        columns | {f"optimum, {kind}": values for kind, values in other_kinds.items() if kind != searched}, SCORES
     )
 
 
@@ -61,7 +61,7 @@ def _name_kind(samples: int | str) -> str:
 
 
 def _tabulate_force(columns: Mapping[str, Mapping[str, float]], keys: tuple[str, ...] = tuple(ROWS)) -> Table:
-    rows = [(ROWS[key][0], *(found.get(key) for found in columns.values()), ROWS[key][1]) for key in keys]
+    rows = [(ROWS[key][0], *(values.get(key) for values in columns.values()), ROWS[key][1]) for key in keys]
     return Table(("", *columns, "unit"), rows, TITLE)
 
 
@@ -69,14 +69,14 @@ WIDTH = 80
 """Columns of a terminal that everything fits in."""
 
 
-def design(console: Console, values: Mapping[str, float], title: str = "Design") -> None:
+def print_design(console: Console, values: Mapping[str, float], title: str = "Design") -> None:
     console.table(title, ("parameter", "value", "unit"), ((n, v, units.unit(n)) for n, v in values.items()))
 
 
-def simulation(console: Console, result: SimulationFound) -> None:
+def print_simulation(console: Console, result: SimulationFound) -> None:
     """Support force, work, warnings, single angles."""
     print(f"{result.machine}, {result.model} model\n")
-    design(console, result.design)
+    print_design(console, result.design)
     force = tabulate_simulated_force(result.table())
     console.table(force.caption, force.head, [*force.rows, ("weight", result.weight_N, None, "N")])
     work = (("input", result.work.input_J), ("friction", result.work.friction_J))
@@ -86,44 +86,44 @@ def simulation(console: Console, result: SimulationFound) -> None:
     if result.lifted:
         _lifted(console, result.lifted)
     _designer(console, result.designer)
-    requirements(console, result.requirements)
-    warnings(console, result.warnings)
+    print_requirements(console, result.requirements)
+    print_warnings(console, result.warnings)
 
 
-def _designer(console: Console, found: DesignersSummary) -> None:
+def _designer(console: Console, summary: DesignersSummary) -> None:
     """Torques, peaks of forces, gears, shocks."""
-    for one in design_results.list_design_tables(found):
-        console.table(one.caption, one.head, one.rows)
-    for sentence in design_results.describe_design(found):
+    for table in design_results.list_design_tables(summary):
+        console.table(table.caption, table.head, table.rows)
+    for sentence in design_results.describe_design(summary):
         print(textwrap.fill(sentence, WIDTH))
     print()
 
 
-def _lifted(console: Console, found: Sequence[Lifted]) -> None:
+def _lifted(console: Console, effects: Sequence[Lifted]) -> None:
     """Largest forces in the joints as modelled, and by how much they move when an assumption is lifted."""
-    joints = list(found[0].joints_N)
-    own = ("as modelled, largest", *(found[0].as_modelled_N[joint] for joint in joints), None, None)
+    joints = list(effects[0].joints_N)
+    modelled = ("as modelled, largest", *(effects[0].as_modelled_N[joint] for joint in joints), None, None)
     rows = [
         (case.assumption, *(case.joints_N[joint] for joint in joints), case.support_N,
-         case.friction_work_J) for case in found
+         case.friction_work_J) for case in effects
     ]  # fmt: skip
     head = ("forces / N", *joints, "support", "friction work / J")
-    console.table("Assumptions lifted one by one: forces move by up to", head, [own, *rows])
+    console.table("Assumptions lifted one by one: forces move by up to", head, [modelled, *rows])
 
 
-def validation(console: Console, source: str, result: Validation) -> None:
+def print_validation(console: Console, source: str, result: Validation) -> None:
     """That a file is valid, what its design makes of its requirements, and values that are unusual."""
     print(safe_text.sanitise_line(f"{source}: valid, design parameters {', '.join(result.design)}"))
-    requirements(console, result.requirements)
-    warnings(console, result.warnings)
+    print_requirements(console, result.requirements)
+    print_warnings(console, result.warnings)
 
 
-def requirements(console: Console, found: Sequence[Requirement] | None) -> None:
+def print_requirements(console: Console, entries: Sequence[RequirementResult] | None) -> None:
     """Requirements with limits and margins, where the machine has any."""
     rows = [
         (r.name, _short(r.value), r.lower, r.upper, r.unit, _short(r.margin), r.wanted_margin, _short(r.phi_deg),
          r.verdict)
-        for r in found or ()
+        for r in entries or ()
     ]  # fmt: skip
     if rows:
         header = ("requirement", "value", "min", "max", "unit", "margin", "wanted", "phi / deg", "")
@@ -135,20 +135,20 @@ def _short(value: float | None) -> float | None:
     return None if value is None else float(f"{value:.4g}")
 
 
-def _at(console: Console, found: Sequence[At]) -> None:
-    rows = [row.table() for row in found]
+def _at(console: Console, states: Sequence[DeviceState]) -> None:
+    rows = [row.table() for row in states]
     header = ("quantity", *(f"at {row['phi_deg']:g} deg" for row in rows), "unit")
     keys = [key for key in rows[0] if key != "phi_deg"]
     console.table("At single angles", header, ((k, *(row[k] for row in rows), units.unit(k)) for k in keys))
 
 
-def warnings(console: Console, found: Sequence[Warned]) -> None:
-    if found:
-        rows = ((w.name, w.phi_deg, w.message) for w in found)
+def print_warnings(console: Console, entries: Sequence[PlantingWarning]) -> None:
+    if entries:
+        rows = ((w.name, w.phi_deg, w.message) for w in entries)
         console.table("Warnings", ("name", "phi / deg", "what"), rows)
 
 
-def optimisation(console: Console, result: OptimisationFound) -> None:
+def print_optimisation(console: Console, result: OptimisationFound) -> None:
     """Optimum, certificate, both designs in both models."""
     print(f"{result.machine}, {result.model} model, method {result.method}\n")
     print(textwrap.fill(f"{result.statement[0].upper()}{result.statement[1:]}.", WIDTH) + "\n")
@@ -163,26 +163,26 @@ def optimisation(console: Console, result: OptimisationFound) -> None:
     console.table(force.caption, force.head, force.rows)
     peaks = design_results.compare_peaks(result.start_designer, result.designer)
     console.table(peaks.caption, peaks.head, peaks.rows)
-    requirements(console, result.requirements)
+    print_requirements(console, result.requirements)
     if result.teeth is not None:
         tooth_count_results.show_tooth_counts(console, result.teeth)
     scores = ((model, score.start, score.optimum) for model, score in result.cross.items())
     console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)
     if result.front:
-        front = ((one.range_N, one.variance_N2) for one in result.front)
+        front = ((point.range_N, point.variance_N2) for point in result.front)
         console.table("Front of range and variance", ("range / N", "variance / N2"), front)
-    certificate(console, result)
+    print_certificate(console, result)
     if result.proof is not None:
         print(f"{result.proof.statement} ({result.proof.boxes} boxes, {result.proof.seconds:.0f} s)")
 
 
-def certificate(console: Console, result: OptimisationFound) -> None:
-    found, counts = result.certificate, result.evaluations
+def print_certificate(console: Console, result: OptimisationFound) -> None:
+    record, counts = result.certificate, result.evaluations
     rows = [
-        ("KKT residual", found.kkt_residual),
-        ("starts", found.starts),
-        ("starts that reached the optimum", found.agreeing_starts),
-        ("spread of the starts' objectives", found.spread),
+        ("KKT residual", record.kkt_residual),
+        ("starts", record.starts),
+        ("starts that reached the optimum", record.agreeing_starts),
+        ("spread of the starts' objectives", record.spread),
         ("evaluations: objective", counts.objective),
         ("evaluations: gradient", counts.gradient),
         ("evaluations: Hessian", counts.hessian),
@@ -191,14 +191,14 @@ def certificate(console: Console, result: OptimisationFound) -> None:
     console.table("How sure", ("", "value"), rows)
 
 
-def calibration(console: Console, result: CalibrationFound) -> None:
+def print_calibration(console: Console, result: CalibrationFound) -> None:
     """Whether the target is met and by which inputs, then the other model, and what that settles."""
     print(f"{result.machine}: {result.statement}\n")
     _model_fitted(console, result, result.target)
-    for model, found in result.models.items():
+    for model, fit in result.models.items():
         if model != result.model:
-            print(found.statement)
-            _model_fitted(console, found, result.target, inputs=False)
+            print(fit.statement)
+            _model_fitted(console, fit, result.target, inputs=False)
     other = ", ".join(f"{name} {value:.6g}" for name, value in result.other_model.table().items())
     print(f"The other model with the inputs above: {other}.")
     began = ", ".join(f"{name.removesuffix('_deg')} {value:g} deg" for name, value in result.events.items())
@@ -209,21 +209,23 @@ def calibration(console: Console, result: CalibrationFound) -> None:
     print(f"Largest range found in the exact model: {', '.join(' '.join(pair) for pair in ranges)}.")
 
 
-def _model_fitted(console: Console, found: ModelFitted, target: Mapping[str, float], inputs: bool = True) -> None:
+def _model_fitted(console: Console, fit: ModelFitted, target: Mapping[str, float], inputs: bool = True) -> None:
     if inputs:
-        rows = ((f.name, f.value, f.unit, f.lower, f.upper) for f in found.fitted)
-        title = f"Fitted (calibrated, not the paper's), {', '.join(found.choices.values())} flanks"
+        rows = ((f.name, f.value, f.unit, f.lower, f.upper) for f in fit.fitted)
+        title = f"Fitted (calibrated, not the paper's), {', '.join(fit.choices.values())} flanks"
         console.table(title, ("input", "value", "unit", "lower", "upper"), rows)
-    reached = ((name, wanted, found.reached[name], found.miss_percent[name]) for name, wanted in target.items())
+    reached = ((name, required, fit.reached[name], fit.miss_percent[name]) for name, required in target.items())
     console.table("Support force", ("", "target", "reached", "miss / %"), reached)
-    if found.front:
-        misses = ((*one.choices.values(), *one.miss_percent.values(), one.range_N) for one in found.front)
+    if fit.front:
+        misses = (
+            (*tradeoff.choices.values(), *tradeoff.miss_percent.values(), tradeoff.range_N) for tradeoff in fit.front
+        )
         head = ("flanks", *(f"{key} missed / %" for key in target), "range / N")
         console.table("The best misses, with a cam that only pushes", head, misses)
-    where = f"{found.distance.rms_share:.2g} widths of their bounds from the machine's own (root mean square)"
-    print(f"The target settles {found.rank} combinations of {len(found.fitted)} inputs; they lie {where}.")
-    if found.distance.at_bounds:
-        print(f"On a bound: {', '.join(found.distance.at_bounds)}.")
-    for told in found.distance.unusual:
-        print(f"Unusual: {told}.")
-    print(f"Least force of the cam on the roller: {found.least_push_N:.4g} N.\n")
+    where = f"{fit.distance.rms_share:.2g} widths of their bounds from the machine's own (root mean square)"
+    print(f"The target settles {fit.rank} combinations of {len(fit.fitted)} inputs; they lie {where}.")
+    if fit.distance.at_bounds:
+        print(f"On a bound: {', '.join(fit.distance.at_bounds)}.")
+    for message in fit.distance.unusual:
+        print(f"Unusual: {message}.")
+    print(f"Least force of the cam on the roller: {fit.least_push_N:.4g} N.\n")

@@ -65,7 +65,7 @@ def locate_pitch_curves(device: Device, x: Array, phi_deg: float = 0.0, samples:
     side = {name: float(row[0]) for name, row in device.side(x, np.array([phi])).items()}
     a1, a2 = cycle.find_centre_distances(device, device.prologue(x))
     mounting = dict(zip(device.formulas.entries("mounting"), x, strict=False))
-    known = side | mounting | {"phi": phi, "a1": a1, "a2": a2}
+    values = side | mounting | {"phi": phi, "a1": a1, "a2": a2}
     centres = {
         "O": np.zeros(2),
         **{name: 1e3 * np.array([side[f"x_{name}"], side[f"y_{name}"]]) for name in ("A1", "B1")},
@@ -77,23 +77,23 @@ def locate_pitch_curves(device: Device, x: Array, phi_deg: float = 0.0, samples:
         (("gear 6", "planet gear"), ("A1", "B1"), "Q"),
     )):  # fmt: skip
         t = side[f"t{stage + 1}"] + 2 * np.pi * np.arange(samples + 1) / samples
-        points = [1e3 * found for found in _compute_points(device, x, stage, known, t)]
+        points = [1e3 * curve for curve in _compute_points(device, x, stage, values, t)]
         curves += [
-            PlottedPitchCurve(name, centres[axis], found) for name, axis, found in zip(names, axes, points, strict=True)
+            PlottedPitchCurve(name, centres[axis], curve) for name, axis, curve in zip(names, axes, points, strict=True)
         ]
         contacts[contact] = points[0][:, 0]
     return Gearing(phi_deg, tuple(curves), centres, contacts)
 
 
-def _compute_points(device: Device, x: Array, stage: int, known: dict[str, float], t: Array) -> tuple[Array, Array]:
+def _compute_points(device: Device, x: Array, stage: int, values: dict[str, float], t: Array) -> tuple[Array, Array]:
     """Points (2, n) of a stage's inner gear and of its partner that meet at t, whose first is in contact [m]."""
-    at = _evaluate_contact(device, x, stage, t)
-    known = known | {f"T{stage + 1}": float(at["turned"][0])}
-    form = f"pair{stage + 1}"
-    names = device.sidecar["functions"][form]["inputs"]
-    point = {"point": np.array([t, at["r"], at["turned"]])}
-    found = device.formulas(form, **{name: point.get(name, known.get(name)) for name in names})
-    return np.array([found["x_inner"], found["y_inner"]]), np.array([found["x_outer"], found["y_outer"]])
+    contact = _evaluate_contact(device, x, stage, t)
+    values = values | {f"T{stage + 1}": float(contact["turned"][0])}
+    pair = f"pair{stage + 1}"
+    names = device.sidecar["functions"][pair]["inputs"]
+    point = {"point": np.array([t, contact["r"], contact["turned"]])}
+    points = device.formulas(pair, **{name: point.get(name, values.get(name)) for name in names})
+    return np.array([points["x_inner"], points["y_inner"]]), np.array([points["x_outer"], points["y_outer"]])
 
 
 def _evaluate_contact(device: Device, x: Array, stage: int, t: Array) -> dict[str, Array]:
@@ -136,18 +136,18 @@ class PlantingGearTrain:
         """
         device, x = self.device, self.x
         side = {name: float(row[0]) for name, row in device.side(x, np.zeros(1)).items()}
-        at = locate_pitch_curves(device, x)
+        layout = locate_pitch_curves(device, x)
         nozzle = np.arctan2(side["y_tip"] - side["y_B1"], side["x_tip"] - side["x_B1"])
-        found = []
+        gears = []
         for k, (stage, axes, contact) in enumerate(zip(self.stages, (("O", "A1"), ("A1", "B1")), "PQ", strict=True)):
-            own = SENSES[k] * side[f"t{k + 1}"], -SENSES[k] * self._turned(k, side[f"t{k + 1}"])
+            polar_angles = SENSES[k] * side[f"t{k + 1}"], -SENSES[k] * self._turned(k, side[f"t{k + 1}"])
             marks = (0.0, 0.0) if k == 0 else (0.0, nozzle)
-            for gear, axis, polar, mark in zip(stage.gears, axes, own, marks, strict=True):
-                arm = at.contacts[contact] - at.centres[axis]
+            for gear, axis, polar, mark in zip(stage.gears, axes, polar_angles, marks, strict=True):
+                arm = layout.contacts[contact] - layout.centres[axis]
                 angle = float(np.arctan2(arm[1], arm[0])) - polar
-                x_, y_ = at.centres[axis] * 1e-3
-                found.append(PlacedGear(gear, angle, (float(x_), float(y_)), float(wrap_angle(mark - angle))))
-        return found
+                x_, y_ = layout.centres[axis] * 1e-3
+                gears.append(PlacedGear(gear, angle, (float(x_), float(y_)), float(wrap_angle(mark - angle))))
+        return gears
 
     def _turned(self, stage: int, t: float) -> float:
         """How far the mate of a stage has turned where the inner gear is in contact at t."""
@@ -182,10 +182,10 @@ def cut_gear_set(
     if len(counts) == 1:
         raise InputError(f"--teeth {counts[0]}: it must be Z1,Z2, the teeth of stage 1 and of stage 2")
     orders = [teeth.order(counts[k] if counts else None, module, keep) for k, module in enumerate(modules_mm)]
-    made = cut_gear_train(device, orders)
-    told = files.provenance(device.machine)
-    friction = compute_friction(device, made.x, made.stages)
-    return GearSet(device.machine.name, made.stages, made.placed(), made.change(), told, friction)
+    train = cut_gear_train(device, orders)
+    provenance = files.provenance(device.machine)
+    friction = compute_friction(device, train.x, train.stages)
+    return GearSet(device.machine.name, train.stages, train.placed(), train.change(), provenance, friction)
 
 
 def cut_gear_train(device: Device, orders: Sequence[ToothOrder], design: Array | None = None) -> PlantingGearTrain:
@@ -197,17 +197,17 @@ def cut_gear_train(device: Device, orders: Sequence[ToothOrder], design: Array |
     stages = []
     for k, order in enumerate(orders):
         pair = build_stage_pair(device.stages[k], device.of_stage(k, x), SENSES[k])
-        found = cut_teeth(pair, order, f"{device.machine.source}: stage {k + 1}", NAMES[k])
-        stages.append(found)
-        x[_find_length_indices(device, k)] *= found.sized.scale
+        toothed_pair = cut_teeth(pair, order, f"{device.machine.source}: stage {k + 1}", NAMES[k])
+        stages.append(toothed_pair)
+        x[_find_length_indices(device, k)] *= toothed_pair.sized.scale
     return PlantingGearTrain(device, x, tuple(stages))
 
 
 def _find_length_indices(device: Device, stage: int) -> list[int]:
     """Places of a stage's lengths in the design vector."""
-    own = device.stages[stage]
-    entries = families.load_sidecar(own.family)["parameters"]
-    return [device.names.index(name) for name, entry in zip(own.names, entries, strict=True) if entry["unit"] == "m"]
+    pair = device.stages[stage]
+    entries = families.load_sidecar(pair.family)["parameters"]
+    return [device.names.index(name) for name, entry in zip(pair.names, entries, strict=True) if entry["unit"] == "m"]
 
 
 def _list_broken_requirements(device: Device, x: Array) -> list[str] | None:
@@ -228,9 +228,9 @@ def takes(source: str) -> bool:
     return examples.resembles(source, "planting")
 
 
-def make(source: str, wanted: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
+def make(source: str, options: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
     """The gears of both stages. Raises as `gears.gears` and `gears.gear_set.make_gear_set` do."""
-    speed = {} if wanted.speed_rpm is None else {"operation.speed_rpm": wanted.speed_rpm}
-    device = Device(load(source, {**wanted.changes, **speed}), "exact")
-    found = cut_gear_set(device, wanted.teeth, wanted.modules_mm, wanted.counts, wanted.keep)
-    return make_gear_set(found, wanted.teeth, wanted.part_settings, out, progress)
+    speed = {} if options.speed_rpm is None else {"operation.speed_rpm": options.speed_rpm}
+    device = Device(load(source, {**options.changes, **speed}), "exact")
+    gear_set = cut_gear_set(device, options.teeth, options.modules_mm, options.counts, options.keep)
+    return make_gear_set(gear_set, options.teeth, options.part_settings, out, progress)

@@ -64,7 +64,7 @@ def simulate(
             from planter.planting.report import results as report
 
             report.write_simulation(out, device, simulated)
-        console.result(simulated.result, lambda: tables.simulation(console, simulated.result))
+        console.result(simulated.result, lambda: tables.print_simulation(console, simulated.result))
 
 
 app.command()(simulate)
@@ -190,4 +190,4 @@ def validate(
         from planter.planting import simulation, tables
 
         result = simulation.validate(device)
-        console.result(result, lambda: tables.validation(console, machine, result))
+        console.result(result, lambda: tables.print_validation(console, machine, result))

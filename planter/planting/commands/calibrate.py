@@ -102,7 +102,7 @@ def calibrate(
         columns = Columns(column, angle, time, unit, place_unit)
         bounds = read_ranges("--fit", fit or ())
         from planter.planting import calibration
-        from planter.planting.report.page import meanings
+        from planter.planting.report.page import list_input_meanings
 
         if other is not None:
             fitted = calibrate_machine(other, data, columns, bounds, quantity, second, seed, console.progress, means)
@@ -115,7 +115,7 @@ def calibrate(
             device.machine, device.model, data, columns, bounds, quantity, second, seed, console.progress, means
         )
         with interruptible_result(fitted.result.table()):
-            run_calibrate(console, device.machine, meanings(device.sidecar), fitted, out, "carrier angle φ")
+            run_calibrate(console, device.machine, list_input_meanings(device.sidecar), fitted, out, "carrier angle φ")
 
 
 def _fit_to_figures(
@@ -129,4 +129,4 @@ def _fit_to_figures(
     if out is not None:
         with interruptible_result(result.table()):
             report.write_result(out, device, result)
-    console.result(result, lambda: tables.calibration(console, result))
+    console.result(result, lambda: tables.print_calibration(console, result))

@@ -171,7 +171,7 @@ def optimise(
                 optimum = proof.add_proof(optimum, prove_seconds, console.progress, means)
                 if out is not None:
                     report.write_optimum(out, device, optimum)
-        console.result(optimum.result, lambda: tables.optimisation(console, optimum.result))
+        console.result(optimum.result, lambda: tables.print_optimisation(console, optimum.result))
         if out is not None:
             with Console(as_json=False).outcome(), interruptible_result(optimum.result.table()):
                 report.draw_optimum(out, device, optimum)
@@ -293,7 +293,7 @@ def cam(
         else:
             from planter.planting import cam as end_face
 
-            design = end_face.made(build_device(machine, "exact", set_, speed_rpm), roller, tolerance, width)
+            design = end_face.build_cam(build_device(machine, "exact", set_, speed_rpm), roller, tolerance, width)
         present_cam(design, step, out is not None).show(console, out)
 
 

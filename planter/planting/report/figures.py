@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from planter.planting.report.forces import JOINTS, joint_forces, support_force
+from planter.planting.report.forces import JOINTS, draw_joint_forces, draw_support_force
 from planter.report import style
 from planter.report.search import convergence, pareto
 from planter.report.style import save, svg
@@ -30,7 +30,7 @@ _OUTLINE = ((-0.10, 0.055), (0.12, 0.085), (0.45, 0.062), (1.0, 0.0))
 
 
 @style.drawn
-def tip_path(
+def draw_tip_path(
     turn: Columns, before: Columns | None = None, soil_mm: float | None = None, points: Sequence[Sequence[float]] = ()
 ) -> Figure:
     """Path of the tip of side 1 relative to the machine, with the nozzle at 12 carrier angles; arrows run with it.
@@ -104,10 +104,10 @@ def _closed(turn: Array) -> Array:
 
 
 def _nozzle(axes: Axes, root: Array, tip: Array, shade: str) -> None:
-    along = tip - root
-    across = np.array([-along[1], along[0]])
-    left = [root + share * along + width * across for share, width in _OUTLINE]
-    right = [root + share * along - width * across for share, width in reversed(_OUTLINE[:-1])]
+    axis = tip - root
+    across = np.array([-axis[1], axis[0]])
+    left = [root + share * axis + width * across for share, width in _OUTLINE]
+    right = [root + share * axis - width * across for share, width in reversed(_OUTLINE[:-1])]
     outline = np.array(left + right)
     axes.fill(*outline.T, facecolor=shade, alpha=0.07, edgecolor="none")
     axes.fill(*outline.T, fill=False, edgecolor=shade, linewidth=0.7, alpha=0.8, gid="nozzle")
@@ -128,7 +128,7 @@ def _name_pose(axes: Axes, tip: Array, middle: Array, angle: int) -> None:
 
 
 @style.drawn
-def rotation(turn: Columns, ratios: tuple[Array, Array]) -> Figure:
+def draw_rotation(turn: Columns, ratios: tuple[Array, Array]) -> Figure:
     """Rotations relative to the carrier, the ratios of both stages, and the absolute rate of the planet.
 
     `turn` holds `phi_deg`, `phi52_deg`, `phi72_deg` and `omega_rad_s` over a turn; `ratios` are those of
@@ -166,25 +166,25 @@ BEFORE = (0, (4, 2))
 
 
 @style.drawn
-def pitch_curves(gearing: Gearing, before: Gearing | None = None) -> Figure:
+def draw_pitch_curves(gearing: Gearing, before: Gearing | None = None) -> Figure:
     """Both gear pairs of side 1 in mesh, with centres and pitch points; side 2, half a turn round, faintly.
 
     `before` is the gearing of the design that an optimisation started from, drawn pale and dashed beneath.
     """
     figure = style.new_figure(5.9)
-    whole, near = figure.subplots(1, 2, width_ratios=[1, 1.35])
+    overview, detail = figure.subplots(1, 2, width_ratios=[1, 1.35])
     for curve in gearing.curves[1:]:
-        whole.plot(*-curve.points, color=style.FAINT, linewidth=0.7, gid="side 2")
-    whole.plot(*-_centres(gearing), color=style.FAINT, linewidth=0.6, linestyle=CENTRE_LINE)
-    for axes in (whole, near):
+        overview.plot(*-curve.points, color=style.FAINT, linewidth=0.7, gid="side 2")
+    overview.plot(*-_centres(gearing), color=style.FAINT, linewidth=0.6, linestyle=CENTRE_LINE)
+    for axes in (overview, detail):
         for curve in before.curves if before is not None else ():
             axes.plot(*curve.points, color=style.ORANGE, linewidth=0.8, linestyle=BEFORE, alpha=0.8, gid="before")
         _curves(axes, gearing)
         style.drawing_board(axes)
-    _name_curves(near, gearing)
-    _name_points(near, gearing)
-    whole.set_title(f"carrier angle φ = {gearing.phi_deg:g}°, grey: side 2")
-    near.set_title("side 1" if before is None else "side 1, dashed: before the optimisation")
+    _name_curves(detail, gearing)
+    _name_points(detail, gearing)
+    overview.set_title(f"carrier angle φ = {gearing.phi_deg:g}°, grey: side 2")
+    detail.set_title("side 1" if before is None else "side 1, dashed: before the optimisation")
     return figure
 
 
@@ -211,11 +211,11 @@ def _name_points(axes: Axes, gearing: Gearing) -> None:
 
 def _name_curves(axes: Axes, gearing: Gearing) -> None:
     """Names each curve beside the point of it that is farthest from the other curves and from other names."""
-    named: list[Array] = []
+    labelled_points: list[Array] = []
     for index, curve in enumerate(gearing.curves):
         others = np.hstack([c.points for i, c in enumerate(gearing.curves) if i != index])
-        point = _loneliest(curve.points, others, named)
-        named.append(point)
+        point = _loneliest(curve.points, others, labelled_points)
+        labelled_points.append(point)
         away = point - curve.centre
         offset = 9 * away / np.hypot(*away)
         axes.annotate(
@@ -229,25 +229,25 @@ def _name_curves(axes: Axes, gearing: Gearing) -> None:
         )
 
 
-def _loneliest(points: Array, others: Array, named: list[Array]) -> Array:
+def _loneliest(points: Array, others: Array, labelled_points: list[Array]) -> Array:
     gaps = np.hypot(*(points[:, :, None] - others[:, None, :])).min(axis=1)
-    for name in named:
+    for name in labelled_points:
         gaps[np.hypot(*(points - name[:, None])) < np.ptp(points[0]) / 2] = 0
-    lonely: Array = points[:, int(np.argmax(gaps))]
-    return lonely
+    loneliest: Array = points[:, int(np.argmax(gaps))]
+    return loneliest
 
 
 __all__ = [
     "DRAWN",
     "convergence",
-    "joint_forces",
+    "draw_joint_forces",
+    "draw_pitch_curves",
+    "draw_rotation",
+    "draw_support_force",
+    "draw_tip_path",
     "pareto",
-    "pitch_curves",
-    "rotation",
     "save",
-    "support_force",
     "svg",
-    "tip_path",
 ]
 
 _TIP = ("tip_x_mm", "tip_y_mm", "tip_machine_x_mm", "theta1_deg")

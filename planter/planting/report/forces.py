@@ -34,7 +34,7 @@ FLAT = 0.2
 
 
 @style.drawn
-def support_force(
+def draw_support_force(
     cycles: Mapping[str, Curve],
     weight_N: float,
     joints_deg: Mapping[str, Sequence[float]] | None = None,
@@ -54,18 +54,22 @@ def support_force(
     heights += [LABEL * (len(joints) + 1)] if joints else []
     heights += [LABEL * (len(reference) + len(cycles))] if reference else []
     figure = style.new_figure(sum(heights) + 0.3 * len(heights) + (0.9 if reference else 0.3))
-    every = list(figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0])
+    all_axes = list(figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False)[:, 0])
     if reference:
-        _bars(every.pop(), cycles, reference)
-    angular = every.copy()
+        _bars(all_axes.pop(), cycles, reference)
+    angular = all_axes.copy()
     if joints:
-        _strip(every.pop(), joints)
-    for label, axes, height in zip((None, *flat), every, heights, strict=False):
-        shown = cycles if label is None else {label: cycles[label]}
-        _curves(axes, shown, before, weight_N, LABEL / height)
+        _strip(all_axes.pop(), joints)
+    for label, axes, height in zip((None, *flat), all_axes, heights, strict=False):
+        displayed = cycles if label is None else {label: cycles[label]}
+        _curves(axes, displayed, before, weight_N, LABEL / height)
         _faint_lines(axes, joints)
-        told = [f"{label} model on its own scale" if label else "", _ranges(shown, before), BEFORE if before else ""]
-        axes.set_title("; ".join(part for part in told if part))
+        titles = [
+            f"{label} model on its own scale" if label else "",
+            _ranges(displayed, before),
+            BEFORE if before else "",
+        ]
+        axes.set_title("; ".join(part for part in titles if part))
     for axes in angular:
         last = axes is angular[-1]
         style.over_a_turn(axes, label=last)
@@ -75,11 +79,11 @@ def support_force(
 
 def _ranges(cycles: Mapping[str, Curve], before: Mapping[str, Curve]) -> str:
     """Largest less smallest force of each curve, after what it was before."""
-    found = []
+    ranges = []
     for label, (_, force) in cycles.items():
-        was = f"{np.ptp(before[label][1]):.4g} to " if label in before else ""
-        found.append(f"{label} {was}{np.ptp(force):.4g} N")
-    return f"range: {', '.join(found)}"
+        before_text = f"{np.ptp(before[label][1]):.4g} to " if label in before else ""
+        ranges.append(f"{label} {before_text}{np.ptp(force):.4g} N")
+    return f"range: {', '.join(ranges)}"
 
 
 def _flat(cycles: Mapping[str, Curve], before: Mapping[str, Curve]) -> list[str]:
@@ -113,10 +117,10 @@ def _curves(axes: Axes, cycles: Mapping[str, Curve], before: Mapping[str, Curve]
 
 def _bars(axes: Axes, cycles: Mapping[str, Curve], reference: Mapping[str, tuple[float, float]]) -> None:
     """From the smallest to the largest force: those of the models, then those of the reference."""
-    found = {label: (float(force.max()), float(force.min())) for label, (_, force) in cycles.items()}
-    rows = found | dict(reference)
+    extremes = {label: (float(force.max()), float(force.min())) for label, (_, force) in cycles.items()}
+    rows = extremes | dict(reference)
     for row, (label, (high, low)) in enumerate(rows.items()):
-        shade = style.colour(label, row) if label in found else style.SOFT
+        shade = style.colour(label, row) if label in extremes else style.SOFT
         axes.plot([low, high], [row, row], color=shade, linewidth=4, solid_capstyle="butt", label=label)
         for force, offset, side in ((low, -4, "right"), (high, 4, "left")):
             axes.annotate(
@@ -154,7 +158,7 @@ def _faint_lines(axes: Axes, joints: Mapping[str, Sequence[float]]) -> None:
 
 
 @style.drawn
-def joint_forces(cycles: Mapping[str, Mapping[str, Array]], every_deg: int = 30) -> Figure:
+def draw_joint_forces(cycles: Mapping[str, Mapping[str, Array]], every_deg: int = 30) -> Figure:
     """Polar load diagrams of the joints: the tip of the force vector over a turn, for each model.
 
     `cycles` holds columns of a turn, `phi_deg` and `F_A1x_N`, `F_A1y_N` and so on. Dots stand every `every_deg` of
@@ -188,19 +192,19 @@ def _name_angles(axes: Axes, cycles: Mapping[str, Mapping[str, Array]], name: st
     """Quarter turns beside their dots; a dot too close to one that has its name already goes without."""
     forces = {model: np.array([c[f"{name}x_N"], c[f"{name}y_N"]]) for model, c in cycles.items()}
     size = max(float(np.ptp(force, axis=1).max()) for force in forces.values())
-    named: list[Array] = []
+    labelled_points: list[Array] = []
     for index, (model, columns) in enumerate(cycles.items()):
         for angle in (0, 90, 180, 270):
             point = forces[model][:, _index(columns, angle)]
-            if all(np.hypot(*(point - other)) > 0.12 * size for other in named):
+            if all(np.hypot(*(point - other)) > 0.12 * size for other in labelled_points):
                 shade = style.colour(model, index)
                 i = _index(columns, angle)
-                way = forces[model][:, (i + 1) % len(columns["phi_deg"])] - forces[model][:, i - 1]
-                aside = np.array([way[1], -way[0]]) / max(float(np.hypot(*way)), 1e-12)
-                aside *= 11 if aside @ (point - forces[model].mean(axis=1)) >= 0 else -11
-                axes.annotate(f"{angle}°", tuple(point), (float(aside[0]), float(aside[1])), color=shade, ha="center",
+                direction = forces[model][:, (i + 1) % len(columns["phi_deg"])] - forces[model][:, i - 1]
+                offset = np.array([direction[1], -direction[0]]) / max(float(np.hypot(*direction)), 1e-12)
+                offset *= 11 if offset @ (point - forces[model].mean(axis=1)) >= 0 else -11
+                axes.annotate(f"{angle}°", tuple(point), (float(offset[0]), float(offset[1])), color=shade, ha="center",
                               va="center", textcoords="offset points", bbox=style.CLEAR)  # fmt: skip
-                named.append(point)
+                labelled_points.append(point)
 
 
 def _polar_grid(axes: Axes) -> None:

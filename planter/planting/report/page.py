@@ -27,20 +27,20 @@ def describe_tooth_counts(teeth: Mapping[str, Any]) -> Iterator[Block]:
     """Lengths and prices, limits of the gears, and what was tried."""
     keys = ("stage", "z", "module_mm", "pitch_length_mm", "free_teeth", "price_per_module_mm", "price_per_tooth")
     yield Text(f"Objective {teeth['price']:+.4g} against the free optimum's {teeth['free_objective']:.6g}.")
-    yield Table(STAGES, [tuple(one[key] for key in keys) for one in teeth["stages"]])
+    yield Table(STAGES, [tuple(stage[key] for key in keys) for stage in teeth["stages"]])
     gears = [
-        (gear["name"], gear["teeth"], gear["margin"], gear["top_land_mm"], one["contact_ratio_min"])
-        for one in teeth["stages"]
-        for gear in one["gears"] or ()
+        (gear["name"], gear["teeth"], gear["margin"], gear["top_land_mm"], stage["contact_ratio_min"])
+        for stage in teeth["stages"]
+        for gear in stage["gears"] or ()
     ]
     if gears:
         yield Table(GEARS, gears)
-    for one in teeth["stages"]:
-        if one["refused"] is not None:
-            yield Text(f"planter gears refuses: {one['refused']}.", "warning")
+    for stage in teeth["stages"]:
+        if stage["refused"] is not None:
+            yield Text(f"planter gears refuses: {stage['refused']}.", "warning")
     if teeth["tried"] is not None:
-        tried = [(", ".join(map(str, one["z"])), one["objective"], one["settled"]) for one in teeth["tried"]]
-        yield Table(("teeth tried", "objective", "settled"), tried)
+        attempts = [(", ".join(map(str, stage["z"])), stage["objective"], stage["settled"]) for stage in teeth["tried"]]
+        yield Table(("teeth tried", "objective", "settled"), attempts)
 
 
 Summary = Mapping[str, Any]
@@ -71,7 +71,7 @@ NAMED = ("name", "unit", "meaning", "source", "drawn in")
 _CROSS = ("design", "machine file", "optimum")
 
 
-def device_page(
+def render_device_page(
     machine: Machine,
     model: Sidecar,
     summary: Summary,
@@ -86,7 +86,7 @@ def device_page(
     What the summary does not hold is left out, so that simulations and optimisations share the page.
     """
     title = f"{_kind(summary)[0]} of the planting device {machine.name}"
-    return page(title, list(sections(machine, model, summary, figures, provenance, motion)), machine.description)
+    return page(title, list(list_sections(machine, model, summary, figures, provenance, motion)), machine.description)
 
 
 def _kind(summary: Summary) -> tuple[str, str]:
@@ -98,7 +98,7 @@ def _kind(summary: Summary) -> tuple[str, str]:
     return ("Optimisation", "optimise") if "certificate" in summary else ("Simulation", "simulate")
 
 
-def sections(
+def list_sections(
     machine: Machine,
     model: Sidecar,
     summary: Summary,
@@ -110,59 +110,64 @@ def sections(
     if "start_design" in summary:
         yield Section("In one sentence", [Text(f"{summary['statement'][0].upper()}{summary['statement'][1:]}.")])
     if "fitted" in summary:
-        yield Section("Target", list(target(summary)))
-        yield Section("Fitted inputs", [fitted(summary["fitted"])])
-        for name, found in summary["models"].items():
-            yield Section(f"What the {name} model can give", list(of_model(found)))
+        yield Section("Target", list(describe_target(summary)))
+        yield Section("Fitted inputs", [tabulate_fitted_inputs(summary["fitted"])])
+        for name, fitted_model in summary["models"].items():
+            yield Section(f"What the {name} model can give", list(describe_model_fit(fitted_model)))
     if summary.get("warnings"):
-        yield Section("Warnings", [warnings(summary["warnings"])])
-    yield Section("Results", list(results(summary)))
+        yield Section("Warnings", [list_warnings(summary["warnings"])])
+    yield Section("Results", list(describe_results(summary)))
     if "designer" in summary:
-        yield Section("Designer's summary", list(designers(summary)))
+        yield Section("Designer's summary", list(describe_design_summary(summary)))
     if "certificate" in summary:
-        yield Section("Certificate", list(certificate(summary["certificate"])))
+        yield Section("Certificate", list(describe_certificate(summary["certificate"])))
     if "proof" in summary:
         yield Section("Proof", list(describe_proof(summary["proof"])))
     if summary.get("requirements"):
-        yield Section("Requirements", [requirements(summary["requirements"])])
+        yield Section("Requirements", [tabulate_requirements(summary["requirements"])])
     if summary.get("teeth"):
         yield Section("Whole teeth", list(describe_tooth_counts(summary["teeth"])))
     if "gradient" in summary:
         yield from list_sensitivity_sections(SensitivityResult.read(summary))
     elif "insensitive" in summary:
-        yield Section("What the force does not feel", list(insensitive(summary["insensitive"])))
-    yield Section("Design", [design(machine, summary)])
+        yield Section("What the force does not feel", list(describe_insensitive_directions(summary["insensitive"])))
+    yield Section("Design", [tabulate_design(machine, summary)])
     if "front" in summary and "fitted" not in summary:
-        yield Section("Front of range and variance", [front(summary["front"])])
+        yield Section("Front of range and variance", [tabulate_front(summary["front"])])
     if motion is not None:
         yield Section("Motion", [motion])
     if figures:
-        drawn = [FigureSvg(svg, CAPTIONS.get(name, name)) for name, svg in figures.items()]
-        yield Section("Figures", drawn)
+        figure_blocks = [FigureSvg(svg, CAPTIONS.get(name, name)) for name, svg in figures.items()]
+        yield Section("Figures", figure_blocks)
     if summary.get("lifted"):
-        yield Section("Assumptions lifted one by one: forces move by up to", [of_lifted(summary["lifted"])])
+        yield Section(
+            "Assumptions lifted one by one: forces move by up to", [tabulate_assumption_effects(summary["lifted"])]
+        )
     if summary.get("at"):
-        yield Section("At single angles", [at_angles(summary["at"])])
+        yield Section("At single angles", [tabulate_angles(summary["at"])])
     yield Section(
         "Model",
         [Text(f"{model['title']} ({model['source']}). It assumes:"), Items(model["assumptions"])],
     )
-    yield Section("Inputs", list(inputs(machine, meanings(model), besides=("design", "bounds"))))
-    yield Section("Names", [names(model, summary)])
+    yield Section("Inputs", list(inputs(machine, list_input_meanings(model), besides=("design", "bounds"))))
+    yield Section("Names", [list_names(model, summary)])
     if provenance is not None:
         yield provenance_section(provenance)
 
 
-def names(model: Sidecar, summary: Summary) -> Block:
+def list_names(model: Sidecar, summary: Summary) -> Block:
     """Columns of a turn and numbers of the summary: unit, meaning, source, and the figures that draw them."""
-    columns = [one.shown for one in cycle.list_device_quantities(model) if one.side != 2]
+    columns = [quantity.shown for quantity in cycle.list_device_quantities(model) if quantity.side != 2]
     keys = [key for key, value in summary.items() if isinstance(value, int | float)]
-    known = dictionary.find_meanings("planting", [*columns, *keys], _kind(summary)[1])
-    rows = [(name, units.unit(name), one.meaning, one.source, ", ".join(one.figures or ())) for name, one in known]
+    meanings_by_name = dictionary.find_meanings("planting", [*columns, *keys], _kind(summary)[1])
+    rows = [
+        (name, units.unit(name), quantity.meaning, quantity.source, ", ".join(quantity.figures or ()))
+        for name, quantity in meanings_by_name
+    ]
     return Folded("columns of a turn and numbers of the summary; planter explain tells all", [Table(NAMED, rows)])
 
 
-def target(summary: Summary) -> Iterator[Block]:
+def describe_target(summary: Summary) -> Iterator[Block]:
     """Whether a calibration met its target, and each of its numbers beside what is reached."""
     yield Text(summary["statement"], "" if summary["met"] else "warning")
     rows = [
@@ -172,61 +177,61 @@ def target(summary: Summary) -> Iterator[Block]:
     yield Table(("support force", "target", "reached", "unit", "miss / %"), rows)
 
 
-def of_lifted(found: Sequence[Summary]) -> Block:
+def tabulate_assumption_effects(effects: Sequence[Summary]) -> Block:
     """By how much lifting an assumption moves the joint forces over a turn, below their largest sizes as modelled."""
-    joints = tuple(found[0]["joints_N"])
-    own = ("as modelled, largest", *(found[0]["as_modelled_N"][joint] for joint in joints), "", "")
+    joints = tuple(effects[0]["joints_N"])
+    modelled = ("as modelled, largest", *(effects[0]["as_modelled_N"][joint] for joint in joints), "", "")
     rows = [(case["assumption"], *(case["joints_N"][joint] for joint in joints),
-             case["support_N"], case["friction_work_J"]) for case in found]  # fmt: skip
-    return Table(("forces / N", *joints, "support", "friction work / J"), [own, *rows])
+             case["support_N"], case["friction_work_J"]) for case in effects]  # fmt: skip
+    return Table(("forces / N", *joints, "support", "friction work / J"), [modelled, *rows])
 
 
-def of_model(found: Summary) -> Iterator[Block]:
+def describe_model_fit(fit: Summary) -> Iterator[Block]:
     """Whether a model meets the target of a calibration, how far its inputs are from the machine's, the best misses."""
-    yield Text(found["statement"], "" if found["met"] else "warning")
-    distance = found["distance"]
-    yield Keys({"flanks": ", ".join(found["choices"].values()), "least force of the cam on the roller / N":
-                found["least_push_N"], "distance from the machine's own / widths": distance["rms_share"],
+    yield Text(fit["statement"], "" if fit["met"] else "warning")
+    distance = fit["distance"]
+    yield Keys({"flanks": ", ".join(fit["choices"].values()), "least force of the cam on the roller / N":
+                fit["least_push_N"], "distance from the machine's own / widths": distance["rms_share"],
                 "on a bound": ", ".join(distance["at_bounds"]) or "none"})  # fmt: skip
     if distance["unusual"]:
         yield Items(distance["unusual"], "warning")
-    if found.get("front"):
-        keys = tuple(found["miss_percent"])
-        rows = [(*one["choices"].values(), *(one["miss_percent"][key] for key in keys), one["range_N"])
-                for one in found["front"]]  # fmt: skip
+    if fit.get("front"):
+        keys = tuple(fit["miss_percent"])
+        rows = [(*tradeoff["choices"].values(), *(tradeoff["miss_percent"][key] for key in keys), tradeoff["range_N"])
+                for tradeoff in fit["front"]]  # fmt: skip
         yield Table(("flanks", *(f"{labels.name(key)} missed / %" for key in keys), "range / N"), rows)
 
 
-def fitted(found: Sequence[Summary]) -> Block:
+def tabulate_fitted_inputs(entries: Sequence[Summary]) -> Block:
     """The values that a calibration found, with the bounds that it searched and where they come from."""
     keys = ("name", "value", "unit", "lower", "upper", "origin")
-    return Table(("input", *keys[1:]), [tuple(entry[key] for key in keys) for entry in found])
+    return Table(("input", *keys[1:]), [tuple(entry[key] for key in keys) for entry in entries])
 
 
-def requirements(found: Sequence[Summary]) -> Block:
+def tabulate_requirements(entries: Sequence[Summary]) -> Block:
     """Each requirement with its value, limits, margins and origin."""
     keys = ("meaning", "value", "lower", "upper", "unit", "margin", "wanted_margin", "phi_deg", "verdict", "origin")
     head = ("requirement", "value", "min", "max", "unit", "margin", "wanted", "phi / deg", "verdict", "origin")
-    return Table(head, [tuple(entry[key] for key in keys) for entry in found])
+    return Table(head, [tuple(entry[key] for key in keys) for entry in entries])
 
 
-def warnings(found: Sequence[Summary]) -> Block:
+def list_warnings(entries: Sequence[Summary]) -> Block:
     """The warnings of a result, each with its carrier angle if it has one."""
-    places = (f"At {w['phi_deg']:.4g} deg: " if "phi_deg" in w else "" for w in found)
-    return Items([f"{at}{w['message']} ({w['name']})" for at, w in zip(places, found, strict=True)], "warning")
+    places = (f"At {w['phi_deg']:.4g} deg: " if "phi_deg" in w else "" for w in entries)
+    return Items([f"{at}{w['message']} ({w['name']})" for at, w in zip(places, entries, strict=True)], "warning")
 
 
-def results(summary: Summary) -> Iterator[Block]:
+def describe_results(summary: Summary) -> Iterator[Block]:
     """Every single number of a summary, then its groups: the keys say the units."""
-    elsewhere = {*_ELSEWHERE, *tables.KEYS} if "refined" in summary else {*_ELSEWHERE}
+    separate = {*_ELSEWHERE, *tables.KEYS} if "refined" in summary else {*_ELSEWHERE}
     if "refined" in summary:
         yield (tables.tabulate_optimised_force if "sampled" in summary else tables.tabulate_simulated_force)(summary)
     single = {labels.label(key): value for key, value in summary.items()
-              if not isinstance(value, dict | list) and key not in elsewhere}  # fmt: skip
+              if not isinstance(value, dict | list) and key not in separate}  # fmt: skip
     if single:
         yield Keys(single)
     for key, value in summary.items():
-        if isinstance(value, Mapping) and key not in elsewhere:
+        if isinstance(value, Mapping) and key not in separate:
             rows = [(labels.name(k), labels.flat(v), units.unit(k) or units.unit(key)) for k, v in value.items()]
             yield Table(("quantity", "value", "unit"), rows, labels.name(key))
     if "cross" in summary:
@@ -234,35 +239,35 @@ def results(summary: Summary) -> Iterator[Block]:
         yield Table(_CROSS, rows, "Objective of both designs in both models")
 
 
-def designers(summary: Summary) -> Iterator[Block]:
+def describe_design_summary(summary: Summary) -> Iterator[Block]:
     """Torques, peaks of forces, gears and shocks; beside the machine file's own where that is another design."""
-    found = DesignersSummary.read(summary["designer"])
+    record = DesignersSummary.read(summary["designer"])
     if "start_designer" in summary:
-        yield design_results.compare_peaks(DesignersSummary.read(summary["start_designer"]), found)
-    yield from design_results.list_design_tables(found)
-    yield from (Text(sentence) for sentence in design_results.describe_design(found))
+        yield design_results.compare_peaks(DesignersSummary.read(summary["start_designer"]), record)
+    yield from design_results.list_design_tables(record)
+    yield from (Text(sentence) for sentence in design_results.describe_design(record))
     yield Text("Angles are those of the carrier, counted for side 1; side 2 follows half a turn later.", "note")
 
 
-def certificate(found: Summary) -> Iterator[Block]:
+def describe_certificate(record: Summary) -> Iterator[Block]:
     """How well an optimum is proved: what the numbers are, and what they mean."""
-    yield Keys({labels.label(key): value for key, value in found.items() if not isinstance(value, list)})
+    yield Keys({labels.label(key): value for key, value in record.items() if not isinstance(value, list)})
     yield Text(
         "The KKT residual is zero at an exact local optimum. Starts that agree ended at the optimum's objective; the "
         "spread is the largest less the least objective that any start ended at. None of this proves that there is no "
         "better design elsewhere.",
         "note",
     )
-    bounds = found.get("active_bounds", [])
+    bounds = record.get("active_bounds", [])
     if bounds:
         rows = [(bound["name"], bound["side"], bound["multiplier"]) for bound in bounds]
         yield Table(("parameter", "bound", "multiplier"), rows, "Bounds that hold the optimum")
-    others = {key: value for key, value in found.items() if isinstance(value, list) and key != "active_bounds"}
-    for key, value in others.items():
+    lists = {key: value for key, value in record.items() if isinstance(value, list) and key != "active_bounds"}
+    for key, value in lists.items():
         yield Items([f"{labels.spaced(key)}: {labels.flat(item)}" for item in value])
 
 
-def insensitive(directions: Sequence[Sequence[Mapping[str, float]]]) -> Iterator[Block]:
+def describe_insensitive_directions(directions: Sequence[Sequence[Mapping[str, float]]]) -> Iterator[Block]:
     """Directions in the design along which the support force does not change, in parts of the box width."""
     if not directions:
         yield Text("Every parameter matters.")
@@ -273,33 +278,33 @@ def insensitive(directions: Sequence[Sequence[Mapping[str, float]]]) -> Iterator
         yield Table(("parameter", "weight"), list(parts.items()), f"direction {number}" if len(directions) > 1 else "")
 
 
-def design(machine: Machine, summary: Summary) -> Block:
+def tabulate_design(machine: Machine, summary: Summary) -> Block:
     """The design with its bounds; beside the machine file's own where the two differ."""
-    own = machine.design
-    found = {name: summary.get("design", own).get(name) for name in own}
-    values = [own, found] if found != own else [own]
-    head = ("machine file", "optimum") if found != own else ("value",)
+    start = machine.design
+    optimum = {name: summary.get("design", start).get(name) for name in start}
+    values = [start, optimum] if optimum != start else [start]
+    head = ("machine file", "optimum") if optimum != start else ("value",)
     rows = [
         (labels.name(k), *(v[k] for v in values), units.unit(k), *machine.bounds[k], machine.origin(f"design.{k}"))
-        for k in own
+        for k in start
     ]
     return Table(("parameter", *head, "unit", "lower", "upper", "origin"), rows)
 
 
-def front(found: Sequence[Summary]) -> Block:
+def tabulate_front(points: Sequence[Summary]) -> Block:
     """Designs of which neither range nor variance can be made smaller without the other growing."""
-    names = list(found[0]["design"]) if found else []
+    names = list(points[0]["design"]) if points else []
     head = ("range / N", "variance / N2", *(labels.label(name) for name in names))
-    return Table(head, [(one["range_N"], one["variance_N2"], *one["design"].values()) for one in found])
+    return Table(head, [(point["range_N"], point["variance_N2"], *point["design"].values()) for point in points])
 
 
-def at_angles(rows: Sequence[Summary]) -> Block:
+def tabulate_angles(rows: Sequence[Summary]) -> Block:
     """Quantities down, angles across."""
     head = ("quantity", "unit", *(f"{row['phi_deg']:.6g} deg" for row in rows))
     keys = [key for key in rows[0] if key != "phi_deg"]
     return Table(head, [(labels.name(key), units.unit(key), *(row[key] for row in rows)) for key in keys])
 
 
-def meanings(model: Sidecar) -> dict[str, str]:
+def list_input_meanings(model: Sidecar) -> dict[str, str]:
     """Meaning of the machine's numbers by their full path."""
     return {entry["shown"]: entry["meaning"] for entry in model["vectors"]["machine"] if "shown" in entry}

@@ -20,7 +20,7 @@ from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import build_problem, find_curve_angles, read_weights
 from planter.planting.report import figures
-from planter.planting.report.page import device_page
+from planter.planting.report.page import render_device_page
 from planter.planting.report.scene import build_scene
 from planter.planting.results import OptimisationFound
 from planter.planting.toothed import compute_ratios, locate_pitch_curves
@@ -51,39 +51,41 @@ def format_optimum_file(machine: Machine, model: str, result: OptimisationFound,
     Fed back it gives the
     optimum's objective: the samples of the search stand in it, where it had any.
     """
-    own, table = machine.numbers(), machine.table()
+    numbers, table = machine.numbers(), machine.table()
     table["design"] = {name: _restore_digits(machine, name, value) for name, value in result.design.items()}
     if sampling != "refined":
         table["objective"]["samples"] = int(sampling)
-    reached = Machine.read(table, machine.source).numbers()
-    was = {path: own[path] for path, value in reached.items() if value != own[path]}
-    how = f"{model} model, {result.method}, seed {result.seed}, " + (
+    optimised = Machine.read(table, machine.source).numbers()
+    previous = {path: numbers[path] for path, value in optimised.items() if value != numbers[path]}
+    method = f"{model} model, {result.method}, seed {result.seed}, " + (
         "true extremes and integrals" if sampling == "refined" else f"{sampling} samples"
     )
-    table["origin"] = _list_origins(machine, was, how)
+    table["origin"] = _list_origins(machine, previous, method)
     head = [
-        f"# The machine {json.dumps(machine.name)} with its design optimised by planter {__version__}: {how}.",
+        f"# The machine {json.dumps(machine.name)} with its design optimised by planter {__version__}: {method}.",
         f"# Objective {result.objective!r}, before {result.start_objective!r}. A comment tells what moved.",
     ]
     if result.teeth is not None:
-        told = (f"stage {one.stage} has {one.z} teeth of {one.module_mm:.12g} mm" for one in result.teeth.stages)
-        head.append(f"# Whole teeth: {', '.join(told)}.")
-    notes = {path: f"was {' '.join((repr(value), units.unit(path))).rstrip()}" for path, value in was.items()}
+        stages = (
+            f"stage {stage.stage} has {stage.z} teeth of {stage.module_mm:.12g} mm" for stage in result.teeth.stages
+        )
+        head.append(f"# Whole teeth: {', '.join(stages)}.")
+    notes = {path: f"was {' '.join((repr(value), units.unit(path))).rstrip()}" for path, value in previous.items()}
     return "\n".join([*head, "", *lines(table, notes)]) + "\n"
 
 
 def _restore_digits(machine: Machine, name: str, value: float) -> float:
     """A design value whose way through SI units may have cost it its last bits: where it was, or within its bounds."""
-    own, (lower, upper) = machine.design[name], machine.bounds[name]
-    return own if math.isclose(value, own, rel_tol=ROUNDED) else min(max(value, lower), upper)
+    start, (lower, upper) = machine.design[name], machine.bounds[name]
+    return start if math.isclose(value, start, rel_tol=ROUNDED) else min(max(value, lower), upper)
 
 
-def _list_origins(machine: Machine, was: Mapping[str, float], how: str) -> dict[str, str]:
+def _list_origins(machine: Machine, previous: Mapping[str, float], method: str) -> dict[str, str]:
     """Origins of the file, with words of their own for the numbers that moved or were set on the command line."""
-    changed = dict.fromkeys((*machine.changed, *was), SET)
-    changed |= dict.fromkeys((path for path in was if path.startswith("design.")), f"optimised ({how})")
-    named = set(changed) | {paths.last_part(path) for path in changed}
-    return {name: words for name, words in machine.origins.items() if name not in named} | changed
+    changed = dict.fromkeys((*machine.changed, *previous), SET)
+    changed |= dict.fromkeys((path for path in previous if path.startswith("design.")), f"optimised ({method})")
+    renamed = set(changed) | {paths.last_part(path) for path in changed}
+    return {name: words for name, words in machine.origins.items() if name not in renamed} | changed
 
 
 MOVING = (
@@ -95,39 +97,47 @@ CLOUD = 300
 
 
 @renews
-def write_simulation(out: Path, device: Device, found: Simulation) -> None:
+def write_simulation(out: Path, device: Device, simulation: Simulation) -> None:
     """Writes summary.json, cycle.csv, figures and report.html. Raises InputError for a folder that it cannot."""
     folder = files.output_folder(out)
-    result = found.result.table()
-    _write_numbers(folder, device, result, found.cycle, device.design)
-    both: dict[str, Device] = {m: device if m == device.model else Device(device.machine, m) for m in MODELS}
-    drawn = _forces(both, device.design) | _motion(device, device.design)
-    _write_page(folder, device, result, drawn, moving=_moving(device, device.design))
+    result = simulation.result.table()
+    _write_numbers(folder, device, result, simulation.cycle, device.design)
+    devices: dict[str, Device] = {m: device if m == device.model else Device(device.machine, m) for m in MODELS}
+    plots = _forces(devices, device.design) | _motion(device, device.design)
+    _write_page(folder, device, result, plots, moving=_moving(device, device.design))
 
 
 @renews
-def write_result(out: Path, device: Device, found: Record) -> None:
+def write_result(out: Path, device: Device, record: Record) -> None:
     """Writes summary.json and report.html. Raises InputError for a folder that it cannot write."""
-    folder, result = files.output_folder(out), found.table()
+    folder, result = files.output_folder(out), record.table()
     files.write_summary(folder / "summary.json", _summary(device, result))
     _write_page(folder, device, result, {})
 
 
-def write_optimum(out: Path, device: Device, found: Optimisation) -> None:
+def write_optimum(out: Path, device: Device, optimisation: Optimisation) -> None:
     """Writes summary.json, optimum.toml and the optimum's cycle.csv. Raises InputError for a folder that it cannot."""
     folder = files.output_folder(out)
-    x, seed, sampling = found.found.design, found.found.seed, found.found.sampling
+    x, seed, sampling = optimisation.optimum.design, optimisation.optimum.seed, optimisation.optimum.sampling
     samples = device.machine.objective.samples if sampling == "refined" else sampling
     turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(samples))
-    files.write_text(folder / "optimum.toml", format_optimum_file(device.machine, device.model, found.result, sampling))
-    _write_numbers(folder, device, found.result.table(), turn, x, seed)
+    files.write_text(
+        folder / "optimum.toml", format_optimum_file(device.machine, device.model, optimisation.result, sampling)
+    )
+    _write_numbers(folder, device, optimisation.result.table(), turn, x, seed)
 
 
-def draw_optimum(out: Path, device: Device, found: Optimisation) -> None:
+def draw_optimum(out: Path, device: Device, optimisation: Optimisation) -> None:
     """Writes figures and report.html of an optimum. Raises InputError for a folder that it cannot write."""
-    folder, x = files.output_folder(out), found.found.design
-    drawn = _forces(found.devices, x, device.design) | _search(device, found) | _motion(device, x, device.design)
-    _write_page(folder, device, found.result.table(), drawn, found.found.seed, _moving(device, x, device.design))
+    folder, x = files.output_folder(out), optimisation.optimum.design
+    plots = (
+        _forces(optimisation.devices, x, device.design)
+        | _search(device, optimisation)
+        | _motion(device, x, device.design)
+    )
+    _write_page(
+        folder, device, optimisation.result.table(), plots, optimisation.optimum.seed, _moving(device, x, device.design)
+    )
 
 
 def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interrupted: bool = False) -> None:
@@ -166,14 +176,14 @@ def _write_page(
     folder: Path,
     device: Device,
     result: Mapping[str, Any],
-    drawn: Mapping[str, Figure],
+    plots: Mapping[str, Figure],
     seed: int | None = None,
     moving: Motion | None = None,
 ) -> None:
-    place = files.output_folder(folder / "figures") if drawn else folder
-    inlined = {name: figures.save(figure, place, name) for name, figure in drawn.items()}
+    figures_folder = files.output_folder(folder / "figures") if plots else folder
+    svgs = {name: figures.save(figure, figures_folder, name) for name, figure in plots.items()}
     provenance = files.provenance(device.machine, seed)
-    page = device_page(device.machine, device.sidecar, result, inlined, provenance, moving)
+    page = render_device_page(device.machine, device.sidecar, result, svgs, provenance, moving)
     files.write_text(folder / "report.html", page)
 
 
@@ -190,29 +200,29 @@ def _columns(device: Device, x: Array) -> dict[str, Array]:
 def _forces(devices: Mapping[str, Device], x: Array, start: Array | None = None) -> dict[str, Figure]:
     turns = {model: _columns(device, x) for model, device in devices.items()}
     before = {model: _columns(device, start) for model, device in devices.items()} if start is not None else {}
-    curves, old = ({m: (t["phi_deg"], t["support_N"]) for m, t in of.items()} for of in (turns, before))
+    curves, old_curves = ({m: (t["phi_deg"], t["support_N"]) for m, t in cycles.items()} for cycles in (turns, before))
     exact = devices["exact"]
-    support = figures.support_force(curves, cycle.compute_weight(exact), _joints(exact, x), old)
-    return {"support_force": support, "joint_forces": figures.joint_forces(turns)}
+    support = figures.draw_support_force(curves, cycle.compute_weight(exact), _joints(exact, x), old_curves)
+    return {"support_force": support, "joint_forces": figures.draw_joint_forces(turns)}
 
 
 def _joints(device: Device, x: Array) -> dict[str, list[float]]:
     """Carrier angles [deg] of the joints of both sides, in the order of the model's events."""
-    found: dict[str, list[float]] = {event["name"]: [] for event in device.sidecar["events"]}
-    for place in list_breakpoints(device.force, device.prologue(x)):
-        found[place.name].append(float(np.degrees(place.angle)))
-    return {name: places for name, places in found.items() if places}
+    angles_deg: dict[str, list[float]] = {event["name"]: [] for event in device.sidecar["events"]}
+    for switching_point in list_breakpoints(device.force, device.prologue(x)):
+        angles_deg[switching_point.name].append(float(np.degrees(switching_point.angle)))
+    return {name: places for name, places in angles_deg.items() if places}
 
 
 def _motion(device: Device, x: Array, start: Array | None = None) -> dict[str, Figure]:
     turn = _columns(device, x)
-    old = None if start is None else _columns(device, start)
+    columns_before = None if start is None else _columns(device, start)
     return {
-        "tip_path": figures.tip_path(turn, old, _soil(device, turn), _points(device)),
-        "pitch_curves": figures.pitch_curves(
+        "tip_path": figures.draw_tip_path(turn, columns_before, _soil(device, turn), _points(device)),
+        "pitch_curves": figures.draw_pitch_curves(
             locate_pitch_curves(device, x), None if start is None else locate_pitch_curves(device, start)
         ),
-        "rotation": figures.rotation(turn, compute_ratios(device, x, turn["phi_deg"])),
+        "rotation": figures.draw_rotation(turn, compute_ratios(device, x, turn["phi_deg"])),
     }
 
 
@@ -228,24 +238,26 @@ def _soil(device: Device, turn: Mapping[str, Array]) -> float | None:
     return None if required is None else required.surface_mm(float(turn["tip_y_mm"].min()))
 
 
-def _search(device: Device, found: Optimisation) -> dict[str, Figure]:
-    drawn = {"convergence": figures.convergence(found.found.history)}
-    return drawn | _front(device, found) if found.front else drawn
+def _search(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
+    plots = {"convergence": figures.convergence(optimisation.optimum.history)}
+    return plots | _front(device, optimisation) if optimisation.front else plots
 
 
-def _front(device: Device, found: Optimisation) -> dict[str, Figure]:
+def _front(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
     objective = read_weights(device.machine)
     marks = {
-        "machine file": (found.result.start_range_N, found.result.start_variance_N2),
-        "optimum": (found.result.range_N, found.result.variance_N2),
+        "machine file": (optimisation.result.start_range_N, optimisation.result.start_variance_N2),
+        "optimum": (optimisation.result.range_N, optimisation.result.variance_N2),
     }
-    front = [one.evaluation.look for one in found.front]
-    scored = [(one.range, one.variance) for one in (*front, *_cloud(device, found))]
+    front = [point.evaluation.look for point in optimisation.front]
+    points = [(point.range, point.variance) for point in (*front, *_cloud(device, optimisation))]
     line = (objective.weight_range, objective.weight_variance) if objective.kind == "paper" else None
-    return {"pareto": figures.pareto(np.array([*scored, *marks.values()]), marks, line)}
+    return {"pareto": figures.pareto(np.array([*points, *marks.values()]), marks, line)}
 
 
-def _cloud(device: Device, found: Optimisation) -> list[ObjectiveSummary]:
+def _cloud(device: Device, optimisation: Optimisation) -> list[ObjectiveSummary]:
     """Turns of designs anywhere in the box."""
-    task = build_problem(device, found.found.sampling)
-    return [task.evaluate(u).look for u in np.random.default_rng(found.found.seed).random((CLOUD, device.size))]
+    task = build_problem(device, optimisation.optimum.sampling)
+    return [
+        task.evaluate(u).look for u in np.random.default_rng(optimisation.optimum.seed).random((CLOUD, device.size))
+    ]

@@ -30,17 +30,17 @@ def build_tooth_outlines(device: Device, x: Array) -> tuple[Body, ...]:
     Each is turned about its gear's axis as it stands on side 1 while the carrier is at 0.
     """
     try:
-        made = cut_gear_train(device, (ORDER, ORDER), x)
+        train = cut_gear_train(device, (ORDER, ORDER), x)
     except (GeometryError, InputError):
         return ()
-    gears = [gear for stage in made.stages for gear in stage.gears]
+    gears = [gear for stage in train.stages for gear in stage.gears]
     return tuple(
         Body(
             f"teeth of the {gear.name}",
             (Outline(1e3 * simplify_outline(build_polygon(gear), WITHIN), "teeth", shade=shade),),
             turn=float(np.degrees(place.angle)),
         )
-        for shade, (gear, place) in enumerate(zip(gears, made.placed(), strict=True))
+        for shade, (gear, place) in enumerate(zip(gears, train.placed(), strict=True))
     )
 
 
@@ -100,25 +100,27 @@ def _side(device: Device, gears: Gearing, columns: dict[str, Array], cut: Sequen
     """What a side carries, its gears cut, seen from the carrier; side 2 is the same half a turn round."""
     a1, b1 = gears.centres["A1"], gears.centres["B1"]
     mounted = float(columns["alpha_deg"][0])
-    turned = -columns["alpha_deg"] - columns["phi_deg"]
+    planet_rotation = -columns["alpha_deg"] - columns["phi_deg"]
     middle = Body(
         f"middle body, side {side}",
         [Outline((gears.curves[k].points.T - a1), "gear", shade=k) for k in (1, 2)],
         a1.tolist(),
-        _of(columns["phi52_deg"], side),
+        _delay_side(columns["phi52_deg"], side),
         cut[1:3],
     )
     planet = gears.curves[3].points.T - b1
     c, s = np.cos(np.radians(mounted)), np.sin(np.radians(mounted))
-    own = Outline(planet @ np.array([[c, s], [-s, c]]), "gear", shade=3)
-    outlines = [own, *_nozzle(device)]
-    own_teeth = [replace(one, turn=one.turn + mounted) for one in cut[3:]]
-    nozzle = Body(f"planet and nozzle, side {side}", outlines, b1.tolist(), _of(turned, side), own_teeth)
+    planet_outline = Outline(planet @ np.array([[c, s], [-s, c]]), "gear", shade=3)
+    outlines = [planet_outline, *_nozzle(device)]
+    planet_teeth = [replace(body, turn=body.turn + mounted) for body in cut[3:]]
+    nozzle = Body(
+        f"planet and nozzle, side {side}", outlines, b1.tolist(), _delay_side(planet_rotation, side), planet_teeth
+    )
     bar = Outline(np.array([[0.0, 0.0], a1, b1]), "frame", closed=False)
     return Body(f"carrier arm, side {side}", (bar,), turn=180.0 * (side - 1), parts=(middle, nozzle))
 
 
-def _of(values: Array, side: int) -> Array:
+def _delay_side(values: Array, side: int) -> Array:
     """What a side does: side 2 what side 1 did half a turn before."""
     return np.roll(values, 0 if side == 1 else MOMENTS // 2)
 
@@ -134,29 +136,29 @@ def _nozzle(device: Device) -> list[Outline]:
 
 def _corner(device: Device, columns: dict[str, Array]) -> Array:
     """Where the view across the nozzle ends: right of all that moves."""
-    along, _, apart = device.machine.nozzle.hinge_A_mm
-    right = float(np.max(columns["tip_machine_x_mm"])) + device.machine.nozzle.tip_distance_mm - along
-    return np.array([right, float(np.max(columns["y_B1_mm"])) - apart])
+    hinge_x, _, hinge_z = device.machine.nozzle.hinge_A_mm
+    right = float(np.max(columns["tip_machine_x_mm"])) + device.machine.nozzle.tip_distance_mm - hinge_x
+    return np.array([right, float(np.max(columns["y_B1_mm"])) - hinge_z])
 
 
-def halves(device: Device) -> tuple[Array, Array]:
+def draw_halves(device: Device) -> tuple[Array, Array]:
     """Sketch of the inner and the outer half of the nozzle across it, from their hinges with x' to the right."""
-    along, _, apart = device.machine.nozzle.hinge_A_mm
-    length = device.machine.nozzle.tip_distance_mm - along
-    inner = np.array([[-0.15 * length, 0.0], [0.0, 0.07 * length], [length, -apart], [0.5 * length, -apart]])
+    hinge_x, _, hinge_z = device.machine.nozzle.hinge_A_mm
+    length = device.machine.nozzle.tip_distance_mm - hinge_x
+    inner = np.array([[-0.15 * length, 0.0], [0.0, 0.07 * length], [length, -hinge_z], [0.5 * length, -hinge_z]])
     return inner, inner * [1, -1]
 
 
 def _halves(device: Device, columns: dict[str, Array], corner: Array) -> list[Body]:
     """Both halves of the nozzle of side 1, seen across it: the cam swings them about their hinges."""
-    along, _, apart = device.machine.nozzle.hinge_A_mm
-    length = device.machine.nozzle.tip_distance_mm - along
-    found = []
-    for name, sense, shape in zip(("inner", "outer"), (1, -1), halves(device), strict=True):
+    hinge_x, _, hinge_z = device.machine.nozzle.hinge_A_mm
+    length = device.machine.nozzle.tip_distance_mm - hinge_x
+    bodies = []
+    for name, sense, shape in zip(("inner", "outer"), (1, -1), draw_halves(device), strict=True):
         outline = Outline(shape, "body", shade=4)
-        x, y = corner[0] - length, corner[1] + sense * apart
-        found.append(Body(f"{name} half, side 1", (outline,), (float(x), float(y)), sense * columns["theta1_deg"]))
-    return found
+        x, y = corner[0] - length, corner[1] + sense * hinge_z
+        bodies.append(Body(f"{name} half, side 1", (outline,), (float(x), float(y)), sense * columns["theta1_deg"]))
+    return bodies
 
 
 def _tip(columns: dict[str, Array], side: int) -> Point:
@@ -180,8 +182,8 @@ def _before(device: Device, x: Array | None) -> list[Body]:
     """The path of the tip in another design."""
     if x is None:
         return []
-    old = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(MOMENTS)).columns()
-    path = np.column_stack([old["tip_machine_x_mm"], old["tip_y_mm"]])
+    columns = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(MOMENTS)).columns()
+    path = np.column_stack([columns["tip_machine_x_mm"], columns["tip_y_mm"]])
     return [Body("path of the tip before, side 1", (Outline(path, "before"),))]
 
 

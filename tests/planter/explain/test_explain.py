@@ -110,9 +110,9 @@ def test_figures_read_the_columns_that_their_table_says(monkeypatch: pytest.Monk
     x, taken = device.design, report._columns(device, device.design)
     drawn: dict[str, set[str]] = {}
     for name, draw in (
-        ("joint_forces", lambda turn: figures.joint_forces({"exact": turn})),
-        ("tip_path", figures.tip_path),
-        ("rotation", lambda turn: figures.rotation(turn, toothed.compute_ratios(device, x, taken["phi_deg"]))),
+        ("joint_forces", lambda turn: figures.draw_joint_forces({"exact": turn})),
+        ("tip_path", figures.draw_tip_path),
+        ("rotation", lambda turn: figures.draw_rotation(turn, toothed.compute_ratios(device, x, taken["phi_deg"]))),
     ):
         turn = Recorder(taken)
         draw(turn)

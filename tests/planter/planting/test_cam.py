@@ -61,7 +61,7 @@ def test_a_raised_cam_would_be_cut(face: cam.EndFace) -> None:
 
 def test_the_unrolled_cam_touches_the_roller_everywhere(face: cam.EndFace) -> None:
     found = face.at(face.radius)
-    part = cam.made(face.device, ROLLER, 1e-7, 0.01).part
+    part = cam.build_cam(face.device, ROLLER, 1e-7, 0.01).part
     strip = Polygon(part.lines[0].arcs.points(1e-8))
     places = found.course(np.linspace(0.05, 2 * np.pi - 0.05, 80))
     off = [strip.distance(Point(x, y)) - ROLLER for x, y in zip(*(places[p] for p in found.pitch), strict=True)]
@@ -84,7 +84,7 @@ def test_the_part_is_as_steep_as_the_running_device_finds_it(changes: dict[str, 
 
 
 def test_at_the_speed_of_lift_off_the_force_vanishes_and_grows_from_the_square_of_the_speed(device: Device) -> None:
-    push, own = cam.push(device), device.machine.si("speed_rpm")
+    push, own = cam.build_push(device), device.machine.si("speed_rpm")
     found = find_lift_off(push, own)
     assert found is not None
     angles = np.linspace(0, 2 * np.pi, 721)

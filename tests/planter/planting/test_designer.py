@@ -15,7 +15,7 @@ from planter.planting.design_results import DesignersSummary
 from planter.planting.design_summary import DesignTurn
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
-from planter.planting.report.page import device_page
+from planter.planting.report.page import render_device_page
 from planter.terminal.console import Console
 from tests.support import machines
 
@@ -193,14 +193,14 @@ def test_it_stands_in_the_result_and_on_the_page() -> None:
     result = simulation.simulate(device).result
     own = result.table()["designer"]
     assert own["motor"] == pytest.approx(dataclasses.asdict(found("wang2017")[1])["motor"], rel=1e-12)
-    page = device_page(device.machine, device.sidecar, result.table(), {})
+    page = render_device_page(device.machine, device.sidecar, result.table(), {})
     assert "Peaks of forces, true extremes over a cycle" in page
     assert f"{own['motor']['max_Nm']:.6g}" in page
 
 
 def test_the_tables_fit_80_columns_and_cut_no_name(capsys: pytest.CaptureFixture[str]) -> None:
     device = machines.device("wang2017-wide")
-    tables.simulation(Console(as_json=False), simulation.simulate(device).result)
+    tables.print_simulation(Console(as_json=False), simulation.simulate(device).result)
     said = capsys.readouterr().out
     assert max(map(len, said.splitlines())) <= 80
     assert "\N{HORIZONTAL ELLIPSIS}" not in said

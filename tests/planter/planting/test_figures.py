@@ -86,15 +86,15 @@ def mesh() -> Gearing:
 
 
 FIGURES: dict[str, Callable[[], Figure]] = {
-    "support force": lambda: figures.support_force(CYCLES, 97.86, JOINTS, BEFORE, REFERENCE),
-    "support force, plain": lambda: figures.support_force({"exact": CYCLES["exact"]}, 97.86),
-    "tip path": lambda: figures.tip_path(turn()),
-    "tip path, travelling": lambda: figures.tip_path(turn(-160.0)),
-    "pitch curves": lambda: figures.pitch_curves(mesh()),
-    "rotation": lambda: figures.rotation(turn(), RATIOS),
-    "joint forces": lambda: figures.joint_forces({"exact": turn(), "printed": turn()}),
-    "tip path, soil and before": lambda: figures.tip_path(turn(-160.0), turn(), -300.0),
-    "pitch curves, before": lambda: figures.pitch_curves(mesh(), mesh()),
+    "support force": lambda: figures.draw_support_force(CYCLES, 97.86, JOINTS, BEFORE, REFERENCE),
+    "support force, plain": lambda: figures.draw_support_force({"exact": CYCLES["exact"]}, 97.86),
+    "tip path": lambda: figures.draw_tip_path(turn()),
+    "tip path, travelling": lambda: figures.draw_tip_path(turn(-160.0)),
+    "pitch curves": lambda: figures.draw_pitch_curves(mesh()),
+    "rotation": lambda: figures.draw_rotation(turn(), RATIOS),
+    "joint forces": lambda: figures.draw_joint_forces({"exact": turn(), "printed": turn()}),
+    "tip path, soil and before": lambda: figures.draw_tip_path(turn(-160.0), turn(), -300.0),
+    "pitch curves, before": lambda: figures.draw_pitch_curves(mesh(), mesh()),
     "convergence": lambda: figures.convergence(HISTORY),
     "pareto": lambda: figures.pareto(POINTS, MARKS, (0.6, 0.4)),
 }
@@ -227,7 +227,7 @@ def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
 
 
 def test_support_force_shows_both_models_and_the_weight() -> None:
-    axes = figures.support_force(CYCLES, 97.86).axes[0]
+    axes = figures.draw_support_force(CYCLES, 97.86).axes[0]
     for model, curve in CYCLES.items():
         assert np.array_equal(data(axes, model), curve)
     assert set(data(axes, "weight")[1]) == {97.86}
@@ -236,15 +236,15 @@ def test_support_force_shows_both_models_and_the_weight() -> None:
 
 
 def test_a_flat_curve_is_shown_again_on_its_own_scale() -> None:
-    common, own = figures.support_force(CYCLES, 97.86).axes
+    common, own = figures.draw_support_force(CYCLES, 97.86).axes
     assert np.array_equal(data(own, "exact"), CYCLES["exact"])
     assert [line.get_label() for line in own.get_lines()] == ["exact", "weight"]
     assert np.ptp(own.get_ylim()) < 0.1 * np.ptp(common.get_ylim())
-    assert len(figures.support_force({"exact": CYCLES["exact"]}, 97.86).axes) == 1
+    assert len(figures.draw_support_force({"exact": CYCLES["exact"]}, 97.86).axes) == 1
 
 
 def test_the_design_before_is_dashed() -> None:
-    common, own = figures.support_force(CYCLES, 97.86, before=BEFORE).axes
+    common, own = figures.draw_support_force(CYCLES, 97.86, before=BEFORE).axes
     for axes, model in ((common, "printed"), (common, "exact"), (own, "exact")):
         assert np.array_equal(data(axes, f"{model}, before"), BEFORE[model])
         assert line(axes, f"{model}, before").is_dashed()
@@ -252,13 +252,13 @@ def test_the_design_before_is_dashed() -> None:
 
 
 def test_ranges_stand_above_their_curves() -> None:
-    common, own = figures.support_force(CYCLES, 97.86, before=BEFORE).axes
+    common, own = figures.draw_support_force(CYCLES, 97.86, before=BEFORE).axes
     assert common.get_title(loc="left").startswith("range: exact 2 to 2 N, printed 90 to 90 N")
     assert own.get_title(loc="left").startswith("exact model on its own scale; range: exact 2 to 2 N")
 
 
 def test_joints_are_marked_part_by_part() -> None:
-    common, _, strip = figures.support_force(CYCLES, 97.86, JOINTS).axes
+    common, _, strip = figures.draw_support_force(CYCLES, 97.86, JOINTS).axes
     assert np.array_equal(data(strip, "sun")[0], [334.5, 154.5])
     assert np.array_equal(data(strip, "cam")[0], [131.0, 181.0])
     drawn = sorted(float(np.asarray(line.get_xdata())[0]) for line in common.get_lines() if line.get_gid() == "joint")
@@ -266,17 +266,17 @@ def test_joints_are_marked_part_by_part() -> None:
 
 
 def test_reference_is_drawn_only_if_handed_in() -> None:
-    bars = figures.support_force(CYCLES, 97.86, reference=REFERENCE).axes[-1]
+    bars = figures.draw_support_force(CYCLES, 97.86, reference=REFERENCE).axes[-1]
     assert data(bars, "theory")[0].tolist() == [36.77, 158.94]
     assert data(bars, "experiment")[0].tolist() == [24.93, 171.96]
     assert data(bars, "printed")[0].tolist() == [LIVELY.min(), LIVELY.max()]
-    shown = [t.get_text() for t in figures.support_force(CYCLES, 97.86).findobj(Text)]
+    shown = [t.get_text() for t in figures.draw_support_force(CYCLES, 97.86).findobj(Text)]
     assert not any("theory" in text for text in shown)
 
 
 def test_joint_forces_are_closed_curves_about_zero() -> None:
     columns = turn()
-    panels = figures.joint_forces({"exact": columns, "printed": columns}).axes
+    panels = figures.draw_joint_forces({"exact": columns, "printed": columns}).axes
     for axes, name in zip(panels, ("F_A1", "F_B1", "F_O", "F_O1"), strict=True):
         for model in ("exact", "printed"):
             x, y = data(axes, f"{model} model")
@@ -295,7 +295,7 @@ def test_joint_forces_are_closed_curves_about_zero() -> None:
 
 def test_tip_path_is_the_nozzle_end_at_every_angle() -> None:
     columns = turn()
-    (axes,) = figures.tip_path(columns).axes
+    (axes,) = figures.draw_tip_path(columns).axes
     x, y = data(axes, "tip, closed")
     assert np.allclose(x[:-1], columns["tip_x_mm"], atol=1e-9, rtol=0)
     assert np.allclose(y[:-1], columns["tip_y_mm"], atol=1e-9, rtol=0)
@@ -305,7 +305,7 @@ def test_tip_path_is_the_nozzle_end_at_every_angle() -> None:
 
 def test_nozzle_is_drawn_at_twelve_angles_with_its_point_at_the_tip() -> None:
     columns = turn()
-    (axes,) = figures.tip_path(columns).axes
+    (axes,) = figures.draw_tip_path(columns).axes
     outlines = [np.asarray(p.get_xy()) for p in axes.findobj(Polygon) if p.get_gid() == "nozzle"]
     tips = np.array([columns["tip_x_mm"], columns["tip_y_mm"]]).T[::30]
     roots = np.array([columns["x_B1_mm"], columns["y_B1_mm"]]).T[::30]
@@ -317,14 +317,14 @@ def test_nozzle_is_drawn_at_twelve_angles_with_its_point_at_the_tip() -> None:
 
 def test_path_is_marked_where_the_nozzle_is_open() -> None:
     columns = turn()
-    (axes,) = figures.tip_path(columns).axes
+    (axes,) = figures.draw_tip_path(columns).axes
     opened = np.isfinite(data(axes, "tip, open")[0][:-1])
     assert np.array_equal(opened, columns["theta1_deg"] > 0)
 
 
 def test_ground_path_is_there_if_the_machine_travels() -> None:
     columns = turn(-160.0)
-    machine, ground = figures.tip_path(columns).axes
+    machine, ground = figures.draw_tip_path(columns).axes
     assert np.array_equal(data(ground, "tip, closed"), [columns["tip_x_mm"], columns["tip_y_mm"]])
     assert np.allclose(data(machine, "tip, closed")[0][:-1], turn()["tip_x_mm"], atol=1e-9, rtol=0)
     assert ground.get_aspect() == 1
@@ -332,15 +332,15 @@ def test_ground_path_is_there_if_the_machine_travels() -> None:
 
 def test_soil_and_the_path_before_are_drawn_where_there_are_any() -> None:
     old = {**turn(), "tip_y_mm": turn()["tip_y_mm"] - 7}
-    (axes,) = figures.tip_path(turn(), old, -300.0).axes
+    (axes,) = figures.draw_tip_path(turn(), old, -300.0).axes
     assert np.array_equal(data(axes, "tip, before")[1][:-1], old["tip_y_mm"])
     assert set(data(axes, "soil")[1]) == {-300.0}
-    (plain,) = figures.tip_path(turn()).axes
+    (plain,) = figures.draw_tip_path(turn()).axes
     assert not {"soil", "tip, before"} & {line.get_label() for line in plain.get_lines()}
 
 
 def test_names_stand_at_the_ends_of_their_curves() -> None:
-    figure = figures.rotation(turn(), RATIOS)
+    figure = figures.draw_rotation(turn(), RATIOS)
     style.arrange(figure)
     for axes in figure.axes:
         ends = {line.get_label(): float(np.asarray(line.get_ydata())[-1]) for line in axes.get_lines()}
@@ -352,7 +352,7 @@ def test_names_stand_at_the_ends_of_their_curves() -> None:
 
 def test_rotation_panels_share_the_angle() -> None:
     columns = turn()
-    top, middle, bottom = figures.rotation(columns, RATIOS).axes
+    top, middle, bottom = figures.draw_rotation(columns, RATIOS).axes
     assert np.array_equal(data(top, "φ₅₂, middle body"), [PHI, columns["phi52_deg"]])
     assert np.array_equal(data(top, "φ₇₂, planet"), [PHI, columns["phi72_deg"]])
     assert np.array_equal(data(middle, "dφ₅₂/dφ"), [PHI, RATIOS[0]])
@@ -364,7 +364,7 @@ def test_rotation_panels_share_the_angle() -> None:
 
 def test_pitch_curves_are_drawn_where_they_are() -> None:
     gearing = mesh()
-    whole, near = figures.pitch_curves(gearing).axes
+    whole, near = figures.draw_pitch_curves(gearing).axes
     for axes in (whole, near):
         assert axes.get_aspect() == 1
         for curve in gearing.curves:

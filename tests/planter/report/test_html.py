@@ -48,7 +48,7 @@ def drawings() -> dict[str, str]:
 
 def page_of(machine: Machine, drawings: dict[str, str], **changes: Any) -> str:
     summary = {**SUMMARY, "design": dict(machine.design), **changes}
-    return planting.device_page(
+    return planting.render_device_page(
         machine, generated.sidecar("planting_exact"), summary, drawings, files.provenance(machine, 5)
     )
 
@@ -175,7 +175,7 @@ def test_results_certificate_and_warnings_are_shown(drawings: dict[str, str]) ->
 def test_a_simulation_has_no_certificate() -> None:
     machine = load("wang2017")
     summary = {key: value for key, value in SUMMARY.items() if key not in ("certificate", "cross", "warnings")}
-    text = words(planting.device_page(machine, generated.sidecar("planting_exact"), summary, {}))
+    text = words(planting.render_device_page(machine, generated.sidecar("planting_exact"), summary, {}))
     assert text.count("Simulation of the planting device wang2017") == 2
     assert "Certificate" not in text
     assert "Warnings" not in text
