@@ -119,7 +119,7 @@ def test_figures_read_the_columns_that_their_table_says(monkeypatch: pytest.Monk
         drawn[name] = turn.read
     turn = Recorder(taken)
     monkeypatch.setattr(report, "_columns", lambda *_: turn)
-    monkeypatch.setattr(report.figures, "joint_forces", lambda *_: None)
+    monkeypatch.setattr(report.figures, "draw_joint_forces", lambda *_: None)
     report._forces({"exact": device}, x)
     drawn["support_force"] = turn.read
     assert drawn == {name: set(columns) for name, columns in figures.DRAWN.items()}
