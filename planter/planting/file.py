@@ -174,7 +174,7 @@ class GearsSection(Section):
         return None not in (self.face_width_mm, self.youngs_modulus_GPa, self.poisson_ratio)
 
 
-class ObjectiveSection(Section):
+class ForceObjectiveSection(Section):
     """What is made small: weight_range * range + weight_variance * spread of the support force.
 
     The spread is the population variance (N2) for kind "paper", equation (31) of Wang et al. (2017), and the
@@ -217,7 +217,7 @@ class Machine(Document):
     gears: GearsSection | None = None
     design: Annotated[dict[str, Real], Field(min_length=1)]
     bounds: dict[str, Pair]
-    objective: ObjectiveSection
+    objective: ForceObjectiveSection
     genetic_algorithm: GeneticAlgorithm
     requirements: Requirements | None = None
     origins: Origins = Field(alias="origin")

@@ -39,7 +39,7 @@ from planter.planting.model import Device
 from planter.planting.objective import build_problem, evaluate_samples, evaluate_true_extremes
 from planter.planting.requirements import RequirementConstraints, build_infeasibility_error
 from planter.planting.results import (
-    EvaluationCounts,
+    DeviceEvaluationCounts,
     FrontPoint,
     HeldBound,
     HeldRequirement,
@@ -136,7 +136,7 @@ class DeviceOptimum(OptimiserResult):
             range_N=self.evaluation.look.range,
             variance_N2=self.evaluation.look.variance,
             start_objective=self.start_objective,
-            evaluations=EvaluationCounts(**vars(self.evaluations)),
+            evaluations=DeviceEvaluationCounts(**vars(self.evaluations)),
             seconds=self.seconds,
             certificate=self._proof(),
             effective_parameters=self.effective_parameters,

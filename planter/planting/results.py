@@ -189,7 +189,7 @@ class Validation(Record):
 
 
 @dataclass(frozen=True)
-class EvaluationCounts(Record):
+class DeviceEvaluationCounts(Record):
     """How often the objective was evaluated: its value, its gradient, its Hessian."""
 
     objective: int
@@ -249,7 +249,7 @@ class OptimumFound(Record):
     range_N: float
     variance_N2: float
     start_objective: float
-    evaluations: EvaluationCounts
+    evaluations: DeviceEvaluationCounts
     seconds: float
     certificate: PlantingCertificate
     effective_parameters: int
@@ -291,7 +291,7 @@ class OptimisationFound(Record):
     range_N: float
     variance_N2: float
     start_objective: float
-    evaluations: EvaluationCounts
+    evaluations: DeviceEvaluationCounts
     seconds: float
     certificate: PlantingCertificate
     effective_parameters: int
