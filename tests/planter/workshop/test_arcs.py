@@ -1,9 +1,87 @@
-"""Curves of arcs: circles, and bodies between a chord and an arc, by closed forms."""
+"""Curves of arcs: circles and segments by closed forms, fitted arcs, and points along an outline."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from planter.workshop.arcs import Arcs, build_circle
+from planter.errors import ComputationError
+from planter.workshop.arcs import Arcs, ClosedCurve, build_circle, fit_arcs, sample_outline
+from tests.support.outlines import Lobes, between, lobes, sampled
+
+TOLERANCE = 1e-6
+EXACT = Lobes(0, 2 * np.pi)
+ROUNDING = 1e-15
+
+
+def strays(arcs: Arcs) -> float:
+    """Return the largest distance of arcs and curve, from either."""
+    places = EXACT.at(np.linspace(0, 1, 2000))
+    return max(float(EXACT.off(sampled(arcs)).max()), float(between(places, arcs).max()))
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("pieces", [5, 12])
+def test_arcs_stay_within_the_stated_deviation(tolerance: float, pieces: int) -> None:
+    found = fit_arcs(lobes(pieces), tolerance)
+    assert strays(found.arcs) <= found.deviation * (1 + 1e-3) + ROUNDING
+    assert 0.2 * tolerance < found.deviation <= tolerance
+    assert found.arcs.area == pytest.approx(EXACT.area, rel=tolerance / 0.02)
+
+
+def test_arcs_have_the_signs_of_curvature() -> None:
+    arcs = fit_arcs(lobes(), TOLERANCE).arcs
+    middles = sampled(arcs, 3)[1::3]
+    share = np.arctan2(middles[:, 1], middles[:, 0]) / (2 * np.pi) % 1
+    curvature = EXACT.curvature(share)
+    clear = np.abs(curvature) > 3
+    assert (curvature[clear] < 0).any()
+    np.testing.assert_array_equal(np.sign(arcs.bulges[clear]), np.sign(curvature[clear]))
+
+
+def test_arcs_are_tangent_at_vertices() -> None:
+    arcs = fit_arcs(lobes(), TOLERANCE).arcs
+    heading = np.arctan2(*arcs.chords.T[::-1])
+    ending, starting = heading + arcs.half_angles, np.roll(heading - arcs.half_angles, -1)
+    np.testing.assert_allclose(np.exp(1j * (starting - ending)), 1, atol=1e-12)
+
+
+def test_deviation_falls_with_the_cube_of_the_arcs() -> None:
+    counts = [len(fit_arcs(lobes(3), tolerance).arcs.vertices) for tolerance in (1e-5, 1e-5 / 512)]
+    assert 6 < counts[1] / counts[0] < 10
+
+
+def test_circles_and_lines_are_single_arcs() -> None:
+    found = fit_arcs([Lobes(0, 1.2, depth=0), Lobes(1.2, 2.4, depth=0)], TOLERANCE, closed=False)
+    assert len(found.arcs.vertices) == 3
+    assert found.arcs.lengths.sum() == pytest.approx(2.4 * 0.03, rel=1e-14)
+
+
+def test_curve_of_points_is_followed() -> None:
+    found = fit_arcs([ClosedCurve("pitch", EXACT.at)], TOLERANCE)
+    assert strays(found.arcs) <= TOLERANCE
+
+
+def test_wrong_side_and_moved_vertex_are_detected() -> None:
+    arcs = fit_arcs(lobes(), TOLERANCE).arcs
+    hollow, convex = int(arcs.bulges.argmin()), int(arcs.bulges.argmax())
+    for index in (hollow, convex):
+        bulges = arcs.bulges.copy()
+        bulges[index] *= -1
+        assert strays(replace(arcs, bulges=bulges)) > 2 * TOLERANCE
+    vertices = arcs.vertices.copy()
+    vertices[7] *= 1 + 5e-6 / np.hypot(*vertices[7])
+    assert strays(replace(arcs, vertices=vertices)) > 2 * TOLERANCE
+
+
+def test_piece_with_corner_is_refused_by_name() -> None:
+    class Corner(Lobes):
+        def tangent(self, s):  # type: ignore[no-untyped-def]
+            return np.where(s[:, None] < 0.4, [[1.0, 0.0]], [[0.0, 1.0]])
+
+    with pytest.raises(ComputationError, match=r"piece 1, root, turns too sharply"):
+        fit_arcs([Lobes(0, 1), Corner(1, 2, kind="root")], TOLERANCE)
+
 
 SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
@@ -29,7 +107,7 @@ def test_side_bulges_outwards_right_and_inwards_left(turn: float, sign: int) -> 
     assert np.sign(Arcs(SQUARE, bulges).points(1e-3 * turn)[1, 1]) == -sign
 
 
-def test_the_other_way_round_has_the_opposite_area() -> None:
+def test_reversed_polygon_has_negative_area() -> None:
     assert Arcs(SQUARE[::-1], np.zeros(4)).area == -1
 
 
@@ -37,3 +115,19 @@ def test_open_curve_ends_at_the_last_vertex() -> None:
     found = Arcs(SQUARE, np.array([1.0, 0, 0, 0]), closed=False)
     assert found.lengths == pytest.approx([np.pi / 2, 1, 1])
     np.testing.assert_array_equal(found.points(1e-3)[[0, -1]], SQUARE[[0, -1]])
+
+
+def test_sampled_outline_agrees_with_pieces() -> None:
+    pieces = lobes(5)
+    found = sample_outline(pieces, 64)
+    ends = np.cumsum([piece.length for piece in pieces])
+    np.testing.assert_allclose(found.length[found.piece == 4][-1], ends[-1], rtol=1e-8)
+    np.testing.assert_allclose(found.length[64::65], ends, rtol=1e-8)
+    along = np.diff(found.place[found.piece == 2], axis=0)
+    across = found.normal[found.piece == 2][:-1] + found.normal[found.piece == 2][1:]
+    assert np.abs((along * across).sum(axis=1)).max() < 1e-3 * np.hypot(*along.T).max()
+    outwards = found.place + 1e-6 * found.normal
+    assert (pieces[0].off(outwards) > 5e-7).all()
+    radius = np.hypot(*outwards.T)
+    assert (radius > pieces[0].polar(np.arctan2(outwards[:, 1], outwards[:, 0]))[0]).all()
+    assert set(found.columns()) == {"arc_length_mm", "x_mm", "y_mm", "normal_x", "normal_y", "curvature_per_mm"}
