@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from planter import safe_text
 from planter.files import units
-from planter.planting import design_results, tooth_count_results
-from planter.report.html import Table
+from planter.planting import design_results
+from planter.planting.tooth_count_results import list_tooth_count_blocks
+from planter.report.html import Section, Table
+from planter.report.presentation import print_section
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
@@ -165,7 +167,7 @@ def print_optimisation(console: Console, result: OptimisationFound) -> None:
     console.table(peaks.caption, peaks.head, peaks.rows)
     print_requirements(console, result.requirements)
     if result.teeth is not None:
-        tooth_count_results.show_tooth_counts(console, result.teeth)
+        print_section(console, Section("Whole teeth", list(list_tooth_count_blocks(result.teeth))))
     scores = ((model, score.start, score.optimum) for model, score in result.cross.items())
     console.table("Objective of both designs in both models", ("model", "start", "optimum"), scores)
     if result.front:

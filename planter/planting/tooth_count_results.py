@@ -1,14 +1,12 @@
-"""Integer tooth numbers of an optimum, key by key, and as tables for the terminal."""
+"""Integer tooth numbers of an optimum, key by key, and as tables for the terminal and pages."""
 
 from __future__ import annotations
 
-import textwrap
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from planter.records import Record
-from planter.terminal.console import Console
-
-WIDTH = 80
+from planter.report.html import Block, Table, Text
 
 
 @dataclass(frozen=True)
@@ -71,22 +69,22 @@ class ToothCountResult(Record):
     seconds: float
 
 
-def show_tooth_counts(console: Console, result: ToothCountResult) -> None:
-    """Print tooth numbers with their price, the limits of the gears, and the candidates."""
+def list_tooth_count_blocks(result: ToothCountResult) -> Iterator[Block]:
+    """Yield the price and the tooth numbers, the limits of the gears, and the candidates."""
+    yield Text(f"Objective {result.price:+.4g} against the free optimum's {result.free_objective:.6g}.")
     keys = ("stage", "z", "module_mm", "pitch_length_mm", "free_teeth", "price_per_module_mm", "price_per_tooth")
     head = ("stage", "teeth", "module / mm", "length / mm", "free", "per mm of module", "per tooth")
-    console.table("Whole teeth", head, [[getattr(stage, key) for key in keys] for stage in result.stages])
-    print(f"Objective {result.price:+.4g} against the free optimum's {result.free_objective:.6g}.\n")
+    yield Table(head, [[getattr(stage, key) for key in keys] for stage in result.stages], "Integer tooth numbers")
     gears = [
         (gear.name, gear.teeth, gear.margin, gear.top_land_mm, stage.contact_ratio_min)
         for stage in result.stages
         for gear in stage.gears or ()
     ]
     if gears:
-        console.table("Gears", ("gear", "teeth", "undercut margin", "top land / mm", "contact ratio"), gears)
+        yield Table(("gear", "teeth", "undercut margin", "top land / mm", "contact ratio"), gears, "Gears")
     for stage in result.stages:
         if stage.refused is not None:
-            print(textwrap.fill(f"planter gears refuses: {stage.refused}.", WIDTH) + "\n")
+            yield Text(f"planter gears refuses: {stage.refused}.", "warning")
     if result.tried is not None:
-        rows = [(",".join(map(str, c.z)), c.objective, c.kkt_residual, c.settled) for c in result.tried]
-        console.table("Candidates", ("teeth", "objective", "KKT residual", "settled"), rows)
+        rows = [(", ".join(map(str, c.z)), c.objective, c.kkt_residual, c.settled) for c in result.tried]
+        yield Table(("teeth", "objective", "KKT residual", "settled"), rows, "Candidates")

@@ -11,6 +11,7 @@ from planter.files import units
 from planter.mechanism.presentation import list_sensitivity_sections
 from planter.planting import cycle, design_results, tables
 from planter.planting.design_results import DesignersSummary
+from planter.planting.tooth_count_results import ToothCountResult, list_tooth_count_blocks
 from planter.report import labels
 from planter.report.html import Block, FigureSvg, Folded, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
@@ -18,30 +19,6 @@ from planter.report.proof import describe_proof
 
 if TYPE_CHECKING:
     from planter.planting.file import Machine
-
-STAGES = ("stage", "teeth", "module / mm", "length / mm", "free optimum's teeth", "per mm of module", "per tooth")
-GEARS = ("gear", "teeth", "margin against undercut", "top land / mm", "least contact ratio")
-
-
-def describe_tooth_counts(teeth: Mapping[str, Any]) -> Iterator[Block]:
-    """Lengths and prices, limits of the gears, and what was tried."""
-    keys = ("stage", "z", "module_mm", "pitch_length_mm", "free_teeth", "price_per_module_mm", "price_per_tooth")
-    yield Text(f"Objective {teeth['price']:+.4g} against the free optimum's {teeth['free_objective']:.6g}.")
-    yield Table(STAGES, [tuple(stage[key] for key in keys) for stage in teeth["stages"]])
-    gears = [
-        (gear["name"], gear["teeth"], gear["margin"], gear["top_land_mm"], stage["contact_ratio_min"])
-        for stage in teeth["stages"]
-        for gear in stage["gears"] or ()
-    ]
-    if gears:
-        yield Table(GEARS, gears)
-    for stage in teeth["stages"]:
-        if stage["refused"] is not None:
-            yield Text(f"planter gears refuses: {stage['refused']}.", "warning")
-    if teeth["tried"] is not None:
-        attempts = [(", ".join(map(str, stage["z"])), stage["objective"], stage["settled"]) for stage in teeth["tried"]]
-        yield Table(("teeth tried", "objective", "settled"), attempts)
-
 
 Summary = Mapping[str, Any]
 Sidecar = Mapping[str, Any]
@@ -126,7 +103,7 @@ def list_sections(
     if summary.get("requirements"):
         yield Section("Requirements", [tabulate_requirements(summary["requirements"])])
     if summary.get("teeth"):
-        yield Section("Whole teeth", list(describe_tooth_counts(summary["teeth"])))
+        yield Section("Whole teeth", list(list_tooth_count_blocks(ToothCountResult.read(summary["teeth"]))))
     if "gradient" in summary:
         yield from list_sensitivity_sections(SensitivityResult.read(summary))
     elif "insensitive" in summary:
