@@ -109,7 +109,7 @@ def test_a_unit_that_changes_is_noticed_deep_down() -> None:
     assert not fits("clutch geometry", other)
 
 
-def test_the_command_prints_a_schema_and_suggests_one() -> None:
+def test_schema_command_prints_schema_or_suggests_one() -> None:
     assert answer("schema", "clutch", "geometry") == committed("clutch geometry")
     assert answer("schema")["commands"] == sorted(schema.load_result_types())
-    assert "did you mean clutch geometry?" in refusal("schema", "clutch", "geometri")
+    assert "did you mean clutch geometry" in refusal("schema", "clutch", "geometri")
