@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from planter.planting.results import (
         CalibrationFound,
         DeviceState,
-        Lifted,
         ModelFitted,
         OptimisationFound,
         PlantingWarning,
@@ -86,7 +85,8 @@ def print_simulation(console: Console, result: SimulationFound) -> None:
     if result.at:
         _at(console, result.at)
     if result.lifted:
-        _lifted(console, result.lifted)
+        effects = tabulate_assumption_effects([effect.table() for effect in result.lifted])
+        console.table(effects.caption, effects.head, effects.rows)
     _designer(console, result.designer)
     print_requirements(console, result.requirements)
     print_warnings(console, result.warnings)
@@ -101,16 +101,16 @@ def _designer(console: Console, summary: DesignersSummary) -> None:
     print()
 
 
-def _lifted(console: Console, effects: Sequence[Lifted]) -> None:
-    """Largest forces in the joints as modelled, and by how much they move when an assumption is lifted."""
-    joints = list(effects[0].joints_N)
-    modelled = ("as modelled, largest", *(effects[0].as_modelled_N[joint] for joint in joints), None, None)
+def tabulate_assumption_effects(effects: Sequence[Mapping[str, Any]]) -> Table:
+    """Return the largest joint forces as modelled, and by how much they move if an assumption is relaxed."""
+    joints = tuple(effects[0]["joints_N"])
+    modelled = ("as modelled, largest", *(effects[0]["as_modelled_N"][joint] for joint in joints), None, None)
     rows = [
-        (case.assumption, *(case.joints_N[joint] for joint in joints), case.support_N,
-         case.friction_work_J) for case in effects
-    ]  # fmt: skip
+        (case["assumption"], *(case["joints_N"][joint] for joint in joints), case["support_N"], case["friction_work_J"])
+        for case in effects
+    ]
     head = ("forces / N", *joints, "support", "friction work / J")
-    console.table("Assumptions lifted one by one: forces move by up to", head, [modelled, *rows])
+    return Table(head, [modelled, *rows], "Assumptions relaxed one by one: forces move by up to")
 
 
 def print_validation(console: Console, source: str, result: Validation) -> None:

@@ -117,9 +117,7 @@ def list_sections(
         figure_blocks = [FigureSvg(svg, CAPTIONS.get(name, name)) for name, svg in figures.items()]
         yield Section("Figures", figure_blocks)
     if summary.get("lifted"):
-        yield Section(
-            "Assumptions lifted one by one: forces move by up to", [tabulate_assumption_effects(summary["lifted"])]
-        )
+        yield Section("Relaxed assumptions", [tables.tabulate_assumption_effects(summary["lifted"])])
     if summary.get("at"):
         yield Section("At single angles", [tabulate_angles(summary["at"])])
     yield Section(
@@ -152,15 +150,6 @@ def describe_target(summary: Summary) -> Iterator[Block]:
         for key, value in summary["target"].items()
     ]
     yield Table(("support force", "target", "reached", "unit", "miss / %"), rows)
-
-
-def tabulate_assumption_effects(effects: Sequence[Summary]) -> Block:
-    """By how much lifting an assumption moves the joint forces over a turn, below their largest sizes as modelled."""
-    joints = tuple(effects[0]["joints_N"])
-    modelled = ("as modelled, largest", *(effects[0]["as_modelled_N"][joint] for joint in joints), "", "")
-    rows = [(case["assumption"], *(case["joints_N"][joint] for joint in joints),
-             case["support_N"], case["friction_work_J"]) for case in effects]  # fmt: skip
-    return Table(("forces / N", *joints, "support", "friction work / J"), [modelled, *rows])
 
 
 def describe_model_fit(fit: Summary) -> Iterator[Block]:
