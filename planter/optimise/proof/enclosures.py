@@ -1,8 +1,7 @@
-"""Elementary functions of jets under NumPy's names: generated array code as enclosures over a box of designs.
+"""Enclosures of a response and bounds of an objective over a box of designs.
 
-Quantities over a box of designs: an enclosure of each of their samples over a turn.
-
-Sums of measures of samples over a box: bounds of the objective and of its slopes.
+Generated array code is evaluated on jets, which have elementary functions under the names of NumPy. This encloses each
+sample of a response over a cycle, and from these an objective and its slopes.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
 
 
 class JetNamespace:
-    """What generated array code takes as `xp`, in one box."""
+    """Array namespace `xp` of generated code, for jets over a box."""
 
     def __init__(self, space: Space) -> None:
         self.space = space
@@ -44,15 +43,15 @@ class JetNamespace:
         """Return an enclosure of the absolute value."""
         return x.where(x.reaches(0), -x) if isinstance(x, Jet) else abs(x)
 
-    def maximum(self, one: Any, two: Any) -> Jet:
+    def maximum(self, a: Any, b: Any) -> Jet:
         """Return an enclosure of the larger of two quantities."""
-        first = self.space.lift(one)
-        return first.where(first.reaches(two), two)
+        first = self.space.lift(a)
+        return first.where(first.reaches(b), b)
 
-    def minimum(self, one: Any, two: Any) -> Jet:
+    def minimum(self, a: Any, b: Any) -> Jet:
         """Return an enclosure of the smaller of two quantities."""
-        first = self.space.lift(one)
-        return first.where(self.space.lift(two).reaches(first), two)
+        first = self.space.lift(a)
+        return first.where(self.space.lift(b).reaches(first), b)
 
     def sign(self, x: Any) -> Any:
         """Return an enclosure of the sign."""
@@ -60,9 +59,9 @@ class JetNamespace:
 
     logical_or, logical_and, logical_not = np.logical_or, np.logical_and, np.logical_not
 
-    def divide(self, one: Any, two: Any) -> Jet:
+    def divide(self, a: Any, b: Any) -> Jet:
         """Return an enclosure of the quotient."""
-        return self.space.lift(one) / two
+        return self.space.lift(a) / b
 
     def sin(self, x: Any) -> Jet:
         """Return an enclosure of the sine."""
@@ -101,26 +100,26 @@ class JetNamespace:
         return self.arctan2(self.sqrt(1 - x**2), x)
 
     def arctan2(self, y: Any, x: Any) -> Jet:
-        """Return the angle of a point: that of a fixed direction near it, and the angle from there.
+        """Return the angle of a point as the angle of a fixed direction near it plus the angle from there.
 
-        NaN in lanes where the point may be the origin, or where the angle may jump by a turn. Raises Unbounded where
-        that is so in every lane.
+        NaN in lanes in which the point may be the origin or the angle may jump by 2 pi. Raises Unbounded if that is
+        the case in every lane.
         """
         y, x = self.space.lift(y), self.space.lift(x)
-        high, wide = y.value[ANYWHERE], x.value[ANYWHERE]
-        is_apart = (wide.low > 0) | (high.low > 0) | (high.high < 0)
+        ordinate, abscissa = y.value[ANYWHERE], x.value[ANYWHERE]
+        is_apart = (abscissa.low > 0) | (ordinate.low > 0) | (ordinate.high < 0)
         if not is_apart.any():
             raise Unbounded("an angle may jump by a turn")
         angle = np.arctan2(y.value.mid[CENTRE], x.value.mid[CENTRE])
         cos, sin = np.cos(angle), np.sin(angle)
-        along, across = x * cos + y * sin, y * cos - x * sin
+        radial, tangential = x * cos + y * sin, y * cos - x * sin
         direction = np.arctan2(sin, cos)
         fixed = Ball(np.where(is_apart, direction, np.nan), np.full_like(direction, 2 * LIBM))
-        return (across / along).arctan() + self.space.constant(fixed)
+        return (tangential / radial).arctan() + self.space.constant(fixed)
 
     @staticmethod
     def polyval(coefficients: Sequence[float], x: Jet) -> Jet:
-        """The sum of a_k x^k, highest power first, as Taylor's polynomial about the centre: little in it cancels."""
+        """Return the sum of a_k x^k, highest power first, about the centre, where little cancels."""
         return x.polynomial(coefficients)
 
     @staticmethod
@@ -130,17 +129,17 @@ class JetNamespace:
 
 
 PI = Ball(np.array([np.pi]), np.array([2 * U]))
-"""The number pi; the double below it is closer than 2^-52."""
+"""The number pi; the nearest double is closer than 2^-52."""
 
 
 MAX_LANES = 8
-"""Pieces of a lane, on average, above which a box is too wide to follow them."""
+"""Average number of pieces of a lane above which a box is too wide to follow them."""
 
 
 class EnclosedResponse(Protocol):
-    """Quantities F(phi, x): the sums over `offsets` [turns] of shares at phi + each, `period` [turns] that of all.
+    """Quantities F(phi, x): sums over `offsets` [turns] of shares at phi + offset, with a common `period` [turns].
 
-    `is_continuous` says that they do not jump over designs, whatever their code asks.
+    `is_continuous` is true if they do not jump over designs, whatever the conditions in their code.
     """
 
     @property
@@ -151,24 +150,24 @@ class EnclosedResponse(Protocol):
     def is_continuous(self) -> bool: ...
 
     def follow(self, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
-        """Return the shares over a box as a function of lanes, of angles phi (lanes,) [rad].
+        """Return the function (namespace, lanes) -> shares over a box at some of the angles phi (lanes,) [rad].
 
-        They are smooth but where they ask the space of the function's first argument.
+        The shares are smooth except where their code has conditions, which the space of the namespace answers.
         """
 
     def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
-        """Return whether at some of the angles phi (lanes,) [rad] no design of a box [lower, upper] (p,) counts."""
+        """Return whether no design of a box [lower, upper] (p,) is valid at some of the angles phi (lanes,) [rad]."""
 
 
 def enclose_samples(response: EnclosedResponse, space: Space, count: int) -> list[Jet]:
-    """Each quantity at phi = 2 pi i / count over a box, a lane for each of the angles that differ by the period."""
+    """Return each quantity over a box at phi = 2 pi i / count, with a lane for each angle modulo the period."""
     return enclose_at(response, space, list_samples(response, count))
 
 
 def list_samples(response: EnclosedResponse, count: int) -> list[Fraction]:
-    """Return those of the angles i / count [turns] that differ by the period."""
-    whole = (count * response.period).denominator == 1
-    return [Fraction(i, count) for i in range(int(count * response.period) if whole else count)]
+    """Return the angles i / count [turns] that differ modulo the period."""
+    is_integer = (count * response.period).denominator == 1
+    return [Fraction(i, count) for i in range(int(count * response.period) if is_integer else count)]
 
 
 def enclose_at(response: EnclosedResponse, space: Space, turns: Sequence[Fraction]) -> list[Jet]:
@@ -190,7 +189,7 @@ def list_angles(turns: Sequence[Fraction]) -> Ball:
 
 
 def _enclose_pieces(response: EnclosedResponse, space: Space, phi: Ball) -> list[Jet]:
-    """The shares at angles (lanes,): around all pieces of each."""
+    """Return enclosures of the shares at angles (lanes,) [rad], each around all smooth pieces."""
     lanes, script = np.arange(len(phi.mid)), np.empty((0, len(phi.mid)))
     parts: list[tuple[Integers, list[Jet]]] = []
     shares = response.follow(space, phi)
@@ -203,39 +202,39 @@ def _enclose_pieces(response: EnclosedResponse, space: Space, phi: Ball) -> list
         parts.append((lanes, [replace(jet.repeated(len(lanes)), space=space) for jet in jets]))
         further, script = branches.further()
         lanes = lanes[further]
-        if sum(len(known) for known, _ in parts) > MAX_LANES * len(phi.mid):
+        if sum(len(piece_lanes) for piece_lanes, _ in parts) > MAX_LANES * len(phi.mid):
             raise Unbounded("a box goes through many branches")
     quantities = range(len(parts[0][1]))
-    return [_enclose_parts([(known, jets[index]) for known, jets in parts]) for index in quantities]
+    return [_enclose_parts([(piece_lanes, jets[index]) for piece_lanes, jets in parts]) for index in quantities]
 
 
 def _enclose_parts(parts: Sequence[tuple[Integers, Jet]]) -> Jet:
-    """One jet around all parts: the first has every lane, the others pieces of some."""
-    (lanes, first), *others = parts
+    """Return a jet around all parts: the first part has every lane, the others are pieces of some lanes."""
+    (lanes, first), *pieces = parts
     felt = tuple(sorted({k for _, jet in parts for k in jet.felt}))
-    whole = first.over(felt).taken(lanes)
+    hull = first.over(felt).taken(lanes)
     touched = np.zeros(len(lanes), dtype=bool)
-    balls = [whole.value, whole.gradient, whole.hessian]
-    bounds = [(ball.low, ball.high) for ball in balls] if others else []
-    for which, jet in others:
-        touched[which] = True
-        piece = jet.over(felt).taken(np.arange(len(which)))
+    balls = [hull.value, hull.gradient, hull.hessian]
+    bounds = [(ball.low, ball.high) for ball in balls] if pieces else []
+    for piece_lanes, jet in pieces:
+        touched[piece_lanes] = True
+        piece = jet.over(felt).taken(np.arange(len(piece_lanes)))
         for (low, high), ball in zip(bounds, (piece.value, piece.gradient, piece.hessian), strict=True):
-            for lane, place in enumerate(which):
-                low[..., place] = np.minimum(low[..., place], ball.low[..., lane])
-                high[..., place] = np.maximum(high[..., place], ball.high[..., lane])
-    if others:
+            for lane, target in enumerate(piece_lanes):
+                low[..., target] = np.minimum(low[..., target], ball.low[..., lane])
+                high[..., target] = np.maximum(high[..., target], ball.high[..., lane])
+    if pieces:
         balls = [select_balls(touched, Ball.between(*side), ball) for side, ball in zip(bounds, balls, strict=True)]
-    return Jet(whole.space, felt, *balls)
+    return Jet(hull.space, felt, *balls)
 
 
 MAX_CHOICES = 60
-"""Choices of samples, one for each extreme, whose sums are each formed."""
+"""Maximum number of combinations of samples, one for each extreme, that are enumerated."""
 
 
 @dataclass(frozen=True)
 class ExtremumTerm:
-    """The largest of the samples of a jet, or the least."""
+    """The largest or smallest of the samples (lanes) of a jet."""
 
     samples: Jet
     largest: bool = True
@@ -243,11 +242,11 @@ class ExtremumTerm:
 
 @dataclass(frozen=True)
 class ObjectiveBounds:
-    """Of an objective over a box: `least` below all its values, `reached` above that at the centre.
+    """Bounds of an objective over a box: `least` is below all values, `reached` above the value at the centre.
 
-    slopes (p,) enclose its derivatives, those of one side at kinks; `looseness` (p,) is what each parameter's width
-    costs in these bounds. Slopes say nothing of an objective that `may_jump`,
-    and none may be used where but a part of it is bounded.
+    `slopes` (p,) enclose the derivatives, at kinks the one-sided ones; `looseness` (p,) is the contribution of the
+    width of each parameter to the looseness of the bounds. The slopes do not apply to an objective that `may_jump`,
+    nor to an objective of which only a part is bounded.
     """
 
     least: float
@@ -260,29 +259,29 @@ class ObjectiveBounds:
 def bound_objective(smooth: Jet, extremes: Sequence[ExtremumTerm]) -> ObjectiveBounds:
     """Return bounds of a smooth part (one lane) plus extremes of samples.
 
-    An extreme is one of the samples that may be it somewhere in the box, so its slopes are among theirs. No largest
-    sample is below any one of them: where there are many choices, that at the centre stands for all.
+    The slopes of an extreme are among those of the samples that may be extreme somewhere in the box. If there are
+    too many combinations, the sample that is the largest at the centre bounds the maximum from below.
     """
     candidates = [_find_candidates(extreme) for extreme in extremes]
     centre = [
-        np.array([(np.argmax if e.largest else np.argmin)(e.samples.value[CENTRE].mid)]) if e.largest else own
-        for e, own in zip(extremes, candidates, strict=True)
+        np.array([(np.argmax if e.largest else np.argmin)(e.samples.value[CENTRE].mid)]) if e.largest else lanes
+        for e, lanes in zip(extremes, candidates, strict=True)
     ]
-    every = prod(len(lanes) for lanes in candidates) <= MAX_CHOICES
-    chosen = candidates if every else centre
+    is_enumerated = prod(len(lanes) for lanes in candidates) <= MAX_CHOICES
+    chosen = candidates if is_enumerated else centre
     total = smooth
     for extreme, lanes in zip(extremes, np.meshgrid(*chosen, indexing="ij"), strict=True):
         total = total + extreme.samples.taken(lanes.ravel())
     if not extremes:
         total = total.taken([0])
     slopes = total.gradient[ANYWHERE].spread()
-    if not every:
+    if not is_enumerated:
         felt = tuple(sorted({*total.felt, *(k for extreme in extremes for k in extreme.samples.felt)}))
         total = total.over(felt)
         slopes = smooth.over(felt).gradient[ANYWHERE][:, 0]
         for extreme, lanes in zip(extremes, candidates, strict=True):
             slopes = slopes + extreme.samples.over(felt).taken(lanes).gradient[ANYWHERE].spread()
-    least = total.least.reshape([len(lanes) for lanes in chosen])
+    lower = total.least.reshape([len(lanes) for lanes in chosen])
     falling = tuple(axis for axis, extreme in enumerate(extremes) if not extreme.largest)
     reached = smooth.value[CENTRE][0]
     for extreme in extremes:
@@ -290,19 +289,19 @@ def bound_objective(smooth: Jet, extremes: Sequence[ExtremumTerm]) -> ObjectiveB
         reached = reached + Ball.exact(high.max() if extreme.largest else high.min())
     space = smooth.space
     half = space.half[list(total.felt)]
-    bent = (half * space.reach(total.felt, total.hessian.most)).max(axis=-1)
-    found = ObjectiveBounds(
-        float(least.min(axis=falling).max()), float(reached.high), slopes, bent + half[:, 0] * slopes.rad
+    curvature = (half * space.reach(total.felt, total.hessian.magnitude)).max(axis=-1)
+    bounds = ObjectiveBounds(
+        float(lower.min(axis=falling).max()), float(reached.high), slopes, curvature + half[:, 0] * slopes.rad
     )
-    return _expand_bounds(total, found)
+    return _expand_bounds(total, bounds)
 
 
-def _expand_bounds(total: Jet, found: ObjectiveBounds) -> ObjectiveBounds:
-    """Slopes and looseness for all parameters, zero for those of no width."""
+def _expand_bounds(total: Jet, bounds: ObjectiveBounds) -> ObjectiveBounds:
+    """Return the bounds with slopes and looseness of all parameters (p,), zero for parameters of zero width."""
     size, felt = len(total.space.lower), list(total.felt)
     mid, rad, loose = np.zeros(size), np.zeros(size), np.zeros(size)
-    mid[felt], rad[felt], loose[felt] = found.slopes.mid, found.slopes.rad, found.looseness
-    return ObjectiveBounds(found.least, found.reached, Ball(mid, rad), loose, total.space.may_jump)
+    mid[felt], rad[felt], loose[felt] = bounds.slopes.mid, bounds.slopes.rad, bounds.looseness
+    return ObjectiveBounds(bounds.least, bounds.reached, Ball(mid, rad), loose, total.space.may_jump)
 
 
 def enclose_variance(samples: Jet) -> Jet:
@@ -319,7 +318,7 @@ def enclose_mean_square(samples: Jet) -> Jet:
 
 
 def _find_candidates(extreme: ExtremumTerm) -> Integers:
-    """Return lanes that may be the extreme somewhere in the box: those that the one at the centre does not exclude."""
+    """Return the lanes that may be extreme somewhere in the box, as the extreme at the centre does not exclude them."""
     jet = extreme.samples if extreme.largest else -extreme.samples
     largest = jet.taken([int(np.argmax(jet.value[CENTRE].mid))])
     lanes: Integers = np.flatnonzero((largest - jet).least <= 0)

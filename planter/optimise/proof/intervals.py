@@ -1,17 +1,15 @@
-"""Intervals as balls, midpoint and radius, over NumPy arrays: every result encloses the exact one.
+"""Intervals in midpoint-radius form over NumPy arrays, and branches of a response over a box of designs.
 
-What is assumed of the floating point: +, -, *, / and the square root are those of IEEE 754 in round to nearest, with an
-error of at most U of the result; sin, cos and arctan err by less than `LIBM`, eight units in the last place of 1, where
-NumPy promises four, arctan2 by less than twice that, exp and log by less than that share of the result. Radii are sums
-of terms that are not negative, so that a factor `GROWN` covers the rounding of their own evaluation, and `TINY` what
-underflows.
+Every result encloses the exact one under these assumptions: +, -, *, / and the square root are those of IEEE 754 in
+round to nearest, with a relative error of at most U; the error of sin, cos and arctan is below `LIBM`, eight units in
+the last place of 1 (NumPy promises four), that of arctan2 below twice `LIBM`, and the relative error of exp and log
+below `LIBM`. Radii are sums of nonnegative terms, so that a factor `GROWTH` covers the rounding of their evaluation,
+and `TINY` underflow.
 
-Branches of a response over a box: where a condition may go both ways, both are followed.
-
-Straight-line code asks its questions (is this below zero, how many whole turns) in one order. Lanes whose question has
-several answers over a box go on with one of them, and for each other answer a further lane is noted, which repeats the
-answers given before and takes that one. So each lane is one smooth piece of the response, extended over the whole box,
-and at every design of the box the response is that of one of its lanes.
+Straight-line code evaluates its conditions (sign, number of revolutions) in a fixed order. If a condition has several
+answers over a box, its lane continues with one of them, and each other answer yields a further lane, which repeats the
+previous answers. Each lane is thus a smooth piece of the response, extended over the box, and at each design of the box
+the response is that of one of its lanes.
 """
 
 from __future__ import annotations
@@ -37,15 +35,15 @@ LIBM = 2.0**-49
 
 
 class Unbounded(ComputationError):
-    """A function has no bound over a box: a denominator or a root's argument may vanish.
+    """A function has no bound over a box, because a denominator or the argument of a root may vanish.
 
-    Where that is so in some lanes only, balls there are NaN.
+    If only some lanes have no bound, their balls are NaN instead.
     """
 
 
 @dataclass(frozen=True)
 class Ball:
-    """All numbers closer to `mid` than `rad` (shapes alike or broadcast).
+    """All numbers within `rad` of `mid` (arrays of equal or broadcast shapes).
 
     >>> third = Ball.exact(1.0) / Ball.exact(3.0)
     >>> bool(third.low * 3 < 1 < third.high * 3)
@@ -63,7 +61,7 @@ class Ball:
 
     @classmethod
     def between(cls, low: Array, high: Array) -> Ball:
-        """The ball around an interval."""
+        """Return the smallest ball around an interval, with rounding."""
         mid = low + (high - low) / 2
         return cls(mid, np.maximum(high - mid, mid - low) * GROWTH + TINY)
 
@@ -76,10 +74,10 @@ class Ball:
         return -_round_down(-self.mid - self.rad)
 
     @property
-    def most(self) -> Array:
-        """No less than any absolute value in it."""
-        found: Array = (np.abs(self.mid) + self.rad) * GROWTH
-        return found
+    def magnitude(self) -> Array:
+        """Upper bound of the absolute values in the ball."""
+        bound: Array = (np.abs(self.mid) + self.rad) * GROWTH
+        return bound
 
     def __getitem__(self, key: Any) -> Ball:
         return Ball(self.mid[key], self.rad[key])
@@ -101,31 +99,31 @@ class Ball:
         return self * other.inverse()
 
     def inverse(self) -> Ball:
-        """Return 1 / x, NaN in lanes where x may be zero. Raises Unbounded where that is so in every lane."""
-        room = _require_positive(np.abs(self.mid) * (1 - 4 * U) - self.rad, "a denominator may vanish")
-        mid = 1 / np.where(room > 0, self.mid, np.nan)
-        return Ball(mid, (self.rad / room + SLACK) * np.abs(mid) * GROWTH + TINY)
+        """Return 1 / x, NaN in lanes where x may be zero. Raises Unbounded if x may be zero in every lane."""
+        margin = _require_positive(np.abs(self.mid) * (1 - 4 * U) - self.rad, "a denominator may vanish")
+        mid = 1 / np.where(margin > 0, self.mid, np.nan)
+        return Ball(mid, (self.rad / margin + SLACK) * np.abs(mid) * GROWTH + TINY)
 
     def power(self, exponent: int) -> Ball:
-        """A whole power, at least 0."""
+        """Return x^exponent for an integer exponent of at least 0."""
         mid, steep = np.ones_like(self.mid), np.ones_like(self.mid)
-        most = self.most
+        magnitude = self.magnitude
         for k in range(exponent):
             mid = mid * self.mid
-            steep = steep * most if k else steep
+            steep = steep * magnitude if k else steep
         rad = exponent * steep * self.rad + (exponent + 1) * U * np.abs(mid)
         return Ball(mid, rad * GROWTH + TINY)
 
     def square(self) -> Ball:
         """Return x^2, whose ends are squares of those of x, or zero."""
-        least, most = np.maximum(_round_down(np.abs(self.mid) - self.rad), 0), self.most
-        return Ball.between(np.maximum(_round_down(least * least), 0), -_round_down(-most * most))
+        low, high = np.maximum(_round_down(np.abs(self.mid) - self.rad), 0), self.magnitude
+        return Ball.between(np.maximum(_round_down(low * low), 0), -_round_down(-high * high))
 
     def sqrt(self) -> Ball:
         """NaN in lanes where x may be negative or zero; raises Unbounded where that is so in every lane."""
-        room = _require_positive(self.mid * (1 - 4 * U) - self.rad, "the argument of a root may vanish")
-        mid = np.sqrt(np.where(room > 0, self.mid, np.nan))
-        return Ball(mid, (self.rad / (mid + np.sqrt(room)) + SLACK * mid) * GROWTH + TINY)
+        margin = _require_positive(self.mid * (1 - 4 * U) - self.rad, "the argument of a root may vanish")
+        mid = np.sqrt(np.where(margin > 0, self.mid, np.nan))
+        return Ball(mid, (self.rad / (mid + np.sqrt(margin)) + SLACK * mid) * GROWTH + TINY)
 
     def sin(self) -> Ball:
         """Return an enclosure of the sine."""
@@ -136,7 +134,7 @@ class Ball:
         return self._wave(np.cos(self.mid), np.sin(self.mid))
 
     def _wave(self, mid: Array, slope: Array) -> Ball:
-        """From Taylor's formula to the second order, whose second derivative is at most 1."""
+        """Return sine or cosine by Taylor's formula of order 2, whose second derivative is at most 1."""
         rad = (np.abs(slope) + LIBM) * self.rad + self.rad**2 / 2 + LIBM
         return Ball(mid, np.minimum(rad, 1 + np.abs(mid)) * GROWTH + TINY)
 
@@ -152,12 +150,12 @@ class Ball:
 
     def log(self) -> Ball:
         """NaN in lanes where x may be negative or zero; raises Unbounded where that is so in every lane."""
-        room = _require_positive(self.mid * (1 - 4 * U) - self.rad, "the argument of a logarithm may vanish")
-        mid = np.log(np.where(room > 0, self.mid, np.nan))
-        return Ball(mid, (self.rad / room + LIBM * np.abs(mid)) * (1 + LIBM) * GROWTH + TINY)
+        margin = _require_positive(self.mid * (1 - 4 * U) - self.rad, "the argument of a logarithm may vanish")
+        mid = np.log(np.where(margin > 0, self.mid, np.nan))
+        return Ball(mid, (self.rad / margin + LIBM * np.abs(mid)) * (1 + LIBM) * GROWTH + TINY)
 
     def nonnegative(self) -> Ball:
-        """Of a quantity that cannot be negative."""
+        """Return the nonnegative part of the ball."""
         return Ball.between(np.maximum(self.low, 0), np.maximum(self.high, 0))
 
     def sum(self, axis: int = -1) -> Ball:
@@ -167,50 +165,50 @@ class Ball:
         return Ball(self.mid.sum(axis=axis), (self.rad.sum(axis=axis) + rounding) * _sum_growth(count) + TINY)
 
     def spread(self, axis: int = -1) -> Ball:
-        """One ball around all those along an axis."""
+        """Return a ball around all balls along an axis."""
         return Ball.between(self.low.min(axis=axis), self.high.max(axis=axis))
 
 
 def sum_products(*pairs: tuple[Ball, Ball]) -> Ball:
-    """The sum of up to four products."""
-    (one, two), *others = pairs
-    mid, rad = one.mid * two.mid, _product_error(one, two)
-    for one, two in others:
-        mid, rad = mid + one.mid * two.mid, rad + _product_error(one, two)
+    """Return an enclosure of the sum of up to four products."""
+    (a, b), *rest = pairs
+    mid, rad = a.mid * b.mid, _product_error(a, b)
+    for a, b in rest:
+        mid, rad = mid + a.mid * b.mid, rad + _product_error(a, b)
     return Ball(mid, rad * GROWTH + TINY)
 
 
-def _product_error(one: Ball, two: Ball) -> Array:
-    """Of a product, its rounding and its part in that of the sum included."""
-    size = np.abs(two.mid)
-    found: Array = (np.abs(one.mid) + one.rad) * (two.rad + SLACK * size) + one.rad * size
-    return found
+def _product_error(a: Ball, b: Ball) -> Array:
+    """Return the radius of a product, including its rounding and its share in the rounding of the sum."""
+    size = np.abs(b.mid)
+    error: Array = (np.abs(a.mid) + a.rad) * (b.rad + SLACK * size) + a.rad * size
+    return error
 
 
-def _require_positive(room: Array, message: str) -> Array:
-    """Return what is positive, NaN elsewhere. Raises Unbounded, with a message, if no lane, the last axis, is."""
-    is_positive = np.asarray(room > 0)
+def _require_positive(margin: Array, message: str) -> Array:
+    """Return positive margins, NaN elsewhere. Raises Unbounded(message) if no lane (last axis) is all positive."""
+    is_positive = np.asarray(margin > 0)
     if not is_positive.all(axis=tuple(range(is_positive.ndim - 1))).any():
         raise Unbounded(message)
-    found: Array = np.where(is_positive, room, np.nan)
-    return found
+    positive: Array = np.where(is_positive, margin, np.nan)
+    return positive
 
 
-def intersect_balls(one: Ball, two: Ball) -> Ball:
-    """Of two balls that enclose the same, everywhere the smaller."""
-    first = one.rad <= two.rad
-    return Ball(np.where(first, one.mid, two.mid), np.where(first, one.rad, two.rad))
+def intersect_balls(a: Ball, b: Ball) -> Ball:
+    """Return, entry by entry, the smaller of two balls that enclose the same quantity."""
+    first = a.rad <= b.rad
+    return Ball(np.where(first, a.mid, b.mid), np.where(first, a.rad, b.rad))
 
 
-def select_balls(condition: Flags, one: Ball, two: Ball) -> Ball:
+def select_balls(condition: Flags, a: Ball, b: Ball) -> Ball:
     """Return the first ball where the condition holds, else the second."""
-    return Ball(np.where(condition, one.mid, two.mid), np.where(condition, one.rad, two.rad))
+    return Ball(np.where(condition, a.mid, b.mid), np.where(condition, a.rad, b.rad))
 
 
 def _round_down(value: Array) -> Array:
-    """Below the exact value of what was rounded to `value`."""
-    found: Array = value - (2 * U * np.abs(value) + TINY)
-    return found
+    """Return a lower bound of the exact value whose rounding is `value`."""
+    lower: Array = value - (2 * U * np.abs(value) + TINY)
+    return lower
 
 
 def _sum_growth(count: int) -> float:
@@ -218,20 +216,20 @@ def _sum_growth(count: int) -> float:
 
 
 MAX_ANSWERS = 3
-"""Answers of one question above which a box is too wide to follow them."""
+"""Number of answers to a condition above which a box is too wide to follow them."""
 
 
 @dataclass
 class Branches:
-    """Questions of so many lanes; `script` (q, lanes) holds answers that are given, NaN where the box tells."""
+    """Conditions of a number of lanes; `script` (q, lanes) prescribes answers, NaN where the box determines them."""
 
     lanes: int
     script: Array
     answers: list[Array] = field(default_factory=list)
-    others: list[tuple[int, int, float]] = field(default_factory=list)
-    """(lane, question, another answer)."""
+    alternatives: list[tuple[int, int, float]] = field(default_factory=list)
+    """(lane, index of the condition, alternative answer)."""
     jumping: Flags = field(init=False)
-    """Lanes (lanes,) in which some value may jump where an answer changes."""
+    """Lanes (lanes,) in which a value may jump where an answer changes."""
 
     def __post_init__(self) -> None:
         self.jumping = np.zeros(self.lanes, dtype=bool)
@@ -242,53 +240,56 @@ class Branches:
         return cls(lanes, np.empty((0, lanes)))
 
     def below(self, value: Ball, strictly: bool, jumps: bool = True) -> Flags:
-        """Whether values are below zero (or at it); `jumps` where the response may, as the answer changes."""
-        never = ~(value.low < 0 if strictly else value.low <= 0)  # so a ball without bounds asks nothing
+        """Return whether values are below zero, or at zero unless `strictly`.
+
+        `jumps` says whether the response may jump where the answer changes.
+        """
+        never = ~(value.low < 0 if strictly else value.low <= 0)  # a ball without bounds leaves nothing open
         always = value.high < 0 if strictly else value.high <= 0
         usual = np.where(value.mid < 0, 1.0, 0.0)
-        found: Flags = self._asked(np.where(never, 0.0, 1.0), np.where(always, 1.0, 0.0), usual, jumps) > 0
-        return found
+        is_below: Flags = self._answer(np.where(never, 0.0, 1.0), np.where(always, 1.0, 0.0), usual, jumps) > 0
+        return is_below
 
     def floor(self, value: Ball) -> Array:
         """Return an enclosure of the largest integers below the values."""
         high, low, mid = (np.nan_to_num(np.floor(side)) for side in (value.high, value.low, value.mid))
-        return self._asked(high, low, mid)
+        return self._answer(high, low, mid)
 
-    def _asked(self, largest: Array, least: Array, usual: Array, jumps: bool = True) -> Array:
-        """The answer of each lane, between the least and the largest."""
+    def _answer(self, largest: Array, smallest: Array, usual: Array, jumps: bool = True) -> Array:
+        """Return the answer of each lane, between the smallest and the largest."""
         question = len(self.answers)
-        given = self.script[question] if question < len(self.script) else None
-        open_ = largest != least
-        if given is None and not open_.any():
-            self.answers.append(np.broadcast_to(least, (self.lanes,)))
-            return least
+        scripted = self.script[question] if question < len(self.script) else None
+        open_ = largest != smallest
+        if scripted is None and not open_.any():
+            self.answers.append(np.broadcast_to(smallest, (self.lanes,)))
+            return smallest
         self.jumping |= open_ & jumps
-        free = np.ones(self.lanes, dtype=bool) if given is None else np.isnan(given)
-        answer = np.where(free, np.broadcast_to(usual, free.shape), 0 if given is None else given)
+        free = np.ones(self.lanes, dtype=bool) if scripted is None else np.isnan(scripted)
+        answer = np.where(free, np.broadcast_to(usual, free.shape), 0 if scripted is None else scripted)
         self.answers.append(answer)
-        if (largest - least).max(where=np.broadcast_to(open_, largest.shape), initial=0) >= MAX_ANSWERS:
+        if (largest - smallest).max(where=np.broadcast_to(open_, largest.shape), initial=0) >= MAX_ANSWERS:
             raise Unbounded("a box goes through many branches")
         for lane in np.flatnonzero(np.broadcast_to(open_, (self.lanes,)) & free):
-            low, high = (np.broadcast_to(side, (self.lanes,))[lane] for side in (least, largest))
+            low, high = (np.broadcast_to(side, (self.lanes,))[lane] for side in (smallest, largest))
             for other in np.arange(low, high + 1):
                 if other != answer[lane]:
-                    self.others.append((int(lane), question, float(other)))
+                    self.alternatives.append((int(lane), question, float(other)))
         return answer
 
     def further(self) -> tuple[Integers, Array]:
-        """Lanes to be followed besides, by the lane they leave, with their scripts (q, further)."""
-        lanes = np.array([lane for lane, _, _ in self.others], dtype=np.int64)
+        """Return the lanes from which further lanes branch off, (n,), and the scripts of these (q, n)."""
+        lanes = np.array([lane for lane, _, _ in self.alternatives], dtype=np.int64)
         script = np.full((len(self.answers), len(lanes)), np.nan)
-        for k, (lane, question, other) in enumerate(self.others):
+        for k, (lane, question, other) in enumerate(self.alternatives):
             script[:question, k] = [answer[lane] for answer in self.answers[:question]]
             script[question, k] = other
         return lanes, script
 
 
 class Unbranched(Branches):
-    """Questions of what cannot be followed along several answers. Raises Unbounded where there are any."""
+    """Conditions that must have a single answer over the box. Raises Unbounded if one has several."""
 
-    def _asked(self, largest: Array, least: Array, usual: Array, jumps: bool = True) -> Array:
-        if (largest != least).any():
+    def _answer(self, largest: Array, smallest: Array, usual: Array, jumps: bool = True) -> Array:
+        if (largest != smallest).any():
             raise Unbounded("the gaps of a loop have several branches")
-        return least
+        return smallest

@@ -1,8 +1,8 @@
-"""Numbers with derivatives over a box of designs: a second-order form, centred in the box.
+"""Second-order Taylor forms of functions of the design, centred in a box of designs.
 
-A `Jet` encloses, of a function f of the design: value and gradient at the box's centre c, and value, gradient and
-Hessian anywhere in the box. Then f(x) lies in f(c) + f'(c) (x - c) + (x - c)' H (x - c) / 2, and f'(x) in
-f'(c) + H (x - c): what arithmetic by parts overestimates is cut back to that after each operation.
+A `Jet` encloses value and gradient of a function f at the centre c of the box, and value, gradient and Hessian H
+anywhere in the box. Then f(x) lies in f(c) + f'(c) (x - c) + (x - c)' H (x - c) / 2, and f'(x) in f'(c) + H (x - c);
+each operation intersects its result with these forms.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ CENTRE, ANYWHERE = 0, 1
 
 
 class Space:
-    """A box of designs, [lower, upper] (p,), or one for each lane (p, lanes), in which jets live.
+    """Box of designs [lower, upper] (p,), or one for each lane (p, lanes), on which jets are defined.
 
-    Parameters of no width are constants. `half` (p, 1 or lanes) is half the width. `may_jump` is set where jets enclose
-    values, but not slopes, of what may jump within the box, and `jumping` (lanes,) where it does.
+    Parameters of zero width are constants. `half` (p, 1 or lanes) is half the width. `jumping` (lanes,) marks lanes
+    that may jump within the box, whose jets enclose values but not slopes; `may_jump` is true if there are any.
     """
 
     def __init__(self, lower: Array, upper: Array, branches: Branches | None = None) -> None:
@@ -45,14 +45,14 @@ class Space:
         return bool(self.jumping.any())
 
     def asking(self, branches: Branches, lanes: Any = slice(None)) -> Space:
-        """Return the same box, or those of some lanes, whose questions go to `branches`."""
+        """Return the same box, or the boxes of some lanes, with conditions answered by `branches`."""
         return Space(self.lower[..., lanes], self.upper[..., lanes], branches) if self.lower.ndim > 1 else Space(
             self.lower, self.upper, branches
         )  # fmt: skip
 
     @contextmanager
     def at_points(self) -> Iterator[None]:
-        """Take jets as those of functions at single designs each, of which the rest of the box tells nothing."""
+        """Treat jets as functions at single designs, without intersecting them with their Taylor forms over the box."""
         self.is_cutting = False
         try:
             yield
@@ -71,30 +71,30 @@ class Space:
         return Jet(self, (k,), value, Ball.exact(np.ones((2, 1, 1))), Ball.exact(np.zeros((1, 1))))
 
     def constant(self, value: Ball) -> Jet:
-        """What the design does not change: balls (lanes,)."""
+        """Return balls (lanes,) that do not depend on the design as a jet."""
         both = join_parts(value, value)
         nothing = Ball.exact(np.zeros((2, 0, 1))), Ball.exact(np.zeros((0, 1)))
         return Jet(self, (), both, *nothing)
 
     def lift(self, value: Any) -> Jet:
-        """Return numbers as a jet; a jet stays what it is."""
+        """Return numbers as a jet; a jet is returned unchanged."""
         if isinstance(value, Jet):
             assert value.space is self
             return value
         return self.constant(Ball.exact(np.atleast_1d(np.asarray(value, dtype=float))))
 
     def whole(self, number: int) -> Jet:
-        """A number that is held exactly."""
+        """Return an integer as a jet."""
         return self.constant(Ball.exact([float(number)]))
 
     def reach(self, felt: tuple[int, ...], hessian: Array) -> Array:
-        """Return what a Hessian's absolute values (K, lanes), packed, make of a gradient (k, lanes) up to the faces."""
+        """Return the change (k, lanes) of a gradient from the centre to the faces, from packed |Hessian| (K, lanes)."""
         if self.half.shape[1] > 1:
             rows, columns = packed_indices(len(felt))
             square = np.empty((len(felt), len(felt)), dtype=np.int64)
             square[rows, columns] = square[columns, rows] = np.arange(len(rows))
-            found: Array = (hessian[square] * self.half[list(felt)]).sum(axis=1)
-            return found
+            reach_sum: Array = (hessian[square] * self.half[list(felt)]).sum(axis=1)
+            return reach_sum
         if felt not in self._reach:
             rows, columns = packed_indices(len(felt))
             reach = np.zeros((len(felt), len(rows)))
@@ -107,7 +107,7 @@ class Space:
 
 @dataclass(frozen=True, eq=False)
 class Jet:
-    """A quantity over lanes; `felt` are the k parameters that change it.
+    """A quantity over lanes; `felt` are the indices of the k parameters on which it depends.
 
     value (2, lanes) and gradient (2, k, lanes) at the centre and anywhere; hessian (K, lanes) anywhere, packed.
     """
@@ -124,24 +124,24 @@ class Jet:
 
     @property
     def is_bounded(self) -> Flags:
-        """Which lanes (lanes,) have bounds."""
+        """Flags (lanes,) of the lanes with bounds."""
         balls = [_broadcast_lanes(ball, self.lanes) for ball in (self.value, self.gradient, self.hessian)]
         sides = [side.reshape(-1, self.lanes) for ball in balls for side in (ball.mid, ball.rad)]
         return np.asarray(np.isfinite(np.concatenate(sides)).all(axis=0))
 
     def repeated(self, count: int) -> Jet:
-        """Return the same over so many lanes, if it has but one."""
+        """Return the jet repeated over `count` lanes if it has one lane."""
         return Jet(
             self.space, self.felt, *(_broadcast_lanes(b, count) for b in (self.value, self.gradient, self.hessian))
         )
 
     def taken(self, lanes: Any) -> Jet:
-        """Some of its lanes."""
+        """Return the jet on some of its lanes."""
         value, gradient, hessian = (_broadcast_lanes(b, self.lanes) for b in (self.value, self.gradient, self.hessian))
         return Jet(self.space, self.felt, value[..., lanes], gradient[..., lanes], hessian[..., lanes])
 
     def over(self, felt: tuple[int, ...]) -> Jet:
-        """The same as a function of more parameters."""
+        """Return the jet as a function of more parameters."""
         if felt == self.felt:
             return self
         rows, places = _embedding_indices(self.felt, felt)
@@ -154,14 +154,14 @@ class Jet:
         return Jet(self.space, felt, self.value, gradient, hessian)
 
     def cut(self) -> Jet:
-        """With value and gradient anywhere no larger than the second-order form has them."""
+        """Return the jet with value and gradient anywhere intersected with its Taylor form."""
         if not self.felt or not self.space.is_cutting:
             return self
-        half, moved = self.space.half[list(self.felt)], self.space.reach(self.felt, self.hessian.most)
+        half, moved = self.space.half[list(self.felt)], self.space.reach(self.felt, self.hessian.magnitude)
         slope = self.gradient[CENTRE]
         gradient = Ball(slope.mid, (slope.rad + moved) * GROWTH + TINY)
         centre = self.value[CENTRE]
-        change = _weigh(half, slope.most + moved / 2)
+        change = _weigh(half, slope.magnitude + moved / 2)
         value = Ball(centre.mid + 0 * change, (centre.rad + change) * GROWTH + TINY)
         return Jet(
             self.space, self.felt, join_parts(centre, intersect_balls(self.value[ANYWHERE], value)),
@@ -173,8 +173,8 @@ class Jet:
         """Lower bounds over the box, (lanes,)."""
         half, (rows, columns) = self.space.half[list(self.felt)], packed_indices(len(self.felt))
         weights = np.where(rows == columns, 0.5, 1.0)[:, None] * half[rows] * half[columns]
-        bent = np.where((rows == columns)[:, None], np.maximum(-self.hessian.low, 0), self.hessian.most)
-        change = (_weigh(half, self.gradient[CENTRE].most) + _weigh(weights, bent)) * GROWTH + TINY
+        bent = np.where((rows == columns)[:, None], np.maximum(-self.hessian.low, 0), self.hessian.magnitude)
+        change = (_weigh(half, self.gradient[CENTRE].magnitude) + _weigh(weights, bent)) * GROWTH + TINY
         centre = self.value[CENTRE]
         formed = Ball(centre.mid, (centre.rad + change) * GROWTH + TINY).low
         return np.maximum(formed, self.value[ANYWHERE].low)
@@ -183,36 +183,34 @@ class Jet:
         return Jet(self.space, self.felt, -self.value, -self.gradient, -self.hessian)
 
     def __add__(self, other: Any) -> Jet:
-        one, two = self._paired(other)
-        if not two.felt:
-            return Jet(self.space, one.felt, one.value + two.value, one.gradient, one.hessian)
-        if not one.felt:
-            return Jet(self.space, two.felt, one.value + two.value, two.gradient, two.hessian)
-        one, two = _align_jets(one, two)
-        return Jet(
-            self.space, one.felt, one.value + two.value, one.gradient + two.gradient, one.hessian + two.hessian
-        ).cut()
+        a, b = self._paired(other)
+        if not b.felt:
+            return Jet(self.space, a.felt, a.value + b.value, a.gradient, a.hessian)
+        if not a.felt:
+            return Jet(self.space, b.felt, a.value + b.value, b.gradient, b.hessian)
+        a, b = _align_jets(a, b)
+        return Jet(self.space, a.felt, a.value + b.value, a.gradient + b.gradient, a.hessian + b.hessian).cut()
 
     def __mul__(self, other: Any) -> Jet:
-        one, two = self._paired(other)
-        value = one.value * two.value
-        if not two.felt:
-            one, two = two, one
-        if not one.felt:
-            rate = one.value[:, None]
-            return Jet(self.space, two.felt, value, rate * two.gradient, one.value[ANYWHERE] * two.hessian)
-        one, two = _align_jets(one, two)
-        gradient = sum_products((one.value[:, None], two.gradient), (two.value[:, None], one.gradient))
-        rows, columns = packed_indices(len(one.felt))
-        along, across = one.gradient[ANYWHERE], two.gradient[ANYWHERE]
+        a, b = self._paired(other)
+        value = a.value * b.value
+        if not b.felt:
+            a, b = b, a
+        if not a.felt:
+            rate = a.value[:, None]
+            return Jet(self.space, b.felt, value, rate * b.gradient, a.value[ANYWHERE] * b.hessian)
+        a, b = _align_jets(a, b)
+        gradient = sum_products((a.value[:, None], b.gradient), (b.value[:, None], a.gradient))
+        rows, columns = packed_indices(len(a.felt))
+        a_slope, b_slope = a.gradient[ANYWHERE], b.gradient[ANYWHERE]
         hessian = sum_products(
-            (one.value[ANYWHERE], two.hessian), (two.value[ANYWHERE], one.hessian),
-            (along[rows], across[columns]), (along[columns], across[rows]),
+            (a.value[ANYWHERE], b.hessian), (b.value[ANYWHERE], a.hessian),
+            (a_slope[rows], b_slope[columns]), (a_slope[columns], b_slope[rows]),
         )  # fmt: skip
-        return Jet(self.space, one.felt, value, gradient, hessian).cut()
+        return Jet(self.space, a.felt, value, gradient, hessian).cut()
 
     def through(self, value: Ball, first: Ball, second: Ball) -> Jet:
-        """A function of this, from its value (2, lanes), first (2, lanes) and second derivative (lanes,)."""
+        """Return a function of the jet from its value (2, lanes), first (2, lanes) and second derivative (lanes,)."""
         if not self.felt:
             return Jet(self.space, (), value, self.gradient, self.hessian)
         rows, columns = packed_indices(len(self.felt))
@@ -231,10 +229,9 @@ class Jet:
         return self.through(self.value.power(exponent), first, second)
 
     def polynomial(self, coefficients: Sequence[float]) -> Jet:
-        """The sum of a_k x^k, the highest power first.
+        """Return the sum of a_k x^k, with the highest power first.
 
-        With p(x) = sum b_k (x - c)^k about the centre c of each lane, value and derivatives over the box are bounded by
-        those of a few small powers.
+        The polynomial is expanded about the centre c of each lane, where the powers of x - c are small.
         """
         centre = Ball(self.value.mid[CENTRE], np.zeros_like(self.value.mid[CENTRE]))
         about = [Ball.exact(np.full(centre.mid.shape, float(a))) for a in coefficients]
@@ -284,31 +281,31 @@ class Jet:
         return self.through(self.value.log(), first, -(first * first)[ANYWHERE])
 
     def floor(self) -> Jet:
-        """The whole number below; its derivative is that between its steps."""
+        """Return an enclosure of the largest integers below the values, with derivative 0."""
         return self.space.constant(Ball.exact(self.space.branches.floor(self.value[ANYWHERE])))
 
     def mean(self) -> Jet:
-        """Over the lanes."""
+        """Return the mean over the lanes."""
         share = Ball.exact(1.0) / Ball.exact(float(self.lanes))
-        whole = (_broadcast_lanes(b, self.lanes).sum() for b in (self.value, self.gradient, self.hessian))
-        value, gradient, hessian = (Ball(b.mid[..., None], b.rad[..., None]) * share for b in whole)
+        sums = (_broadcast_lanes(b, self.lanes).sum() for b in (self.value, self.gradient, self.hessian))
+        value, gradient, hessian = (Ball(b.mid[..., None], b.rad[..., None]) * share for b in sums)
         return Jet(self.space, self.felt, value, gradient, hessian).cut()
 
     def where(self, condition: Any, other: Any) -> Jet:
-        """This on the lanes where the condition holds, the other elsewhere."""
-        one, two = _align_jets(*self._paired(other))
-        parts = zip((one.value, one.gradient, one.hessian), (two.value, two.gradient, two.hessian), strict=True)
-        return Jet(self.space, one.felt, *(select_balls(condition, mine, its) for mine, its in parts))
+        """Return this jet on the lanes where the condition is true and the other jet elsewhere."""
+        a, b = _align_jets(*self._paired(other))
+        parts = zip((a.value, a.gradient, a.hessian), (b.value, b.gradient, b.hessian), strict=True)
+        return Jet(self.space, a.felt, *(select_balls(condition, first, second) for first, second in parts))
 
     def holding(self, value: Ball) -> Jet:
-        """The same where the value (2, lanes) is known otherwise."""
+        """Return the jet with another enclosure of its value (2, lanes)."""
         return Jet(self.space, self.felt, value, self.gradient, self.hessian)
 
     def _paired(self, other: Any) -> tuple[Jet, Jet]:
         return self, self.space.lift(other)
 
     def reaches(self, other: Any) -> Flags:
-        """Return whether this is at least another, where both answers lead to the same values if they are equal."""
+        """Return whether this is at least another, for a choice that is continuous where they are equal."""
         return self.space.branches.below((other - self).value[ANYWHERE], strictly=False, jumps=False)
 
     def _ask(self, other: Any, strictly: bool) -> Flags:
@@ -342,17 +339,17 @@ class Jet:
 
 
 def _polynomial_derivative(taylor: Sequence[Ball], step: Ball, order: int) -> Ball:
-    """The n-th derivative of sum b_k h^k at steps h (2, lanes)."""
-    found = Ball.exact(np.zeros_like(step.mid))
+    """Return the derivative of some order of sum b_k h^k at steps h (2, lanes)."""
+    total = Ball.exact(np.zeros_like(step.mid))
     for k in range(order, len(taylor)):
-        found = found + Ball.exact(float(math.perm(k, order))) * taylor[k] * step.power(k - order)
-    return found
+        total = total + Ball.exact(float(math.perm(k, order))) * taylor[k] * step.power(k - order)
+    return total
 
 
 def _weigh(weights: Array, values: Array) -> Array:
     """Return sums over rows (k, lanes), by weights (k, 1) of all lanes, or (k, lanes)."""
-    found: Array = weights[:, 0] @ values if weights.shape[1] == 1 else (weights * values).sum(axis=0)
-    return found
+    total: Array = weights[:, 0] @ values if weights.shape[1] == 1 else (weights * values).sum(axis=0)
+    return total
 
 
 def packed_size(size: int) -> int:
@@ -362,14 +359,14 @@ def packed_size(size: int) -> int:
 
 @lru_cache(maxsize=64)
 def packed_indices(size: int) -> tuple[Integers, Integers]:
-    """Rows and columns of the entries of a packed symmetric matrix."""
+    """Return rows and columns of the entries of a packed symmetric matrix."""
     rows, columns = np.tril_indices(size)
     return rows, columns
 
 
 @lru_cache(maxsize=4096)
 def _embedding_indices(few: tuple[int, ...], many: tuple[int, ...]) -> tuple[Integers, Integers]:
-    """Where the parameters, and the packed entries, of a function of few stand in one of many."""
+    """Return the positions of few parameters, and of their packed entries, among many."""
     rows = np.array([many.index(k) for k in few], dtype=np.int64)
     i, j = packed_indices(len(few))
     a, b = rows[i], rows[j]
@@ -377,12 +374,12 @@ def _embedding_indices(few: tuple[int, ...], many: tuple[int, ...]) -> tuple[Int
     return rows, high * (high + 1) // 2 + low
 
 
-def _align_jets(one: Jet, two: Jet) -> tuple[Jet, Jet]:
-    """Both as functions of the same parameters."""
-    if one.felt == two.felt:
-        return one, two
-    felt = tuple(sorted({*one.felt, *two.felt}))
-    return one.over(felt), two.over(felt)
+def _align_jets(a: Jet, b: Jet) -> tuple[Jet, Jet]:
+    """Return both jets as functions of the union of their parameters."""
+    if a.felt == b.felt:
+        return a, b
+    felt = tuple(sorted({*a.felt, *b.felt}))
+    return a.over(felt), b.over(felt)
 
 
 def _zero_ball(like: Ball, rows: int) -> Ball:
@@ -402,7 +399,7 @@ def join_parts(centre: Ball, anywhere: Ball) -> Ball:
     return Ball(_stack_parts(centre.mid, anywhere.mid), _stack_parts(centre.rad, anywhere.rad))
 
 
-def _stack_parts(one: Array, two: Array) -> Array:
-    found = np.empty((2, *np.broadcast_shapes(one.shape, two.shape)))
-    found[CENTRE], found[ANYWHERE] = one, two
-    return found
+def _stack_parts(centre: Array, anywhere: Array) -> Array:
+    parts = np.empty((2, *np.broadcast_shapes(centre.shape, anywhere.shape)))
+    parts[CENTRE], parts[ANYWHERE] = centre, anywhere
+    return parts

@@ -1,8 +1,7 @@
-"""Simultaneous linear equations of balls, or of jets, in every lane.
+"""Linear and nonlinear equations of balls and jets, solved in every lane.
 
-Simultaneous equations without a root in a domain: it is divided, and parts that can hold none are left out.
-
-Roots over a box: enclosed by interval Newton steps, their derivatives by Newton steps on jets.
+Roots over a box are enclosed by interval Newton steps, and their derivatives by Newton steps on jets. The absence of
+roots in a domain is shown by bisection: parts that cannot contain a root are discarded.
 """
 
 from __future__ import annotations
@@ -20,13 +19,13 @@ from planter.optimise.proof.intervals import GROWTH, Ball, Unbounded, sum_produc
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, join_parts, packed_indices, packed_size
 
 LINEAR_ROUNDS = 2
-"""So often solutions over a box are formed, each time from those before, which their derivatives have narrowed."""
+"""Passes over the solutions on a box; each starts from values narrowed by the derivatives of the previous pass."""
 
 
 class BallSolver:
-    """Solves simultaneous equations whose matrix (k, k) is one of balls (lanes,), about the identity.
+    """Solver of linear equations whose matrix (k, k) of balls (lanes,) is close to the identity.
 
-    Raises Unbounded where the matrix may be singular.
+    Raises Unbounded if the matrix may be singular.
     """
 
     def __init__(self, matrix: Sequence[Sequence[Ball]]) -> None:
@@ -40,9 +39,9 @@ class BallSolver:
 
 
 def invert_centre(matrix: Sequence[Sequence[Jet]]) -> list[list[Jet]]:
-    """Return the inverse (k, k) of a matrix's midpoints at the centre of the box. NaN in lanes where there is none.
+    """Return the inverse (k, k) of the midpoints of a matrix at the centre of the box, NaN in singular lanes.
 
-    Raises Unbounded where that is so in every lane.
+    Raises Unbounded if the matrix is singular in every lane.
     """
     lanes = max(jet.lanes for row in matrix for jet in row)
     midpoints = np.array([[np.broadcast_to(jet.value.mid[CENTRE], lanes) for jet in row] for row in matrix])
@@ -57,18 +56,18 @@ def invert_centre(matrix: Sequence[Sequence[Jet]]) -> list[list[Jet]]:
     return [[matrix[0][0].space.constant(Ball.exact(entry)) for entry in row] for row in inverse]
 
 
-def multiply_matrices(one: Sequence[Sequence[Any]], two: Sequence[Sequence[Any]]) -> list[list[Any]]:
+def multiply_matrices(left: Sequence[Sequence[Any]], right: Sequence[Sequence[Any]]) -> list[list[Any]]:
     """Return the product (k, m) of two matrices of jets, or of balls."""
     return [
-        [_add_terms(a * b for a, b in zip(row, column, strict=True)) for column in zip(*two, strict=True)]
-        for row in one
+        [_add_terms(a * b for a, b in zip(row, column, strict=True)) for column in zip(*right, strict=True)]
+        for row in left
     ]
 
 
 def solve_linear_jets(space: Space, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> list[Jet]:
     """Return the solution y (k,) of simultaneous equations A y = b of jets and numbers over a box.
 
-    Its derivatives solve A y' = b' - A' y and A y'' = b'' - A'' y - 2 A' y'. Raises Unbounded where the matrix may be
+    Its derivatives solve A y' = b' - A' y and A y'' = b'' - A'' y - 2 A' y'. Raises Unbounded if the matrix may be
     singular.
     """
     jets = [[space.lift(entry) for entry in (*row, value)] for row, value in zip(matrix, right, strict=True)]
@@ -122,8 +121,8 @@ def _eliminate(matrix: Sequence[Sequence[Ball]], right: Sequence[Sequence[Ball]]
     solution: list[list[Ball]] = []
     for k in reversed(range(size)):
         values = rows[k][size:]
-        for place, known in enumerate(solution):
-            values = [value - rows[k][size - 1 - place] * y for value, y in zip(values, known, strict=True)]
+        for offset, solved in enumerate(solution):
+            values = [value - rows[k][size - 1 - offset] * y for value, y in zip(values, solved, strict=True)]
         solution.append([value / rows[k][k] for value in values])
     return solution[::-1]
 
@@ -135,41 +134,41 @@ def _add_terms(terms: Any) -> Any:
 BallEquations = Callable[[Sequence[Ball], Integers], tuple[Sequence[Ball], Sequence[Sequence[Ball]]]]
 """Balls (k,) of unknowns in some lanes -> f (k,) and its Jacobian (k, k) there, enclosed."""
 MAX_DIVISIONS = 12
-"""So often the parts of a domain are halved."""
+"""Maximum number of bisections of a domain."""
 MAX_PARTS = 4096
-"""Parts of all lanes that are divided further: those of the lanes that have the fewest."""
+"""Maximum number of parts that are bisected further; lanes with few parts come first."""
 
 
 def has_rootless_lane(equations: BallEquations, low: Array, high: Array, lanes: int) -> bool:
-    """Return whether equations have certainly no root between `low` and `high` (k,) in at least one of some lanes."""
+    """Return whether equations certainly have no root between `low` and `high` (k,) in at least one of the lanes."""
     lane, open_lanes = np.arange(lanes), np.arange(lanes)
     below, above = (np.repeat(side[:, None], lanes, axis=1) for side in (low, high))
     for _ in range(MAX_DIVISIONS):
-        with np.errstate(all="ignore"):  # parts without a root have no points
+        with np.errstate(all="ignore"):  # parts without a root are empty
             below, above = _contract(equations, below, above, lane)
-        kept = np.flatnonzero((below <= above).all(axis=0))
-        counts = np.bincount(lane[kept], minlength=lanes)[open_lanes]
+        remaining = np.flatnonzero((below <= above).all(axis=0))
+        counts = np.bincount(lane[remaining], minlength=lanes)[open_lanes]
         if not counts.all():
             return True
         order = np.argsort(counts, kind="stable")
         open_lanes = open_lanes[order[np.cumsum(counts[order]) <= MAX_PARTS]]
-        kept = kept[np.isin(lane[kept], open_lanes)]
-        if not len(kept):
+        remaining = remaining[np.isin(lane[remaining], open_lanes)]
+        if not len(remaining):
             return False
-        below, above, lane = below[:, kept], above[:, kept], lane[kept]
+        below, above, lane = below[:, remaining], above[:, remaining], lane[remaining]
         widest = ((above - below) / (high - low)[:, None]).argmax(axis=0)
-        here, middle = np.arange(len(lane)), below + (above - below) / 2
+        indices, middle = np.arange(len(lane)), below + (above - below) / 2
         ends, starts = above.copy(), below.copy()
-        ends[widest, here] = starts[widest, here] = middle[widest, here]
+        ends[widest, indices] = starts[widest, indices] = middle[widest, indices]
         below, above = np.concatenate([below, starts], axis=1), np.concatenate([ends, above], axis=1)
         lane = np.concatenate([lane, lane])
     return False
 
 
 def _contract(equations: BallEquations, low: Array, high: Array, lane: Integers) -> tuple[Array, Array]:
-    """Return parts (k, n) without margins that hold no root; where one holds none, `low` is above `high`.
+    """Return parts (k, n) without margins that contain no root; a part without a root gets `low` above `high`.
 
-    By the mean value theorem a root is at m - f(m) / f' in each unknown, m a point in it, all others anywhere.
+    By the mean value theorem, a root lies in m - f(m) / f' in each unknown, for a point m and all others anywhere.
     """
     low, high = low.copy(), high.copy()
     values, slopes = equations([Ball.between(*side) for side in zip(low, high, strict=True)], lane)
@@ -192,10 +191,10 @@ def _contract(equations: BallEquations, low: Array, high: Array, lane: Integers)
 Residual = Callable[[Sequence[Jet]], tuple[Sequence[Jet], Sequence[Sequence[Jet]]]]
 """a (k,) -> f(a) (k,) and its Jacobian (k, k), both over the box."""
 WIDER = 1.5
-"""How much wider than a Newton step each trial is."""
+"""Width of each trial relative to the Newton step."""
 MAX_NEWTON_STEPS = 30
 SMALL_STEP = 1e-9
-"""Relative size of the last Newton step: the error after it goes with its square."""
+"""Relative size of the last Newton step; the remaining error is of the order of its square."""
 NARROW = 0.02
 """Derivatives whose radii are below this share of the largest are not narrowed further."""
 
@@ -206,10 +205,9 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
     Newton's step N(A) = s - f_a(A)^-1 f(s) from a point s maps balls A into themselves: then A holds exactly one root
     at each design. Its derivatives solve f_a a' = -f_x and f_a a'' = -(f_xx + 2 f_xa a' + f_aa a' a'). On the right is,
     at each design x*, the gradient of f(a(x*), x), with constants in place of roots, and the Hessian of f along the
-    lines a(x*) + a'(x*) (x - x*). Derivatives narrow the values that they are formed of, so all is done twice.
+    lines a(x*) + a'(x*) (x - x*). Derivatives narrow the values from which they are computed, hence two passes.
 
-    NaN in lanes where no balls are found that are mapped into themselves; raises Unbounded where that is so in every
-    lane.
+    Lanes without a ball that is mapped into itself are NaN. Raises Unbounded if no lane has one.
     """
     at = _refine(space, start, residual)
     excess, slopes = residual([space.constant(Ball.exact(row)) for row in at])
@@ -246,7 +244,7 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
 
 
 def _divide(right: Sequence[Ball], matrix: Sequence[Sequence[Jet]], part: int) -> list[Ball]:
-    """Return the solution of equations with a matrix of jets, anywhere in the box or at its centre, and a right -b."""
+    """Return the solution of A y = -b for a matrix A of jets, at the centre of the box or anywhere in it."""
     return [-y for y in BallSolver([[jet.value[part] for jet in row] for row in matrix]).solve(right)]
 
 
@@ -271,8 +269,8 @@ def _refine(space: Space, start: Array, residual: Residual) -> Array:
 def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[Ball]:
     """Return the roots (lanes,) each: at the centre of the box, or anywhere in it.
 
-    Equations of several unknowns are multiplied by the inverse of the Jacobian's midpoints, so that what is eliminated
-    from them is small.
+    Equations of several unknowns are multiplied by the inverse of the Jacobian's midpoints, so that elimination
+    changes them little.
     """
     points = [Ball.exact(row) for row in start]
     excess, slopes = residual([space.constant(point) for point in points])
@@ -282,7 +280,7 @@ def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[
     settled: Flags = np.zeros(start.shape[1], dtype=bool)
     for _ in range(MAX_NEWTON_STEPS):
         rad = np.where(settled, rad, WIDER * rad + 1e-15 * np.abs(start))
-        balls = [space.constant(Ball(point.mid, own)) for point, own in zip(points, rad, strict=True)]
+        balls = [space.constant(Ball(point.mid, radius)) for point, radius in zip(points, rad, strict=True)]
         _, slopes = residual(balls)
         try:
             changes = BallSolver([[jet.value[part] for jet in row] for row in slopes]).solve(right)

@@ -1,10 +1,7 @@
-"""What a proof says of an optimum, key by key.
+"""Branch and bound: a lower bound of an objective over a box of designs, compared with the incumbent.
 
-Branch and bound: boxes of designs, the one with the least bound first, halved where their bounds are loose.
-
-A lower bound of an objective over the box of designs beside its incumbent, the best design that is known.
-
-Boxes of a proof bounded by workers, in rounds that do not depend on their number.
+The box with the lowest bound is bisected first, along the parameter which contributes most to the looseness of its
+bound. Workers may bound the boxes, in rounds which do not depend on the number of workers.
 """
 
 from __future__ import annotations
@@ -50,19 +47,20 @@ class GlobalBound(Record):
 
 
 Bounding = Callable[[Array, Array], ObjectiveBounds]
-"""(lower, upper) -> bounds of an objective over that box; raises Unbounded where there are none."""
+"""(lower, upper) -> bounds of an objective over that box; raises Unbounded if it has no bounds there."""
 
 BoundBoxes = Callable[[Sequence[tuple[Array, Array]]], Sequence[ObjectiveBounds | Unbounded]]
-"""Boxes [lower, upper] -> for each, the bounds of an objective over it, or why there are none."""
+"""Boxes [lower, upper] -> for each, the bounds of an objective over it, or the reason for their absence."""
 BoundListener = Callable[[float, int, float], None]
-"""Told the bound so far, the number of boxes and the seconds."""
+"""(bound so far, number of boxes, elapsed time [s]) -> None."""
 
 
 @dataclass(frozen=True)
 class BoundedBox:
-    """Designs between `lower` and `upper` (p,): no objective below `least`; halved along `widest`, None: a point.
+    """Designs between `lower` and `upper` (p,) with objectives of at least `least`.
 
-    `obstacle` says why it has no bound of its own.
+    The box is bisected along the parameter `widest`, None for a point. `obstacle` is the reason if its bound is that of
+    the enclosing box.
     """
 
     least: float
@@ -88,9 +86,9 @@ class BoundedBox:
 
 @dataclass(frozen=True)
 class BoundingResult:
-    """No design of a box has an objective below `least`; `met` is the least that a box's centre was seen to have.
+    """Lower bound `least` of an objective over a box, and the smallest value `met` at the centre of a part.
 
-    `obstacle` says why the box that holds `least` has no bound of its own; it is empty if it has one.
+    `obstacle` is the reason if the part with `least` has only the bound of its enclosing box, else empty.
     """
 
     least: float
@@ -101,13 +99,13 @@ class BoundingResult:
 
 
 SHRINK_SHARES = (0.25, 0.0625)
-"""Shares of a box, about its centre, that are tried for where to halve one that has no bound of its own."""
+"""Shares of a box, about its centre, whose bounds determine where to bisect a box that cannot be bounded."""
 
 
 class BranchAndBound:
-    """Bounds an objective over a box [lower, upper] (p,) from below; `floor` is a bound known beforehand.
+    """Branch and bound of an objective over a box [lower, upper] (p,), from an a priori bound `floor`.
 
-    `bound_boxes` bounds it over up to `batch` boxes at once, where that takes less time than one after another.
+    `bound_boxes` bounds the objective over up to `batch` boxes in a single call, if that is faster.
     """
 
     def __init__(
@@ -119,48 +117,48 @@ class BranchAndBound:
         self.batch, self.bound_boxes = batch, bound_boxes or self._bound_each
         self.boxes, self.met = 0, np.inf
 
-    def run(self, goal: float, seconds: float, told: BoundListener | None = None) -> BoundingResult:
-        """Until the bound is at `goal`, or the time is up."""
+    def run(self, goal: float, seconds: float, listener: BoundListener | None = None) -> BoundingResult:
+        """Bisect boxes until the bound reaches `goal` or the time [s] is over."""
         begun, order = time.perf_counter(), itertools.count()
-        (whole,) = self._bound([(self.lower, self.upper, self.floor)])
-        open_ = [(whole.least, next(order), whole)]
+        (root,) = self._bound([(self.lower, self.upper, self.floor)])
+        open_ = [(root.least, next(order), root)]
         while True:
-            least, _, box = open_[0]
+            bound, _, box = open_[0]
             spent = time.perf_counter() - begun
-            if told is not None:
-                told(least, self.boxes, spent)
-            if least >= goal or spent >= seconds or box.widest is None:
-                return BoundingResult(least, float(self.met), self.boxes, spent, box.obstacle)
+            if listener is not None:
+                listener(bound, self.boxes, spent)
+            if bound >= goal or spent >= seconds or box.widest is None:
+                return BoundingResult(bound, float(self.met), self.boxes, spent, box.obstacle)
             halves: list[tuple[Array, Array, float]] = []
             while open_ and open_[0][0] < goal and open_[0][2].widest is not None and len(halves) < max(2, self.batch):
-                least, _, box = heapq.heappop(open_)
-                halves += [(lower, upper, least) for lower, upper in box.halves()]
+                bound, _, box = heapq.heappop(open_)
+                halves += [(lower, upper, bound) for lower, upper in box.halves()]
             for half in self._bound(halves):
                 heapq.heappush(open_, (half.least, next(order), half))
 
     def _bound(self, boxes: Sequence[tuple[Array, Array, float]]) -> list[BoundedBox]:
-        """Return boxes [lower, upper] that no objective is below some number in, with their bounds.
+        """Return boxes (lower, upper, bound of the enclosing box) with their own bounds.
 
-        Directions along which the objective only rises or only falls are put on their side.
+        A parameter in which the objective is monotonic is fixed at the bound with the smaller values.
         """
         waiting, bounded, unbounded = list(boxes), list[BoundedBox](), list[BoundedBox]()
         while waiting:
             self.boxes += len(waiting)
             pairs, waiting = zip(waiting, self.bound_boxes([box[:2] for box in waiting]), strict=True), []
-            for (lower, upper, least), result in pairs:
+            for (lower, upper, bound), result in pairs:
                 if isinstance(result, Unbounded):
-                    unbounded.append(BoundedBox(least, lower, upper, None, result.message))
+                    unbounded.append(BoundedBox(bound, lower, upper, None, result.message))
                     continue
-                least, self.met = max(least, result.least), min(self.met, result.reached)
+                bound, self.met = max(bound, result.least), min(self.met, result.reached)
                 open_, slopes = upper > lower, result.slopes
                 rising, falling = open_ & (slopes.low >= 0), open_ & (slopes.high <= 0) & (slopes.low < 0)
-                if result.may_jump and least < np.inf and open_.any() and not result.looseness[open_].any():
-                    unbounded.append(BoundedBox(least, lower, upper, None))
+                if result.may_jump and bound < np.inf and open_.any() and not result.looseness[open_].any():
+                    unbounded.append(BoundedBox(bound, lower, upper, None))
                 elif result.may_jump or not (rising | falling).any():
                     loose = np.where(open_, result.looseness, -1)
-                    bounded.append(BoundedBox(least, lower, upper, int(loose.argmax()) if open_.any() else None))
+                    bounded.append(BoundedBox(bound, lower, upper, int(loose.argmax()) if open_.any() else None))
                 else:
-                    waiting.append((np.where(falling, upper, lower), np.where(rising, lower, upper), least))
+                    waiting.append((np.where(falling, upper, lower), np.where(rising, lower, upper), bound))
         return bounded + self._find_sides(unbounded)
 
     def _bound_each(self, boxes: Sequence[tuple[Array, Array]]) -> list[ObjectiveBounds | Unbounded]:
@@ -173,52 +171,52 @@ class BranchAndBound:
         return results
 
     def _find_sides(self, boxes: Sequence[BoundedBox]) -> list[BoundedBox]:
-        """Return boxes whose bounds tell nothing of their sides, with where to halve them.
+        """Return boxes without looseness by parameter, with the parameter along which to bisect each.
 
-        That is as a part of a box tells, or else along its relatively widest side.
+        That is the loosest parameter of a part about the centre, or else the relatively widest.
         """
         sides: dict[int, int] = {}
         for share in SHRINK_SHARES:
-            tried = [k for k in range(len(boxes)) if k not in sides]
-            parts = [boxes[k].shrink(share) for k in tried]
-            for k, result in zip(tried, self.bound_boxes(parts) if parts else [], strict=True):
+            unsettled = [k for k in range(len(boxes)) if k not in sides]
+            parts = [boxes[k].shrink(share) for k in unsettled]
+            for k, result in zip(unsettled, self.bound_boxes(parts) if parts else [], strict=True):
                 if not isinstance(result, Unbounded) and result.looseness.any():
                     sides[k] = int(result.looseness.argmax())
         return [replace(box, widest=sides.get(k, self._find_widest(box))) for k, box in enumerate(boxes)]
 
     def _find_widest(self, box: BoundedBox) -> int | None:
-        whole = self.upper - self.lower
-        share_of = np.divide(box.upper - box.lower, whole, out=np.zeros_like(whole), where=whole > 0)
+        width = self.upper - self.lower
+        share_of = np.divide(box.upper - box.lower, width, out=np.zeros_like(width), where=width > 0)
         return int(share_of.argmax()) if share_of.any() else None
 
 
 SECONDS = 480.0
-"""Time for a proof, if nothing else is said [s]."""
+"""Default time limit of a proof [s]."""
 GOAL = 1e-6
-"""Gap of what counts as proved, as a share of the objective."""
+"""Largest gap of a proved optimum, as a share of the objective."""
 
 
 class BoxObjective(Protocol):
-    """An objective bounded over boxes of designs: over one, or over up to `batch` at once, which takes less time."""
+    """An objective that is bounded over a box of designs, or over up to `batch` boxes in a single call."""
 
     batch: int
 
     @property
     def floor(self) -> float:
-        """What no objective is below."""
+        """A priori lower bound of the objective."""
 
     def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
-        """Return the bounds over a box. Raises Unbounded where there are none."""
+        """Return the bounds over a box [lower, upper] (p,). Raises Unbounded if it has no bounds there."""
 
     def bound_boxes(self, boxes: Sequence[tuple[Array, Array]]) -> Sequence[ObjectiveBounds | Unbounded]:
-        """Return the bounds over each of some boxes, or why there are none."""
+        """Return the bounds over each box, or the error that explains their absence."""
 
 
 @dataclass(frozen=True)
 class Incumbent:
-    """The best design that is known over samples: its point (p,), itself by names, its objective.
+    """Best known design over samples: its point `x` (p,), its values by name, its objective.
 
-    `scope` says for which designs the bound is, in words.
+    `scope` states for which designs the bound holds, as the subject of a sentence.
     """
 
     x: Array
@@ -229,14 +227,14 @@ class Incumbent:
 
 
 class _Clock:
-    """Tells every full second once."""
+    """Report progress once for every full second."""
 
     def __init__(self, reached: float, limit: float, listener: Listener | None) -> None:
         self.reached, self.total, self.listener, self.next = reached, max(1, math.ceil(limit)), listener, 1
 
-    def __call__(self, least: float, boxes: int, spent: float) -> None:
+    def __call__(self, bound: float, boxes: int, spent: float) -> None:
         for second in range(self.next, min(int(spent), self.total - 1) + 1):
-            self._tell(second, boxes, least)
+            self._tell(second, boxes, bound)
         self.next = max(self.next, int(spent) + 1)
 
     def end(self, result: BoundingResult) -> None:
@@ -253,9 +251,9 @@ def prove_bound(
     bounding: BoxObjective, box: tuple[Array, Array], incumbent: Incumbent, seconds: float = SECONDS,
     listener: Listener | None = None,
 ) -> GlobalBound:  # fmt: skip
-    """Return the bound over a box [lower, upper] (p,) that is reached in so many seconds.
+    """Return the bound over a box [lower, upper] (p,) that is reached within a time limit [s].
 
-    It is the floor of the objective if the incumbent itself cannot be enclosed.
+    It is the floor of the objective if the incumbent cannot be enclosed.
     """
     try:
         reached = bounding(incumbent.x, incumbent.x).reached
@@ -267,12 +265,12 @@ def prove_bound(
         search = BranchAndBound(bounding, *box, bounding.floor, bounding.batch, bounding.bound_boxes)
         result = search.run(reached - GOAL * abs(incumbent.objective), seconds, clock)
         clock.end(result)
-    least = min(result.least, reached)  # every other design may be known to be worse, or to violate a limit
-    gap, is_bounded = reached - least, bool(np.isfinite(least))
+    lower_bound = min(result.least, reached)  # all other designs may be excluded as worse or infeasible
+    gap, is_bounded = reached - lower_bound, bool(np.isfinite(lower_bound))
     is_proved = gap <= GOAL * abs(incumbent.objective)
     return GlobalBound(
         kind="sampled", samples=incumbent.samples, design=incumbent.design, objective=incumbent.objective,
-        lower_bound=least if is_bounded else None, gap=gap if is_bounded else None, boxes=result.boxes,
+        lower_bound=lower_bound if is_bounded else None, gap=gap if is_bounded else None, boxes=result.boxes,
         seconds=result.seconds, proved=is_proved, statement=_describe_bound(result, incumbent, gap, is_proved),
     )  # fmt: skip
 
@@ -291,23 +289,23 @@ def _describe_bound(result: BoundingResult, incumbent: Incumbent, gap: float, is
 
 
 JOBS_PER_ROUND = 16
-"""Jobs of a round. The next round begins when all of them are done, so that more workers than this do not help."""
+"""Jobs of a round. The next round begins after all of them, so that more workers than this have no effect."""
 Boxes = Sequence[tuple[Array, Array]]
 
 
 class SharedObjective:
-    """An objective of which workers bound many boxes at once. Implements `BoxObjective`."""
+    """An objective whose boxes are bounded by workers. Implements `BoxObjective`."""
 
     def __init__(self, objective: BoxObjective, jobs: Jobs) -> None:
         self._objective, self._jobs = objective, jobs
         self.batch, self.floor = JOBS_PER_ROUND * objective.batch, objective.floor
 
     def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
-        """Return the bounds over a box. Raises Unbounded where there are none."""
+        """Return the bounds over a box [lower, upper] (p,). Raises Unbounded if it has no bounds there."""
         return self._objective(lower, upper)
 
     def bound_boxes(self, boxes: Boxes) -> list[ObjectiveBounds | Unbounded]:
-        """Return the bounds over each of some boxes, or why there are none."""
+        """Return the bounds over each box, or the error that explains their absence."""
         size = self._objective.batch
         self._jobs.add([boxes[k : k + size] for k in range(0, len(boxes), size)])
         return [result for results in self._jobs.in_order() for result in results]
@@ -315,9 +313,9 @@ class SharedObjective:
 
 @contextmanager
 def share_boxes(objective: BoxObjective, build: Callable[[], BoxObjective], means: Means) -> Iterator[BoxObjective]:
-    """Yield an objective whose boxes workers bound if `means` says which; its bounds do not depend on their number.
+    """Yield an objective whose boxes are bounded by the workers of `means`; the bounds do not depend on their number.
 
-    `build`, of which pickles can be made, returns the objective in a worker.
+    `build` is picklable and returns the objective in a worker.
     """
     if means == AUTO:
         yield objective
