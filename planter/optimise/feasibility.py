@@ -1,13 +1,11 @@
-"""The least violation: which constraint has to give way, by how much, so that all the others are kept.
+"""Feasible points, or else the smallest violation: which constraints to relax, and by how much.
 
-Over z = (u, s), s >= 0 one for each kind of constraint in its steps:
+The elastic programme over z = (u, s) has a slack s >= 0 in steps for each kind of constraint:
 
     minimise  sum s + WEIGHT/2 |u - start|^2   subject to  lower - s <= rows(u) <= upper + s,  u in the box.
 
-The sum has few terms at its minimum. Where more than one remains, each is tried alone with the others kept. Kinds that
-may not give way have no s.
-
-Is there a point that keeps all constraints? If not, the nearest to it: which ones give way, by how much.
+The sum has few terms at its minimum. If more than one remains, each is relaxed alone with the others satisfied. Kinds
+that are not relaxable have no slack.
 """
 
 from __future__ import annotations
@@ -25,22 +23,22 @@ from planter.optimise.constraints import FEASIBILITY_TOLERANCE, Constraints
 from planter.optimise.problem import Problem
 
 DISTANCE_WEIGHT = 1e-5
-"""Of the distance from the start: it only makes the point unique."""
+"""Weight of the distance from the start, which only makes the point unique."""
 VIOLATION_ROUNDING = 1e-6
-"""Violations below this many steps are rounding of the solver."""
+"""Violations below this many steps are attributed to rounding."""
 MAX_ELASTIC_ITERATIONS = 80
 
 
 class ElasticProgram:
-    """A `Programme` for `planter.optimise.ipopt`; `giving` (kinds,) says which may give way."""
+    """Elastic `NonlinearProgram`; `giving` (kinds,) flags the relaxable kinds."""
 
     def __init__(self, problem: Problem, constraints: Constraints, start: Array, giving: Flags) -> None:
         self.problem, self.constraints, self.u = problem, constraints, start
         self.p, self.kinds = len(start), len(giving)
         owner = np.eye(self.kinds)[constraints.owner]
-        self.held = constraints.even & ~giving[constraints.owner]
-        self.below, self.above = (np.isfinite(b) & ~self.held for b in (constraints.lower, constraints.upper))
-        equations = np.zeros((int(self.held.sum()), self.kinds))
+        self.fixed = constraints.even & ~giving[constraints.owner]
+        self.below, self.above = (np.isfinite(b) & ~self.fixed for b in (constraints.lower, constraints.upper))
+        equations = np.zeros((int(self.fixed.sum()), self.kinds))
         self.owner = np.vstack([owner[self.above], owner[self.below], equations])
         count = len(self.owner)
         self.lower = np.append(problem.box.bottom, np.zeros(self.kinds))
@@ -67,34 +65,34 @@ class ElasticProgram:
             rows = c.values(self._x(z))
         except ComputationError:
             rows = np.full(c.count, np.nan)
-        beyond = [(rows - c.upper)[self.above], (c.lower - rows)[self.below], (rows - c.upper)[self.held]]
-        found: Array = np.concatenate(beyond) - self.owner @ z[self.p :]
-        return found
+        beyond = [(rows - c.upper)[self.above], (c.lower - rows)[self.below], (rows - c.upper)[self.fixed]]
+        violations: Array = np.concatenate(beyond) - self.owner @ z[self.p :]
+        return violations
 
     def jacobian(self, z: Array) -> Array:
         """Return the Jacobian (m, n) of g at z (n,)."""
         slopes = self.constraints.slopes(self._x(z)) * self.problem.box.unit
-        return np.hstack([np.vstack([slopes[self.above], -slopes[self.below], slopes[self.held]]), -self.owner])
+        return np.hstack([np.vstack([slopes[self.above], -slopes[self.below], slopes[self.fixed]]), -self.owner])
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
         """Return the Hessian (n, n) of weight * f + multipliers . g at z (n,)."""
         weights = np.zeros(self.constraints.count)
-        above, below, held = np.split(multipliers, np.cumsum([self.above.sum(), self.below.sum()]))
+        above, below, fixed = np.split(multipliers, np.cumsum([self.above.sum(), self.below.sum()]))
         weights[self.above] += above
         weights[self.below] -= below
-        weights[self.held] += held
+        weights[self.fixed] += fixed
         width = self.problem.box.unit
         total = np.zeros((len(z), len(z)))
-        bent = self.constraints.curvature(self._x(z), weights) * np.outer(width, width)
-        total[: self.p, : self.p] = bent + weight * DISTANCE_WEIGHT * np.eye(self.p)
+        curvature = self.constraints.curvature(self._x(z), weights) * np.outer(width, width)
+        total[: self.p, : self.p] = curvature + weight * DISTANCE_WEIGHT * np.eye(self.p)
         return total
 
 
 @dataclass(frozen=True)
 class ViolationMinimum:
-    """A point u (p,) and by how many steps each kind is violated there, (kinds,); all 0 where all are kept.
+    """A point u (p,) and the violation `excess` (kinds,) of each kind there, in steps.
 
-    `stationary` says whether the violation is least there to first order, rather than where the search was cut short.
+    `stationary` is true if the violation is minimal to first order, false if the search stopped before.
     """
 
     u: Array
@@ -106,20 +104,20 @@ class ViolationMinimum:
         return float(self.excess.sum())
 
     @property
-    def kept(self) -> bool:
+    def is_feasible(self) -> bool:
         return float(self.excess.max()) <= FEASIBILITY_TOLERANCE
 
 
 def minimise_violation(problem: Problem, constraints: Constraints, start: Array) -> ViolationMinimum:
-    """The least violation reached from a point u (p,), of one kind alone if that can be."""
+    """Return the smallest violation reached from a point u (p,), of a single kind if possible."""
     kinds = np.arange(len(constraints.kinds))
-    found = _solve_elastic(problem, constraints, start, constraints.giving)
-    broken = np.flatnonzero((found.excess > VIOLATION_ROUNDING) & constraints.giving)
+    minimum = _solve_elastic(problem, constraints, start, constraints.giving)
+    broken = np.flatnonzero((minimum.excess > VIOLATION_ROUNDING) & constraints.giving)
     if len(broken) < 2:
-        return found
-    alone = [_solve_elastic(problem, constraints, found.u, kinds == k) for k in broken]
-    single = [one for one, k in zip(alone, broken, strict=True) if np.delete(one.excess, k).max() <= VIOLATION_ROUNDING]
-    return min(single, key=lambda one: one.total, default=found)
+        return minimum
+    alone = [_solve_elastic(problem, constraints, minimum.u, kinds == k) for k in broken]
+    single = [end for end, k in zip(alone, broken, strict=True) if np.delete(end.excess, k).max() <= VIOLATION_ROUNDING]
+    return min(single, key=lambda end: end.total, default=minimum)
 
 
 def _solve_elastic(problem: Problem, constraints: Constraints, start: Array, giving: Flags) -> ViolationMinimum:
@@ -133,22 +131,22 @@ def _solve_elastic(problem: Problem, constraints: Constraints, start: Array, giv
 
 
 MAX_ELASTIC_STARTS = 2
-"""How many points the least violation is looked for from."""
+"""Maximum number of starts of the search for a feasible point."""
 
 
 def find_feasible_or_nearest(problem: Problem, constraints: Constraints, starts: Sequence[Array]) -> ViolationMinimum:
-    """A point that keeps all constraints, looked for from those of `starts` with the least violation.
+    """Return a feasible point, searched from the `starts` (p,) with the smallest violation.
 
-    Where there is none, `kept` is False and the least violation that was found is told.
+    If none is found, return the point with the smallest violation.
     """
-    found: list[ViolationMinimum] = []
+    minima: list[ViolationMinimum] = []
     for start in sorted(map(problem.onto, starts), key=problem.violation)[:MAX_ELASTIC_STARTS]:
-        found.append(minimise_violation(problem, constraints, start))
-        if found[-1].kept:
-            return found[-1]
-    return select_smallest_violation(found)
+        minima.append(minimise_violation(problem, constraints, start))
+        if minima[-1].is_feasible:
+            return minima[-1]
+    return select_smallest_violation(minima)
 
 
-def select_smallest_violation(found: Sequence[ViolationMinimum]) -> ViolationMinimum:
-    """The least of several violations, fewest kinds of constraints first."""
-    return min(found, key=lambda least: (int((least.excess > FEASIBILITY_TOLERANCE).sum()), least.total))
+def select_smallest_violation(minima: Sequence[ViolationMinimum]) -> ViolationMinimum:
+    """Return the smallest of several violations: the fewest violated kinds, then the smallest total."""
+    return min(minima, key=lambda minimum: (int((minimum.excess > FEASIBILITY_TOLERANCE).sum()), minimum.total))

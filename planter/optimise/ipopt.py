@@ -1,7 +1,7 @@
-"""IPOPT, through CasADi, for a nonlinear programme given as plain functions with exact first and second derivatives.
+"""Interface to IPOPT through CasADi, for nonlinear programmes with exact first and second derivatives.
 
-CasADi takes the functions as callbacks (`grad_f`, `jac_g`, `hess_lag`), or compiled, so nothing is differentiated
-twice. Only MUMPS is used for the linear systems: it comes with CasADi.
+CasADi receives the functions (`grad_f`, `jac_g`, `hess_lag`) as callbacks or compiled, so that it differentiates
+nothing itself. The linear solver is MUMPS, which comes with CasADi.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ CASADI_OPTIONS: dict[str, Any] = {
     "calc_lam_p": False,
     "no_nlp_grad": True,
 }
-"""CasADi's own options: silence, and no derivatives beyond those given."""
+"""Options of CasADi: no output, and no derivatives of its own."""
 Shapes = dict[str, ca.Sparsity]
 Run = Callable[..., Sequence[Any]]
 
@@ -63,14 +63,14 @@ class NonlinearProgram(Protocol):
         """Return the Jacobian (m, n) of g at z (n,)."""
 
     def hessian(self, z: Array, weight: float, multipliers: Array) -> Array:
-        """Hessian (n, n) of weight * f + multipliers . g."""
+        """Return the Hessian (n, n) of weight * f + multipliers . g at z (n,)."""
 
 
 @dataclass(frozen=True)
 class IpoptSolution:
-    """Where IPOPT stopped, with the multipliers of the constraints (m,), positive at upper bounds.
+    """Last point z (n,) of IPOPT, with the multipliers of the constraints (m,), positive at upper bounds.
 
-    `calls` says how often `nlp_f`, `nlp_grad_f` and `nlp_hess_l` were evaluated.
+    `calls` are the numbers of evaluations of `nlp_f`, `nlp_grad_f` and `nlp_hess_l`.
     """
 
     z: Array
@@ -81,7 +81,7 @@ class IpoptSolution:
 
 
 class _Function(ca.Callback):
-    """A CasADi function of a Python function; what that raises is kept in `failures`."""
+    """CasADi callback of a Python function, whose exceptions are appended to `failures`."""
 
     def __init__(self, name: str, inputs: Shapes, outputs: Shapes, run: Run, failures: list[BaseException]) -> None:
         ca.Callback.__init__(self)
@@ -140,21 +140,25 @@ def solve_program(
     most_iterations: int = 100,
     compiled: Mapping[str, ca.Function] | None = None,
 ) -> IpoptSolution:
-    """A local minimum from `start` (n,), or where IPOPT gave up: see `converged`.
+    """Return the local minimum from `start` (n,), or the last point if `converged` is false.
 
-    `compiled` are `nlp`, `grad_f`, `jac_g` and `hess_lag` as CasADi functions, used instead of the programme's own.
-    Raises what the programme's functions raise, KeyboardInterrupt included.
+    `compiled` are `nlp`, `grad_f`, `jac_g` and `hess_lag` as CasADi functions, used instead of those of the programme.
+    Raises the exceptions of the functions, including KeyboardInterrupt.
     """
     failures: list[BaseException] = []
     functions = compiled or _build_functions(programme, failures)
-    given = {key: function for key, function in functions.items() if key != "nlp"}
-    settings: dict[str, Any] = {**given, **CASADI_OPTIONS, "ipopt": {**IPOPT_OPTIONS, "max_iter": most_iterations}}
+    derivatives = {key: function for key, function in functions.items() if key != "nlp"}
+    settings: dict[str, Any] = {
+        **derivatives,
+        **CASADI_OPTIONS,
+        "ipopt": {**IPOPT_OPTIONS, "max_iter": most_iterations},
+    }
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], settings)
     bounds = {"lbx": programme.lower, "ubx": programme.upper, "lbg": programme.g_lower, "ubg": programme.g_upper}
-    found = uninterrupted(lambda: solver(x0=start, **bounds)) if compiled else solver(x0=start, **bounds)
+    solution = uninterrupted(lambda: solver(x0=start, **bounds)) if compiled else solver(x0=start, **bounds)
     if failures:
         raise failures[0]
     stats = solver.stats()
-    z, constraints = (np.asarray(found[key], dtype=float)[:, 0] for key in ("x", "lam_g"))
+    z, constraints = (np.asarray(solution[key], dtype=float)[:, 0] for key in ("x", "lam_g"))
     calls = {name: int(stats[f"n_call_{name}"]) for name in ("nlp_f", "nlp_grad_f", "nlp_hess_l")}
     return IpoptSolution(z, constraints, bool(stats["success"]), int(stats["iter_count"]), calls)

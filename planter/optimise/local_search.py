@@ -1,21 +1,19 @@
-"""A local minimum from one start, on a set of rows that is complete when it ends, kinks taken exactly.
+"""Local search from one or several starts, with an exact treatment of kinks.
 
-Rows. A sampled turn without constraints goes to IPOPT, in epigraph form on the rows in hand; samples that turn out to
-violate t_max or t_min join the rows, until none does. So does a smooth objective, which has no rows. Everything else
-that has rows, true extremes, or samples under constraints or with joints held, goes to `sequential`, whose rows are
-those of each point that it comes to.
+Components. Smooth objectives and sampled cycles without constraints are minimised by IPOPT in epigraph form. Samples
+that violate t_max or t_min become further components until none does. Continuous extrema, and samples with constraints
+or constrained breakpoints, are minimised by `sqp`, which determines the components at each point.
 
-Kinks. A sampled objective has one in x wherever a joint of order 1 passes a sample. The search first ignores them: it
-works with the one-sided derivatives of the side it is on, and where the optimum lies on no kink that is all. Where
-the certificate does not pass what it found, it goes on from cell to cell, a cell being where every joint
-stays between its two samples and everything is smooth:
+Kinks. A sampled objective has a kink in x wherever a breakpoint of order 1 passes a sample. The search first ignores
+kinks and uses one-sided derivatives, which suffices if the optimum lies on no kink. If the certificate rejects the
+result, the search continues from cell to cell; in a cell, each breakpoint lies between two samples and all is smooth:
 
 1. solve within the cell;
-2. if joints end at walls, pin them on their samples and solve on the kink; if zero is in Clarke's subdifferential,
-   stop;
-3. else cross those walls, as long as the objective falls.
+2. if breakpoints end at walls, pin them at their samples and solve on the kink; stop if zero is in Clarke's
+   subdifferential;
+3. otherwise cross these walls while the objective decreases.
 
-Descents from several starts: the design to start from, then points of a Latin hypercube in the box.
+Several starts are the initial design and points of a Latin hypercube in the box.
 """
 
 from __future__ import annotations
@@ -39,24 +37,24 @@ from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase
 
 MAX_ROW_ROUNDS, MAX_CELLS = 12, 100
-"""Most times that rows are added, and most cells that are visited."""
+"""Maximum number of rounds with additional components, and of cells visited."""
 MAX_CONSTRAINED_CELLS = 4
-"""The same where constraints are kept, whose rows take longer than the objective's."""
+"""Maximum number of cells with constraints, which take longer to evaluate than the objective."""
 VIOLATION_TOLERANCE = 1e-9
-"""A row violates an extreme if it exceeds it by more than this share of the range."""
+"""Components violate an extreme which they exceed by more than this share of the range."""
 STATIONARITY_TOLERANCE = 1e-6
 """Residual of the certificate below which a point counts as optimal."""
 DECREASE_TOLERANCE = 1e-12
-"""The objective falls if it does by more than this share of the problem's scale."""
+"""Smallest decrease of the objective, as a share of the scale of the problem."""
 SNAP_MARGINS = (0.0, 1e-7, 1e-5, 1e-3)
-"""Coordinates this close to their bounds, in the box's unit, are set onto them if that makes a better point."""
+"""Coordinates this close to a bound, in units of the box, are set onto it if that yields a better point."""
 
 
 @dataclass(frozen=True)
 class LocalMinimum:
-    """Where a descent ended: point u (p,), its evaluation, its residual (dimensionless) and the iterations it took.
+    """End of a local search: point u (p,), evaluation, residual (dimensionless) and number of iterations.
 
-    `violation` is that of the constraints, in steps; `converged` is what the solver says of the run that ended there.
+    `violation` is that of the constraints in steps; `converged` is the status of the last run of the solver.
     """
 
     u: Array
@@ -72,12 +70,12 @@ class LocalMinimum:
 
     @property
     def settled(self) -> bool:
-        """Whether the solver converged here, and the constraints are kept."""
+        """Whether the solver converged to a feasible point."""
         return self.violation <= FEASIBILITY_TOLERANCE and self.converged
 
     @property
     def rank(self) -> tuple[bool, bool, float]:
-        """The least of several is the best: one that keeps the constraints, is stationary, has the least objective."""
+        """Sort key, smallest for the best: feasible, then stationary, then the smallest objective."""
         return self.violation > FEASIBILITY_TOLERANCE, not self.stationary, self.objective
 
     @property
@@ -85,7 +83,7 @@ class LocalMinimum:
         return self.evaluation.objective
 
     def after(self, earlier: LocalMinimum) -> LocalMinimum:
-        """With the iterations that went before."""
+        """Return a copy which includes the iterations of an earlier search."""
         return replace(self, iterations=self.iterations + earlier.iterations)
 
 
@@ -97,47 +95,47 @@ def search_locally(
     `most_iterations` limits each of the runs, the problem's own number if None, `rounds` how often rows are added.
     """
     most_iterations = problem.most_iterations if most_iterations is None else most_iterations
-    found = _search_with_holds(problem, start, (), most_iterations, rounds)
+    minimum = _search_with_holds(problem, start, (), most_iterations, rounds)
     kinks = problem.objective.kinks
-    if found.stationary or kinks is None:
-        return found
-    return _search_cells(problem, kinks, found, most_iterations)
+    if minimum.stationary or kinks is None:
+        return minimum
+    return _search_cells(problem, kinks, minimum, most_iterations)
 
 
 def _search_with_holds(
     problem: Problem, start: Array, holds: Sequence[BreakpointHold], most_iterations: int, rounds: int = MAX_ROW_ROUNDS
 ) -> LocalMinimum:
-    """The minimum with joints held as told."""
+    """Return the minimum with breakpoints constrained by `holds`."""
     objective, constrained = problem.objective, problem.constraints is not None
     if objective.windows or holds or (constrained and objective.kinks is not None):
-        found = sqp.minimise_by_sqp(problem, start, holds, 2 * most_iterations)
-        return replace(_snap_to_bounds(problem, found.u, found.iterations), converged=found.converged)
+        solution = sqp.minimise_by_sqp(problem, start, holds, 2 * most_iterations)
+        return replace(_snap_to_bounds(problem, solution.u, solution.iterations), converged=solution.converged)
     return _search_by_ipopt(problem, start, problem.local(start, holds), most_iterations, rounds)
 
 
 def _search_by_ipopt(
     problem: Problem, start: Array, local: LocalModel, most_iterations: int, rounds: int
 ) -> LocalMinimum:
-    """By IPOPT, with rows added until no other exceeds the bounds on them."""
-    u, iterations, found = start, 0, []
+    """Return the minimum by IPOPT, adding components until none violates t_max or t_min."""
+    u, iterations, minima = start, 0, []
     for _ in range(rounds):
         programme = Epigraph(problem, local, u)
         solution = _solve_epigraph(programme, most_iterations)
         iterations += solution.iterations
         u = problem.box.inside(programme.point(solution.z))
-        found.append(replace(_snap_to_bounds(problem, u, iterations), converged=solution.converged))
+        minima.append(replace(_snap_to_bounds(problem, u, iterations), converged=solution.converged))
         high, low = programme.limits(solution.z, VIOLATION_TOLERANCE)
-        look = found[-1].evaluation.look
+        look = minima[-1].evaluation.look
         complete = look.high <= high and look.low >= low
-        if found[-1].stationary or complete or not solution.converged:
+        if minima[-1].stationary or complete or not solution.converged:
             break
         local = local.grown(problem.design(u), high, low)
-    best = min(found, key=lambda minimum: minimum.rank)
+    best = min(minima, key=lambda minimum: minimum.rank)
     return replace(best, iterations=iterations)
 
 
 def _solve_epigraph(programme: Epigraph, most_iterations: int) -> ipopt.IpoptSolution:
-    """By compiled functions where the programme has them; they do their own counting."""
+    """Solve by compiled functions if the programme has them, and count their evaluations."""
     compiled = epigraph.compile_epigraph(programme)
     solution = ipopt.solve_program(programme, programme.start, most_iterations, compiled)
     if compiled:
@@ -146,55 +144,58 @@ def _solve_epigraph(programme: Epigraph, most_iterations: int) -> ipopt.IpoptSol
     return solution
 
 
-def _search_cells(problem: Problem, kinks: Kinks, found: LocalMinimum, most_iterations: int) -> LocalMinimum:
-    """From cell to cell until a minimum inside one or on a kink is found, or the objective falls no more."""
+def _search_cells(problem: Problem, kinks: Kinks, first: LocalMinimum, most_iterations: int) -> LocalMinimum:
+    """Search from cell to cell until a minimum is stationary or the objective no longer decreases."""
 
     def solved(minimum: LocalMinimum, holds: list[BreakpointHold]) -> LocalMinimum:
         return _search_with_holds(problem, minimum.u, tuple(holds), most_iterations).after(minimum)
 
-    here = solved(found, [kinks.wall(pin, distance) for pin, distance in kinks.find_pins(problem.design(found.u))])
+    current = solved(first, [kinks.wall(pin, distance) for pin, distance in kinks.find_pins(problem.design(first.u))])
     for _ in range(MAX_CELLS if problem.constraints is None else MAX_CONSTRAINED_CELLS):
-        near = kinks.find_pins(problem.design(here.u))
-        touching = [i for i, (_, distance) in enumerate(near) if abs(distance) < 2 * WALL_MARGIN]
-        if here.stationary or not touching:
+        pins = kinks.find_pins(problem.design(current.u))
+        touching = [i for i, (_, distance) in enumerate(pins) if abs(distance) < 2 * WALL_MARGIN]
+        if current.stationary or not touching:
             break
-        walls = [kinks.wall(pin, distance) for pin, distance in near]
-        on_kink = solved(here, [near[i][0] if i in touching else wall for i, wall in enumerate(walls)])
+        walls = [kinks.wall(pin, distance) for pin, distance in pins]
+        on_kink = solved(current, [pins[i][0] if i in touching else wall for i, wall in enumerate(walls)])
         if on_kink.stationary:
             return on_kink
-        across = [kinks.wall(pin, -distance) for pin, distance in near]
-        limit, spent = here.objective - DECREASE_TOLERANCE * problem.scale, replace(here, iterations=on_kink.iterations)
+        across = [kinks.wall(pin, -distance) for pin, distance in pins]
+        limit, spent = (
+            current.objective - DECREASE_TOLERANCE * problem.scale,
+            replace(current, iterations=on_kink.iterations),
+        )
         crossed = (solved(spent, [across[i] if i in choice else wall for i, wall in enumerate(walls)])
                    for choice in _list_crossings(touching))  # fmt: skip
         following = next((minimum for minimum in crossed if minimum.objective < limit), None)
         if following is None:
             break
-        here = following
-    return min(found, here, key=lambda minimum: minimum.rank)
+        current = following
+    return min(first, current, key=lambda minimum: minimum.rank)
 
 
 def _list_crossings(touching: list[int]) -> list[list[int]]:
-    """Which walls to cross: all that are touched, else one alone."""
+    """Return the sets of walls to cross: first all that are touched, then each alone."""
     return [touching, *([i] for i in touching)] if len(touching) > 1 else [touching]
 
 
 def evaluate_minimum(problem: Problem, u: Array, iterations: int) -> LocalMinimum:
-    """What a point is as a minimum."""
+    """Return a point u (p,) with its objective, residual and violation."""
     residual = certificate.kkt_residual(problem, u)
     return LocalMinimum(u, problem.evaluate(u), residual, iterations, problem.violation(u))
 
 
 def _snap_to_bounds(problem: Problem, u: Array, iterations: int) -> LocalMinimum:
-    """Return a point with coordinates beside their bounds set onto them: an interior point is never quite there."""
+    """Return the best point with coordinates near bounds set onto these, which interior points do not reach."""
     points = {p.tobytes(): p for p in (problem.complete(problem.box.snapped(u, s)) for s in SNAP_MARGINS)}
     return min((evaluate_minimum(problem, p, iterations) for p in points.values()), key=lambda minimum: minimum.rank)
 
 
 DEFAULT_STARTS = 8
 SAME_START = 1e-7
-"""Starts closer than this in every coordinate, in the box's unit, are one."""
+"""Starts closer than this in every coordinate are the same, in units of the box."""
 AGREEMENT_TOLERANCE = 1e-6
-"""Starts agree whose objectives differ by less than this share of the problem's scale."""
+"""Starts agree if their objectives differ by less than this share of the scale of the problem."""
 
 
 def sample_starts(problem: Problem, count: int, seed: int) -> list[Array]:
@@ -210,7 +211,7 @@ def sample_starts(problem: Problem, count: int, seed: int) -> list[Array]:
 
 
 def select_start(problem: Problem, start: Array) -> Array:
-    """A start on the equations, or where the constraints are violated least on the way from there."""
+    """Return a start on the equality constraints or, if it is infeasible, the nearest minimum of the violation."""
     start = problem.onto(start)
     if problem.constraints is None or problem.is_feasible(start):
         return start
@@ -219,7 +220,7 @@ def select_start(problem: Problem, start: Array) -> Array:
 
 @dataclass(frozen=True)
 class SearchRecord:
-    """The minimum or the error by which a descent ended on a problem, with all that the problem met on the way."""
+    """The minimum or the error of a local search, with its counts, best point and history."""
 
     end: LocalMinimum | ComputationError
     counts: Counts
@@ -227,19 +228,19 @@ class SearchRecord:
     history: list[tuple[int, float]]
 
     def join(self, problem: Problem) -> LocalMinimum | ComputationError:
-        """Return the end, all that was met counted as met by a problem."""
+        """Add counts, best point and history to a problem and return the end."""
         problem.absorb(self.counts, self.best, self.history)
         return self.end
 
 
 def run_search(problem: Problem, start: Array) -> SearchRecord:
-    """Return the descent on a problem anew from a start (p,): the job of a worker."""
+    """Return the local search of a worker from a start (p,), on a copy of the problem."""
     problem = problem.anew()
     return SearchRecord(_try_start(problem, start), problem.counts, problem.best, problem.history)
 
 
 def _try_start(problem: Problem, start: Array) -> LocalMinimum | ComputationError:
-    """Return the minimum reached from a start, or why none is; neither depends on the descents before."""
+    """Return the minimum from a start, or the error, independently of earlier searches."""
     problem.restart()
     try:
         return search_locally(problem, select_start(problem, start))
@@ -251,7 +252,7 @@ def search_from_starts(
     problem: Problem, count: int, seed: int, progress: Listener | None = None, task: Task | None = None,
     means: Means = AUTO, under_way: Jobs | None = None,
 ) -> Iterator[LocalMinimum]:  # fmt: skip
-    """Yield the local minima from `count` points of the box, as `find_minima` those of given points."""
+    """Yield the local minima from `count` sampled points of the box; see `find_minima`."""
     phase = ProgressPhase("ipopt", "start", count, progress)
     return find_minima(
         problem, sample_starts(problem, count, seed) if under_way is None else (), phase, task, means, under_way
@@ -262,11 +263,10 @@ def find_minima(
     problem: Problem, starts: Sequence[Array], phase: ProgressPhase, task: Task | None = None, means: Means = AUTO,
     under_way: Jobs | None = None,
 ) -> Iterator[LocalMinimum]:  # fmt: skip
-    """Yield the local minima from points u (p,), in their order, as they are reached.
+    """Yield the local minima from points u (p,) in their order, as they become available.
 
-    A start that breaks constraints is first taken to where they are violated least; one that leads nowhere is left out.
-    Workers run the descents of a task, whose jobs are points, as `run_in_order`; or they are `under_way`. Raises
-    ComputationError if no start leads anywhere.
+    An infeasible start is first moved to a minimum of the violation; failed searches are omitted. Workers run the
+    searches of a task, or of the jobs `under_way`. Raises ComputationError if every search fails.
     """
     problem.heard = phase.report_if_slow
     minima, error = 0, None
@@ -296,9 +296,9 @@ def find_minima(
 def search_from_points(
     problem: Problem, starts: Sequence[Array], most_iterations: int | None = None
 ) -> list[LocalMinimum]:  # fmt: skip
-    """The local minima from points u (p,) as they are; starts that are one point descend as one."""
-    found: list[LocalMinimum] = []
+    """Return the local minima from points u (p,), with a single search for coinciding starts."""
+    minima: list[LocalMinimum] = []
     for start in starts:
-        twins = (end for other, end in zip(starts, found, strict=False) if np.abs(other - start).max() <= SAME_START)
-        found.append(next(twins, None) or search_locally(problem, start, most_iterations))
-    return found
+        twins = (end for other, end in zip(starts, minima, strict=False) if np.abs(other - start).max() <= SAME_START)
+        minima.append(next(twins, None) or search_locally(problem, start, most_iterations))
+    return minima

@@ -79,7 +79,7 @@ def find_feasible_point(
     """
     assert task.constraints is not None
     nearest_point = find_feasible_or_nearest(task, task.constraints, sample_starts(task, MAX_ELASTIC_STARTS, seed))
-    if nearest_point.kept:
+    if nearest_point.is_feasible:
         return nearest_point.u
     suffix = "" if lengths is None else f" with {lengths.spec}"
     if required is None or nearest_point.excess[: len(required.kinds)].max() <= FEASIBILITY_TOLERANCE:

@@ -141,7 +141,7 @@ def test_what_may_not_give_way_is_held_while_the_rest_gives() -> None:
     problem = Problem(SmoothObjective(SymbolicFunction(X, X[2]), 3), box, both)
     least = minimise_violation(problem, both, problem.onto(problem.start))
     assert least.excess == pytest.approx([0.2, 0.0], abs=1e-6)
-    assert not least.kept
+    assert not least.is_feasible
 
 
 def test_what_equations_hold_is_not_without_effect() -> None:

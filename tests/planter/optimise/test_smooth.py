@@ -150,9 +150,9 @@ def test_what_cannot_be_kept_is_found_by_its_least_violation(problem: Problem) -
     """a + b = 3 allows no product above 9/4. For 11/4 the sum alone gives way, to 2 sqrt(11/4)."""
     hard = toy(problem.box.unit[0] == 1, least=2.75)
     least = find_feasible_or_nearest(hard, hard.constraints, sample_starts(hard, 2, 0))
-    assert not least.kept
+    assert not least.is_feasible
     assert least.excess == pytest.approx([2 * np.sqrt(2.75) - 3, 0, 0], abs=1e-4)
-    assert minimise_violation(problem, problem.constraints, problem.start).kept
+    assert minimise_violation(problem, problem.constraints, problem.start).is_feasible
 
 
 def test_the_methods_run_on_it_and_agree(problem: Problem) -> None:

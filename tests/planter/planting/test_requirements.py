@@ -213,7 +213,7 @@ def test_a_point_that_keeps_them_is_found_and_the_margin_counts(device: Device) 
     problem, constraints = problem_of(device)
     assert not problem.is_feasible(problem.start)
     found = minimise_violation(problem, constraints, problem.start)
-    assert found.kept
+    assert found.is_feasible
     for entry in evaluate_requirements(constraints.measures, problem.design(found.u)):
         assert entry.verdict == "pass", entry
 
@@ -223,7 +223,7 @@ def test_infeasible_says_which_where_and_how_much_and_relaxing_it_helps() -> Non
     strict = machine.load(WIDE, {"funnel_speed_margin_m_s": 0.05})
     problem, constraints = problem_of(Device(strict))
     least = find_feasible_or_nearest(problem, constraints, [problem.start])
-    assert not least.kept
+    assert not least.is_feasible
     error = build_infeasibility_error(constraints, problem.design(least.u), least)
     assert error.exit_code == 1
     assert len(error.violations) == 1
