@@ -1,4 +1,4 @@
-"""Is a point optimal? Karush, Kuhn and Tucker's conditions of a minimax problem in a box, checked without a solver.
+"""Karush-Kuhn-Tucker conditions of a minimax problem in a box, checked independently of a solver.
 
 The objective is weight (max f - min f) + s, with rows f and s what it makes of a smooth function. At a local minimum u
 in the box there are shares mu >= 0 of the rows that attain the maximum, nu >= 0 of those that attain the minimum,
@@ -8,7 +8,7 @@ sits on a joint, with
     s_u + kinks' theta + upper_u' mu - lower_u' nu - z_lower + z_upper = 0,
     mu (max f - f) = 0,  nu (f - min f) = 0,  z_lower (u - bottom) = 0,  z_upper (top - u) = 0.
 
-A sample on a joint has two one-sided gradients; it stands in the rows with both, and theta mixes those of its share
+A sample on a joint has two one-sided gradients; it is listed with both, and theta mixes those of its share
 in the variance: zero lies in the sum of Clarke's subdifferentials (Clarke, Optimization and Nonsmooth Analysis, 1983,
 2.3). Where nothing sits on a joint this is the usual KKT point of the epigraph form, without rows that of a smooth
 programme. Constraints lower <= g(u) <= upper add g_u' lambda, lambda > 0 only at an upper and < 0 only at a lower
@@ -51,7 +51,7 @@ class Multipliers:
 
 @dataclass(frozen=True)
 class Residuals:
-    """By how much each condition is violated; dimensionless, the problem's scale being 1."""
+    """Violation of each condition, dimensionless in units of the scale of the problem."""
 
     stationarity: float
     shares: float
@@ -65,13 +65,13 @@ class Residuals:
 
 
 def check_conditions(problem: Problem, u: Array, multipliers: Multipliers) -> Residuals:
-    """How far a point u (p,) with these multipliers is from satisfying the conditions. Knows no solver."""
-    found, m = problem.conditions(u), multipliers
-    rate, weight, rows = _smooth_rate(problem, u), problem.objective.weight, len(found.upper) > 0
+    """Return the residuals of the conditions at a point u (p,) with given multipliers."""
+    conditions, m = problem.conditions(u), multipliers
+    rate, weight, rows = _smooth_rate(problem, u), problem.objective.weight, len(conditions.upper) > 0
     slope = (
-        rate * (found.smooth + found.kinks.T @ m.kinks)
-        + found.upper_gradients.T @ m.upper
-        - found.lower_gradients.T @ m.lower
+        rate * (conditions.smooth + conditions.kinks.T @ m.kinks)
+        + conditions.upper_gradients.T @ m.upper
+        - conditions.lower_gradients.T @ m.lower
         - m.at_lower
         + m.at_upper
     )
@@ -81,8 +81,8 @@ def check_conditions(problem: Problem, u: Array, multipliers: Multipliers) -> Re
     signed = np.concatenate([m.upper, m.lower]) * unit
     shares = np.array([m.upper.sum() - weight, m.lower.sum() - weight]) if rows else np.empty(0)
     bounds = np.concatenate([m.at_lower, m.at_upper]) / problem.scale
-    top, bottom = found.upper.max(initial=-np.inf), found.lower.min(initial=np.inf)
-    slack = np.concatenate([top - found.upper, found.lower - bottom]) / problem.scale
+    top, bottom = conditions.upper.max(initial=-np.inf), conditions.lower.min(initial=np.inf)
+    slack = np.concatenate([top - conditions.upper, conditions.lower - bottom]) / problem.scale
     room = np.concatenate(problem.box.room(u))
     return Residuals(
         stationarity=_max_norm(slope) / problem.scale,
@@ -98,41 +98,46 @@ def check_conditions(problem: Problem, u: Array, multipliers: Multipliers) -> Re
 
 
 def estimate_multipliers(problem: Problem, u: Array) -> Multipliers:
-    """The multipliers that come nearest to satisfying the conditions at a point, by bounded least squares.
+    """Return the multipliers that best satisfy the conditions at a point u (p,), by bounded least squares.
 
     Only rows and bounds that are active within `ACTIVE` get any; signs are exact, the rest is least squares.
     """
-    found, scale = problem.conditions(u), problem.scale
+    conditions, scale = problem.conditions(u), problem.scale
     rate, weight = _smooth_rate(problem, u), problem.objective.weight
-    tops, bottoms = _find_extreme_rows(found.upper, found.lower)
+    tops, bottoms = _find_extreme_rows(conditions.upper, conditions.lower)
     low, high = (np.flatnonzero(room <= ACTIVE) for room in problem.box.room(u))
     eye, required = np.eye(len(u)), _ConstraintState(problem, u)
     up, down, even = required.active()
     rows = required.gradients
-    blocks = [weight * found.upper_gradients[tops].T, -weight * found.lower_gradients[bottoms].T, rate * found.kinks.T,
+    blocks = [weight * conditions.upper_gradients[tops].T, -weight * conditions.lower_gradients[bottoms].T,
+              rate * conditions.kinks.T,
               -scale * eye[:, low], scale * eye[:, high],
               scale * rows[up].T, -scale * rows[down].T, scale * rows[even].T]  # fmt: skip
     sizes = [block.shape[1] for block in blocks]
     sums = scale * np.repeat(np.eye(8)[: 2 if len(tops) else 0], sizes, axis=1)
     matrix = np.vstack([np.hstack(blocks), sums])
-    target = np.append(-rate * found.smooth, np.full(len(sums), scale))
-    least = np.repeat([*[0.0] * 7, -np.inf], sizes)
-    most = np.repeat([np.inf, np.inf, 1.0, *[np.inf] * 5], sizes)
-    solved = lsq_linear(matrix, target, (least, most), method="bvls", tol=1e-15).x if sum(sizes) else np.empty(0)
-    mu, nu, theta, below, above, over, under, free = np.split(solved, np.cumsum(sizes)[:-1])
+    target = np.append(-rate * conditions.smooth, np.full(len(sums), scale))
+    lower_limits = np.repeat([*[0.0] * 7, -np.inf], sizes)
+    upper_limits = np.repeat([np.inf, np.inf, 1.0, *[np.inf] * 5], sizes)
+    solved = (
+        lsq_linear(matrix, target, (lower_limits, upper_limits), method="bvls", tol=1e-15).x
+        if sum(sizes)
+        else np.empty(0)
+    )
+    mu, nu, theta, below, above, over, below_lower, free = np.split(solved, np.cumsum(sizes)[:-1])
     count = len(rows)
     return Multipliers(
-        upper=_scatter(weight * mu, tops, len(found.upper)),
-        lower=_scatter(weight * nu, bottoms, len(found.lower)),
+        upper=_scatter(weight * mu, tops, len(conditions.upper)),
+        lower=_scatter(weight * nu, bottoms, len(conditions.lower)),
         at_lower=_scatter(scale * below, low, len(u)),
         at_upper=_scatter(scale * above, high, len(u)),
         kinks=theta,
-        required=scale * (_scatter(over, up, count) - _scatter(under, down, count) + _scatter(free, even, count)),
+        required=scale * (_scatter(over, up, count) - _scatter(below_lower, down, count) + _scatter(free, even, count)),
     )
 
 
 def _find_extreme_rows(upper: Array, lower: Array) -> tuple[Integers, Integers]:
-    """Rows that attain the maximum and rows that attain the minimum."""
+    """Return the indices of the components that attain the maximum and the minimum."""
     if not len(upper):
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
     margin = ACTIVE * max(upper.max() - lower.min(), np.finfo(float).tiny)
@@ -140,7 +145,7 @@ def _find_extreme_rows(upper: Array, lower: Array) -> tuple[Integers, Integers]:
 
 
 class _ConstraintState:
-    """The constraints at a point u (p,): gradients in u (c, p) and the room to either bound (c,), in steps."""
+    """Constraints at a point u (p,): gradients in u (c, p) and distances from both bounds (c,), in steps."""
 
     def __init__(self, problem: Problem, u: Array) -> None:
         constraints, x = problem.constraints, problem.design(u)
@@ -154,9 +159,9 @@ class _ConstraintState:
         self.equations = constraints.lower == constraints.upper
 
     def active(self) -> tuple[Integers, Integers, Integers]:
-        """Rows at their upper bounds, rows at their lower ones, and equations."""
-        near = ACTIVE * np.maximum(1.0, np.linalg.norm(self.gradients, axis=1))
-        at_upper, at_lower = (np.flatnonzero((r <= near) & ~self.equations) for r in (self.above, self.below))
+        """Return the indices of components at upper bounds, at lower bounds, and of equality constraints."""
+        margin = ACTIVE * np.maximum(1.0, np.linalg.norm(self.gradients, axis=1))
+        at_upper, at_lower = (np.flatnonzero((r <= margin) & ~self.equations) for r in (self.above, self.below))
         return at_upper, at_lower, np.flatnonzero(self.equations)
 
     @property
@@ -164,14 +169,14 @@ class _ConstraintState:
         return _max_norm(np.minimum(np.append(self.above, self.below), 0))
 
     def complementarity(self, multipliers: Array) -> Array:
-        """Multipliers times the room to the side that their sign says, (c,)."""
+        """Return multipliers times the distance from the bound of their sign, (c,)."""
         room = np.where(multipliers > 0, self.above, self.below)
         return np.multiply(multipliers, room, out=np.zeros_like(multipliers), where=multipliers != 0)
 
 
 @dataclass(frozen=True)
 class ActiveBound:
-    """A bound with a positive multiplier: what the objective would lose per unit of the box if the bound gave way."""
+    """A bound with its multiplier: decrease of the objective per unit of the box if the bound is relaxed."""
 
     name: str
     side: str
@@ -179,7 +184,7 @@ class ActiveBound:
 
 
 def find_active_bounds(problem: Problem, multipliers: Multipliers) -> list[ActiveBound]:
-    """Bounds that hold the optimum, in the order of the design."""
+    """Return the active bounds with a positive multiplier, in the order of the design."""
     limit = ACTIVE * problem.scale
     return [
         ActiveBound(name, side, float(values[j]))
@@ -191,7 +196,7 @@ def find_active_bounds(problem: Problem, multipliers: Multipliers) -> list[Activ
 
 @dataclass(frozen=True)
 class ActiveConstraint:
-    """A constraint that holds the optimum: what the objective loses per unit of it if its limit gave way."""
+    """An active constraint: decrease of the objective per unit of the constraint if its limit is relaxed."""
 
     name: str
     side: str
@@ -200,16 +205,16 @@ class ActiveConstraint:
 
 
 def find_active_constraints(problem: Problem, multipliers: Multipliers) -> list[ActiveConstraint]:
-    """Constraints with a multiplier, in the order of their kinds; several rows of one add up."""
+    """Return the active constraints in the order of their kinds, with summed multipliers of their components."""
     if problem.constraints is None:
         return []
-    owner, found = problem.constraints.owner, []
+    owner, active = problem.constraints.owner, []
     for k, kind in enumerate(problem.constraints.kinds):
         size = float(np.abs(multipliers.required[owner == k]).sum())
         if size > ACTIVE * problem.scale:
             side = kind.sides[0] if len(kind.sides) == 1 else _name_side(multipliers.required[owner == k])
-            found.append(ActiveConstraint(kind.name, side, size / kind.step, kind.unit))
-    return found
+            active.append(ActiveConstraint(kind.name, side, size / kind.step, kind.unit))
+    return active
 
 
 def _name_side(multipliers: Array) -> str:
@@ -217,7 +222,7 @@ def _name_side(multipliers: Array) -> str:
 
 
 def kkt_residual(problem: Problem, u: Array) -> float:
-    """The residual at a point with its best multipliers: below 1e-6 at an optimum. Dimensionless."""
+    """Return the dimensionless residual at a point u (p,) with its best multipliers, below 1e-6 at an optimum."""
     return check_conditions(problem, u, estimate_multipliers(problem, u)).worst
 
 

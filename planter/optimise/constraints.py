@@ -1,8 +1,7 @@
-"""Where a design may lie, and the variables that a search sees.
+"""Bounds and constraints of designs, and the projection onto equality constraints.
 
-What a design has to keep: rows in bounds, counted in steps, so that one is as bad for each of them.
-
-The point of a box beside another that keeps equations: by Newton's method, each step the least one in the box.
+Constraint components are scaled by the step of their kind, so that violations are comparable. The projection uses
+Newton's method with short steps in the box.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from planter.optimise.objective import LocalModel, ModelGradients, ModelValues, 
 
 @dataclass(frozen=True)
 class DesignBox:
-    """Bounds (p,) on designs x (p,) with names, the design to start from, and the search's variables u (p,).
+    """Bounds (p,) on designs x (p,) with names, the initial design, and the variables u (p,) of the search.
 
     x = origin + unit * u, so that u lies between `bottom` and `top`; `design` may lie outside the bounds.
     """
@@ -36,57 +35,57 @@ class DesignBox:
 
     @classmethod
     def shares(cls, names: tuple[str, ...], lower: Array, upper: Array, design: Array) -> DesignBox:
-        """Searched in shares of the box: u in [0, 1]^p, whatever the units of the design."""
+        """Return a box with variables u in [0, 1]^p, shares of the bounds."""
         return cls(names, lower, upper, design, lower, upper - lower)
 
     @classmethod
     def plain(cls, names: tuple[str, ...], lower: Array, upper: Array, design: Array) -> DesignBox:
-        """Searched as it is: u = x."""
+        """Return a box with variables u = x."""
         return cls(names, lower, upper, design, np.zeros(len(lower)), np.ones(len(lower)))
 
     @cached_property
     def bottom(self) -> Array:
-        found: Array = (self.lower - self.origin) / self.unit
-        return found
+        bounds: Array = (self.lower - self.origin) / self.unit
+        return bounds
 
     @cached_property
     def top(self) -> Array:
-        found: Array = (self.upper - self.origin) / self.unit
-        return found
+        bounds: Array = (self.upper - self.origin) / self.unit
+        return bounds
 
     @cached_property
     def start(self) -> Array:
-        """The point u (p,) of the design to start from, taken into the box."""
+        """Point u (p,) of the initial design, clipped to the box."""
         return self.point(self.design)
 
     def point(self, x: Array) -> Array:
-        """Return the point u (p,) of a design x (p,), taken into the box."""
+        """Return the point u (p,) of a design x (p,), clipped to the box."""
         return self.inside((x - self.origin) / self.unit)
 
     def at(self, u: Array) -> Array:
-        """The design x (p,) at a point u (p,); on an upper bound it is that bound to the last bit."""
+        """Return the design x (p,) at a point u (p,), which at an upper bound is exactly that bound."""
         return np.clip(np.where(u >= self.top, self.upper, self.origin + u * self.unit), self.lower, self.upper)
 
     def inside(self, u: Array) -> Array:
-        """A point u (p,) taken into the box."""
+        """Return a point u (p,) clipped to the box."""
         return np.clip(u, self.bottom, self.top)
 
     def room(self, u: Array) -> tuple[Array, Array]:
-        """How far a point u (p,) is above the lower bounds and below the upper ones, (p,) each; negative outside."""
+        """Return the distances of a point u (p,) from the lower and upper bounds, (p,) each, negative outside."""
         return u - self.bottom, self.top - u
 
     def snapped(self, u: Array, margin: float) -> Array:
-        """A point u (p,) with coordinates closer than `margin` to their bounds set onto them."""
+        """Return a point u (p,) with coordinates closer than `margin` to a bound set onto it."""
         low, high = u < self.bottom + margin, u > self.top - margin
         return np.where(low, self.bottom, np.where(high, self.top, u))
 
 
 FEASIBILITY_TOLERANCE = 1e-7
-"""A constraint is kept if it is violated by no more than this share of its step."""
+"""Largest violation of a satisfied constraint, in steps."""
 
 
 class ConstraintKind(Protocol):
-    """A constraint as results name it: the sides that it may bind on, and the size of a step in its unit."""
+    """Name of a constraint in results, sides on which it may be active, and size of a step in its unit."""
 
     @property
     def name(self) -> str: ...
@@ -100,7 +99,7 @@ class ConstraintKind(Protocol):
 
 @dataclass(frozen=True)
 class NamedConstraint:
-    """A `Kind` with rows of its own in the unit of a step."""
+    """A `ConstraintKind` as plain data."""
 
     name: str
     sides: tuple[str, ...] = ("min",)
@@ -109,9 +108,9 @@ class NamedConstraint:
 
 
 class Constraints(Protocol):
-    """Rows g(x) (k,) in steps, to be kept in [lower, upper] (k,), of `kinds`: `owner` (k,) is the index of each row's.
+    """Constraints lower <= g(x) <= upper with k components in steps, for designs x (p,).
 
-    Where a lower and an upper bound are equal the row is an equation. Designs x are (p,).
+    `owner` (k,) is the index in `kinds` of each component. Components with equal bounds are equality constraints.
     """
 
     kinds: Sequence[ConstraintKind]
@@ -120,13 +119,13 @@ class Constraints(Protocol):
     upper: Array
 
     def values(self, x: Array) -> Array:
-        """The rows (k,). Raises ComputationError where a design has none."""
+        """Return the components (k,) at a design x (p,). Raises ComputationError if they do not exist."""
 
     def slopes(self, x: Array) -> Array:
-        """Gradients of the rows, (k, p)."""
+        """Return the Jacobian (k, p) of the components at a design x (p,)."""
 
     def curvature(self, x: Array, weights: Array) -> Array:
-        """Weighted sum (p, p) of the rows' Hessians."""
+        """Return the sum (p, p) of the Hessians of the components with weights (k,)."""
 
     @property
     def count(self) -> int:
@@ -134,22 +133,22 @@ class Constraints(Protocol):
 
     @property
     def even(self) -> Flags:
-        """Which of the rows are equations, (k,)."""
+        """Flags (k,) of the equality constraints."""
         return self.lower == self.upper
 
     @property
     def giving(self) -> Flags:
-        """Which kinds may give way where not all can be kept, (kinds,)."""
+        """Flags (kinds,) of the kinds that may be relaxed if the constraints are infeasible."""
         return np.ones(len(self.kinds), dtype=bool)
 
     @property
     def equations(self) -> Constraints | None:
-        """The equations alone; None where there are none."""
+        """Equality constraints, or None if there are none."""
         rows = np.flatnonzero(self.even)
         return ConstraintSubset(self, rows) if len(rows) else None
 
     def excess(self, x: Array) -> Array:
-        """By how many steps each kind is violated, 0 where it is kept, (kinds,)."""
+        """Return the violation of each kind in steps, 0 if satisfied, (kinds,)."""
         values = self.values(x)
         beyond = np.maximum(0.0, np.maximum(self.lower - values, values - self.upper))
         worst = np.zeros(len(self.kinds))
@@ -157,7 +156,7 @@ class Constraints(Protocol):
         return worst
 
     def violation(self, x: Array) -> float:
-        """The largest excess [steps]; infinite where a design has no rows."""
+        """Return the largest violation in steps, infinite if the components do not exist at a design."""
         try:
             return float(self.excess(x).max())
         except ComputationError:
@@ -165,32 +164,32 @@ class Constraints(Protocol):
 
 
 class ConstraintSubset(Constraints):
-    """Some of the rows (k,) of constraints."""
+    """Subset of the components of constraints, by their indices `rows` (k,)."""
 
-    def __init__(self, whole: Constraints, rows: Integers) -> None:
-        self.whole, self.rows = whole, rows
-        self.kinds, self.owner = whole.kinds, whole.owner[rows]
-        self.lower, self.upper = whole.lower[rows], whole.upper[rows]
+    def __init__(self, constraints: Constraints, rows: Integers) -> None:
+        self.constraints, self.rows = constraints, rows
+        self.kinds, self.owner = constraints.kinds, constraints.owner[rows]
+        self.lower, self.upper = constraints.lower[rows], constraints.upper[rows]
 
     def values(self, x: Array) -> Array:
         """Return the constraint values (c,) at a design x (p,)."""
-        found: Array = self.whole.values(x)[self.rows]
-        return found
+        values: Array = self.constraints.values(x)[self.rows]
+        return values
 
     def slopes(self, x: Array) -> Array:
         """Return the Jacobian (c, p) of the constraints at a design x (p,)."""
-        found: Array = self.whole.slopes(x)[self.rows]
-        return found
+        slopes: Array = self.constraints.slopes(x)[self.rows]
+        return slopes
 
     def curvature(self, x: Array, weights: Array) -> Array:
         """Return the Hessian (p, p) of weights . constraints at a design x (p,)."""
-        every = np.zeros(self.whole.count)
-        every[self.rows] = weights
-        return self.whole.curvature(x, every)
+        full_weights = np.zeros(self.constraints.count)
+        full_weights[self.rows] = weights
+        return self.constraints.curvature(x, full_weights)
 
 
 class JoinedConstraints(Constraints):
-    """The rows of several constraints, one after another; their kinds have different names."""
+    """Concatenation of several constraints, whose kinds have different names."""
 
     def __init__(self, parts: Sequence[Constraints]) -> None:
         self.parts = parts
@@ -205,8 +204,8 @@ class JoinedConstraints(Constraints):
 
     @property
     def equations(self) -> Constraints | None:
-        found = [equations for part in self.parts if (equations := part.equations) is not None]
-        return join_constraints(found)
+        parts = [equations for part in self.parts if (equations := part.equations) is not None]
+        return join_constraints(parts)
 
     def values(self, x: Array) -> Array:
         """Return the constraint values (c,) at a design x (p,)."""
@@ -218,19 +217,22 @@ class JoinedConstraints(Constraints):
 
     def curvature(self, x: Array, weights: Array) -> Array:
         """Return the Hessian (p, p) of weights . constraints at a design x (p,)."""
-        each = np.split(weights, np.cumsum([part.count for part in self.parts])[:-1])
-        return np.sum([part.curvature(x, own) for part, own in zip(self.parts, each, strict=True)], axis=0)
+        split_weights = np.split(weights, np.cumsum([part.count for part in self.parts])[:-1])
+        return np.sum(
+            [part.curvature(x, part_weights) for part, part_weights in zip(self.parts, split_weights, strict=True)],
+            axis=0,
+        )
 
 
 def join_constraints(parts: Sequence[Constraints]) -> Constraints | None:
-    """Several constraints as one; None for none."""
+    """Return the concatenation of constraints, or None if there are none."""
     if len(parts) < 2:
         return parts[0] if parts else None
     return JoinedConstraints(parts)
 
 
 class ConstrainedModel:
-    """A local model of an objective with the rows of constraints among what is held in bounds. Implements `Local`."""
+    """Local model of an objective with constraints among its `holds`. Implements `LocalModel`."""
 
     def __init__(self, local: LocalModel, constraints: Constraints) -> None:
         self.local, self.constraints = local, constraints
@@ -246,62 +248,62 @@ class ConstrainedModel:
 
     def values(self, x: Array) -> ModelValues:
         """Return the values of the smooth function, rows and holds at a design x (p,)."""
-        found = self.local.values(x)
+        values = self.local.values(x)
         try:
             rows = self.constraints.values(x)
-        except ComputationError:  # the solver takes what is not finite for a step that went too far
+        except ComputationError:  # solvers shorten steps to values that are not finite
             rows = np.full(self.constraints.count, np.nan)
-        return replace(found, holds=np.append(found.holds, rows))
+        return replace(values, holds=np.append(values.holds, rows))
 
     def slopes(self, x: Array) -> ModelGradients:
         """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
-        found = self.local.slopes(x)
-        return replace(found, holds=np.vstack([found.holds, self.constraints.slopes(x)]))
+        gradients = self.local.slopes(x)
+        return replace(gradients, holds=np.vstack([gradients.holds, self.constraints.slopes(x)]))
 
     def curvature(self, x: Array, weights: ModelValues) -> Array:
         """Return the Hessian (p, p) of weights . constraints at a design x (p,)."""
-        own, required = np.split(weights.holds, [len(weights.holds) - self.constraints.count])
-        return self.local.curvature(x, replace(weights, holds=own)) + self.constraints.curvature(x, required)
+        holds, required = np.split(weights.holds, [len(weights.holds) - self.constraints.count])
+        return self.local.curvature(x, replace(weights, holds=holds)) + self.constraints.curvature(x, required)
 
 
 MAX_PROJECTION_STEPS = 20
 STEP_SHARES = (1.0, 0.5, 0.25, 0.125, 0.0625)
-"""Parts of a step that are tried: each has to take half its own part of the worst miss away."""
+"""Shares of a step, each of which must remove half its share of the largest residual."""
 RESIDUAL_ROUNDING = 16 * float(np.finfo(float).eps)
-"""A miss below this share of the largest right side is rounding."""
+"""Residual attributed to rounding, as a share of the largest right side."""
 LINEAR_RESIDUAL = 1e-6
-"""What a step may leave of the worst miss to first order, and still meets the equations."""
+"""Largest share of the residual which a step may leave to first order."""
 
 
 def project_onto_equations(box: DesignBox, equations: Constraints, u: Array) -> Array:
-    """The point (p,) that keeps the equations to rounding, from a point u (p,).
+    """Return the projection (p,) of a point u (p,) onto equality constraints, satisfied to rounding.
 
-    Where none near by in the box keeps them, the one at which the steps end; u itself where they have no values.
+    Without a solution in the box, return the last point of the iteration; without values, return u clipped to the box.
     """
-    here = box.inside(u)
+    current = box.inside(u)
     rounding = RESIDUAL_ROUNDING * np.abs(equations.upper).max()
     try:
-        miss = equations.upper - equations.values(box.at(here))
+        miss = equations.upper - equations.values(box.at(current))
         for _ in range(MAX_PROJECTION_STEPS):
             if np.abs(miss).max() <= rounding:
                 break
-            slopes = equations.slopes(box.at(here)) * box.unit
-            step = compute_short_step(slopes, miss, box.bottom - here, box.top - here)
-            following = _find_following(box, equations, here, step, miss)
+            slopes = equations.slopes(box.at(current)) * box.unit
+            step = compute_short_step(slopes, miss, box.bottom - current, box.top - current)
+            following = _find_following(box, equations, current, step, miss)
             if following is None:
                 break
-            here, miss = following
+            current, miss = following
     except ComputationError:
         return box.inside(u)
-    return here
+    return current
 
 
 def _find_following(
-    box: DesignBox, equations: Constraints, here: Array, step: Array, miss: Array
+    box: DesignBox, equations: Constraints, current: Array, step: Array, miss: Array
 ) -> tuple[Array, Array] | None:
-    """The point that a step (p,), or a part of it, leads to, and the miss there; None where no part helps."""
+    """Return the point after a share of a step (p,) and its residual (k,), or None if no share reduces it enough."""
     for share in STEP_SHARES:
-        trial = box.inside(here + share * step)
+        trial = box.inside(current + share * step)
         left = equations.upper - equations.values(box.at(trial))
         if np.abs(left).max() <= (1 - share / 2) * np.abs(miss).max():
             return trial, left
@@ -309,9 +311,9 @@ def _find_following(
 
 
 def compute_short_step(slopes: Array, miss: Array, low: Array, high: Array) -> Array:
-    """A short step d (p,) in its bounds with slopes (k, p) . d = miss (k,), as far as one can be found.
+    """Return a short step d (p,) within bounds that solves slopes (k, p) . d = miss (k,), if possible.
 
-    Coordinates on a bound stay there if the others can do it alone.
+    Coordinates at a bound do not move if the others suffice.
     """
     inside = _clip_step(slopes, miss, low, high, (low < 0) & (high > 0))
     if np.abs(slopes @ inside - miss).max() <= LINEAR_RESIDUAL * np.abs(miss).max():
@@ -320,7 +322,7 @@ def compute_short_step(slopes: Array, miss: Array, low: Array, high: Array) -> A
 
 
 def _clip_step(slopes: Array, miss: Array, low: Array, high: Array, free: Flags) -> Array:
-    """The least step of the free coordinates (p,): what would pass its bounds stops there, and the others take over."""
+    """Return the minimum-norm step (p,) of the free coordinates, which are fixed in turn at bounds they would pass."""
     step = np.zeros(len(low))
     while free.any():
         rest = miss - slopes[:, ~free] @ step[~free]

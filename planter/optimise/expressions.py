@@ -1,7 +1,4 @@
-"""A smooth function as an objective.
-
-Smooth functions and rows of constraints given as CasADi expressions, with exact derivatives.
-"""
+"""Smooth objectives and constraints, also from CasADi expressions, with exact derivatives."""
 
 from __future__ import annotations
 
@@ -20,20 +17,20 @@ NO_ROWS: Array = np.empty(0)
 
 
 class SmoothFunction(Protocol):
-    """A function of designs x (p,), smooth wherever a search may go."""
+    """A function of designs x (p,), smooth in the domain of a search."""
 
     def value(self, x: Array) -> float:
         """Return the value at a design x (p,)."""
 
     def gradient(self, x: Array) -> Array:
-        """(p,)."""
+        """Return the gradient (p,) at a design x (p,)."""
 
     def hessian(self, x: Array) -> Array:
-        """(p, p)."""
+        """Return the Hessian (p, p) at a design x (p,)."""
 
 
 class SmoothObjective:
-    """The `Objective` that is one smooth function of `size` parameters; it is its own local model."""
+    """Objective of a smooth function of `size` parameters, which is also its own local model."""
 
     weight, kinks, windows = 0.0, None, False
 
@@ -126,9 +123,11 @@ class SymbolicConstraints(Constraints):
         self._slopes = LastCallCache(lambda x: slopes(x=x)["dg"])
 
     def values(self, x: Array) -> Array:
+        """Return the components (k,) at a design x (p,)."""
         return self._values(x)
 
     def slopes(self, x: Array) -> Array:
+        """Return the Jacobian (k, p) at a design x (p,)."""
         return self._slopes(x)
 
     def curvature(self, x: Array, weights: Array) -> Array:
