@@ -12,8 +12,8 @@ from tests.support.structure import ROOT
 
 ANGLES = {"cos", "sin", "tan", "acos", "asin", "atan", "atan2", "arccos", "arcsin", "arctan", "arctan2"}
 """Functions that turn angles into components and back."""
-DRAWN = "report"
-"""Folders of pages and figures, which draw."""
+DRAWN = ("report", "scene", "figures")
+"""Folders and modules of figures and scenes, which draw."""
 READ = "printed"
 """Folders of what papers print, computed anew in their own terms."""
 BY_HAND = {
@@ -23,7 +23,6 @@ BY_HAND = {
     "clutch/rotor.py": "normals of a polygon's sides in a linear programme; the outline that is drawn",
     "gear_geometry/trimming.py": "points and directions on circles",
     "gear_geometry/pitch_curves.py": "how steep a curve of a table is, to refuse it",
-    "mapping/defects.py": "angles of given poses",
     "mapping/dyads.py": "poses as points of a linear system, directions to search in",
     "mapping/linkage.py": "roots of the generated closed loop, intervals between them",
     "mapping/machines.py": "the closed-form loop of a linkage, compared with the synthesis in its test",
@@ -55,7 +54,7 @@ def modules() -> Iterator[tuple[str, Path]]:
     """Sources of the machines' rooms and of the gears, by their place in the package; what draws or reads is left."""
     for room in (*sorted(plugins.find_folders("examples")), "gear_geometry"):
         for path in sorted((ROOT / "planter" / room).rglob("*.py")):
-            if not {DRAWN, READ} & set(path.relative_to(ROOT / "planter").parts):
+            if not {*DRAWN, READ} & set(path.relative_to(ROOT / "planter").with_suffix("").parts):
                 yield path.relative_to(ROOT / "planter").as_posix(), path
 
 
