@@ -51,8 +51,13 @@ def read_kept() -> dict[str, Entries]:
     return kept
 
 
-def read_reasons() -> dict[str, dict[str, str]]:
-    """Return why entries differ: the reason by the pattern of entries, by command."""
+Reasons = Mapping[str, str | Mapping[str, Any]]
+"""By the pattern of entries: the reason why they differ from the record or, if they differ between processors because
+they amplify rounding, a `relative` tolerance and its `reason`."""
+
+
+def read_reasons() -> dict[str, Reasons]:
+    """Return why entries differ, by command."""
     return tomllib.loads((FOLDER / "differences.toml").read_text(encoding="utf-8"))
 
 
@@ -68,7 +73,7 @@ def flatten(result: object, folder: Path) -> Entries:
     return {key: value for key, value in entries.items() if not TIMED.search(key)}
 
 
-def compare(kept: Entries, entries: Entries, reasons: Mapping[str, str]) -> tuple[list[str], set[str]]:
+def compare(kept: Entries, entries: Entries, reasons: Reasons) -> tuple[list[str], set[str]]:
     """Return what differs without a reason, a line each, and the patterns of the reasons that were needed.
 
     Entries may be added.
@@ -76,21 +81,22 @@ def compare(kept: Entries, entries: Entries, reasons: Mapping[str, str]) -> tupl
     lines, used = [], set()
     for key, before in kept.items():
         now = entries.get(key, "absent")
-        if _is_same(before, now):
+        pattern = next((pattern for pattern in reasons if re.fullmatch(pattern, key)), "")
+        reason = reasons.get(pattern)
+        if _is_same(before, now, RELATIVE if reason is None or isinstance(reason, str) else reason["relative"]):
             continue
-        pattern = next((pattern for pattern in reasons if re.fullmatch(pattern, key)), None)
-        if pattern is None:
-            lines.append(f"{key}: {before} before, {now} now")
-        else:
+        if isinstance(reason, str):
             used.add(pattern)
+        else:
+            lines.append(f"{key}: {before} before, {now} now")
     return sorted(lines), used
 
 
-def _is_same(before: Any, now: Any) -> bool:
+def _is_same(before: Any, now: Any, relative: float) -> bool:
     if isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
-        return bool(np.allclose(before, now, rtol=RELATIVE, atol=RELATIVE * max(map(abs, before), default=0.0)))
+        return bool(np.allclose(before, now, rtol=relative, atol=relative * max(map(abs, before), default=0.0)))
     if _is_number(before) and _is_number(now):
-        return bool(np.isclose(before, now, rtol=RELATIVE, atol=RELATIVE))
+        return bool(np.isclose(before, now, rtol=relative, atol=relative))
     return bool(before == now)
 
 

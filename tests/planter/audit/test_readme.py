@@ -23,6 +23,8 @@ def test_shares_and_slips_are_those_of_the_audit() -> None:
     assert law["owed"] in README
     for cause in (c for c in found["causes"] if c["numbers"]):
         wrong = [e for e in found["numbers"] if (e["paper"], e["verdict"]) == (cause["paper"], "not reproduced")]
-        said = f"{len(cause['numbers'])} of the {len(wrong)} printed numbers of {cause['paper']} that do not come out"
+        said = (
+            f"{len(cause['numbers'])} of the {len(wrong)} printed numbers of {cause['paper']} that cannot be reproduced"
+        )
         assert said in README
         assert cause["cause"].removeprefix("sign of ") in README
