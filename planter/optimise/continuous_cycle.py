@@ -81,9 +81,9 @@ class CyclePanels:
         if not len(order):
             return np.array([0.0, self.response.period]), np.array([-1])
         places = self.folded[order]
-        apart = np.diff(places, append=places[0] + self.response.period) > MIN_BREAKPOINT_DISTANCE
-        kept = np.flatnonzero(np.roll(apart, 1))
-        return np.append(places[kept], places[kept[0]] + self.response.period), order[kept]
+        separated = np.diff(places, append=places[0] + self.response.period) > MIN_BREAKPOINT_DISTANCE
+        first = np.flatnonzero(np.roll(separated, 1))
+        return np.append(places[first], places[first[0]] + self.response.period), order[first]
 
     def _quadrature(self) -> tuple[Array, Array, Integers]:
         """Nodes, weights that sum to 1 and the panel of each node."""
@@ -154,10 +154,10 @@ class CyclePanels:
 
     def row_slopes(self, angles: Array, joint: Integers) -> tuple[Array, Array, Array]:
         """Jacobians (m, 1 + p) in (phi, x), gradients (m, p) along the points, and where they were taken."""
-        held = joint >= 0
+        at_joint = joint >= 0
         velocity = np.zeros((len(angles), len(self.response.names)))
-        velocity[held] = self.joints.velocity[joint[held]]
-        place = angles + ONE_SIDED_OFFSET * held
+        velocity[at_joint] = self.joints.velocity[joint[at_joint]]
+        place = angles + ONE_SIDED_OFFSET * at_joint
         slopes = self.response.slopes(self.at, place)[1]
         return slopes, gradients_along(slopes, velocity), place
 
@@ -180,10 +180,10 @@ class ContinuousCycle:
     def conditions(self, x: Array) -> Conditions:
         """Return first-order data at a design x (p,)."""
         panels = self.panels(x)
-        found = panels.extremes
-        _, gradients, _ = panels.row_slopes(found.angles, found.joint)
-        return Conditions(found.values[found.peaks], gradients[found.peaks], found.values[~found.peaks],
-                          gradients[~found.peaks], panels.variance_gradient,
+        extremes = panels.extremes
+        _, gradients, _ = panels.row_slopes(extremes.angles, extremes.joint)
+        return Conditions(extremes.values[extremes.peaks], gradients[extremes.peaks], extremes.values[~extremes.peaks],
+                          gradients[~extremes.peaks], panels.variance_gradient,
                           np.empty((0, len(x))))  # fmt: skip
 
 
@@ -199,12 +199,12 @@ class ExtremumRows:
     def __init__(
         self,
         panels: Callable[[Array], CyclePanels],
-        found: CycleExtrema,
+        extremes: CycleExtrema,
         upper: Array = NO_ANGLES,
         lower: Array = NO_ANGLES,
     ) -> None:
         self.panels, self.upper, self.lower = panels, upper, lower
-        self.valleys, self.peaks = found.angles[~found.peaks], found.angles[found.peaks]
+        self.valleys, self.peaks = extremes.angles[~extremes.peaks], extremes.angles[extremes.peaks]
         self.bounds = np.empty((2, 0))
         self._seen: list[tuple[float, float]] = []
         self._state = LastCallCache(lambda x: _ExtremumState(self, x))
@@ -231,8 +231,9 @@ class ExtremumRows:
     def slopes(self, x: Array) -> ModelGradients:
         """Return the gradients of the smooth function, rows and holds at a design x (p,)."""
         state = self._state(x)
-        found = state.panels.extremes
-        self._seen.append((float(found.angles[found.values.argmax()]), float(found.angles[found.values.argmin()])))
+        extremes = state.panels.extremes
+        high, low = extremes.values.argmax(), extremes.values.argmin()
+        self._seen.append((float(extremes.angles[high]), float(extremes.angles[low])))
         _, gradients, _ = state.slopes
         empty = np.empty((0, len(x)))
         return ModelGradients(state.panels.variance_gradient, gradients[state.tops], gradients[~state.tops], empty)
@@ -249,11 +250,11 @@ class _ExtremumState:
 
     def __init__(self, rows: ExtremumRows, x: Array) -> None:
         self.panels = rows.panels(x)
-        found = self.panels.extremes
+        extremes = self.panels.extremes
         picked = [
-            _select_window_rows(self.panels, rows.valleys, found, True),
+            _select_window_rows(self.panels, rows.valleys, extremes, True),
             _fixed_rows(self.panels, rows.upper),
-            _select_window_rows(self.panels, rows.peaks, found, False),
+            _select_window_rows(self.panels, rows.peaks, extremes, False),
             _fixed_rows(self.panels, rows.lower),
         ]
         self.angles, self.values, self.joint, self.smooth = (np.concatenate(part) for part in zip(*picked, strict=True))
@@ -263,42 +264,42 @@ class _ExtremumState:
     def slopes(self) -> tuple[Array, Array, Array]:
         return self.panels.row_slopes(self.angles, self.joint)
 
-    def hessians(self, wanted: Flags) -> Array:
-        """Hessians (m, p, p) of the wanted rows, zero for the others."""
+    def hessians(self, selected: Flags) -> Array:
+        """Return the Hessians (m, p, p) of the selected rows, zero for the others."""
         slopes, _, place = self.slopes
         size = len(self.panels.response.names)
         total = np.zeros((len(place), size, size))
-        if wanted.any():
-            second = self.panels.response.hessians(self.panels.at, place[wanted])
-            motion = self._motion(second, wanted)
-            total[wanted] = hessians_along(slopes[wanted], second, motion)
+        if selected.any():
+            second = self.panels.response.hessians(self.panels.at, place[selected])
+            motion = self._motion(second, selected)
+            total[selected] = hessians_along(slopes[selected], second, motion)
         return total
 
-    def _motion(self, second: Array, wanted: Flags) -> PointMotion:
-        panels, joint, smooth = self.panels, self.joint[wanted], self.smooth[wanted]
+    def _motion(self, second: Array, selected: Flags) -> PointMotion:
+        panels, joint, smooth = self.panels, self.joint[selected], self.smooth[selected]
         motion = fixed_motion(len(joint), second.shape[1] - 1)
         motion.velocity[smooth] = peak_velocity(second[smooth])
-        held = joint >= 0
-        if held.any():
-            motion.velocity[held] = panels.joints.velocity[joint[held]]
-            motion.acceleration[held] = panels.joints.acceleration(joint[held])
+        at_joint = joint >= 0
+        if at_joint.any():
+            motion.velocity[at_joint] = panels.joints.velocity[joint[at_joint]]
+            motion.acceleration[at_joint] = panels.joints.acceleration(joint[at_joint])
         return motion
 
 
 def _select_window_rows(
-    panels: CyclePanels, edges: Array, found: CycleExtrema, peaks: bool
+    panels: CyclePanels, edges: Array, extremes: CycleExtrema, peaks: bool
 ) -> tuple[Array, Array, Integers, Flags]:
     """The row of each window up to an edge: its extreme, or the edge if that is more.
 
     A window without an extreme inside has it at an edge: the right one here, the left one in the window before.
     """
     sign = 1 if peaks else -1
-    inside = np.flatnonzero(found.peaks == peaks)
-    window = np.searchsorted(edges, found.angles[inside]) % max(len(edges), 1)
+    inside = np.flatnonzero(extremes.peaks == peaks)
+    window = np.searchsorted(edges, extremes.angles[inside]) % max(len(edges), 1)
     angles, values, joint, smooth = _fixed_rows(panels, edges)
     for i, w in zip(inside, window, strict=True):
-        if sign * found.values[i] > sign * values[w]:
-            angles[w], values[w], joint[w] = found.angles[i], found.values[i], found.joint[i]
+        if sign * extremes.values[i] > sign * values[w]:
+            angles[w], values[w], joint[w] = extremes.angles[i], extremes.values[i], extremes.joint[i]
             smooth[w] = joint[w] < 0
     return angles, values, joint, smooth
 
@@ -312,8 +313,8 @@ def _fixed_rows(panels: CyclePanels, angles: Array) -> tuple[Array, Array, Integ
 
 def drop_close_angles(angles: Array, distance: float) -> Array:
     """The angles in order, less those closer than `distance` to the one before [rad]."""
-    kept: list[float] = []
+    separated: list[float] = []
     for angle in np.sort(angles):
-        if not kept or angle - kept[-1] > distance:
-            kept.append(float(angle))
-    return np.array(kept)
+        if not separated or angle - separated[-1] > distance:
+            separated.append(float(angle))
+    return np.array(separated)

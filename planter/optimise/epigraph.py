@@ -50,11 +50,11 @@ class Epigraph:
         self.start = np.append(u[self.free], self._ends(first))
         self._values = LastCallCache(lambda z: local.values(self.design(z)))
 
-    def _ends(self, found: ModelValues) -> Array:
+    def _ends(self, values: ModelValues) -> Array:
         """t_max and t_min of the rows."""
         if not self.ends:
             return np.empty(0)
-        return (np.array([found.upper.max(), found.lower.min()]) - self.level) / self.unit
+        return (np.array([values.upper.max(), values.lower.min()]) - self.level) / self.unit
 
     def point(self, z: Array) -> Array:
         """The point u (p,)."""
@@ -82,18 +82,18 @@ class Epigraph:
         self.problem.counts.gradient += 1
         objective = self.problem.objective
         rate = objective.outer(self._values(z).smooth)[1]
-        along = rate * self._scaled(self.local.slopes(self.design(z)).smooth)
+        smooth = rate * self._scaled(self.local.slopes(self.design(z)).smooth)
         ends = objective.weight * self.unit * np.array([1.0, -1.0])
-        return np.append(along, ends[: self.ends]) / self.problem.scale
+        return np.append(smooth, ends[: self.ends]) / self.problem.scale
 
     def g(self, z: Array) -> Array:
         """Return the constraints (m,) at z (n,)."""
-        found = self._values(z)
+        values = self._values(z)
         if not self.ends:
-            return found.holds
-        upper = (found.upper - self.level) / self.unit - z[-2]
-        lower = z[-1] - (found.lower - self.level) / self.unit
-        return np.concatenate([upper, lower, found.holds])
+            return values.holds
+        upper = (values.upper - self.level) / self.unit - z[-2]
+        lower = z[-1] - (values.lower - self.level) / self.unit
+        return np.concatenate([upper, lower, values.holds])
 
     def jacobian(self, z: Array) -> Array:
         """Return the Jacobian (m, n) of g at z (n,)."""
@@ -115,11 +115,11 @@ class Epigraph:
         upper, lower, holds = np.split(multipliers, [self.a, self.a + self.b])
         share = weight / self.problem.scale
         weights = ModelValues(share * first, upper / self.unit, -lower / self.unit, holds)
-        bent = self.local.curvature(x, weights)
-        along = self.local.slopes(x).smooth
-        bent = (bent + share * second * np.outer(along, along)) * np.outer(width, width)
+        curvature = self.local.curvature(x, weights)
+        slope = self.local.slopes(x).smooth
+        curvature = (curvature + share * second * np.outer(slope, slope)) * np.outer(width, width)
         total = np.zeros((len(z), len(z)))
-        total[: self.n, : self.n] = bent[np.ix_(self.free, self.free)]
+        total[: self.n, : self.n] = curvature[np.ix_(self.free, self.free)]
         return total
 
     def _scaled(self, slopes: Array) -> Array:
