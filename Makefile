@@ -68,7 +68,7 @@ lint: $(VENV)/.complete  ## format check, lint, types, names
 	$(BIN)/python -m tests.support.names
 
 test-page: $(VENV)/.docs  ## the page without a server: what it computes, and in a browser
-	$(BIN)/python -m pytest -n 0 tests/planter/kernels/programs tests/planter/studio/static
+	$(BIN)/python -m pytest -n 0 tests/planter/kernels/test_programs.py tests/planter/studio/static
 
 docs: $(VENV)/.docs  ## build the documentation into out/docs, without a network, every warning an error
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs $(OUT)/docs

@@ -15,6 +15,7 @@ import numpy as np
 
 from planter.bench.case import Absent, Call, Case, Contender, Lean, compiled
 from planter.kernels import Array, toolchain
+from planter.kernels.compiler import CompilerError, find_compiler
 from planter.optimise.epigraph import express_spread
 from planter.planting.objective import evaluate_many
 
@@ -37,9 +38,9 @@ def own_c_fast(case: Case, work: str) -> Contender:
 def _compiled(case: Case, work: str, more: tuple[str, ...]) -> Contender:
     flags = (*toolchain.OPTIMISED, *more)
     try:
-        built = f"{BUILT}; {' '.join((*flags, *toolchain.compiler().flags))}"
+        built = f"{BUILT}; {' '.join((*flags, *find_compiler().flags))}"
         return _contender(case, work, compiled(_function(case, work), flags), built)
-    except toolchain.NoCompiler as reason:
+    except CompilerError as reason:
         raise Absent(str(reason)) from None
 
 
@@ -167,7 +168,7 @@ def build_kernel_contender(case: Case, work: str) -> Contender:
     turns = case.turns
     if turns.way != "lanes":
         raise Absent(f"this machine evaluates turns by {turns.way}")
-    built = " ".join((*toolchain.loop_flags(toolchain.OPTIMISED), *toolchain.compiler().flags))
+    built = " ".join((*toolchain.loop_flags(toolchain.OPTIMISED), *find_compiler().flags))
     if work == "cycle":
         return Contender(turns.value, f"Turns.value; {built}")
     if work == "cycle+gradient":

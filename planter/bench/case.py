@@ -17,6 +17,7 @@ import numpy as np
 
 from planter.errors import ComputationError
 from planter.kernels import Array, generated, toolchain
+from planter.kernels.compiler import CompilerError
 from planter.optimise.variance import WeightedSum
 from planter.planting import file, functions
 from planter.planting.model import FORCE, Device
@@ -48,11 +49,11 @@ class Lean:
 
 
 def compiled(function: ca.Function, flags: tuple[str, ...] = toolchain.OPTIMISED) -> ca.Function:
-    """The function in CasADi's own C. Raises NoCompiler."""
+    """The function in CasADi's own C. Raises CompilerError."""
     generator = ca.CodeGenerator(f"{function.name()}.c")
     generator.add(function)
-    path = toolchain.library(function.name(), generator.dump(), flags)
-    toolchain.load(path)
+    path = toolchain.build_library(function.name(), generator.dump(), flags)
+    toolchain.load_library(path)
     return ca.external(function.name(), str(path))
 
 
@@ -60,7 +61,7 @@ def fastest(function: ca.Function) -> ca.Function:
     """The function in CasADi's own C, or, where there is no compiler, as it is."""
     try:
         return compiled(function)
-    except toolchain.NoCompiler:
+    except CompilerError:
         return function
 
 

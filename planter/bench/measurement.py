@@ -22,10 +22,9 @@ import numpy as np
 from planter.bench.case import Call, Case, Contender
 from planter.bench.results import Arithmetic, Rate, Spread, Surroundings
 from planter.errors import ComputationError
-from planter.kernels import Array, Kernel, backends, builds, toolchain
-from planter.kernels.loops import Graph, functions
-from planter.kernels.loops.graph import Assignment
-from planter.kernels.loops.operations import Operation
+from planter.kernels import Array, Kernel, backends, builds, lane_source, toolchain
+from planter.kernels.compiler import CompilerError, find_compiler
+from planter.kernels.lane_graph import Assignment, LaneGraph, ScalarOperation
 from planter.version import __version__
 
 PACKAGES = ("casadi", "numpy", "scipy", "jax", "jaxlib", "sympy", "ezdxf", "ncgears")
@@ -66,8 +65,8 @@ def versions() -> dict[str, str]:
 
 def _compiler() -> dict[str, str]:
     try:
-        cc = toolchain.compiler()
-    except toolchain.NoCompiler:
+        cc = find_compiler()
+    except CompilerError:
         return {}
     flags = " ".join((*toolchain.OPTIMISED, *cc.flags))
     return {
@@ -189,15 +188,15 @@ def _undisturbed() -> Iterator[None]:
 FREE = ("{0}", "-{0}")
 REDUCTION = 13
 """Of an angle to a quarter turn, shared by sine and cosine."""
-SERIES = {"turned_sin({0})": 2 * (functions.TERMS - 1) + 2, "turned_cos({0})": 2 * functions.TERMS + 1}
+SERIES = {"turned_sin({0})": 2 * (lane_source.TERMS - 1) + 2, "turned_cos({0})": 2 * lane_source.TERMS + 1}
 SUMS = 12
 ROUNDS, CYCLES, FUSED = 9, 200_000, 200_000
 
 
 def operations(kernel: Kernel) -> int:
     """Arithmetic operations of a lane's graph."""
-    graph = Graph.of(kernel.function, kernel.lanes)
-    assignments = [a for a in graph.varying if isinstance(a.source, Operation)]
+    graph = LaneGraph.of(kernel.function, kernel.lanes)
+    assignments = [a for a in graph.varying if isinstance(a.source, ScalarOperation)]
     turned = {a.arguments for a in assignments if _text(a) in SERIES}
     return sum(_cost(_text(a)) for a in assignments) + REDUCTION * len(turned)
 
@@ -217,7 +216,7 @@ def executed_operations(library: Path, name: str) -> int | None:
         return None
     command = [tool, "-d", "--no-show-raw-insn", f"--disassemble={name}", str(library)]
     try:
-        text = builds.run(command, toolchain.TIMEOUT_S).stdout.decode(errors="replace")
+        text = builds.run_program(command, toolchain.TIMEOUT_S).stdout.decode(errors="replace")
     except (OSError, subprocess.SubprocessError):
         return None
     instructions = [(address, code, operands) for address, code, operands in _INSTRUCTION.findall(text)]
@@ -242,7 +241,7 @@ def _vector_operations(body: list[tuple[str, str, str]]) -> int:
 
 
 def _text(assignment: Assignment) -> str:
-    return assignment.source.text if isinstance(assignment.source, Operation) else ""
+    return assignment.source.text if isinstance(assignment.source, ScalarOperation) else ""
 
 
 def _cost(text: str) -> int:
@@ -250,11 +249,11 @@ def _cost(text: str) -> int:
 
 
 class Peak:
-    """Measured on one core: cycles and operations a second, and the width of a vector. Raises NoCompiler."""
+    """Measured on one core: cycles and operations a second, and the width of a vector. Raises CompilerError."""
 
     def __init__(self) -> None:
         source = resources.files(__package__).joinpath("peak.c").read_text(encoding="utf-8")
-        raw = toolchain.load(toolchain.library("peak", source, toolchain.OPTIMISED))
+        raw = toolchain.load_library(toolchain.build_library("peak", source, toolchain.OPTIMISED))
         raw.fused.argtypes = (ctypes.c_long, ctypes.c_double, ctypes.c_double)
         raw.fused.restype, raw.cycles.argtypes = ctypes.c_double, (ctypes.c_long, ctypes.c_long)
         self.lanes = int(raw.lanes())
@@ -284,4 +283,4 @@ class Peak:
 
 def _compiled_operations(kernel: Kernel) -> int | None:
     kernel.compile()
-    return executed_operations(backends.lane_library(kernel.work), kernel.function.name())
+    return executed_operations(backends.build_lane_library(kernel.work), kernel.function.name())

@@ -24,6 +24,7 @@ from planter.bench.case import EXACT, MACHINE, Absent, Contender, Lean, compiled
 from planter.engine.response import MachineResponse
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel, generated, toolchain
+from planter.kernels.compiler import CompilerError
 from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 
@@ -109,7 +110,7 @@ def virtual_machine(case: MechanismCase) -> Contender:
 def own_c(case: MechanismCase) -> Contender:
     try:
         return _casadi(case, compiled(case.turn), f"the same in CasADi's C; {' '.join(toolchain.OPTIMISED)}")
-    except toolchain.NoCompiler as reason:
+    except CompilerError as reason:
         raise Absent(str(reason)) from None
 
 

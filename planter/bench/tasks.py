@@ -43,7 +43,7 @@ from planter.bench.sympy_backend import build_sympy_contender
 from planter.gear_geometry import cutting, pitch_curves
 from planter.gear_geometry.cutting import ToothOrder
 from planter.kernels import Array
-from planter.kernels.toolchain import NoCompiler
+from planter.kernels.compiler import CompilerError
 from planter.optimise import optimiser
 from planter.optimise.local_search import search_from_starts
 from planter.planting import optimisation
@@ -368,7 +368,7 @@ def run_benchmark(chosen: Settings, progress: Listener | None = None) -> Benchma
         peak = Peak()
         medians = {work.name: {way.way: way.median_us for way in work.ways} for work in results}
         width, arithmetic = peak.vector_width, peak.table(case, medians)
-    except NoCompiler as missing:
+    except CompilerError as missing:
         skipped.append(LeftOut("arithmetic", str(missing)))
     return Benchmark(
         work=results, machine=machine, versions=measurement.versions(), skipped=skipped, vector_width=width,

@@ -26,8 +26,16 @@ from planter.doctor.results import (
     Processor,
     Versions,
 )
-from planter.kernels import Kernel, backends, builds, bundled, platforms, toolchain
-from planter.kernels.toolchain import Compiler, NoCompiler, Refused
+from planter.kernels import Kernel, backends, builds, toolchain
+from planter.kernels.compiler import (
+    Compiler,
+    CompilerError,
+    current_platform,
+    find_compiler,
+    is_prepared,
+    preparation_time_s,
+)
+from planter.kernels.toolchain import RefusedFileError
 from planter.planting import file
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
@@ -55,11 +63,11 @@ VECTORS = {"__AVX512F__": 512, "__AVX__": 256, "__SSE2__": 128, "__ARM_NEON": 12
 WAIT_S = 20
 
 
-def find_compiler() -> CompilerFound | NoCompilerFound:
+def examine_compiler() -> CompilerFound | NoCompilerFound:
     """Return the C compiler, or the reason why there is none."""
     try:
-        cc = toolchain.compiler()
-    except NoCompiler as reason:
+        cc = find_compiler()
+    except CompilerError as reason:
         return NoCompilerFound(str(reason))
     return CompilerFound(cc.path, cc.version, [*cc.flags, *cc.order], _bits(cc), cc.bundled)
 
@@ -78,7 +86,7 @@ def examine_cache() -> tuple[Cache, dict[Path, str]]:
         problem = _obstacle(folder) if exists else _unmakeable(folder)
     except (OSError, RuntimeError) as error:
         return Cache(folder=None, exists=False, files=0, bytes=0, damaged=0, problem=str(error)), {}
-    libraries = sorted(folder.resolve().glob(f"*{platforms.here().suffix}")) if exists and problem is None else []
+    libraries = sorted(folder.resolve().glob(f"*{current_platform().suffix}")) if exists and problem is None else []
     damaged, refused = _strange(libraries)
     size = sum(path.lstat().st_size for path in libraries)
     return Cache(str(folder), exists, len(libraries), size, damaged, problem), refused
@@ -89,8 +97,8 @@ def _strange(libraries: Iterable[Path]) -> tuple[int, dict[Path, str]]:
     damaged, refused = 0, {}
     for path in libraries:
         try:
-            damaged += not toolchain.sound(path)
-        except Refused as reason:
+            damaged += not toolchain.is_intact(path)
+        except RefusedFileError as reason:
             refused[path] = str(reason)
     return damaged, refused
 
@@ -99,7 +107,7 @@ def _obstacle(folder: Path) -> str | None:
     """Return why libraries cannot be written to a folder, or loaded from it; None if they can."""
     try:
         toolchain.cache_folder()
-    except NoCompiler as reason:
+    except CompilerError as reason:
         return str(reason)
     if hasattr(os, "statvfs") and os.statvfs(folder).f_flag & getattr(os, "ST_NOEXEC", 0):
         return f"{folder} is on a disk that forbids execution"
@@ -125,7 +133,7 @@ def find_cuda() -> Cuda:
 def _output_lines(command: list[str]) -> list[str]:
     """Return the lines of a command's output; an empty list if it is missing or fails."""
     try:
-        return builds.run(command, WAIT_S).stdout.decode(errors="replace").splitlines()
+        return builds.run_program(command, WAIT_S).stdout.decode(errors="replace").splitlines()
     except (OSError, subprocess.SubprocessError):
         return []
 
@@ -157,19 +165,19 @@ def list_advice(
     if (
         isinstance(compiler, CompilerFound)
         and compiler.bundled
-        and not (cache.folder and bundled.prepared(Path(cache.folder)))
+        and not (cache.folder and is_prepared(Path(cache.folder)))
     ):
         yield Advice(
-            f"the compiler of planter[compiler] prepares itself at its first use, about {bundled.preparation_s()} s",
+            f"the compiler of planter[compiler] prepares itself at its first use, about {preparation_time_s()} s",
             "planter doctor --build, or wait at the first use",
         )
     if cache.problem is not None:
         yield Advice(cache.problem, "name a private folder, on a disk that allows execution, in PLANTER_CACHE")
     if cache.damaged:
         yield Advice(f"{cache.damaged} compiled functions are damaged", "nothing: they are built again")
-    if limited in backends.NAMES[1:]:
+    if limited in backends.BACKENDS[1:]:
         yield Advice(f"the variable PLANTER_KERNELS allows nothing faster than {limited}", "unset it")
-    waiting = [kernel for kernel in kernels if kernel.way != backends.NAMES[-1] and not kernel.compiled]
+    waiting = [kernel for kernel in kernels if kernel.way != backends.BACKENDS[-1] and not kernel.compiled]
     if waiting:
         yield Advice(
             f"{len(waiting)} functions of {machine} are not compiled yet",
@@ -195,7 +203,7 @@ def examine(build: bool = False) -> Examination:
     if build:
         for device in devices.values():
             _build(device)
-    compiler, (cache, refused) = find_compiler(), examine_cache()
+    compiler, (cache, refused) = examine_compiler(), examine_cache()
     usable, filled = isinstance(compiler, CompilerFound) and cache.problem is None, cache.files > 0
     kernels = [row for model, device in devices.items() for row in _kernels(model, device, usable, filled, refused)]
     return Examination(
@@ -236,8 +244,8 @@ def _kernels(
 ) -> Iterator[KernelFound]:
     for kernel in _used(device):
         work = kernel.work
-        way = backends.foreseen(work) if usable else backends.NAMES[-1]
-        if refused and way != backends.NAMES[-1] and backends.place(work, way) in refused:
-            way = backends.NAMES[-1]
-        compiled = filled and way != backends.NAMES[-1] and backends.kept(work)
+        way = backends.predict_backend(work) if usable else backends.BACKENDS[-1]
+        if refused and way != backends.BACKENDS[-1] and backends.library_path(work, way) in refused:
+            way = backends.BACKENDS[-1]
+        compiled = filled and way != backends.BACKENDS[-1] and backends.is_compiled(work)
         yield KernelFound(model, str(work.function.name()), work.size, way, compiled)

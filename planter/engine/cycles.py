@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 
 from planter.engine.loops import VECTOR
 from planter.engine.machine import LEAST_PIVOT
-from planter.kernels import Array, backends, loops, toolchain
+from planter.kernels import Array, backends, toolchain
+from planter.kernels.compiler import CompilerError
+from planter.kernels.lane_graph import NotPrintableError
 from planter.numerics import statistics
 
 if TYPE_CHECKING:
@@ -103,7 +105,7 @@ class Cycles:
     ) -> None:
         """`averages` are the outputs that quantities, by place, must repeat for.
 
-        Raises NoCompiler, or NotPrintable for quantities that cannot be evaluated in lanes.
+        Raises CompilerError, or NotPrintableError for quantities that cannot be evaluated in lanes.
         """
         terms = sorted(terms)
         self._averages = averages
@@ -111,11 +113,11 @@ class Cycles:
         stacked, fixed = (rows.find_slopes(1 + max(weighed)), rows.tangents) if weighed else (rows.values, rows.hoist)
         stacked.kernel.compile()
         if stacked.kernel.loop is None:
-            raise loops.NotPrintable(f"{stacked.kernel.function.name()} is not evaluated in lanes")
-        (fix,) = toolchain.functions(backends.casadi_library(fixed.work), fixed.function.name())
+            raise NotPrintableError(f"{stacked.kernel.function.name()} is not evaluated in lanes")
+        (fix,) = toolchain.load_functions(backends.build_casadi_library(fixed.work), fixed.function.name())
         text = resources.files(__package__).joinpath("cycles.c").read_text(encoding="utf-8")
-        path = toolchain.library("cycles", text, toolchain.loop_flags(toolchain.OPTIMISED))
-        (self._run,) = toolchain.functions(path, "cycles")
+        path = toolchain.build_library("cycles", text, toolchain.loop_flags(toolchain.OPTIMISED))
+        (self._run,) = toolchain.load_functions(path, "cycles")
         self._run.restype, self._run.argtypes = ctypes.c_long, CALL
         machine, count = rows.machine, len(rows.steps)
         self._functions = {"fix": fix, "slope" if weighed else "sample": stacked.kernel.loop}
@@ -217,12 +219,12 @@ def build_cycles(
     rows: MachineRows, terms: Sequence[CycleTerm], averages: Sequence[tuple[int, int]], outputs: int, sloped: int = 0
 ) -> Cycles | None:
     """Return `Cycles`, or None where they cannot be compiled, with one warning if there is no compiler."""
-    if backends.allowed()[0] != "lanes":
+    if backends.list_allowed()[0] != "lanes":
         return None
     try:
         return Cycles(rows, terms, averages, outputs, sloped)
-    except loops.NotPrintable:
+    except NotPrintableError:
         return None
-    except toolchain.NoCompiler as reason:
-        toolchain.warn(reason)
+    except CompilerError as reason:
+        toolchain.warn_once(reason)
         return None

@@ -15,7 +15,7 @@ from planter.engine.loops import TURN, VECTOR
 from planter.engine.machine import LEAST_PIVOT, Machine
 from planter.engine.response import INPUTS, MachineResponse
 from planter.kernels import Array, Kernel
-from planter.kernels.stacked import Stacked
+from planter.kernels.kernel import StackedKernel
 from planter.numerics.arrays import Flags, Integers
 
 MEMORY = 1 << 22
@@ -90,7 +90,7 @@ class MachineRows:
         self.sides = len(machine.offsets) if any(self.shared) else 1
         self._compared, self._repeating = compared, compared and len(machine.offsets) > 1
         self.guards = machine.guards
-        self._slopes: dict[int, Stacked] = {}
+        self._slopes: dict[int, StackedKernel] = {}
         self._is_compiled = False
         count = machine.samples if samples is None else samples
         self.angles = machine.list_angles(count)
@@ -276,12 +276,12 @@ class MachineRows:
         return ca.densify(ca.vertcat(self._graph, guards))
 
     @cached_property
-    def values(self) -> Stacked:
+    def values(self) -> StackedKernel:
         """(phi, d, h, q) -> quantities of a side, then guards."""
         return self._stack("sampled", self._rows)
 
     @cached_property
-    def _compare(self) -> tuple[Stacked, list[list[int] | None]]:
+    def _compare(self) -> tuple[StackedKernel, list[list[int] | None]]:
         """(phi, d, h, q) -> quantities, then all results; and which of these have the unit of each quantity."""
         results, _ = self.machine.rows([quantity.name for quantity in self.machine.results])
         first = len(self.names)
@@ -292,11 +292,11 @@ class MachineRows:
         ]  # fmt: skip
         return self._stack("compared", ca.vertcat(self._graph, results)), same_unit
 
-    def _stack(self, name: str, rows: ca.SX) -> Stacked:
+    def _stack(self, name: str, rows: ca.SX) -> StackedKernel:
         function = ca.Function(name, list(self.machine.symbols), ca.cse([ca.densify(rows)]), list(INPUTS), ["rows"])
-        return Stacked(function, ["phi", "q"], ["d", "h", "q"])
+        return StackedKernel(function, ["phi", "q"], ["d", "h", "q"])
 
-    def find_slopes(self, count: int) -> Stacked:
+    def find_slopes(self, count: int) -> StackedKernel:
         """Return (phi, d, h, q, dh) -> what `values` has, and the slopes of its first `count` rows.
 
         Those are the slopes in the moved values, quantity by quantity; dh are the entries of the tangent of h.
@@ -310,7 +310,7 @@ class MachineRows:
             outputs = ca.cse([self._rows, ca.densify(ca.vec(slopes.T))])
             names, results = [*INPUTS, "dh"], ["rows", "slopes"]
             function = ca.Function("sloped", [*self.machine.symbols, dh], outputs, names, results)
-            self._slopes[count] = Stacked(function, ["phi", "q"], ["d", "h", "q", "dh"])
+            self._slopes[count] = StackedKernel(function, ["phi", "q"], ["d", "h", "q", "dh"])
         return self._slopes[count]
 
     @cached_property

@@ -29,8 +29,9 @@ from planter.exports.quantities import (
     list_fixed,
     list_quantities,
 )
-from planter.kernels import Array, loops
-from planter.kernels.loops import functions
+from planter.kernels import Array, lane_source
+from planter.kernels.lane_graph import LaneGraph
+from planter.kernels.lane_source import print_function
 from planter.version import __version__
 
 STATUSES = {
@@ -228,8 +229,10 @@ class MachineText:
         if self.has_objective:
             printed += [(self.response.values_function, lanes), (self.response.slopes_function, lanes),
                         (self.goal.function, [])]  # fmt: skip
-        graphs = [loops.Graph.of(function, names) for function, names in printed]
-        return "\n".join([functions.source(self.name), *(f"static {loops.function(g, summed=False)}" for g in graphs)])
+        graphs = [LaneGraph.of(function, names) for function, names in printed]
+        return "\n".join(
+            [lane_source.print_functions(self.name), *(f"static {print_function(g, summed=False)}" for g in graphs)]
+        )
 
     @property
     def is_in_chunks(self) -> bool:

@@ -23,10 +23,10 @@ from planter.errors import ComputationError
 from planter.exports import c99, quantities
 from planter.exports.c99 import join_integers, read_template
 from planter.exports.quantities import SampledGoal
-from planter.kernels import Array, CallError, builds, loops, toolchain
-from planter.kernels.loops import functions
-from planter.kernels.loops.graph import Assignment, Graph, Place
-from planter.kernels.toolchain import NoCompiler
+from planter.kernels import Array, CallError, builds, lane_source, toolchain
+from planter.kernels.compiler import CompilerError
+from planter.kernels.lane_graph import ArrayElement, Assignment, LaneGraph
+from planter.kernels.lane_source import print_function
 
 MOST_DESIGNS, MEMORY = 65536, 1 << 27
 """Designs that are computed at a time, at most, and the numbers that may be prepared of them."""
@@ -50,14 +50,14 @@ class CudaText:
         self.coordinates = machine.loops.size if machine.loops else 0
 
     @cached_property
-    def graph(self) -> Graph:
+    def graph(self) -> LaneGraph:
         """(phi, d, h, q) -> rows and guards."""
         symbols = list(self.machine.symbols)
         parts = [self.goal.response.values_function(*symbols)]
         if self.guards:
             parts.append(MachineResponse(self.machine, self.guards).values_function(*symbols))
         function = ca.Function("lane", symbols, [ca.vertcat(*parts)], list(INPUTS), ["rows"])
-        return Graph.of(function, ["phi", "q"] if self.coordinates else ["phi"])
+        return LaneGraph.of(function, ["phi", "q"] if self.coordinates else ["phi"])
 
     def values(self) -> dict[str, object]:
         """Return the template's words."""
@@ -71,7 +71,7 @@ class CudaText:
             **c99.describe_machine(machine), "name": self.name, "purpose": self._purpose(),
             "fields": c99.list_lines("Results:", fields),
             "prologue": _to_device(c99.build_casadi_text(self.name, [hoisting])),
-            "functions": functions.fused(), "kernels": self._kernels(shared), "loops": self._loops(),
+            "functions": lane_source.print_fused_functions(), "kernels": self._kernels(shared), "loops": self._loops(),
             "parameters": len(machine.moved), "constants": len(self.fixed), "values": len(machine.values),
             "shared": max(len(shared), 1), "shares": len(goal.response.offsets), "rows": len(goal.rows),
             "guards": len(self.guards), "nodes": len(goal.nodes), "field_count": len(goal.fields),
@@ -107,7 +107,7 @@ class CudaText:
             single += [self.machine.loops.steps_function, self.machine.loops.start_function]
         if self.goal.measures:
             single.append(self.goal.function)
-        texts = [f"static {loops.function(Graph.of(function, []), summed=False)}" for function in single]
+        texts = [f"static {print_function(LaneGraph.of(function, []), summed=False)}" for function in single]
         return "\n".join([*_list_lane_lines(self.graph, shared), *map(_to_device, texts)])
 
     def _loops(self) -> str:
@@ -130,7 +130,7 @@ def _to_device(text: str) -> str:
     return re.sub(r"^(?=(?:static |casadi_real |casadi_int |void |int )[^;\n]*[(\[])", "__device__ ", text, flags=re.M)
 
 
-def _list_shared(graph: Graph) -> dict[str, int]:
+def _list_shared(graph: LaneGraph) -> dict[str, int]:
     """Return values that the angles share and use, each with its place."""
     invariants = {a.name for a in graph.invariant}
     used = [name for a in graph.varying for name in a.arguments if name in invariants]
@@ -138,7 +138,7 @@ def _list_shared(graph: Graph) -> dict[str, int]:
     return {name: index for index, name in enumerate(dict.fromkeys(used))}
 
 
-def _list_lane_lines(graph: Graph, shared: dict[str, int]) -> Iterator[str]:
+def _list_lane_lines(graph: LaneGraph, shared: dict[str, int]) -> Iterator[str]:
     """Yield `before`: what the angles of a design share; and `lane`, the rows at an angle."""
     yield "static __device__ void before(const double *d, const double *h, double *own)"
     yield "{"
@@ -155,7 +155,7 @@ def _list_lane_lines(graph: Graph, shared: dict[str, int]) -> Iterator[str]:
 
 def _assign(assignment: Assignment) -> str:
     source = assignment.source
-    if isinstance(source, Place):
+    if isinstance(source, ArrayElement):
         value = source.name if source.name == "phi" else f"{source.name}[{source.index}]"
     else:
         value = source.text.format(*assignment.arguments)
@@ -163,25 +163,25 @@ def _assign(assignment: Assignment) -> str:
 
 
 def build_library(machine: Machine, folder: Path, architecture: str = "native") -> Path:
-    """Return the shared library of a machine, made in a folder by NVIDIA's compiler. Raises NoCompiler without it."""
+    """Return the shared library of a machine, built in a folder by nvcc. Raises CompilerError without it."""
     compiler = shutil.which("nvcc")
     if compiler is None:
-        raise NoCompiler("there is no CUDA compiler 'nvcc'")
+        raise CompilerError("there is no CUDA compiler 'nvcc'")
     ((file, text),) = build_source_files(machine).items()
     source, library = folder / file, folder / f"lib{file.removesuffix('.cu')}.so"
     source.write_text(text, encoding="utf-8", newline="\n")
     command = [compiler, "-O3", f"-arch={architecture}", "-shared", "-Xcompiler", "-fPIC", str(source)]
     try:
-        builds.run([*command, "-o", str(library)], toolchain.TIMEOUT_S, folder)
+        builds.run_program([*command, "-o", str(library)], toolchain.TIMEOUT_S, folder)
     except (OSError, subprocess.SubprocessError) as error:
-        raise NoCompiler(f"{compiler} did not compile {file}: {toolchain.said(error)}") from error
+        raise CompilerError(f"{compiler} did not compile {file}: {toolchain.summarise_error(error)}") from error
     return library
 
 
 class Batches:
     """Cycles of many designs on a graphics processor, by the library that `build_library` made.
 
-    Raises NoCompiler if no processor answers.
+    Raises CompilerError if no processor answers.
     """
 
     def __init__(self, machine: Machine, library: Path, samples: int | None = None) -> None:
@@ -191,7 +191,7 @@ class Batches:
         self._run, self._error = getattr(raw, f"{name}_cycles"), getattr(raw, f"{name}_error")
         self._error.restype = ctypes.c_char_p
         if not getattr(raw, f"{name}_devices")():
-            raise NoCompiler("there is no graphics processor that runs CUDA")
+            raise CompilerError("there is no graphics processor that runs CUDA")
 
     def __call__(self, designs: Array) -> Array:
         """Return rows of the goal's fields, (m, f), for designs (m, p) in SI.

@@ -20,7 +20,7 @@ from planter.exports.results import MissingLibrary, UnitWritten
 from planter.files import units
 from planter.interchange import co_simulation
 from planter.interchange.co_simulation import MAIN, UnitModel, Variable
-from planter.kernels.toolchain import NoCompiler
+from planter.kernels.compiler import CompilerError
 from planter.report.files import output_folder, write_bytes
 from planter.report.folder import check
 from planter.version import __version__
@@ -130,7 +130,7 @@ def write_unit(machine: Machine, file: Path, fmi: str = "2.0") -> UnitWritten:
     for platform in co_simulation.PLATFORMS:
         try:
             built[platform] = co_simulation.build_library(platform, texts, model.name)
-        except NoCompiler as reason:
+        except CompilerError as reason:
             left_out.append(MissingLibrary(platform, str(reason)))
     target = output_folder(file.parent) / file.name
     write_bytes(target, co_simulation.pack_unit(version, model, texts, token, built))

@@ -18,9 +18,8 @@ from typing import Literal
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from planter.kernels import builds, bundled, platforms, toolchain
-from planter.kernels.platforms import Platform
-from planter.kernels.toolchain import NoCompiler
+from planter.kernels import builds, compiler, toolchain
+from planter.kernels.compiler import CompilerError, Platform, find_compiler
 
 Causality = Literal["input", "parameter", "output"]
 MAIN = "fmu.c"
@@ -224,8 +223,8 @@ def complete_sources(version: Version, model: UnitModel, texts: Mapping[str, str
 
 
 PLATFORMS: dict[str, tuple[str, Platform]] = {
-    "linux64": ("x86_64-linux-gnu.2.17", platforms.LINUX),
-    "win64": ("x86_64-windows-gnu", platforms.WINDOWS),
+    "linux64": ("x86_64-linux-gnu.2.17", compiler.LINUX),
+    "win64": ("x86_64-windows-gnu", compiler.WINDOWS),
 }
 """Target of the bundled compiler, and properties of libraries, by platform."""
 FLAGS = ("-O2", "-fvisibility=hidden", "-Werror=implicit-function-declaration")
@@ -234,19 +233,19 @@ FLAGS = ("-O2", "-fvisibility=hidden", "-Werror=implicit-function-declaration")
 def build_library(platform_name: str, texts: Mapping[str, str], name: str) -> tuple[str, bytes]:
     """Return file name and content of a unit's library for any processor of a platform, from its sources.
 
-    This system's compiler builds for this system, the bundled one for others. Raises NoCompiler.
+    This system's compiler builds for this system, the bundled one for others. Raises CompilerError.
     """
     target, system = PLATFORMS[platform_name]
     is_here = platform_name == "linux64" and sys.platform == "linux" and platform.machine() == "x86_64"
-    native = is_here and not toolchain.compiler().bundled
+    native = is_here and not find_compiler().bundled
     file = f"{name}{system.suffix}"
     with tempfile.TemporaryDirectory(prefix="planter-") as temporary:
         folder = Path(temporary)
         for source, text in texts.items():
             (folder / source).write_text(text, encoding="utf-8")
-        command = toolchain.compiler().command if native else bundled.command(target)
+        command = find_compiler().command if native else compiler.bundled_command(target)
         if not command:
-            raise NoCompiler("planter[compiler] is not installed, which builds for other systems")
+            raise CompilerError("planter[compiler] is not installed, which builds for other systems")
         compiled = folder / "fmu.o"
         steps = (
             system.compile(command, FLAGS, folder / MAIN, compiled),
@@ -255,12 +254,12 @@ def build_library(platform_name: str, texts: Mapping[str, str], name: str) -> tu
         try:
             for step in steps:
                 if native:
-                    builds.run(step, toolchain.TIMEOUT_S, folder)
+                    builds.run_program(step, toolchain.TIMEOUT_S, folder)
                 else:
-                    toolchain.run_for(target, step, folder)
+                    toolchain.run_bundled(target, step, folder)
             return file, (folder / file).read_bytes()
         except (OSError, subprocess.SubprocessError) as error:
-            raise NoCompiler(f"{command[0]} did not build {file}: {toolchain.said(error)}") from error
+            raise CompilerError(f"{command[0]} did not build {file}: {toolchain.summarise_error(error)}") from error
 
 
 def pack_unit(

@@ -1,5 +1,5 @@
 """Compiled functions behind exact names and shapes: the strict call layer, the ways to evaluate, what was generated."""
 
-from planter.kernels.kernel import Array, Bound, CallError, Kernel
+from planter.kernels.kernel import Array, BoundKernel, CallError, Kernel
 
-__all__ = ["Array", "Bound", "CallError", "Kernel"]
+__all__ = ["Array", "BoundKernel", "CallError", "Kernel"]

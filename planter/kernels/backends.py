@@ -1,30 +1,201 @@
 """Three ways to evaluate a function over lanes: vector loops, CasADi's own C, CasADi's virtual machine.
 
-Each takes the inputs as arrays of shape (rows, lanes) or, shared by all lanes, (rows, columns), and gives outputs
-(rows, lanes), or (rows, 1) summed over the lanes. All give the same to 1e-12.
+Each takes the inputs as arrays of shape (rows, lanes) or, shared by all lanes, (rows, columns), and returns outputs
+(rows, lanes), or (rows, 1) summed over the lanes. All agree to 1e-12.
+
+CasADi lets other threads run during a call, so each thread evaluates in its own memory, without a lock. CasADi's
+functions are built one at a time, and a fork waits for that. `multiprocessing` forks by default on Linux up to Python
+3.13, and in the child only the forking thread goes on: a lock that another thread holds would never open again. The
+lock that `functools.cached_property` has before Python 3.12 is therefore replaced in the child.
 """
 
 from __future__ import annotations
 
 import ctypes
+import gc
 import os
+import signal
+import sys
+import threading
+from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol, TypeVar
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
-from planter.kernels import loops, toolchain
-from planter.kernels.toolchain import NoCompiler
-from planter.kernels.virtual import VirtualMachine
-from planter.kernels.work import Array, Work
+from planter.kernels import lane_source, toolchain
+from planter.kernels.compiler import CompilerError, find_compiler
+from planter.kernels.lane_graph import LaneGraph, NotPrintableError
+from planter.kernels.lane_source import print_file
 
-NAMES = ("lanes", "casadi-c", "casadi-vm")
+T = TypeVar("T")
 
 
-class Way(Protocol):
+def defer_interrupt(call: Callable[[], T]) -> T:
+    """Let a Ctrl-C wait for the end of a call: inside, CasADi's wrappers would turn it into other errors."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        return call()
+    pending: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, frame: pending.append(number))
+    try:
+        result = call()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if pending:
+        raise KeyboardInterrupt
+    return result
+
+
+def guard_fork(lock: Any) -> None:
+    """Let a fork wait for a reentrant lock, so that its child finds it open."""
+    if hasattr(os, "register_at_fork"):
+        os.register_at_fork(before=lock.acquire, after_in_parent=lock.release, after_in_child=lock.release)
+
+
+def _renew_locks() -> None:
+    """Open the locks of all cached properties: what their holders computed in the parent is computed anew here."""
+    for found in gc.get_objects():
+        if type(found) is cached_property:
+            vars(found)["lock"] = threading.RLock()
+
+
+if sys.version_info < (3, 12) and hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_renew_locks)
+
+
+Array = NDArray[np.float64]
+
+LARGE_FUNCTION = 10_000
+"""Instructions from which a function is compiled with fewer passes."""
+MAX_LOOP_SIZE = 20_000
+"""Instructions of a loop over lanes at most: one of 84,000 takes a compiler half an hour, CasADi's own C a second."""
+
+
+@dataclass(frozen=True)
+class LaneTask:
+    """A function to be evaluated: `varying` inputs have a column for each lane; `summed` outputs are added up.
+
+    With `few_passes` it is compiled as a large one is: in a third of the time, and a tenth slower afterwards.
+    """
+
+    function: ca.Function
+    varying: tuple[str, ...]
+    summed: bool
+    few_passes: bool = False
+
+    @property
+    def size(self) -> int:
+        return int(self.function.n_instructions())
+
+    @cached_property
+    def loop(self) -> str:
+        """The function as a loop over lanes. Raises NotPrintableError if it has no such form, or is too large."""
+        return print_file([LaneGraph.of(self.function, self.varying, MAX_LOOP_SIZE)], [self.summed])
+
+    @property
+    def passes(self) -> tuple[str, ...]:
+        return toolchain.FEW_PASSES if self.few_passes or self.size > LARGE_FUNCTION else toolchain.OPTIMISED
+
+
+CACHE_BYTES = 16_000_000
+"""Memory that a kernel keeps in each thread for the numbers of lanes it was last called with; the last always."""
+
+_BUILD_LOCK = threading.RLock()
+guard_fork(_BUILD_LOCK)
+
+
+class VirtualMachine:
+    """A function over lanes by the virtual machine, or by a compiled function in its place."""
+
+    def __init__(self, work: LaneTask, function: ca.Function | None = None) -> None:
+        self.name = "casadi-vm" if function is None else "casadi-c"
+        self.work, self.function = work, function or work.function
+        self._calls = _Calls(self._mapped)
+
+    def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
+        return self._calls[count](arrays)
+
+    def _mapped(self, count: int) -> ca.Function:
+        if not self.work.varying:
+            return self.function
+        names, outputs = self.function.name_in(), self.function.n_out()
+        shared = [i for i, name in enumerate(names) if name not in self.work.varying]
+        reduced = list(range(outputs)) if self.work.summed else []
+        return self.function.map(self.function.name(), "serial", count, shared, reduced)
+
+
+class _Calls(threading.local):
+    """Calls of a thread by their number of lanes: the last used, together in `KEPT_BYTES`."""
+
+    def __init__(self, mapped: Callable[[int], ca.Function]) -> None:
+        self._mapped = mapped
+        self._kept: OrderedDict[int, _Call] = OrderedDict()
+
+    def __getitem__(self, count: int) -> _Call:
+        if count not in self._kept:
+            with _BUILD_LOCK:
+                self._kept[count] = _Call(self._mapped(count))
+            self._forget()
+        self._kept.move_to_end(count)
+        return self._kept[count]
+
+    def _forget(self) -> None:
+        total = sum(call.bytes for call in self._kept.values())
+        while total > CACHE_BYTES and len(self._kept) > 1:
+            total -= self._kept.popitem(last=False)[1].bytes
+
+
+class _Call:
+    """A CasADi function on its own memory: no matrices are made for a call."""
+
+    def __init__(self, function: ca.Function) -> None:
+        self.function = function
+        self._inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
+        self._outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+        self._places = [_find_nonzeros(function.sparsity_out(i)) for i in range(function.n_out())]
+        self.bytes = 8 * function.sz_w() + sum(memory.nbytes for memory in (*self._inputs, *self._outputs))
+        self._buffer, self._run = function.buffer()
+        buffer: Any = self._buffer
+        for i, memory in enumerate(self._inputs):
+            buffer.set_arg(i, memory.data)
+        for i, memory in enumerate(self._outputs):
+            buffer.set_res(i, memory.data)
+
+    def __call__(self, arrays: Sequence[Array]) -> list[Array]:
+        for memory, array in zip(self._inputs, arrays, strict=True):
+            memory[:] = array.ravel(order="F")
+        defer_interrupt(self._run)
+        if self._buffer.ret():
+            raise RuntimeError("the evaluation failed")
+        return [self._filled(i) for i in range(len(self._outputs))]
+
+    def _filled(self, index: int) -> Array:
+        shape, places = self.function.size_out(index), self._places[index]
+        if places is None:
+            return self._outputs[index].reshape(shape, order="F").copy()
+        full = np.zeros(shape)
+        full[places] = self._outputs[index]
+        return full
+
+
+def _find_nonzeros(sparsity: ca.Sparsity) -> tuple[NDArray[np.int64], NDArray[np.int64]] | None:
+    """Rows and columns of what a sparse matrix holds; None for a dense one."""
+    if sparsity.is_dense():
+        return None
+    rows, columns = (np.array(part, dtype=np.int64) for part in sparsity.get_triplet())
+    return rows, columns
+
+
+BACKENDS = ("lanes", "casadi-c", "casadi-vm")
+
+
+class Backend(Protocol):
     """How a function is evaluated."""
 
     name: str
@@ -32,16 +203,16 @@ class Way(Protocol):
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]: ...
 
 
-class Lanes:
+class LaneBackend:
     """A loop over lanes in vector instructions."""
 
     name = "lanes"
 
-    def __init__(self, work: Work, library: Path) -> None:
+    def __init__(self, work: LaneTask, library: Path) -> None:
         self.work, self.library = work, library
         self._shapes = [work.function.size_out(i) for i in range(work.function.n_out())]
         self._varies = [name in work.varying for name in work.function.name_in()]
-        (self.loop,) = toolchain.functions(library, work.function.name())
+        (self.loop,) = toolchain.load_functions(library, work.function.name())
         self.loop.restype = None
 
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
@@ -73,12 +244,12 @@ class Lanes:
     def interface(self, count: int) -> ca.Function:
         """The loop over `count` lanes as a CasADi function that its solvers call without Python.
 
-        Inputs and outputs that vary are (lanes, rows). Raises NoCompiler.
+        Inputs and outputs that vary are (lanes, rows). Raises CompilerError.
         """
-        function, own = self.work.function, loops.interface.name(self.work.function, count)
-        text = loops.interface.source(function, self.work.varying, self.work.summed, count)
-        path = toolchain.library(own, text, toolchain.OPTIMISED, (self.library,))
-        toolchain.functions(path, own)
+        function, own = self.work.function, lane_source.interface_name(self.work.function, count)
+        text = lane_source.print_interface(function, self.work.varying, self.work.summed, count)
+        path = toolchain.build_library(own, text, toolchain.OPTIMISED, (self.library,))
+        toolchain.load_functions(path, own)
         return ca.external(own, str(path))
 
 
@@ -89,93 +260,93 @@ def _side_by_side(elements: Array, height: int, width: int) -> Array:
     return elements.reshape(width, height, -1).transpose(1, 2, 0).reshape(height, -1)
 
 
-def virtual_machine(work: Work) -> Way:
+def build_virtual_machine(work: LaneTask) -> Backend:
     return VirtualMachine(work)
 
 
-def casadi_text(work: Work) -> str:
+def print_casadi_c(work: LaneTask) -> str:
     """A function in CasADi's own C."""
     generator = ca.CodeGenerator(f"{work.function.name()}.c")
     generator.add(work.function)
     return str(generator.dump())
 
 
-def casadi_library(work: Work) -> Path:
-    """The library of a function in CasADi's own C. Raises NoCompiler."""
-    return toolchain.library(*_source(work, "casadi-c"))
+def build_casadi_library(work: LaneTask) -> Path:
+    """The library of a function in CasADi's own C. Raises CompilerError."""
+    return toolchain.build_library(*_library_source(work, "casadi-c"))
 
 
-def casadi_c(work: Work) -> Way:
-    """A function in CasADi's own C. Raises NoCompiler."""
-    path, name = casadi_library(work), work.function.name()
-    toolchain.functions(path, name)
+def build_casadi_backend(work: LaneTask) -> Backend:
+    """A function in CasADi's own C. Raises CompilerError."""
+    path, name = build_casadi_library(work), work.function.name()
+    toolchain.load_functions(path, name)
     return VirtualMachine(work, ca.external(name, str(path)))
 
 
-def lane_library(work: Work) -> Path:
-    """The library of a function as a loop over lanes. Raises NoCompiler, or NotPrintable for one without that form."""
-    return toolchain.library(*_source(work, "lanes"))
+def build_lane_library(work: LaneTask) -> Path:
+    """Return the library of a function as a loop over lanes. Raises CompilerError or NotPrintableError."""
+    return toolchain.build_library(*_library_source(work, "lanes"))
 
 
-def lane_kernel(work: Work) -> Way:
+def build_lane_backend(work: LaneTask) -> Backend:
     """A function as a loop over lanes. Raises what `lane_library` raises."""
-    return Lanes(work, lane_library(work))
+    return LaneBackend(work, build_lane_library(work))
 
 
-def place(work: Work, way: str) -> Path:
-    """Where the library of a way, `lanes` or `casadi-c`, is kept, whether it is there or not. Raises NoCompiler."""
-    return toolchain.place(*_source(work, way))
+def library_path(work: LaneTask, way: str) -> Path:
+    """Where the library of a way, `lanes` or `casadi-c`, is kept, whether it is there or not. Raises CompilerError."""
+    return toolchain.library_path(*_library_source(work, way))
 
 
-def _source(work: Work, way: str) -> tuple[str, str, tuple[str, ...]]:
+def _library_source(work: LaneTask, way: str) -> tuple[str, str, tuple[str, ...]]:
     """Name, C text and flags of a function's library in a way, `lanes` or `casadi-c`. Raises what its text raises."""
     if way == "lanes":
         return work.function.name(), work.loop, toolchain.loop_flags(work.passes)
-    return work.function.name(), casadi_text(work), work.passes
+    return work.function.name(), print_casadi_c(work), work.passes
 
 
-def foreseen(work: Work) -> str:
+def predict_backend(work: LaneTask) -> str:
     """Name of the fastest way that there should be here, without compiling anything."""
     try:
-        toolchain.compiler()
-    except NoCompiler:
-        return NAMES[-1]
-    return next(name for name in allowed() if name != "lanes" or _printable(work))
+        find_compiler()
+    except CompilerError:
+        return BACKENDS[-1]
+    return next(name for name in list_allowed() if name != "lanes" or _is_printable(work))
 
 
-def _printable(work: Work) -> bool:
+def _is_printable(work: LaneTask) -> bool:
     try:
         return bool(work.varying and work.loop)
-    except loops.NotPrintable:
+    except NotPrintableError:
         return False
 
 
-def kept(work: Work) -> bool:
+def is_compiled(work: LaneTask) -> bool:
     """Whether the fastest way has been compiled before, so that it need only be loaded."""
-    way = foreseen(work)
+    way = predict_backend(work)
     try:
-        return way != NAMES[-1] and toolchain.sound(place(work, way))
-    except (NoCompiler, OSError):
+        return way != BACKENDS[-1] and toolchain.is_intact(library_path(work, way))
+    except (CompilerError, OSError):
         return False
 
 
-def allowed() -> tuple[str, ...]:
+def list_allowed() -> tuple[str, ...]:
     """Names of the ways that the variable PLANTER_KERNELS allows: the one it names and all slower ones, else all."""
-    fastest = os.environ.get("PLANTER_KERNELS", NAMES[0])
-    return NAMES[NAMES.index(fastest) :] if fastest in NAMES else NAMES
+    fastest = os.environ.get("PLANTER_KERNELS", BACKENDS[0])
+    return BACKENDS[BACKENDS.index(fastest) :] if fastest in BACKENDS else BACKENDS
 
 
-def fastest(work: Work) -> Way:
+def select_fastest(work: LaneTask) -> Backend:
     """The fastest way that there is here; where nothing can be compiled, one warning says why."""
-    for name in allowed():
+    for name in list_allowed():
         try:
             if name == "lanes" and work.varying:
-                return lane_kernel(work)
+                return build_lane_backend(work)
             if name == "casadi-c":
-                return casadi_c(work)
-        except loops.NotPrintable:
+                return build_casadi_backend(work)
+        except NotPrintableError:
             continue
-        except NoCompiler as reason:
-            toolchain.warn(reason)
+        except CompilerError as reason:
+            toolchain.warn_once(reason)
             break
-    return virtual_machine(work)
+    return build_virtual_machine(work)

@@ -35,7 +35,7 @@ REMOVALS = 50
 Process = subprocess.Popen[bytes]
 
 
-class _Open:
+class _OpenBuilds:
     """What has to go when the process ends."""
 
     processes: set[Process]
@@ -53,9 +53,9 @@ class _Open:
         with self.lock:
             self.ended = True
             for process in list(self.processes):
-                _kill(process)
+                _kill_group(process)
             for folder in list(self.folders):
-                _remove(folder)
+                _remove_folder(folder)
 
     def go_on(self) -> None:
         """Ends the thread, which nobody waits for, once the process has ended."""
@@ -63,13 +63,13 @@ class _Open:
             raise SystemExit
 
 
-_open = _Open()
+_open = _OpenBuilds()
 atexit.register(_open.end)
 if hasattr(os, "register_at_fork"):
     os.register_at_fork(after_in_child=_open.begin)
 
 
-def run(
+def run_program(
     command: Sequence[str],
     seconds: float,
     folder: Path | None = None,
@@ -93,7 +93,7 @@ def run(
         try:
             said, wrong = process.communicate(timeout=seconds)
         except BaseException:
-            _kill(process)
+            _kill_group(process)
             raise
         finally:
             _open.processes.discard(process)
@@ -103,7 +103,7 @@ def run(
     return subprocess.CompletedProcess(command, process.returncode, said, wrong)
 
 
-def _kill(process: Process) -> None:
+def _kill_group(process: Process) -> None:
     """With all that it started itself."""
     try:
         if hasattr(os, "killpg"):
@@ -115,12 +115,13 @@ def _kill(process: Process) -> None:
 
 
 @contextmanager
-def scratch(folder: Path) -> Iterator[Path]:
+def scratch_folder(folder: Path) -> Iterator[Path]:
     """An empty folder inside another, for the time of a build. Raises OSError where there can be none."""
-    _sweep(folder)
+    _remove_abandoned(folder)
     with _open.lock:
         _open.go_on()
-        made = Path(tempfile.mkdtemp(prefix=f"{PREFIX}-{_system()}-{os.getpid()}-{_birth(os.getpid())}-", dir=folder))
+        prefix = f"{PREFIX}-{_identify_system()}-{os.getpid()}-{_start_time(os.getpid())}-"
+        made = Path(tempfile.mkdtemp(prefix=prefix, dir=folder))
         _open.folders.add(made)
     try:
         yield made
@@ -128,11 +129,11 @@ def scratch(folder: Path) -> Iterator[Path]:
         _open.go_on()
         raise
     finally:
-        _remove(made)
+        _remove_folder(made)
         _open.folders.discard(made)
 
 
-def _remove(folder: Path) -> None:
+def _remove_folder(folder: Path) -> None:
     """Also what a process that is being killed still writes there."""
     for _ in range(REMOVALS):
         shutil.rmtree(folder, ignore_errors=True)
@@ -141,25 +142,25 @@ def _remove(folder: Path) -> None:
         time.sleep(0.02)
 
 
-def _sweep(folder: Path) -> None:
+def _remove_abandoned(folder: Path) -> None:
     """Remove what dead processes have left."""
     for path in folder.glob(f"{PREFIX}-*"):
-        if _dead(path):
+        if _is_abandoned(path):
             shutil.rmtree(path, ignore_errors=True)
 
 
-def _dead(path: Path) -> bool:
+def _is_abandoned(path: Path) -> bool:
     try:
         _, system, process, birth, _ = path.name.split("-", 4)
-        if system == _system():
-            return _birth(int(process)) != birth
+        if system == _identify_system():
+            return _start_time(int(process)) != birth
         return time.time() - path.stat().st_mtime > ABANDONED_S
     except (OSError, ValueError):
         return False
 
 
 @cache
-def _system() -> str:
+def _identify_system() -> str:
     """Tells apart systems, times they were started, and containers, which number processes by themselves.
 
     Where that is not known, every process counts as a system of its own.
@@ -171,7 +172,7 @@ def _system() -> str:
     return hashlib.sha256(known.encode()).hexdigest()[:12]
 
 
-def _birth(process: int) -> str:
+def _start_time(process: int) -> str:
     """When a process was started, in the system's ticks; empty for one that is not there, or not any more."""
     try:
         state, *fields = Path(f"/proc/{process}/stat").read_bytes().rpartition(b")")[2].split()

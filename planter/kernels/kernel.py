@@ -1,13 +1,17 @@
 """The strict call layer: no `casadi.Function` is called but here.
 
-CasADi fills a missing input with zeros, spreads a scalar over a vector and hands out NaN; here every input is wanted by
-name, in its exact shape and finite, and so is every output.
+CasADi fills a missing input with zeros, spreads a scalar over a vector and returns NaN; here every input is required by
+name, in its exact shape and finite, and so is every output. A `BoundKernel` is called on arrays that stay in place,
+a `StackedKernel` for each matrix of a stack, both without the cost of a strict call.
 """
 
 from __future__ import annotations
 
+import ctypes
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from importlib import resources
 from threading import get_ident
 from typing import Any, Never
 
@@ -16,11 +20,66 @@ import numpy as np
 from numpy.typing import NDArray
 
 from planter.errors import ComputationError, NotFiniteError, PlanterError
-from planter.kernels import backends, bound
-from planter.kernels.virtual import VirtualMachine
-from planter.kernels.work import Array, Work
+from planter.kernels import backends, toolchain
+from planter.kernels.backends import Array, LaneBackend, LaneTask, VirtualMachine
+from planter.kernels.compiler import CompilerError
+from planter.kernels.lane_source import print_prototype
 
-__all__ = ["Array", "Bound", "CallError", "Kernel"]
+
+def build_finite_check(arrays: Sequence[Array]) -> Callable[[], int]:
+    """Says at each call which of some contiguous arrays, from 1, is the first that is not finite; 0 if all are.
+
+    Who calls it keeps the arrays.
+    """
+    try:
+        look = _load_finite_check()
+    except CompilerError:
+        return partial(_find_non_finite, arrays)
+    places = (ctypes.c_void_p * len(arrays))(*(array.ctypes.data for array in arrays))
+    sizes = (ctypes.c_long * len(arrays))(*(array.size for array in arrays))
+    return partial(look, ctypes.c_long(len(arrays)), places, sizes)
+
+
+def _load_finite_check() -> Callable[..., int]:
+    source = resources.files(__package__).joinpath("finite.c").read_text(encoding="utf-8")
+    look: Callable[..., int]
+    (look,) = toolchain.load_functions(toolchain.build_library("finite", source, toolchain.OPTIMISED), "not_finite")
+    return look
+
+
+def _find_non_finite(arrays: Sequence[Array]) -> int:
+    return next((number for number, array in enumerate(arrays, 1) if not np.isfinite(array).all()), 0)
+
+
+def bind_lanes(way: LaneBackend, inputs: Sequence[Array], outputs: Sequence[Array], count: int) -> Callable[[], bool]:
+    """A call that writes the outputs and says whether all numbers are finite; with others, it may write nothing.
+
+    Inputs are laid out as the loop takes them, outputs (height, width lanes) row by row.
+    """
+    memory = [
+        output if elements.shape == output.shape else elements
+        for elements, output in zip(way.memory(count), outputs, strict=True)
+    ]
+    matrices = [index for index, output in enumerate(outputs) if memory[index] is not output]
+    loop = way.prepared(inputs, memory, count)
+    strange_input, strange_output = build_finite_check(inputs), build_finite_check(memory)
+
+    def call() -> bool:
+        if strange_input():
+            return False
+        loop()
+        return not strange_output()
+
+    def call_for_matrices() -> bool:
+        found = call()
+        for index in matrices:
+            outputs[index][:] = way.results(memory)[index]
+        return found
+
+    return call_for_matrices if matrices else call
+
+
+__all__ = ["Array", "BoundKernel", "CallError", "Kernel"]
 
 
 class CallError(PlanterError):
@@ -42,8 +101,8 @@ class Kernel:
         self.lanes = tuple(lanes)
         self._wanted = frozenset(self.names)
         self._shapes = [function.size_in(i) for i in range(function.n_in())]
-        self.work = Work(function, self.lanes, summed, few_passes)
-        self._way = backends.virtual_machine(self.work)
+        self.work = LaneTask(function, self.lanes, summed, few_passes)
+        self._way = backends.build_virtual_machine(self.work)
         self._compiling: threading.Thread | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -63,16 +122,16 @@ class Kernel:
     @property
     def loop(self) -> Any:
         """The compiled loop over lanes as a function of C; None where it is not evaluated in lanes (yet)."""
-        return self._way.loop if isinstance(self._way, backends.Lanes) else None
+        return self._way.loop if isinstance(self._way, backends.LaneBackend) else None
 
     def interface(self, count: int) -> ca.Function | None:
         """The compiled loop over `count` lanes for CasADi's solvers; None where it is not evaluated in lanes (yet)."""
-        return self._way.interface(count) if isinstance(self._way, backends.Lanes) else None
+        return self._way.interface(count) if isinstance(self._way, backends.LaneBackend) else None
 
     def compile(self, wait: bool = True) -> None:
         """Run the fastest way that there is here from now on; without waiting, from when it has been compiled."""
-        if wait or backends.kept(self.work):
-            self._way = backends.fastest(self.work)
+        if wait or backends.is_compiled(self.work):
+            self._way = backends.select_fastest(self.work)
         else:
             self._compiling = threading.Thread(target=self.compile, name=f"compile {self._name}", daemon=True)
             self._compiling.start()
@@ -116,7 +175,7 @@ class Kernel:
             raise ComputationError(f"{self._name} did not succeed: {str(error).strip().splitlines()[-1]}") from error
         return {name: self._finite(name, result) for name, result in zip(self.outputs, results, strict=True)}
 
-    def bind(self, **inputs: Array) -> Bound:
+    def bind(self, **inputs: Array) -> BoundKernel:
         """The kernel on arrays that stay: what is written into them is what the next call takes.
 
         Inputs are arrays of float64 in the shapes and units [of the function] of a call, contiguous: those of lanes row
@@ -131,7 +190,7 @@ class Kernel:
             if not (array.flags.c_contiguous if lanes else array.flags.f_contiguous):
                 order = "row by row" if lanes else "column by column"
                 raise CallError(f"{self._name}: input {name} must be contiguous, {order}, to be bound")
-        return Bound(self, arrays, count)
+        return BoundKernel(self, arrays, count)
 
     @property
     def _name(self) -> str:
@@ -172,7 +231,7 @@ class Kernel:
         return array
 
 
-class Bound:
+class BoundKernel:
     """A kernel on arrays that stay, made by `Kernel.bind`: nothing is made for a call.
 
     Each call writes into `outputs`, by name and in the shapes that a call of the kernel gives. The arrays are those of
@@ -211,8 +270,8 @@ class Bound:
         """For the way in which the kernel is evaluated now."""
         self._way = self._kernel._way
         self._run: Callable[[], bool] = self._by_a_call
-        if isinstance(self._way, backends.Lanes):
-            self._run = bound.in_lanes(self._way, self._inputs, list(self.outputs.values()), self._count)
+        if isinstance(self._way, backends.LaneBackend):
+            self._run = bind_lanes(self._way, self._inputs, list(self.outputs.values()), self._count)
 
     def _by_a_call(self) -> bool:
         for name, result in self._kernel._evaluated(self._inputs, self._count).items():
@@ -223,3 +282,96 @@ class Bound:
         self._kernel._check_finite(self._inputs)
         for name, array in self.outputs.items():
             self._kernel._finite(name, array)
+
+
+class StackedKernel:
+    """A function over lanes whose inputs `stacked` are stacks: a matrix for each call.
+
+    Outputs are stacks (calls, rows, lanes), or (calls, rows) summed over the lanes.
+    """
+
+    def __init__(
+        self, function: ca.Function, lanes: Sequence[str], stacked: Sequence[str], summed: bool = False,
+        few_passes: bool = False,
+    ) -> None:  # fmt: skip
+        """`few_passes` are for a function that is not called often enough to pay for the compiler's time."""
+        self.kernel, self.stacked = Kernel(function, lanes, summed, few_passes), tuple(stacked)
+        self._inputs = {name: function.numel_in(i) for i, name in enumerate(self.kernel.names)}
+        self._outputs = {name: function.numel_out(i) for i, name in enumerate(self.kernel.outputs)}
+        self._run: Any = None
+        self._is_compiled = False
+
+    def compile(self) -> None:
+        """Compile the function, and the loop over the calls if it is one over lanes."""
+        if not self._is_compiled:
+            self._is_compiled = True
+            self.kernel.compile()
+            self._run = self._load() if self.kernel.way == "lanes" else None
+
+    def __call__(self, **inputs: Array) -> dict[str, Array]:
+        """Return the outputs by name; inputs are (rows, lanes) or (rows,), with the calls before them if stacked.
+
+        Numbers that are not finite are passed on. Raises CallError for an input of another shape.
+        """
+        lanes, calls = inputs[self.kernel.lanes[0]].shape[-1], len(inputs[self.stacked[0]])
+        arrays = {}
+        for name, height in self._inputs.items():
+            expected = (*([calls] if name in self.stacked else []), height, *([lanes] if self._varies(name) else []))
+            if inputs[name].shape != expected:
+                raise CallError(f"{self._name}: input {name} has the shape {inputs[name].shape}; expected {expected}")
+            arrays[name] = np.ascontiguousarray(inputs[name], dtype=float)
+        columns = () if self.kernel.work.summed else (lanes,)
+        results = {name: np.empty((calls, height, *columns)) for name, height in self._outputs.items()}
+        if self._run is None:
+            for call in range(calls):
+                self._call(call, arrays, results)
+        else:
+            pointers = (ctypes.c_void_p(array.ctypes.data) for array in (*arrays.values(), *results.values()))
+            self._run(ctypes.c_long(calls), ctypes.c_long(lanes), *pointers)
+        return results
+
+    def _varies(self, name: str) -> bool:
+        return name in self.kernel.lanes
+
+    def _call(self, call: int, arrays: dict[str, Array], results: dict[str, Array]) -> None:
+        now = {name: array[call] if name in self.stacked else array for name, array in arrays.items()}
+        shaped = {name: array if self._varies(name) else array[:, None] for name, array in now.items()}
+        for name, result in self.kernel.masked(**shaped)[0].items():
+            results[name][call] = result.reshape(results[name][call].shape)
+
+    def _load(self) -> Any:
+        """Return the compiled loop, None if there is no compiler."""
+        try:
+            library = backends.build_lane_library(self.kernel.work)
+            path = toolchain.build_library(self._name, self._print(), toolchain.OPTIMISED, (library,))
+            (run,) = toolchain.load_functions(path, self._name)
+        except CompilerError as reason:
+            toolchain.warn_once(reason)
+            return None
+        run.restype = None
+        return run
+
+    @property
+    def _name(self) -> str:
+        return f"{self.kernel.function.name()}_stacked"
+
+    def _print(self) -> str:
+        """Return the C text of the loop over the calls."""
+        function = self.kernel.function
+        inputs = [f"const double *{name}" for name in self._inputs]
+        outputs = [f"double *{name}" for name in self._outputs]
+        return "\n".join([
+            f"{print_prototype(function)};",
+            f"void {self._name}(long calls, long lanes, {', '.join([*inputs, *outputs])})",
+            "{",
+            "  for (long call = 0; call < calls; ++call)",
+            f"    {function.name()}(lanes, {', '.join(self._print_arguments())});",
+            "}\n",
+        ])  # fmt: skip
+
+    def _print_arguments(self) -> Iterator[str]:
+        for name, height in self._inputs.items():
+            size = f"{height} * lanes" if self._varies(name) else f"{height}"
+            yield f"{name} + call * {size}" if name in self.stacked else name
+        for name, height in self._outputs.items():
+            yield f"{name} + call * {height}{'' if self.kernel.work.summed else ' * lanes'}"

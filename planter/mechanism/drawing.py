@@ -16,7 +16,7 @@ from planter.engine.machine import LEAST_PIVOT
 from planter.files import units
 from planter.kernels import Array
 from planter.kernels.formulas import HOISTED, Formulas
-from planter.kernels.programs.program import Program, Step
+from planter.kernels.programs import Program, ProgramStep
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.numerics.arrays import Integers
@@ -268,20 +268,22 @@ class MechanismCycleProgram:
             notes=NOTES,
         )
 
-    def _list_steps(self) -> list[Step]:
-        steps = [Step(build_loop_closure(self.formulas, "turn_loops", self.samples))] if self.has_loops else []
+    def _list_steps(self) -> list[ProgramStep]:
+        steps = [ProgramStep(build_loop_closure(self.formulas, "turn_loops", self.samples))] if self.has_loops else []
         if HOISTED in self._lane.name_in():
             prologue = self.formulas.function("prologue")
             data = ca.MX.sym("data", prologue.numel_in(0))
-            steps.append(Step(ca.Function("turn_prologue", [data], [prologue(data)], ["data"], [HOISTED])))
+            steps.append(ProgramStep(ca.Function("turn_prologue", [data], [prologue(data)], ["data"], [HOISTED])))
         names = ["angles", *self._lane.name_in()[1:]]
         rows = ca.Function("turn_rows", self._inputs, [ca.cse(ca.vertcat(*self._rows.values()))], names, ["all"])
-        steps.append(Step(rows, tuple(name for name in names if name in ("angles", "loops"))))
+        steps.append(ProgramStep(rows, tuple(name for name in names if name in ("angles", "loops"))))
         matrix, frames, keys = self._matrix, select_frames(self.samples).tolist(), list(self._rows)
         columns = ca.horzcat(*(matrix[frames, keys.index(key)] for key in self._row_names))
-        steps.append(Step(ca.Function("turn_drawn", [matrix], [columns], ["all"], ["rows"])))
+        steps.append(ProgramStep(ca.Function("turn_drawn", [matrix], [columns], ["all"], ["rows"])))
         inputs, singles = self._single_inputs, ca.vertcat(*self._singles.values())
-        steps.append(Step(ca.Function("turn_singles", list(inputs.values()), [singles], list(inputs), ["singles"])))
+        steps.append(
+            ProgramStep(ca.Function("turn_singles", list(inputs.values()), [singles], list(inputs), ["singles"]))
+        )
         return steps
 
     # --- quantities along the angle --------------------------------------------------------------------

@@ -22,8 +22,8 @@ from planter.engine.problem import build_problem
 from planter.engine.proof import ProvableObjective, check_provable
 from planter.engine.search import SearchSpec, minimise
 from planter.kernels import Array, generated
-from planter.kernels.array_code import extract_outputs, find_periodic
 from planter.kernels.formulas import HOISTED, Formulas
+from planter.kernels.generated import extract_outputs, find_periodic
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import MechanismOptimum, StatedGoal

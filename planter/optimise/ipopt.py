@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from planter.kernels import Array
-from planter.kernels.interrupts import uninterrupted
+from planter.kernels.backends import defer_interrupt
 
 IPOPT_OPTIONS: dict[str, Any] = {
     "print_level": 0,
@@ -155,7 +155,7 @@ def solve_program(
     }
     solver = ca.nlpsol("solver", "ipopt", functions["nlp"], settings)
     bounds = {"lbx": programme.lower, "ubx": programme.upper, "lbg": programme.g_lower, "ubg": programme.g_upper}
-    solution = uninterrupted(lambda: solver(x0=start, **bounds)) if compiled else solver(x0=start, **bounds)
+    solution = defer_interrupt(lambda: solver(x0=start, **bounds)) if compiled else solver(x0=start, **bounds)
     if failures:
         raise failures[0]
     stats = solver.stats()

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from planter.files import units
-from planter.kernels.programs.program import Program, Step
+from planter.kernels.programs import Program, ProgramStep
 from planter.optimise.sampled_cycle import sample_angles
 from planter.planting import cycle
 from planter.planting.model import Device
@@ -221,19 +221,19 @@ def _seen(rows: Rows, singles: Singles, moments: int, corners: int) -> Program:
         "around": 2 * np.pi * np.arange(corners) / (corners - 1),
     }  # fmt: skip
     return Program(f"{device.model}_seen", data, [
-        Step(_named(device, "prologue", [x, c], [prologue(x, c)], ["x", "c"], ["h"])),
+        ProgramStep(_named(device, "prologue", [x, c], [prologue(x, c)], ["x", "c"], ["h"])),
         _lanes(rows, "phi", "rows", rows.plotted.values()),
         _lanes(rows, "sampled", "told", rows.sampled),
         *(_lanes(rows, "around", f"stage{k + 1}", rows.outlines(k)) for k in (0, 1)),
-        Step(_named(device, "single", singles.inputs, [ca.vertcat(*singles.all.values())], INPUTS, ["singles"])),
+        ProgramStep(_named(device, "single", singles.inputs, [ca.vertcat(*singles.all.values())], INPUTS, ["singles"])),
     ])  # fmt: skip
 
 
-def _lanes(rows: Rows, over: str, name: str, values: Iterable[ca.SX]) -> Step:
+def _lanes(rows: Rows, over: str, name: str, values: Iterable[ca.SX]) -> ProgramStep:
     """Rows over what stands in the place of the carrier angle."""
     rows_of_values = ca.cse(ca.vertcat(*values))
     f = ca.Function(f"{rows.device.model}_{name}", rows.inputs, [rows_of_values], [over, "x", "c", "h"], [name])
-    return Step(f, (over,))
+    return ProgramStep(f, (over,))
 
 
 def _named(
@@ -261,8 +261,9 @@ def _descent(device: Device) -> Program:
     rows = slopes.call([place, ca.vertcat(*more[:2]), more[2], ca.SX(0, 1), tangent])
     names = ["place", "x", "c", "h", "dh"]
     over = ca.Function(f"{device.model}_slopes", [place, *more, tangent], rows, names, ["force", "g"])
+    outputs = ["objective", "gradient"]
     return Program(f"{device.model}_descent", data, [
-        Step(_named(device, "tangent", [x, c], [h, dh.nz[:]], ["x", "c"], ["h", "dh"])),
-        Step(over, ("place",)),
-        Step(_named(device, "weighed", [force, g], [total, gradient], ["force", "g"], ["objective", "gradient"])),
+        ProgramStep(_named(device, "tangent", [x, c], [h, dh.nz[:]], ["x", "c"], ["h", "dh"])),
+        ProgramStep(over, ("place",)),
+        ProgramStep(_named(device, "weighed", [force, g], [total, gradient], ["force", "g"], outputs)),
     ])  # fmt: skip

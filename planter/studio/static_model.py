@@ -15,7 +15,7 @@ import numpy as np
 
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array
-from planter.kernels.programs.program import Program
+from planter.kernels.programs import Program
 from planter.view.animation import packed
 from planter.view.picture import LONGEST, Frame, Picture
 from planter.view.scene import Outline, Scene

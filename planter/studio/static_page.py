@@ -18,9 +18,9 @@ from string import Template
 from typing import Any
 
 from planter.errors import ComputationError, InputError
-from planter.kernels.loops import NotPrintable
-from planter.kernels.programs import webassembly
-from planter.kernels.toolchain import NoCompiler
+from planter.kernels.compiler import CompilerError
+from planter.kernels.lane_graph import NotPrintableError
+from planter.kernels.programs import build_webassembly
 from planter.report.files import write_bytes
 from planter.report.folder import check
 from planter.report.html import allowed, escape
@@ -53,19 +53,19 @@ def write_page(source: str, file: Path) -> Path:
         raise InputError(f"--static is not available for {source}: such a machine is computed in Python only")
     try:
         text = page(machine)
-    except NotPrintable as reason:
+    except NotPrintableError as reason:
         raise InputError(f"--static is not available for {source}: {reason}") from None
-    except NoCompiler as reason:
+    except CompilerError as reason:
         raise InputError(f"--static {file} cannot be written: {reason}") from None
     write_bytes(file, text.encode())
     return file
 
 
 def page(machine: Movable) -> str:
-    """Return the page. Raises NoCompiler if the programs cannot be compiled, and the errors of these programs."""
+    """Return the page. Raises CompilerError if the programs cannot be compiled, and the errors of these programs."""
     models = {name: StaticPageModel(machine, name) for name in machine.models}
     programs = [program for model in models.values() for program in model.portable.programs]
-    module = gzip.compress(webassembly.module(programs), mtime=0)
+    module = gzip.compress(build_webassembly(programs), mtime=0)
     description = {
         "name": machine.name,
         "controls": [control.to_json() for control in machine.controls],

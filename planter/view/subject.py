@@ -14,7 +14,7 @@ from planter.files import units
 from planter.files.document import Document, lines
 from planter.files.text import is_file, parse_toml, read_text
 from planter.kernels import Array
-from planter.kernels.programs.program import Program
+from planter.kernels.programs import Program
 from planter.version import __version__
 from planter.view.scene import Scene
 

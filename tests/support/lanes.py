@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from planter.kernels import Array, backends, toolchain
-from planter.kernels.work import Work
+from planter.kernels.backends import LaneTask
 
 NAMED = {"gcc": "gcc", "clang": next((n for n in ("clang", *(f"clang-{v}" for v in range(22, 10, -1)))
                                       if shutil.which(n)), "clang")}  # fmt: skip
@@ -37,33 +37,33 @@ def compiled(text: str, target: Path, *flags: str, compiler: str = "gcc") -> Pat
     return target
 
 
-def for_processor(work: Work, march: str, folder: Path) -> backends.Lanes:
+def for_processor(work: LaneTask, march: str, folder: Path) -> backends.LaneBackend:
     """A lane kernel compiled with the flags of the library, but for another processor."""
     folder.mkdir(exist_ok=True)
     flags = ("-std=gnu99", *work.passes, *toolchain.FAST_MATH, f"-march={march}")
     compiled(work.loop, folder / "kernel.o", *flags)
     library = folder / "kernel.so"
     subprocess.run([path_of("gcc"), "-shared", str(folder / "kernel.o"), "-o", str(library), "-lm"], check=True)
-    return backends.Lanes(work, library)
+    return backends.LaneBackend(work, library)
 
 
-def work(names: str, outputs: dict[str, ca.SX], inputs: Sequence[ca.SX], lanes: str, summed: bool = False) -> Work:
+def work(names: str, outputs: dict[str, ca.SX], inputs: Sequence[ca.SX], lanes: str, summed: bool = False) -> LaneTask:
     """The work of a function `f`; names of inputs and lanes stand in texts, parted by spaces."""
     function = ca.Function("f", list(inputs), list(outputs.values()), names.split(), list(outputs))
-    return Work(function, tuple(lanes.split()), summed)
+    return LaneTask(function, tuple(lanes.split()), summed)
 
 
-def evaluated(work: Work, way: backends.Way, *arrays: object) -> dict[str, Array]:
+def evaluated(work: LaneTask, way: backends.Backend, *arrays: object) -> dict[str, Array]:
     """Outputs by name of arrays (rows, lanes), or (rows, columns) for what is shared."""
     given = [np.atleast_2d(np.asarray(a, dtype=float)) for a in arrays]
     count = max(a.shape[1] for a, n in zip(given, work.function.name_in(), strict=True) if n in work.varying)
     return dict(zip(work.function.name_out(), way(given, count), strict=True))
 
 
-def both(work: Work, *arrays: object) -> tuple[dict[str, Array], dict[str, Array]]:
+def both(work: LaneTask, *arrays: object) -> tuple[dict[str, Array], dict[str, Array]]:
     """Outputs of the lane kernel, and of CasADi's virtual machine, which may be infinite without a complaint."""
-    return evaluated(work, backends.lane_kernel(work), *arrays), evaluated(
-        work, backends.virtual_machine(work), *arrays
+    return evaluated(work, backends.build_lane_backend(work), *arrays), evaluated(
+        work, backends.build_virtual_machine(work), *arrays
     )
 
 
@@ -73,5 +73,5 @@ def apart(one: Array, other: Array) -> float:
     return float(np.abs(one - other).max() / np.abs(other).max())
 
 
-def unsummed(work: Work) -> Work:
+def unsummed(work: LaneTask) -> LaneTask:
     return replace(work, summed=False)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planter.kernels import Array
-from planter.kernels.programs.program import Program
+from planter.kernels.programs import Program
 
 needs_wasm = pytest.mark.skipif(
     find_spec("ziglang") is None or find_spec("wasmtime") is None, reason="needs ziglang and wasmtime"

@@ -72,8 +72,8 @@ def designs(case: Case) -> list[np.ndarray]:
 
 def has_compiler() -> bool:
     try:
-        toolchain.compiler()
-    except toolchain.NoCompiler:
+        toolchain.find_compiler()
+    except toolchain.CompilerError:
         return False
     return True
 
@@ -255,7 +255,7 @@ def test_only_executed_operations_are_counted() -> None:
                                              ["x", "y"], ["z"]), 1)):  # fmt: skip
         kernel = Kernel(function, lanes=["x", "y"])
         kernel.compile()
-        count = executed_operations(backends.lane_library(kernel.work), function.name())
+        count = executed_operations(backends.build_lane_library(kernel.work), function.name())
         assert count == 4
         assert operations(kernel) >= 4 + cancelled
     assert executed_operations(Path("no_such_library.so"), "f") is None

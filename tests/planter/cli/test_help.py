@@ -55,8 +55,8 @@ def test_summaries_of_commands_are_whole_sentences(group: tuple[str, ...]) -> No
 
 def test_variables_that_the_page_names_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "PLANTER_KERNELS" in answer("help", "environment")["text"]
-    monkeypatch.setenv("PLANTER_KERNELS", backends.NAMES[-1])
-    assert backends.allowed() == backends.NAMES[-1:]
+    monkeypatch.setenv("PLANTER_KERNELS", backends.BACKENDS[-1])
+    assert backends.list_allowed() == backends.BACKENDS[-1:]
 
 
 def test_the_shell_is_told_how_a_word_goes_on() -> None:

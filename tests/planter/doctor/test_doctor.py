@@ -14,7 +14,7 @@ import pytest
 import planter
 from planter.doctor import examination
 from planter.doctor.examination import EXTRAS
-from planter.kernels import backends, bundled, compiler, toolchain
+from planter.kernels import backends, compiler, toolchain
 from planter.planting.file import load
 from planter.planting.functions import Model
 from planter.planting.model import Device
@@ -59,7 +59,7 @@ def test_it_says_what_is_there_and_compiles_nothing(folder: Path) -> None:
     assert found["versions"]["planter"] == planter.__version__
     assert found["versions"]["casadi"] == ca.CasadiMeta.version()
     assert found["versions"]["python"] == platform.python_version()
-    assert found["compiler"]["path"] == toolchain.compiler().path
+    assert found["compiler"]["path"] == toolchain.find_compiler().path
     assert found["compiler"]["vector_bits"] in (64, 128, 256, 512)
     assert found["cache"] == {
         "folder": str(folder), "exists": False, "files": 0, "bytes": 0, "damaged": 0, "problem": None,
@@ -120,7 +120,7 @@ def test_a_compiler_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.Mon
     silent.write_text("#!/bin/sh\nsleep 300\nexit\n")
     silent.chmod(0o755)
     monkeypatch.setenv("CC", str(silent))
-    monkeypatch.setattr(compiler, "ANSWER_S", 0.5)
+    monkeypatch.setattr(compiler, "PROBE_TIMEOUT_S", 0.5)
     found = examined()
     assert found["compiler"] == {"problem": f"the C compiler {silent} does not answer within 0.5 s"}
     assert {way for way, _ in ways_of(found).values()} == {"casadi-vm"}
@@ -154,14 +154,14 @@ def test_the_bundled_compiler_takes_its_place_and_its_first_use_takes_longer(
 ) -> None:
     cc = path_of("gcc")
     monkeypatch.delenv("CC", raising=False)
-    monkeypatch.delenv(bundled.FOLDER, raising=False)
+    monkeypatch.delenv(compiler.CACHE_VARIABLE, raising=False)
     monkeypatch.setenv("PATH", f"{os.environ['PATH']}{os.pathsep}{tmp_path}")
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    monkeypatch.setattr(bundled, "command", lambda: (cc, "-DSOME=1"))
+    monkeypatch.setattr(compiler, "bundled_command", lambda: (cc, "-DSOME=1"))
     found = examined()
     assert (found["compiler"]["path"], found["compiler"]["bundled"]) == (cc, True)
     assert ways_of(found)["rows"] == ("lanes", False)
-    assert any(f"about {bundled.preparation_s()} s" in a["missing"] for a in found["advice"])
+    assert any(f"about {compiler.preparation_time_s()} s" in a["missing"] for a in found["advice"])
 
 
 @pytest.mark.parametrize("place", ["/dev/null/cache", "open"])
@@ -193,11 +193,11 @@ def test_clang_is_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
 @needs_compiler
 def test_what_is_foreseen_is_what_happens(kernel_cache: None, monkeypatch: pytest.MonkeyPatch) -> None:
     device = Device(load("wang2017"))
-    for limit in backends.NAMES:
+    for limit in backends.BACKENDS:
         monkeypatch.setenv("PLANTER_KERNELS", limit)
         for kernel in (device.force.response.values_kernel, device.force.response.hoisting_kernel):
             kernel.compile()
-            assert kernel.way == backends.foreseen(kernel.work)
+            assert kernel.way == backends.predict_backend(kernel.work)
 
 
 def test_tables_for_people() -> None:

@@ -16,7 +16,7 @@ ANGLES = 36
 
 @pytest.fixture(autouse=True)
 def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(backends, "fastest", backends.virtual_machine)
+    monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
 
 
 def slider_crank() -> Machine:

@@ -62,7 +62,7 @@ def read_text() -> str:
 
 
 def build(text: str) -> Path:
-    return toolchain.library("cycles", text + GIVEN, toolchain.loop_flags(toolchain.OPTIMISED))
+    return toolchain.build_library("cycles", text + GIVEN, toolchain.loop_flags(toolchain.OPTIMISED))
 
 
 def draw_row() -> tuple[Array, Array, Array]:
@@ -75,7 +75,7 @@ def draw_row() -> tuple[Array, Array, Array]:
 
 def run(path: Path, *parts: Array) -> tuple[Array, Array, Array]:
     """Return outputs (k,), gradients (s, p) and the failure (1,) that a library finds for a row."""
-    call, *functions = toolchain.functions(path, "cycles", "fix", "slope")
+    call, *functions = toolchain.load_functions(path, "cycles", "fix", "slope")
     row = np.concatenate([[1.0], *(part.ravel() for part in parts)])
     arrays = {
         name: np.zeros(8 * ROWS) for name in ("phi", "statistics", "q", "h", "dh", "rows", "slopes", "weights", "arg")
@@ -121,7 +121,7 @@ def compare(path: Path) -> float:
 
 def test_record_of_python_is_that_of_c() -> None:
     path = build(read_text() + "long measure_record(void) { return sizeof(cycle); }")
-    (measure_record,) = toolchain.functions(path, "measure_record")
+    (measure_record,) = toolchain.load_functions(path, "measure_record")
     assert measure_record() == ctypes.sizeof(_Cycle)
 
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from planter.errors import ComputationError
-from planter.kernels import Array, Bound, CallError, Kernel, finite, toolchain
+from planter.kernels import Array, CallError, Kernel, toolchain
+from planter.kernels import kernel as kernel_module
 from planter.planting.file import load
 from planter.planting.model import Device
 from tests.support.lanes import needs_compiler
@@ -101,7 +102,7 @@ class TestNumbers:
         given = {"phi": phi, "d": at.d, "h": at.h, "dh": at.dh}
         found = {name: value.copy() for name, value in kernel.bind(**given)().items()}
         monkeypatch.setenv("CC", "/nonexistent")
-        monkeypatch.setattr(toolchain, "_warned", [])
+        monkeypatch.setattr(toolchain, "_warnings", [])
         kernel.compile()
         assert kernel.way == "casadi-vm"
         for name, value in kernel.bind(**given)().items():
@@ -162,7 +163,7 @@ class TestRefused:
 
     @needs_compiler
     def test_without_a_look_it_would(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(finite, "watch", lambda arrays: lambda: 0)
+        monkeypatch.setattr(kernel_module, "build_finite_check", lambda arrays: lambda: 0)
         kernel = wave()
         kernel.compile()
         assert np.isnan(kernel.bind(phi=-2 * np.ones(3), x=np.ones(2))()["root"]).all()
@@ -198,7 +199,7 @@ class TestFinite:
     @pytest.mark.parametrize("bad", [np.nan, -np.nan, np.inf, -np.inf])
     def test_where_the_first_stands(self, size: int, bad: float) -> None:
         arrays = [np.resize(self.EDGES, size), np.full(size, 1.0), np.zeros(0), np.resize(self.EDGES, size)]
-        look = finite.watch(arrays)
+        look = kernel_module.build_finite_check(arrays)
         assert look() == 0
         for number in (3, 1, 0):
             arrays[number][size // 2] = bad
@@ -223,6 +224,6 @@ def test_it_costs_little_beside_the_loop() -> None:
     kernel = made({"x": r * ca.cos(phi)}, [phi, r])
     kernel.compile()
     bound = kernel.bind(phi=angles, r=radius)
-    assert isinstance(bound, Bound)
+    assert isinstance(bound, BoundKernel)
     loop = kernel._way.prepared(bound._inputs, [bound.outputs["x"]], 360)  # type: ignore[attr-defined]
     assert shortest(bound) - shortest(loop) < OVERHEAD_US

@@ -13,7 +13,7 @@ import casadi as ca
 import pytest
 
 from planter.kernels import Kernel, builds, toolchain
-from planter.kernels.toolchain import NoCompiler
+from planter.kernels.compiler import CompilerError
 from tests.support.lanes import needs_compiler
 
 ROOT = Path(__file__).parents[3]
@@ -88,13 +88,13 @@ def test_what_a_killed_process_left_goes_with_the_next_build(folder: Path, tmp_p
     process.stdout.readline()
     (building,) = folder.iterdir()
     assert (building / "half.s").exists()
-    path = toolchain.library("twice", SOURCE, ())
+    path = toolchain.build_library("twice", SOURCE, ())
     assert left(folder) == sorted([building.name, path.name])
     process.send_signal(signal.SIGKILL)
     process.communicate()
     path.unlink()
     assert left(folder) == [building.name]
-    toolchain.library("twice", SOURCE, ())
+    toolchain.build_library("twice", SOURCE, ())
     assert left(folder) == [path.name]
 
 
@@ -105,14 +105,14 @@ def test_what_another_system_left_goes_by_its_age(age: float, stays: bool, folde
     other = folder / f"{builds.PREFIX}-0123456789ab-1-1-abc"
     other.mkdir()
     os.utime(other, (time.time() - age,) * 2)
-    path = toolchain.library("twice", SOURCE, ())
+    path = toolchain.build_library("twice", SOURCE, ())
     assert left(folder) == sorted([path.name, *([other.name] if stays else [])])
 
 
 def test_a_folder_of_another_kind_stays(folder: Path) -> None:
     toolchain.cache_folder()
     (folder / f"{builds.PREFIX}-mine").mkdir()
-    toolchain.library("twice", SOURCE, ())
+    toolchain.build_library("twice", SOURCE, ())
     assert (folder / f"{builds.PREFIX}-mine").exists()
 
 
@@ -128,8 +128,8 @@ def test_a_forked_child_leaves_its_parent_s_build_alone(folder: Path, tmp_path: 
 class TestFullDisk:
     def full(self, count: int) -> None:
         for number in range(count):
-            with pytest.raises(NoCompiler, match="there is no room for compiled functions in"):
-                toolchain.library("twice", SOURCE + f"// {number}\n", ())
+            with pytest.raises(CompilerError, match="there is no room for compiled functions in"):
+                toolchain.build_library("twice", SOURCE + f"// {number}\n", ())
 
     def test_compilers_that_say_so_are_not_called_again(
         self, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -153,14 +153,14 @@ class TestFullDisk:
         self.full(1)
 
     def test_an_error_in_a_source_says_nothing_of_others(self) -> None:
-        with pytest.raises(NoCompiler, match=r"did not compile wrong: .*error"):
-            toolchain.library("wrong", "double wrong(double x) { return y; }\n", ())
-        assert toolchain.library("twice", SOURCE, ()).exists()
+        with pytest.raises(CompilerError, match=r"did not compile wrong: .*error"):
+            toolchain.build_library("wrong", "double wrong(double x) { return y; }\n", ())
+        assert toolchain.build_library("twice", SOURCE, ()).exists()
 
     def test_kernels_work_with_one_warning(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
-        monkeypatch.setattr(toolchain, "_warned", [])
+        monkeypatch.setattr(toolchain, "_warnings", [])
         monkeypatch.setenv("CC", str(compiler_that("echo 'No space left on device' >&2; exit 1", tmp_path)))
         for power in (2, 3):
             x = ca.SX.sym("x")
@@ -175,8 +175,8 @@ class TestFullDisk:
 def test_a_compilation_that_takes_too_long(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(toolchain, "TIMEOUT_S", 0.5)
     monkeypatch.setenv("CC", str(compiler_that("sleep 100; exit", tmp_path)))
-    with pytest.raises(NoCompiler, match=r"slow-cc did not compile twice within 0\.5 s"):
-        toolchain.library("twice", SOURCE, ())
+    with pytest.raises(CompilerError, match=r"slow-cc did not compile twice within 0\.5 s"):
+        toolchain.build_library("twice", SOURCE, ())
     assert left(folder) == []
 
 

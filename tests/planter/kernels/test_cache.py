@@ -10,8 +10,8 @@ from pathlib import Path
 import casadi as ca
 import pytest
 
-from planter.kernels import Kernel, backends, cache, toolchain
-from planter.kernels.cache import Refused
+from planter.kernels import Kernel, backends, toolchain
+from planter.kernels.toolchain import RefusedFileError
 from tests.support.lanes import needs_compiler
 
 pytestmark = needs_compiler
@@ -21,7 +21,7 @@ pytestmark = needs_compiler
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "above" / "cache"))
     monkeypatch.delenv("PLANTER_KERNELS", raising=False)
-    monkeypatch.setattr(toolchain, "_warned", [])
+    monkeypatch.setattr(toolchain, "_warnings", [])
     return tmp_path / "above" / "cache"
 
 
@@ -39,7 +39,7 @@ def way(kernel: Kernel) -> str:
 
 def compiled() -> Path:
     """The library of a kernel, by the work of a process before."""
-    return backends.lane_library(square().work)
+    return backends.build_lane_library(square().work)
 
 
 def owned_by_another(monkeypatch: pytest.MonkeyPatch, path: Path) -> None:
@@ -103,7 +103,7 @@ class TestLibrary:
             assert way(square()) == "casadi-vm"
         (said,) = [r.getMessage().partition("functions: ")[2] for r in caplog.records]
         assert said.startswith(f"{path} is not loaded: it {reason}")
-        assert not backends.kept(square().work)
+        assert not backends.is_compiled(square().work)
 
     def test_that_of_another_user(self, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
         path = compiled()
@@ -117,7 +117,7 @@ class TestLibrary:
         x = ca.SX.sym("x")
         kernels = [Kernel(ca.Function(name, [x], [x**3], ["x"], ["y"]), lanes=["x"]) for name in ("one", "two")]
         for kernel in kernels:
-            backends.lane_library(kernel.work).chmod(0o777)
+            backends.build_lane_library(kernel.work).chmod(0o777)
         for kernel in kernels:
             kernel.compile()
         one, two = (r.getMessage() for r in caplog.records)
@@ -128,20 +128,20 @@ class TestLibrary:
         """A whole library with its true digest, under another's name: nothing in it has run."""
         path, trace = compiled(), tmp_path / "trace"
         other = f'#include <stdio.h>\n__attribute__((constructor)) void f(void) {{ fclose(fopen("{trace}", "w")); }}\n'
-        wrong = toolchain.library("other", other, toolchain.OPTIMISED)
+        wrong = toolchain.build_library("other", other, toolchain.OPTIMISED)
         shutil.copy(wrong, path)
-        assert toolchain.sound(path)
+        assert toolchain.is_intact(path)
         assert way(square()) == "casadi-vm"
         assert not trace.exists()
         assert [r.getMessage().partition("functions: ")[2] for r in caplog.records] == [
             f"{path} is not used: it lacks one of the functions square"
         ]
-        toolchain.load(wrong)
+        toolchain.load_library(wrong)
         assert trace.exists()
 
     def test_one_that_only_names_the_function(self, caplog: pytest.LogCaptureFixture) -> None:
         path = compiled()
-        wrong = toolchain.library("other", 'const char *f(void) { return "square"; }\n', toolchain.OPTIMISED)
+        wrong = toolchain.build_library("other", 'const char *f(void) { return "square"; }\n', toolchain.OPTIMISED)
         shutil.copy(wrong, path)
         assert way(square()) == "casadi-vm"
         assert "lacks one of the functions square" in caplog.text
@@ -152,7 +152,7 @@ class TestFolder:
     def test_one_that_others_may_write(
         self, mode: int, above: int, folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
-        monkeypatch.setattr(cache, "_alone", lambda group: False)
+        monkeypatch.setattr(toolchain, "_is_private_group", lambda group: False)
         compiled()
         folder.chmod(mode)
         folder.parent.chmod(above)
@@ -169,7 +169,7 @@ class TestFolder:
     def test_a_group_of_the_user_alone_is_nobody_else(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         compiled()
         folder.parent.chmod(0o775)
-        monkeypatch.setattr(cache, "_alone", lambda group: group == folder.parent.stat().st_gid)
+        monkeypatch.setattr(toolchain, "_is_private_group", lambda group: group == folder.parent.stat().st_gid)
         assert way(square()) == "lanes"
 
     def test_one_of_another_user(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -177,7 +177,7 @@ class TestFolder:
         for place in (folder, folder.parent):
             with monkeypatch.context() as patch:
                 owned_by_another(patch, place)
-                with pytest.raises(Refused, match=f"open to other users: {place} belongs to another user"):
+                with pytest.raises(RefusedFileError, match=f"open to other users: {place} belongs to another user"):
                     toolchain.cache_folder()
 
     def test_a_link_is_followed_to_what_is_judged(self, folder: Path, tmp_path: Path) -> None:
@@ -186,7 +186,7 @@ class TestFolder:
         folder.parent.symlink_to("disk")
         assert compiled().parent == tmp_path / "disk" / "cache"
         (tmp_path / "disk").chmod(0o777)
-        with pytest.raises(Refused, match="disk may be written by others"):
+        with pytest.raises(RefusedFileError, match="disk may be written by others"):
             toolchain.cache_folder()
 
 

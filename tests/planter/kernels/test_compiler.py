@@ -11,7 +11,7 @@ import casadi as ca
 import pytest
 
 from planter.kernels import Kernel, compiler, toolchain
-from planter.kernels.toolchain import NoCompiler
+from planter.kernels.compiler import CompilerError
 from tests.support.lanes import needs_compiler
 
 
@@ -59,20 +59,20 @@ class TestSeveralWords:
         kernel.compile()
         assert kernel.way == "lanes"
         assert kernel(x=[3.0])["y"][0, 0] == 9
-        assert toolchain.compiler().words == tuple(words[1:])
-        assert toolchain.compiler().flags == compiler._asked("cc", os.environ["PATH"]).flags  # type: ignore[union-attr]
+        assert toolchain.find_compiler().words == tuple(words[1:])
+        assert toolchain.find_compiler().flags == compiler._probe_compiler("cc", os.environ["PATH"]).flags  # type: ignore[union-attr]
 
     def test_other_words_are_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
         places = set()
         for name in ("env cc", "env WORD=1 cc"):
             monkeypatch.setenv("CC", name)
-            places.add(toolchain.place("f", "", ()))
+            places.add(toolchain.library_path("f", "", ()))
         assert len(places) == 2
 
     def test_no_shell_reads_them(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("CC", f"cc; touch {tmp_path / 'touched'}")
-        with pytest.raises(NoCompiler, match="there is no C compiler 'cc;'"):
-            toolchain.compiler()
+        with pytest.raises(CompilerError, match="there is no C compiler 'cc;'"):
+            toolchain.find_compiler()
         monkeypatch.setenv("CC", f"cc $(touch {tmp_path / 'touched'})")
         square().compile()
         assert not (tmp_path / "touched").exists()
@@ -80,20 +80,20 @@ class TestSeveralWords:
     def test_a_path_with_a_space_is_one_word(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("CC", str(script(tmp_path, 'exec cc "$@"')))
         square().compile()
-        assert toolchain.compiler().words == ()
+        assert toolchain.find_compiler().words == ()
 
     @pytest.mark.parametrize(("name", "said"), [(" ", "CC is empty"), ("cc 'x", "cannot be read: No closing")])
     def test_words_that_are_none(self, name: str, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("CC", name)
-        with pytest.raises(NoCompiler, match=said):
-            toolchain.compiler()
+        with pytest.raises(CompilerError, match=said):
+            toolchain.find_compiler()
 
 
 @needs_compiler
 class TestFlags:
     def flags(self, text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[str, ...]:
         monkeypatch.setenv("CC", str(script(folder, text)))
-        found = toolchain.compiler()
+        found = toolchain.find_compiler()
         return (*found.flags, *found.order)
 
     def test_a_warning_of_something_else_takes_no_flag_away(
@@ -122,14 +122,14 @@ def test_asking_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
     given = script(tmp_path, 'case "$*" in *"-o /dev/null"*) touch null.s;; esac; exec cc "$@"')
     monkeypatch.setenv("CC", str(given))
-    assert toolchain.compiler().flags
+    assert toolchain.find_compiler().flags
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["some cc", "temporary"]
 
 
 class TestNoAnswer:
     @pytest.fixture(autouse=True)
     def _soon(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(compiler, "ANSWER_S", 0.5)
+        monkeypatch.setattr(compiler, "PROBE_TIMEOUT_S", 0.5)
 
     @pytest.mark.parametrize("case", ["version", "flags"])
     def test_it_is_not_waited_for_and_asked_once(
@@ -141,8 +141,8 @@ class TestNoAnswer:
         monkeypatch.setenv("CC", str(script(tmp_path, text)))
         began = time.monotonic()
         for _ in range(3):
-            with pytest.raises(NoCompiler, match=r"some cc does not answer within 0\.5 s"):
-                toolchain.compiler()
+            with pytest.raises(CompilerError, match=r"some cc does not answer within 0\.5 s"):
+                toolchain.find_compiler()
         assert time.monotonic() - began < 10
         asked = (tmp_path / "asked").read_text().split()
         assert len(asked) == (1 if case == "version" else 2)
@@ -152,7 +152,7 @@ class TestNoAnswer:
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
         monkeypatch.setenv("CC", str(script(tmp_path, "sleep 300")))
-        monkeypatch.setattr(toolchain, "_warned", [])
+        monkeypatch.setattr(toolchain, "_warnings", [])
         kernel = square()
         kernel.compile()
         assert kernel(x=[3.0])["y"][0, 0] == 9
@@ -166,7 +166,7 @@ class TestNoAnswer:
 def test_a_version_in_another_encoding(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = "case $1 in --version) echo 'cc f\xfcr alle';; *) exec cc \"$@\";; esac"
     monkeypatch.setenv("CC", str(script(tmp_path, text)))
-    assert toolchain.compiler().version == r"cc f\xfcr alle"
+    assert toolchain.find_compiler().version == r"cc f\xfcr alle"
     kernel = square()
     kernel.compile()
     assert kernel.way == "lanes"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.kernels.loops import functions
+from planter.kernels import lane_source
 from tests.support.lanes import compiled, needs_compiler, path_of
 
 pytestmark = needs_compiler
@@ -37,9 +37,9 @@ def loaded(text: str, folder: Path) -> Callable[[str, np.ndarray], np.ndarray]:
 
 
 TEXTS = {
-    "library": functions.source("test"),
-    "WebAssembly": functions.source("test", wasm=True),
-    "fused": functions.source("test").replace("#if defined(FP_FAST_FMA) || defined(__FMA__)", "#if 1"),
+    "library": lane_source.print_functions("test"),
+    "WebAssembly": lane_source.print_functions("test", wasm=True),
+    "fused": lane_source.print_functions("test").replace("#if defined(FP_FAST_FMA) || defined(__FMA__)", "#if 1"),
 }
 
 
@@ -52,7 +52,7 @@ def test_they_are_right_to_the_last_digit(name: str, tmp_path: Path) -> None:
 
 
 def test_another_part_of_pi_is_noticed(tmp_path: Path) -> None:
-    first, second = functions.SHORT_PI
+    first, second = lane_source.SHORT_PI
     for number, (old, new) in enumerate([(repr(first), repr(first + 1e-9)), (repr(second), repr(-second))]):
         text = TEXTS["WebAssembly"].replace(old, new)
         assert text != TEXTS["WebAssembly"]

@@ -4,9 +4,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.kernels import Kernel, backends, loops
-from planter.kernels.loops.operations import OPERATIONS, Operation
-from planter.kernels.work import Work
+from planter.kernels import Kernel, backends
+from planter.kernels.backends import LaneTask
+from planter.kernels.lane_graph import OPERATIONS, LaneGraph, NotPrintableError, ScalarOperation
+from planter.kernels.lane_source import print_function
 from tests.support.lanes import apart, both, evaluated, for_processor, needs_compiler, unsummed, work
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
@@ -43,10 +44,10 @@ class TestSelects:
             assert found[name] == pytest.approx(value, rel=1e-14)
 
     def test_a_product_in_place_of_a_select_would_show(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setitem(OPERATIONS, ca.OP_IF_ELSE_ZERO, Operation("{0} * {1}", 2))
-        given = Work(self.root.function, ("phi", "y"), summed=False)
+        monkeypatch.setitem(OPERATIONS, ca.OP_IF_ELSE_ZERO, ScalarOperation("{0} * {1}", 2))
+        given = LaneTask(self.root.function, ("phi", "y"), summed=False)
         with np.errstate(all="ignore"):
-            found = evaluated(given, backends.lane_kernel(given), *self.at)
+            found = evaluated(given, backends.build_lane_backend(given), *self.at)
         assert not np.isfinite(found["flag"]).all()
 
     def test_a_derivative_takes_the_same_side(self) -> None:
@@ -93,8 +94,8 @@ class TestWhatVaries:
         assert total["one"][0, 0] == pytest.approx(rows["one"].sum(), rel=1e-13)
 
     def test_what_all_lanes_share_stands_before_the_loop(self) -> None:
-        graph = loops.Graph.of(work("phi x y", FORCE, [phi, x, y], "phi").function, ["phi"])
-        outside, inside = loops.function(graph, summed=False).split("for (long i")
+        graph = LaneGraph.of(work("phi x y", FORCE, [phi, x, y], "phi").function, ["phi"])
+        outside, inside = print_function(graph, summed=False).split("for (long i")
         assert "turned_cos(" in outside
         assert "turned_sin(" in inside
         assert "turned_cos(" not in inside
@@ -103,7 +104,7 @@ class TestWhatVaries:
     def test_any_number_of_lanes(self, count: int) -> None:
         given = work("phi x y", FORCE, [phi, x, y], "phi")
         at = RNG.normal(size=(1, count))
-        found = backends.lane_kernel(given)([at, np.array([[0.3], [2.0]]), np.array([[0.7]])], count)
+        found = backends.build_lane_backend(given)([at, np.array([[0.3], [2.0]]), np.array([[0.7]])], count)
         assert found[0] == pytest.approx(0.3 * np.sin(at) + 1.4, rel=1e-14)
 
 
@@ -138,7 +139,7 @@ def test_constants_inputs_and_nothing_as_outputs() -> None:
 def test_what_occurs_twice_is_computed_once() -> None:
     twice = {"one": ca.sin(phi) * x[0], "two": ca.sin(phi) + x[0] * ca.sin(phi)}
     given = work("phi x", twice, [phi, x], "phi")
-    loop = loops.function(loops.Graph.of(given.function, ["phi"]), summed=False)
+    loop = print_function(LaneGraph.of(given.function, ["phi"]), summed=False)
     assert loop.count("turned_sin") == 1
     assert loop.count("phi[i]") == 1
     found, expected = both(given, PHI, [[0.3], [2.0]])
@@ -174,8 +175,8 @@ NO_FORM = {
 @pytest.mark.parametrize("case", NO_FORM)
 def test_what_has_no_such_form_says_why(case: str) -> None:
     function, varying, reason = NO_FORM[case]
-    with pytest.raises(loops.NotPrintable, match=reason):
-        loops.Graph.of(function, [varying])
+    with pytest.raises(NotPrintableError, match=reason):
+        LaneGraph.of(function, [varying])
 
 
 @needs_compiler
@@ -191,7 +192,7 @@ def test_what_has_no_such_form_is_evaluated_in_another_way(capfd: pytest.Capture
 def test_a_function_of_matrices_is_expanded() -> None:
     m, p = ca.MX.sym("m", 2), ca.MX.sym("p")
     function = ca.Function("f", [p, m], [ca.dot(m, ca.vertcat(ca.sin(p), p))], ["p", "m"], ["y"])
-    found, expected = both(Work(function, ("p",), summed=False), PHI, [[0.3], [2.0]])
+    found, expected = both(LaneTask(function, ("p",), summed=False), PHI, [[0.3], [2.0]])
     assert apart(found["y"], expected["y"]) < 1e-15
 
 

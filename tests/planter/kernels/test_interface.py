@@ -14,9 +14,9 @@ OUTPUTS = {"curve": x[0] * ca.sin(phi) + x[1], "both": ca.vertcat(phi**2, x[0] *
 PHI = np.linspace(-1, 2, 9)
 
 
-def made(summed: bool) -> tuple[backends.Lanes, ca.Function]:
-    way = backends.lane_kernel(work("phi x", OUTPUTS, [phi, x], "phi", summed))
-    assert isinstance(way, backends.Lanes)
+def made(summed: bool) -> tuple[backends.LaneBackend, ca.Function]:
+    way = backends.build_lane_backend(work("phi x", OUTPUTS, [phi, x], "phi", summed))
+    assert isinstance(way, backends.LaneBackend)
     return way, way.interface(len(PHI))
 
 
@@ -48,8 +48,10 @@ def test_results_that_are_not_wanted() -> None:
 def test_inside_a_solver() -> None:
     """Least squares with the loop's values and slopes: no other derivatives are there."""
     slope = ca.jacobian(OUTPUTS["curve"], x).T
-    residual = backends.lane_kernel(work("phi x", {"y": OUTPUTS["curve"], "g": ca.densify(slope)}, [phi, x], "phi"))
-    assert isinstance(residual, backends.Lanes)
+    residual = backends.build_lane_backend(
+        work("phi x", {"y": OUTPUTS["curve"], "g": ca.densify(slope)}, [phi, x], "phi")
+    )
+    assert isinstance(residual, backends.LaneBackend)
     step = residual.interface(len(PHI))
     target, at = 0.7 * np.sin(PHI) - 0.2, np.zeros(2)
     for _ in range(2):

@@ -150,7 +150,7 @@ class TestCompiled:
         monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
         x = ca.SX.sym("x")
         kernel = Kernel(ca.Function("later", [x], [x**2], ["x"], ["y"]), lanes=["x"])
-        assert not backends.kept(kernel.work)
+        assert not backends.is_compiled(kernel.work)
         kernel.compile(wait=False)
         assert kernel(x=[3.0])["y"][0, 0] == 9
         for thread in threading.enumerate():
@@ -158,7 +158,7 @@ class TestCompiled:
                 thread.join(timeout=60)
         assert kernel.way == "lanes"
         assert kernel(x=[3.0])["y"][0, 0] == 9
-        assert backends.kept(kernel.work)
+        assert backends.is_compiled(kernel.work)
 
     def test_settled_it_is_evaluated_one_way(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
@@ -181,13 +181,13 @@ def test_without_compiler_or_cache_it_works_all_the_same(
     kernel: Kernel, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, variable: str, value: str
 ) -> None:
     monkeypatch.setenv(variable, value)
-    monkeypatch.setattr(toolchain, "_warned", [])
+    monkeypatch.setattr(toolchain, "_warnings", [])
     kernel.compile()
     kernel.compile()
     assert kernel.way == "casadi-vm"
     assert kernel(phi=0.0, x=[2.0, 3.0])["y"][0, 0] == 3
     assert [r.levelname for r in caplog.records] == ["WARNING"]
-    assert not backends.kept(kernel.work)
+    assert not backends.is_compiled(kernel.work)
 
 
 def test_a_pickled_kernel_is_the_same_function(kernel: Kernel) -> None:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from planter.kernels import backends
-from planter.kernels.loops.operations import OPERATIONS
-from planter.kernels.work import Array, Work
+from planter.kernels.backends import Array, LaneTask
+from planter.kernels.lane_graph import OPERATIONS
 from tests.support.lanes import evaluated, for_processor, needs_compiler, work
 
 pytestmark = [needs_compiler, pytest.mark.usefixtures("kernel_cache")]
@@ -60,12 +60,12 @@ SCALES = {"sin": 1.0, "cos": 1.0}
 
 
 @cache
-def single() -> Work:
+def single() -> LaneTask:
     return work("a", {f"y{i}": y for i, (y, _) in enumerate(SINGLE.values())}, [a], "a")
 
 
 @cache
-def double() -> Work:
+def double() -> LaneTask:
     return work("a b", {f"y{i}": y for i, (y, _) in enumerate(DOUBLE.values())}, [a, b], "a b")
 
 
@@ -74,10 +74,10 @@ def test_every_operation_is_tested_here() -> None:
     assert set(OPERATIONS) - met == set()
 
 
-def check(name: str, given: Work, way: backends.Way, index: int, *points: Array) -> None:
+def check(name: str, given: LaneTask, way: backends.Backend, index: int, *points: Array) -> None:
     with np.errstate(all="ignore"):
         found, expected = (
-            evaluated(given, w, *points)[f"y{index}"][0] for w in (way, backends.virtual_machine(given))
+            evaluated(given, w, *points)[f"y{index}"][0] for w in (way, backends.build_virtual_machine(given))
         )  # fmt: skip
     assert np.isfinite(expected).all()
     size = np.maximum(np.abs(expected), SCALES.get(name, 1e-300))
@@ -88,25 +88,25 @@ def check(name: str, given: Work, way: backends.Way, index: int, *points: Array)
 @pytest.fixture(scope="module", params=["native", "x86-64"])
 def ways_of(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> tuple[backends.Way, backends.Way]:
+) -> tuple[backends.Backend, backends.Backend]:
     if request.param == "native":
-        return backends.lane_kernel(single()), backends.lane_kernel(double())
+        return backends.build_lane_backend(single()), backends.build_lane_backend(double())
     folder: Path = tmp_path_factory.mktemp("plain")
     one, two = (for_processor(w, request.param, folder / n) for n, w in (("1", single()), ("2", double())))
     return one, two
 
 
 @pytest.mark.parametrize("name", SINGLE)
-def test_of_one_number(name: str, ways_of: tuple[backends.Way, backends.Way]) -> None:
+def test_of_one_number(name: str, ways_of: tuple[backends.Backend, backends.Backend]) -> None:
     check(name, single(), ways_of[0], list(SINGLE).index(name), SINGLE[name][1])
 
 
-def test_floor_of_what_is_no_angle(ways_of: tuple[backends.Way, backends.Way]) -> None:
+def test_floor_of_what_is_no_angle(ways_of: tuple[backends.Backend, backends.Backend]) -> None:
     """Without a vector instruction for it, numbers beyond 32 bits are left as they are; else they have their floor."""
     found = evaluated(single(), ways_of[0], BEYOND)[f"y{list(SINGLE).index('floor')}"][0]
     assert (found == np.floor(BEYOND)).all() or (found == BEYOND).all()
 
 
 @pytest.mark.parametrize("name", DOUBLE)
-def test_of_two_numbers(name: str, ways_of: tuple[backends.Way, backends.Way]) -> None:
+def test_of_two_numbers(name: str, ways_of: tuple[backends.Backend, backends.Backend]) -> None:
     check(name, double(), ways_of[1], list(DOUBLE).index(name), *DOUBLE[name][1])

@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from planter import workers
-from planter.kernels import backends, bundled, compiler, platforms, toolchain
-from planter.kernels.platforms import LINUX, MACOS, WINDOWS, Platform
+from planter.kernels import backends, compiler, toolchain
+from planter.kernels.compiler import LINUX, MACOS, WINDOWS, Platform
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.objective import CycleObjective
@@ -31,7 +31,7 @@ OUTER = "double twice(double x);\ndouble outer(double x) { return 1.0 + twice(x)
 )
 def test_the_system_decides(system: str, expected: Platform, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", system)
-    assert platforms.here() is expected
+    assert compiler.current_platform() is expected
 
 
 def test_a_process_apart_is_one_that_ctrl_c_does_not_reach(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,7 +52,7 @@ def test_a_library_that_another_process_holds_is_used(tmp_path: Path, monkeypatc
         raise PermissionError(13, "The process cannot access the file because it is being used by another process")
 
     monkeypatch.setattr(Path, "replace", held)
-    assert toolchain.sound(toolchain.library("twice", INNER, ()))
+    assert toolchain.is_intact(toolchain.build_library("twice", INNER, ()))
 
 
 @needs_compiler
@@ -61,8 +61,8 @@ def test_a_library_is_kept_under_the_systems_name(
     system: Platform, suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(platforms, "here", lambda: system)
-    assert toolchain.place("f", "", ()).suffix == suffix
+    monkeypatch.setattr(compiler, "current_platform", lambda: system)
+    assert toolchain.library_path("f", "", ()).suffix == suffix
 
 
 def commands(system: Platform, command: tuple[str, ...] = ("cc",), folder: Path = Path("/f")) -> list[list[str]]:
@@ -88,8 +88,8 @@ def test_a_library_says_where_others_find_it() -> None:
 
 
 def test_a_path_of_windows_stays_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(platforms, "here", lambda: WINDOWS)
-    assert compiler._words(r'"C:\Program Files\llvm\clang.exe" -target x') == [
+    monkeypatch.setattr(compiler, "current_platform", lambda: WINDOWS)
+    assert compiler._split_words(r'"C:\Program Files\llvm\clang.exe" -target x') == [
         r"C:\Program Files\llvm\clang.exe", "-target", "x",
     ]  # fmt: skip
 
@@ -99,12 +99,12 @@ def test_mathematics_in_vectors_are_gnus(
     library: tuple[str, str], taken: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("platform.libc_ver", lambda: library)
-    assert bool(platforms.vector_library()) == taken
+    assert bool(compiler.vector_library_flags()) == taken
 
 
 def built(system: Platform, target: str, folder: Path, name: str, source: str, needed: tuple[Path, ...] = ()) -> Path:
     """A library for another system, by the flags of the toolchain."""
-    command = (*bundled.command(), "-target", target)
+    command = (*compiler.bundled_command(), "-target", target)
     text, compiled, linked = (folder / f"{name}{suffix}" for suffix in (".c", ".o", system.suffix))
     text.write_text(source)
     flags = toolchain.loop_flags(toolchain.OPTIMISED)
@@ -119,7 +119,7 @@ def built(system: Platform, target: str, folder: Path, name: str, source: str, n
 def test_libraries_for_other_systems_are_built(target: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The force of the built-in machine and a library that needs another, with their names in the bytes."""
     monkeypatch.setattr(compiler, "ORDER_FLAGS", ())
-    monkeypatch.setattr(toolchain, "compiler", lambda: toolchain.Compiler(*bundled.command(), ()))
+    monkeypatch.setattr(toolchain, "find_compiler", lambda: compiler.Compiler(*compiler.bundled_command(), ()))
     system = TARGETS[target]
     work = Device(load("wang2017")).force.response.values_kernel.work
     loop = built(system, target, tmp_path, "support", work.loop)
@@ -134,7 +134,7 @@ def test_libraries_for_other_systems_are_built(target: str, tmp_path: Path, monk
 
 def as_bundled(monkeypatch: pytest.MonkeyPatch, *words: str) -> None:
     monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setattr(bundled, "command", lambda: words)
+    monkeypatch.setattr(compiler, "bundled_command", lambda: words)
 
 
 @needs_compiler
@@ -145,7 +145,7 @@ class TestWithoutACompiler:
     def _nothing_on_the_path(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         self.cc = str(shutil.which("cc"))
         monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
-        monkeypatch.delenv(bundled.FOLDER, raising=False)
+        monkeypatch.delenv(compiler.CACHE_VARIABLE, raising=False)
         monkeypatch.setenv("PATH", f"{os.environ['PATH']}{os.pathsep}{tmp_path}")
         monkeypatch.setattr(shutil, "which", lambda name: None)
 
@@ -153,31 +153,31 @@ class TestWithoutACompiler:
         self, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
         as_bundled(monkeypatch, self.cc, "-DSOME=1")
-        assert toolchain.compiler().bundled
-        toolchain.library("twice", INNER, ())
-        toolchain.library("thrice", INNER.replace("2.0", "3.0"), ())
+        assert toolchain.find_compiler().bundled
+        toolchain.build_library("twice", INNER, ())
+        toolchain.build_library("thrice", INNER.replace("2.0", "3.0"), ())
         (said,) = [record.getMessage() for record in caplog.records]
-        assert f"prepares itself, once: this takes about {bundled.preparation_s()} s" in said
+        assert f"prepares itself, once: this takes about {compiler.preparation_time_s()} s" in said
 
     def test_prepared_it_says_nothing(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
         as_bundled(monkeypatch, self.cc)
-        monkeypatch.setenv(bundled.FOLDER, str(tmp_path))
-        bundled.keep(tmp_path)
-        toolchain.library("twice", INNER, ())
+        monkeypatch.setenv(compiler.CACHE_VARIABLE, str(tmp_path))
+        compiler.mark_prepared(tmp_path)
+        toolchain.build_library("twice", INNER, ())
         assert not caplog.records
 
     def test_a_compiler_that_cc_names_comes_first(self, monkeypatch: pytest.MonkeyPatch) -> None:
         as_bundled(monkeypatch, self.cc)
         monkeypatch.setenv("CC", "no-such-compiler")
-        with pytest.raises(toolchain.NoCompiler, match="no-such-compiler"):
-            toolchain.compiler()
+        with pytest.raises(toolchain.CompilerError, match="no-such-compiler"):
+            toolchain.find_compiler()
 
     def test_without_the_extra_there_is_none(self, monkeypatch: pytest.MonkeyPatch) -> None:
         as_bundled(monkeypatch)
-        with pytest.raises(toolchain.NoCompiler, match="there is no C compiler 'cc'"):
-            toolchain.compiler()
+        with pytest.raises(toolchain.CompilerError, match="there is no C compiler 'cc'"):
+            toolchain.find_compiler()
 
 
 def quickest(turns: CycleObjective) -> float:
@@ -194,9 +194,9 @@ def test_the_bundled_compiler_finds_the_same_not_much_slower(tmp_path: Path, mon
     usual = CycleObjective(Device(load("wang2017")))
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert toolchain.compiler().bundled
+    assert toolchain.find_compiler().bundled
     turns = CycleObjective(Device(load("wang2017")))
-    assert turns.way == usual.way == backends.NAMES[0]
+    assert turns.way == usual.way == backends.BACKENDS[0]
     (value, gradient), (other, slopes) = (t.gradient(t.device.design) for t in (usual, turns))
     assert other == pytest.approx(value, rel=1e-12)
     assert abs(slopes - gradient).max() <= 1e-12 * abs(gradient).max()

@@ -15,8 +15,10 @@ from pathlib import Path
 import casadi as ca
 import pytest
 
-from planter.kernels import loops, toolchain
-from planter.kernels.work import LARGE, Work
+from planter.kernels import lane_source, toolchain
+from planter.kernels.backends import LARGE_FUNCTION, LaneTask
+from planter.kernels.lane_graph import LaneGraph
+from planter.kernels.lane_source import print_file
 from planter.planting import file
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
@@ -31,7 +33,7 @@ on_x86_64 = pytest.mark.skipif(platform.machine() != "x86_64", reason="vector in
 needs_disassembler = pytest.mark.skipif(shutil.which("objdump") is None, reason="no objdump")
 
 
-def small() -> Work:
+def small() -> LaneTask:
     """What a kernel can hold: a shared value, an angle's functions, a branch, logic, a vector and a scalar output."""
     inside = ca.logic_and(phi > x[0], ca.logic_not(phi > 3.5))
     curve = ca.if_else(inside, ca.sin(phi) * ca.sqrt(x[1]), ca.cos(phi) - 0.5)
@@ -39,18 +41,18 @@ def small() -> Work:
 
 
 def text() -> str:
-    graph = loops.Graph.of(small().function, ["phi"])
+    graph = LaneGraph.of(small().function, ["phi"])
     whole = small().function
     inputs = whole.sx_in()
     total = ca.Function("total", inputs, whole.call(inputs)[:1], ["phi", "x"], ["curve"])
-    return loops.file([graph, loops.Graph.of(total, ["phi"])], [False, True])
+    return print_file([graph, LaneGraph.of(total, ["phi"])], [False, True])
 
 
 def test_a_kernel_as_text() -> None:
     assert text() == GOLDEN.read_text(encoding="utf-8"), "wanted? python -m tests.planter.kernels.test_source"
 
 
-def _device_works(model: Model) -> list[Work]:
+def _device_works(model: Model) -> list[LaneTask]:
     response = Device(file.load("wang2017"), model).force.response
     return [response.values_kernel.work, response.slopes_kernel.work]
 
@@ -63,7 +65,7 @@ def test_no_compiler_warns(compiler: str, march: str, tmp_path: Path) -> None:
         pytest.skip("processors of x86-64")
     flags = (*STRICT, *([f"-march={march}"] if march else []), "-ffast-math")
     cycles = resources.files("planter.engine").joinpath("cycles.c").read_text(encoding="utf-8")
-    outside = loops.interface.source(small().function, ["phi"], summed=False, lanes=9)
+    outside = lane_source.print_interface(small().function, ["phi"], summed=False, lanes=9)
     for number, source in enumerate((text(), cycles, outside, _device_works("exact")[0].loop)):
         compiled(source, tmp_path / f"{number}.o", *flags, compiler=compiler)
 
@@ -76,7 +78,7 @@ def test_a_warning_would_be_seen(tmp_path: Path) -> None:
     assert "unused" in caught.value.stderr
 
 
-def _object(given: Work, march: str, folder: Path) -> Path:
+def _object(given: LaneTask, march: str, folder: Path) -> Path:
     wide = ["-mprefer-vector-width=512"] if march == "native" else []
     flags = ("-std=gnu99", *given.passes, *toolchain.FAST_MATH, f"-march={march}", *wide)
     return compiled(given.loop, folder / "kernel.o", *flags)
@@ -122,7 +124,7 @@ def test_a_device_s_kernels_are_vector_instructions(march: str, model: Model, tm
     for given in _device_works(model)[: 2 if march == "native" else 1]:
         path = _object(given, march, tmp_path)
         found, wanted = _arithmetic(path), _wanted(path)
-        assert found[register] >= 0.9 * len(loops.Graph.of(given.function, given.varying).varying) / 2
+        assert found[register] >= 0.9 * len(LaneGraph.of(given.function, given.varying).varying) / 2
         assert found[register] >= 0.8 * found["scalar"]
         fused = letter != "b"
         assert not wanted & {"sin", "cos"} if fused else calls <= wanted
@@ -161,8 +163,8 @@ def test_sine_and_cosine_that_are_not_kept_apart_are_seen(tmp_path: Path) -> Non
 def test_large_functions_are_compiled_with_fewer_passes() -> None:
     response = Device(file.load("wang2017")).force.response
     assert response.slopes_kernel.work.passes == toolchain.OPTIMISED
-    assert response.hessian_kernel.work.size > LARGE
-    assert response.hessian_kernel.work.passes == toolchain.SWIFT
+    assert response.hessian_kernel.work.size > LARGE_FUNCTION
+    assert response.hessian_kernel.work.passes == toolchain.FEW_PASSES
 
 
 if __name__ == "__main__":

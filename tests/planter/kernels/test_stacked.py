@@ -6,8 +6,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.kernels import CallError, Kernel, backends, loops, work
-from planter.kernels.stacked import Stacked
+from planter.kernels import CallError, Kernel, backends
+from planter.kernels.kernel import StackedKernel
+from planter.kernels.lane_graph import NotPrintableError
 from tests.support.lanes import needs_compiler
 
 
@@ -21,10 +22,10 @@ def build_function() -> ca.Function:
 @pytest.mark.parametrize("compiled", [False, True])
 def test_a_stack_is_its_calls(summed: bool, compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     if not compiled:
-        monkeypatch.setattr(backends, "fastest", backends.virtual_machine)
+        monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
     rng, calls, lanes = np.random.default_rng(2), 3, 7
     phi, d, q = rng.normal(size=(1, lanes)), rng.normal(size=(calls, 2)), rng.normal(size=(calls, 2, lanes))
-    stacked = Stacked(build_function(), ["phi", "q"], ["d", "q"], summed)
+    stacked = StackedKernel(build_function(), ["phi", "q"], ["d", "q"], summed)
     stacked.compile()
     rows = stacked(phi=phi, d=d, q=q)["rows"]
     kernel = Kernel(build_function(), ["phi", "q"])
@@ -34,15 +35,15 @@ def test_a_stack_is_its_calls(summed: bool, compiled: bool, monkeypatch: pytest.
 
 
 def test_a_stack_of_another_shape_is_refused() -> None:
-    stacked = Stacked(build_function(), ["phi", "q"], ["d", "q"])
+    stacked = StackedKernel(build_function(), ["phi", "q"], ["d", "q"])
     with pytest.raises(CallError, match="input q has the shape"):
         stacked(phi=np.zeros((1, 4)), d=np.zeros((3, 2)), q=np.zeros((2, 2, 4)))
 
 
 @needs_compiler
 def test_a_loop_of_too_many_operations_is_left_to_casadi(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(work, "MOST_PRINTED", 5)
-    stacked = Stacked(build_function(), ["phi", "q"], ["d", "q"])
-    assert backends.foreseen(stacked.kernel.work) == "casadi-c"
-    with pytest.raises(loops.NotPrintable, match="more than 5"):
+    monkeypatch.setattr(backends, "MAX_LOOP_SIZE", 5)
+    stacked = StackedKernel(build_function(), ["phi", "q"], ["d", "q"])
+    assert backends.predict_backend(stacked.kernel.work) == "casadi-c"
+    with pytest.raises(NotPrintableError, match="more than 5"):
         _ = stacked.kernel.work.loop

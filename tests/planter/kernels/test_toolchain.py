@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from planter.kernels import toolchain
-from planter.kernels.toolchain import NoCompiler
+from planter.kernels import compiler, toolchain
+from planter.kernels.compiler import CompilerError
 from tests.support.cli import run
 from tests.support.lanes import needs_compiler, path_of
 
@@ -28,7 +28,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def library(source: str = SOURCE, *flags: str) -> Path:
-    return toolchain.library("twice", source, flags or toolchain.OPTIMISED)
+    return toolchain.build_library("twice", source, flags or toolchain.OPTIMISED)
 
 
 def twice(path: Path) -> float:
@@ -55,32 +55,32 @@ class TestCache:
         assert twice(first) == 8
 
     def test_another_source_flag_name_or_processor_is_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        one = toolchain.place("twice", SOURCE, ("-O3",))
+        one = toolchain.library_path("twice", SOURCE, ("-O3",))
         others = [
-            toolchain.place("twice", SOURCE.replace("2.0", "3.0"), ("-O3",)),
-            toolchain.place("twice", SOURCE, ("-O1",)),
-            toolchain.place("twice", SOURCE, ("-O3", "-ffast-math")),
-            toolchain.place("thrice", SOURCE, ("-O3",)),
+            toolchain.library_path("twice", SOURCE.replace("2.0", "3.0"), ("-O3",)),
+            toolchain.library_path("twice", SOURCE, ("-O1",)),
+            toolchain.library_path("twice", SOURCE, ("-O3", "-ffast-math")),
+            toolchain.library_path("thrice", SOURCE, ("-O3",)),
         ]
-        monkeypatch.setattr(toolchain, "_processor", lambda: "another processor")
-        others.append(toolchain.place("twice", SOURCE, ("-O3",)))
+        monkeypatch.setattr(toolchain, "_describe_processor", lambda: "another processor")
+        others.append(toolchain.library_path("twice", SOURCE, ("-O3",)))
         assert len({one, *others}) == 6
 
     def test_another_version_of_the_compiler_is_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        one, found = toolchain.place("twice", SOURCE, ()), toolchain.compiler()
-        newer = toolchain.Compiler(found.path, "cc 99.1", found.flags)
-        monkeypatch.setattr(toolchain, "compiler", lambda: newer)
-        assert toolchain.place("twice", SOURCE, ()) != one
+        one, found = toolchain.library_path("twice", SOURCE, ()), toolchain.find_compiler()
+        newer = compiler.Compiler(found.path, "cc 99.1", found.flags)
+        monkeypatch.setattr(toolchain, "find_compiler", lambda: newer)
+        assert toolchain.library_path("twice", SOURCE, ()) != one
 
     def test_what_is_linked_belongs_to_it(self, tmp_path: Path) -> None:
         inner = library()
-        outer = toolchain.library(
+        outer = toolchain.build_library(
             "outer", "double twice(double); double outer(double x) { return twice(x); }", (), (inner,)
         )
         moved = tmp_path / "twice.so"
         shutil.copy(inner, moved)
         assert (
-            toolchain.library(
+            toolchain.build_library(
                 "outer", "double twice(double); double outer(double x) { return twice(x); }", (), (moved,)
             )
             != outer
@@ -103,13 +103,13 @@ class TestCache:
         good = path.read_bytes()
         spoilt = damage(good if damage(good) != good else good.replace(good[1000:1001], b"\x01"))
         path.write_bytes(spoilt)
-        assert not toolchain.sound(path)
+        assert not toolchain.is_intact(path)
         assert library() == path
-        assert toolchain.sound(path)
+        assert toolchain.is_intact(path)
         assert twice(path) == 8
 
     def test_a_source_with_an_error_says_so(self) -> None:
-        with pytest.raises(NoCompiler, match=r"did not compile twice: .*error"):
+        with pytest.raises(CompilerError, match=r"did not compile twice: .*error"):
             library("double twice(double x) { return y; }\n")
         assert list(self.folder.iterdir()) == []
 
@@ -117,7 +117,7 @@ class TestCache:
         program = (
             "from pathlib import Path; import sys, time; from planter.kernels import toolchain\n"
             "source = Path(sys.argv[1]).read_text()\n"
-            "print(toolchain.library('twice', source, ('-O3',)))"
+            "print(toolchain.build_library('twice', source, ('-O3',)))"
         )
         source = self.folder.parent / "twice.c"
         source.write_text(SOURCE)
@@ -127,39 +127,39 @@ class TestCache:
         assert [process.returncode for process in started] == [0] * 4
         assert len(said) == 1
         (path,) = map(Path, said)
-        assert toolchain.sound(path)
+        assert toolchain.is_intact(path)
         assert [p.name for p in self.folder.iterdir()] == [path.name]
         assert twice(path) == 8
 
     def test_a_folder_that_others_may_write_is_refused(self) -> None:
         library()
         self.folder.chmod(0o777)
-        with pytest.raises(NoCompiler, match="is open to other users"):
+        with pytest.raises(CompilerError, match="is open to other users"):
             library()
         self.folder.chmod(0o755)
         assert library().exists()
 
     def test_a_folder_of_someone_else_is_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(os, "getuid", lambda: 12345)
-        with pytest.raises(NoCompiler, match="is open to other users"):
+        with pytest.raises(CompilerError, match="is open to other users"):
             library()
 
     @as_a_user
     def test_a_folder_that_cannot_be_written(self) -> None:
         self.folder.mkdir(mode=0o500)
-        with pytest.raises(NoCompiler, match="cannot be written"):
+        with pytest.raises(CompilerError, match="cannot be written"):
             library()
 
     def test_a_folder_that_cannot_be_made(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("PLANTER_CACHE", "/dev/null/cache")
-        with pytest.raises(NoCompiler, match="no folder for compiled functions"):
+        with pytest.raises(CompilerError, match="no folder for compiled functions"):
             library()
 
     def test_a_disk_that_forbids_execution(self) -> None:
         path = self.folder.parent / "no.so"
         path.write_text("this is no library")
-        with pytest.raises(NoCompiler, match="cannot be loaded"):
-            toolchain.load(path)
+        with pytest.raises(CompilerError, match="cannot be loaded"):
+            toolchain.load_library(path)
 
 
 @pytest.mark.parametrize(
@@ -186,21 +186,21 @@ def test_a_user_without_a_home(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("PLANTER_CACHE", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(Path, "home", homeless)
-    with pytest.raises(NoCompiler, match="no folder for compiled functions"):
+    with pytest.raises(CompilerError, match="no folder for compiled functions"):
         toolchain.cache_folder()
 
 
 @pytest.mark.parametrize("name", ["", "no-such-compiler", "false", __file__])
 def test_a_compiler_that_is_none(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", name)
-    with pytest.raises(NoCompiler, match=r"compiler|CC is empty"):
-        toolchain.compiler()
+    with pytest.raises(CompilerError, match=r"compiler|CC is empty"):
+        toolchain.find_compiler()
 
 
 @needs_compiler
 def test_the_variable_cc_names_the_compiler(monkeypatch: pytest.MonkeyPatch, folder: Path) -> None:
     monkeypatch.setenv("CC", path_of("clang"))
-    assert "clang" in toolchain.compiler().version
+    assert "clang" in toolchain.find_compiler().version
     assert twice(library()) == 8
 
 
@@ -244,12 +244,13 @@ SEARCH = ("optimise", "wang2017", "--model", "printed", "--method", "ipopt", "--
 UNLOADABLE = """
 import sys
 from planter.kernels import toolchain
+from planter.kernels.compiler import CompilerError
 
 def refused(path):
-    raise toolchain.NoCompiler(f"{path} cannot be loaded: failed to map segment")
+    raise CompilerError(f"{path} cannot be loaded: failed to map segment")
 
-toolchain.load = refused
-toolchain.OPTIMISED = toolchain.SWIFT = ("-O0",)
+toolchain.load_library = refused
+toolchain.OPTIMISED = toolchain.FEW_PASSES = ("-O0",)
 from planter.cli import main
 main()
 """

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.kernels import Array, Kernel, virtual
+from planter.kernels import Array, Kernel, backends
 
 ROOT = Path(__file__).parents[3]
 COUNTS = range(100, 448, 4)
@@ -29,7 +29,7 @@ def called(kernel: Kernel, count: int) -> Array:
     return kernel(phi=np.linspace(0, 1, count), x=np.arange(50.0))["y"]
 
 
-def kept(kernel: Kernel) -> OrderedDict[int, virtual._Call]:
+def kept(kernel: Kernel) -> OrderedDict[int, backends._Call]:
     return kernel._way._calls._kept  # type: ignore[attr-defined]
 
 
@@ -37,7 +37,7 @@ class TestWhatIsKept:
     def test_many_numbers_of_lanes_keep_no_more_than_the_bound(
         self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        monkeypatch.setattr(virtual, "KEPT_BYTES", 3_000_000)
+        monkeypatch.setattr(backends, "CACHE_BYTES", 3_000_000)
         for count in COUNTS:
             called(kernel, count)
         assert sum(call.bytes for call in kept(kernel).values()) <= 3_000_000
@@ -45,14 +45,14 @@ class TestWhatIsKept:
         assert len(kept(kernel)) > 1
 
     def test_without_a_bound_all_would_be_kept(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(virtual, "KEPT_BYTES", 10**12)
+        monkeypatch.setattr(backends, "CACHE_BYTES", 10**12)
         for count in COUNTS:
             called(kernel, count)
         assert len(kept(kernel)) == 87
         assert sum(call.bytes for call in kept(kernel).values()) > 3 * 3_000_000
 
     def test_the_last_is_kept_whatever_its_size(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(virtual, "KEPT_BYTES", 1)
+        monkeypatch.setattr(backends, "CACHE_BYTES", 1)
         for count in (5, 7):
             called(kernel, count)
             assert list(kept(kernel)) == [count]
@@ -60,7 +60,7 @@ class TestWhatIsKept:
     def test_what_is_used_again_stays(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
         for count in (5, 6):
             called(kernel, count)
-        monkeypatch.setattr(virtual, "KEPT_BYTES", sum(call.bytes for call in kept(kernel).values()) + 10)
+        monkeypatch.setattr(backends, "CACHE_BYTES", sum(call.bytes for call in kept(kernel).values()) + 10)
         called(kernel, 5)
         called(kernel, 4)
         assert list(kept(kernel)) == [5, 4]
@@ -95,7 +95,7 @@ FORK = """
 import os, sys, threading
 from functools import cached_property
 import casadi as ca, numpy as np
-from planter.kernels import Kernel, virtual
+from planter.kernels import Kernel, backends
 
 class Lazy:
     def __init__(self, compute):
@@ -135,7 +135,7 @@ IN_A_KERNEL = """
 COMPUTING_A_PROPERTY = """
     Lazy(wait).value"""
 PUTTING_TOGETHER = """
-    with virtual._PUT_TOGETHER:
+    with backends._BUILD_LOCK:
         wait()"""
 
 

@@ -14,7 +14,7 @@ from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.proof import ProvableObjective
 from planter.engine.response import MachineResponse
 from planter.kernels import Array
-from planter.kernels.array_code import find_periodic
+from planter.kernels.generated import find_periodic
 from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planter.kernels import backends
-from planter.kernels.work import Work
+from planter.kernels.backends import LaneTask
 from planter.optimise import epigraph, ipopt
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.local_search import search_locally
@@ -95,14 +95,14 @@ def test_without_compiled_kernels_there_are_no_compiled_functions() -> None:
 def test_counts_do_not_hang_on_when_the_compiler_ends(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """The Hessian is compiled in the background: a search that began before its end took other steps."""
     known = optimisation.search_optimum(device, "ipopt", SAMPLES, starts=1).evaluations
-    late, fastest = Device(device.machine, device.model), backends.fastest
+    late, fastest = Device(device.machine, device.model), backends.select_fastest
 
-    def slow(work: Work) -> backends.Way:
+    def slow(work: LaneTask) -> backends.Backend:
         time.sleep(1.0 if work.function.name() == "bending" else 0.0)
         return fastest(work)
 
-    monkeypatch.setattr(backends, "kept", lambda work: False)
-    monkeypatch.setattr(backends, "fastest", slow)
+    monkeypatch.setattr(backends, "is_compiled", lambda work: False)
+    monkeypatch.setattr(backends, "select_fastest", slow)
     late.compile()
     assert late.force.response.hessian_kernel.way == "casadi-vm"
     assert optimisation.search_optimum(late, "ipopt", SAMPLES, starts=1).evaluations == known

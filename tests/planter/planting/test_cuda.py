@@ -13,7 +13,7 @@ import pytest
 from planter.errors import ComputationError
 from planter.exports import cuda
 from planter.kernels import Array, CallError
-from planter.kernels.toolchain import NoCompiler
+from planter.kernels.compiler import CompilerError
 from planter.planting.cycle import sample_angles
 from planter.planting.file import load
 from planter.planting.functions import Model
@@ -104,7 +104,7 @@ def test_on_a_graphics_processor(tmp_path: Path) -> None:
     present = answer is not None and answer.returncode == 0
     library = cuda.build_library(build_machine(own), tmp_path, "native" if present else "compute_90")
     if not present:
-        with pytest.raises(NoCompiler, match="no graphics processor"):
+        with pytest.raises(CompilerError, match="no graphics processor"):
             cuda.Batches(build_machine(own), library)
         pytest.skip("the CUDA kernels have not been run: there is no graphics processor here")
     designs = drawn(own, 200)
@@ -114,7 +114,7 @@ def test_on_a_graphics_processor(tmp_path: Path) -> None:
 
 def test_without_its_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("PATH", "")
-    with pytest.raises(NoCompiler, match="there is no CUDA compiler"):
+    with pytest.raises(CompilerError, match="there is no CUDA compiler"):
         cuda.build_library(build_machine(device("wang2017")), tmp_path)
 
 

@@ -19,7 +19,7 @@ from planter.files import units
 from planter.files.fields import read_range
 from planter.interchange import co_simulation
 from planter.kernels import Array
-from planter.kernels.toolchain import NoCompiler
+from planter.kernels.compiler import CompilerError
 from planter.planting.cycle import evaluate_cycle, list_device_quantities
 from planter.planting.file import Machine as MachineFile
 from planter.planting.file import load
@@ -308,7 +308,7 @@ class TestCommand:
 
     def test_without_a_compiler_the_sources_remain(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         def none(*_: object) -> None:
-            raise NoCompiler("there is no compiler")
+            raise CompilerError("there is no compiler")
 
         monkeypatch.setattr(co_simulation, "build_library", none)
         found = answer("export", "fmu", "compact", "--out", str(tmp_path / "a.fmu"))

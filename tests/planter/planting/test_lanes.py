@@ -53,11 +53,11 @@ def _check_rows(name: str, mine: Array, theirs: Array) -> None:
 
 
 def _compare(kernel: Kernel, own: Device, names: tuple[str, ...]) -> None:
-    made = {"lanes": backends.lane_kernel, "casadi-c": backends.casadi_c}
+    made = {"lanes": backends.build_lane_backend, "casadi-c": backends.build_casadi_backend}
     found = {name: made[name](kernel.work) for name in names}
     for x in _designs(own):
         arguments = _arguments(kernel, own, x)
-        expected = backends.virtual_machine(kernel.work)(arguments, arguments[0].shape[1])
+        expected = backends.build_virtual_machine(kernel.work)(arguments, arguments[0].shape[1])
         for name, way in found.items():
             for mine, theirs in zip(way(arguments, arguments[0].shape[1]), expected, strict=True):
                 _check_rows(name, mine, theirs)
@@ -84,7 +84,7 @@ class TestWithoutPasses:
 
     @pytest.fixture(autouse=True)
     def _swift(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(toolchain, "SWIFT", ("-O0",))
+        monkeypatch.setattr(toolchain, "FEW_PASSES", ("-O0",))
 
     @pytest.mark.parametrize(
         ("name", "model"),
@@ -109,8 +109,8 @@ def test_a_kernel_of_another_model_is_not_equal() -> None:
     at = printed.prologue(exact.design)
     known = dict(zip(exact.force.response.values_kernel.names, arguments, strict=True)) | {"h": at.h.reshape(-1, 1)}
     theirs = [known[name] for name in printed.force.response.values_kernel.names]
-    one = backends.lane_kernel(exact.force.response.values_kernel.work)(arguments, arguments[0].shape[1])
-    other = backends.lane_kernel(printed.force.response.values_kernel.work)(theirs, arguments[0].shape[1])
+    one = backends.build_lane_backend(exact.force.response.values_kernel.work)(arguments, arguments[0].shape[1])
+    other = backends.build_lane_backend(printed.force.response.values_kernel.work)(theirs, arguments[0].shape[1])
     assert apart(one[0], other[0]) > 1e-3
 
 

@@ -261,7 +261,7 @@ def test_without_a_compiler_it_works_with_one_warning(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
-    monkeypatch.setattr(toolchain, "_warned", [])
+    monkeypatch.setattr(toolchain, "_warnings", [])
     subject = CycleObjective(made("wang2017", "exact"), EVEN)
     assert subject.way == "casadi-vm"
     expected = turns("wang2017", "exact", "casadi-vm", EVEN)

@@ -26,7 +26,7 @@ CASES = {
 
 @pytest.fixture(autouse=True)
 def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(backends, "fastest", backends.virtual_machine)
+    monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -24,7 +24,7 @@ SETTINGS = Settings(machines=8, starts=1)
 
 @pytest.fixture(autouse=True)
 def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(backends, "fastest", backends.virtual_machine)
+    monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
 
 
 def crank(**bounds: tuple[float, float]) -> Machine:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from planter.errors import NotFiniteError
-from planter.kernels.programs import webassembly
+from planter.kernels import programs
 from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
@@ -59,7 +59,7 @@ def test_loops_that_do_not_close_are_no_machine() -> None:
 def test_webassembly_finds_the_same() -> None:
     machine = MechanismView(own.file(CRANK))
     portable = machine.portable("exact")
-    running = Running(webassembly.module(portable.programs))
+    running = Running(programs.build_webassembly(portable.programs))
     for values in designs(machine, 3):
         known = portable.at(values, portable.seen)
         found = running.vectors(portable.seen, data=known["data"])

@@ -10,8 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from planter.kernels import bundled
-from planter.kernels.programs import webassembly
+from planter.kernels import compiler, programs
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
 from planter.planting.objective import CycleObjective
@@ -89,7 +88,7 @@ def test_other_families_flanks_masses_and_objectives_go_too() -> None:
     base["nozzle"]["tip_distance_mm"] = 180.0
     machine = PlantingView(Machine.read(base, "other.toml"))
     portable = machine.portable("exact")
-    running = Running(webassembly.module(portable.programs))
+    running = Running(programs.build_webassembly(portable.programs))
     values = {one.path: one.lower + 0.3 * (one.upper - one.lower) for one in machine.controls}
     for program in portable.programs:
         known = portable.at(values, program)
@@ -120,5 +119,5 @@ def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
 
 
 def test_without_the_compiler_it_says_what_brings_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bundled, "command", lambda target="": ())
+    monkeypatch.setattr(compiler, "bundled_command", lambda target="": ())
     assert "pip install 'planter[compiler]'" in refused("--static", str(tmp_path / "page.html"))

@@ -6,11 +6,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from planter.kernels import bundled
-from planter.kernels.programs import webassembly
-from planter.kernels.programs.program import Program, Step
-from planter.kernels.programs.text import LOOPS, MAIN, texts
-from planter.kernels.toolchain import NoCompiler
+from planter.kernels import compiler, programs
+from planter.kernels.compiler import CompilerError
+from planter.kernels.programs import LOOPS_FILE, MAIN_FILE, Program, ProgramStep, print_programs
 from tests.support.wasm import Running, apart, needs_wasm
 
 ANGLES = np.concatenate([np.linspace(-50, 50, 301), np.linspace(-4e4, 4e4, 200), np.pi * np.arange(-20, 20) / 2])
@@ -21,18 +19,18 @@ def program() -> Program:
     x, a, t = ca.SX.sym("x", 2), ca.SX.sym("a", 3, 2), ca.SX.sym("t")
     rows = ca.MX.sym("rows", len(ANGLES), 3)
     return Program("demo", {"x": np.array([0.7, -1.3]), "t": ANGLES}, [
-        Step(ca.Function("demo_matrix", [x], [ca.horzcat(x[0] * ca.SX([1, 2, 3]), x[1] ** ca.SX([1, 2, 3]))],
+        ProgramStep(ca.Function("demo_matrix", [x], [ca.horzcat(x[0] * ca.SX([1, 2, 3]), x[1] ** ca.SX([1, 2, 3]))],
                          ["x"], ["a"])),
-        Step(ca.Function("demo_rows", [t, a], [ca.vertcat(ca.sin(t), ca.cos(t), a[2, 0] * t + a[0, 1])],
+        ProgramStep(ca.Function("demo_rows", [t, a], [ca.vertcat(ca.sin(t), ca.cos(t), a[2, 0] * t + a[0, 1])],
                          ["t", "a"], ["rows"]), ("t",)),
-        Step(ca.Function("demo_singles", [rows], [ca.vertcat(ca.mmax(rows[:, 2]), ca.sum1(rows[:, 0]))],
+        ProgramStep(ca.Function("demo_singles", [rows], [ca.vertcat(ca.mmax(rows[:, 2]), ca.sum1(rows[:, 0]))],
                          ["rows"], ["singles"])),
     ])  # fmt: skip
 
 
 @pytest.fixture(scope="module")
 def running() -> Running:
-    return Running(webassembly.module([program()]))
+    return Running(programs.build_webassembly([program()]))
 
 
 def test_a_program_finds_what_its_formulas_say() -> None:
@@ -78,13 +76,13 @@ def test_what_is_not_finite_is_told(running: Running) -> None:
 
 
 def test_without_the_compiler_a_sentence_says_what_brings_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bundled, "command", lambda target="": ())
-    with pytest.raises(NoCompiler, match=r"pip install 'planter\[compiler\]'"):
-        webassembly.module([program()])
+    monkeypatch.setattr(compiler, "bundled_command", lambda target="": ())
+    with pytest.raises(CompilerError, match=r"pip install 'planter\[compiler\]'"):
+        programs.build_webassembly([program()])
 
 
 def test_the_text_is_c_of_loops_and_of_what_calls_them() -> None:
-    found = texts([program()])
-    assert set(found) == {LOOPS, MAIN}
-    assert "void demo_rows(long lanes" in found[LOOPS]
-    assert "int demo(void)" in found[MAIN]
+    found = print_programs([program()])
+    assert set(found) == {LOOPS_FILE, MAIN_FILE}
+    assert "void demo_rows(long lanes" in found[LOOPS_FILE]
+    assert "int demo(void)" in found[MAIN_FILE]
