@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from planter.errors import ComputationError
-from planter.kernels import Array, CallError, Kernel, toolchain
+from planter.kernels import Array, BoundKernel, CallError, Kernel, toolchain
 from planter.kernels import kernel as kernel_module
 from planter.planting.file import load
 from planter.planting.model import Device
@@ -199,11 +199,11 @@ class TestFinite:
     @pytest.mark.parametrize("bad", [np.nan, -np.nan, np.inf, -np.inf])
     def test_where_the_first_stands(self, size: int, bad: float) -> None:
         arrays = [np.resize(self.EDGES, size), np.full(size, 1.0), np.zeros(0), np.resize(self.EDGES, size)]
-        look = kernel_module.build_finite_check(arrays)
-        assert look() == 0
+        check = kernel_module.build_finite_check(arrays)
+        assert check() == 0
         for number in (3, 1, 0):
             arrays[number][size // 2] = bad
-            assert look() == number + 1
+            assert check() == number + 1
 
 
 def shortest(call: Callable[[], object]) -> float:

@@ -67,10 +67,10 @@ class TestCache:
         assert len({one, *others}) == 6
 
     def test_another_version_of_the_compiler_is_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        one, found = toolchain.library_path("twice", SOURCE, ()), toolchain.find_compiler()
-        newer = compiler.Compiler(found.path, "cc 99.1", found.flags)
+        path, older = toolchain.library_path("twice", SOURCE, ()), toolchain.find_compiler()
+        newer = compiler.Compiler(older.path, "cc 99.1", older.flags)
         monkeypatch.setattr(toolchain, "find_compiler", lambda: newer)
-        assert toolchain.library_path("twice", SOURCE, ()) != one
+        assert toolchain.library_path("twice", SOURCE, ()) != path
 
     def test_what_is_linked_belongs_to_it(self, tmp_path: Path) -> None:
         inner = library()
