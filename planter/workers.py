@@ -2,7 +2,7 @@
 
 Such a process is isolated: the standard library comes first, then the paths of this process, so that no file of the
 current folder, and none that PYTHONPATH names, is taken for a module of the library. Foreign programs, such as
-compilers, are run by `planter.kernels.builds`; `tests/test_house.py` forbids all other starts.
+compilers, are run by `planter.kernels.builds`; `tests/test_structure.py` forbids all other starts.
 """
 
 from __future__ import annotations

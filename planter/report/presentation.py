@@ -160,6 +160,9 @@ def print_section(console: Console, section: Section) -> None:
     for block, following in zip_longest(section.blocks, section.blocks[1:]):
         match block:
             case Text() | Items():
+                if title:
+                    print_sentence(f"{title}:")
+                    title = ""
                 items, mark = ([block.text], "") if isinstance(block, Text) else (block.items, "- ")
                 for item in items:
                     print_sentence(item, mark)

@@ -45,7 +45,7 @@ def presentation() -> ResultPresentation:
 def test_terminal_shows_sections(presentation: ResultPresentation, capsys: pytest.CaptureFixture[str]) -> None:
     presentation.show(Console(as_json=False))
     out = capsys.readouterr().out
-    for part in ("A slider", "The stroke is sufficient.", "- one jump", "stroke / mm", "Points", "x / mm"):
+    for part in ("A slider", "The stroke is sufficient.", "Stroke:", "- one jump", "stroke / mm", "Points", "x / mm"):
         assert part in out
     assert "assumed" not in out
     assert "x is the position" not in out
