@@ -135,7 +135,7 @@ def test_drawings_have_a_row_for_every_symbol_of_every_machine() -> None:
     page = drawings.page()
     for found in drawings.machines().values():
         for sheet in found.labelled.sheets:
-            assert f"{{figure}} {found.room}-{sheet.name}.svg\n" in page
+            assert f"{{figure}} {found.package}-{sheet.name}.svg\n" in page
         missing = [one.name for one in found.symbols() if f"| `{one.name}` |" not in page]
         assert not missing
     assert "| `a1` | centre distance of stage 1 | m |  | `a1_mm` |" in page

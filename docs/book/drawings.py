@@ -59,7 +59,7 @@ def section(title: str, found: LabelledMachine) -> Iterator[str]:
 
 def name(found: LabelledMachine, sheet: str) -> str:
     """The file of a drawing."""
-    return f"{found.room}-{sheet}.svg"
+    return f"{found.package}-{sheet}.svg"
 
 
 def draw(folder: Path) -> None:

@@ -1,6 +1,6 @@
 """Audit of printed numbers: each is recomputed from what its paper discloses, and judged by rule.
 
-A paper's numbers stand in a file `NAME.toml` of a room's `printed`. [disclosed] holds inputs that the paper gives,
+A paper's numbers stand in a file `NAME.toml` of a package's `printed`. [disclosed] holds inputs that the paper gives,
 [assumed] inputs that it does not give. Every [[number]] holds the printed text (its digits are its precision), the
 formula `by` which it is computed, and that formula's own arguments `with`. An input with a decimal point is rounded as
 it is printed, a whole number is exact. `each` makes a row of numbers: lists of one
@@ -147,8 +147,8 @@ def load_numbers() -> dict[str, Any]:
 
     They come from files `NAME.toml` of packages `printed`, whose modules register the formulas.
     """
-    for room in plugins.load_modules("printed"):
-        load_formulas(room)
+    for package in plugins.load_modules("printed"):
+        load_formulas(package)
     files = [file for folder in plugins.find_folders("printed").values() for file in folder.iterdir()]
     tables = {f.name[: -len(SUFFIX)]: parse_toml(f.read_text(encoding="utf-8"), f.name, Rounded)
             for f in files if f.name.endswith(SUFFIX)}  # fmt: skip
@@ -162,10 +162,10 @@ def load_numbers() -> dict[str, Any]:
     return {"papers": {name: tables[name]["title"] for name in list_papers}, **single, **rows}
 
 
-def load_formulas(room: ModuleType) -> None:
+def load_formulas(package: ModuleType) -> None:
     """Import the modules of `printed`, if it is a package; modules register their formulas when they are imported."""
-    for module in sorted(pkgutil.iter_modules(getattr(room, "__path__", ()))):
-        import_module(f"{room.__name__}.{module.name}")
+    for module in sorted(pkgutil.iter_modules(getattr(package, "__path__", ()))):
+        import_module(f"{package.__name__}.{module.name}")
 
 
 def list_papers() -> dict[str, str]:

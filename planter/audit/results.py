@@ -213,4 +213,4 @@ class Audit(Record):
 
 
 COMMANDS = {"audit": Audit}
-"""What the room's command returns."""
+"""What the package's command returns."""

@@ -218,8 +218,8 @@ def _judge_file(
     model = papers[name]["model"]
     if not model:
         raise InputError(f"{source}: {name} has no mechanism, which is needed to compute numbers")
-    for room in plugins.load_modules("printed"):
-        numbers.load_formulas(room)
+    for package in plugins.load_modules("printed"):
+        numbers.load_formulas(package)
     rows = list(list_rows(numbers_file, source, name, folder / f"{model}.toml"))
     table = {"disclosed": {name: numbers_file.disclosed}, "assumed": {name: numbers_file.assumed}, "number": rows}
     return numbers.judge_numbers(name, table)

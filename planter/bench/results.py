@@ -145,7 +145,7 @@ class Benchmark(Record):
 
 
 COMMANDS = {"bench": Benchmark}
-"""What the room's command returns."""
+"""What the package's command returns."""
 
 
 WORKS = (

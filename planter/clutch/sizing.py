@@ -107,8 +107,8 @@ def _space(clutch: ClutchFile, values: dict[str, float]) -> Iterator[InequalityR
         ("outline of the body within the space", "space_radius_mm", values["R1"]),
         ("body and way of the sleeve within the space", "space_length_mm", values["d"] + values["c"]),
     ):
-        room = clutch.si(key)
-        yield build_condition(subject, f"wanted.{key}", "m", room - used, room)
+        available = clutch.si(key)
+        yield build_condition(subject, f"wanted.{key}", "m", available - used, available)
 
 
 def _limits(clutch: ClutchFile, values: dict[str, float], linkage: CrankLinkage) -> Iterator[InequalityResult]:

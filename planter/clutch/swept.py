@@ -1,5 +1,5 @@
-"""Adapter of clutches for sweeps and tolerances (`planter.tolerance.room`)."""
+"""Adapter of clutches for sweeps and tolerances (`planter.tolerance.adapter`)."""
 
-from planter.tolerance.room import FileRoom
+from planter.tolerance.adapter import FileAdapter
 
-ROOM = FileRoom(__package__, "load_clutch")
+ROOM = FileAdapter(__package__, "load_clutch")

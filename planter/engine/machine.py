@@ -420,7 +420,7 @@ def load_machine(
     >>> load_machine("wang2017", {"R3_mm": 31.0}).name
     'wang2017'
     """
-    module = find_machine_room(source)
+    module = find_machine_package(source)
     if module is None:
         raise InputError(f"{source}: there is no such machine: it must be a machine's file, or a built-in one's name")
     for name, choice in choices.items():
@@ -436,7 +436,7 @@ def check_samples(samples: int | None, fewest: int = 4) -> None:
         raise InputError.for_value("--samples", samples, f"it must be between {fewest} and {MOST_SAMPLES}")
 
 
-def find_machine_room(source: str) -> ModuleType | None:
+def find_machine_package(source: str) -> ModuleType | None:
     """Return the plug-in module `machines` that takes a source, None if there is none.
 
     Such a module has `takes(source)` and `load(source, changes, **choices)`.
@@ -478,7 +478,7 @@ def describe_source(source: str, changes: Mapping[str, float]) -> Description:
 
     A plug-in for machines without a driving angle describes them by a function `describe(source, changes)`.
     """
-    module = find_machine_room(source)
+    module = find_machine_package(source)
     describe = getattr(module, "describe", None)
     description: Description = (
         describe(source, changes) if describe else describe_machine(load_machine(source, changes))

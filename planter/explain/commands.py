@@ -48,7 +48,7 @@ def explain(
             console.result(names, lambda: presentation.show_names(names))
         elif key is not None:
             if is_drawn:
-                meanings = dictionary.explain_in_room(machine.find_room(name), key)
+                meanings = dictionary.explain_in_package(machine.find_package(name), key)
             else:
                 meanings = mechanism.find_meanings(mechanism.explain_mechanism(name, changes(set_)), key)
             console.result(meanings, lambda: presentation.show_meanings(meanings))

@@ -62,19 +62,19 @@ def explain_name(name: str) -> Explained:
     return Explained(name, meanings)
 
 
-def explain_in_room(room: str, key: str) -> Explained:
+def explain_in_package(package: str, key: str) -> Explained:
     """Return every meaning of a symbol, key or column in a kind of machine.
 
     Raises InputError, suggesting similar names, for an unknown name.
     """
-    all_meanings = [meaning for meaning in collect_meanings() if meaning.machine == room]
+    all_meanings = [meaning for meaning in collect_meanings() if meaning.machine == package]
     meanings = [meaning for meaning in all_meanings if key in (meaning.name, meaning.key)]
     if not meanings:
         close = paths.close(
             key, sorted({name for meaning in all_meanings for name in (meaning.name, meaning.key) if name})
         )
         hint = f"did you mean {' or '.join(close)}?" if close else "`planter explain` lists all names"
-        raise InputError(f"KEY = {key} is not a symbol, key or column of {room}: {hint}")
+        raise InputError(f"KEY = {key} is not a symbol, key or column of {package}: {hint}")
     return Explained(key, meanings)
 
 
@@ -99,31 +99,31 @@ def find_meanings(machine: str, requested: Sequence[str], command: str) -> list[
 def _list_columns() -> Iterator[Meaning]:
     """Yield the meanings of the columns of CSV files that packages declare."""
     for module in plugins.load_modules("columns"):
-        room = module.__name__.split(".")[-2]
+        package = module.__name__.split(".")[-2]
         for name, (meaning, source) in module.columns().items():
-            yield Meaning(name, "column", room, units.unit(name), meaning, source)
+            yield Meaning(name, "column", package, units.unit(name), meaning, source)
 
 
 def _list_figures() -> Iterator[tuple[tuple[str, str], list[str]]]:
     """Yield the figures of each machine and column by the declarations of `DRAWN`."""
     figures: dict[tuple[str, str], list[str]] = {}
-    for room, plots in _load_drawn_columns().items():
+    for package, plots in _load_drawn_columns().items():
         for figure, columns in plots.items():
             for column in columns:
-                figures.setdefault((room, column), []).append(figure)
+                figures.setdefault((package, column), []).append(figure)
     yield from figures.items()
 
 
 def _load_drawn_columns() -> dict[str, Mapping[str, Sequence[str]]]:
     """Return `DRAWN` of the modules `report.figures` by machine."""
-    by_room = {}
+    by_package = {}
     for report in plugins.load_modules("report"):
         name = f"{report.__name__}.figures"
         if hasattr(report, "__path__") and find_spec(name) is not None:
             plots = getattr(import_module(name), "DRAWN", None)
             if plots is not None:
-                by_room[report.__name__.split(".")[-2]] = plots
-    return by_room
+                by_package[report.__name__.split(".")[-2]] = plots
+    return by_package
 
 
 SHARED_ROOM = "gearing"
@@ -134,7 +134,7 @@ def list_symbols() -> Iterator[Meaning]:
     """Yield every symbol of every model, then those that only papers define."""
     papers = dict(_load_definitions())
     for name in generated.names():
-        machine = find_model_room(name)
+        machine = find_model_package(name)
         for entry in _list_entries(generated.sidecar(name)):
             yield _describe_symbol(machine, entry, papers.pop((machine, entry["name"]), None))
     yield from _list_parameters()
@@ -142,7 +142,7 @@ def list_symbols() -> Iterator[Meaning]:
         yield Meaning(symbol, "symbol", machine, "", equations[0].claims, equations[0].paper, equations=equations)
 
 
-def find_model_room(model: str) -> str:
+def find_model_package(model: str) -> str:
     """Return the machine of a generated model by the first part of its name."""
     first = model.partition("_")[0]
     return first if first in plugins.find_packages() else SHARED_ROOM
@@ -180,7 +180,7 @@ def _list_parameters() -> Iterator[Meaning]:
     for name in generated.names():
         for vector in generated.sidecar(name).get("vectors", {}).values():
             if isinstance(vector, Mapping) and vector.get("suffix"):
-                yield from _describe_stage(find_model_room(name), vector)
+                yield from _describe_stage(find_model_package(name), vector)
 
 
 def _describe_stage(machine: str, vector: Mapping[str, Any]) -> Iterator[Meaning]:
@@ -197,7 +197,7 @@ def _describe_stage(machine: str, vector: Mapping[str, Any]) -> Iterator[Meaning
 def _load_definitions() -> dict[tuple[str, str], list[DefiningEquation]]:
     """Return the equations of the papers with their verdicts, by machine and defined symbol."""
     papers = {
-        file.name.removesuffix(".toml"): room for room, folder in plugins.find_folders("printed").items()
+        file.name.removesuffix(".toml"): package for package, folder in plugins.find_folders("printed").items()
         for file in folder.iterdir() if file.name.endswith(".toml")
     }  # fmt: skip
     equations: dict[tuple[str, str], list[DefiningEquation]] = {}
@@ -216,35 +216,35 @@ TIGHTEST: dict[str, Callable[..., float]] = {"greater than": max, "at least": ma
 def list_input_keys(symbols: Mapping[tuple[str, str], str]) -> Iterator[Meaning]:
     """Yield every key with a value; `symbols` has meanings by machine and path of the value in the file."""
     for module in plugins.load_modules("file"):
-        room = module.__name__.split(".")[-2]
+        package = module.__name__.split(".")[-2]
         for kind in vars(module).values():
             if isinstance(kind, type) and issubclass(kind, Document) and kind is not Document:
-                yield from _list_section(room, kind, "", symbols)
+                yield from _list_section(package, kind, "", symbols)
 
 
 def _list_section(
-    room: str, kind: type[BaseModel], before: str, symbols: Mapping[tuple[str, str], str]
+    package: str, kind: type[BaseModel], before: str, symbols: Mapping[tuple[str, str], str]
 ) -> Iterator[Meaning]:
     for key, field in fields.fields(kind).items():
         path = f"{before}.{key}" if before else key
         inner = fields.section(field.annotation)
         if inner is not None:
-            yield from _list_section(room, inner, path, symbols)
+            yield from _list_section(package, inner, path, symbols)
         else:
-            yield _describe_key(room, kind, path, field, symbols)
+            yield _describe_key(package, kind, path, field, symbols)
 
 
 def _describe_key(
-    room: str, kind: type[BaseModel], path: str, field: FieldInfo, symbols: Mapping[tuple[str, str], str]
+    package: str, kind: type[BaseModel], path: str, field: FieldInfo, symbols: Mapping[tuple[str, str], str]
 ) -> Meaning:
-    meaning = symbols.get((room, path)) or "; ".join(
-        text for (owner, place), text in symbols.items() if owner == room and place.startswith(f"{path}[")
+    meaning = symbols.get((package, path)) or "; ".join(
+        text for (owner, place), text in symbols.items() if owner == package and place.startswith(f"{path}[")
     )
     section = " ".join((kind.__doc__ or "").split()).partition(". ")[0].rstrip(".")
     return Meaning(
         name=paths.last_part(path),
         kind="file key",
-        machine=room,
+        machine=package,
         unit=units.unit(path),
         meaning=meaning or section,
         source=f"[{path.rpartition('.')[0]}]" if "." in path else "top of the file",
@@ -289,14 +289,14 @@ def list_result_keys(columns: Mapping[tuple[str, str], str]) -> Iterator[Meaning
     `columns` has meanings by machine and column, for records that contain columns.
     """
     for module in plugins.load_modules("results"):
-        room = module.__name__.split(".")[-2]
+        package = module.__name__.split(".")[-2]
         places: dict[tuple[str, str], list[str]] = {}
         for command, kind in module.COMMANDS.items():
             for key, meaning in _list_numbers(command, kind):
-                places.setdefault((key, columns.get((room, key), meaning)), []).append(command)
+                places.setdefault((key, columns.get((package, key), meaning)), []).append(command)
         for (key, meaning), commands in places.items():
             source = f"planter {', '.join(dict.fromkeys(commands))} --json"
-            yield Meaning(key, "result key", room, units.unit(key), meaning, source)
+            yield Meaning(key, "result key", package, units.unit(key), meaning, source)
 
 
 def _list_numbers(command: str, kind: Any) -> Iterator[tuple[str, str]]:

@@ -23,18 +23,18 @@ KINDS = ("symbol", "file key", "column")
 class LabelledMachine:
     """A machine with its labelled drawings and the module that drew it."""
 
-    room: str
+    package: str
     labels: Draughtsman
     labelled: Labelled
 
     def explained(self, files: list[str]) -> ExplainedMachine:
         """Return the result of the command; `files` are those that were written."""
         sheets = [DrawnSheet(sheet.name, sheet.title, sorted(sheet.names)) for sheet in self.labelled.sheets]
-        return ExplainedMachine(self.labelled.name, self.room, sheets, self.symbols(), files)
+        return ExplainedMachine(self.labelled.name, self.package, sheets, self.symbols(), files)
 
     def symbols(self) -> list[DrawnSymbol]:
         """Return a row for each length, angle and coordinate."""
-        return [self._symbol(meaning) for meaning in list_geometry(self.room)]
+        return [self._symbol(meaning) for meaning in list_geometry(self.package)]
 
     def _symbol(self, meaning: Meaning) -> DrawnSymbol:
         sheet = next((sheet.name for sheet in self.labelled.sheets if meaning.name in sheet.names), None)
@@ -56,9 +56,9 @@ def takes(source: str) -> bool:
     return any(labels.takes(source) for labels in find_drawings().values())
 
 
-def find_room(source: str) -> str:
+def find_package(source: str) -> str:
     """Return the kind of machine that draws a source. Raises StopIteration without one."""
-    return next(room for room, labels in find_drawings().items() if labels.takes(source))
+    return next(package for package, labels in find_drawings().items() if labels.takes(source))
 
 
 def draw_machine(source: str, changes: Mapping[str, float]) -> LabelledMachine:
@@ -66,9 +66,9 @@ def draw_machine(source: str, changes: Mapping[str, float]) -> LabelledMachine:
 
     Raises InputError if no drawing module takes it, or as that module does.
     """
-    for room, labels in find_drawings().items():
+    for package, labels in find_drawings().items():
         if labels.takes(source):
-            return LabelledMachine(room, labels, labels.draw(source, changes))
+            return LabelledMachine(package, labels, labels.draw(source, changes))
     names = ", ".join(sorted(find_drawings()))
     raise InputError(
         f"{source}: there is no such machine with a labelled drawing: it must be a file of one ({names}), or the name "
@@ -76,13 +76,13 @@ def draw_machine(source: str, changes: Mapping[str, float]) -> LabelledMachine:
     )
 
 
-def list_geometry(room: str) -> list[Meaning]:
+def list_geometry(package: str) -> list[Meaning]:
     """Return lengths, angles and coordinates of a machine: symbols, then keys and columns without a symbol.
 
     Each name appears once, with its first meaning.
     """
     meanings = [
-        meaning for meaning in dictionary.collect_meanings() if meaning.machine == room and meaning.unit in GEOMETRIC
+        meaning for meaning in dictionary.collect_meanings() if meaning.machine == package and meaning.unit in GEOMETRIC
     ]
     symbol_keys = {_strip_index(meaning.key) for meaning in meanings if meaning.kind == "symbol"}
     unique: dict[str, Meaning] = {}

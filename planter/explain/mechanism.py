@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from planter import plugins
-from planter.engine.machine import Description, Quantity, describe_source, find_machine_room
+from planter.engine.machine import Description, Quantity, describe_source, find_machine_package
 from planter.errors import InputError
 from planter.explain.results import Explained, ExplainedFunction, ExplainedMechanism, Meaning
 from planter.files import paths, units
@@ -14,7 +14,7 @@ from planter.view.sheet import Sheet
 
 def takes(source: str) -> bool:
     """Return whether a package loads the machine of a source."""
-    return find_machine_room(source) is not None
+    return find_machine_package(source) is not None
 
 
 def explain_mechanism(source: str, changes: Mapping[str, float]) -> ExplainedMechanism:

@@ -82,7 +82,7 @@ def resembles(source: str, kind: str) -> bool:
 def check_kind(table: Mapping[str, Any], source: str, kind: str) -> None:
     """Raise InputError if a file belongs to another kind of machine, by the names of its tables."""
     alike = _alike(table)
-    best = max(alike, key=lambda room: alike[room])
+    best = max(alike, key=lambda package: alike[package])
     if best != kind and alike[best] > max(_ALIKE, alike.get(kind, 0)):
         builtin = ", ".join(names(kind, ".toml"))
         raise InputError(f"{source}: this is a file for {_takers(best)}, but it must be one like {builtin}")
@@ -90,32 +90,32 @@ def check_kind(table: Mapping[str, Any], source: str, kind: str) -> None:
 
 def _elsewhere(name: str) -> str | None:
     """Return a description of a built-in file of another command, or of another kind; None without one."""
-    for room in sorted(plugins.find_folders("examples")):
-        for file in _files(room):
+    for package in sorted(plugins.find_folders("examples")):
+        for file in _files(package):
             if file.name.rpartition(".")[0] == name:
-                return f"this is a built-in {file.name.rpartition('.')[2].upper()} file for {_takers(room)}"
+                return f"this is a built-in {file.name.rpartition('.')[2].upper()} file for {_takers(package)}"
     return None
 
 
-def _takers(room: str) -> str:
-    return f"planter {', '.join(plugins.list_commands(room))}"
+def _takers(package: str) -> str:
+    return f"planter {', '.join(plugins.list_commands(package))}"
 
 
 def _alike(table: Mapping[str, Any]) -> dict[str, float]:
     """Return the similarity of a table to the files of each package."""
-    return {room: _likeness(table, room) for room in plugins.find_folders("examples")}
+    return {package: _likeness(table, package) for package in plugins.find_folders("examples")}
 
 
-def _likeness(table: Mapping[str, Any], room: str) -> float:
+def _likeness(table: Mapping[str, Any], package: str) -> float:
     """Return the largest share of top-level keys that a table has in common with a built-in file of a package."""
     keys = set(table) - _EVERYWHERE
-    return max((len(keys & other) / len(keys | other) for other in _tables(room) if keys | other), default=0)
+    return max((len(keys & other) / len(keys | other) for other in _tables(package) if keys | other), default=0)
 
 
 @cache
-def _tables(room: str) -> list[set[str]]:
+def _tables(package: str) -> list[set[str]]:
     """Return the names of the tables of each built-in file of a package."""
-    builtin = ((file.read_text(encoding="utf-8"), file.name) for file in _files(room) if file.name.endswith(".toml"))
+    builtin = ((file.read_text(encoding="utf-8"), file.name) for file in _files(package) if file.name.endswith(".toml"))
     return [set(parse_toml(content, name)) - _EVERYWHERE for content, name in builtin]
 
 
@@ -129,6 +129,6 @@ def _is_name(source: str | Path, kind: str | None, suffix: Suffix) -> bool:
 
 @cache
 def _files(kind: str | None) -> list[Traversable]:
-    by_room = plugins.find_folders("examples")
-    folders = [by_room[kind]] if kind else [by_room[room] for room in sorted(by_room)]
+    by_package = plugins.find_folders("examples")
+    folders = [by_package[kind]] if kind else [by_package[package] for package in sorted(by_package)]
     return [file for folder in folders for file in folder.iterdir() if file.name.endswith(SUFFIXES)]

@@ -33,8 +33,8 @@ def _places() -> dict[str, Traversable]:
     """Packages of generated code with their folders: ours first."""
     own = _package()
     packages = plugins.find_packages()
-    found = {f"{packages[room]}.generated": place for room, place in plugins.find_folders("generated").items()}
-    return {own: files(own)} | found
+    modules = {f"{packages[name]}.generated": place for name, place in plugins.find_folders("generated").items()}
+    return {own: files(own)} | modules
 
 
 @cache
@@ -64,7 +64,7 @@ def names(prefix: str = "") -> list[str]:
 
 
 def _sidecars(place: Traversable) -> Iterator[str]:
-    return (found.name.removesuffix(".json") for found in place.iterdir() if found.name.endswith(".json"))
+    return (file.name.removesuffix(".json") for file in place.iterdir() if file.name.endswith(".json"))
 
 
 def _holder(name: str) -> str:
@@ -81,9 +81,9 @@ def _from_file(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(f"generated_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise InputError(f"{path}: this is no Python file")
-    found = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(found)
-    return found
+    modules = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(modules)
+    return modules
 
 
 def extract_outputs(

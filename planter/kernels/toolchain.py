@@ -191,7 +191,7 @@ def _is_disk_full(error: Exception) -> bool:
 
 
 def _describe_full_disk(path: Path) -> str:
-    return f"there is no room for compiled functions in {path.parent}"
+    return f"there is no space for compiled functions in {path.parent}"
 
 
 def _describe_failure(name: str, error: Exception) -> str:

@@ -1,5 +1,5 @@
-"""Sweeps and tolerances of linkages and gear trains of poses: `ROOM`, as `planter.tolerance.room` has it."""
+"""Sweeps and tolerances of linkages and gear trains of poses: `ROOM`, as `planter.tolerance.adapter` has it."""
 
-from planter.tolerance.room import FileRoom
+from planter.tolerance.adapter import FileAdapter
 
-ROOM = FileRoom(__package__, "load_poses")
+ROOM = FileAdapter(__package__, "load_poses")

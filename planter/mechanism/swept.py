@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planter.mechanism import file
-from planter.tolerance.room import MachineRoom
+from planter.tolerance.adapter import MachineAdapter
 
 if TYPE_CHECKING:
     from planter.engine.measures import Limit, Measure
     from planter.mechanism.file import MechanismFile
 
 
-class MechanismSweepAdapter(MachineRoom):
+class MechanismSweepAdapter(MachineAdapter):
     """Mechanisms that an angle drives."""
 
     def frozen(self, machine: MechanismFile) -> dict[str, Any]:

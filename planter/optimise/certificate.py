@@ -83,15 +83,15 @@ def check_conditions(problem: Problem, u: Array, multipliers: Multipliers) -> Re
     bounds = np.concatenate([m.at_lower, m.at_upper]) / problem.scale
     top, bottom = conditions.upper.max(initial=-np.inf), conditions.lower.min(initial=np.inf)
     slack = np.concatenate([top - conditions.upper, conditions.lower - bottom]) / problem.scale
-    room = np.concatenate(problem.box.room(u))
+    box_slack = np.concatenate(problem.box.slack(u))
     return Residuals(
         stationarity=_max_norm(slope) / problem.scale,
         shares=_max_norm(shares) * unit,
-        feasibility=max(_max_norm(np.minimum(room, 0)), required.violation),
+        feasibility=max(_max_norm(np.minimum(box_slack, 0)), required.violation),
         sign=_max_norm(np.minimum(np.concatenate([signed, bounds, m.kinks, 1 - m.kinks]), 0)),
         complementarity=max(
             _max_norm(np.concatenate([m.upper, m.lower]) * slack),
-            _max_norm(bounds * room),
+            _max_norm(bounds * box_slack),
             _max_norm(required.complementarity(m.required) / problem.scale),
         ),
     )
@@ -105,7 +105,7 @@ def estimate_multipliers(problem: Problem, u: Array) -> Multipliers:
     conditions, scale = problem.conditions(u), problem.scale
     rate, weight = _smooth_rate(problem, u), problem.objective.weight
     tops, bottoms = _find_extreme_rows(conditions.upper, conditions.lower)
-    low, high = (np.flatnonzero(room <= ACTIVE) for room in problem.box.room(u))
+    low, high = (np.flatnonzero(box_slack <= ACTIVE) for box_slack in problem.box.slack(u))
     eye, required = np.eye(len(u)), _ConstraintState(problem, u)
     up, down, even = required.active()
     rows = required.gradients
@@ -170,8 +170,8 @@ class _ConstraintState:
 
     def complementarity(self, multipliers: Array) -> Array:
         """Return multipliers times the distance from the bound of their sign, (c,)."""
-        room = np.where(multipliers > 0, self.above, self.below)
-        return np.multiply(multipliers, room, out=np.zeros_like(multipliers), where=multipliers != 0)
+        box_slack = np.where(multipliers > 0, self.above, self.below)
+        return np.multiply(multipliers, box_slack, out=np.zeros_like(multipliers), where=multipliers != 0)
 
 
 @dataclass(frozen=True)

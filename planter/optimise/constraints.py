@@ -70,7 +70,7 @@ class DesignBox:
         """Return a point u (p,) clipped to the box."""
         return np.clip(u, self.bottom, self.top)
 
-    def room(self, u: Array) -> tuple[Array, Array]:
+    def slack(self, u: Array) -> tuple[Array, Array]:
         """Return the distances of a point u (p,) from the lower and upper bounds, (p,) each, negative outside."""
         return u - self.bottom, self.top - u
 

@@ -62,16 +62,16 @@ def _compute_move(problem: Problem, u: Array) -> Array:
     directions = problem.flat(u)
     if not len(directions):
         return np.zeros(len(u))
-    below, above = (np.maximum(room, 0.0) for room in problem.box.room(u))
+    below, above = (np.maximum(slack, 0.0) for slack in problem.box.slack(u))
     rows, limits = [directions.T, -directions.T], [above, below]
     if problem.constraints is not None:
         x = problem.design(u)
         slopes = problem.constraints.slopes(x) * problem.box.unit @ directions.T
         values = problem.constraints.values(x)
-        for sign, room in ((1, problem.constraints.upper - values), (-1, values - problem.constraints.lower)):
-            finite = np.isfinite(room)
+        for sign, slack in ((1, problem.constraints.upper - values), (-1, values - problem.constraints.lower)):
+            finite = np.isfinite(slack)
             rows.append(sign * slopes[finite])
-            limits.append(np.maximum(room[finite], 0.0))
+            limits.append(np.maximum(slack[finite], 0.0))
     unbounded = np.full(len(directions), np.inf)
     slope = directions @ (u - problem.start)
     bounds = (-unbounded, unbounded)

@@ -164,9 +164,9 @@ class LawData(Section):
         if self.ends is None:
             allowed = 'it goes with smooth ends of the dwell, ends = "smooth", and with no others'
             yield refused("transition_deg", self.transition_deg, allowed)
-        room = (360 - self.dwell_t_deg[1] + self.dwell_t_deg[0]) / 4
-        if self.transition_deg > room:
-            allowed = f"it must be at most {room:g}, a quarter of the turn outside the dwell"
+        limit = (360 - self.dwell_t_deg[1] + self.dwell_t_deg[0]) / 4
+        if self.transition_deg > limit:
+            allowed = f"it must be at most {limit:g}, a quarter of the turn outside the dwell"
             yield refused("transition_deg", self.transition_deg, allowed)
 
     @property

@@ -36,7 +36,7 @@ ROUNDS = 8
 LEAST_SLOPE, LEAST_CURVATURE = 0.05, 0.5
 """What slope [-] and curvature of the pitch curves [1/m] are kept above, to be above zero between samples."""
 FUNNEL = 5.0
-"""How fast the room for the needle widens above the tray, where nothing is in its way [-]."""
+"""Slope at which the clearance of the needle widens above the tray, where nothing is in its way [-]."""
 NEAR_PICK = np.radians(100)
 """Carrier angles around the pick at which needle and tray can meet."""
 PENALTY = 10.0
@@ -218,8 +218,8 @@ class LeastChange:
         back = self.machine.si("targets.entry_depth_mm") - now.depth[i]
         deviation = now.across[i] - tilted * back
         beyond = ca.fmax(back * 1000 - targets.straight_entry_mm - 2, 0)
-        room = STRAIGHT_SHARE * targets.straightness_mm - self.reserve["straight entry"] + FUNNEL * beyond
-        return [room - deviation * 1000, room + deviation * 1000]
+        clearance = STRAIGHT_SHARE * targets.straightness_mm - self.reserve["straight entry"] + FUNNEL * beyond
+        return [clearance - deviation * 1000, clearance + deviation * 1000]
 
     def _clear(self, now: SampledChain, t: Array, cell: Cell) -> list[ca.MX]:
         """The needle's tip and its edges at the surface stay within the cell, which widens above the tray [mm]."""

@@ -1,5 +1,5 @@
-"""Adapter of pick-ups for sweeps and tolerances (`planter.tolerance.room`)."""
+"""Adapter of pick-ups for sweeps and tolerances (`planter.tolerance.adapter`)."""
 
-from planter.tolerance.room import FileRoom
+from planter.tolerance.adapter import FileAdapter
 
-ROOM = FileRoom(__package__, "load_pickup")
+ROOM = FileAdapter(__package__, "load_pickup")

@@ -1,4 +1,4 @@
-"""Sweeps and tolerances of planting devices: `ROOM`, as `planter.tolerance.room` has it."""
+"""Sweeps and tolerances of planting devices: `ROOM`, as `planter.tolerance.adapter` has it."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from planter.planting.file import Machine as MachineFile
 from planter.planting.machines import DEVIATIONS, add_deviations
 from planter.planting.model import Device, build_machine
 from planter.planting.requirements import RequirementConstraints
+from planter.tolerance.adapter import MachineAdapter
 from planter.tolerance.job import Spread
 from planter.tolerance.robust import RobustGoal, Settings
-from planter.tolerance.room import MachineRoom
 
 Ends = Mapping[str, tuple[float, float]]
 ToleranceSpec = dict[str, Any]
@@ -36,7 +36,7 @@ SECTIONS = ("centroid.", "nozzle.C1_mm", "nozzle.C2_mm")
 """Where centroids stand in a file."""
 
 
-class PlantingSweepAdapter(MachineRoom):
+class PlantingSweepAdapter(MachineAdapter):
     """Planting devices; centre distances may deviate from those of the pitch curves."""
 
     choices: Mapping[str, Sequence[str]] = {"model": ("exact", "printed")}

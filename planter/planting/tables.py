@@ -133,7 +133,7 @@ def print_requirements(console: Console, entries: Sequence[RequirementResult] | 
 
 
 def _short(value: float | None) -> float | None:
-    """A number to four digits, where there is no room for more."""
+    """A number to four digits, to fit a narrow column."""
     return None if value is None else float(f"{value:.4g}")
 
 

@@ -31,7 +31,7 @@ class _Keys(GenerateJsonSchema):
 
 def load_result_types() -> dict[str, Any]:
     """Return the record, or union of records, of each command of all packages, by name."""
-    return {name: kind for room in plugins.load_modules("results") for name, kind in room.COMMANDS.items()}
+    return {name: kind for package in plugins.load_modules("results") for name, kind in package.COMMANDS.items()}
 
 
 def build_schema(command: str, kind: Any) -> Mapping[str, Any]:
@@ -43,7 +43,9 @@ def build_schema(command: str, kind: Any) -> Mapping[str, Any]:
 def format_schemas() -> dict[str, str]:
     """Return the texts of the schemas of the commands of planter by file name."""
     packaged = {
-        room.__name__: room.COMMANDS for room in plugins.load_modules("results") if room.__name__.startswith("planter.")
+        package.__name__: package.COMMANDS
+        for package in plugins.load_modules("results")
+        if package.__name__.startswith("planter.")
     }
     return {
         file_name(command): format_schema(command, kind)

@@ -9,11 +9,11 @@ from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 from planter.report import folder
 from planter.report.presentation import ResultPresentation
+from planter.sweeps.adapter import ResolvedMachine
 from planter.sweeps.job import open_store, run_job
 from planter.sweeps.plan import Plan
 from planter.sweeps.presentation import present_sweep
 from planter.sweeps.results import SweepFound, Varied
-from planter.sweeps.room import ResolvedMachine
 from planter.sweeps.sweep import Rows, Sweep, write_rows
 
 STORE_NAME = "sweep.sqlite"

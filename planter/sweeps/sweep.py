@@ -17,10 +17,10 @@ from planter.errors import InputError
 from planter.kernels import Array
 from planter.progress import Listener, ProgressPhase
 from planter.report import folder
+from planter.sweeps.adapter import ResolvedMachine, Subject, SweepAdapter, find_full_name, resolve_source
 from planter.sweeps.job import Recipe, Store
 from planter.sweeps.plan import Axis, Plan, Points
 from planter.sweeps.results import Extent
-from planter.sweeps.room import ResolvedMachine, Room, Subject, find_full_name, resolve_source
 
 PARQUET_HINT = "rows.parquet is not written, rows.csv has the same rows; for Parquet: pip install 'planter[parquet]'"
 
@@ -206,7 +206,7 @@ class Sweep:
         """Recipe of the job."""
         return Recipe(f"{__name__}:{PlanJob.__name__}", {
             "module": self.machines[0].module,
-            "machines": [resolved.room.frozen(resolved.machine) for resolved in self.machines],
+            "machines": [resolved.adapter.frozen(resolved.machine) for resolved in self.machines],
             "plan": self.plan.model_dump(mode="json", by_alias=True, exclude_none=True),
             "inputs": list(self.inputs), "outputs": self.outputs, **self.machines[0].hash_curves(self.outputs),
         })  # fmt: skip
@@ -225,7 +225,7 @@ class PlanJob:
         outputs: Sequence[str], curves: Mapping[str, str] | None = None,
     ) -> None:  # fmt: skip
         """Prepare the job; `curves`, hashes of files that outputs need, distinguish it from jobs with other files."""
-        self._room: Room = import_module(module).ROOM
+        self._adapter: SweepAdapter = import_module(module).ROOM
         self._machines, self._outputs = machines, outputs
         spec = Plan.read(plan, plan.get("name", "plan"))
         self.points, self._axes = spec.sample_points, dict(zip(inputs, spec.axes.values(), strict=True))
@@ -257,7 +257,7 @@ class PlanJob:
             machine = self._machines[int(chosen.pop(MACHINE, 0))]
             ends = {self._names[i]: self._axes[self._names[i]].ends for i in self._numbers}
             choices = {name: str(text) for name, text in chosen.items()}
-            self._subjects[kind] = self._room.subject(machine, choices, ends, self._outputs)
+            self._subjects[kind] = self._adapter.subject(machine, choices, ends, self._outputs)
         return self._subjects[kind]
 
     @cached_property

@@ -1,4 +1,4 @@
-"""What the commands of all rooms share: options, and how their parts are put together."""
+"""What the commands of all packages share: options, and how their parts are put together."""
 
 from __future__ import annotations
 

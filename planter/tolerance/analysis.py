@@ -17,14 +17,14 @@ from planter.kernels import Array
 from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 from planter.report import folder
+from planter.sweeps.adapter import ResolvedMachine
 from planter.sweeps.job import open_store, run_job
-from planter.sweeps.room import ResolvedMachine
 from planter.tolerance import job
+from planter.tolerance.adapter import Subject, ToleranceAdapter
 from planter.tolerance.file import Tolerances
 from planter.tolerance.job import Spread
 from planter.tolerance.results import Band, Share, Toleranced, ToleranceFound
 from planter.tolerance.robust import Settings
-from planter.tolerance.room import Room, Subject
 
 RESAMPLES, CONFIDENCE = 60, 1.96
 """Number of bootstrap samples of an index, and standard deviations to either end of its 95 % interval."""
@@ -131,16 +131,18 @@ class ToleranceCase:
     outputs: Sequence[str]
 
     @property
-    def room(self) -> Room:
+    def adapter(self) -> ToleranceAdapter:
         """Adapter of the machine."""
-        room: Room = self.resolved.room
-        return room
+        adapter: ToleranceAdapter = self.resolved.adapter
+        return adapter
 
     @property
     def subject(self) -> Subject:
         """The machine, built for inputs between the ends of their tolerances."""
         ends = {name: (spread.low, spread.high) for name, spread in self.spreads.items()}
-        subject: Any = self.room.subject(self.room.frozen(self.resolved.machine), self.choices, ends, self.outputs)
+        subject: Any = self.adapter.subject(
+            self.adapter.frozen(self.resolved.machine), self.choices, ends, self.outputs
+        )
         return cast(Subject, subject)
 
     @property
@@ -169,8 +171,8 @@ def analyse_tolerances(
     """
     if request.base & (request.base - 1):
         raise InputError(f"--indices = {request.base}: the number must be a power of 2, or 0")
-    started, room = time.perf_counter(), cast(Room, resolved.room)
-    outputs = resolved.resolve_outputs(request.outputs or room.banded, "--output")
+    started, adapter = time.perf_counter(), cast(ToleranceAdapter, resolved.adapter)
+    outputs = resolved.resolve_outputs(request.outputs or adapter.banded, "--output")
     case = ToleranceCase(resolved, choices, tolerances.spreads(resolved, source), outputs)
     cycles = _CycleRows(case, out, means, progress)
     rows, digest = cycles.compute("bands", request.rows, rows=request.rows, seed=request.seed)
@@ -183,7 +185,7 @@ def analyse_tolerances(
     robust = (
         None
         if request.robust is None
-        else room.robust(resolved.machine, choices, case.spreads, request.robust, progress)
+        else adapter.robust(resolved.machine, choices, case.spreads, request.robust, progress)
     )
     result = ToleranceFound(
         machine=resolved.machine.name, choices=dict(choices), seed=request.seed, rows=request.rows,
@@ -222,7 +224,7 @@ def _bands(case: ToleranceCase, rows: Array) -> dict[str, Band]:
 
 def default_tolerances(resolved: ResolvedMachine) -> Tolerances:
     """Return the default tolerances of a machine. Raises InputError if its kind has none."""
-    table = cast(Room, resolved.room).tolerances(resolved.machine)
+    table = cast(ToleranceAdapter, resolved.adapter).tolerances(resolved.machine)
     if not table:
         raise InputError(f"{resolved.source}: this machine has no default tolerances; add --tolerances FILE")
     return Tolerances.read({"tolerances": table}, f"{resolved.source}: default tolerances")

@@ -93,7 +93,7 @@ def tolerance(
     with console.outcome():
         from planter.parallel.task import Means
         from planter.report.folder import renewing
-        from planter.sweeps.room import ResolvedMachine
+        from planter.sweeps.adapter import ResolvedMachine
         from planter.tolerance.analysis import ToleranceRequest, analyse_tolerances, default_tolerances
         from planter.tolerance.file import Tolerances
         from planter.tolerance.presentation import present_tolerance

@@ -13,7 +13,7 @@ from planter.errors import InputError
 from planter.files.fields import Positive, Problems, Real, Section, check, explain, refused
 from planter.files.paths import last_part
 from planter.files.text import read_toml
-from planter.sweeps.room import ResolvedMachine
+from planter.sweeps.adapter import ResolvedMachine
 from planter.tolerance.job import Kind, Spread
 
 
@@ -71,7 +71,7 @@ class Tolerances(Section):
 
         Raises InputError if an entry matches no input, or has no width.
         """
-        nominal, spreads = resolved.room.nominal(resolved.machine), dict[str, Spread]()
+        nominal, spreads = resolved.adapter.nominal(resolved.machine), dict[str, Spread]()
         for name, tolerance in self.tolerances.items():
             for path in self._matches(name, resolved, source):
                 spreads[path] = tolerance.spread(nominal[path])

@@ -12,9 +12,9 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from planter.kernels import Array
+from planter.sweeps.adapter import ResolvedMachine, Subject
 from planter.sweeps.job import Recipe
 from planter.sweeps.plan import SobolSequence, chunk_generator
-from planter.sweeps.room import ResolvedMachine, Subject
 
 Kind = Literal["normal", "uniform", "triangular"]
 ENDS = 3.0
@@ -72,7 +72,7 @@ def build_recipe(
 ) -> Recipe:
     """Return the recipe of the rows; `sampling` is `rows` and `seed`, or `base` and `seed` for indices."""
     return Recipe(f"{__name__}:{Turns.__name__}", {
-        "module": resolved.module, "machine": resolved.room.frozen(resolved.machine), "choices": dict(choices),
+        "module": resolved.module, "machine": resolved.adapter.frozen(resolved.machine), "choices": dict(choices),
         "spreads": {name: [spread.kind, spread.low, spread.high] for name, spread in spreads.items()},
         "outputs": list(outputs),
         "drawn": sampling,  # stores of rows are found by the names in a recipe: those of earlier versions stay

@@ -117,8 +117,8 @@ def _list_details(analysis: ToleranceAnalysis) -> Iterator[Section]:
 
 
 def _name_cycles(analysis: ToleranceAnalysis) -> list[str]:
-    room = analysis.case.room
-    return [*(f"turn-{key}" for key in room.curves), *(f"path-{x}-{y}" for x, y in room.paths)]
+    adapter = analysis.case.adapter
+    return [*(f"turn-{key}" for key in adapter.curves), *(f"path-{x}-{y}" for x, y in adapter.paths)]
 
 
 def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:
@@ -126,14 +126,14 @@ def _draw(analysis: ToleranceAnalysis) -> Iterator[tuple[str, Figure]]:
     yield "outputs", figures.draw_distributions(result.outputs, analysis.rows)
     if result.sobol:
         yield "indices", figures.draw_indices(result.sobol)
-    keys = [*case.room.curves, *(key for pair in case.room.paths for key in pair)]
+    keys = [*case.adapter.curves, *(key for pair in case.adapter.paths for key in pair)]
     if not keys:
         return
     points = RandomPoints(list(case.spreads.values()), MACHINES, result.seed).block(0, MACHINES)
     subject = case.subject
     cycles, nominal = subject.curves(keys, points), subject.curves(keys, case.centre[None])
-    for key in case.room.curves:
+    for key in case.adapter.curves:
         yield f"turn-{key}", figures.draw_cycle(cycles["phi_deg"], key, cycles[key], nominal[key][0])
-    for x, y in case.room.paths:
+    for x, y in case.adapter.paths:
         nominal_path = nominal[x][0], nominal[y][0]
         yield f"path-{x}-{y}", figures.draw_path((x, y), (cycles[x], cycles[y]), nominal_path)

@@ -65,10 +65,10 @@ def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None)
 
 def is_other(source: str) -> bool:
     """Return whether a source is a machine that is no planting device."""
-    from planter.engine.machine import find_machine_room
+    from planter.engine.machine import find_machine_package
     from planter.planting.machines import takes
 
-    return not takes(source) and find_machine_room(source) is not None
+    return not takes(source) and find_machine_package(source) is not None
 
 
 def parse_tooth_counts(

@@ -35,11 +35,11 @@ def without_reason(found: LabelledMachine) -> list[str]:
 def test_every_length_angle_and_point_is_drawn_or_it_is_said_why_not(source: str) -> None:
     found = of(source)
     assert not without_reason(found)
-    known = {one.name for one in machine.list_geometry(found.room)}
+    known = {one.name for one in machine.list_geometry(found.package)}
     named = set().union(*(sheet.names for sheet in found.labelled.sheets))
     assert named <= known
     reasons = [pattern for patterns in found.labels.undrawn.values() for pattern in patterns]
-    missing = [one for one in machine.list_geometry(found.room) if one.name not in named]
+    missing = [one for one in machine.list_geometry(found.package) if one.name not in named]
     assert not [pattern for pattern in reasons if not any(machine.matches_pattern(one, pattern) for one in missing)]
 
 
@@ -87,7 +87,7 @@ def test_lengths_and_angles_measure_what_the_file_gives(source: str) -> None:
     found = of(source)
     sizes, values = measured(list(found.labelled.sheets)), given(found)
     both = sorted(sizes.keys() & values.keys())
-    assert len(both) >= (1 if found.room == "mapping" else 9)
+    assert len(both) >= (1 if found.package == "mapping" else 9)
     assert {name: sizes[name] for name in both} == pytest.approx({name: values[name] for name in both}, rel=1e-9)
 
 

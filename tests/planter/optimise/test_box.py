@@ -37,5 +37,5 @@ def test_snapping_moves_what_is_near_a_bound_and_nothing_else(box):
     u = np.array([box.bottom[0] + 1e-6, (box.bottom + box.top)[1] / 2, box.top[2] - 1e-6])
     assert (box.snapped(u, 1e-5) == [box.bottom[0], u[1], box.top[2]]).all()
     assert (box.snapped(u, 1e-7) == u).all()
-    low, high = box.room(u)
+    low, high = box.slack(u)
     assert (low[0], high[2]) == pytest.approx((1e-6, 1e-6), rel=1e-6)

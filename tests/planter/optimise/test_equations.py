@@ -63,7 +63,7 @@ def test_points_are_taken_onto_equations_to_rounding() -> None:
     for u in rng.random((50, 3)):
         reached = problem.onto(u)
         assert np.linalg.norm(problem.design(reached)) == pytest.approx(1.5, rel=1e-14)
-        assert min(problem.box.room(reached)[0].min(), problem.box.room(reached)[1].min()) >= 0
+        assert min(problem.box.slack(reached)[0].min(), problem.box.slack(reached)[1].min()) >= 0
         assert np.abs(problem.onto(reached) - reached).max() < 1e-14
 
 

@@ -17,8 +17,8 @@ from planter.planting.model import Device
 from planter.planting.objective import CycleObjective
 from planter.planting.swept import ROOM
 from planter.report.labels import label
+from planter.sweeps.adapter import ResolvedMachine
 from planter.sweeps.job import CHUNK
-from planter.sweeps.room import ResolvedMachine
 from planter.tolerance.analysis import ToleranceRequest, analyse_tolerances, default_tolerances, first_order_std
 from planter.tolerance.file import Tolerances
 from planter.tolerance.job import Spread

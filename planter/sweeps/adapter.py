@@ -21,7 +21,7 @@ class Subject(Protocol):
         """Return outputs (m, k) at points (m, n), in display units; rows without a result are NaN."""
 
 
-class Room(Protocol):
+class SweepAdapter(Protocol):
     """Adapter of a kind of machines. All values are in the display units [which their keys name]."""
 
     choices: Mapping[str, Sequence[str]]
@@ -71,25 +71,25 @@ class ResolvedMachine:
         adapter = next((module for module in plugins.load_modules("swept") if module.ROOM.takes(source)), None)
         if adapter is None:
             raise InputError(f"{source}: no such machine; name a machine file, or a built-in machine that can be swept")
-        self.module, self.room, self.source = adapter.__name__, adapter.ROOM, source
-        self.machine = self.room.load(source, changes or {})
+        self.module, self.adapter, self.source = adapter.__name__, adapter.ROOM, source
+        self.machine = self.adapter.load(source, changes or {})
 
     @cached_property
     def inputs(self) -> Mapping[str, str]:
         """Meanings of the inputs, by path."""
-        inputs: Mapping[str, str] = self.room.inputs(self.machine)
+        inputs: Mapping[str, str] = self.adapter.inputs(self.machine)
         return inputs
 
     @cached_property
     def outputs(self) -> Mapping[str, str]:
         """Meanings of the outputs, by name."""
-        outputs: Mapping[str, str] = self.room.outputs(self.machine)
+        outputs: Mapping[str, str] = self.adapter.outputs(self.machine)
         return outputs
 
     @property
     def choices(self) -> Mapping[str, Sequence[str]]:
         """Allowed values of inputs with texts, by name."""
-        choices: Mapping[str, Sequence[str]] = self.room.choices
+        choices: Mapping[str, Sequence[str]] = self.adapter.choices
         return choices
 
     def path(self, name: str, label: str) -> str:
@@ -98,12 +98,12 @@ class ResolvedMachine:
 
     def hash_curves(self, outputs: Sequence[str]) -> dict[str, Any]:
         """Return the hashes of files that outputs need, as arguments of a recipe: other curves give other rows."""
-        hashes = self.room.hash_curves(self.machine, outputs)
+        hashes = self.adapter.hash_curves(self.machine, outputs)
         return {"curves": dict(hashes)} if hashes else {}
 
     def resolve_outputs(self, names: Sequence[str], label: str) -> list[str]:
         """Return full names of outputs, the default ones if `names` is empty. Raises InputError as `path`."""
-        names = names or self.room.default_outputs(self.machine)
+        names = names or self.adapter.default_outputs(self.machine)
         if not names:
             raise InputError(f"{label} is missing: name at least one output; {_hint((), 'outputs')}")
         return [self.describe_output(name, label)[0] for name in names]
@@ -111,7 +111,7 @@ class ResolvedMachine:
     def describe_output(self, name: str, label: str) -> tuple[str, str]:
         """Return the full name and the meaning of an output. Raises InputError as `path`."""
         if " " in name:
-            described: tuple[str, str] = self.room.describe_measure(self.machine, name, label)
+            described: tuple[str, str] = self.adapter.describe_measure(self.machine, name, label)
             return described
         full = find_full_name(name, self.outputs, f"{label}: {name}", "outputs")
         return full, self.outputs[full]

@@ -14,7 +14,7 @@ from planter.engine.response import MachineResponse
 from planter.errors import InputError
 from planter.files import examples
 from planter.kernels import backends
-from planter.sweeps.room import ResolvedMachine
+from planter.sweeps.adapter import ResolvedMachine
 from planter.tolerance.job import Spread
 from planter.tolerance.robust import Settings
 
@@ -33,10 +33,10 @@ def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_rows_equal_single_machine_outputs(name: str) -> None:
     inputs, output = CASES[name]
     held, machine = ResolvedMachine(name), load_machine(name)
-    frozen = json.loads(json.dumps(held.room.frozen(held.machine)))
-    nominal = held.room.nominal(held.machine)
+    frozen = json.loads(json.dumps(held.adapter.frozen(held.machine)))
+    nominal = held.adapter.nominal(held.machine)
     x = np.array([nominal[path] for path in inputs])
-    subject = held.room.subject(frozen, {}, {path: (nominal[path],) * 2 for path in inputs}, [output])
+    subject = held.adapter.subject(frozen, {}, {path: (nominal[path],) * 2 for path in inputs}, [output])
     (value,), slopes = subject.slopes(x)
     (term,) = subject.outputs[0].terms
     quantity = machine.find_quantity(term.name)
@@ -54,11 +54,11 @@ def test_file_changed_during_run_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(examples.text("shi2021", "clutch"), encoding="utf-8")
     held = ResolvedMachine(str(path), {"crank_mm": 31.0})
-    frozen = held.room.frozen(held.machine)
-    assert held.room.thaw(frozen).numbers()["linkage.crank_mm"] == 31.0
+    frozen = held.adapter.frozen(held.machine)
+    assert held.adapter.thaw(frozen).numbers()["linkage.crank_mm"] == 31.0
     path.write_text(path.read_text().replace("rod_mm = ", "rod_mm = 1"), encoding="utf-8")
     with pytest.raises(InputError):
-        held.room.thaw(frozen)
+        held.adapter.thaw(frozen)
 
 
 VARIED = {"bars.L1_mm": (90.0, 97.0)}
@@ -76,14 +76,14 @@ def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
         return float(np.ptp(1e3 * response.values(at, machine.turn * np.arange(machine.samples) / machine.samples)))
 
     stated = Settings(1.0, 8, 1, sum_text="range x_S", ranges=VARIED)
-    free = held.room.robust(held.machine, {}, spreads, stated, None)
+    free = held.adapter.robust(held.machine, {}, spreads, stated, None)
     ends = [find_range(length) for length in VARIED["bars.L1_mm"]]
     best = 90.0 if ends[0] < ends[1] else 97.0
     assert free.design == pytest.approx({"L1_mm": best})
     assert free.best_robust.nominal == pytest.approx(min(ends), rel=1e-9)
     limit = (min(ends) + max(ends)) / 2
     upward = replace(stated, sum_text="-mean x_S", holds=(f"range x_S <= {limit!r}",))
-    bound = held.room.robust(held.machine, {}, spreads, upward, None)
+    bound = held.adapter.robust(held.machine, {}, spreads, upward, None)
     assert find_range(bound.design["L1_mm"]) <= limit * (1 + 1e-7)
 
 
@@ -99,5 +99,5 @@ def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
 def test_incomplete_robust_request_is_rejected(stated: Settings, part: str) -> None:
     held = ResolvedMachine("yu2023")
     with pytest.raises(InputError, match=part):
-        held.room.robust(held.machine, {}, {}, stated, None)
-    assert held.room.robust(held.machine, {}, {}, Settings(), None) is None
+        held.adapter.robust(held.machine, {}, {}, stated, None)
+    assert held.adapter.robust(held.machine, {}, {}, Settings(), None) is None

@@ -1,4 +1,4 @@
-"""Adapters of machines for tolerances: the protocol of `planter.sweeps.room` with slopes, curves and robust designs."""
+"""Adapters of machines for tolerances: those of `planter.sweeps.adapter` with slopes, curves and robust designs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from planter.errors import InputError
 from planter.files.document import Document
 from planter.files.text import hash_file
-from planter.sweeps import room
+from planter.sweeps import adapter
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planter.tolerance.robust import RobustGoal, Settings
 
 
-class Subject(room.Subject, Protocol):
+class Subject(adapter.Subject, Protocol):
     """A machine that evaluates rows of inputs, and slopes at one point."""
 
     def slopes(self, point: Array) -> tuple[Array, Array] | None:
@@ -36,7 +36,7 @@ class Subject(room.Subject, Protocol):
         """Return quantities over a cycle, (m, angles) each, at points (m, n), and their angles `phi_deg`."""
 
 
-class Room(room.Room, Protocol):
+class ToleranceAdapter(adapter.SweepAdapter, Protocol):
     """Adapter of a kind of machines."""
 
     banded: Sequence[str]
@@ -62,7 +62,7 @@ class Room(room.Room, Protocol):
         """
 
 
-class MachineRoom(ABC):
+class MachineAdapter(ABC):
     """Adapter of machines of the engine: inputs are their values, outputs measures of their quantities.
 
     The modules `file` and `machines` of the package load files and build machines.
@@ -206,7 +206,7 @@ class MachineRoom(ABC):
         return SampledOutputs(self.build(document), tuple(inputs), outputs)
 
 
-class FileRoom(MachineRoom):
+class FileAdapter(MachineAdapter):
     """Adapter of machines whose files other processes read again, since they may name other files or be built in."""
 
     def frozen(self, machine: Any) -> dict[str, Any]:
