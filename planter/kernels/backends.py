@@ -60,9 +60,9 @@ def guard_fork(lock: Any) -> None:
 
 def _renew_locks() -> None:
     """Open the locks of all cached properties: what their holders computed in the parent is computed anew here."""
-    for found in gc.get_objects():
-        if type(found) is cached_property:
-            vars(found)["lock"] = threading.RLock()
+    for held_object in gc.get_objects():
+        if type(held_object) is cached_property:
+            vars(held_object)["lock"] = threading.RLock()
 
 
 if sys.version_info < (3, 12) and hasattr(os, "register_at_fork"):
@@ -216,8 +216,8 @@ class LaneBackend:
         self.loop.restype = None
 
     def __call__(self, arrays: Sequence[Array], count: int) -> list[Array]:
-        given = zip(arrays, self._varies, strict=True)
-        inputs = [np.ascontiguousarray(a) if varies else np.asfortranarray(a) for a, varies in given]
+        pairs = zip(arrays, self._varies, strict=True)
+        inputs = [np.ascontiguousarray(a) if varies else np.asfortranarray(a) for a, varies in pairs]
         outputs = self.memory(count)
         self.loop(*self._arguments(inputs, outputs, count))
         return self.results(outputs)
@@ -246,11 +246,11 @@ class LaneBackend:
 
         Inputs and outputs that vary are (lanes, rows). Raises CompilerError.
         """
-        function, own = self.work.function, lane_source.interface_name(self.work.function, count)
+        function, interface_name = self.work.function, lane_source.interface_name(self.work.function, count)
         text = lane_source.print_interface(function, self.work.varying, self.work.summed, count)
-        path = toolchain.build_library(own, text, toolchain.OPTIMISED, (self.library,))
-        toolchain.load_functions(path, own)
-        return ca.external(own, str(path))
+        path = toolchain.build_library(interface_name, text, toolchain.OPTIMISED, (self.library,))
+        toolchain.load_functions(path, interface_name)
+        return ca.external(interface_name, str(path))
 
 
 def _side_by_side(elements: Array, height: int, width: int) -> Array:

@@ -91,7 +91,7 @@ def run_program(
         _open.processes.add(process)
     with process:
         try:
-            said, wrong = process.communicate(timeout=seconds)
+            output, errors = process.communicate(timeout=seconds)
         except BaseException:
             _kill_group(process)
             raise
@@ -99,8 +99,8 @@ def run_program(
             _open.processes.discard(process)
     if process.returncode:
         _open.go_on()
-        raise subprocess.CalledProcessError(process.returncode, command, said, wrong)
-    return subprocess.CompletedProcess(command, process.returncode, said, wrong)
+        raise subprocess.CalledProcessError(process.returncode, command, output, errors)
+    return subprocess.CompletedProcess(command, process.returncode, output, errors)
 
 
 def _kill_group(process: Process) -> None:
@@ -121,16 +121,16 @@ def scratch_folder(folder: Path) -> Iterator[Path]:
     with _open.lock:
         _open.go_on()
         prefix = f"{PREFIX}-{_identify_system()}-{os.getpid()}-{_start_time(os.getpid())}-"
-        made = Path(tempfile.mkdtemp(prefix=prefix, dir=folder))
-        _open.folders.add(made)
+        scratch = Path(tempfile.mkdtemp(prefix=prefix, dir=folder))
+        _open.folders.add(scratch)
     try:
-        yield made
+        yield scratch
     except OSError:
         _open.go_on()
         raise
     finally:
-        _remove_folder(made)
-        _open.folders.discard(made)
+        _remove_folder(scratch)
+        _open.folders.discard(scratch)
 
 
 def _remove_folder(folder: Path) -> None:
@@ -166,10 +166,11 @@ def _identify_system() -> str:
     Where that is not known, every process counts as a system of its own.
     """
     try:
-        known = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii") + os.readlink("/proc/self/ns/pid")
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii")
+        identity = boot + os.readlink("/proc/self/ns/pid")
     except OSError:
-        known = f"{platform.node()} {os.getpid()} {time.time()}"
-    return hashlib.sha256(known.encode()).hexdigest()[:12]
+        identity = f"{platform.node()} {os.getpid()} {time.time()}"
+    return hashlib.sha256(identity.encode()).hexdigest()[:12]
 
 
 def _start_time(process: int) -> str:

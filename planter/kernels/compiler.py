@@ -73,11 +73,11 @@ CACHE_VARIABLE = "ZIG_GLOBAL_CACHE_DIR"
 
 def bundled_command(target: str = THIS_SYSTEM) -> tuple[str, ...]:
     """How it is called, for another system by its target; nothing where the extra is not installed."""
-    found = importlib.util.find_spec("ziglang")
-    if found is None or found.origin is None:
+    spec = importlib.util.find_spec("ziglang")
+    if spec is None or spec.origin is None:
         return ()
     program = "zig.exe" if current_platform() is WINDOWS else "zig"
-    return str(Path(found.origin).parent / program), "cc", *(("-target", target) if target else ())
+    return str(Path(spec.origin).parent / program), "cc", *(("-target", target) if target else ())
 
 
 def bundled_variables(cache: Path) -> dict[str, str]:
@@ -144,12 +144,12 @@ def find_compiler() -> Compiler:
     Raises CompilerError.
     """
     named, search = os.environ.get("CC"), os.environ.get("PATH")
-    found = _probe_compiler("cc" if named is None else named, search)
-    if isinstance(found, str) and named is None and bundled_command():
-        found = _probe_compiler(bundled_command(), search)
-    if isinstance(found, str):
-        raise CompilerError(found)
-    return found
+    compiler = _probe_compiler("cc" if named is None else named, search)
+    if isinstance(compiler, str) and named is None and bundled_command():
+        compiler = _probe_compiler(bundled_command(), search)
+    if isinstance(compiler, str):
+        raise CompilerError(compiler)
+    return compiler
 
 
 @cache
@@ -158,21 +158,21 @@ def _probe_compiler(name: str | tuple[str, ...], _search: str | None) -> Compile
 
     A name is one of the user's, words are those of the bundled compiler.
     """
-    shown = name if isinstance(name, str) else " ".join(name)
+    title = name if isinstance(name, str) else " ".join(name)
     try:
         command = _split_command(name) if isinstance(name, str) else list(name)
         version = _run_compiler(command, "--version").stdout.decode(errors="backslashreplace").partition("\n")[0]
         with TemporaryDirectory(prefix="planter-") as folder:
             flags, order = (
-                tuple(flag for flag in wanted if _accepts_flag(command, flag, Path(folder) / "probe.o"))
-                for wanted in (MACHINE_FLAGS, ORDER_FLAGS)
+                tuple(flag for flag in candidates if _accepts_flag(command, flag, Path(folder) / "probe.o"))
+                for candidates in (MACHINE_FLAGS, ORDER_FLAGS)
             )
     except CompilerError as reason:
         return str(reason)
     except subprocess.TimeoutExpired:
-        return f"the C compiler {shown} does not answer within {PROBE_TIMEOUT_S:g} s"
+        return f"the C compiler {title} does not answer within {PROBE_TIMEOUT_S:g} s"
     except (OSError, subprocess.CalledProcessError):
-        return f"the C compiler {shown} does not run"
+        return f"the C compiler {title} does not run"
     return Compiler(command[0], version, flags, order, tuple(command[1:]), not isinstance(name, str))
 
 
@@ -197,9 +197,9 @@ def _split_words(name: str) -> list[str]:
     return shlex.split(name)
 
 
-def _accepts_flag(command: list[str], flag: str, made: Path) -> bool:
+def _accepts_flag(command: list[str], flag: str, target: Path) -> bool:
     """Whether a compiler takes a flag: it neither fails nor warns because of it, whatever else it may warn of."""
-    probe, folder = (flag, "-x", "c", "-c", os.devnull, "-o", str(made)), made.parent
+    probe, folder = (flag, "-x", "c", "-c", os.devnull, "-o", str(target)), target.parent
     try:
         _run_compiler(command, "-Werror", *probe, folder=folder)
     except subprocess.CalledProcessError as error:

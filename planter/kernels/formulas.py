@@ -35,8 +35,8 @@ class Formulas:
 
     def function(self, stage: str) -> ca.Function:
         """The CasADi function of a stage, to compose others from; numbers come from `__call__`."""
-        found: ca.Function = getattr(generated.module(self.name, self.folder), stage)()
-        return found
+        function: ca.Function = getattr(generated.module(self.name, self.folder), stage)()
+        return function
 
     def outputs(self, stage: str) -> list[str]:
         """Names of what a stage gives, in their order."""
@@ -46,15 +46,15 @@ class Formulas:
         """Names in a packed input or output, in their order."""
         return [entry["name"] for entry in self.sidecar["vectors"][vector]]
 
-    def composed(self, stage: str, known: Mapping[str, Any]) -> dict[str, Any]:
+    def composed(self, stage: str, values: Mapping[str, Any]) -> dict[str, Any]:
         """A stage as part of a graph: its outputs by name, from what is known by name, entries of packed inputs too."""
         function = self.function(stage)
         packed = self.sidecar["vectors"]
-        given = [
-            ca.vertcat(*(known[entry] for entry in self.entries(name))) if name in packed else known[name]
+        arguments = [
+            ca.vertcat(*(values[entry] for entry in self.entries(name))) if name in packed else values[name]
             for name in function.name_in()
         ]
-        return dict(zip(self.outputs(stage), ca.vertsplit(function(*given)), strict=True))
+        return dict(zip(self.outputs(stage), ca.vertsplit(function(*arguments)), strict=True))
 
     def __call__(self, stage: str, **inputs: object) -> dict[str, Array]:
         """Outputs by name, each (n,): single inputs are numbers or (n,), packed ones (rows,) or (rows, n).

@@ -31,10 +31,10 @@ def _package() -> str:
 @cache
 def _places() -> dict[str, Traversable]:
     """Packages of generated code with their folders: ours first."""
-    own = _package()
+    package = _package()
     packages = plugins.find_packages()
     modules = {f"{packages[name]}.generated": place for name, place in plugins.find_folders("generated").items()}
-    return {own: files(own)} | modules
+    return {package: files(package)} | modules
 
 
 @cache
@@ -69,11 +69,11 @@ def _sidecars(place: Traversable) -> Iterator[str]:
 
 def _holder(name: str) -> str:
     """The package that holds a module (of `array.NAME`, the one that holds NAME)."""
-    own = name.rpartition(".")[2]
+    stem = name.rpartition(".")[2]
     for package, place in _places().items():
-        if place.joinpath(f"{own}.json").is_file():
+        if place.joinpath(f"{stem}.json").is_file():
             return package
-    raise InputError(f"{own}: nothing of that name was generated (there is: {', '.join(names())})")
+    raise InputError(f"{stem}: nothing of that name was generated (there is: {', '.join(names())})")
 
 
 def _from_file(path: Path) -> ModuleType:
@@ -81,9 +81,9 @@ def _from_file(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(f"generated_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise InputError(f"{path}: this is no Python file")
-    modules = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(modules)
-    return modules
+    loaded = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(loaded)
+    return loaded
 
 
 def extract_outputs(

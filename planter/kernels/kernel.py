@@ -71,10 +71,10 @@ def bind_lanes(way: LaneBackend, inputs: Sequence[Array], outputs: Sequence[Arra
         return not strange_output()
 
     def call_for_matrices() -> bool:
-        found = call()
+        is_finite = call()
         for index in matrices:
             outputs[index][:] = way.results(memory)[index]
-        return found
+        return is_finite
 
     return call_for_matrices if matrices else call
 

@@ -199,20 +199,20 @@ def interface_name(function: ca.Function, lanes: int) -> str:
 
 def print_interface(f: ca.Function, varies: Sequence[str], summed: bool, lanes: int) -> str:
     """A C file with the interface of a function whose inputs `varies` vary; the raw loop is linked to it."""
-    own = interface_name(f, lanes)
+    interface = interface_name(f, lanes)
     varying = [n in varies for n in f.name_in()]
     inputs = [(lanes, f.numel_in(i)) if column else f.size_in(i) for i, column in enumerate(varying)]
     outputs = [(1 if summed else lanes, f.numel_out(i)) for i in range(f.n_out())]
     return "\n".join([
         "typedef long long casadi_int;", "",
         f"{print_prototype(f)};", "",
-        _print_evaluation(f.name(), own, lanes, len(inputs), outputs),
-        _print_sparsities(own, "in", inputs), _print_sparsities(own, "out", outputs),
-        _print_names(own, "in", f.name_in()), _print_names(own, "out", f.name_out()),
+        _print_evaluation(f.name(), interface, lanes, len(inputs), outputs),
+        _print_sparsities(interface, "in", inputs), _print_sparsities(interface, "out", outputs),
+        _print_names(interface, "in", f.name_in()), _print_names(interface, "out", f.name_out()),
     ])  # fmt: skip
 
 
-def _print_evaluation(raw: str, own: str, lanes: int, inputs: int, outputs: Sequence[Shape]) -> str:
+def _print_evaluation(raw: str, interface: str, lanes: int, inputs: int, outputs: Sequence[Shape]) -> str:
     """The call; a result that is not wanted, a null pointer, goes to working memory."""
     places, offset = [], 0
     for index, (rows, columns) in enumerate(outputs):
@@ -220,16 +220,16 @@ def _print_evaluation(raw: str, own: str, lanes: int, inputs: int, outputs: Sequ
         offset += rows * columns
     arguments = [str(lanes), *(f"arg[{i}]" for i in range(inputs)), *places]
     return f"""\
-int {own}(const double **arg, double **res, casadi_int *iw, double *w, int mem)
+int {interface}(const double **arg, double **res, casadi_int *iw, double *w, int mem)
 {{
   (void)iw;
   (void)mem;
   {raw}({", ".join(arguments)});
   return 0;
 }}
-casadi_int {own}_n_in(void) {{ return {inputs}; }}
-casadi_int {own}_n_out(void) {{ return {len(outputs)}; }}
-int {own}_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
+casadi_int {interface}_n_in(void) {{ return {inputs}; }}
+casadi_int {interface}_n_out(void) {{ return {len(outputs)}; }}
+int {interface}_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi_int *sz_w)
 {{
   if (sz_arg) *sz_arg = {inputs};
   if (sz_res) *sz_res = {len(outputs)};
@@ -240,21 +240,21 @@ int {own}_work(casadi_int *sz_arg, casadi_int *sz_res, casadi_int *sz_iw, casadi
 """
 
 
-def _print_sparsities(own: str, side: str, shapes: Iterable[Shape]) -> str:
+def _print_sparsities(interface: str, side: str, shapes: Iterable[Shape]) -> str:
     """Every matrix is dense, which CasADi writes as rows, columns, 1."""
     rows = ", ".join(f"{{{rows}, {columns}, 1}}" for rows, columns in shapes)
     return f"""\
-const casadi_int *{own}_sparsity_{side}(casadi_int i)
+const casadi_int *{interface}_sparsity_{side}(casadi_int i)
 {{
   static const casadi_int shapes[][3] = {{{rows}}};
   return shapes[i];
 }}"""
 
 
-def _print_names(own: str, side: str, names: Iterable[str]) -> str:
+def _print_names(interface: str, side: str, names: Iterable[str]) -> str:
     quoted = ", ".join(f'"{name}"' for name in names)
     return f"""\
-const char *{own}_name_{side}(casadi_int i)
+const char *{interface}_name_{side}(casadi_int i)
 {{
   static const char *const names[] = {{{quoted}}};
   return names[i];

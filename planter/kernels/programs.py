@@ -77,12 +77,12 @@ class Program:
 
     def __call__(self, **changed: Array) -> dict[str, Array]:
         """All vectors by name, from what is given, some of it changed."""
-        found = self.given | changed
+        vectors = self.given | changed
         for step, kernel in zip(self.steps, self._kernels, strict=True):
-            known = found
-            inputs = {name: self._matrix(step, name, known[name]) for name in step.function.name_in()}
-            found = known | {name: _flatten(step, value) for name, value in kernel(**inputs).items()}
-        return found
+            before = vectors
+            inputs = {name: self._matrix(step, name, before[name]) for name in step.function.name_in()}
+            vectors = before | {name: _flatten(step, value) for name, value in kernel(**inputs).items()}
+        return vectors
 
     @staticmethod
     def _matrix(step: ProgramStep, name: str, vector: Array) -> Array:
@@ -109,8 +109,8 @@ def _print_main(programs: Sequence[Program], steps: Sequence[ProgramStep]) -> st
     for step in steps:
         if not step.lanes:
             generator.add(step.function)
-    whole = [step.function for step in steps if not step.lanes]
-    work = {key: max((int(getattr(f, f"sz_{key}")()) for f in whole), default=0) + 1
+    functions = [step.function for step in steps if not step.lanes]
+    work = {key: max((int(getattr(f, f"sz_{key}")()) for f in functions), default=0) + 1
             for key in ("arg", "res", "iw", "w")}  # fmt: skip
     text = resources.files(__package__).joinpath("program.c").read_text(encoding="utf-8")
     prototypes = "\n".join(f"{print_prototype(step.function)};" for step in steps if step.lanes)
@@ -119,18 +119,18 @@ def _print_main(programs: Sequence[Program], steps: Sequence[ProgramStep]) -> st
 
 
 def _print_program(program: Program) -> str:
-    own = f"{program.name}_numbers"
+    interface = f"{program.name}_numbers"
     place = {name: f"{program.name}_all + {offset}" for name, offset in program.offsets.items()}
     start = [repr(float(value)) for vector in program.given.values() for value in vector]
-    given = len(start)
+    count = len(start)
     return "\n".join([
         f"static double {program.name}_all[{program.size}];", "",
-        f"double *{own}(void)", "{",
-        f"  static const double start[{given}] = {{{', '.join(start)}}};",
+        f"double *{interface}(void)", "{",
+        f"  static const double start[{count}] = {{{', '.join(start)}}};",
         f"  memcpy({program.name}_all, start, sizeof start);",
         f"  return {program.name}_all;", "}", "",
         f"int {program.name}(void)", "{", *(_print_call(program, step, place) for step in program.steps),
-        f"  return any_not_finite({program.name}_all + {given}, {program.size - given});", "}", "",
+        f"  return any_not_finite({program.name}_all + {count}, {program.size - count});", "}", "",
     ])  # fmt: skip
 
 
@@ -139,9 +139,9 @@ def _print_call(program: Program, step: ProgramStep, place: dict[str, str]) -> s
     inputs, outputs = ([place[name] for name in names] for names in (f.name_in(), f.name_out()))
     if step.lanes:
         return f"  {f.name()}({', '.join([str(program.count(step)), *inputs, *outputs])});"
-    given = [f"arg[{index}] = {at};" for index, at in enumerate(inputs)]
-    taken = [f"res[{index}] = {at};" for index, at in enumerate(outputs)]
-    return f"  {' '.join([*given, *taken])}\n  if ({f.name()}(arg, res, iw, w, 0)) return 1;"
+    arguments = [f"arg[{index}] = {at};" for index, at in enumerate(inputs)]
+    results = [f"res[{index}] = {at};" for index, at in enumerate(outputs)]
+    return f"  {' '.join([*arguments, *results])}\n  if ({f.name()}(arg, res, iw, w, 0)) return 1;"
 
 
 WASM_TARGET = "wasm32-wasi"

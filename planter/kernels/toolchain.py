@@ -142,10 +142,10 @@ def _is_private_group(group: int) -> bool:
     import pwd
 
     try:
-        found, user = grp.getgrgid(group), pwd.getpwuid(os.getuid()).pw_name
+        entry, user = grp.getgrgid(group), pwd.getpwuid(os.getuid()).pw_name
     except KeyError:
         return False
-    return found.gr_name == user and set(found.gr_mem) <= {user}
+    return entry.gr_name == user and set(entry.gr_mem) <= {user}
 
 
 TIMEOUT_S = 300
@@ -186,8 +186,8 @@ def build_library(name: str, source: str, flags: tuple[str, ...], needed: tuple[
 
 
 def _is_disk_full(error: Exception) -> bool:
-    said = getattr(error, "stderr", None) or b""
-    return getattr(error, "errno", None) in DISK_FULL or any(words.encode() in said for words in DISK_FULL.values())
+    message = getattr(error, "stderr", None) or b""
+    return getattr(error, "errno", None) in DISK_FULL or any(words.encode() in message for words in DISK_FULL.values())
 
 
 def _describe_full_disk(path: Path) -> str:
@@ -204,8 +204,8 @@ def _describe_failure(name: str, error: Exception) -> str:
 
 def library_path(name: str, source: str, flags: tuple[str, ...]) -> Path:
     """Where the library of a C text is kept, whether it is there or not. Raises CompilerError."""
-    found = find_compiler()
-    parts = [*found.command, found.version, *found.flags, *flags, _describe_processor(), source]
+    active = find_compiler()
+    parts = [*active.command, active.version, *active.flags, *flags, _describe_processor(), source]
     key = hashlib.sha256("\0".join(parts).encode(errors="surrogateescape")).hexdigest()
     return cache_folder() / f"{name}-{key[:32]}{compiler.current_platform().suffix}"
 
@@ -236,23 +236,23 @@ def load_functions(path: Path, *names: str) -> list[Any]:
 
 
 def _compile_library(source: str, path: Path, flags: tuple[str, ...], needed: tuple[Path, ...]) -> None:
-    found, system = find_compiler(), compiler.current_platform()
-    variables = compiler.bundled_variables(path.parent) if found.bundled else {}
-    if found.bundled:
+    active, system = find_compiler(), compiler.current_platform()
+    variables = compiler.bundled_variables(path.parent) if active.bundled else {}
+    if active.bundled:
         announce_preparation(path.parent)
     with builds.scratch_folder(path.parent) as folder:
         text, compiled, linked = (folder / name for name in ("kernel.c", "kernel.o", path.name))
         text.write_text(source, encoding="utf-8")
         for command in (
-            system.compile(found.command, (*flags, *found.flags), text, compiled),
-            system.link(found.command, compiled, linked, path, needed),
+            system.compile(active.command, (*flags, *active.flags), text, compiled),
+            system.link(active.command, compiled, linked, path, needed),
         ):
             builds.run_program(command, TIMEOUT_S, folder, variables)
         content = linked.read_bytes()
         linked.write_bytes(content + compute_digest(content))
         linked.chmod(0o700)
         linked.replace(path)
-    if found.bundled:
+    if active.bundled:
         compiler.mark_prepared(path.parent)
 
 
@@ -290,8 +290,8 @@ def _describe_processor() -> str:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
         lines = []
-    known = [line for line in lines if line.startswith(("flags", "Features", "model name"))]
-    return "\n".join([platform.machine(), platform.processor(), *sorted(set(known))])
+    features = [line for line in lines if line.startswith(("flags", "Features", "model name"))]
+    return "\n".join([platform.machine(), platform.processor(), *sorted(set(features))])
 
 
 _warnings: list[str] = []
