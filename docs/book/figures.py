@@ -38,7 +38,7 @@ def rolling() -> Figure:
     )
 
 
-@style.drawn
+@style.with_style
 def envelope() -> Figure:
     """A rack's flank at steps of its roll on a pitch circle, and the tooth that planter cuts there."""
     module = 2 * RADIUS / TEETH
@@ -78,7 +78,7 @@ def flank(s: float, side: int, module: float) -> np.ndarray:
     return np.array([at - reach * along, at + reach * along])
 
 
-@style.drawn
+@style.with_style
 def peaks() -> Figure:
     """The support force over a turn, some samples of it, and its true extremes."""
     device = Device(load_machine("wang2017"), "exact")

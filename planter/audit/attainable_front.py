@@ -77,7 +77,7 @@ def _format_cell(value: Any) -> str:
     return value if isinstance(value, str) else repr(float(value))
 
 
-@style.drawn
+@style.with_style
 def plot_front(front: FrontTable) -> Figure:
     """Plot fronts of variance over range from the origin, and the points of the paper."""
     plot = style.new_figure(3.6)

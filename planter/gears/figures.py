@@ -32,7 +32,7 @@ _WINDOW = 2.2
 _SIDES = ((-1, "begin a tooth"), (1, "end a tooth"))
 
 
-@style.drawn
+@style.with_style
 def plot_assembly(gears: Sequence[PlacedGear]) -> Figure:
     """Plot all gears in their mounting positions, with the lines of their centres."""
     figure = style.new_figure(5.4)
@@ -46,7 +46,7 @@ def plot_assembly(gears: Sequence[PlacedGear]) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def plot_mesh(pair: ToothedPair) -> Figure:
     """Plot the teeth about the pitch point at four positions over a period, with the contacts of the flanks."""
     figure = style.new_figure(6.4)
@@ -68,7 +68,7 @@ def plot_mesh(pair: ToothedPair) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def plot_teeth(pair: ToothedPair) -> Figure:
     """Plot the contact ratio of each tooth pair, and the undercut margin and top land of each tooth."""
     figure = style.new_figure(5.6)
@@ -99,7 +99,7 @@ def plot_teeth(pair: ToothedPair) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def plot_play(pair: ToothedPair) -> Figure:
     """Plot lost motion to either side and of both, polygon gap and transmission error over a period."""
     figure = style.new_figure(4.6)
@@ -163,7 +163,7 @@ _HEIGHT = 1.6
 _SHADES = {"convention": style.VERMILION, "sliding": style.BLUE}
 
 
-@style.drawn
+@style.with_style
 def plot_friction(curves: FrictionCurves) -> Figure:
     """Plot the change of each quantity by friction, by the convention and against the sliding."""
     count = -(-len(curves.curves) // _COLUMNS)
@@ -239,7 +239,7 @@ def build_dwell_figures(turn: IncompleteGearCycle, gears: Sequence[PlacedGear]) 
     }
 
 
-@style.drawn
+@style.with_style
 def plot_dwell(turn: IncompleteGearCycle) -> Figure:
     """Plot both gears about the line of centres at the beginning, middle and end of the dwell."""
     figure = style.new_figure(4.2)
@@ -264,7 +264,7 @@ def plot_dwell(turn: IncompleteGearCycle) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def plot_loose(turn: IncompleteGearCycle) -> Figure:
     """Plot the number of flanks in contact and the loose motion of the driven gear over a turn."""
     figure = style.new_figure(4.6)
@@ -298,7 +298,7 @@ def plot_loose(turn: IncompleteGearCycle) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def plot_lands(turn: IncompleteGearCycle) -> Figure:
     """Plot the undercut margin of both flanks and the top land of each tooth as the rack cuts it."""
     figure = style.new_figure(4.2)

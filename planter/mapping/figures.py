@@ -44,7 +44,7 @@ def drawn_shares(bar: FourBar, circuit: int) -> Array:
     return refine_places(sample, np.linspace(0.0, 1.0, MOMENTS + 1))[:-1]
 
 
-@style.drawn
+@style.with_style
 def dyads(synthesis: Synthesis) -> Figure:
     """Poses, and for each dyad its circle, fixed hinge and the places of its moving hinge; members of a family."""
     figure = style.new_figure(6.4)
@@ -101,7 +101,7 @@ def poses(axes: Axes, placements: Array) -> None:
                       va="center", zorder=6, bbox=style.CLEAR)  # fmt: skip
 
 
-@style.drawn
+@style.with_style
 def linkage(solution: Linkage, pose_rows: Array) -> Figure:
     """A four-bar linkage at the poses, and the path of the tip on both circuits."""
     figure = style.new_figure(6.4)
@@ -126,7 +126,7 @@ def linkage(solution: Linkage, pose_rows: Array) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def angle_curve(synthesis: Synthesis) -> Figure:
     """Rotation of the arm against the carrier over a turn: through the exact poses, and the curves of the results."""
     figure = style.new_figure(6.2)
@@ -178,7 +178,7 @@ _ARMS = 12
 _STRAIGHT = np.pi
 
 
-@style.drawn
+@style.with_style
 def ratios(training: Training) -> Figure:
     """The angle curve with its points, the total ratio, and the ratios of the two stages."""
     curve = training.train.curve
@@ -209,7 +209,7 @@ def ratios(training: Training) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def pitch_curves(training: Training) -> Figure:
     """The four pitch curves in mesh on the carrier at the first carrier angle, named where not convex."""
     figure = style.new_figure(5.4)
@@ -251,7 +251,7 @@ def outlines(training: Training) -> list[Array]:
     ]
 
 
-@style.drawn
+@style.with_style
 def tip_path(training: Training) -> Figure:
     """The path of the tip as the train drives it, carrier and arm on the way, and the poses."""
     assert training.dyad is not None

@@ -107,7 +107,7 @@ def key_of(name: str, unit: str) -> str:
     return f"{name}{suffix}"
 
 
-@style.drawn
+@style.with_style
 def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
     """Draw measured points with the fitted curves of all models, also where nothing was measured, and residuals."""
     unit, columns = calibrated.result.unit, _tabulate_curves(calibrated)

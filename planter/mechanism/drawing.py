@@ -69,7 +69,7 @@ def draw_curves(columns: Mapping[str, Array], axis: PlotAxis) -> Iterator[tuple[
             yield f"{stem}_{number}", _draw_group(group, unit, axis)
 
 
-@style.drawn
+@style.with_style
 def _draw_group(columns: Mapping[str, Array], unit: str, axis: PlotAxis) -> Figure:
     figure = style.new_figure(2.8)
     axes = figure.subplots()
@@ -92,7 +92,7 @@ def _draw_group(columns: Mapping[str, Array], unit: str, axis: PlotAxis) -> Figu
     return figure
 
 
-@style.drawn
+@style.with_style
 def draw_drive(drive: Drive) -> Figure:
     """Draw the speed of a machine on a motor from the start and over the steady cycle, and that cycle's torques."""
     figure = style.new_figure(6.2)

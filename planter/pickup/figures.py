@@ -29,7 +29,7 @@ MODULES_MM = (1.5, 2.0, 2.5, 3.0)
 _DASHED = (0, (4, 3))
 
 
-@style.drawn
+@style.with_style
 def draw_path(machine: Pickup, train: PickupTrain, before: Array | None = None) -> Figure:
     """Path of the tip with value points, linkage, tray and needle; `before` (n, 2) [m] is a path to compare with.
 
@@ -123,7 +123,7 @@ def _pick(axes: Axes, machine: Pickup, train: PickupTrain) -> None:
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False, ncols=2)
 
 
-@style.drawn
+@style.with_style
 def draw_pitch_curves(train: PickupTrain) -> Figure:
     """Pitch curves in mesh where the tip is farthest, with the locking arcs in the dwell; and both while they lock."""
     figure = style.new_figure(4.2)
@@ -179,7 +179,7 @@ def _turned(points: Array, angle: float) -> Array:
     return np.array([c * points[0] - s * points[1], s * points[0] + c * points[1]])
 
 
-@style.drawn
+@style.with_style
 def draw_contact_ratio(train: PickupTrain) -> Figure:
     """Contact ratio of the non-circular pair along the turn, for several addenda and for several modules (Fig. 9)."""
     figure = style.new_figure(4.6)
@@ -225,7 +225,7 @@ def _over_t(axes: Axes, train: PickupTrain, label: bool = True) -> None:
         axes.set_xlabel("carrier angle t from the farthest tip / deg")
 
 
-@style.drawn
+@style.with_style
 def draw_motion(train: PickupTrain) -> Figure:
     """Displacement and speed of the tip along x and y over a turn (Fig. 13)."""
     figure = style.new_figure(4.6)
@@ -249,7 +249,7 @@ def draw_motion(train: PickupTrain) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def draw_law(train: PickupTrain, before: PickupTrain | None = None) -> Figure:
     """Angle of the arm, its slope over the carrier's angle, and the total ratio where teeth have one."""
     figure = style.new_figure(5.6)

@@ -179,8 +179,8 @@ def _search_best_misses(fits: Sequence[ForceFit]) -> list[CalibrationTradeoff]:
 
 
 def _dominates(fit: ForceFit, other: ForceFit) -> bool:
-    misses, others = (np.abs(list(each.misses.values())) for each in (fit, other))
-    return bool((misses <= others).all() and (misses < others).any())
+    misses, other_misses = (np.abs(list(each.misses.values())) for each in (fit, other))
+    return bool((misses <= other_misses).all() and (misses < other_misses).any())
 
 
 def _list_choices(fit: ForceFit) -> dict[str, str]:

@@ -185,9 +185,9 @@ def find_flank_breakpoints(name: str, positions: tuple[float, ...]) -> tuple[Fla
     values = Kernel(
         ca.Function("derivatives", [x], [ca.densify(ca.vertcat(*derivatives))], ["x"], ["jets"]), lanes=["x"]
     )
-    around = np.add.outer(np.array(positions), [-_BESIDE, _BESIDE])
-    jets = values(x=np.clip(around, 0, 1).ravel())["jets"].reshape(len(derivatives), *around.shape)
-    jets = np.where((around < 0) | (around > 1), 0.0, jets)
+    neighbours = np.add.outer(np.array(positions), [-_BESIDE, _BESIDE])
+    jets = values(x=np.clip(neighbours, 0, 1).ravel())["jets"].reshape(len(derivatives), *neighbours.shape)
+    jets = np.where((neighbours < 0) | (neighbours > 1), 0.0, jets)
     jumps = np.abs(jets[..., 1] - jets[..., 0]) > _JUMP
     return tuple(
         FlankBreakpoint(x, int(order.argmax())) for x, order in zip(positions, jumps.T, strict=True) if order.any()

@@ -179,14 +179,14 @@ def search_optimum(
     progress: Listener | None = None,
     keep: Callable[[Table], None] | None = None,
     lengths: PitchLengthConstraints | None = None,
-    near: Sequence[Array] = (),
+    nearby: Sequence[Array] = (),
     means: Means = AUTO,
 ) -> DeviceOptimum:
     """The best design of a device within its bounds, with its certificate.
 
     `samples` is "refined" for true extremes and integrals, or a number of angles of a cycle. `starts` is the number of
     descents, `progress` hears how far the search is, `keep` gets the best so far as it is found. With `lengths` the
-    pitch curves have these, for whole teeth; minima beside the designs `near`, (p,) each, count too.
+    pitch curves have these, for whole teeth; minima next to the designs `nearby`, (p,) each, count too.
     `means` says what runs the descents, whose results do not depend on it.
 
     Raises InputError for an unknown method, InfeasibleRequirementsError if no design satisfies the requirements, and
@@ -212,7 +212,7 @@ def search_optimum(
 
     try:
         feasible = [] if task.constraints is None else [find_feasible_point(task, required, seed, lengths)]
-        feasible += [search_from_design(task, x).u for x in near]
+        feasible += [search_from_design(task, x).u for x in nearby]
         descents = build_descent_task(device, samples, lengths)
         return build_optimum(minimise(task, spec, progress, descents, means, feasible, keep and keep_table))
     except InterruptedSearch as stop:

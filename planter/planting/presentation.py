@@ -53,7 +53,7 @@ def present_drive(device_drive: DeviceDrive, device: Device) -> ResultPresentati
     )
 
 
-@style.drawn
+@style.with_style
 def draw_speed_and_force(device_drive: DeviceDrive, weight_N: float) -> Figure:
     """Return the figure of the speed from the start on and over a cycle, and of the support force of that cycle."""
     figure = style.new_figure(6.2)
@@ -166,7 +166,7 @@ def format_devices_csv(machine: Machine, result: ComparisonFound) -> str:
     return "\n".join(rows) + "\n"
 
 
-@style.drawn
+@style.with_style
 def draw_comparison(result: ComparisonFound) -> Figure:
     """Return the figure of the objectives by rank; pairs that violate requirements are hollow and say by how much."""
     bars: list[tuple[str, ComparedPair | NarrowBox, str]] = [

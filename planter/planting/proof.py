@@ -196,7 +196,7 @@ def _search_incumbent(optimisation: Optimisation, progress: Listener | None) -> 
         return optimum
     device = optimisation.devices[optimisation.result.model]
     samples = device.machine.objective.samples
-    return search_optimum(device, "ipopt", samples, optimum.seed, progress=progress, near=[optimum.design])
+    return search_optimum(device, "ipopt", samples, optimum.seed, progress=progress, nearby=[optimum.design])
 
 
 class ObjectiveEnclosure(ProvableObjective):

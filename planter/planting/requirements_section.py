@@ -107,8 +107,8 @@ class Limited(Section):
 
     def limit(self, name: str, part: str) -> float | None:
         """A limit or margin as the file shows it; None where the file has none."""
-        found: float | None = getattr(self, BY_NAME[name].key(part), None)
-        return found
+        value: float | None = getattr(self, BY_NAME[name].key(part), None)
+        return value
 
     def surface_mm(self, lowest_mm: float) -> float | None:
         """The level of the soil [mm] with the lowest tip point; None where the file says nothing of it."""

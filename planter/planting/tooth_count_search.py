@@ -182,9 +182,9 @@ def optimise_with_tooth_counts(
             count_search = ToothCountSearch(constraints, optimum.design, sampling, progress)
             constraints = constraints.with_spec(count_search.run())
             candidates = list(count_search.candidates.values())
-        near = [optimum.design]
+        nearby = [optimum.design]
         optimum = optimisation.search_optimum(
-            device, method, sampling, seed, starts, progress, keep, constraints, near, means
+            device, method, sampling, seed, starts, progress, keep, constraints, nearby, means
         )
         return _add_tooth_counts(
             optimisation.evaluate_in_both_models(device, optimum), free.found, constraints, candidates, begin

@@ -17,24 +17,24 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Drawn:
+class RenderedFigure:
     """A figure as SVG text and as PNG."""
 
     svg: str
     png: bytes
 
 
-def drawn(figures: Mapping[str, Figure], progress: Listener | None = None) -> dict[str, Drawn]:
+def render_figures(figures: Mapping[str, Figure], progress: Listener | None = None) -> dict[str, RenderedFigure]:
     """Render figures by name as SVG and PNG, and report the number of rendered figures to `progress`."""
     rendered, phase = {}, ProgressPhase("drawing", "figure", len(figures), progress)
     for name, figure in figures.items():
-        rendered[name] = Drawn(style.svg(figure), style.png(figure))
+        rendered[name] = RenderedFigure(style.svg(figure), style.png(figure))
         phase.advance(name)
     return rendered
 
 
 @renews
-def write(out: str | Path, texts: Mapping[str, str | bytes], figures: Mapping[str, Drawn]) -> None:
+def write(out: str | Path, texts: Mapping[str, str | bytes], figures: Mapping[str, RenderedFigure]) -> None:
     """Write texts by file name, and figures into the folder `figures`.
 
     Raises InputError, naming the path, before any file is written if the folder cannot be written or if it has a file

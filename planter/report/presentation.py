@@ -130,7 +130,7 @@ class ResultPresentation:
         Raises InputError if the folder cannot be written.
         """
         files.output_folder(out)
-        images = bundle.drawn(self.figures(), progress)
+        images = bundle.render_figures(self.figures(), progress)
         comments = list(self.comments)
         texts: dict[str, str | bytes] = {
             "summary.json": files.summary_text(self.summary()),

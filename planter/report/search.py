@@ -25,7 +25,7 @@ STEEP = 30.0
 """Ratio of worst to best objective above which the scale is logarithmic."""
 
 
-@style.drawn
+@style.with_style
 def convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: str = "") -> Figure:
     """Draw the best objective so far against the number of evaluations, as a step curve for each search.
 
@@ -70,7 +70,7 @@ def _scales(axes: Axes, history: Mapping[str, Sequence[tuple[int, float]]]) -> N
         axes.set_yscale("log")
 
 
-@style.drawn
+@style.with_style
 def pareto(
     points: Array,
     marks: Mapping[str, tuple[float, float]],

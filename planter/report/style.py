@@ -97,7 +97,7 @@ def _settings() -> Iterator[None]:
         yield
 
 
-def drawn(draw: Callable[P, T]) -> Callable[P, T]:
+def with_style(draw: Callable[P, T]) -> Callable[P, T]:
     """Decorate a function that draws a figure, so that it draws in this style."""
 
     @wraps(draw)

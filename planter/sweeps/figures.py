@@ -104,7 +104,7 @@ def list_numeric_inputs(inputs: Mapping[str, Axis]) -> list[str]:
     return [name for name, axis in inputs.items() if axis.texts is None and np.ptp(axis.ends) > 0]
 
 
-@style.drawn
+@style.with_style
 def draw_envelope(rows: SweepData, output: str, values: Array) -> Figure:
     """Draw an output along each input for each text: computed rows, or mean and extremes over the other inputs."""
     names, kinds = rows.numbers, rows.kinds[:MOST_KINDS]
@@ -160,7 +160,7 @@ def draw_map(rows: SweepData, x: str, y: str, output: str, values: Array) -> Fig
     return None if np.isnan(values).all() else _map(rows, x, y, output, values)
 
 
-@style.drawn
+@style.with_style
 def _map(rows: SweepData, x: str, y: str, output: str, values: Array) -> Figure:
     across, up = rows.steps(x, averaged=True), rows.steps(y, averaged=True)
     kinds, shape = rows.kinds[:MOST_KINDS], (len(up.values), len(across.values))

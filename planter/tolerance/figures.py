@@ -28,7 +28,7 @@ PATHS = 100
 """Maximum number of machines with a path in the figure."""
 
 
-@style.drawn
+@style.with_style
 def draw_distributions(outputs: Mapping[str, Band], rows: Array) -> Figure:
     """Draw histograms of the outputs, their 5 and 95 % points, and the normal distributions to first order."""
     lines = -(-len(outputs) // PANELS)
@@ -55,7 +55,7 @@ def _distribution(axes: Axes, band: Band, values: Array) -> None:
                   label="first order")  # fmt: skip
 
 
-@style.drawn
+@style.with_style
 def draw_indices(sobol: Mapping[str, Mapping[str, Share]]) -> Figure:
     """Draw first and total indices of each output in the inputs that matter most."""
     lines = -(-len(sobol) // 2)
@@ -78,7 +78,7 @@ def draw_indices(sobol: Mapping[str, Mapping[str, Share]]) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def draw_cycle(phi_deg: Array, key: str, rows: Array, nominal: Array) -> Figure:
     """Draw a quantity (m, n) over a cycle: nominal, median and the 5 to 95 % band of the machines."""
     figure = style.new_figure(2.6)
@@ -93,7 +93,7 @@ def draw_cycle(phi_deg: Array, key: str, rows: Array, nominal: Array) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def draw_path(keys: Sequence[str], rows: tuple[Array, Array], nominal: tuple[Array, Array]) -> Figure:
     """Draw paths, and percentiles of their distance from the nominal path at each angle."""
     figure = style.new_figure(3.4)

@@ -222,7 +222,7 @@ def animate(
     return Animated(str(path), machine.name, model_name)
 
 
-@style.drawn
+@style.with_style
 def gif(scene: Scene, seconds: float | None = None, width: float = 4.5) -> bytes:
     """Return a cycle as a GIF that repeats, with a duration [s], by default that of the cycle, and a width [inch]."""
     from matplotlib.animation import PillowWriter

@@ -185,7 +185,7 @@ class LabelPosition:
     height: float
 
 
-@style.drawn
+@style.with_style
 def figure(sheet: Sheet) -> Figure:
     """Return the drawing of a sheet with all its names."""
     picture, frame = Picture(sheet.scene), _frame(sheet)

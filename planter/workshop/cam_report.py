@@ -122,7 +122,7 @@ _TURN = np.linspace(0, 2 * np.pi, 2 * SAMPLES + 1)
 _CHORD = 1e-5
 
 
-@style.drawn
+@style.with_style
 def plot_contour(part: CamPart) -> Figure:
     """Plot the outline, the pitch curve, and the roller at equal steps of the cam's angle."""
     from matplotlib.patches import Circle
@@ -145,7 +145,7 @@ def plot_contour(part: CamPart) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def plot_limits(part: CamPart) -> Figure:
     """Plot pressure angle and margin against undercutting by the roller over a turn of the cam."""
     columns = part.profile.course(_TURN)
@@ -158,7 +158,7 @@ def plot_limits(part: CamPart) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def plot_lift_off(push: Push, machine_speed: float, lift_off_speed: float | None) -> Figure:
     """Plot the force between cam and roller over a turn, at the machine's speed and the lift-off speed [rad/s]."""
     figure = style.new_figure(2.6)

@@ -224,7 +224,7 @@ def _order_factors(evaluation: FieldEvaluation) -> list[Factor]:
     return sorted(factors, key=lambda factor: -share[factor.name])
 
 
-@style.drawn
+@style.with_style
 def draw_effects(evaluation: FieldEvaluation, order: Sequence[Factor]) -> Figure:
     """Draw predicted means at the levels of the first factors of an order, over the runs; circles mark best levels."""
     trial, chosen = evaluation.trial, order[:MOST_FACTORS]
@@ -271,7 +271,7 @@ def _plain(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-@style.drawn
+@style.with_style
 def draw_response_surface(evaluation: FieldEvaluation, response: FieldResponse, order: Sequence[Factor]) -> Figure:
     """Draw a response over each pair of the first factors with numeric levels, the others at a middle level."""
     chosen = _list_drawable(order)
@@ -355,7 +355,7 @@ def interpolate_effect(knots: Array, values: Array, points: Array) -> Array:
     return np.asarray(curve(points), dtype=float)
 
 
-@style.drawn
+@style.with_style
 def draw_comparison(samples: Sequence[Sample], labels: Mapping[str, str]) -> Figure:
     """Draw the mean and standard deviation of each clutch over speed, one panel for each measure."""
     measures = list(dict.fromkeys(sample.measure for sample in samples))

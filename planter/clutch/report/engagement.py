@@ -51,7 +51,7 @@ def _while_moving(run: ContactRun) -> Mask:
     return (run.time >= 0) & (run.time <= run.inputs.switching_s)
 
 
-@style.drawn
+@style.with_style
 def draw_loads(runs: Mapping[str, SwitchingRun]) -> Figure:
     """Contact loads of both clutches at engagement over the falling link angle, and the dog clutch's impact in time."""
     figure = style.new_figure(3.2)
@@ -78,7 +78,7 @@ def _round_the_peak(run: ContactRun) -> tuple[Array, Array]:
     return 1e3 * (run.time[window] - peak_time), run.load[window]
 
 
-@style.drawn
+@style.with_style
 def draw_speeds(runs: Mapping[str, SwitchingRun]) -> Figure:
     """Output speed of both clutches over the link angle: falling at engagement, rising at cut-off."""
     figure = style.new_figure(3.0)
@@ -97,7 +97,7 @@ def draw_speeds(runs: Mapping[str, SwitchingRun]) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def draw_section(run: ContactRun) -> Figure:
     """Teeth, outline and sleeve round the shaft, as it sees them: when cut off, and when engaged; lengths in mm."""
     figure = style.new_figure(3.8)
@@ -138,7 +138,7 @@ def _teeth(run: ContactRun, angle: float, half: float) -> list[Array]:
     return [radii * np.array([np.cos(a), np.sin(a)]) for a in middles[:, None] + half * np.array([-1, 0, 1])]
 
 
-@style.drawn
+@style.with_style
 def draw_ratios(rows: Sequence[ContactLoadSensitivity], ratio: float) -> Figure:
     """Largest load of the Reuleaux clutch over that of the dog clutch while one input runs over a factor of 10."""
     figure = style.new_figure(2.8)
@@ -164,7 +164,7 @@ def draw_ratios(rows: Sequence[ContactLoadSensitivity], ratio: float) -> Figure:
     return figure
 
 
-@style.drawn
+@style.with_style
 def draw_modal_load(engagement: Modal, printed: Mapping[str, float]) -> Figure:
     """Load on the tooth over time in one mode, derived and by the printed formulas, until contact is lost."""
     figure = style.new_figure(2.8)

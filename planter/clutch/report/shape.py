@@ -24,7 +24,7 @@ GHOSTS = 4
 FRAMES = 60
 
 
-@style.drawn
+@style.with_style
 def draw_turning(rotor: Rotor) -> Figure:
     """The body at several rotations in the smallest polygon that lets it turn, and what a rotation needs beyond R."""
     figure = style.new_figure(3.6)
@@ -56,7 +56,7 @@ def _body(rotor: Rotor, rotation: float) -> Array:
     return 1e3 * np.hstack([closed, closed[:, :1]])
 
 
-@style.drawn
+@style.with_style
 def draw_vertex_path(rotor: Rotor, fillets: Mapping[str, float]) -> Figure:
     """Path of a vertex over a turn with the ellipse of one corner, and that corner with rounded ones [m] inside."""
     figure = style.new_figure(3.6)
@@ -104,7 +104,7 @@ def _axes_of(axes: Axes, rotor: Rotor) -> None:
     axes.plot(1e3 * ellipse["x_E"], 1e3 * ellipse["y_E"], "+", color=style.INK, markersize=6)
 
 
-@style.drawn
+@style.with_style
 def draw_travels(angles_deg: Array, curves: Mapping[str, Array], marks: Sequence[float]) -> Figure:
     """Least travel [mm] over the axial angle, a curve for each model, with the file's levels marked."""
     figure = style.new_figure(2.8)
@@ -122,7 +122,7 @@ def draw_travels(angles_deg: Array, curves: Mapping[str, Array], marks: Sequence
     return figure
 
 
-@style.drawn
+@style.with_style
 def draw_linkages(labelled: Mapping[str, tuple[CrankLinkage, float, float]]) -> Figure:
     """Each linkage at both ends of its travel: label -> (linkage, travel [m], pitch radius of the crank gear [m])."""
     figure = style.new_figure(2.6 * len(labelled))
@@ -152,7 +152,7 @@ def _linkage(axes: Axes, linkage: CrankLinkage, travel: float, gear: float) -> N
     style.drawing_board(axes, "along the guide / mm", "across / mm")
 
 
-@style.drawn
+@style.with_style
 def animate_turning(rotor: Rotor, frames: int = FRAMES) -> bytes:
     """The body turning once in the smallest polygon that lets it, as a GIF; a vertex draws its path."""
     from matplotlib.animation import PillowWriter

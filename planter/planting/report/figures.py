@@ -29,7 +29,7 @@ POSES = 12
 _OUTLINE = ((-0.10, 0.055), (0.12, 0.085), (0.45, 0.062), (1.0, 0.0))
 
 
-@style.drawn
+@style.with_style
 def draw_tip_path(
     turn: Columns, before: Columns | None = None, soil_mm: float | None = None, points: Sequence[Sequence[float]] = ()
 ) -> Figure:
@@ -127,7 +127,7 @@ def _name_pose(axes: Axes, tip: Array, middle: Array, angle: int) -> None:
     )
 
 
-@style.drawn
+@style.with_style
 def draw_rotation(turn: Columns, ratios: tuple[Array, Array]) -> Figure:
     """Rotations relative to the carrier, the ratios of both stages, and the absolute rate of the planet.
 
@@ -165,7 +165,7 @@ CENTRE_LINE = (0, (8, 2, 1, 2))
 BEFORE = (0, (4, 2))
 
 
-@style.drawn
+@style.with_style
 def draw_pitch_curves(gearing: Gearing, before: Gearing | None = None) -> Figure:
     """Both gear pairs of side 1 in mesh, with centres and pitch points; side 2, half a turn round, faintly.
 
@@ -213,8 +213,8 @@ def _name_curves(axes: Axes, gearing: Gearing) -> None:
     """Names each curve beside the point of it that is farthest from the other curves and from other names."""
     labelled_points: list[Array] = []
     for index, curve in enumerate(gearing.curves):
-        others = np.hstack([c.points for i, c in enumerate(gearing.curves) if i != index])
-        point = _loneliest(curve.points, others, labelled_points)
+        other_points = np.hstack([c.points for i, c in enumerate(gearing.curves) if i != index])
+        point = _loneliest(curve.points, other_points, labelled_points)
         labelled_points.append(point)
         away = point - curve.centre
         offset = 9 * away / np.hypot(*away)
@@ -229,8 +229,8 @@ def _name_curves(axes: Axes, gearing: Gearing) -> None:
         )
 
 
-def _loneliest(points: Array, others: Array, labelled_points: list[Array]) -> Array:
-    gaps = np.hypot(*(points[:, :, None] - others[:, None, :])).min(axis=1)
+def _loneliest(points: Array, other_points: Array, labelled_points: list[Array]) -> Array:
+    gaps = np.hypot(*(points[:, :, None] - other_points[:, None, :])).min(axis=1)
     for name in labelled_points:
         gaps[np.hypot(*(points - name[:, None])) < np.ptp(points[0]) / 2] = 0
     loneliest: Array = points[:, int(np.argmax(gaps))]

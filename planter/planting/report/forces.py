@@ -33,7 +33,7 @@ FLAT = 0.2
 """A curve with less than this share of the common range gets a panel of its own."""
 
 
-@style.drawn
+@style.with_style
 def draw_support_force(
     cycles: Mapping[str, Curve],
     weight_N: float,
@@ -157,7 +157,7 @@ def _faint_lines(axes: Axes, joints: Mapping[str, Sequence[float]]) -> None:
         axes.axvline(angle, color=style.FAINT, linewidth=0.4, alpha=0.5, zorder=0.5, gid="joint")
 
 
-@style.drawn
+@style.with_style
 def draw_joint_forces(cycles: Mapping[str, Mapping[str, Array]], every_deg: int = 30) -> Figure:
     """Polar load diagrams of the joints: the tip of the force vector over a turn, for each model.
 
@@ -177,10 +177,10 @@ def draw_joint_forces(cycles: Mapping[str, Mapping[str, Array]], every_deg: int 
     return figure
 
 
-def _hodograph(axes: Axes, model: str, columns: Mapping[str, Array], name: str, shade: str, every: int) -> None:
+def _hodograph(axes: Axes, model: str, columns: Mapping[str, Array], name: str, shade: str, step_deg: int) -> None:
     x, y = columns[f"{name}x_N"], columns[f"{name}y_N"]
     axes.plot(np.append(x, x[0]), np.append(y, y[0]), color=shade, linewidth=1.0, label=f"{model} model")
-    marks = [_index(columns, angle) for angle in range(0, 360, every)]
+    marks = [_index(columns, angle) for angle in range(0, 360, step_deg)]
     axes.plot(x[marks], y[marks], "o", color=shade, markersize=2.2)
 
 
@@ -216,16 +216,16 @@ def _polar_grid(axes: Axes) -> None:
     axes.grid(False)
     farthest = 1.5 * max(np.hypot(x, y) for x in axes.get_xlim() for y in axes.get_ylim())
     limits = axes.get_xlim(), axes.get_ylim()
-    drawn = np.vstack([np.asarray(line.get_xydata()) for line in axes.get_lines()])
+    points = np.vstack([np.asarray(line.get_xydata()) for line in axes.get_lines()])
     for radius in MaxNLocator(9).tick_values(0, float(farthest))[1:]:
         # As an artist, not a patch: a circle does not widen the axes.
         axes.add_artist(Circle((0, 0), radius, fill=False, edgecolor=style.FAINT, alpha=0.5, linewidth=0.5))
-        place = _free_place(float(radius), limits, drawn)
+        place = _free_place(float(radius), limits, points)
         if place is not None:
             axes.text(*place, f"{radius:g}", fontsize=6.5, color=style.SOFT, ha="center", va="center")
 
 
-def _free_place(radius: float, limits: tuple[tuple[float, float], ...], drawn: Array) -> tuple[float, float] | None:
+def _free_place(radius: float, limits: tuple[tuple[float, float], ...], points: Array) -> tuple[float, float] | None:
     """The place of a circle about zero, well within limits, that is farthest from what is drawn."""
     angles = np.radians(np.arange(0, 360, 5))
     places = radius * np.array([np.cos(angles), np.sin(angles)]).T
@@ -234,6 +234,6 @@ def _free_place(radius: float, limits: tuple[tuple[float, float], ...], drawn: A
     inside = places[((places > low + inset) & (places < high - inset)).all(axis=1)]
     if not len(inside):
         return None
-    gaps = np.hypot(*(inside[:, None, :] - drawn[None, :, :]).T).min(axis=0)
+    gaps = np.hypot(*(inside[:, None, :] - points[None, :, :]).T).min(axis=0)
     x, y = inside[int(np.argmax(gaps))]
     return float(x), float(y)

@@ -167,12 +167,12 @@ def test_a_kill_between_list_and_file_leaves_nothing_unknown(
 
 
 def test_figures_whose_names_become_equal_have_files_each(tmp_path: Path) -> None:
-    figures = {name: bundle.Drawn(f"<svg>{name}</svg>", b"") for name in ("s < 3", "s > 3", "s * 3")}
+    figures = {name: bundle.RenderedFigure(f"<svg>{name}</svg>", b"") for name in ("s < 3", "s > 3", "s * 3")}
     bundle.write(tmp_path / "out", {}, figures)
     written = {path.read_text(encoding="utf-8") for path in (tmp_path / "out" / "figures").glob("*.svg")}
     assert written == {figure.svg for figure in figures.values()}
 
 
 def test_names_of_figures_stay_in_the_folder(tmp_path: Path) -> None:
-    bundle.write(tmp_path / "out", {}, {"../../own": bundle.Drawn("<svg/>", b"")})
+    bundle.write(tmp_path / "out", {}, {"../../own": bundle.RenderedFigure("<svg/>", b"")})
     assert {path.name for path in tmp_path.iterdir()} == {"out"}
