@@ -402,7 +402,7 @@ def check_c(column: Column, folder: Path) -> None:
 def check_cuda(column: Column, folder: Path) -> None:
     """The text of the command, run by threads in place of a graphics processor."""
     files = answer("export", "cuda", column.source, "--out", str(folder / "cuda"))["files"]
-    machine = replace(column.machine(), least=())
+    machine = replace(column.machine(), objective=())
     batches = cuda.Batches(machine, build_on_threads(machine, folder), samples=SAMPLES)
     found = dict(zip((one.name for one in batches.goal.fields), batches(machine.design[None])[0], strict=False))
     factor = machine.find_quantity(column.quantity).factor

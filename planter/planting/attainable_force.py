@@ -9,6 +9,7 @@ has changed it is searched for again. `python -m planter.planting.attainable_for
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import json
 import sys
@@ -164,10 +165,10 @@ def read_saved_front() -> Front | None:
 
 
 def compute_key(machine: Machine, points: PaperPoints) -> str:
-    """Return a hash of the machine, the bounds, the generated code and the settings of the search."""
+    """Return a hash of the machine, the bounds, the generated code without its comments, and the search's settings."""
     names = ["planting_exact", *map(functions.find_flank_module, functions.list_flank_laws()),
              *(f"curve_{stage.family}" for stage in (machine.stage1, machine.stage2))]  # fmt: skip
-    codes = [generated.text(module) for module in names]
+    codes = [ast.unparse(ast.parse(generated.text(module))) for module in names]
     parts = [machine.table(), load_calibration_data()["bounds"], points, codes, [SEED, STARTS, RANGE_STARTS, CAPS]]
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
 

@@ -150,7 +150,7 @@ def test_front_trades_range_against_variance(arm: Machine) -> None:
 @pytest.mark.parametrize(
     ("options", "reason"),
     [
-        (["--least", "rms F_Ox"], "the front is that of range and variance of one quantity"),
+        (["--least", "rms F_Ox"], "a front takes range and variance of one quantity"),
         (["--least", "range F_Ox", "--hold", "max F_Oy <= 12"], "under limits"),
     ],
 )

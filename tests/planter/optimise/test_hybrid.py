@@ -74,7 +74,7 @@ def test_what_does_not_matter_is_named(results):
 
 def test_the_table_is_json_with_the_keys_of_the_interface(results):
     found = results["hybrid"]
-    table = json.loads(json.dumps(found.shown(toys.device().scale).table(), allow_nan=False))
+    table = json.loads(json.dumps(found.build_record(toys.device().scale).table(), allow_nan=False))
     keys = {"method", "objective", "design", "range_N", "variance_N2", "start_objective", "evaluations", "seconds"}
     assert keys < set(table)
     assert set(table["certificate"]) == {"kkt_residual", "active_bounds", "starts", "agreeing_starts", "spread"}

@@ -673,7 +673,7 @@ def test_raw_control_characters_are_refused_with_their_line(tmp_path: Path) -> N
 
 def test_a_misspelt_family_gets_its_suggestion(tmp_path: Path) -> None:
     path = tampered(tmp_path, "stage1", "family", 'family = "elipse"')
-    with pytest.raises(InputError, match=r'stage1.family = "elipse" .*did you mean ellipse\? it must be one of'):
+    with pytest.raises(InputError, match=r'stage1.family = "elipse": did you mean ellipse\?'):
         Device(load(path))
 
 
