@@ -128,7 +128,7 @@ def test_a_forked_child_leaves_its_parent_s_build_alone(folder: Path, tmp_path: 
 class TestFullDisk:
     def full(self, count: int) -> None:
         for number in range(count):
-            with pytest.raises(CompilerError, match="there is no room for compiled functions in"):
+            with pytest.raises(CompilerError, match="there is no space for compiled functions in"):
                 toolchain.build_library("twice", SOURCE + f"// {number}\n", ())
 
     def test_compilers_that_say_so_are_not_called_again(
@@ -168,7 +168,7 @@ class TestFullDisk:
             kernel.compile()
             assert kernel(x=[3.0])["y"][0, 0] == 3**power
         assert [r.getMessage().partition("functions: ")[2] for r in caplog.records] == [
-            f"there is no room for compiled functions in {tmp_path / 'cache'}"
+            f"there is no space for compiled functions in {tmp_path / 'cache'}"
         ]
 
 
