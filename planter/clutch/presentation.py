@@ -18,7 +18,12 @@ from planter.kernels import formulas
 from planter.report import files
 from planter.report.html import Block, Items, Keys, Section, Table, Text
 from planter.report.labels import label
-from planter.report.presentation import ModelAssumptions, ResultPresentation
+from planter.report.presentation import (
+    ModelAssumptions,
+    ResultPresentation,
+    describe_violations,
+    list_warning_sections,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -252,14 +257,11 @@ def _animate_gif(rotor: Rotor) -> dict[str, bytes]:
 
 def _conclude(conditions: Sequence[InequalityResult]) -> str:
     violated = [row.condition for row in conditions if not row.holds]
-    if violated:
-        return f"{len(violated)} of {len(conditions)} inequalities are violated: {'; '.join(violated)}."
-    return f"All {len(conditions)} inequalities are satisfied."
+    return describe_violations(violated, len(conditions), "inequalities", "; ")
 
 
 def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
-    if table.get("warnings"):
-        yield Section("Warnings", [Items(table["warnings"], "warning")])
+    yield from list_warning_sections(table.get("warnings") or [])
     yield Section("Results", list(_list_results(table)))
     for key in LISTS:
         rows = table.get(key) or table.get("rotor", {}).get(key)

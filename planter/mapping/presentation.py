@@ -16,7 +16,7 @@ from planter.mapping.train import GEARS, polar_curves
 from planter.report import files
 from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
 from planter.report.labels import list_values, tabulate_rows
-from planter.report.presentation import ModelAssumptions, ResultPresentation
+from planter.report.presentation import ModelAssumptions, ResultPresentation, list_warning_sections
 from planter.version import __version__
 
 if TYPE_CHECKING:
@@ -143,8 +143,7 @@ def _tabulate_misses(rows: Sequence[Missed], caption: str) -> Table:
 
 
 def _describe_train(result: TrainFound) -> Iterator[Section]:
-    if result.warnings:
-        yield Section("Warnings", [Items([warning.message for warning in result.warnings], "warning")])
+    yield from list_warning_sections([warning.message for warning in result.warnings])
     keys = ("slope_min", "slope_max", "ratio_min", "ratio_max", "carrier_bend_deg", "module_max_mm")
     values: dict[str, Cell] = {key: getattr(result, key) for key in keys}
     values |= {f"closure_error_{stage}_rad": error for stage, error in enumerate(result.closure_error_rad, 1)}

@@ -14,7 +14,7 @@ from planter.measured.curve import is_nuisance
 from planter.measured.findings import MeasuredFound
 from planter.report import files, style
 from planter.report.html import Cell, Items, Keys, Section, Table
-from planter.report.presentation import ResultPresentation
+from planter.report.presentation import ResultPresentation, list_warning_sections
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,8 +51,7 @@ def present_fit(
 
 
 def _list_sections(result: MeasuredFound) -> Iterator[Section]:
-    if result.warnings:
-        yield Section("Warnings", [Items(result.warnings, "warning")])
+    yield from list_warning_sections(result.warnings)
     noise = {f"noise / {result.unit}": result.noise.std, "points left out": result.left_out}
     yield Section("Data", [Items([f"{line[0].upper()}{line[1:]}." for line in result.treatment]), Keys(noise)])
     head: tuple[str, ...] = ("input", "value", "from", "to", "unit", "", "lower", "upper", "origin")

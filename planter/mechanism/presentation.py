@@ -31,8 +31,8 @@ from planter.mechanism.results import (
 from planter.records import Record
 from planter.report import files
 from planter.report.html import Items, Keys, Section, Table, Text
-from planter.report.labels import label, name
-from planter.report.presentation import ModelAssumptions, ResultPresentation
+from planter.report.labels import label, list_values, name
+from planter.report.presentation import ModelAssumptions, ResultPresentation, list_warning_sections
 from planter.report.proof import describe_proof
 from planter.version import __version__
 from planter.view.animation import Motion as MotionBlock
@@ -113,7 +113,7 @@ def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresen
 def present_validation(result: MachineValidation, source: str) -> ResultPresentation:
     """Return the presentation of a valid file: its limits and warnings."""
     design = f"; design values {', '.join(result.design)}" if result.design else ""
-    sections = [*_list_limits(result.holds or ()), *_list_warnings(result.warnings)]
+    sections = [*_list_limits(result.holds or ()), *list_warning_sections(_format_warnings(result.warnings))]
     return ResultPresentation(f"{source}: valid{design}", result, sections)
 
 
@@ -180,7 +180,7 @@ def _draw_quantities(
 
 def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     result = cycle.result
-    yield from _list_warnings(result.warnings)
+    yield from list_warning_sections(_format_warnings(result.warnings))
     meanings = {quantity.key: quantity.meaning for quantity in cycle.machine.results}
     head = ("quantity", MEANING, "min", "at / deg", "max", "at / deg", "mean", "rms", "unit")
     rows = [
@@ -190,7 +190,7 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     ]  # fmt: skip
     yield Section("Quantities", [Table(head, rows, page_columns=(MEANING,))])
     if result.work:
-        yield Section("Work of a cycle", [_list_values(result.work)])
+        yield Section("Work of a cycle", [list_values(result.work)])
     if result.designer is not None:
         yield Section("Designer's summary", [*tables.summary_tables(result.designer), Text(ONE_SIDED, "note")])
     if result.at:
@@ -215,12 +215,12 @@ def _list_motion_sections(motion: MechanismMotion) -> Iterator[Section]:
         changed = [(name(value.quantity), value.stated, value.used, value.unit) for value in result.changed_start]
         table = Table(("quantity", "stated", "used", "unit"), changed)
         yield Section("Start", [Text(CHANGED_START, "warning"), table])
-    yield Section("Energy of weights, springs and motion", [_list_values(result.energy.table())])
+    yield Section("Energy of weights, springs and motion", [list_values(result.energy.table())])
     if sentences := list(_describe_constraints(motion)):
         yield Section("Constraints", [Items(sentences)])
     if result.equilibrium is not None and result.eigenvalues_per_s is not None:
         values = Table(("real / 1/s", "imaginary / 1/s"), result.eigenvalues_per_s, "Eigenvalues")
-        yield Section("Equilibrium", [_list_values(result.equilibrium), values])
+        yield Section("Equilibrium", [list_values(result.equilibrium), values])
 
 
 def _describe_constraints(motion: MechanismMotion) -> Iterator[str]:
@@ -262,13 +262,8 @@ def _list_limits(limits: Sequence[LimitResult]) -> Iterator[Section]:
         yield Section("Limits", [Table(("limit", "value", "bound", "active", "satisfied"), rows)])
 
 
-def _list_warnings(warnings: Sequence[MechanismWarning]) -> Iterator[Section]:
-    if warnings:
-        yield Section("Warnings", [Items([f"{row.message} ({row.name})" for row in warnings], "warning")])
-
-
-def _list_values(values: Mapping[str, float | None]) -> Keys:
-    return Keys({label(key): value for key, value in values.items()})
+def _format_warnings(warnings: Sequence[MechanismWarning]) -> list[str]:
+    return [f"{warning.message} ({warning.name})" for warning in warnings]
 
 
 def format_unit(quantity: QuantityStatistics | QuantityHistory) -> str:

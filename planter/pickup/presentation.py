@@ -10,9 +10,9 @@ from planter.kernels.formulas import load
 from planter.pickup import analysis
 from planter.pickup.law import MODEL
 from planter.report import files
-from planter.report.html import Block, Items, Section, Table, Text
+from planter.report.html import Block, Section, Table, Text
 from planter.report.labels import list_values, tabulate_angles
-from planter.report.presentation import ModelAssumptions, ResultPresentation
+from planter.report.presentation import ModelAssumptions, ResultPresentation, describe_violations, list_warning_sections
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -41,7 +41,9 @@ def present_pickup(outcome: PickupOutcome) -> ResultPresentation:
     driven_by = f"driven by its {result.driven_by}"
     return ResultPresentation(
         title=f"Seedling pick-up {machine.name}, {driven_by}",
-        conclusion=_conclude(result.requirements),
+        conclusion=describe_violations(
+            [row.name for row in result.requirements if not row.holds], len(result.requirements), "requirements"
+        ),
         record=result,
         sections=list(_list_sections(result)),
         document=machine,
@@ -54,16 +56,8 @@ def present_pickup(outcome: PickupOutcome) -> ResultPresentation:
     )
 
 
-def _conclude(requirements: Sequence[Demand]) -> str:
-    violated = [row.name for row in requirements if not row.holds]
-    if violated:
-        return f"{len(violated)} of {len(requirements)} requirements are violated: {', '.join(violated)}."
-    return f"All {len(requirements)} requirements are satisfied."
-
-
 def _list_sections(result: PickupFound) -> Iterator[Section]:
-    if result.warnings:
-        yield Section("Warnings", [Items([warning.message for warning in result.warnings], "warning")])
+    yield from list_warning_sections([warning.message for warning in result.warnings])
     table = result.table()
     del table["machine"], table["driven_by"]
     note = (

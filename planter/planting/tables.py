@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +10,7 @@ from planter.files import units
 from planter.planting import design_results
 from planter.planting.tooth_count_results import list_tooth_count_blocks
 from planter.report.html import Section, Table
-from planter.report.presentation import print_section
+from planter.report.presentation import print_section, print_sentence
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
@@ -66,10 +65,6 @@ def _tabulate_force(columns: Mapping[str, Mapping[str, float]], keys: tuple[str,
     return Table(("", *columns, "unit"), rows, TITLE)
 
 
-WIDTH = 80
-"""Columns of a terminal that everything fits in."""
-
-
 def print_design(console: Console, values: Mapping[str, float], title: str = "Design") -> None:
     console.table(title, ("parameter", "value", "unit"), ((n, v, units.unit(n)) for n, v in values.items()))
 
@@ -97,7 +92,7 @@ def _designer(console: Console, summary: DesignersSummary) -> None:
     for table in design_results.list_design_tables(summary):
         console.table(table.caption, table.head, table.rows)
     for sentence in design_results.describe_design(summary):
-        print(textwrap.fill(sentence, WIDTH))
+        print_sentence(sentence)
     print()
 
 
@@ -153,7 +148,8 @@ def print_warnings(console: Console, entries: Sequence[PlantingWarning]) -> None
 def print_optimisation(console: Console, result: OptimisationFound) -> None:
     """Optimum, certificate, both designs in both models."""
     print(f"{result.machine}, {result.model} model, method {result.method}\n")
-    print(textwrap.fill(f"{result.statement[0].upper()}{result.statement[1:]}.", WIDTH) + "\n")
+    print_sentence(f"{result.statement[0].upper()}{result.statement[1:]}.")
+    print()
     bounds = {b.name: b.side for b in result.certificate.active_bounds}
     free = {name for direction in result.insensitive if len(direction) == 1 for part in direction for name in part}
     rows = []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -87,6 +88,7 @@ class ResultPresentation:
     provenance: Mapping[str, Any] | None = None
     """What the result can be repeated from; by default versions, machine and hash of `document`."""
 
+    @cached_property
     def _provenance(self) -> Mapping[str, Any]:
         if self.provenance is not None or self.document is None:
             return self.provenance or {}
@@ -99,7 +101,7 @@ class ResultPresentation:
             parts["assumptions"] = self.model.assumptions
         if self.document is not None:
             parts["input"] = self.document.table()
-        if provenance := self._provenance():
+        if provenance := self._provenance:
             parts["provenance"] = provenance
         return {**self.record.table(), **parts}
 
@@ -120,7 +122,7 @@ class ResultPresentation:
         if self.document is not None:
             meanings = self.meanings if self.model is None else self.model.meanings
             sections.append(Section("Inputs", list(inputs(self.document, meanings))))
-        if provenance := self._provenance():
+        if provenance := self._provenance:
             sections.append(provenance_section(provenance))
         return page(self.title, sections, "" if self.document is None else self.document.description)
 
@@ -152,6 +154,18 @@ class ResultPresentation:
         print()
         for section in self.sections:
             print_section(console, section)
+
+
+def list_warning_sections(messages: Sequence[str]) -> list[Section]:
+    """Return a section of warnings, or nothing if there are none."""
+    return [Section("Warnings", [Items(messages, "warning")])] if messages else []
+
+
+def describe_violations(violated: Sequence[str], count: int, kind: str, separator: str = ", ") -> str:
+    """Return the sentence on how many of `count` requirements, or whatever their `kind`, are violated, and which."""
+    if violated:
+        return f"{len(violated)} of {count} {kind} are violated: {separator.join(violated)}."
+    return f"All {count} {kind} are satisfied."
 
 
 def print_section(console: Console, section: Section) -> None:
