@@ -103,7 +103,6 @@ WRITING = {
     "exports/cuda.py": "a scratch folder",
     "interchange/co_simulation.py": "a scratch folder",
     "planting/attainable_force.py": "a front of this program, while it is made",
-    "records/__main__.py": "schemas of this program, while it is made",
     "report/folder_lock.py": "the lock of a folder",
     "studio/session.py": "a scratch folder",
     "sweeps/job.py": "a database that --overwrite replaces",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from importlib import resources
-from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter
@@ -13,9 +11,6 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from planter import plugins
-
-FOLDER = Path(str(resources.files("planter"))) / "schemas"
-"""Folder of the schemas, a file for each command: that of `planter clutch geometry` is `clutch-geometry.json`."""
 
 
 class _Keys(GenerateJsonSchema):
@@ -40,29 +35,6 @@ def build_schema(command: str, kind: Any) -> Mapping[str, Any]:
     return {"$schema": GenerateJsonSchema.schema_dialect, **generated, "title": f"planter {command} --json"}
 
 
-def format_schemas() -> dict[str, str]:
-    """Return the texts of the schemas of the commands of planter by file name."""
-    packaged = {
-        package.__name__: package.COMMANDS
-        for package in plugins.load_modules("results")
-        if package.__name__.startswith("planter.")
-    }
-    return {
-        file_name(command): format_schema(command, kind)
-        for commands in packaged.values()
-        for command, kind in commands.items()
-    }
-
-
 def format_schema(command: str, kind: Any) -> str:
     """Return the text of the file of a schema."""
     return json.dumps(build_schema(command, kind), indent=1) + "\n"
-
-
-def file_name(command: str) -> str:
-    """Return the name of the file of the schema of a command.
-
-    >>> file_name("clutch geometry")
-    'clutch-geometry.json'
-    """
-    return f"{command.replace(' ', '-')}.json"

@@ -28,7 +28,7 @@ def outcome(own: Case) -> Outcome:
     return judge_readings(own, "1")
 
 
-def committed(name: str, *numbers: str) -> list[dict[str, Any]]:
+def load_schema(name: str, *numbers: str) -> list[dict[str, Any]]:
     """The committed records of some equations of a paper, in this order."""
     found = {r["equation"]: r for r in generated.sidecar("audit")["equations"] if r["paper"] == name}
     return [found[number] for number in numbers]
@@ -149,7 +149,7 @@ def test_committed_answers_are_one_to_each_question(name: str) -> None:
 
 def test_hinge_forces_of_both_halves_confirm_the_planet_balances() -> None:
     """The funnel takes the forces of both halves: so read, two balances hold and one has a wrong character."""
-    found = committed("wang2017", "17", "18", "19", "20")
+    found = load_schema("wang2017", "17", "18", "19", "20")
     assert [r["verdict"] for r in found] == ["confirmed", "misprint", "confirmed", "incomplete"]
     assert found[1]["correction"] == ["y_B1 for x_B1"]
     assert {t["term"] for t in found[3]["terms"]} == {"-M_Az", "-M_Aoz"}
@@ -161,7 +161,7 @@ def test_hinge_forces_of_both_halves_confirm_the_planet_balances() -> None:
 def test_force_along_z_counts_one_way_in_both_balances() -> None:
     """Against z' (7) has one slip less, and (19) one more: it has no such sense in (7) alone."""
     assert {"7", "19"} <= {*CASES["wang2017"].linked("17")}
-    seventh, nineteenth = committed("wang2017", "7", "19")
+    seventh, nineteenth = load_schema("wang2017", "7", "19")
     along, against = seventh["depends"]
     assert along["finding"].count(";") == against["finding"].count(";") + 1
     assert seventh["answer"] == along["reading"]
@@ -183,8 +183,8 @@ def test_chain_is_read_as_its_equations_are() -> None:
 
 def test_the_papers_open_questions_and_what_depends_on_them() -> None:
     for name, numbers in {"shi2021": ("B1", "B2", "12"), "wang2017": ("x_E", "z_E"), "sun2019": ("d1", "d2")}.items():
-        assert not any(r["robust"] for r in committed(name, *numbers)), name
-    assert committed("yu2023", "W1")[0]["robust"]
+        assert not any(r["robust"] for r in load_schema(name, *numbers)), name
+    assert load_schema("yu2023", "W1")[0]["robust"]
 
 
 # a single character, pieces completed, definitions
@@ -307,7 +307,7 @@ def test_what_must_vanish_where_a_thing_is_held() -> None:
 
 def test_assumed_shape_of_the_shaft_needs_a_hinged_end() -> None:
     """Clamped or held elastically it would have another slope: only a bearing in which it turns freely admits it."""
-    assert [r["verdict"] for r in committed("shi2021", "9", "10")] == ["misprint", "confirmed"]
+    assert [r["verdict"] for r in load_schema("shi2021", "9", "10")] == ["misprint", "confirmed"]
     found = judge_readings(only(CASES["shi2021"], "10"), "10")
     assert [h.judgement.loose for h in found.every] == [("slope at the bearing",)] * 2 + [()]
 
@@ -318,7 +318,7 @@ def test_end_of_a_beam_starts_with_the_speed_of_the_body() -> None:
 
 
 def test_rotation_of_the_crank_gear_counts_one_way() -> None:
-    found = committed("shi2021", "6", "7a", "7b")
+    found = load_schema("shi2021", "6", "7a", "7b")
     assert [r["verdict"] for r in found] == ["contradicted", "misprint", "confirmed"]
     assert [r["depends"][0]["verdict"] for r in found] == ["contradicted", "misprint", "misprint"]
     assert len({r["answer"] for r in found}) == 1

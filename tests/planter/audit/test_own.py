@@ -19,7 +19,7 @@ from planter.errors import InputError
 from planter.mechanism import printed
 from tests.support import own
 from tests.support.cli import answer, refusal, run
-from tests.support.schemas import committed
+from tests.support.schemas import load_schema
 
 FILES = ("slider_crank.py", "slider_crank_paper.py", "slider_crank_numbers.toml")
 
@@ -40,7 +40,7 @@ def result(folder: Path) -> Any:
 
 
 def test_the_example_is_judged_with_what_is_planted_in_it(result: Any) -> None:
-    jsonschema.validate(result, committed("audit"))
+    jsonschema.validate(result, load_schema("audit"))
     wrong = {e["equation"]: e["verdict"] for e in result["equations"] if e["verdict"] != "confirmed"}
     assert wrong == {"2": "misprint", "4": "misprint", "5": "incomplete"}
     (number,) = [n for n in result["numbers"] if n["verdict"] not in ("reproduced", "consistent")]
@@ -179,7 +179,7 @@ def test_wrong_equation_without_claim_is_one_line(folder: Path) -> None:
         "2": "misprint", "4": "misprint", "5": "contradicted",
     }  # fmt: skip
     assert found["5"]["reasons"] == ["(5) does not hold"]
-    jsonschema.validate(result, committed("audit"))
+    jsonschema.validate(result, load_schema("audit"))
 
 
 def test_number_that_cannot_be_computed_is_one_line(folder: Path, result: Any) -> None:

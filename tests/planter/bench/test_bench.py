@@ -40,8 +40,8 @@ from planter.bench.sympy_backend import build_sympy_contender
 from planter.errors import ComputationError
 from planter.kernels import Kernel, backends, toolchain
 from planter.planting.simulation import compute_objective_gradient
-from planter.records import schema
 from tests.support.cli import below
+from tests.support.schemas import load_schema
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
 run, _, _ = below("bench")
@@ -104,7 +104,7 @@ def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> Non
             assert work["over"] == ("lanes" if has_compiler() else "casadi-vm")
     assert json.loads((tmp_path / "here" / "bench.json").read_text()) == found
     text = (tmp_path / "here" / "bench.md").read_text()
-    jsonschema.validate(found, json.loads((schema.FOLDER / "bench.json").read_text(encoding="utf-8")))
+    jsonschema.validate(found, load_schema("bench"))
     assert text == page.markdown(TypeAdapter(Benchmark).validate_python(found))
     assert all(version in text for version in found["versions"].values())
 

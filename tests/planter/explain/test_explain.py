@@ -1,7 +1,6 @@
 """Every symbol, key and column can be explained, by what said so already; figures read the columns that they claim."""
 
 import csv
-import json
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -18,6 +17,7 @@ from planter.planting.report import results as report
 from planter.records import schema
 from tests.support import machines
 from tests.support.cli import answer, refusal, run
+from tests.support.schemas import load_schema
 
 
 @cache
@@ -36,8 +36,7 @@ def numeric_keys(node: Any) -> Iterator[str]:
 
 
 def test_every_key_of_every_schema_that_carries_a_number_is_explained() -> None:
-    files = list(schema.FOLDER.glob("*.json"))
-    keys = {key for path in files for key in numeric_keys(json.loads(path.read_text(encoding="utf-8")))}
+    keys = {key for command in schema.load_result_types() for key in numeric_keys(load_schema(command))}
     assert len(keys) > 200
     assert keys <= named()
     assert "made_up_N" not in named()

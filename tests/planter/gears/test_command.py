@@ -22,7 +22,7 @@ from planter.planting.file import load
 from planter.planting.model import Device
 from planter.report.files import write_cycle_csv
 from tests.support.cli import answer, refusal, run
-from tests.support.schemas import committed
+from tests.support.schemas import load_schema
 
 STAGE = {
     "stage", "z", "module_mm", "scale", "centre_distance_mm", "perimeter_mm", "gears", "contact_ratio",
@@ -54,7 +54,7 @@ def wavy(size: float = 40.0, wave: float = 3.0, count: int = 60, lobes: int = 1)
 
 def test_the_answer_has_the_keys_of_the_contract() -> None:
     result = answer("gears", "wang2017", "--teeth", "31,33", "--backlash-mm", "0.05")
-    jsonschema.validate(result, committed("gears"))
+    jsonschema.validate(result, load_schema("gears"))
     assert [[gear["name"] for gear in stage["gears"]] for stage in result["stages"]] == NAMES
     for stage, z in zip(result["stages"], (31, 33), strict=True):
         assert stage.keys() >= STAGE

@@ -1,6 +1,5 @@
 """Free motion: the pendulum in closed form, the same stated by loops, what is redundant, rest and small motions."""
 
-import json
 from pathlib import Path
 
 import jsonschema
@@ -15,8 +14,8 @@ from planter.errors import ComputationError, InputError
 from planter.mechanism.dynamics import Dynamics
 from planter.mechanism.file import load
 from planter.mechanism.motion import compute_motion, eigenvalues, equilibrium
-from planter.records import schema
 from tests.support.cli import answer
+from tests.support.schemas import load_schema
 
 HEAD = '''
 from sympy import Rational, cos, sin
@@ -153,7 +152,7 @@ def test_a_rolling_disc_weighs_one_and_a_half(folder: Path) -> None:
 
 def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
     found = answer("move", str(folder / "held.toml"), "--until", "0.5", "--rest", "--out", str(tmp_path / "run"))
-    jsonschema.validate(found, json.loads((schema.FOLDER / "move.json").read_text(encoding="utf-8")))
+    jsonschema.validate(found, load_schema("move"))
     assert found["energy"]["most_J"] - found["energy"]["least_J"] < 1e-6
     assert found["redundant_constraints"] == 0
     assert len(found["eigenvalues_per_s"]) == 2

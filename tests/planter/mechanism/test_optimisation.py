@@ -1,6 +1,5 @@
 """Measures of a mechanism made least: derivatives against differences, optima against closed forms and dense grids."""
 
-import json
 from pathlib import Path
 
 import jsonschema
@@ -24,10 +23,10 @@ from planter.parallel.task import Means
 from planter.planting.file import Machine as PlantingFile
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
-from planter.records import schema
 from tests.planter.optimise.test_smooth import SHORT
 from tests.support import own
 from tests.support.cli import answer, refusal
+from tests.support.schemas import load_schema
 
 STATEMENT = '''
 from sympy import cos, sin
@@ -143,7 +142,7 @@ def test_what_cannot_be_meant_is_refused(file: Path, least: str, hold: str | Non
 def test_the_command_writes_an_optimum_that_the_commands_take(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "best"
     found = answer("optimise", str(file), "--least", "range F_Ox", "--starts", "2", "--out", str(out))
-    jsonschema.validate(found, json.loads((schema.FOLDER / "optimise-least.json").read_text(encoding="utf-8")))
+    jsonschema.validate(found, load_schema("optimise least"))
     assert found["objective"] < found["start_objective"]
     turned = answer("turn", str(out / "optimum.toml"))["quantities"]["F_Ox_N"]
     assert turned["max"] - turned["min"] == pytest.approx(found["objective"], rel=1e-3)

@@ -1,6 +1,5 @@
 """Turns that do not end in the state in which they began: what they tell, and what they must not."""
 
-import json
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -20,8 +19,8 @@ from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.presentation import present_cycle
 from planter.mechanism.swept import ROOM
-from planter.records import schema
 from tests.support.own import file
+from tests.support.schemas import load_schema
 
 BELT = '''
 from sympy import Rational
@@ -57,7 +56,7 @@ def belt_machine(ratio: Fraction, more: str = "") -> Machine:
 @pytest.mark.parametrize("ratio", [Fraction(1, 2), Fraction(-5, 4)])
 def test_turn_reports_what_does_not_repeat(ratio: Fraction) -> None:
     result = compute_cycle(Model(belt_machine(ratio))).result
-    jsonschema.validate(result.table(), json.loads((schema.FOLDER / "turn.json").read_text(encoding="utf-8")))
+    jsonschema.validate(result.table(), load_schema("turn"))
     assert {"chi_deg", "M_in_Nm", "P_M_in_W", "F_Ox_N"} <= result.not_repeating.keys()
     assert not {"chi_dot_rad_s", "chi_ddot_rad_s2"} & result.not_repeating.keys()
     assert result.repeats_after_turns == ratio.denominator

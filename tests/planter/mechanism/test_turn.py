@@ -14,8 +14,8 @@ from planter.errors import ComputationError, InputError
 from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.file import load
 from planter.mechanism.model import Model
-from planter.records import schema
 from tests.support.cli import answer
+from tests.support.schemas import load_schema
 
 STATEMENT = '''
 from sympy import Rational
@@ -117,7 +117,7 @@ def test_a_start_at_the_other_assembly_is_kept(folder: Path) -> None:
 def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
     file = folder / "generated" / "four_bar.toml"
     result = answer("turn", str(file), "--samples", "45", "--out", str(tmp_path / "run"), "--set", "omega_rad_s=20")
-    jsonschema.validate(result, json.loads((schema.FOLDER / "turn.json").read_text(encoding="utf-8")))
+    jsonschema.validate(result, load_schema("turn"))
     assert (result["machine"], result["samples"]) == ("four_bar", 45)
     assert {law["unit"] for law in result["laws"]} == {"W", "N", "N m"}
     assert max(law["violation"] for law in result["laws"]) < 1e-9

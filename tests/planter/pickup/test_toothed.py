@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from tests.support.cli import answer, refusal
-from tests.support.schemas import committed
+from tests.support.schemas import load_schema
 
 
 def test_the_built_in_pick_up(tmp_path: Path) -> None:
     found = answer("gears", "yu2023", "--backlash-mm", "0.05", "--stl", "--out", str(tmp_path))
-    jsonschema.validate(found, committed("gears"))
+    jsonschema.validate(found, load_schema("gears"))
     one = found["intermittent"]
     assert found["stages"] == []
     assert (found["addendum"], found["pressure_angle_deg"], one["module_mm"]) == (1.2, 20, 2)

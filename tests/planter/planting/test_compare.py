@@ -36,7 +36,7 @@ from planter.planting.presentation import pair_name, present_comparison
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
 from planter.terminal.console import Console
 from tests.support.cli import answer, refusal, run
-from tests.support.schemas import committed
+from tests.support.schemas import load_schema
 
 PAIR = "eccentric_circle+ellipse"
 KEYS = {"stage1", "stage2", "feasible", "objective", "range_N", "variance_N2", "design", "binding"}
@@ -79,7 +79,7 @@ def test_nothing_is_lost_and_nothing_done_twice(resumed: tuple[dict, dict[str, i
 def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
     result, _, out, _ = resumed
     assert result["seconds"] > 0
-    jsonschema.validate(result, committed("compare"))
+    jsonschema.validate(result, load_schema("compare"))
     assert all(set(entry) >= KEYS for entry in result["devices"])
     assert result["devices"][0]["objective"] < result["narrow"]["objective"]
     for entry in result["devices"]:

@@ -16,9 +16,9 @@ from planter.engine.drive import DrivenMachine, Motor, SpeedHistory
 from planter.errors import ComputationError, InputError
 from planter.planting.lifted import LiftedModel
 from planter.planting.motor_drive import build_driven_machine, drive_device
-from planter.records import schema
 from tests.support import machines
 from tests.support.cli import answer
+from tests.support.schemas import load_schema
 
 SPEED = 40 * np.pi / 30
 MOTOR = Motor(6.0, 1.05 * SPEED, 0.1)
@@ -111,7 +111,7 @@ def test_what_a_motor_cannot_be_is_refused() -> None:
 def test_the_command_and_its_files(tmp_path: Path) -> None:
     motor = ("--stall-Nm", "6", "--idle-rpm", "42", "--flywheel-kgm2", "0.1")
     found = answer("drive", "compact", *motor, "--turns", "2", "--samples", "90", "--out", str(tmp_path / "run"))
-    jsonschema.validate(found, json.loads((schema.FOLDER / "drive.json").read_text(encoding="utf-8")))
+    jsonschema.validate(found, load_schema("drive"))
     assert len(found["turns_rpm"]) == 3
     written = json.loads((tmp_path / "run" / "summary.json").read_text())
     assert {key: written[key] for key in found} == found

@@ -25,7 +25,7 @@ from planter.planting.report.page import list_input_meanings
 from planter.terminal.console import Console
 from tests.support import machines
 from tests.support.cli import refusal
-from tests.support.schemas import committed
+from tests.support.schemas import load_schema
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
 TRUE = {"mass.planet_kg": 1.29, "centroid.planet_xy_mm[0]": 22.0}
@@ -109,7 +109,7 @@ def test_fitted_file_reproduces_fitted_force(found: dict[Model, Calibrated], tmp
     head = (tmp_path / "residuals.csv").read_text(encoding="utf-8")
     assert "phi_deg,measured_N,exact_N,printed_N" in head
     assert own.result.statement in (tmp_path / "report.html").read_text(encoding="utf-8")
-    jsonschema.validate(own.result.table(), committed("calibrate"))
+    jsonschema.validate(own.result.table(), load_schema("calibrate"))
 
 
 def test_curve_slopes_equal_differences(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from planter.planting.machines import build_machine
 from planter.planting.model import Device
 from planter.report.files import read_cycle_csv
 from tests.support.cli import answer, refusal
-from tests.support.schemas import committed
+from tests.support.schemas import load_schema
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -23,7 +23,7 @@ def test_a_turn_has_the_bits_of_simulate(model: Model, tmp_path: Path) -> None:
     device = Device(load("compact"), model)
     samples = device.machine.objective.samples
     found = answer("export", "motion", "compact", "--model", model, "--out", str(tmp_path))
-    jsonschema.validate(found, committed("export motion"))
+    jsonschema.validate(found, load_schema("export motion"))
     _, columns = read_cycle_csv(tmp_path / "motion.csv")
     expected = evaluate_cycle(device, device.prologue(device.design), sample_angles(samples)).columns()
     assert list(columns) == ["time_s", *expected]

@@ -19,7 +19,7 @@ from planter.sweeps import sweep
 from planter.sweeps.command import compute_sweep
 from planter.sweeps.plan import Plan
 from tests.support.cli import answer, refusal, run
-from tests.support.schemas import committed
+from tests.support.schemas import load_schema
 
 ROOT = Path(__file__).parents[3]
 EXAMPLE = ROOT / "docs" / "examples" / "sweep_speed.toml"
@@ -40,7 +40,7 @@ def done(tmp_path_factory: pytest.TempPathFactory, kernel_cache: None) -> tuple[
 
 def test_sweep_example_matches_schema(done: tuple[dict, Path]) -> None:
     found, out = done
-    jsonschema.validate(found, committed("sweep"))
+    jsonschema.validate(found, load_schema("sweep"))
     assert found["rows"] == 2 * 21 * 9 * 2
     assert found["columns"][:4] == ["model", "operation.speed_rpm", "mass.planet_kg", "design.m31"]
     assert (found["workers"], found["resumed"]) == (0, 0)
@@ -146,7 +146,7 @@ def test_sweep_tables_fit_80_columns() -> None:
 
 def test_list_shows_inputs_and_outputs() -> None:
     found = answer("sweep", "--list", "wang2017")
-    jsonschema.validate(found, committed("sweep"))
+    jsonschema.validate(found, load_schema("sweep"))
     assert found["choices"] == {"model": ["exact", "printed"]}
     assert "radius" in found["inputs"]["design.R3_mm"]
     assert "motor" in found["outputs"]["M_L_max_Nm"]

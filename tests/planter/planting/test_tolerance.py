@@ -25,7 +25,7 @@ from planter.tolerance.job import Spread
 from planter.tolerance.robust import RobustGoal, Settings, find_robust
 from tests.support.cli import answer, refusal, run
 from tests.support.sampled import sampled
-from tests.support.schemas import committed
+from tests.support.schemas import load_schema
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "tolerances.toml"
 OUTPUTS = (
@@ -213,7 +213,7 @@ def test_tolerance_command_writes_report(tmp_path: Path) -> None:
 def test_tolerance_command_runs_documented_example(held: ResolvedMachine, tmp_path: Path) -> None:
     common = ("tolerance", "wang2017", "--samples", "500", "--indices", "16", "--set", "objective.samples=60")
     found = answer(*common, "--tolerances", str(EXAMPLE), "--out", str(tmp_path))
-    jsonschema.validate(found, committed("tolerance"))
+    jsonschema.validate(found, load_schema("tolerance"))
     assert (found["rows"], found["index_rows"]) == (500, 16 * (len(found["inputs"]) + 2))
     assert {"support_N", "M_L_Nm"} <= {path.stem.removeprefix("turn-") for path in (tmp_path / "figures").glob("*.svg")}
     assert json.loads((tmp_path / "summary.json").read_text())["hash"] == found["hash"]
