@@ -337,13 +337,13 @@ def evaluate_in_both_models(device: Device, optimum: DeviceOptimum) -> Optimisat
 
 
 def describe_optimum(start_range_N: float, record: OptimumFound, parameters: int) -> str:
-    """What an optimisation came to, in one sentence: the range before and after, how sure, and what holds it."""
+    """Return an optimisation in one sentence: the range before and after, how certain it is, and what limits it."""
     share = 100 * (record.range_N / start_range_N - 1)
     proof = record.certificate
     sure = proof.kkt_residual < STATIONARITY_TOLERANCE and (proof.agreeing_starts > 1 or not proof.starts)
-    parts = [f"the box binds in {len(proof.active_bounds)} of {parameters}"]
+    parts = [f"{len(proof.active_bounds)} of {parameters} parameters at a bound"]
     if proof.active_requirements is not None:
-        parts.append(f"requirements that bind: {len(proof.active_requirements)}")
+        parts.append(f"{len(proof.active_requirements)} active requirements")
     if not sure:
         parts.append(f"KKT residual {proof.kkt_residual:.1e}, {proof.agreeing_starts} of {proof.starts} starts agree")
     word = "certified" if sure else "not certified"

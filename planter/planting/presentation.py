@@ -1,14 +1,15 @@
-"""Presentations of a planting device on a motor, and of the comparison of gear families."""
+"""Presentations of a planting device on a motor, of compared gear families, and of a calibration to figures."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planter.engine.tables import drive_tables
+from planter.files import units
 from planter.kernels import generated
 from planter.mechanism.drawing import draw_drive_speeds, label_cycle_curves
 from planter.planting.cycle import compute_weight
@@ -16,9 +17,10 @@ from planter.planting.design_results import BORNE, COMPARED, list_largest_loads
 from planter.planting.file import Machine
 from planter.planting.model import FORCE, Device
 from planter.planting.motor_drive import NAME, DeviceDrive
-from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox
+from planter.planting.results import CalibrationFound, ComparedPair, ComparisonFound, ModelFitted, NarrowBox
 from planter.report import files, style
-from planter.report.html import Cell, Items, Section, Table, Text
+from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
+from planter.report.labels import list_values, name
 from planter.report.presentation import ModelAssumptions, ResultPresentation
 
 if TYPE_CHECKING:
@@ -195,3 +197,57 @@ def _label_bar(entry: ComparedPair | NarrowBox) -> str:
     violations = entry.violations if isinstance(entry, ComparedPair) else []
     amounts = [f"{violation.name} {violation.amount:.3g} {violation.unit}" for violation in violations]
     return f"violates {', '.join(amounts or entry.binding)}".replace("_", " ")
+
+
+def present_calibration(result: CalibrationFound, device: Device) -> ResultPresentation:
+    """Return the presentation of inputs fitted to a paper's figures: fitted inputs, and what each model can reach."""
+    return ResultPresentation(
+        title=f"Calibration of the planting device {result.machine}",
+        conclusion=result.statement,
+        record=result,
+        sections=list(_list_calibration_sections(result)),
+        document=device.machine,
+        model=ModelAssumptions.from_sidecar(device.sidecar),
+    )
+
+
+def _list_calibration_sections(result: CalibrationFound) -> Iterator[Section]:
+    head = ("input", "value", "unit", "lower", "upper", "origin")
+    fitted = [[getattr(row, key) for key in ("name", *head[1:])] for row in result.fitted]
+    caption = f"Calibrated, not the paper's; {', '.join(result.choices.values())} flanks"
+    yield Section("Fitted inputs", [Table(head, fitted, caption, page_columns=("origin",))])
+    for model in sorted(result.models, key=lambda model: model != result.model):
+        fit = result.models[model]
+        statement = [] if model == result.model else [Text(fit.statement, "" if fit.met else "warning")]
+        yield Section(f"What the {model} model can reach", [*statement, *_describe_fit(fit, result.target)])
+    yield Section("The other model with the fitted inputs", [list_values(result.other_model.table())])
+    angles = {f"{name(key)} / deg": angle for key, angle in result.events.items()}
+    yield Section("Carrier angles at which flanks begin, side 1; the paper gives them roughly", [Keys(angles)])
+    ranges = {"with a cam that only pushes / N": result.largest_range_N.cam_pushing,
+              "with a cam that may also pull / N": result.largest_range_N.free_sign}  # fmt: skip
+    yield Section("Largest range found in the exact model", [Keys(ranges)])
+
+
+def _describe_fit(fit: ModelFitted, target: Mapping[str, float]) -> Iterator[Block]:
+    """Yield how near a model comes to the target, how far its inputs are from the machine's, and the best misses."""
+    rows = [
+        (name(key), value, fit.reached[key], units.unit(key), fit.miss_percent[key]) for key, value in target.items()
+    ]
+    yield Table(("support force", "target", "reached", "unit", "miss / %"), rows)
+    yield Text(f"The target determines {fit.rank} combinations of the {len(fit.fitted)} inputs.")
+    yield Keys(
+        {
+            "flanks": ", ".join(fit.choices.values()),
+            "least force of the cam on the roller / N": fit.least_push_N,
+            "rms distance from the machine's inputs / widths of bounds": fit.distance.rms_share,
+            "inputs at a bound": ", ".join(fit.distance.at_bounds) or "none",
+        }
+    )
+    if fit.distance.unusual:
+        yield Items(fit.distance.unusual, "warning")
+    if fit.front:
+        head = ("flanks", *(f"{name(key)} missed / %" for key in target), "range / N")
+        misses: list[tuple[Cell, ...]] = [
+            (*best.choices.values(), *(best.miss_percent[key] for key in target), best.range_N) for best in fit.front
+        ]
+        yield Table(head, misses, "The smallest misses, with a cam that only pushes")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import zip_longest
@@ -76,6 +76,8 @@ class ResultPresentation:
     model: ModelAssumptions | None = None
     meanings: Mapping[str, str] = field(default_factory=dict)
     """Meanings of the numbers of `document` by their paths; by default those of `model`."""
+    displayed_inputs: Collection[str] = ()
+    """Sections of `document` that `sections` display, so that the page's inputs leave them out."""
     motions: Callable[[], Iterable[Block]] = tuple
     figures: Callable[[], Mapping[str, Figure]] = dict
     captions: Mapping[str, str] = field(default_factory=dict)
@@ -96,14 +98,8 @@ class ResultPresentation:
 
     def summary(self) -> dict[str, Any]:
         """Return the content of summary.json: the record, what the model assumes, the input and the provenance."""
-        parts = dict(self.summary_parts)
-        if self.model is not None and self.model.in_summary:
-            parts["assumptions"] = self.model.assumptions
-        if self.document is not None:
-            parts["input"] = self.document.table()
-        if provenance := self._provenance:
-            parts["provenance"] = provenance
-        return {**self.record.table(), **parts}
+        basis = describe_basis(self.model, self.document, self._provenance)
+        return {**self.record.table(), **self.summary_parts, **basis}
 
     def page(self, svgs: Mapping[str, str]) -> str:
         """Return the page as HTML text, with figures as SVG texts by name."""
@@ -121,7 +117,7 @@ class ResultPresentation:
             sections.append(Section("Model", [Text(f"{self.model.title}. It assumes:"), Items(self.model.assumptions)]))
         if self.document is not None:
             meanings = self.meanings if self.model is None else self.model.meanings
-            sections.append(Section("Inputs", list(inputs(self.document, meanings))))
+            sections.append(Section("Inputs", list(inputs(self.document, meanings, self.displayed_inputs))))
         if provenance := self._provenance:
             sections.append(provenance_section(provenance))
         return page(self.title, sections, "" if self.document is None else self.document.description)
@@ -133,14 +129,23 @@ class ResultPresentation:
         """
         files.output_folder(out)
         images = bundle.render_figures(self.figures(), progress)
+        page = self.page({name: image.svg for name, image in images.items()})
+        bundle.write(out, {**self._data(), "report.html": page}, images)
+
+    def write_data(self, out: Path) -> None:
+        """Write summary.json, tables and texts, but neither figures nor the page, which take longer.
+
+        Raises InputError if the folder cannot be written.
+        """
+        bundle.write(out, self._data(), {})
+
+    def _data(self) -> dict[str, str | bytes]:
         comments = list(self.comments)
-        texts: dict[str, str | bytes] = {
+        return {
             "summary.json": files.summary_text(self.summary()),
             **{name: files.cycle_csv(name, comments, columns) for name, columns in self.tables().items()},
-            "report.html": self.page({name: image.svg for name, image in images.items()}),
             **self.texts(),
         }
-        bundle.write(out, texts, images)
 
     def show(self, console: Console, out: Path | None = None) -> None:
         """Write the folder if there is one, and print the result as JSON, or title, conclusion and sections."""
@@ -154,6 +159,20 @@ class ResultPresentation:
         print()
         for section in self.sections:
             print_section(console, section)
+
+
+def describe_basis(
+    model: ModelAssumptions | None, document: Document | None, provenance: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the keys of summary.json that say what a result is based on: assumptions, input, provenance."""
+    basis: dict[str, Any] = {}
+    if model is not None and model.in_summary:
+        basis["assumptions"] = model.assumptions
+    if document is not None:
+        basis["input"] = document.table()
+    if provenance:
+        basis["provenance"] = provenance
+    return basis
 
 
 def list_warning_sections(messages: Sequence[str]) -> list[Section]:

@@ -56,15 +56,12 @@ def simulate(
             from planter.report.folder import check
 
             check(out, ["cycle.csv", *figure_files(*FIGURES)])
-        from planter.planting import simulation, tables
+        from planter.planting import simulation
+        from planter.planting.design_presentation import present_simulation
 
         device = build_device(machine, model, set_, speed_rpm)
         simulated = simulation.simulate(device, samples, at or (), module_mm if lift else None)
-        if out is not None:
-            from planter.planting.report import results as report
-
-            report.write_simulation(out, device, simulated)
-        console.result(simulated.result, lambda: tables.print_simulation(console, simulated.result))
+        present_simulation(simulated).show(console, out)
 
 
 app.command()(simulate)
@@ -95,24 +92,16 @@ def sensitivity(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.mechanism.presentation import list_sensitivity_sections
-
         if (other := load_other(machine, set_, speed_rpm)) is not None:
             refuse_options(other, {"--model": model is not Model.exact})
             run_sensitivity(console, other, least, samples, all_values, out)
             return
         from planter.planting import simulation
+        from planter.planting.design_presentation import present_sensitivity
 
         device = build_device(machine, model, set_, speed_rpm)
         result = simulation.sensitivity(device, samples, least, all_values)
-        if out is not None:
-            from planter.planting.report import results as report
-
-            report.write_result(out, device, result)
-        from planter.report.presentation import ResultPresentation
-
-        sections = list(list_sensitivity_sections(result))
-        ResultPresentation(f"Sensitivity of {result.machine}", result, sections).show(console)
+        present_sensitivity(result, device).show(console, out)
 
 
 @app.command()
@@ -187,7 +176,7 @@ def validate(
             run_validate(console, machine, changes(set_), speed_rpm)
             return
         device = build_device(machine, "exact", set_, speed_rpm)
-        from planter.planting import simulation, tables
+        from planter.planting import simulation
+        from planter.planting.design_presentation import present_validation
 
-        result = simulation.validate(device)
-        console.result(result, lambda: tables.print_validation(console, machine, result))
+        present_validation(simulation.validate(device), machine).show(console)

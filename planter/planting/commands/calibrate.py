@@ -102,7 +102,7 @@ def calibrate(
         columns = Columns(column, angle, time, unit, place_unit)
         bounds = read_ranges("--fit", fit or ())
         from planter.planting import calibration
-        from planter.planting.report.page import list_input_meanings
+        from planter.report.presentation import ModelAssumptions
 
         if other is not None:
             fitted = calibrate_machine(other, data, columns, bounds, quantity, second, seed, console.progress, means)
@@ -115,18 +115,17 @@ def calibrate(
             device.machine, device.model, data, columns, bounds, quantity, second, seed, console.progress, means
         )
         with interruptible_result(fitted.result.table()):
-            run_calibrate(console, device.machine, list_input_meanings(device.sidecar), fitted, out, "carrier angle φ")
+            meanings = ModelAssumptions.from_sidecar(device.sidecar).meanings
+            run_calibrate(console, device.machine, meanings, fitted, out, "carrier angle φ")
 
 
 def _fit_to_figures(
     console: Console, device: Device, target: str, laws: Sequence[str], means: Means, out: Path | None
 ) -> None:
     """Fit to the figures that a paper reports."""
-    from planter.planting import calibration, tables
-    from planter.planting.report import results as report
+    from planter.planting import calibration
+    from planter.planting.presentation import present_calibration
 
     result = calibration.calibrate(device.machine, device.model, target, laws, console.progress, means)
-    if out is not None:
-        with interruptible_result(result.table()):
-            report.write_result(out, device, result)
-    console.result(result, lambda: tables.print_calibration(console, result))
+    with interruptible_result(result.table()):
+        present_calibration(result, device).show(console, out)

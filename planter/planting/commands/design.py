@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable, Mapping
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -41,6 +41,10 @@ from planter.terminal.options import (
     listing,
     read_ranges,
 )
+
+if TYPE_CHECKING:
+    from planter.planting.optimisation import Optimisation
+    from planter.report.presentation import ResultPresentation
 
 app = typer.Typer()
 
@@ -139,8 +143,7 @@ def optimise(
         method = method or Method.hybrid
         if out is not None:
             check(out, ["cycle.csv", *figure_files(*FIGURES, "convergence", *(["pareto"] if front else []))])
-        from planter.planting import tables
-        from planter.planting.report import results as report
+        from planter.planting.design_presentation import present_optimum, write_partial
         from planter.planting.tooth_count_search import optimise_with_tooth_counts
 
         spec = parse_tooth_counts(module, module1, module2, teeth, {"--front": front, "--prove": prove})
@@ -148,7 +151,7 @@ def optimise(
 
         def save(partial: dict[str, Any], interrupted: bool = False) -> None:
             if out is not None:
-                report.write_partial(out, device, partial, interrupted)
+                write_partial(out, device, partial, interrupted)
 
         try:
             optimum = optimise_with_tooth_counts(
@@ -158,23 +161,27 @@ def optimise(
             if stop.partial is not None:
                 save(stop.partial, interrupted=True)
             raise
-        with interruptible_result(optimum.result.table()):
+
+        def present_and_write(optimum: Optimisation) -> ResultPresentation:
+            presentation = present_optimum(optimum, device)
             if out is not None:
-                report.write_optimum(out, device, optimum)
+                presentation.write_data(out)
+            return presentation
+
+        with interruptible_result(optimum.result.table()):
+            presentation = present_and_write(optimum)
             if front:
                 optimum = optimisation.add_pareto_front(optimum, console.progress)
-                if out is not None:
-                    report.write_optimum(out, device, optimum)
+                presentation = present_and_write(optimum)
             if prove:
                 from planter.planting import proof
 
                 optimum = proof.add_proof(optimum, prove_seconds, console.progress, means)
-                if out is not None:
-                    report.write_optimum(out, device, optimum)
-        console.result(optimum.result, lambda: tables.print_optimisation(console, optimum.result))
+                presentation = present_and_write(optimum)
+        presentation.show(console)
         if out is not None:
             with Console(as_json=False).outcome(), interruptible_result(optimum.result.table()):
-                report.draw_optimum(out, device, optimum)
+                presentation.write(out, console.progress)
 
 
 def _list_families() -> Iterable[str]:

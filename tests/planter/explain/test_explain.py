@@ -11,9 +11,8 @@ import pytest
 
 from planter.explain import dictionary, presentation
 from planter.kernels import generated
-from planter.planting import cycle, toothed
+from planter.planting import cycle, design_presentation, toothed
 from planter.planting.report import figures
-from planter.planting.report import results as report
 from planter.records import schema
 from tests.support import machines
 from tests.support.cli import answer, refusal, run
@@ -106,7 +105,7 @@ class Recorder(dict[str, Any]):
 
 def test_figures_read_the_columns_that_their_table_says(monkeypatch: pytest.MonkeyPatch) -> None:
     device = machines.device("wang2017")
-    x, taken = device.design, report._columns(device, device.design)
+    x, taken = device.design, design_presentation._compute_columns(device, device.design)
     drawn: dict[str, set[str]] = {}
     for name, draw in (
         ("joint_forces", lambda turn: figures.draw_joint_forces({"exact": turn})),
@@ -117,9 +116,9 @@ def test_figures_read_the_columns_that_their_table_says(monkeypatch: pytest.Monk
         draw(turn)
         drawn[name] = turn.read
     turn = Recorder(taken)
-    monkeypatch.setattr(report, "_columns", lambda *_: turn)
-    monkeypatch.setattr(report.figures, "draw_joint_forces", lambda *_: None)
-    report._forces({"exact": device}, x)
+    monkeypatch.setattr(design_presentation, "_compute_columns", lambda *_: turn)
+    monkeypatch.setattr(figures, "draw_joint_forces", lambda *_: None)
+    design_presentation._draw_forces({"exact": device}, x)
     drawn["support_force"] = turn.read
     assert drawn == {name: set(columns) for name, columns in figures.DRAWN.items()}
 

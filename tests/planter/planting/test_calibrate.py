@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from planter.errors import InputError
-from planter.planting import calibration, cycle, file, tables
+from planter.planting import calibration, cycle, file
 from planter.planting.calibration import FLANK, fitted_machine
 from planter.planting.file import Machine
 from planter.planting.model import Device
-from planter.planting.report.page import render_device_page
+from planter.planting.presentation import present_calibration
 from planter.planting.results import CalibrationFound
 from planter.planting.unpublished_inputs import (
     FIGURES,
@@ -132,12 +132,13 @@ def test_the_first_line_and_the_page_say_whether_the_target_is_met(
 ) -> None:
     shown = found if met else replace(found, **vars(found.models["exact"]), model="exact")
     word = "is met by the printed model" if met else "is missed by the exact model: "
-    tables.print_calibration(Console(as_json=False), shown)
-    assert word in capsys.readouterr().out.splitlines()[0]
-    page = render_device_page(machine, Device(machine, "printed").sidecar, shown.table(), {})
+    presentation = present_calibration(shown, Device(machine, "printed"))
+    presentation.show(Console(as_json=False))
+    assert word in " ".join(capsys.readouterr().out.splitlines()[1:4])
+    page = presentation.page({})
     assert "Calibration of the planting device wang2017" in page
     body = page[page.index("<section") :]
-    assert body.index(word) < body.index("mass.sun_kg") < body.index("What the exact model can give")
+    assert body.index(word) < body.index("mass.sun_kg") < body.index("What the exact model can reach")
     assert "miss / %" in body
 
 

@@ -8,14 +8,14 @@ import pytest
 
 from planter.errors import InputError
 from planter.kernels.formulas import load as formulas
-from planter.planting import cycle, optimisation, simulation, tables
+from planter.planting import cycle, optimisation, simulation
 from planter.planting import design_results as shown
 from planter.planting import design_summary as summary
+from planter.planting.design_presentation import present_simulation
 from planter.planting.design_results import DesignersSummary
 from planter.planting.design_summary import DesignTurn
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
-from planter.planting.report.page import render_device_page
 from planter.terminal.console import Console
 from tests.support import machines
 
@@ -172,7 +172,7 @@ def test_every_sentence_of_an_optimisation_is_computed() -> None:
     proof = {"kkt_residual": 1e-9, "active_bounds": [], "starts": 4, "agreeing_starts": 3, "spread": 0.0}
     result = _optimum({"range_N": 0.9 * start.support_force.range_N, "certificate": proof})
     sentence = optimisation.describe_optimum(start.support_force.range_N, result, 10)
-    assert sentence == "range 3.120 to 2.808 N, -10.0 %, certified; the box binds in 0 of 10"
+    assert sentence == "range 3.120 to 2.808 N, -10.0 %, certified; 0 of 10 parameters at a bound"
     alone = _optimum({"range_N": 3.2, "certificate": {**proof, "agreeing_starts": 1}})
     assert "+2.6 %, not certified" in optimisation.describe_optimum(3.12, alone, 10)
     assert "to 3.200 N over 60 samples" in optimisation.describe_optimum(
@@ -190,17 +190,17 @@ def _optimum(changes: dict[str, object]) -> optimisation.OptimumFound:
 
 def test_it_stands_in_the_result_and_on_the_page() -> None:
     device = machines.device("wang2017")
-    result = simulation.simulate(device).result
-    own = result.table()["designer"]
+    simulated = simulation.simulate(device)
+    own = simulated.result.table()["designer"]
     assert own["motor"] == pytest.approx(dataclasses.asdict(found("wang2017")[1])["motor"], rel=1e-12)
-    page = render_device_page(device.machine, device.sidecar, result.table(), {})
+    page = present_simulation(simulated).page({})
     assert "Peaks of forces, true extremes over a cycle" in page
     assert f"{own['motor']['max_Nm']:.6g}" in page
 
 
 def test_the_tables_fit_80_columns_and_cut_no_name(capsys: pytest.CaptureFixture[str]) -> None:
     device = machines.device("wang2017-wide")
-    tables.print_simulation(Console(as_json=False), simulation.simulate(device).result)
+    present_simulation(simulation.simulate(device)).show(Console(as_json=False))
     said = capsys.readouterr().out
     assert max(map(len, said.splitlines())) <= 80
     assert "\N{HORIZONTAL ELLIPSIS}" not in said

@@ -21,7 +21,7 @@ from planter.planting.file import Machine, load
 from planter.planting.functions import Model
 from planter.planting.machines import build_machine
 from planter.planting.model import Device
-from planter.planting.report.page import list_input_meanings
+from planter.report.presentation import ModelAssumptions
 from planter.terminal.console import Console
 from tests.support import machines
 from tests.support.cli import refusal
@@ -100,7 +100,9 @@ def test_wrong_model_explains_neither_data_nor_prediction(found: dict[Model, Cal
 def test_fitted_file_reproduces_fitted_force(found: dict[Model, Calibrated], tmp_path: Path) -> None:
     own = found["exact"]
     device = machines.device("wang2017")
-    present_fit(device.machine, own, list_input_meanings(device.sidecar), "carrier angle").write(tmp_path)
+    present_fit(device.machine, own, ModelAssumptions.from_sidecar(device.sidecar).meanings, "carrier angle").write(
+        tmp_path
+    )
     machine = load(tmp_path / MACHINE_FILE)
     assert machine.origin("mass.planet_kg").startswith("calibrated (exact model")
     degrees = np.degrees(own.fits["exact"].curve.phi) + own.result.fitted[2].value

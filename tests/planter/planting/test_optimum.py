@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 from planter.files import examples
-from planter.planting import file
+from planter.planting import design_presentation, file
 from planter.planting.commands.options import build_device
 from planter.planting.optimisation import OptimisationInterrupted
-from planter.planting.report import results as report
+from planter.report.presentation import ResultPresentation
 from tests.support.cli import refusal, run
 from tests.support.sampled import sampled
 
@@ -32,7 +32,7 @@ def called(*arguments: str, code: int = 0) -> dict:
 
 @pytest.fixture(autouse=True)
 def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report, "draw_optimum", lambda *_: None)
+    monkeypatch.setattr(ResultPresentation, "write", lambda *_: None)
 
 
 @pytest.fixture
@@ -107,7 +107,7 @@ def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
     machine = file.load("wang2017", changes)
     design = {**machine.design, "R3_mm": 30.95, "k6": 0.04}
     result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None)
-    text = report.format_optimum_file(machine, "exact", result, 360)
+    text = design_presentation.format_optimum_file(machine, "exact", result, 360)
     back = file.Machine.read(tomllib.loads(text), "back")
     moved = {"design.R3_mm", "design.k6"}
     own = machine.numbers()
@@ -116,7 +116,7 @@ def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
     assert text.count("# was") == 2
     assert all(back.origin(path).startswith("optimised") for path in moved)
     assert back.origin("design.m31").startswith("paper")
-    assert back.origin("mass.sun_kg") == back.origin("nozzle.hinge_A_mm[0]") == report.SET
+    assert back.origin("mass.sun_kg") == back.origin("nozzle.hinge_A_mm[0]") == design_presentation.SET_ORIGIN
     assert back.origin("operation.speed_rpm") == "paper"
     assert back.origin("nozzle.hinge_A_mm[1]") == "assumed"
 
@@ -126,7 +126,10 @@ def test_a_value_at_its_bound_stays_within_it() -> None:
     upper = machine.bounds["R3_mm"][1]
     design = {**machine.design, "R3_mm": np.nextafter(upper, 99)}
     result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None)
-    assert tomllib.loads(report.format_optimum_file(machine, "exact", result, "refined"))["design"]["R3_mm"] == upper
+    assert (
+        tomllib.loads(design_presentation.format_optimum_file(machine, "exact", result, "refined"))["design"]["R3_mm"]
+        == upper
+    )
 
 
 def interrupt(*_: object) -> None:
@@ -136,7 +139,7 @@ def interrupt(*_: object) -> None:
 def test_an_interrupt_while_numbers_are_written_hands_the_optimum_over(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(report, "write_optimum", interrupt)
+    monkeypatch.setattr(ResultPresentation, "write_data", interrupt)
     found = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
     assert found["error"]["name"] == "Interrupted"
     assert found["partial"]["certificate"]["kkt_residual"] < 1e-6
@@ -144,7 +147,7 @@ def test_an_interrupt_while_numbers_are_written_hands_the_optimum_over(
 
 
 def test_an_interrupt_while_figures_are_drawn_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report, "draw_optimum", interrupt)
+    monkeypatch.setattr(ResultPresentation, "write", interrupt)
     found = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert found["objective"] == summary["objective"]
@@ -168,9 +171,9 @@ def test_the_best_so_far_is_saved_as_it_is_found(tmp_path: Path, monkeypatch: py
 
     monkeypatch.setattr(search, "INTERVAL_S", 0.0)
     saved: list[dict] = []
-    write = report.write_partial
+    write = design_presentation.write_partial
     monkeypatch.setattr(
-        report, "write_partial", lambda out, device, found, stopped=False: saved.append(dict(found))
+        design_presentation, "write_partial", lambda out, device, found, stopped=False: saved.append(dict(found))
         or write(out, device, found, stopped)
     )  # fmt: skip
     options = ("--set", "individuals=10", "--set", "generations=6", "--samples", "60", "--starts", "2")
@@ -197,7 +200,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_the_search(
 
 def test_the_partial_of_a_stopped_command_is_marked(tmp_path: Path) -> None:
     device = build_device("wang2017", "exact", None, None)
-    report.write_partial(tmp_path, device, {"objective": 2.0})
+    design_presentation.write_partial(tmp_path, device, {"objective": 2.0})
     assert json.loads((tmp_path / "summary.json").read_text())["finished"] is False
-    report.write_partial(tmp_path, device, {"objective": 2.0}, interrupted=True)
+    design_presentation.write_partial(tmp_path, device, {"objective": 2.0}, interrupted=True)
     assert json.loads((tmp_path / "summary.json").read_text())["interrupted"] is True

@@ -10,11 +10,11 @@ import pytest
 
 from planter.errors import InputError
 from planter.optimise import pareto
+from planter.planting.design_presentation import present_optimum, present_sensitivity, present_simulation
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.objective import find_curve_angles
 from planter.planting.optimisation import add_pareto_front, optimise
-from planter.planting.report import results as report
 from planter.planting.simulation import sensitivity, simulate
 from planter.report import files
 
@@ -39,7 +39,7 @@ def test_a_simulation_leaves_all_of_its_numbers_and_the_same_bytes_each_time(tmp
     device = Device(load("wang2017", {"forward_speed_m_s": -0.667}), "printed")
     found = simulate(device, 24, [0.0, 100.0])
     for folder in ("one", "two"):
-        report.write_simulation(tmp_path / folder, device, found)
+        present_simulation(found).write(tmp_path / folder)
     first = written(tmp_path / "one")
     assert set(first) == names(MOTION | FORCES, "summary.json", "cycle.csv", "report.html")
     assert first == written(tmp_path / "two")
@@ -62,9 +62,9 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     device = Device(load("wang2017"))
     found = optimise(device, "ipopt", "60", starts=1)
     numbers = {"summary.json", "cycle.csv", "optimum.toml"}
-    report.write_optimum(tmp_path, device, found)
+    present_optimum(found, device).write_data(tmp_path)
     assert set(written(tmp_path)) == numbers
-    report.draw_optimum(tmp_path, device, found)
+    present_optimum(found, device).write(tmp_path)
     drawn = MOTION | FORCES | {"convergence"}
     assert set(written(tmp_path)) == names(drawn, "report.html", *numbers)
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
@@ -75,7 +75,7 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     assert summary["provenance"]["seed"] == 0
     assert "front" not in summary
     compromises = add_pareto_front(found)
-    report.draw_optimum(tmp_path, device, compromises)
+    present_optimum(compromises, device).write(tmp_path)
     assert set(written(tmp_path)) == names(drawn | {"pareto"}, "report.html", *numbers)
     ranges = [one.range_N for one in compromises.result.front]
     assert ranges == sorted(ranges)
@@ -86,7 +86,7 @@ def test_one_report_has_one_range_of_a_design(tmp_path: Path) -> None:
     """True extremes stand in table and figure; those of samples stand beside them, under their number."""
     device = Device(load("wang2017"))
     found = simulate(device)
-    report.write_simulation(tmp_path, device, found)
+    present_simulation(found).write(tmp_path)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     true = found.result.refined.range_N
     assert f"{true:.6g}" in page
@@ -106,7 +106,7 @@ def test_the_device_that_is_optimised_stays_as_it_is() -> None:
 def test_a_sensitivity_leaves_its_summary(tmp_path: Path) -> None:
     device = Device(load("wang2017"))
     found = sensitivity(device, 24)
-    report.write_result(tmp_path, device, found)
+    present_sensitivity(found, device).write(tmp_path)
     result = found.table()
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert {key: summary[key] for key in result} == json.loads(json.dumps(result))
@@ -118,5 +118,5 @@ def test_a_folder_that_is_a_file_is_bad_input(tmp_path: Path) -> None:
     occupied.write_text("a file")
     device = Device(load("wang2017"))
     with pytest.raises(InputError, match="occupied"):
-        report.write_result(occupied, device, {"objective": 1.0})
+        present_sensitivity(sensitivity(device, 24), device).write(occupied)
     assert occupied.read_text() == "a file"

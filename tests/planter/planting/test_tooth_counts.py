@@ -21,7 +21,6 @@ from planter.planting import tooth_count_search
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.optimisation import Optimisation, OptimisationInterrupted
-from planter.planting.report import results as report
 from planter.planting.requirements import InfeasibleRequirementsError
 from planter.planting.tooth_count_search import (
     ToothCountSearch,
@@ -30,6 +29,7 @@ from planter.planting.tooth_count_search import (
     optimise_with_tooth_counts,
 )
 from planter.planting.tooth_counts import PitchLengthConstraints, ToothCountSpec, compute_length_ranges
+from planter.report.presentation import ResultPresentation
 from tests.support import pairs
 
 SAMPLES = "60"
@@ -71,7 +71,7 @@ def run_command(*arguments: str) -> dict:
 
 @pytest.fixture(autouse=True)
 def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(report, "draw_optimum", lambda *_: None)
+    monkeypatch.setattr(ResultPresentation, "write", lambda *_: None)
 
 
 def test_pitch_curve_lengths_agree_with_quadrature() -> None:
@@ -197,7 +197,7 @@ def test_gears_cuts_the_optimum_without_scaling(tmp_path: Path) -> None:
     options = ("--teeth", "40,40", "--module", "1.31")
     best = run_command("optimise", "compact", *options, *OPTIONS, "--out", str(tmp_path))
     text = (tmp_path / "optimum.toml").read_text()
-    assert "# Whole teeth: stage 1 has 40 teeth of 1.31 mm, stage 2 has 40 teeth of 1.31 mm.\n" in text
+    assert "# Integer tooth numbers: stage 1 has 40 teeth of 1.31 mm, stage 2 has 40 teeth of 1.31 mm.\n" in text
     cut = run_command("gears", str(tmp_path / "optimum.toml"), *options)
     assert [stage["scale"] for stage in cut["stages"]] == [1.0, 1.0]
     assert cut["scaled"] is None

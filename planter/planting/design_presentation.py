@@ -1,0 +1,474 @@
+"""Presentations of a planting device's design: simulated, checked, and optimised."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from planter.engine.sensitivity import SensitivityResult
+from planter.explain import dictionary
+from planter.files import paths, units
+from planter.files.document import lines
+from planter.mechanism.presentation import list_sensitivity_sections
+from planter.optimise.range_variance import Sampling
+from planter.optimise.response import list_breakpoints
+from planter.planting import cycle
+from planter.planting.design_results import DesignersSummary, compare_peaks, describe_design, list_design_tables
+from planter.planting.file import Machine
+from planter.planting.functions import MODELS
+from planter.planting.model import Device
+from planter.planting.objective import build_problem, find_curve_angles, read_weights
+from planter.planting.report import figures
+from planter.planting.report.scene import build_scene
+from planter.planting.results import (
+    DeviceState,
+    Lifted,
+    OptimisationFound,
+    PlantingCertificate,
+    PlantingWarning,
+    RequirementResult,
+    SimulationFound,
+    Validation,
+)
+from planter.planting.tooth_count_results import list_tooth_count_blocks
+from planter.planting.toothed import compute_ratios, locate_pitch_curves
+from planter.report import files
+from planter.report.html import Block, Cell, Folded, Keys, Section, Table, Text
+from planter.report.labels import label, list_values, tabulate_angles
+from planter.report.presentation import ModelAssumptions, ResultPresentation, describe_basis, list_warning_sections
+from planter.report.proof import describe_proof
+from planter.version import __version__
+from planter.view.animation import Motion
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from planter.kernels import Array
+    from planter.optimise.objective import ObjectiveSummary
+    from planter.planting.optimisation import Optimisation
+    from planter.planting.simulation import Simulation
+    from planter.records import Record
+
+CAPTIONS = {
+    "support_force": "Vertical force of the frame on sun and carrier over a cycle. Ticks below: angles at which a "
+    "gear's pitch curve, the cam or the loaded tooth flank changes from one formula to the next.",
+    "tip_path": "Path of the nozzle's tip, side 1, with the nozzle at twelve carrier angles. Its outline is a sketch: "
+    "the machine file contains its length only. It opens out of the plane of the drawing.",
+    "pitch_curves": "Pitch curves in mesh. P and Q are the pitch points, where the teeth are assumed to touch.",
+    "rotation": "Rotation of middle body and planet relative to the carrier, ratios of both stages, and the absolute "
+    "rate of the planet.",
+    "joint_forces": "Polar load diagrams: the force vector of each joint over a cycle. Dots mark every 30 deg of "
+    "carrier angle, the cross is zero force, circles show the size in N.",
+    "convergence": "Best objective so far against evaluations: of the genetic algorithm (ga), of local searches from "
+    "points within the bounds (ipopt), of local searches from the best individuals of the genetic algorithm (polish).",
+    "pareto": "Range against variance of the support force.",
+}
+MOTION_CAPTION = (
+    "The device over a cycle, both sides, with the path of the tip. The width of the nozzle is a sketch: the machine "
+    "file contains its length only; its halves, which the cam opens, are drawn separately, seen from the front."
+)
+CLOUD_SIZE = 300
+"""Number of random designs within the bounds in the figure of the Pareto front."""
+FORCE = "Vertical support force"
+TRUE = "true"
+FORCE_ROWS = {"max_N": ("largest", "N"), "min_N": ("least", "N"), "range_N": ("range", "N"), "mean_N": ("mean", "N"),
+              "variance_N2": ("variance", "N2"), "objective": ("objective (31)", "")}  # fmt: skip
+SCORES = ("objective", "range_N", "variance_N2")
+"""Keys of `FORCE_ROWS` that designs are compared by."""
+BOUNDS = ("lower", "upper", "origin")
+"""Columns of a design for which a terminal is too narrow."""
+SET_ORIGIN = "assumed; set on the command line"
+"""Origin of a number that was set for one call, to which the origin in the file no longer applies."""
+ROUNDING = 1e-15
+"""Relative difference that conversion to SI units and back causes."""
+
+
+def present_simulation(simulation: Simulation) -> ResultPresentation:
+    """Return the presentation of a machine's own design over a cycle."""
+    result, device = simulation.result, simulation.device
+    devices: dict[str, Device] = {m: device if m == device.model else Device(device.machine, m) for m in MODELS}
+    force = result.refined
+    return _present(
+        device,
+        f"Simulation of the planting device {result.machine}, {result.model} model",
+        result,
+        _list_simulation_sections(result, device.machine),
+        "simulate",
+        conclusion=f"The vertical support force is between {force.min_N:#.4g} and {force.max_N:#.4g} N, the weight of "
+        f"the machine {result.weight_N:#.4g} N.",
+        motions=lambda: [_animate(device, device.design)],
+        figures=lambda: _draw_forces(devices, device.design) | _draw_motion(device, device.design),
+        tables=lambda: {"cycle.csv": simulation.cycle.columns()},
+        comments=_list_comments(device, device.design),
+    )
+
+
+def present_sensitivity(result: SensitivityResult, device: Device) -> ResultPresentation:
+    """Return the presentation of a sensitivity: gradient and combinations of parameters."""
+    sections = [*list_sensitivity_sections(result), _tabulate_design(device.machine)]
+    title = f"Sensitivity of the planting device {result.machine}, {device.model} model"
+    return _present(device, title, result, sections, "sensitivity")
+
+
+def present_validation(result: Validation, source: str) -> ResultPresentation:
+    """Return the presentation of a valid file: its requirements and warnings."""
+    title = f"{source}: valid, design parameters {', '.join(result.design)}"
+    warnings = list_warning_sections(_format_warnings(result.warnings))
+    return ResultPresentation(title, result, [*_list_requirement_sections(result.requirements), *warnings])
+
+
+def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresentation:
+    """Return the presentation of an optimum, its certificate, its front, and the machine file of it."""
+    result, optimum = optimisation.result, optimisation.optimum
+    x, sampling = optimum.design, optimum.sampling
+    samples = device.machine.objective.samples if sampling == "refined" else sampling
+    return _present(
+        device,
+        f"Optimisation of the planting device {result.machine}, {result.model} model, method {result.method}",
+        result,
+        _list_optimum_sections(result, device.machine),
+        "optimise",
+        optimum.seed,
+        conclusion=f"{result.statement[0].upper()}{result.statement[1:]}.",
+        motions=lambda: [_animate(device, x, device.design)],
+        figures=lambda: (
+            _draw_forces(optimisation.devices, x, device.design)
+            | _draw_search(device, optimisation)
+            | _draw_motion(device, x, device.design)
+        ),
+        tables=lambda: {
+            "cycle.csv": cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(samples)).columns()
+        },
+        comments=_list_comments(device, x, optimum.seed),
+        texts=lambda: {"optimum.toml": format_optimum_file(device.machine, device.model, result, sampling)},
+    )
+
+
+def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interrupted: bool = False) -> None:
+    """Write the best so far of an unfinished optimisation to summary.json."""
+    marks = {"finished": False, **({"interrupted": True} if interrupted else {})}
+    model = ModelAssumptions.from_sidecar(device.sidecar)
+    basis = describe_basis(model, device.machine, files.provenance(device.machine))
+    files.write_summary(files.output_folder(out) / "summary.json", {**partial, **marks, **basis})
+
+
+def _present(
+    device: Device,
+    title: str,
+    result: Record,
+    sections: Iterator[Section] | Sequence[Section],
+    command: str,
+    seed: int | None = None,
+    **parts: Any,
+) -> ResultPresentation:
+    return ResultPresentation(
+        title,
+        result,
+        list(sections),
+        document=device.machine,
+        model=ModelAssumptions.from_sidecar(device.sidecar),
+        displayed_inputs=("design", "bounds"),
+        captions=CAPTIONS,
+        details=lambda: [Section("Names", [_tabulate_names(device.sidecar, result.table(), command)])],
+        provenance=files.provenance(device.machine, seed),
+        **parts,
+    )
+
+
+def _list_comments(device: Device, x: Array, seed: int | None = None) -> list[str]:
+    design = ", ".join(f"{name} = {value!r}" for name, value in device.named(x).items())
+    return list(files.comments(device.machine, "machine", (f"model: {device.model}", f"design: {design}"), seed))
+
+
+def _list_simulation_sections(result: SimulationFound, machine: Machine) -> Iterator[Section]:
+    yield from list_warning_sections(_format_warnings(result.warnings))
+    sampled = {**result.support_force.table(), "objective": result.objective}
+    columns = {TRUE: result.refined.table(), _name_sampling(result.samples): sampled}
+    force = _tabulate_force(columns, tuple(FORCE_ROWS), [("weight", result.weight_N, None, "N")])
+    yield Section(FORCE, [force])
+    yield Section("Work of a cycle", [list_values(result.work.table())])
+    yield Section("Designer's summary", list(_describe_designer(result.designer)))
+    yield from _list_requirement_sections(result.requirements)
+    yield _tabulate_design(machine)
+    if result.lifted:
+        yield Section("Relaxed assumptions", [_tabulate_assumption_effects(result.lifted)])
+    if result.at:
+        yield Section("At single angles", [_tabulate_states(result.at)])
+
+
+def _list_optimum_sections(result: OptimisationFound, machine: Machine) -> Iterator[Section]:
+    yield _tabulate_design(machine, result)
+    yield Section(FORCE, [_tabulate_optimised_force(result)])
+    details = Folded("torques, forces, gears and shocks of the optimum", list(_describe_designer(result.designer)))
+    yield Section("Designer's summary", [compare_peaks(result.start_designer, result.designer), details])
+    yield from _list_requirement_sections(result.requirements)
+    if result.teeth is not None:
+        yield Section("Integer tooth numbers", list(list_tooth_count_blocks(result.teeth)))
+    scores = [(f"{model} model", score.start, score.optimum) for model, score in result.cross.items()]
+    yield Section("Objective of both designs in both models", [Table(("design", "machine file", "optimum"), scores)])
+    if result.front:
+        yield Section("Pareto front of range and variance", [_tabulate_front(result)])
+    yield Section("Insensitive directions", list(_describe_insensitive_directions(result)))
+    yield Section("Certificate", list(_describe_certificate(result)))
+    if result.proof is not None:
+        yield Section("Proof", list(describe_proof(result.proof.table())))
+
+
+def _tabulate_optimised_force(result: OptimisationFound) -> Table:
+    """Return the force before and after as the search evaluated it, and the optimum's as evaluated otherwise."""
+    searched = _name_sampling(result.samples)
+    start = {key: getattr(result, f"start_{key}") for key in SCORES}
+    columns = {f"start, {searched}": start, f"optimum, {searched}": {key: getattr(result, key) for key in SCORES}}
+    kinds = {TRUE: result.refined.table(), _name_sampling(result.sampled.samples): result.sampled.table()}
+    columns |= {f"optimum, {kind}": values for kind, values in kinds.items() if kind != searched}
+    return _tabulate_force(columns, SCORES)
+
+
+def _name_sampling(samples: int | str) -> str:
+    return TRUE if samples == "refined" else f"{samples} samples"
+
+
+def _tabulate_force(
+    columns: Mapping[str, Mapping[str, float]], keys: Sequence[str], more: Sequence[Sequence[Cell]] = ()
+) -> Table:
+    rows = [(FORCE_ROWS[key][0], *(values.get(key) for values in columns.values()), FORCE_ROWS[key][1]) for key in keys]
+    return Table(("", *columns, "unit"), [*rows, *more])
+
+
+def _tabulate_design(machine: Machine, optimum: OptimisationFound | None = None) -> Section:
+    """Return the machine's own design with its bounds, and the optimum with what limits each parameter."""
+    start = machine.design
+    values, notes = [start], dict.fromkeys(start, "")
+    if optimum is not None:
+        values = [optimum.start_design, optimum.design]
+        notes |= {bound.name: f"at its {bound.side} bound" for bound in optimum.certificate.active_bounds}
+        single = (direction[0] for direction in optimum.insensitive if len(direction) == 1)
+        notes |= {name: "no effect" for weights in single for name in weights}
+    head = ("value",) if optimum is None else ("start", "optimum")
+    note = () if optimum is None else ("",)
+    rows: list[tuple[Cell, ...]] = [
+        (name, *(design[name] for design in values), units.unit(name), *(notes[name] for _ in note),
+         *machine.bounds[name], machine.origin(f"design.{name}"))
+        for name in start
+    ]  # fmt: skip
+    return Section("Design", [Table(("parameter", *head, "unit", *note, *BOUNDS), rows, page_columns=BOUNDS)])
+
+
+def _describe_designer(summary: DesignersSummary) -> Iterator[Block]:
+    yield from list_design_tables(summary)
+    yield from map(Text, describe_design(summary))
+    yield Text("Angles are those of the carrier for side 1; side 2 follows half a revolution later.", "note")
+
+
+def _tabulate_assumption_effects(effects: Sequence[Lifted]) -> Table:
+    """Return the largest joint forces as modelled, and by how much they change if an assumption is relaxed."""
+    modelled: tuple[Cell, ...] = ("as modelled, largest", *effects[0].as_modelled_N.values(), None, None)
+    rows: list[tuple[Cell, ...]] = [
+        (effect.assumption, *effect.joints_N.values(), effect.support_N, effect.friction_work_J) for effect in effects
+    ]
+    head = ("forces / N", *effects[0].joints_N, "support", "friction work / J")
+    return Table(head, [modelled, *rows], "Largest change of forces as assumptions are relaxed one by one")
+
+
+def _tabulate_states(states: Sequence[DeviceState]) -> Table:
+    return tabulate_angles([state.table() for state in states], "phi_deg")
+
+
+def _format_warnings(warnings: Sequence[PlantingWarning]) -> list[str]:
+    return [
+        ("" if warning.phi_deg is None else f"At {warning.phi_deg:.4g} deg: ") + f"{warning.message} ({warning.name})"
+        for warning in warnings
+    ]
+
+
+REQUIREMENT_HEAD = (
+    "requirement", "value", "min", "max", "unit", "margin", "needed", "phi / deg", "", "meaning", "origin",
+)  # fmt: skip
+
+
+def _list_requirement_sections(requirements: Sequence[RequirementResult] | None) -> Iterator[Section]:
+    rows: list[tuple[Cell, ...]] = [
+        (row.name, _round(row.value), row.lower, row.upper, row.unit, _round(row.margin), row.wanted_margin,
+         _round(row.phi_deg), row.verdict, row.meaning, row.origin)
+        for row in requirements or ()
+    ]  # fmt: skip
+    if rows:
+        yield Section("Requirements", [Table(REQUIREMENT_HEAD, rows, page_columns=REQUIREMENT_HEAD[-2:])])
+
+
+def _round(value: float | None) -> float | None:
+    """Return a number with four digits, for a narrow column."""
+    return None if value is None else float(f"{value:.4g}")
+
+
+def _tabulate_front(result: OptimisationFound) -> Table:
+    names = [label(name) for name in result.start_design]
+    rows: list[tuple[Cell, ...]] = [
+        (point.range_N, point.variance_N2, *point.design.values()) for point in result.front or ()
+    ]
+    return Table(("range / N", "variance / N2", *names), rows, page_columns=names)
+
+
+def _describe_insensitive_directions(result: OptimisationFound) -> Iterator[Block]:
+    yield Text(
+        f"The support force depends on {result.effective_parameters} combinations of the {len(result.design)} "
+        "parameters."
+    )
+    if result.insensitive:
+        yield Text("It does not change if these parameters change together, in parts of the widths of their bounds:")
+    for direction in result.insensitive:
+        yield Table(("parameter", "weight"), [pair for weights in direction for pair in weights.items()])
+
+
+def _describe_certificate(result: OptimisationFound) -> Iterator[Block]:
+    certificate, counts = result.certificate, result.evaluations
+    yield Keys(
+        {
+            "KKT residual": certificate.kkt_residual,
+            "local searches": certificate.starts,
+            "local searches that ended at the optimum": certificate.agreeing_starts,
+            "spread of their objectives": certificate.spread,
+            "evaluations: objective": counts.objective,
+            "evaluations: gradient": counts.gradient,
+            "evaluations: Hessian": counts.hessian,
+            "seconds": result.seconds,
+        }
+    )
+    yield Text(
+        "The KKT residual is zero at an exact local optimum. The spread is the largest less the least objective at "
+        "which a local search ended. Neither proves that there is no better design elsewhere.",
+        "note",
+    )
+    if multipliers := _list_multipliers(certificate):
+        table = Table(("", "side", "multiplier", "per"), multipliers)
+        yield Folded("active bounds and requirements, with what relaxing them would gain", [table])
+
+
+def _list_multipliers(certificate: PlantingCertificate) -> list[tuple[Cell, ...]]:
+    bounds = [(bound.name, bound.side, bound.multiplier, "width of its bounds") for bound in certificate.active_bounds]
+    active = certificate.active_requirements or ()
+    return [*bounds, *((row.name, row.side, row.multiplier, row.unit) for row in active)]
+
+
+def _tabulate_names(sidecar: Mapping[str, Any], summary: Mapping[str, Any], command: str) -> Folded:
+    """Return columns of cycle.csv and numbers of the summary: unit, meaning, source, and the figures that draw them."""
+    columns = [quantity.shown for quantity in cycle.list_device_quantities(sidecar) if quantity.side != 2]
+    keys = [key for key, value in summary.items() if isinstance(value, int | float)]
+    rows = [
+        (name, units.unit(name), meaning.meaning, meaning.source, ", ".join(meaning.figures or ()))
+        for name, meaning in dictionary.find_meanings("planting", [*columns, *keys], command)
+    ]
+    head = ("name", "unit", "meaning", "source", "drawn in")
+    return Folded("columns of cycle.csv and numbers of summary.json; planter explain has all", [Table(head, rows)])
+
+
+def format_optimum_file(machine: Machine, model: str, result: OptimisationFound, sampling: Sampling) -> str:
+    """Return a machine file (TOML) with an optimum of `machine` as its design.
+
+    Its objective is that of the optimum: the file contains the number of samples of the search, if it had one.
+    """
+    numbers, table = machine.numbers(), machine.table()
+    table["design"] = {name: _restore_digits(machine, name, value) for name, value in result.design.items()}
+    if sampling != "refined":
+        table["objective"]["samples"] = int(sampling)
+    optimised = Machine.read(table, machine.source).numbers()
+    previous = {path: numbers[path] for path, value in optimised.items() if value != numbers[path]}
+    method = f"{model} model, {result.method}, seed {result.seed}, " + (
+        "true extremes and integrals" if sampling == "refined" else f"{sampling} samples"
+    )
+    table["origin"] = _list_origins(machine, previous, method)
+    head = [
+        f"# The machine {json.dumps(machine.name)} with its design optimised by planter {__version__}: {method}.",
+        f"# Objective {result.objective!r}, before {result.start_objective!r}. Comments give the values before.",
+    ]
+    if result.teeth is not None:
+        stages = (
+            f"stage {stage.stage} has {stage.z} teeth of {stage.module_mm:.12g} mm" for stage in result.teeth.stages
+        )
+        head.append(f"# Integer tooth numbers: {', '.join(stages)}.")
+    notes = {path: f"was {' '.join((repr(value), units.unit(path))).rstrip()}" for path, value in previous.items()}
+    return "\n".join([*head, "", *lines(table, notes)]) + "\n"
+
+
+def _restore_digits(machine: Machine, name: str, value: float) -> float:
+    """Return a design value without the last digits that conversion to SI units changes, and within its bounds."""
+    start, (lower, upper) = machine.design[name], machine.bounds[name]
+    return start if math.isclose(value, start, rel_tol=ROUNDING) else min(max(value, lower), upper)
+
+
+def _list_origins(machine: Machine, previous: Mapping[str, float], method: str) -> dict[str, str]:
+    """Return the origins in the file, with new ones for numbers that changed or were set on the command line."""
+    changed = dict.fromkeys((*machine.changed, *previous), SET_ORIGIN)
+    changed |= dict.fromkeys((path for path in previous if path.startswith("design.")), f"optimised ({method})")
+    renamed = set(changed) | {paths.last_part(path) for path in changed}
+    return {name: words for name, words in machine.origins.items() if name not in renamed} | changed
+
+
+def _animate(device: Device, x: Array, start: Array | None = None) -> Motion:
+    dashed = "" if start is None else " Dashed: the path before the optimisation."
+    return Motion(build_scene(device, x, start), f"{MOTION_CAPTION}{dashed}")
+
+
+def _compute_columns(device: Device, x: Array) -> dict[str, Array]:
+    return cycle.evaluate_cycle(device, device.prologue(x), find_curve_angles(device, x)).columns()
+
+
+def _draw_forces(devices: Mapping[str, Device], x: Array, start: Array | None = None) -> dict[str, Figure]:
+    cycles = {model: _compute_columns(device, x) for model, device in devices.items()}
+    before = {} if start is None else {model: _compute_columns(device, start) for model, device in devices.items()}
+    curves, old_curves = ({m: (t["phi_deg"], t["support_N"]) for m, t in each.items()} for each in (cycles, before))
+    exact = devices["exact"]
+    support = figures.draw_support_force(curves, cycle.compute_weight(exact), _find_breakpoints(exact, x), old_curves)
+    return {"support_force": support, "joint_forces": figures.draw_joint_forces(cycles)}
+
+
+def _find_breakpoints(device: Device, x: Array) -> dict[str, list[float]]:
+    """Return the carrier angles [deg] of both sides' breakpoints by name, in the order of the model's events."""
+    angles_deg: dict[str, list[float]] = {event["name"]: [] for event in device.sidecar["events"]}
+    for breakpoint_ in list_breakpoints(device.force, device.prologue(x)):
+        angles_deg[breakpoint_.name].append(float(np.degrees(breakpoint_.angle)))
+    return {name: angles for name, angles in angles_deg.items() if angles}
+
+
+def _draw_motion(device: Device, x: Array, start: Array | None = None) -> dict[str, Figure]:
+    columns = _compute_columns(device, x)
+    columns_before = None if start is None else _compute_columns(device, start)
+    required = device.machine.requirements
+    soil_mm = None if required is None else required.surface_mm(float(columns["tip_y_mm"].min()))
+    points_mm = [] if required is None else required.points_mm or []
+    locate = partial(locate_pitch_curves, device)
+    return {
+        "tip_path": figures.draw_tip_path(columns, columns_before, soil_mm, points_mm),
+        "pitch_curves": figures.draw_pitch_curves(locate(x), None if start is None else locate(start)),
+        "rotation": figures.draw_rotation(columns, compute_ratios(device, x, columns["phi_deg"])),
+    }
+
+
+def _draw_search(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
+    plots = {"convergence": figures.convergence(optimisation.optimum.history)}
+    return plots | _draw_front(device, optimisation) if optimisation.front else plots
+
+
+def _draw_front(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
+    result, weights = optimisation.result, read_weights(device.machine)
+    marks = {
+        "machine file": (result.start_range_N, result.start_variance_N2),
+        "optimum": (result.range_N, result.variance_N2),
+    }
+    summaries = [*(point.evaluation.look for point in optimisation.front), *_sample_designs(device, optimisation)]
+    points = [(summary.range, summary.variance) for summary in summaries]
+    line = (weights.weight_range, weights.weight_variance) if weights.kind == "paper" else None
+    return {"pareto": figures.pareto(np.array([*points, *marks.values()]), marks, line)}
+
+
+def _sample_designs(device: Device, optimisation: Optimisation) -> list[ObjectiveSummary]:
+    """Return the summaries of random designs within the bounds."""
+    problem = build_problem(device, optimisation.optimum.sampling)
+    random = np.random.default_rng(optimisation.optimum.seed)
+    return [problem.evaluate(u).look for u in random.random((CLOUD_SIZE, device.size))]
