@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from planter.audit import numbers
@@ -11,14 +10,12 @@ from planter.audit.registry import FRONTS
 from planter.errors import InputError
 from planter.progress import Listener
 from planter.report import files, style
-from planter.report.html import Block, FigureSvg, Items, Section, Table
-from planter.terminal.console import Console
+from planter.report.html import FigureSvg, Items, Section, Table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FrontTable = Mapping[str, Any]
-NAME = "front"
 
 
 def search_front(paper: str | None, progress: Listener | None) -> FrontTable:
@@ -29,23 +26,17 @@ def search_front(paper: str | None, progress: Listener | None) -> FrontTable:
     return FRONTS[paper](progress)
 
 
-def show_front(console: Console, front: FrontTable) -> None:
-    """Print the statements, and the points of each front."""
-    for statement in front["statements"]:
-        print(statement)
-    print()
-    for curve in front["fronts"]:
-        console.table(f"Attained with {curve['contact']}", HEAD, _list_rows(curve["points"]))
-
-
 def list_front_sections(front: FrontTable) -> Iterator[Section]:
-    """Yield the sections of the page with statements, figure and points."""
-    yield Section(
-        "What can be attained", [Items(front["statements"]), FigureSvg(style.svg(plot_front(front)), CAPTION)]
-    )
-    blocks: list[Block] = [Table(HEAD, list(_list_rows(curve["points"]))) for curve in front["fronts"]]
-    for curve, block in zip(front["fronts"], blocks, strict=True):
-        yield Section(f"Attained with {curve['contact']}", [block])
+    """Yield the sections with the statements, and with the points of each front."""
+    yield Section("Attainable range and variance", [Items(front["statements"])])
+    for curve in front["fronts"]:
+        rows = [(p["range_N"], p["variance_N2"], p["flank"], p["least_push_N"]) for p in curve["points"]]
+        yield Section(f"Attained with {curve['contact']}", [Table(HEAD, rows)])
+
+
+def build_figure_section(front: FrontTable) -> Section:
+    """Return the section with the figure of the fronts."""
+    return Section("Figure of the fronts", [FigureSvg(style.svg(plot_front(front)), CAPTION)])
 
 
 HEAD = ("range / N", "variance / N2", "flanks", "least push of the cam / N")
@@ -56,21 +47,21 @@ CAPTION = (
 )
 
 
-def _list_rows(points: Sequence[FrontTable]) -> Iterator[tuple[Any, ...]]:
-    return ((p["range_N"], p["variance_N2"], p["flank"], p["least_push_N"]) for p in points)
-
-
-def write_front(folder: Path, front: FrontTable) -> None:
-    """Write front.json, front.csv and the figure. Raises InputError if the folder cannot be written."""
-    files.write_summary(folder / f"{NAME}.json", dict(front))
+def format_front_files(front: FrontTable) -> dict[str, str | bytes]:
+    """Return the contents of front.json, front.csv and the figure by file name."""
     names = ("contact", "range_N", "variance_N2", "least_push_N", "flank")
     lines = [
         ",".join((curve["contact"], *(_format_cell(p[n]) for n in names[1:])))
         for curve in front["fronts"]
         for p in curve["points"]
     ]
-    files.write_text(folder / f"{NAME}.csv", "\n".join([",".join(names), *lines]) + "\n")
-    style.save(plot_front(front), folder, NAME)
+    figure = plot_front(front)
+    return {
+        "front.json": files.summary_text(front),
+        "front.csv": "\n".join([",".join(names), *lines]) + "\n",
+        "front.svg": style.svg(figure),
+        "front.png": style.png(figure),
+    }
 
 
 def _format_cell(value: Any) -> str:

@@ -61,14 +61,10 @@ def audit(
     """
     console = Console(as_json)
     with console.outcome():
-        from planter.audit import page, tables
-        from planter.audit.results import Audit
+        from planter.audit.presentation import present_audit
 
         trial = _audit_user_paper if _is_file(paper) else _audit_built_in
-        result, typeset = trial(console, paper, numbers, front)
-        if out is not None:
-            page.write_audit(out, result, typeset)
-        console.result(Audit.read(result), lambda: tables.show_audit(console, result))
+        present_audit(*trial(console, paper, numbers, front)).show(console, out)
 
 
 def _is_file(paper: str | None) -> bool:

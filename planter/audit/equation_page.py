@@ -1,87 +1,180 @@
-"""An equation on the page of the audit: as printed, as derived, smallest correction, missing and unexplained terms."""
+"""Equations on the page of the audit: as printed, as derived, smallest correction, missing and unexplained terms."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from typing import Any
 
-from planter.audit import tables
-from planter.report.html import cell_text
+from planter.audit.verdicts import FAULTY, UNJUDGED
+from planter.report.html import Block, Cell, MarkupCell, Table, cell_text
+
+Entry = Mapping[str, Any]
+CONFIRMED = ("confirmed", "confirmed as rebuilt", "untested", "definition", "reconstructed")
+"""Verdicts without a correction."""
+LONG_FORMULA = 240
+"""Characters from which a formula is set smaller."""
+SHORT_TERM = 60
+"""Largest number of characters of a term or finding in a line of a table."""
+
+
+def list_equation_blocks(equations: Sequence[Entry], typeset: Entry) -> Iterator[Block]:
+    """Yield the table of all equations, each with a link to its article, then the articles, faulty equations first.
+
+    `typeset` has their formulas as MathML by equation.
+    """
+    rows = [(MarkupCell(e["equation"], f'<a href="#{equation_id(e)}">{escape(e["equation"])}</a>'),
+             e.get("claims", ""), mark_verdict(e["verdict"]), describe_fault(e), list_conditions(e), e["legibility"])
+            for e in equations]  # fmt: skip
+    head = ("equation", "claims to be", "verdict", "why", "hangs on", "legibility")
+    yield Table(head, rows, page_columns=head[-1:])
+    for entry in sorted(equations, key=lambda entry: entry["verdict"] in CONFIRMED):
+        yield EquationArticle(entry, typeset[entry["equation"]])
+
+
+def describe_fault(equation: Entry) -> str:
+    """Return the fault of an equation in a few words: its correction, and the largest missing term.
+
+    For an equation that is not judged, return the reason.
+    """
+    parts = [_shorten(equation["finding"])] if equation["verdict"] == "contradicted" else []
+    parts += [f"correct {text}" for text in equation["correction"]]
+    if equation["terms"]:
+        largest = max(equation["terms"], key=lambda term: term["share_of_largest"] or 0)
+        count = len(equation["terms"])
+        share = largest["share_of_largest"]
+        size = "" if share is None else f", {100 * share:.3g} % of the largest term"
+        parts.append(f"{count} term{'s' if count > 1 else ''} missing, such as {_shorten(largest['term'])}{size}")
+    if not parts and (equation["verdict"] in (*FAULTY, UNJUDGED) or equation.get("domain")):
+        parts.append(equation["finding"])
+    return "; ".join(parts)
+
+
+def _shorten(text: str) -> str:
+    """Return a text shortened to a line.
+
+    >>> _shorten("a + b"), len(_shorten("x" * 200))
+    ('a + b', 60)
+    """
+    return text if len(text) <= SHORT_TERM else text[: SHORT_TERM - 4].rstrip(" ,;*+-(") + " ..."
+
+
+def list_conditions(equation: Entry) -> str:
+    """Return the conditions of a verdict: a reading, a single character, completed pieces, the domain of use."""
+    parts = {
+        "the reading": not equation.get("robust", True),
+        "one character": equation.get("fragile"),
+        "the domain of use": equation.get("domain"),
+        "pieces completed": equation.get("rebuilt"),
+    }
+    return ", ".join(text for text, applies in parts.items() if applies)
+
+
+def mark_verdict(verdict: str) -> MarkupCell:
+    """Return a verdict, coloured on a page."""
+    return MarkupCell(verdict, f'<span class="mark {escape(verdict.replace(" ", "-"))}">{escape(verdict)}</span>')
+
+
+def equation_id(entry: Entry) -> str:
+    """Return the id of an equation on the page."""
+    return escape(f"{entry['paper']}-{entry['equation']}".replace(" ", "-").replace("'", "-"))
 
 
 @dataclass(frozen=True)
-class Raw:
-    """Complete markup: a block of the page, or a cell of a table."""
+class EquationArticle:
+    """All findings on an equation; `typeset` are its formulas as MathML."""
 
-    markup: str
+    entry: Entry
+    typeset: Entry
+    script = ""
+
+    @property
+    def style(self) -> str:
+        """The CSS of all articles."""
+        return STYLE
 
     def html(self, name: str) -> str:
-        return self.markup
+        entry, verdict = self.entry, self.entry["verdict"]
+        head = (
+            f"<h4>({escape(entry['equation'])}) {escape(entry.get('claims', ''))} {mark_verdict(verdict).markup}</h4>"
+        )
+        kind = escape(verdict.replace(" ", "-"))
+        return f'<article id="{equation_id(entry)}" class="{kind}">{head}{"".join(self._parts())}</article>'
+
+    def _parts(self) -> Iterator[str]:
+        entry, typeset = self.entry, self.typeset
+        yield from self._formulas()
+        if entry["verdict"] not in CONFIRMED or entry.get("domain"):
+            yield f"<p>{typeset['finding'][:1].upper()}{typeset['finding'][1:]}.</p>"
+        if typeset["correction"]:
+            title = "Smallest correction" if len(typeset["correction"]) == 1 else "Smallest corrections, any of them"
+            yield f"<p><strong>{title}:</strong> {'; or '.join(typeset['correction'])}.</p>"
+        yield _format_terms("terms that the print lacks", entry["terms"], typeset["terms"])
+        yield _format_terms("unexplained printed terms", entry.get("unexplained", ()), typeset["unexplained"])
+        vanishing = [(_markup(math["term"]), _markup(math["because"]), bool(term.get("printed")))
+                     for term, math in zip(entry.get("vanishing", ()), typeset["vanishing"], strict=True)]  # fmt: skip
+        yield _format_rows(("vanishing terms", "because", "printed"), vanishing)
+        if typeset["reading"]:
+            yield f'<p class="note">Read so: {typeset["reading"]}.</p>'
+        if entry.get("rebuilt"):
+            yield f'<p class="note">Completed: {escape("; ".join(entry["rebuilt"]))}.</p>'
+        if entry.get("fragile"):
+            yield '<p class="note">One character decides this: it may be an error of reading the print.</p>'
+        if readings := typeset.get("depends"):
+            verdict = "The same under every reading." if entry["robust"] else "It depends on the reading."
+            rows = [(_markup(r["reading"]), _markup(r["because"]), mark_verdict(r["verdict"]), _markup(r["finding"]))
+                    for r in readings]  # fmt: skip
+            yield f'<p class="note">{verdict}</p>'
+            yield _format_rows(("reading", "admitted by", "verdict", "finding"), rows)
+
+    def _formulas(self) -> Iterator[str]:
+        printed, derived = (self.entry.get(side, "") for side in ("printed", "derived"))
+        label = "as rebuilt" if self.entry["legibility"] == "lost" else "as printed"
+        sides = {"printed": label, "derived": "as derived"}
+        if printed and printed == derived:
+            sides = {"printed": f"{label} and as derived"}
+        for side, title in sides.items():
+            if self.entry.get(side):
+                kind = "formula long" if len(self.entry[side]) > LONG_FORMULA else "formula"
+                yield f'<p class="label">{title}</p><div class="{kind}">{self.typeset[side]}</div>'
 
 
-Cell = Raw | str | float | None
+def _markup(markup: str) -> MarkupCell:
+    """Return a cell of a page alone."""
+    return MarkupCell(markup, markup)
 
 
-def format_table(head: Sequence[str], rows: Iterable[Sequence[Cell]], kind: str = "") -> str:
-    """Return a table with right-aligned numbers to six digits; its first column names the rows."""
-    class_text = f' class="{kind}"' if kind else ""
-    top = "".join(f'<th scope="col">{escape(text)}</th>' for text in head)
-    body = "\n".join(f"<tr>{''.join(_format_cell(i, cell) for i, cell in enumerate(row))}</tr>" for row in rows)
-    return (
-        f'<div class="wide"><table{class_text}><thead><tr>{top}</tr></thead>\n<tbody>\n{body}\n</tbody></table></div>'
-    )
+def _format_rows(head: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:
+    return Table(head, rows).html("") if rows else ""
 
 
-def _format_cell(index: int, cell: Cell) -> str:
-    content = (
-        cell.markup if isinstance(cell, Raw) else format_number(cell) if isinstance(cell, float) else cell_text(cell)
-    )
-    if index == 0:
-        return f'<th scope="row">{content}</th>'
-    return f'<td class="number">{content}</td>' if cell is None or isinstance(cell, float) else f"<td>{content}</td>"
+def _format_terms(label: str, terms: Sequence[Entry], math: Sequence[str]) -> str:
+    """Return the table of terms by falling share of the largest derived term, which a bar shows."""
+    ordered = sorted(zip(terms, math, strict=True), key=lambda pair: -(pair[0]["share_of_largest"] or 0))
+    rows = [
+        (
+            _markup(formula),
+            "no real value" if term["max_abs"] is None else float(term["max_abs"]),
+            "" if term["unit"] == "1" else term["unit"],
+            _format_share(term["share_of_largest"]),
+        )
+        for term, formula in ordered
+    ]
+    return _format_rows((label, "largest over the cycle", "unit", "share of the largest derived term"), rows)
 
 
-def format_number(value: float) -> str:
-    """Return a number to six digits, with a power of ten as superscript.
-
-    >>> format_number(0.5), format_number(62.33105858)
-    ('0.5', '62.3311')
-    """
-    mantissa, _, exponent = f"{value:.6g}".replace("-", "\N{MINUS SIGN}").partition("e")
-    if not exponent:
-        return mantissa
-    power = exponent.lstrip("+").replace("\N{MINUS SIGN}0", "\N{MINUS SIGN}")
-    return f"{mantissa}\N{MULTIPLICATION SIGN}10<sup>{power.lstrip('0')}</sup>"
-
-
-def mark_verdict(word: str, kind: str = "") -> Raw:
-    """Return a coloured verdict."""
-    return Raw(f'<span class="mark {escape((kind or word).replace(" ", "-"))}">{escape(word)}</span>')
-
-
-def format_bar(share: float | None) -> Raw:
-    """Return a share of the largest term as a bar and in per cent."""
+def _format_share(share: float | None) -> Cell:
     if share is None:
-        return Raw("\N{EN DASH}")
-    width = min(100.0, 100 * share)
-    return Raw(f'<span class="bar"><span style="width: {width:.3g}%"></span></span> {format_number(100 * share)} %')
-
-
-def format_paragraph(text: str, kind: str = "") -> str:
-    return f'<p class="{kind}">{escape(text)}</p>' if kind else f"<p>{escape(text)}</p>"
-
-
-def format_items(texts: Iterable[str]) -> str:
-    return f"<ul>{''.join(f'<li>{escape(text)}</li>' for text in texts)}</ul>"
+        return None
+    bar = f'<span class="bar"><span style="width: {min(100.0, 100 * share):.3g}%"></span></span>'
+    return _markup(f'<span class="share">{bar} {cell_text(100 * share)} %</span>')
 
 
 STYLE = """\
 :root { --good: #0b6b50; --doubt: #8a5a00; --bad: #a8321a; --bar: #0072b2; }
 @media (prefers-color-scheme: dark) { :root { --good: #6fd3b1; --doubt: #e9b75a; --bad: #ff9d84; --bar: #56b4e9; } }
 body { max-width: 60rem; }
-h3 { font-size: 1.05rem; margin: 1.8rem 0 .4rem; }
 h4 { font-size: 1rem; font-weight: 600; margin: 0 0 .3rem; }
 article { margin: 1rem 0; padding: .7rem 0 .2rem .9rem; border-left: 3px solid var(--rule); }
 article.incomplete { border-left-color: var(--doubt); }
@@ -103,119 +196,9 @@ td math, th math { font-size: 1em; }
 h4 .mark { margin-left: .4rem; font-size: .9em; }
 .bar { display: inline-block; width: 5rem; height: .55rem; background: var(--rule); margin-right: .4rem; }
 .bar > span { display: block; height: 100%; background: var(--bar); }
-table.terms td:last-child { white-space: nowrap; }
-table.tight { font-size: .82rem; }
-.must { white-space: nowrap; }
-nav.paper { margin: .4rem 0 0; font-size: .92rem; }
-nav.paper a { margin-right: 1rem; }
-sup { font-size: .75em; line-height: 0; }
-ol.notes { font-size: .85rem; color: var(--soft); list-style: lower-alpha; }
+.share { white-space: nowrap; }
 @media print { :root { --good: #0b6b50; --doubt: #8a5a00; --bad: #a8321a; --bar: #0072b2; }
-  article { break-inside: auto; } h3, h4, .label { break-after: avoid; } .formula { overflow: visible; }
+  article { break-inside: auto; } h4, .label { break-after: avoid; } .formula { overflow: visible; }
   .bar, .bar > span { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
-  .long math { font-size: .95em; } nav.paper { display: none; } }
+  .long math { font-size: .95em; } }
 """
-
-
-Entry = Mapping[str, Any]
-QUIET = ("confirmed", "confirmed as rebuilt", "untested", "definition", "reconstructed")
-"""Verdicts without a correction."""
-_LONG = 240
-"""Characters from which a formula is set smaller."""
-
-
-def format_overview(equations: Sequence[Entry]) -> str:
-    """Return the table of all equations, each with a link to its article."""
-    rows = [(Raw(f'<a href="#{equation_id(e)}">{escape(e["equation"])}</a>'), e.get("claims", ""), e["legibility"],
-             mark_verdict(e["verdict"]), tables.list_conditions(e)) for e in equations]  # fmt: skip
-    return format_table(("equation", "claims to be", "legibility", "verdict", "hangs on"), rows, "tight")
-
-
-def equation_id(entry: Entry) -> str:
-    """Return the id of an equation on the page."""
-    return escape(f"{entry['paper']}-{entry['equation']}".replace(" ", "-").replace("'", "-"))
-
-
-def format_trial(entry: Entry, typeset: Entry) -> str:
-    """Return the article of an equation; `typeset` are its formulas as MathML."""
-    verdict = mark_verdict(entry["verdict"]).markup
-    head = f"<h4>({escape(entry['equation'])}) {escape(entry.get('claims', ''))} {verdict}</h4>"
-    body = "".join(_list_parts(entry, typeset))
-    kind = escape(entry["verdict"].replace(" ", "-"))
-    return f'<article id="{equation_id(entry)}" class="{kind}">{head}{body}</article>'
-
-
-def _list_parts(entry: Entry, typeset: Entry) -> Iterator[str]:
-    printed, derived = entry.get("printed", ""), entry.get("derived", "")
-    lost = entry["legibility"] == "lost"
-    if printed and printed == derived:
-        label = "as rebuilt and as derived" if lost else "as printed and as derived"
-        yield _formula(label, printed, typeset["printed"])
-    else:
-        for label, side in (("as rebuilt" if lost else "as printed", "printed"), ("as derived", "derived")):
-            if entry.get(side):
-                yield _formula(label, entry[side], typeset[side])
-    if entry["verdict"] not in QUIET or entry.get("domain"):
-        yield f"<p>{typeset['finding'][:1].upper()}{typeset['finding'][1:]}.</p>"
-    if typeset["correction"]:
-        name = "Smallest correction" if len(typeset["correction"]) == 1 else "Smallest corrections, any of them"
-        yield f"<p><strong>{name}:</strong> {'; or '.join(typeset['correction'])}.</p>"
-    yield from _format_terms("terms that the print lacks", entry["terms"], typeset["terms"])
-    yield from _format_terms(
-        "printed terms that nothing explains", entry.get("unexplained", ()), typeset["unexplained"]
-    )
-    yield from _format_vanishing(entry.get("vanishing", ()), typeset["vanishing"])
-    if typeset["reading"]:
-        yield f'<p class="note">Read so: {typeset["reading"]}.</p>'
-    if entry.get("rebuilt"):
-        yield f'<p class="note">Completed: {escape("; ".join(entry["rebuilt"]))}.</p>'
-    if entry.get("fragile"):
-        yield '<p class="note">One character decides this: it may be an error of reading the print.</p>'
-    yield from _format_readings(entry, typeset.get("depends", ()))
-
-
-def _format_readings(entry: Entry, readings: Sequence[Entry]) -> Iterator[str]:
-    """Yield the verdict under every reading that the paper admits."""
-    if readings:
-        verdict = "The same under every reading." if entry["robust"] else "It depends on the reading."
-        rows = [
-            (
-                *(Raw(reading[key]) for key in ("reading", "because")),
-                mark_verdict(reading["verdict"]),
-                Raw(reading["finding"]),
-            )
-            for reading in readings
-        ]
-        head = ("reading", "admitted by", "verdict", "finding")
-        yield f'<p class="note">{verdict}</p>{format_table(head, rows, "tight")}'
-
-
-def _formula(label: str, text: str, math: str) -> str:
-    kind = "formula long" if len(text) > _LONG else "formula"
-    return f'<p class="label">{label}</p><div class="{kind}">{math}</div>'
-
-
-def _format_terms(label: str, terms: Sequence[Entry], math: Sequence[str]) -> Iterator[str]:
-    if terms:
-        ordered = sorted(zip(terms, math, strict=True), key=lambda pair: -(pair[0]["share_of_largest"] or 0))
-        rows = [
-            (Raw(m), _format_size(t["max_abs"]), _format_unit(t["unit"]), format_bar(t["share_of_largest"]))
-            for t, m in ordered
-        ]
-        head = (label, "largest over the cycle", "unit", "share of the largest derived term")
-        yield format_table(head, rows, "terms tight")
-
-
-def _format_size(value: float | None) -> float | str:
-    return "no real value" if value is None else float(value)
-
-
-def _format_unit(unit: str) -> str:
-    return "" if unit == "1" else unit
-
-
-def _format_vanishing(terms: Sequence[Entry], math: Sequence[Entry]) -> Iterator[str]:
-    if terms:
-        rows = [(Raw(m["term"]), Raw(m["because"]), "yes" if t.get("printed") else "no")
-                for t, m in zip(terms, math, strict=True)]  # fmt: skip
-        yield format_table(("terms that do not show", "because", "printed"), rows, "terms tight")

@@ -22,6 +22,17 @@ Cell = str | int | float | bool | None
 """A value in a table; None is displayed as a dash."""
 
 
+class MarkupCell(str):
+    """A cell that is its text on a terminal and `markup`, which must be well formed, on a page."""
+
+    markup: str
+
+    def __new__(cls, text: str, markup: str) -> MarkupCell:
+        cell = super().__new__(cls, text)
+        cell.markup = markup
+        return cell
+
+
 class Block(Protocol):
     """A part of a section."""
 
@@ -32,7 +43,7 @@ class Block(Protocol):
 
 @runtime_checkable
 class Scripted(Block, Protocol):
-    """A part that an ES module `script` animates, with CSS `style`; without the script it is static."""
+    """A part with CSS `style`, animated by an ES module `script`, which may be empty; without it the part is static."""
 
     @property
     def script(self) -> str: ...
@@ -147,7 +158,7 @@ def cell_text(value: Cell) -> str:
         return f"{value}".replace("-", "\N{MINUS SIGN}")
     if isinstance(value, float):
         return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
-    return escape(value)
+    return value.markup if isinstance(value, MarkupCell) else escape(value)
 
 
 def inlined(svg: str, name: str, label: str = "") -> str:

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planter.audit import numbers, page, verdicts
+from planter.audit import numbers, verdicts
+from planter.audit.presentation import present_audit
 from planter.audit.registry import FORMULAS, Computation, Inputs, Rounded
 from planter.audit.user_paper import MEASURE
 from planter.clutch.printed import formulas
@@ -120,7 +121,7 @@ def test_laws_are_shown_where_there_are_some(monkeypatch: pytest.MonkeyPatch) ->
     result = verdicts.audit("yu2023")
     assert result["laws"] == [law]
     assert result["summary"]["yu2023"]["laws_violated"] == 1
-    assert "momentum" in page.format_page(result, typeset)
+    assert "momentum" in present_audit(result, typeset).page({})
     assert "momentum" in run("yu2023")[1]
     assert verdicts.audit("sun2019")["laws"] == []
 
@@ -128,7 +129,7 @@ def test_laws_are_shown_where_there_are_some(monkeypatch: pytest.MonkeyPatch) ->
 def test_tables_show_equations_numbers_and_counts() -> None:
     code, out, _ = run("sun2019")
     assert code == 0
-    for text in ("equations", "Numbers", "not reproduced", "untested", "sign of 10 in pose 1"):
+    for text in ("equations", "numbers", "not reproduced", "untested", "sign of 10 in pose 1"):
         assert text in out
 
 

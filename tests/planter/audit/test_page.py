@@ -11,7 +11,9 @@ from typing import Any
 
 import pytest
 
-from planter.audit import equation_page, page, tables, verdicts
+from planter.audit import verdicts
+from planter.audit.equation_page import EquationArticle, describe_fault
+from planter.audit.presentation import present_audit
 from planter.kernels import generated
 from tests.support.cli import below
 
@@ -56,7 +58,7 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
 def test_texts_on_the_page_are_escaped() -> None:
     result = copy.deepcopy(verdicts.audit("yu2023"))
     result["equations"][0] |= {"printed": "</p><script>x</script> = 0", "verdict": "misprint", "finding": "a < b & c"}
-    text = page.format_page(result, generated.sidecar("audit_mathml"))
+    text = present_audit(result, generated.sidecar("audit_mathml")).page({})
     tree(text)
     assert "<script" not in text
 
@@ -78,7 +80,7 @@ def test_an_equation_on_trial_shows_all_that_was_found() -> None:
         "unexplained": ["<math>q</math>"],
         "vanishing": [{"term": "<math>mf</math>", "because": "f = 0: constant speed"}],
     }  # fmt: skip
-    root = ET.fromstring(equation_page.format_trial(entry, math))
+    root = ET.fromstring(EquationArticle(entry, math).html("s1"))
     assert ["".join(node.itertext()) for node in root.iter("math")] == ["p", "d", "q", "mg", "kx", "q", "mf"]
     shown = " ".join(" ".join(root.itertext()).split())
     for text in ("x < y", "no real value", "25 %", "; or ", "constant speed", "Read so:"):
@@ -90,4 +92,4 @@ def test_an_equation_on_trial_shows_all_that_was_found() -> None:
 def test_a_remark_names_correction_and_largest_term() -> None:
     entry = {"verdict": "incomplete", "finding": "f", "correction": ["c"], "terms": [
         {"term": "small", "share_of_largest": 0.1}, {"term": "big", "share_of_largest": 0.4}]}  # fmt: skip
-    assert tables.describe_fault(entry) == "correct c; 2 terms missing, such as big, 40 % of the largest term"
+    assert describe_fault(entry) == "correct c; 2 terms missing, such as big, 40 % of the largest term"
