@@ -33,9 +33,10 @@ def bench(
     """Time all ways to evaluate a cycle, once they agree."""
     console = Console(as_json)
     with console.outcome():
-        from planter.bench import page, tasks
+        from planter.bench import tasks
+        from planter.bench.presentation import present_benchmark, write_benchmark
 
         result = tasks.run_benchmark(choose_settings(quick, work, way, rounds), console.progress)
         if out is not None:
-            page.write_benchmark(out, result)
-        console.result(result, lambda: page.show(console, result))
+            write_benchmark(out, result)
+        present_benchmark(result).show(console)

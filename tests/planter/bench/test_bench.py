@@ -18,7 +18,7 @@ import pytest
 from pydantic import TypeAdapter
 
 from planter import workers
-from planter.bench import mechanisms, page, tasks
+from planter.bench import mechanisms, tasks
 from planter.bench.array_backends import DESIGNS_PER_ARRAY, build_jax_contender, build_numpy_contender
 from planter.bench.casadi_backends import build_kernel_contender, virtual_machine
 from planter.bench.case import Absent, Case, Contender
@@ -35,11 +35,26 @@ from planter.bench.measurement import (
     race,
 )
 from planter.bench.mechanisms import _run, root
-from planter.bench.results import Benchmark, Skipped, choose_settings
+from planter.bench.presentation import format_markdown, present_benchmark, write_benchmark
+from planter.bench.results import (
+    Arithmetic,
+    Basins,
+    Benchmark,
+    Drawn,
+    Rate,
+    Seed,
+    Skipped,
+    Spread,
+    Surroundings,
+    Way,
+    Work,
+    choose_settings,
+)
 from planter.bench.sympy_backend import build_sympy_contender
 from planter.errors import ComputationError
 from planter.kernels import Kernel, backends, toolchain
 from planter.planting.simulation import compute_objective_gradient
+from planter.terminal.console import Console
 from tests.support.cli import below
 from tests.support.schemas import load_schema
 
@@ -105,7 +120,7 @@ def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> Non
     assert json.loads((tmp_path / "here" / "bench.json").read_text()) == found
     text = (tmp_path / "here" / "bench.md").read_text()
     jsonschema.validate(found, load_schema("bench"))
-    assert text == page.markdown(TypeAdapter(Benchmark).validate_python(found))
+    assert text == format_markdown(TypeAdapter(Benchmark).validate_python(found))
     assert all(version in text for version in found["versions"].values())
 
 
@@ -336,3 +351,34 @@ def test_a_mechanism_of_ones_own_is_timed_where_all_agree() -> None:
     assert max(way.disagreement for way in found.ways if way.way != "numpy") < 1e-12
     assert {one.way for one in found.skipped} >= {"jax", "casadi-c", "lambdify"}
     assert "derived in" in found.unit
+
+
+def test_benchmark_is_printed_and_written_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    way = Way("lanes", 8467.8, 1.0, Spread(8000.0, 9000.0, 12), "compiled", 1e-14)
+    drawn = Way("planter", 9.512, 1.0, Spread(9.0, 10.0, 3), "DXF", drawn=Drawn(720, 0.31))
+    basins = Basins("exact", [Seed(1, 1.5, 2.0, 1.25, 0.5, 3, met=True)])
+    tasks_ = [
+        Work("cycle", "us", "lanes", [way], [], [Skipped("jax", "not installed")]),
+        Work("optimise", "us", "lanes", [way], [], [], basins),
+        Work("gears", "us", "planter", [drawn], [], []),
+    ]
+    rates = Arithmetic(3.25, 30.0, [Rate("cycle", "lanes", 12345, 15.0, 0.5)])
+    result = Benchmark(
+        tasks_, Surroundings("cpu", "x86", 2, "Linux", None), {"planter": "1"}, [], 512, rates, "wang2017", 360, 1.5
+    )
+    write_benchmark(tmp_path, result)
+    assert {path.name for path in tmp_path.iterdir()} == {"bench.json", "bench.md", ".planter.json"}
+    present_benchmark(result).show(Console(as_json=False))
+    printed, markdown = capsys.readouterr().out, (tmp_path / "bench.md").read_text(encoding="utf-8")
+    for text in (printed, markdown):
+        for value in (
+            "8 470",
+            "8 000 to 9 000",
+            "1.250000",
+            "720 vertices",
+            "50.0%",
+            "jax: skipped",
+            "seconds in all: 2",
+        ):
+            assert value in text
+    assert "| cycle | lanes | 12345 | 15.00 | 50.0% |" in markdown
