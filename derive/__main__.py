@@ -21,6 +21,7 @@ CHECK = "derive everything, write nothing, and compare with what was written"
 
 
 def main(argv: Sequence[str] | None = None) -> int:
+    """Derive or compare what the arguments name, and return the exit status; an error of the user's is printed."""
     arguments = _parser().parse_args(argv)
     try:
         return _derived(arguments.what, arguments.out, arguments.check, arguments.target, arguments.overwrite)

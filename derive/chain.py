@@ -26,7 +26,7 @@ class BlockError(ValueError):
 
 
 def matched(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> dict[Quantity, Equation]:
-    """As many unknowns as can be had, each with an equation of its own that holds it (augmenting paths)."""
+    """Match as many unknowns as possible to an equation each that contains them (augmenting paths)."""
     holds = {e.number: frozenset(e.residual.free_symbols) for e in equations}
     pairs: dict[Quantity, Equation] = {}
 
@@ -134,7 +134,7 @@ def _by_cases(
 
 
 def states(first: Quantity) -> Quantity:
-    """How many states of friction the balances allow, by the first of the unknowns that are found with it."""
+    """Return the count of friction states that the balances allow, named after the first unknown solved with it."""
     return Quantity(f"{STATES}{first}", "1", f"states of friction in which {first} can be", "derived: elimination")
 
 
@@ -197,7 +197,7 @@ class Chain:
         return cls({e.number: e for e, _ in solutions}, [Solve(e.number, u) for e, u in solutions], bind or {})
 
     def replace(self, number: str, equation: Equation) -> Chain:
-        """The same chain with one equation exchanged."""
+        """Return a copy of the chain with one equation exchanged."""
         if number not in self.equations:
             raise ChainError(f"the chain has no equation {number}")
         return replace(self, equations={**self.equations, number: equation})
@@ -322,7 +322,7 @@ def _together(equations: Sequence[Equation], unknowns: Sequence[Quantity], still
 
 
 def undetermined(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> str:
-    """Which unknowns stand in too few equations, and in which."""
+    """Describe the unknowns that too few equations contain, with those equations."""
     occurrences = {u: [e.number for e in equations if u in e.residual.free_symbols] for u in unknowns}
     lines = "; ".join(f"{u} stands in {', '.join(numbers) or 'none'}" for u, numbers in occurrences.items())
     left = f"{len(equations)} equation{' is' if len(equations) == 1 else 's are'} left"

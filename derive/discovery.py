@@ -31,12 +31,12 @@ def modules(package: ModuleType) -> list[ModuleType]:
 
 
 def installed(*groups: str) -> dict[str, EntryPoint]:
-    """What installed packages add to some groups, by name."""
+    """Return the entry points of installed packages in some groups, by name."""
     return {entry.name: entry for group in groups for entry in sorted(entry_points(group=group))}
 
 
 def offered(some: Iterable[ModuleType], name: str) -> list[Any]:
-    """What modules offer under a name, in their order."""
+    """List the values of an attribute of all modules that have it, in their order."""
     return [getattr(module, name) for module in some if hasattr(module, name)]
 
 

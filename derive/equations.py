@@ -42,7 +42,7 @@ class Balance:
 
 
 class Claim(Enum):
-    """What an equation may say beside a balance: a machine's vocabulary is a subclass, each member a sentence.
+    """Vocabulary of what an equation may say beyond a balance: a machine has a subclass, each member a sentence.
 
     A sentence with gaps, ``{}``, stands for a family of claims; ``of`` makes one of them.
     """
@@ -73,7 +73,7 @@ class ClaimOf:
 
 
 class Unclaimed(Claim):
-    """What an equation says of which nothing is claimed in particular."""
+    """Claim of an equation that makes none in particular."""
 
     HOLDS = "no claim but that it holds"
 
@@ -132,17 +132,17 @@ class Equation:
 
 
 def stated(claim: Claimed, residual: Expr, defines: Quantity | None = None) -> Equation:
-    """What holds by the meaning of symbols: names for a thing, of which nothing is derived."""
+    """Build an equation that holds by the meaning of its symbols, so that nothing is derived."""
     return replace(derived(claim, residual, defines), stated=True)
 
 
 def derived(claim: Claimed, residual: Expr, defines: Quantity | None = None, relation: Relation = "=") -> Equation:
-    """What a derivation has to say to a claim; its number is the claim's sentence."""
+    """Build a derived equation; its number is the claim's sentence."""
     return Equation(str(claim), residual, f"derived: {claim}", claim, defines=defines, relation=relation)
 
 
 def defined(claim: Claimed, symbol: Quantity, expr: Expr) -> Equation:
-    """What a symbol comes out to be."""
+    """Build the derived equation that a symbol equals an expression."""
     return derived(claim, symbol - expr, symbol)
 
 
@@ -157,7 +157,7 @@ def by_claim(equations: Iterable[Equation]) -> dict[Claimed, Equation]:
 
 
 def among(by_claim: Mapping[Claimed, T], claim: Claimed) -> T:
-    """What is known of a claim; raises ClaimError that names the nearest claims of which something is."""
+    """Return the value of a claim. Raises ClaimError that names the nearest claims if there is none."""
     if claim in by_claim:
         return by_claim[claim]
     claims = {f"{type(c).__name__} {str(c)!r}" for c in by_claim}
@@ -168,7 +168,7 @@ def among(by_claim: Mapping[Claimed, T], claim: Claimed) -> T:
 
 
 class Stated(Claim):
-    """What an equation may say of a machine of one's own beside a balance."""
+    """Vocabulary of what an equation of a user's mechanism may say beyond a balance."""
 
     QUANTITY = "what {} is"
     GAP = "the loop {} closes"

@@ -65,7 +65,7 @@ class Point:
         return self._digits[expr]
 
     def values(self) -> dict[sp.Symbol, mpf]:
-        """What is known of symbols."""
+        """Return the values of all symbols that have one."""
         return dict(self._symbols)
 
     def set(self, symbol: sp.Symbol, value: object) -> None:
@@ -162,6 +162,7 @@ class MachineFile:
 
     @classmethod
     def read(cls, path: Path) -> MachineFile:
+        """Read a machine file (TOML) with its numbers as exact decimals."""
         return cls(tomllib.loads(path.read_text(encoding="utf-8"), parse_float=Decimal))
 
     def si(self, place: str) -> mpf:
@@ -184,5 +185,5 @@ class MachineFile:
 
 
 def scale(key: str) -> mpf:
-    """What a unit at the end of a key is in SI."""
+    """Return the factor to SI of the unit at the end of a key."""
     return next((scale() for ending, scale in _IN_SI.items() if key.endswith(ending)), mpf(1))

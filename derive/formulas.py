@@ -261,6 +261,6 @@ def _function(expr: Expr) -> tuple[tuple[Quantity, ...], Callable[..., Any]]:
 
 @cache
 def _solved(equation: Equation) -> tuple[Quantity, Expr]:
-    """What a definition defines, and what it says of it."""
+    """Return the symbol that a definition defines, and its expression."""
     assert equation.defines is not None
     return equation.defines, solve_linear(equation, equation.defines)

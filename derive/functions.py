@@ -29,6 +29,7 @@ class Turns(sp.Function):
     nargs = 1
 
     def fdiff(self, argindex: int = 1) -> Expr:
+        """Return the derivative in the first argument."""
         return sp.S.Zero
 
     def _eval_rewrite(self, rule: object, args: tuple[Expr, ...], **hints: object) -> Expr | None:
@@ -52,6 +53,7 @@ class Polynomial(sp.Function):
         return cls(at, *sp.Poly(law, x).all_coeffs())
 
     def fdiff(self, argindex: int = 1) -> Expr:
+        """Return the derivative in the first argument."""
         x, *coefficients = self.args
         powers = range(len(coefficients) - 1, 0, -1)
         return Polynomial(x, *(k * a for k, a in zip(powers, coefficients, strict=False)))

@@ -124,12 +124,12 @@ def _hash(content: bytes) -> str:
 
 
 def differences(folder: Path, content: dict[str, str]) -> list[str]:
-    """What is missing, changed or stray in a folder, a line each."""
+    """Return a line for each file of a folder that is missing, changed or not part of its content."""
     return [*(f"stray: {path.relative_to(folder)}" for path in strays(folder, content)), *changes(folder, content)]
 
 
 def changes(folder: Path, content: dict[str, str]) -> list[str]:
-    """What is missing or changed in a folder, a line each."""
+    """Return a line for each file of a folder that is missing or changed."""
     lines = []
     for name, text in sorted(content.items()):
         path = folder / name
@@ -141,5 +141,6 @@ def changes(folder: Path, content: dict[str, str]) -> list[str]:
 
 
 def strays(folder: Path, content: dict[str, str]) -> list[Path]:
+    """Return the files of a folder, in order, that are not among its content; caches and the list are not counted."""
     files = (p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts and p.name != LIST)
     return sorted(p for p in files if p.relative_to(folder).as_posix() not in content)

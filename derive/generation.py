@@ -29,7 +29,7 @@ def code(names: Collection[str] = ()) -> dict[str, str]:
 
 
 def code_of(name: str, target_names: Collection[str] = ()) -> tuple[dict[str, str], Path]:
-    """The same of a file, of a folder, or of what an installed package offers, and the folder beside it to write to.
+    """Return the same for a file, a folder or an installed package's offer, and the folder next to it to write to.
 
     ``target_names`` are names of targets that are written beside those that always are. Raises OwnError where there is
     nothing to derive, or where it raises.

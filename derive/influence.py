@@ -76,7 +76,7 @@ class Influence:
 
     @cached_property
     def felt(self) -> dict[str, tuple[str, ...]]:
-        """Of each function that is composed at run time, the outputs that can change the result."""
+        """Return, for each function composed at run time, the outputs that can change the result."""
         outputs: dict[str, tuple[str, ...]] = {}
         for call in (step for step in self.steps if isinstance(step, Call)):
             pairs = zip(call.function.gives, call.outputs, strict=True)
@@ -100,7 +100,7 @@ class Influence:
 
     @cached_property
     def _opaque(self) -> frozenset[sp.Symbol]:
-        """What goes into a function composed at run time one of whose outputs the result feels."""
+        """Return the inputs of the functions composed at run time on whose outputs the result depends."""
         symbols: set[sp.Symbol] = set()
         for step in self.steps:
             if isinstance(step, Call) and not all(self._vanishes(s) for s in step.defines):
@@ -165,7 +165,7 @@ def flattened(steps: Sequence[Step], result: Quantity, variables: frozenset[sp.S
 
 
 def _expanded(expr: Expr) -> Expr:
-    """As a sum of products, without squares of cosines."""
+    """Return an expression as a sum of products without squares of cosines."""
     expanded = sp.expand(expr)
     for cosine in sorted(expanded.atoms(sp.cos), key=str):
         expanded = sp.expand(expanded.subs(cosine**2, 1 - sp.sin(cosine.args[0]) ** 2))

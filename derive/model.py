@@ -114,7 +114,7 @@ class LinearSolve:
         return frozenset().union(*(entry.free_symbols for entry in self.entries))
 
     def filled(self, entries: Sequence[Expr]) -> LinearSolve:
-        """The same with other entries."""
+        """Return a copy with other entries."""
         n = len(self.symbols)
         rows = tuple(tuple(entries[n * i : n * (i + 1)]) for i in range(n))
         return replace(self, matrix=rows, right=tuple(entries[n * n :]))
@@ -144,7 +144,7 @@ Twin = Callable[[Quantity], Quantity]
 
 @dataclass(frozen=True)
 class Shared:
-    """What equal sides share: ``totals`` from the outputs of both, where ``twin`` names a quantity on side 2."""
+    """Part that equal sides share: ``totals`` from the outputs of both, where ``twin`` names a quantity on side 2."""
 
     twin: Twin
     steps: tuple[Let, ...]
@@ -181,12 +181,12 @@ class Lane:
 
     @property
     def functions(self) -> tuple[RuntimeFunction, ...]:
-        """What is composed at run time, in the order of the first call."""
+        """List the functions that are composed at run time, in the order of the first call."""
         return tuple(dict.fromkeys(step.function for step in self.steps if isinstance(step, Call)))
 
     @property
     def vectors(self) -> tuple[Vector | OpenVector, ...]:
-        """What it takes and gives."""
+        """Return the packed inputs and outputs."""
         return (*self.inputs, *self.along, self.outputs, *((self.shared.totals,) if self.shared else ()))
 
 
@@ -210,8 +210,7 @@ class ClosedForm:
 
 @dataclass(frozen=True)
 class Effects:
-    """What is proved of a lane's output: named inputs ``without`` effect, and of each function that is composed at run
-    time the outputs that are ``felt``."""
+    """Proven lack of effect on a lane's output: inputs ``without`` any; of composed functions, outputs ``felt``."""
 
     without: tuple[str, ...]
     felt: Mapping[str, tuple[str, ...]]
@@ -243,13 +242,13 @@ class System:
 
     @property
     def inputs(self) -> tuple[Input, ...]:
-        """What its functions take, each once, in the order in which it is first taken."""
+        """List the inputs of the functions, each once, in the order of first use."""
         lane: tuple[Input, ...] = (self.lane.angle, *self.lane.inputs, *self.lane.along) if self.lane else ()
         return tuple(dict.fromkeys((*lane, *(input_ for form in self.closed_forms for input_ in form.inputs))))
 
     @property
     def functions(self) -> tuple[RuntimeFunction, ...]:
-        """What is composed at run time."""
+        """List the functions that are composed at run time, in the order of the first call."""
         return self.lane.functions if self.lane else ()
 
     @property
@@ -308,7 +307,7 @@ def _entries(inputs: Iterable[Input]) -> frozenset[sp.Symbol]:
 
 
 def _followed(name: str, steps: Iterable[Step], available: frozenset[sp.Symbol]) -> frozenset[sp.Symbol]:
-    """What is known after the steps of a function."""
+    """Return the symbols that are known after the steps of a function."""
     for step in steps:
         _refuse_missing(f"{name}: {', '.join(map(str, step.defines))} needs", step.needs - available)
         available = available.union(step.defines)

@@ -104,6 +104,7 @@ class Choice:
 
     @property
     def derived(self) -> dict[sp.Symbol, Expr]:
+        """Return the derived equation of a printed one. Raises ClaimError if the subject derives none."""
         return {symbol: meant for answer in self.answers for symbol, meant in answer.derived.items()}
 
     @property
@@ -214,7 +215,7 @@ class Case:
         ]
 
     def choices_by(self, answers: Mapping[str, str]) -> dict[str, Choice]:
-        """How equations are read, by the meanings of their answers; as they are read first where none is known."""
+        """Return the reading of each equation by its meaning in ``answers``, or its first one if none has it."""
         ways = {n: self.choices(n) for n in answers}
         return {n: next((c for c in ways[n] if c.meaning == meaning), ways[n][0]) for n, meaning in answers.items()}
 
@@ -240,7 +241,7 @@ class Case:
         return directions([*self.paper.equations.values(), *self.claims.values()])
 
     def derived(self, number: str) -> Equation:
-        """What the subject has to say to a printed equation; raises ClaimError where it has nothing."""
+        """Return the derived equation of a printed one. Raises ClaimError if the subject derives none."""
         printed = self.paper.equations[number]
         try:
             return among(self.claims, printed.claims)
@@ -281,11 +282,11 @@ class Case:
         return {s: why for s, why in self.subject.zero().items() if s in symbols}
 
     def reading_of(self, number: str) -> dict[sp.Symbol, Expr]:
-        """What the printed symbols of an equation stand for."""
+        """Return the expressions that replace the printed symbols of an equation."""
         return {**self.paper.reading, **self.paper.readings.get(number, {})}
 
     def read_as(self, number: str) -> Said:
-        """How the symbols of an equation are read that stand for something else."""
+        """Describe how symbols of an equation are read that mean something else."""
         symbols = self.paper.equations[number].residual.free_symbols
         meant = sorted(self.reading_of(number).items(), key=str)
         return joined("; ", (Said(s, " read as ", e) for s, e in meant if s in symbols))

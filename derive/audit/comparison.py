@@ -58,6 +58,7 @@ class Comparison:
         return all(self.equal_at(point) for point in self.points)
 
     def equal_at(self, point: Point) -> bool:
+        """Return whether both sides have equal values at a point; a printed side without a value is unequal."""
         printed_value, derived_value = value(self.printed, point), point(self.derived)
         if printed_value is None:
             return False
@@ -94,33 +95,36 @@ class Comparison:
 
     @property
     def distance(self) -> tuple[int, int]:
-        """How far apart they are: by the printed terms that are not derived, then by those that are not printed."""
+        """Return the number of printed terms that are not derived, and of derived terms that are not printed."""
         if self.same:
             return 0, 0
         left = self.match()
         return 1 + len(left.printed), len(left.derived)
 
     def struck(self) -> Match:
-        """What is left when equal terms are struck out."""
+        """Return the terms left on both sides once equal terms are removed."""
         return match_sums(monomials(self.printed, self.points), monomials(self.derived, self.points))
 
     @property
     def gap(self) -> Gap:
-        """How many terms have no like."""
+        """Return the numbers of terms on both sides without a like on the other."""
         return measure_gap(monomials(self.printed, self.points), monomials(self.derived, self.points))
 
     def match(self) -> Match:
-        """What is left, nothing if it vanishes as a whole."""
+        """Return the terms left on both sides, or none if they vanish in total."""
         match = self.struck()
         return Match((), ()) if remainder_vanishes(match, self.points) else match
 
     def edited(self, result: Expr) -> Comparison:
+        """Return a copy whose printed side is ``result``."""
         return replace(self, printed=result)
 
     def scaled(self, factor: Expr) -> Comparison:
+        """Return a copy whose derived side is multiplied by ``factor``."""
         return replace(self, derived=factor * self.derived)
 
     def edits(self, words: list[Quantity]) -> list[Edit]:
+        """Return the edits of the printed side with symbols among ``words``."""
         present = sorted(self.derived.free_symbols, key=str)
         return list(edits(self.printed, words, overall=not self.scales, present=present))
 
@@ -166,7 +170,7 @@ def _footings(printed: Equation, derived: Equation, points: Points, is_direction
 
 
 def solve_for(side: Equation, symbol: Quantity) -> Expr:
-    """What an equation says that a symbol is, both sides with the same number on them or not."""
+    """Return the expression that an equation gives for a symbol, whether or not both sides have a common factor."""
     slope = side.residual.diff(symbol)
     plain = not slope.is_number or slope in (0, 1)
     return symbol - (side.residual if plain else sp.expand_mul(side.residual / slope))
@@ -289,7 +293,7 @@ def _best(at: Comparison, candidates: list[Edit], removing: bool) -> Edit | None
 
 
 def _rank(entry: tuple[Gap, Edit]) -> tuple[int, int, int, str]:
-    """What edits are preferred by: what they leave, then how few symbols they exchange."""
+    """Return the key that orders edits: terms left over, terms without a like, symbols exchanged, text."""
     after, edit = entry
     return after.size, after.unmatched, len(edit.swaps), edit.text
 

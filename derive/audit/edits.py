@@ -68,7 +68,7 @@ class Words:
     _alternatives: dict[Quantity, list[Quantity]] = field(init=False, default_factory=dict, compare=False)
 
     def instead_of(self, symbol: Basic) -> list[Quantity]:
-        """Those of the same dimension, or the same with another number of dots."""
+        """Return the words that may replace a symbol: equal dimension, or the same name with other dots."""
         if not isinstance(symbol, Quantity):
             return []
         if symbol not in self._alternatives:

@@ -58,7 +58,7 @@ class Judgement:
 
     @property
     def severity(self) -> tuple[int, int, int]:
-        """What a judgement is the milder for being less: of the verdict, the terms left over, the edits needed."""
+        """Return the key by which a judgement is milder: its verdict, the terms left over, the edits needed."""
         left = len(self.missing) + len(self.unexplained)
         needed = min((len(c) for c in self.corrections), default=0)
         grade = (*FAULTS, UNJUDGED).index(self.verdict) + 1 if self.verdict in (*FAULTS, UNJUDGED) else 0
@@ -152,7 +152,7 @@ def _vanishes(residual: Expr, point: Point) -> bool:
 
 
 def _failing(residual: Expr, points: Points) -> str:
-    """What is left at the first point where the equation does not hold, beside its largest term."""
+    """Describe the residual at the first point where the equation fails, compared with its largest term."""
     where = next(point for point in points if not _vanishes(residual, point))
     left = value(residual, where)
     remainder = "no real value" if left is None else mpmath.nstr(left, 6)
@@ -268,7 +268,7 @@ def _misprint(corrections: Sequence[tuple[Said, ...]], remark: str, edits: Seque
 
 
 def _left_over(comparison: Comparison, done: tuple[Said, ...], edits: tuple[Edit, ...], remark: str) -> Judgement:
-    """What the print lacks after the edits that explain its terms, or what in it has no explanation."""
+    """Build the judgement on terms that edits leave: missing from the print, or without an explanation."""
     corrections, left = (tuple(sorted(done)),) if done else (), comparison.match()
     if not left.printed:
         finding = f"{remark}terms of the derivation are missing"

@@ -33,7 +33,7 @@ def engine(*modules: str) -> str:
 
 
 def _content(path: Path) -> str:
-    """What a file says: the code of a Python file, the text of any other."""
+    """Return the code of a Python file, or the text of any other file."""
     text = path.read_text(encoding="utf-8")
     return code(text) if path.suffix == ".py" else text
 
@@ -80,7 +80,7 @@ def sources(modules: Iterable[str]) -> set[Path]:
 
 
 def _imported(node: ast.AST, package: str) -> set[str]:
-    """What a node of a module's tree may import: modules, and names in them that may be modules."""
+    """Return the modules that a node of a syntax tree may import, and names in them that may be modules."""
     if isinstance(node, ast.Import):
         return {name.name for name in node.names}
     if isinstance(node, ast.ImportFrom):
@@ -90,7 +90,7 @@ def _imported(node: ast.AST, package: str) -> set[str]:
 
 
 def _file(module: str) -> Path | None:
-    """Where a module stands: a loaded one anywhere, another one in this project."""
+    """Return the file of a module, which is loaded or in this project, or None."""
     loaded = getattr(sys.modules.get(module), "__file__", None)
     if loaded is not None:
         return Path(loaded)
@@ -109,7 +109,7 @@ def linked_key(number: str, keys: Sequence[str]) -> str:
 
 
 def sides_key(case: Case, number: str) -> str:
-    """What the finding on one equation depends on: the judging code, both sides, the vocabulary, every value used."""
+    """Return the key of the finding on an equation: judging code, both sides, vocabulary, every value used."""
     pairs = [pair for choice in case.choices(number) or [AS_READ] for pair in case.footings(number, choice)]
     lifted, printed = case.lifted(number), case.paper.equations[number]
     sides = [printed, *(side for pair in pairs for side in pair if side), *([lifted] if lifted else [])]

@@ -36,7 +36,7 @@ class Law:
     scale: float = 1.0
 
     def violations(self, gaps: Sequence[Array], weights: Array) -> Array:
-        """By how much the law is broken, from the gaps at every angle (last axis)."""
+        """Return by how much the law is broken, from the gaps at every angle (last axis)."""
         if self.over == "largest":
             return np.max([np.max(np.abs(gap), axis=-1) for gap in gaps], axis=0)
         total = np.abs(sum(gap @ weights for gap in gaps))
@@ -57,7 +57,7 @@ class Cycle:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """What a system states for the trial of a chain: its laws, its motions, and its derivation.
+    """Laws, motions and derivation of a system, for the audit of a chain.
 
     ``claims`` are derived equations by what they claim to be; ``supplements`` the derivation's steps for unknowns of
     one side that a chain may lack but a derived equation may name; ``twins`` name a quantity on the second side, and on
@@ -109,12 +109,11 @@ class Subject(Protocol):
         return {}
 
     def actions(self) -> Mapping[sp.Symbol, str]:
-        """What forces and moments between bodies are called. Symbols themselves cannot be asked: two of one name are
-        one to SymPy, whatever either says that it means."""
+        """Return names of the forces and moments between bodies, by their symbols."""
         return {}
 
     def constraint_residuals(self, claim: Claimed, formula: Expr) -> Mapping[str, Expr]:
-        """What must vanish of the thing that a claim is about, by the ``formula`` for it, at its supports."""
+        """Return the residuals that must vanish at the supports, by the ``formula`` for the subject of a claim."""
         return {}
 
     def zero(self) -> Mapping[sp.Symbol, str]:
@@ -133,7 +132,7 @@ class Subject(Protocol):
         return None
 
     def model(self) -> System | None:
-        """What computes the numbers of a paper anew; None where nothing derived here does."""
+        """Return the model that computes the numbers of a paper, or None if nothing derived here does."""
         return None
 
     def files(self) -> Iterable[Path]:
@@ -163,7 +162,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Question:
-    """What a paper leaves open of some of its equations, and every admissible answer: one holds for all of them."""
+    """A question that a paper leaves open, its equations, and every admissible answer: one holds for all of them."""
 
     numbers: tuple[str, ...]
     readings: tuple[Reading, ...]

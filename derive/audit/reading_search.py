@@ -66,7 +66,7 @@ def _format_side(side: Equation, point: Point) -> str:
 
 
 def fold_terms(terms: Iterable[Expr], folds: Mapping[sp.Symbol, Expr]) -> tuple[Expr, ...]:
-    """The same sum in fewer terms, where a symbol less what ``folds`` take from it makes them fewer."""
+    """Return the same sum in fewer terms, if ``folds`` replace a difference of symbols by one symbol."""
     total, back = sp.Add(*terms), dict[sp.Symbol, Expr]()
     for symbol, base in folds.items():
         if symbol in total.free_symbols:
@@ -93,7 +93,7 @@ class Hearing:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What is found of an equation: under the reading that is kindest to it, and under every other."""
+    """Findings on an equation: under the reading that is kindest to it, and under every other."""
 
     kindest: Hearing
     every: tuple[Hearing, ...] = ()
@@ -162,7 +162,7 @@ def _judged(case: Case, printed: Equation, derived: Equation | None) -> Judgemen
 
 
 def _loose(case: Case, hearing: Hearing) -> dict[str, Expr]:
-    """Of what must vanish where a thing is held, what does not by the printed formula at its correction."""
+    """Return the residuals at supports that do not vanish by the printed formula at its correction."""
     symbol, judgement = hearing.printed.defines, hearing.judgement
     if symbol is None or hearing.printed.legibility == "lost":
         return {}
@@ -187,7 +187,7 @@ def _folded(hearing: Hearing, folds: Mapping[sp.Symbol, Expr]) -> Hearing:
 
 
 def _length(hearing: Hearing) -> int:
-    """What there is to tell of a difference: edits, and terms left over."""
+    """Return the number of edits and of terms left over."""
     judgement = hearing.judgement
     return len(judgement.edits) + len(judgement.missing) + len(judgement.unexplained)
 
@@ -217,7 +217,7 @@ def _one_apart(first: str, second: str) -> bool:
 
 
 def reasons(judgement: Judgement, printed: Equation, actions: Mapping[sp.Symbol, str]) -> tuple[str, ...]:
-    """What is wrong, so that the same fault of two equations reads the same: edits, and what is left out.
+    """List faults, in words that are equal for equal faults of two equations: edits, and terms left out.
 
     ``actions`` says what forces and moments are called.
     """

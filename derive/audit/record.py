@@ -90,7 +90,7 @@ class Vanished:
 
 
 def find_vanishing_terms(case: Case, number: str, sign: Expr = sp.S.One) -> list[Vanished]:
-    """What vanishes in an equation: terms of its derivation (times ``sign``), then those of the print."""
+    """List the terms that vanish: those of the derivation (times ``sign``), then those of the print."""
     return [*_derived(case, number, sign), *_read(case, number)]
 
 
@@ -279,7 +279,7 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
 
 
 def _read_as(case: Case, number: str, outcome: Outcome) -> Said:
-    """How symbols are read, and which answer is taken to what the paper leaves open."""
+    """Describe how symbols are read, and the answer that is assumed to an open question of the paper."""
     chosen = outcome.kindest.choice.meaning
     return joined("; ", [text for text in (case.read_as(number), chosen) if text])
 
@@ -351,7 +351,7 @@ def _composed(exponents: Dimension) -> str:
 
 
 def count_verdicts(records: Iterable[Record]) -> dict[str, dict[str, int]]:
-    """How many of each verdict, by paper."""
+    """Count each verdict by paper."""
     counts: dict[str, Counter[str]] = {}
     for record in records:
         counts.setdefault(record["paper"], Counter())[record["verdict"]] += 1
@@ -361,7 +361,7 @@ def count_verdicts(records: Iterable[Record]) -> dict[str, dict[str, int]]:
 def format_records(
     records: Sequence[Record], laws: Sequence[Record], references: Sequence[Record], papers: Mapping[str, Record]
 ) -> str:
-    """Everything but what is typeset; ``papers`` hold title and model by short name."""
+    """Format all records without typesetting; ``papers`` hold title and model by short name."""
     plain = [{key: part for key, part in record.items() if key != MATHML} for record in records]
     content = {"equations": plain, "laws": list(laws), "causes": group_causes(records), "references": list(references)}
     return _json(content | {"papers": papers, "summary": count_verdicts(records)})

@@ -82,7 +82,7 @@ def _key(monomial: Expr, points: Points) -> tuple[int, Key]:
 
 @dataclass(frozen=True)
 class Match:
-    """What is left of two sums when equal terms are struck out: of the first and of the second."""
+    """Terms that are left of two sums when equal terms are removed: of the first and of the second."""
 
     printed: tuple[Expr, ...]
     derived: tuple[Expr, ...]
@@ -125,7 +125,7 @@ def match_sums(printed: Sum, derived: Sum) -> Match:
 
 @dataclass(frozen=True)
 class Gap:
-    """How two sums differ, in numbers of monomials: only in the first, in both unlike, only in the second."""
+    """Difference of two sums in numbers of monomials: only in the first, in both unlike, only in the second."""
 
     alien: int
     unlike: int
@@ -142,12 +142,12 @@ class Gap:
 
     @property
     def unmatched(self) -> int:
-        """How far the second is from being in the first; what is there unlike counts half."""
+        """Return the distance of the second sum from the first; an unlike monomial counts half."""
         return self.unlike + 2 * self.lacking
 
 
 def measure_gap(printed: Sum, derived: Sum) -> Gap:
-    """How many monomials of two sums have no like."""
+    """Count the monomials of two sums that have no like."""
     alien = sum(key not in derived for key in printed)
     unlike = partial = 0
     for key, (_, d) in derived.items():

@@ -34,6 +34,7 @@ class Formula:
 
     @cached_property
     def symbols(self) -> list[sp.Symbol]:
+        """Return the symbols that must be known before the steps."""
         return sorted(self.expr.free_symbols, key=str)
 
     @cached_property
@@ -54,7 +55,7 @@ class Programme:
 
     @cached_property
     def symbols(self) -> list[sp.Symbol]:
-        """What must be known before."""
+        """Return the symbols that must be known before the steps."""
         defined = {symbol for step in self.steps for symbol in step.defines}
         return sorted(set().union(*(step.needs for step in self.steps)) - defined, key=str)
 
@@ -122,7 +123,7 @@ class Causes:
 
 @dataclass(frozen=True)
 class Share:
-    """What an equation does to a law: what its repair alone takes away, what it alone leaves, and its Shapley value."""
+    """Effect of an equation on a law: what its repair alone removes, what it alone leaves, its Shapley value."""
 
     equation: str
     alone: float
@@ -140,14 +141,15 @@ class Trial:
     _programmes: dict[tuple[Solve | Together, Repairs], Programme] = field(default_factory=dict)
 
     def violations(self, law: Law, repairs: Sequence[Iterable[str]]) -> Array:
-        """By how much the chain breaks a law after each set of repairs, at the angles that decide."""
+        """Return the violation of a law after each set of repairs, at the deciding angles."""
         return self._violations(law, repairs, self.dynamics.cycles[law.cycle])
 
     def size(self, law: Law) -> float:
-        """By how much the printed chain breaks a law, at all angles if the largest value is asked for."""
+        """Return the violation of a law by the printed chain, at all angles if the law takes the largest value."""
         return self._sizes(law, [frozenset()])[0]
 
     def broken(self, law: Law, repairs: Iterable[str] = ()) -> bool:
+        """Return whether the chain breaks a law after the repairs of some equations."""
         return not self.violations(law, [repairs])[0] <= TOLERANCE * law.scale
 
     def _violations(self, law: Law, repairs: Sequence[Iterable[str]], cycle: Cycle) -> Array:
@@ -196,7 +198,7 @@ class Trial:
         values[symbol] = formula(values)
 
     def programme(self, chain: Chain, solve: Solve | Together, repairs: Repairs) -> Programme:
-        """What a step of a chain gives for its unknowns."""
+        """Build the program that computes the unknowns of a step of a chain."""
         key = solve, solve.involved & repairs
         if key not in self._programmes:
             for number in key[1]:
@@ -279,7 +281,7 @@ class Trial:
         return [law for law in self.dynamics.laws if not self.broken(law)]
 
     def _eliminated(self, law: Law, concerned: list[str]) -> list[tuple[str, ...]]:
-        """Of all sets that contain what the repair of everything else does not make up for, the smallest."""
+        """Return the smallest sets that contain every equation whose repair nothing else makes up for."""
         needed = {n for n in concerned if self.broken(law, (m for m in concerned if m != n))}
         rest = [n for n in concerned if n not in needed]
         for more in range(len(rest) + 1):
@@ -289,7 +291,7 @@ class Trial:
         return [tuple(concerned)]
 
     def _restoring(self, law: Law, sets: Iterator[tuple[str, ...]]) -> list[tuple[str, ...]]:
-        """Of some sets those whose repair restores a law and breaks none that the print keeps."""
+        """Select the sets whose repair restores a law and breaks none that the print satisfies."""
         restoring: list[tuple[str, ...]] = []
         while batch := list(islice(sets, AT_ONCE)):
             restores = self.violations(law, batch) <= TOLERANCE * law.scale
@@ -300,7 +302,7 @@ class Trial:
         return any(self.broken(law, repairs) for law in self.satisfied_laws)
 
     def shares(self, law: Law, causes: Sequence[str]) -> list[Share]:
-        """What each of the equations that a broken law is laid to does to it, largest first.
+        """Return the effect on a broken law of each equation that causes it, largest first.
 
         The size of the violation is asked for after the repair of every set of them; the shares of Shapley, the mean
         of what an equation's repair takes away over all orders of repair, add up to the whole violation.

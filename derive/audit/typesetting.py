@@ -90,6 +90,7 @@ class Presentation(Printer):
         return minus, self.in_brackets(-term if minus else term, PRECEDENCE["Mul"])
 
     def emptyPrinter(self, expr: Basic) -> str:
+        """Raise TypeError for an expression that has no method of its own in the printer."""
         raise TypeError(f"cannot set {type(expr).__name__} in {expr}")
 
     def _print_Symbol(self, expr: sp.Symbol) -> str:

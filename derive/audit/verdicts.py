@@ -100,7 +100,7 @@ def _row(record: Record) -> str:
 
 
 def hangs_on(record: Record) -> str:
-    """What a verdict rests on: a reading, a single character, pieces that were completed, where a machine uses it."""
+    """Describe the basis of a verdict: a reading, a single character, completed pieces, the domain of use."""
     parts = ["" if record["robust"] else "the reading", "one character" if record["fragile"] else ""]
     parts.append("the domain of use" if record["domain"] else "")
     parts.append("pieces completed" if record["rebuilt"] else "")
@@ -108,7 +108,7 @@ def hangs_on(record: Record) -> str:
 
 
 def _causes(records: Sequence[Record]) -> list[str]:
-    """How many findings there are, and of how many causes; each cause with its equations."""
+    """Describe the numbers of findings and of causes, and list each cause with its equations."""
     paper_causes = group_causes(records)
     if not paper_causes:
         return []

@@ -49,6 +49,7 @@ class Dialect:
     true: str = "True"
 
     def call(self, function: str, *arguments: str) -> str:
+        """Return the text of a call of a function."""
         return f"{self.functions[function]}({', '.join(arguments)})"
 
 
@@ -78,6 +79,7 @@ class Printer:
         raise UnsupportedNode(f"no way to write {type(expr).__name__} in {expr}")
 
     def call(self, function: str, *arguments: Basic) -> Text:
+        """Return the text of a call of a function."""
         return self.dialect.call(function, *(self.text(a, TEST) for a in arguments)), ATOM
 
 
@@ -257,7 +259,7 @@ def schedule(lane: Lane) -> Schedule:
 
 
 def _joint(index: int, event: Event) -> Let:
-    """What is zero at an event, or a whole number of its periods."""
+    """Return the step whose value is zero at an event, or a multiple of its period."""
     meaning = f"{event.name}: {event.argument} less {event.target}"
     symbol = Quantity(f"g{index}", "1", meaning, "derived: joint")
     return Let(symbol, event.argument - event.target, f"joint: {event.name}")
@@ -277,7 +279,7 @@ def split(steps: Sequence[Step], moving: frozenset[sp.Symbol]) -> tuple[tuple[St
 
 
 def share(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]:
-    """The same steps with common subexpressions computed once, each in a step of its own before its first use."""
+    """Return equivalent steps in which each common subexpression is a step before its first use."""
     taken = {symbol.name for step in steps for symbol in (*step.needs, *step.defines)}
     names = (sp.Symbol(name, real=True) for i in count(1) if (name := f"{prefix}{i}") not in taken)
     parts = [expressions(step) for step in steps]
@@ -301,13 +303,14 @@ def share(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]:
 
 
 def expressions(step: Step) -> tuple[sp.Expr, ...]:
-    """What a step evaluates itself."""
+    """Return the expressions that a step evaluates."""
     if isinstance(step, LinearSolve):
         return step.entries
     return (step.expr if isinstance(step, Let) else step.argument,)
 
 
 def with_expressions(step: Step, exprs: tuple[sp.Expr, ...]) -> Step:
+    """Return a copy of a step that evaluates other expressions, in the order of `expressions`."""
     if isinstance(step, LinearSolve):
         return step.filled(exprs)
     return replace(step, expr=exprs[0]) if isinstance(step, Let) else replace(step, argument=exprs[0])

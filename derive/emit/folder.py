@@ -44,7 +44,7 @@ class Target:
         reserve(self.name, self.reserved)
 
     def path(self, name: str) -> str:
-        """Where the file of a model or a curve goes, inside the generated folder."""
+        """Return the path of the file of a model or a curve inside the generated folder."""
         return self.place.format(name=name)
 
 
@@ -131,6 +131,7 @@ def _acceleration(lane: Lane | None) -> dict[str, str]:
 
 
 def build_curve_sidecar(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
+    """Build the JSON description of a family of pitch curves and of the functions that are generated for it."""
     return _json({
         "name": curve.name,
         "title": curve.title,

@@ -65,12 +65,12 @@ class Emitted:
         return [*names, *(_CLENSHAW if any(isinstance(step, SineSeries) for step in self.steps) else ())]
 
     def taking(self, functions: tuple[RuntimeFunction, ...]) -> Emitted:
-        """The same, given functions that are composed at run time."""
+        """Return a copy that takes functions which are composed at run time."""
         return replace(self, functions=functions)
 
     @cached_property
     def used(self) -> frozenset[sp.Symbol]:
-        """What the steps and the results speak of."""
+        """Return the symbols that the steps and the results contain."""
         return frozenset().union(*(s.needs for s in self.steps), *(e.free_symbols for e in self.returned))
 
     @property
@@ -93,9 +93,11 @@ class Emitted:
         return any(isinstance(step, LinearSolve) for step in self.steps)
 
     def names(self) -> str:
+        """Comma-separated names of the inputs."""
         return ", ".join(v.name for v in self.inputs)
 
     def quoted(self) -> str:
+        """Comma-separated names of the inputs, each in double quotes."""
         return ", ".join(f'"{v.name}"' for v in self.inputs)
 
     def packed(self, dialect: Dialect) -> str:
@@ -187,7 +189,7 @@ def _wrapped(text: str) -> list[str]:
 
 
 def composed(functions: Sequence[RuntimeFunction], first: tuple[str, ...] = ()) -> str:
-    """What the functions are that a caller composes, a sentence a kind; ``first`` is what each takes before its own."""
+    """Describe the functions that a caller composes, a sentence a kind; ``first`` is what each takes before its own."""
     return " ".join(_kind([f for f in functions if f.kind == kind], first) for kind in dict.fromkeys(
         function.kind for function in functions))  # fmt: skip
 
@@ -209,7 +211,7 @@ def filled(text: str, width: int) -> list[str]:
 
 
 def described(vectors: Iterable[Input]) -> str:
-    """What packed inputs and outputs hold, for a docstring."""
+    """Describe packed inputs and outputs for a docstring."""
     lines: list[str] = []
     for vector in vectors:
         if isinstance(vector, Vector):
@@ -248,12 +250,13 @@ def list_lane_functions(plan: Schedule) -> Iterator[Emitted]:
 
 
 def of_closed_form(form: ClosedForm) -> Emitted:
+    """Build what is emitted for a function in closed form, with shared subexpressions computed once."""
     steps = share(needed(form.steps, frozenset(form.outputs)), prefix="c")
     return Emitted(form.name, form.inputs, steps, form.outputs)
 
 
 def _frame(lane: Lane, shared: Shared, steps: tuple[Step, ...]) -> Emitted:
-    """What equal sides share, from the outputs of both and those inputs that its steps need."""
+    """Build the part that equal sides share, from the outputs of both and the inputs that its steps need."""
     side = lane.outputs
     twins = tuple(map(shared.twin, side))
     needs = frozenset().union(*(step.needs for step in steps)) - frozenset((*side, *twins))
@@ -263,7 +266,7 @@ def _frame(lane: Lane, shared: Shared, steps: tuple[Step, ...]) -> Emitted:
 
 
 def _composed(lane: Lane, function: Emitted) -> Emitted:
-    """The same, taking the functions that it calls and those that say how long its inputs are."""
+    """Return a copy that also takes the functions that it calls and those that size its inputs."""
     called = {step.function.name for step in function.steps if isinstance(step, Call)}
     sizing = {v.sized_by[0] for v in function.inputs if isinstance(v, OpenVector) and v.sized_by}
     return function.taking(tuple(f for f in lane.functions if f.name in called | sizing))
@@ -275,10 +278,12 @@ HOISTED = OpenVector("hoisted", "centre distance, then the cosine series of the 
 
 
 def parameters_of(curve: PitchCurve) -> Vector:
+    """Return the packed parameters of a family, with the deformation m [1] as the last."""
     return Vector("parameters", (*curve.parameters, pc.m))
 
 
 def all_conditions(curve: PitchCurve) -> list[Condition]:
+    """Return the conditions of a family, and that its deformation m [1] exceeds 1/2."""
     return [*curve.conditions(), Condition("m", pc.m - sp.Rational(1, 2), "greater than 1/2")]
 
 
@@ -338,6 +343,7 @@ def relative(curve: PitchCurve) -> Emitted:
 
 
 def shapes_of(curve: PitchCurve) -> Vector:
+    """Return the packed shape numbers of a family."""
     return Vector("shape", tuple(shape.quantity for shape in curve.shapes))
 
 

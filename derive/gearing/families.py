@@ -26,9 +26,11 @@ class EccentricCircle(PitchCurve):
     parameters = (R, e)
 
     def radius(self) -> Expr:
+        """Return the radius of the pitch curve [m] at the angle u."""
         return self.e * sp.cos(u) + sp.sqrt(self.R**2 - self.e**2 * sp.sin(u) ** 2)
 
     def conditions(self) -> list[Condition]:
+        """Return the conditions under which the parameters give a pitch curve."""
         return [Condition("e", self.e, "greater than 0"), Condition("e", self.R - self.e, "less than R")]
 
     def relative(self) -> tuple[Expr, ...]:
@@ -36,6 +38,7 @@ class EccentricCircle(PitchCurve):
         return sp.Integer(1), swing / sp.sqrt(4 - 3 * swing**2)
 
     def convexity(self) -> Expr:
+        """Return an expression that is positive if the pitch curve is convex."""
         return 1 - STEEPER**2 * self.e / self.R
 
 
@@ -54,15 +57,19 @@ class Ellipse(PitchCurve):
     parameters = (A, k)
 
     def radius(self) -> Expr:
+        """Return the radius of the pitch curve [m] at the angle u."""
         return self.A * (1 - self.k**2) / (1 - self.k * sp.cos(u))
 
     def centre_distance(self) -> Expr:
+        """Return the centre distance of the pair in closed form [m]."""
         return 2 * self.A
 
     def turned(self) -> Expr:
+        """Return the angle by which the mating gear has turned at the angle u [rad]."""
         return u + 2 * sp.atan(self.k * sp.sin(u) / (1 - self.k * sp.cos(u)))
 
     def conditions(self) -> list[Condition]:
+        """Return the conditions under which the parameters give a pitch curve."""
         return [
             Condition("A", self.A, "greater than 0"),
             Condition("k", self.k, "greater than 0"),
@@ -74,6 +81,7 @@ class Ellipse(PitchCurve):
         return sp.Integer(1), swing / (1 + sp.sqrt(1 - swing**2))
 
     def convexity(self) -> Expr:
+        """Return an expression that is positive if the pitch curve is convex."""
         return 1 - self.k * (STEEPER**2 - 1)
 
 
@@ -103,9 +111,11 @@ class Fourier(PitchCurve):
     )  # fmt: skip
 
     def radius(self) -> Expr:
+        """Return the radius of the pitch curve [m] at the angle u."""
         return sp.Add(*(c * sp.cos(k * u) for k, c in enumerate(self.parameters)))
 
     def conditions(self) -> list[Condition]:
+        """Return the conditions under which the parameters give a pitch curve."""
         mean, first = self.parameters[:2]
         start, end = (self.radius().subs(u, breakpoint) for breakpoint in (0, sp.pi))
         return [
@@ -137,9 +147,11 @@ class Limacon(PitchCurve):
     parameters = (l, b)
 
     def radius(self) -> Expr:
+        """Return the radius of the pitch curve [m] at the angle u."""
         return self.l + self.b * sp.cos(u)
 
     def centre_distance(self) -> Expr:
+        """Return the centre distance of the pair in closed form [m]."""
         return (4 * self.l + 2 * sp.sqrt(self.l**2 + 3 * self.b**2)) / 3
 
     def turned(self) -> Expr:
@@ -148,6 +160,7 @@ class Limacon(PitchCurve):
         return u + 4 * sp.atan(kappa * sp.sin(u) / (1 - kappa * sp.cos(u)))
 
     def conditions(self) -> list[Condition]:
+        """Return the conditions under which the parameters give a pitch curve."""
         return [Condition("b", self.b, "greater than 0"), Condition("b", self.l - self.b, "less than l")]
 
     def relative(self) -> tuple[Expr, ...]:
@@ -155,6 +168,7 @@ class Limacon(PitchCurve):
         return sp.Integer(1), swing / sp.sqrt(4 - 3 * swing**2)
 
     def convexity(self) -> Expr:
+        """Return an expression that is positive if the pitch curve is convex."""
         return 1 - (1 + STEEPER**2) * self.b / self.l
 
 
@@ -176,18 +190,23 @@ class Sine(PitchCurve):
     parameters = (D, c)
 
     def radius(self) -> Expr:
+        """Return the radius of the pitch curve [m] at the angle u."""
         return self.D * self.ratio() / (1 + self.ratio())
 
     def ratio(self) -> Expr:
+        """Return the ratio of the pair at the angle u [1]."""
         return 1 + self.c * sp.cos(u)
 
     def centre_distance(self) -> Expr:
+        """Return the centre distance of the pair in closed form [m]."""
         return self.D
 
     def turned(self) -> Expr:
+        """Return the angle by which the mating gear has turned at the angle u [rad]."""
         return u + self.c * sp.sin(u)
 
     def conditions(self) -> list[Condition]:
+        """Return the conditions under which the parameters give a pitch curve."""
         return [
             Condition("D", self.D, "greater than 0"),
             Condition("c", self.c, "greater than 0"),
@@ -199,4 +218,5 @@ class Sine(PitchCurve):
         return sp.Integer(1), swing
 
     def convexity(self) -> Expr:
+        """Return an expression that is positive if the pitch curve is convex."""
         return self.c**2 - (3 + STEEPER**2) * self.c + 2

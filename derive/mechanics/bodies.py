@@ -63,7 +63,7 @@ PLANE: Asked = (("force", 0), ("force", 1), ("moment", 2))
 
 @dataclass(frozen=True)
 class Pin:
-    """Which balances of a body are written, and how: moments about ``at``, components along ``axes``."""
+    """Selection of a body's balances: moments about ``at``, components along ``axes``."""
 
     at: Point
     axes: Frame
@@ -95,6 +95,7 @@ class Action:
     moment: Vec
 
     def sign(self, body: Body) -> int:
+        """Return 1 for the body on which the action acts, -1 for the body by which it acts, else 0."""
         return {self.on: 1, self.by: -1}.get(body, 0)
 
     @property
@@ -114,11 +115,12 @@ class Assembly:
     unknowns: list[Quantity] = field(default_factory=list)
 
     def add(self, body: Body) -> Body:
+        """Add a body to the assembly, and return the body."""
         self.bodies.append(body)
         return body
 
     def definitions(self) -> list[Equation]:
-        """What contacts say of unknowns."""
+        """Return the equations by which contacts define unknowns."""
         return [
             Equation(
                 str(law.symbol), law.symbol - law.expr, law.source, Definition(str(law.symbol)), defines=law.symbol
@@ -139,16 +141,18 @@ class Assembly:
         ]
 
     def loads(self, body: Body, pin: Pin, actions: Iterable[Action]) -> list[Expr]:
-        """What some actions add to the balances of a body, in their order."""
+        """Return what some actions add to the balances of a body, in the order of the balances."""
         acting = [(action.sign(body), action) for action in actions if action.sign(body)]
         return [sp.Add(*(sign * self._wrench(a, kind, pin)[i] for sign, a in acting)) for kind, i in pin.asked]
 
     def unknown(self, name: str, unit: str, meaning: str) -> Quantity:
+        """Add an unknown reaction in ``unit``, and return its symbol."""
         quantity = Quantity(name, unit, meaning, "derived: reaction")
         self.unknowns.append(quantity)
         return quantity
 
     def act(self, name: str, on: Body, by: Body, at: Point, force: Vec, moment: Vec | None = None) -> None:
+        """Add a force [N] ``on`` one body ``by`` another at a point, and a moment [N m] if there is one."""
         self.actions.append(Action(name, on, by, at, force, moment or zero(force.frame)))
 
     def torque(self, name: str, on: Body, by: Body, at: Point, axis: Vec, meaning: str) -> Quantity:
@@ -158,7 +162,7 @@ class Assembly:
         return torque
 
     def law(self, symbol: Quantity) -> Let:
-        """What a contact says of an unknown. Raises ValueError where none does."""
+        """Return the step by which a contact defines an unknown. Raises ValueError if no contact does."""
         definition = next((law for law in self.laws if law.symbol == symbol), None)
         if definition is None:
             raise ValueError(f"no contact says what {symbol} is")
@@ -273,7 +277,7 @@ def potential_energy(assembly: Assembly, bodies: Iterable[Body], origin: Point, 
 
 
 def angular_momentum_residuals(assembly: Assembly, ground: Body, about: Point) -> dict[str, Expr]:
-    """The same of moments about a point at rest [N m]."""
+    """Return the residuals of the moments of all bodies about a point at rest [N m]."""
     world, motion = ground.frame, assembly.motion
     total = zero(world)
     for action in assembly.actions:

@@ -88,6 +88,7 @@ class SlidingContact(GearContact):
         return self.beyond * sp.sign(self.beyond)
 
     def drag(self, bearing: int) -> Expr:
+        """Return the friction per normal force [1] on the flank of ``bearing``, which is 1 or -1."""
         against = bearing * sp.sign(self.turning) * self.lead(bearing)
         return sp.tan(self.friction) * (1 + self.share * (against - 1))
 
@@ -109,7 +110,7 @@ class SlidingContact(GearContact):
 
 @dataclass(frozen=True)
 class SharedContact(SlidingContact):
-    """Several pairs of teeth on one line of action that share the normal force in any way.
+    """Contact of several pairs of teeth on one line of action that share the normal force in any way.
 
     ``leads``, without unit, and ``aways`` [m] are what `lead` and `away` are over all pairs, on the flank that turns
     the outer gear counter-clockwise, then on the other.
@@ -119,9 +120,11 @@ class SharedContact(SlidingContact):
     aways: tuple[Expr, Expr] = (S.Zero, S.Zero)
 
     def lead(self, bearing: int) -> Expr:
+        """Return the lead [1] of the pairs of teeth on the flank of ``bearing``."""
         return self.leads[bearing < 0]
 
     def away(self, bearing: int) -> Expr:
+        """Return the distance from the pitch point [m] of the pairs of teeth on the flank of ``bearing``."""
         return self.aways[bearing < 0]
 
 

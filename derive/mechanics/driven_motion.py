@@ -116,7 +116,7 @@ def derive_driven_motion(
 
 
 def roller_centres(stated: Statement, angle: Quantity) -> Iterator[Let]:
-    """Where the centres of rollers on plane cams are from the cams' axes, as if the cams turned by the angle itself."""
+    """Yield the rollers' centres on plane cams, seen from the cams' axes as if the cams turned by the angle."""
     for name, (cam, centre) in stated.rollers.items():
         if not stated.spatial:
             place = centre.resolved(Frame(f"{cam.name}, turned back", cam.frame, Z, -angle))
@@ -149,7 +149,7 @@ def _direction(frame: Frame) -> Expr:
 
 
 def _point_sources(stated: Statement) -> tuple[Step, ...]:
-    """What places follow from: the named steps, and the coordinates of loops as they were found."""
+    """Return the steps from which points follow: named steps, and the values of the loops' coordinates."""
     return (*(let(c.value, c.given) for c in stated.loops.coordinates), *stated.named)
 
 
@@ -161,7 +161,7 @@ def motion_steps(stated: Statement) -> tuple[Step, ...]:
 
 
 def _reportable(stated: Statement, steps: Sequence[Step], reports: Sequence[Let], told: bool) -> list[Quantity]:
-    """What can be reported; on its own only what has a meaning to a person is."""
+    """Return the quantities that can be reported; without ``told``, only those with a meaning to the user."""
     named = [s.symbol for s in (stated.named if told else steps) if isinstance(s, Let)]
     return [*stated.loops.all, *named, *stated.assembly.unknowns, *(report.symbol for report in reports)]
 

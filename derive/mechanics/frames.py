@@ -120,7 +120,7 @@ def unit(frame: Frame, axis: Axis) -> Vec:
 
 
 def shorter(vector: Vec) -> Vec:
-    """The same vector, each component multiplied out where that leaves fewer operations; long ones are left alone."""
+    """Return the same vector with components multiplied out where that saves operations; long ones stay."""
     x, y, z = map(_shorter, vector.components)
     return Vec(vector.frame, (x, y, z))
 

@@ -41,7 +41,7 @@ def derive_free_motion(
 
 
 def accelerations(stated: Statement, time: Quantity) -> tuple[Expr, ...]:
-    """Those of the coordinates, in symbols. Raises MechanismError where loops or rolling hold them."""
+    """Return the accelerations of the coordinates. Raises MechanismError if loops or rolling constrain them."""
     if constraints := [*stated.loops.gaps, *stated.slips]:
         raise MechanismError(f"{stated.name}: accelerations in symbols are those without {', '.join(constraints)}")
     return Free(stated, time).solved()
@@ -51,6 +51,7 @@ class FreeMotion(Motion):
     """Motion of many coordinates: rates of expressions in one pass."""
 
     def rate(self, expr: Expr) -> Expr:
+        """Return the derivative of an expression in time."""
         return directional_derivative(expr, self.rates)
 
 
@@ -65,6 +66,7 @@ class Free:
         self._moving = stated.told_in({q for c in self.coordinates for q in (c.rate, c.acceleration)})
 
     def functions(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
+        """Build the functions in closed form that integrate the motion, and those of what is ``reported``."""
         self._refuse()
         names, constrained_speeds = [str(c.value) for c in self.coordinates], self._constrained_speeds()
         inertia, forces = self._inertia(), self._forces()
@@ -105,7 +107,7 @@ class Free:
         return ClosedForm("start", (self.stated.data(),), steps, Vector("start_state", self.state.quantities))
 
     def _outputs(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
-        """What is told of a state, its accelerations and, where it needs them, the joints' actions."""
+        """Build the functions that report a state, its accelerations and, if needed, the joints' actions."""
         stated = self.stated
         reports = [*stated.reports, *stated.world_components(), *self._energies()]
         stated.name_accelerations()
@@ -244,7 +246,7 @@ class Free:
         return sp.sympify(expr).xreplace(self._moving)
 
     def _resting(self, expr: Expr) -> Expr:
-        """What is left without accelerations."""
+        """Return an expression at zero accelerations."""
         return expr.xreplace(dict.fromkeys(self.accelerations, S.Zero))
 
     def _form(self, name: str, inputs: tuple[Vector | Quantity, ...], steps: Sequence[Let]) -> ClosedForm:

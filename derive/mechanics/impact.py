@@ -18,6 +18,7 @@ from ..quantity import Quantity, Vector
 
 
 def square(components: Sequence[Expr]) -> Expr:
+    """Return the sum of the squares of some components."""
     return sp.Add(*(c**2 for c in components))
 
 

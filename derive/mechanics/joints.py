@@ -333,7 +333,7 @@ class Joints(Contacts):
             self.turned[name] = (unit_, meaning, action)
 
     def _sliding(self, name: str, by: Body, at: Point, way: Vec, origin: Point | None) -> Quantity:
-        """How fast a point slides along a way as it is seen from a body; friction turns round where it stops."""
+        """Return the speed of a point along a direction, seen from a body; friction reverses where it vanishes."""
         if origin is None and by != self.ground:
             raise MechanismError(f"{name}: name the point of {by} that the sliding is counted from, `origin`")
         place = displacement(origin or self.O, at, by.frame)

@@ -82,7 +82,7 @@ class GearStage:
         return Call(named, contact, argument, (self.parameters, self.hoisted), source)
 
     def joints(self, t: Quantity) -> list[Event]:
-        """Where both segments of a deformed pitch curve meet, if the curve is one."""
+        """Return the events at which both segments of a deformed pitch curve meet; other curves have none."""
         deformation = self.parameters.known.get(-1)
         wheres = {"t = 0": S.Zero, "t = pi/m": sp.pi / deformation} if deformation else {}
         name = f"gear {self.parameters.suffix}"
@@ -105,7 +105,7 @@ class FollowerLaw:
 
 
 class Kinematics(Statement):
-    """How a mechanism moves: coordinates, places and accelerations by names, gear stages, flanks of cams."""
+    """Statement of the motion of a mechanism: coordinates, named points and accelerations, gear stages, cam flanks."""
 
     def coordinate(self, name: str, unit: str, meaning: str, equals: Expr | None = None) -> Quantity:
         """Return a coordinate in ``unit`` "rad", "m" or "1", with its rate ``name_dot`` and acceleration ``name_ddot``.

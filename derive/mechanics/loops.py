@@ -35,12 +35,15 @@ class Coordinate:
 
     @property
     def given(self) -> Quantity:
+        """Return the packed input of the generated functions: the values of the coordinates."""
         return self._like("given", "as found before")
 
     def step(self, turn: int) -> Quantity:
+        """Return the quantity that is the coordinate's Newton step of a number."""
         return self._like(f"step{turn}", f"Newton step {turn}")
 
     def near(self, turn: int) -> Quantity:
+        """Return the quantity that is the coordinate after a Newton step of a number."""
         return self._like(f"near{turn}", f"after Newton step {turn}")
 
     def _like(self, suffix: str, remark: str) -> Quantity:
@@ -64,7 +67,7 @@ class Loops:
 
     @property
     def inputs(self) -> tuple[Vector, ...]:
-        """What the generated functions take besides the data."""
+        """Return the inputs that the generated functions take besides the data."""
         return (self.given,) if self.coordinates else ()
 
     @property
@@ -73,12 +76,12 @@ class Loops:
 
     @property
     def given(self) -> Vector:
-        """What the generated functions take: the coordinates as they were found."""
+        """Return the packed input of the generated functions: the values of the coordinates."""
         return Vector("loops", tuple(c.given for c in self.coordinates))
 
     @property
     def pivots(self) -> frozenset[Quantity]:
-        """Those that say nothing more than the pivot of the rates does."""
+        """Return the quantities that repeat what the pivot of the rates says."""
         first = [
             q for c in self.coordinates[:1] for q in (*(c.step(turn) for turn in range(1, ROUNDS + 1)), c.acceleration)
         ]
@@ -101,6 +104,7 @@ class Loops:
                 raise LoopError(f"{gap} holds none of the coordinates {', '.join(map(str, self.values))}")
 
     def jacobian(self) -> list[list[Expr]]:
+        """Return the Jacobian of the gaps (rows) in the coordinates (columns)."""
         return [[gap.diff(value) for value in self.values] for gap in self.gaps.values()]
 
     def steps(self, motion: Motion) -> tuple[Step, ...]:
@@ -139,7 +143,7 @@ class Loops:
         ]
 
     def functions(self, angle: Quantity, data: Vector, before: Sequence[Let]) -> tuple[ClosedForm, ...]:
-        """Where the coordinates start at the angle zero, and the gaps with their Jacobian (rows one after another).
+        """Build two functions: the coordinates at the angle zero, and the gaps with their Jacobian (row by row).
 
         ``before`` are the steps that the gaps may need.
         """

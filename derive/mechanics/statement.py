@@ -61,7 +61,7 @@ class Statement:
 
     @property
     def common(self) -> list[Action]:
-        """What acts between the ground and what equal sides share."""
+        """Return the actions between the ground and the bodies that equal sides share."""
         still = {self.ground, *self.shared}
         return [action for action in self.assembly.actions if {action.on, action.by} <= still]
 
@@ -296,6 +296,7 @@ def quantity(name: str, unit: str, meaning: str) -> Quantity:
 
 
 def triple(components: Sequence[Expr]) -> Triple:
+    """Return three components as expressions. Raises ValueError if there are more or fewer."""
     x, y, z = map(sp.sympify, components)
     return x, y, z
 
@@ -333,7 +334,7 @@ def places(stated: Statement, inputs: Sequence[Packed], before: Sequence[Step]) 
 
 
 def _points(stated: Statement, body: Body) -> Iterator[Point]:
-    """Where forces act on a body, and its centroids; each once."""
+    """Yield each point of a body at which a force acts, and its centroids, once."""
     acting = [action.at for action in stated.assembly.actions if action.sign(body) and any(action.force.components)]
     yield from dict.fromkeys([*acting, *(part.centroid for part in body.parts)])
 

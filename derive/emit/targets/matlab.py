@@ -123,7 +123,7 @@ def _unpacked(packed: Input, used: frozenset[sp.Symbol]) -> list[str]:
 
 
 def _place(index: int) -> str:
-    """Of an entry in a list that counts from one, or back from its end."""
+    """Return the index in a list that counts from one, or back from its end."""
     return str(index + 1) if index >= 0 else f"end - {-index - 1}"
 
 

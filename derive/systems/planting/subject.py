@@ -224,33 +224,43 @@ class PlantingDevice(Subject):
     """The planting device, as derived, on the cycle of the built-in one."""
 
     def claims(self) -> Mapping[Claimed, Equation]:
+        """Return the derived equations by their claims."""
         return claims.derive_claims()
 
     def admissible(self, rng: random.Random) -> Mapping[sp.Symbol, mpf]:
+        """Return random values of all symbols at which the machine works."""
         return claims.draw_admissible_point(rng)
 
     def reference(self, points: int) -> Sequence[Mapping[sp.Symbol, mpf]]:
+        """Return the values of all symbols at ``points`` angles of a cycle of the reference machine."""
         return claims.compute_reference_cycle(points)
 
     def common(self, printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
+        """Return both sides in the same quantities."""
         return claims.to_common_quantities(printed, derived)
 
     def footings(self, printed: Expr, derived: Expr) -> Sequence[tuple[Expr, Expr]]:
+        """Return the pairs of sides to compare."""
         return claims.list_comparisons(printed, derived)
 
     def folds(self) -> Mapping[sp.Symbol, Expr]:
+        """Return the offsets that may be taken from a symbol."""
         return claims.OFFSETS
 
     def actions(self) -> Mapping[sp.Symbol, str]:
+        """Return the descriptions of forces and moments by their symbols."""
         return claims.describe_actions()
 
     def zero(self) -> Mapping[sp.Symbol, str]:
+        """Return the symbols that are zero, each with the reason."""
         return claims.ZERO
 
     def lift(self, claim: Claimed, printed: Expr) -> Expr | None:
+        """Return a balance without the assumption that the print makes, or None if it makes none."""
         return claims.relax_balance(claim, printed)
 
     def dynamics(self) -> Dynamics:
+        """Return the laws, motions and derivation for the audit of the chain."""
         return build_dynamics()
 
     def files(self) -> Iterable[Path]:
