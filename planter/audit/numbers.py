@@ -38,7 +38,7 @@ SAMPLE_SIZE = 12
 
 
 @dataclass(frozen=True)
-class Slip:
+class SignError:
     """A disclosed input with reversed sign, and the values of the numbers that it reproduces, by index."""
 
     cause: str
@@ -46,12 +46,14 @@ class Slip:
     cured: Mapping[int, float]
 
 
-def find_sign_errors(numbers: Sequence[Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> list[Slip]:
+def find_sign_errors(
+    numbers: Sequence[Any], disclosed: Mapping[str, Any], assumed: Mapping[str, Any]
+) -> list[SignError]:
     """Return sign errors that explain numbers of a paper that are not reproduced, the most explanatory first.
 
     Each explains only numbers that no earlier one explains.
     """
-    remaining, slips = dict(enumerate(numbers)), list[Slip]()
+    remaining, slips = dict(enumerate(numbers)), list[SignError]()
     while len(remaining) >= MIN_NUMBERS:
         trials = [_try_sign(name, inputs, remaining, disclosed, assumed) for name, inputs in _reverse_signs(disclosed)]
         best = max(trials, key=lambda slip: len(slip.cured), default=None)
@@ -74,7 +76,7 @@ def _reverse_signs(disclosed: Mapping[str, Any]) -> Iterator[tuple[str, dict[str
 def _try_sign(
     name: str, inputs: Mapping[str, Any], numbers: Mapping[int, Any], disclosed: Mapping[str, Any],
     assumed: Mapping[str, Any],
-) -> Slip:  # fmt: skip
+) -> SignError:  # fmt: skip
     """Return the numbers that a sign explains, none if it explains none of the first `SAMPLE_SIZE`."""
     cured: dict[int, float] = {}
     for count, (place, number) in enumerate(numbers.items()):
@@ -83,7 +85,7 @@ def _try_sign(
         computed = _compute(number, {**disclosed, **inputs}, assumed)
         if computed is not None and computed.value is not None and number.agrees_with(computed):
             cured[place] = computed.value
-    return Slip(name, inputs, cured)
+    return SignError(name, inputs, cured)
 
 
 def _compute(number: Any, disclosed: Mapping[str, Any], assumed: Mapping[str, Any]) -> Computation | None:
@@ -100,7 +102,7 @@ _TIE = 2e-9
 
 
 @dataclass(frozen=True)
-class Number:
+class PrintedNumber:
     """A number as a paper prints it, its place, and its computation."""
 
     paper: str
@@ -126,7 +128,7 @@ class Number:
 class Recomputed:
     """A printed number and its computation from the paper's inputs; `reason` explains a failure."""
 
-    number: Number
+    number: PrintedNumber
     computed: Computation
     reason: str = ""
 
@@ -208,7 +210,7 @@ def list_causes(entries: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
             for (paper, cause), names in cured.items()]  # fmt: skip
 
 
-def list_numbers(table: Mapping[str, Any]) -> Iterator[Number]:
+def list_numbers(table: Mapping[str, Any]) -> Iterator[PrintedNumber]:
     """Yield the numbers of a data file, with rows of numbers expanded."""
     for row in table["number"]:
         each: Mapping[str, Sequence[Any]] = row.get("each", {})
@@ -219,10 +221,10 @@ def list_numbers(table: Mapping[str, Any]) -> Iterator[Number]:
             arguments = {**row.get("with", {}), **build_entry}
             origin = (row["paper"], quantity, row["unit"], text, row["by"], arguments)
             reading = build_entry.get("reading", row.get("reading", ""))
-            yield Number(*origin, row.get("needs", ()), reading, row.get("place", "").format_map(build_entry))
+            yield PrintedNumber(*origin, row.get("needs", ()), reading, row.get("place", "").format_map(build_entry))
 
 
-def recompute(number: Number, table: Mapping[str, Any]) -> Recomputed:
+def recompute(number: PrintedNumber, table: Mapping[str, Any]) -> Recomputed:
     """Compute a number from its paper's inputs, and record the assumed inputs that the formula reads.
 
     If the computation fails, the result has a reason instead of a value.

@@ -8,7 +8,7 @@ from typing import Any
 
 from planter.audit import attainable_front
 from planter.audit.equation_page import list_equation_blocks, mark_verdict
-from planter.audit.results import Audit
+from planter.audit.results import AuditResult
 from planter.audit.verdicts import HEADLINE, UNJUDGED
 from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
 from planter.report.presentation import ResultPresentation
@@ -37,7 +37,7 @@ def present_audit(result: Mapping[str, Any], typeset: Entry) -> ResultPresentati
         title="Formula audit",
         conclusion=f"{sum(s['at_fault'] for s in counts)} of {equations} printed equations are at fault; "
         f"{differing} of {numbers} printed numbers are not reproduced.",
-        record=Audit.read(result),
+        record=AuditResult.read(result),
         sections=list(_list_sections(result, typeset)),
         details=lambda: [
             *([] if front is None else [attainable_front.build_figure_section(front)]),

@@ -9,7 +9,7 @@ from planter.records import Record
 
 
 @dataclass(frozen=True)
-class Term(Record):
+class TermResult(Record):
     """A term of an equation, its largest size over the reference cycle, and that over the largest derived term's."""
 
     term: str
@@ -19,8 +19,8 @@ class Term(Record):
 
 
 @dataclass(frozen=True)
-class Vanishing(Record):
-    """A term that does not show, why, and whether the print has it."""
+class VanishingTerm(Record):
+    """A term that vanishes, the reason, and whether the print has it."""
 
     term: str
     because: str
@@ -28,7 +28,7 @@ class Vanishing(Record):
 
 
 @dataclass(frozen=True)
-class Depends(Record):
+class ReadingVerdict(Record):
     """The verdict under one of the readings that the paper admits; `because` names the place that admits it."""
 
     reading: str
@@ -38,10 +38,10 @@ class Depends(Record):
 
 
 @dataclass(frozen=True)
-class Equation(Record):
-    """A printed equation: verdict, smallest corrections, missing and unexplained terms, what the verdict hangs on.
+class EquationResult(Record):
+    """A printed equation: verdict, smallest corrections, missing and unexplained terms, the conditions of the verdict.
 
-    The verdict is `not judged` where judging it raises an error; `finding` is the reason. `domain` says where an
+    The verdict is `not judged` if judging it raises an error; `finding` is the reason. `domain` says where an
     equation does not hold that holds wherever the machine uses it; it is empty for any other.
 
     `answer` is the reading that is taken of what the paper leaves open: the kindest one to all equations that share it.
@@ -58,13 +58,13 @@ class Equation(Record):
     correction: list[str]
     reading: str
     answer: str
-    depends: list[Depends]
+    depends: list[ReadingVerdict]
     robust: bool
     domain: str
     reasons: list[str]
-    terms: list[Term]
-    unexplained: list[Term]
-    vanishing: list[Vanishing]
+    terms: list[TermResult]
+    unexplained: list[TermResult]
+    vanishing: list[VanishingTerm]
     printed: str
     derived: str
     defines: str
@@ -72,8 +72,8 @@ class Equation(Record):
 
 
 @dataclass(frozen=True)
-class Share(Record):
-    """What an equation does to a broken law: its repair alone takes away, it alone leaves, its Shapley value."""
+class EquationShare(Record):
+    """Share of an equation in a broken law: reduction by its repair alone, remainder without it, Shapley value."""
 
     equation: str
     alone: float
@@ -82,10 +82,10 @@ class Share(Record):
 
 
 @dataclass(frozen=True)
-class Law(Record):
+class LawResult(Record):
     """A law that the printed equations break as a whole, or keep, and the repairs that restore it.
 
-    `violation` is null and `search` is `not judged` where the law cannot be tried; `owed` says why.
+    `violation` is null and `search` is `not judged` if the law cannot be evaluated; `owed` is the reason.
 
     `violation` is under the kindest joint `reading`, empty where the literal one is; `violation_literal` with every
     symbol read literally, as the printed model computes it.
@@ -98,7 +98,7 @@ class Law(Record):
     caused_by: list[str]
     or_by: list[list[str]]
     search: str
-    shares: list[Share]
+    shares: list[EquationShare]
     reading: str
     violation_literal: float | None
     key: str
@@ -106,8 +106,8 @@ class Law(Record):
 
 
 @dataclass(frozen=True)
-class Number(Record):
-    """A printed number, what it comes to, and by how much that differs; `place` is where it is printed, if told.
+class PrintedNumberResult(Record):
+    """A printed number, its recomputed value, and their difference; `place` is empty if it is unknown.
 
     `interval` is what the rounding of printed inputs leaves open, for a number that its nominal value misses; `reason`
     says why nothing was computed, where the computation did not succeed.
@@ -133,7 +133,7 @@ class Number(Record):
 
 
 @dataclass(frozen=True)
-class Cause(Record):
+class CauseResult(Record):
     """One slip, its repair, and the equations and numbers that it explains."""
 
     paper: str
@@ -144,7 +144,7 @@ class Cause(Record):
 
 
 @dataclass(frozen=True)
-class Reference(Record):
+class ReferenceResult(Record):
     """Whether equations that a paper refers to give the quantities, and which do instead."""
 
     paper: str
@@ -156,7 +156,7 @@ class Reference(Record):
 
 
 @dataclass(frozen=True)
-class Statement(Record):
+class StatementResult(Record):
     """A statement of a paper's text, what was measured of it, and whether it holds."""
 
     paper: str
@@ -170,8 +170,8 @@ class Statement(Record):
 
 
 @dataclass(frozen=True)
-class Consequence(Record):
-    """What equations at fault do to a number: in the paper, by the equations as printed, as derived."""
+class ConsequenceResult(Record):
+    """A number that depends on faulty equations: in the paper, by the equations as printed, as derived."""
 
     paper: str
     about: str
@@ -186,7 +186,7 @@ class Consequence(Record):
 
 
 @dataclass(frozen=True)
-class Summary(Record):
+class PaperSummary(Record):
     """A paper: how often each verdict was given."""
 
     title: str
@@ -198,19 +198,19 @@ class Summary(Record):
 
 
 @dataclass(frozen=True)
-class Audit(Record):
+class AuditResult(Record):
     """`planter audit`; `front` with `--front` alone, in the words of the machine that it is of."""
 
-    equations: list[Equation]
-    laws: list[Law]
-    numbers: list[Number]
-    causes: list[Cause]
-    references: list[Reference]
-    claims: list[Statement]
-    consequences: list[Consequence]
-    summary: dict[str, Summary]
+    equations: list[EquationResult]
+    laws: list[LawResult]
+    numbers: list[PrintedNumberResult]
+    causes: list[CauseResult]
+    references: list[ReferenceResult]
+    claims: list[StatementResult]
+    consequences: list[ConsequenceResult]
+    summary: dict[str, PaperSummary]
     front: dict[str, Any] | None = None
 
 
-COMMANDS = {"audit": Audit}
+COMMANDS = {"audit": AuditResult}
 """What the package's command returns."""

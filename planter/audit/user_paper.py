@@ -34,7 +34,7 @@ MEASURE = "measure of a mechanism"
 
 
 @dataclass(frozen=True)
-class Question:
+class MeasureQuestion:
     """A measure of a quantity of a machine in a unit; `label` is the path of the number in the file.
 
     `conditions` are the keys of values for which it holds, each with its path in the file.
@@ -77,7 +77,7 @@ def _as_written(value: object, check: ValidatorFunctionWrapHandler) -> object:
 
 RoundedInput = Annotated[Real, WrapValidator(_as_written)]
 """A value of a paper, whose written digits determine its rounding."""
-Printed = Annotated[list[Annotated[Line, AfterValidator(_check_number)]], BeforeValidator(_check_texts)]
+PrintedTexts = Annotated[list[Annotated[Line, AfterValidator(_check_number)]], BeforeValidator(_check_texts)]
 
 
 class PrintedNumberRow(Section):
@@ -86,7 +86,7 @@ class PrintedNumberRow(Section):
     place: Annotated[Line, Field(min_length=1)]
     quantity: Annotated[Line, Field(min_length=1)]
     unit: Line
-    printed: Printed
+    printed: PrintedTexts
     values: Annotated[dict[str, RoundedInput], Field(alias="with", default_factory=dict)]
     each: Annotated[dict[str, list[RoundedInput | Line]], Field(default_factory=dict)]
     samples: Annotated[Whole, Field(ge=4, le=100_000)] | None = None
@@ -144,7 +144,9 @@ def list_rows(file: NumbersFile, source: Path, paper: str, machine: Path) -> Ite
             )
             places = {key: f"{label}.with.{key}" for key in row.values}
             places |= {key: f"{label}.each.{key}" for key in entry if not _is_placeholder(key, row)}
-            question = Question(machine, quantity, row.unit, label, everywhere | places, row.samples, row.until_s)
+            question = MeasureQuestion(
+                machine, quantity, row.unit, label, everywhere | places, row.samples, row.until_s
+            )
             yield {
                 "paper": paper,
                 "place": place,

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from planter.bench.case import EXACT, Absent, ArrayCode, Call, Case, Contender
+from planter.bench.case import EXACT, Absent, ArrayCode, BenchmarkCase, Call, Contender
 from planter.kernels import Array
 
 STEP = 1e-6
@@ -23,7 +23,7 @@ DESIGNS_PER_ARRAY = 16
 BUILT = "generated array code, one array over the angles"
 
 
-def build_numpy_contender(case: Case, work: str) -> Contender:
+def build_numpy_contender(case: BenchmarkCase, work: str) -> Contender:
     if work == "cycle":
         return Contender(Plain(case).value, BUILT)
     if work == "cycle+gradient":
@@ -35,32 +35,32 @@ def build_numpy_contender(case: Case, work: str) -> Contender:
     raise Absent("second differences agree with nothing to 1e-10")
 
 
-def build_stacked_contender(case: Case, work: str) -> Contender:
+def build_stacked_contender(case: BenchmarkCase, work: str) -> Contender:
     """All designs of a difference in one array: fewer calls of NumPy, larger arrays."""
     if work != "cycle+gradient":
         raise Absent("only a gradient has differences")
     built = "generated array code, one array over angles and steps; forward differences"
-    return Contender(Plain(case).gradient_together, built, (EXACT, DIFFERENCES))
+    return Contender(Plain(case).stacked_gradient, built, (EXACT, DIFFERENCES))
 
 
 class Plain:
     """Objective and its differences in plain NumPy."""
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: BenchmarkCase) -> None:
         self.case, self.code = case, ArrayCode(case.device)
         self.steps = STEP * (case.device.upper - case.device.lower)
 
     def value(self, x: Array) -> float:
-        h = self.case.hoisted(x)
+        h = self.case.invariants(x)
         share = self.code.share(np, self.case.lanes, x, h, self.case.constants)
-        return self.case.weighed(self.case.folded(share)).value
+        return self.case.build_objective(self.case.add_sides(share)).value
 
     def gradient(self, x: Array) -> tuple[float, Array]:
         value = self.value(x)
         moved = [self.value(x + step) for step in np.diag(self.steps)]
         return value, (np.array(moved) - value) / self.steps
 
-    def gradient_together(self, x: Array) -> tuple[float, Array]:
+    def stacked_gradient(self, x: Array) -> tuple[float, Array]:
         value, *moved = self._values(np.vstack([x, x + np.diag(self.steps)]))
         return float(value), (np.array(moved) - value) / self.steps
 
@@ -73,7 +73,7 @@ class Plain:
     def _values(self, designs: Array) -> Array:
         x, h = designs.T[:, :, None], self.case.prologues(designs)[:, :, None]
         share = self.code.share(np, self.case.lanes[None, :], x, h, self.case.constants)
-        return np.array([self.case.weighed(force).value for force in self.case.folded(share)])
+        return np.array([self.case.build_objective(force).value for force in self.case.add_sides(share)])
 
 
 DESIGNS_PER_CALL = 500
@@ -81,7 +81,7 @@ DESIGNS_PER_CALL = 500
 TRIALS = 15
 
 
-def build_jax_contender(case: Case, work: str, thorough: bool = True) -> Contender:
+def build_jax_contender(case: BenchmarkCase, work: str, thorough: bool = True) -> Contender:
     """The fastest of the forms that there are for a work, or, not `thorough`, the one that mostly is."""
     try:
         jax = importlib.import_module("jax")
@@ -93,7 +93,7 @@ def build_jax_contender(case: Case, work: str, thorough: bool = True) -> Contend
     return Contender(forms[form], f"jit, float64, prologue hoisted; {form}")
 
 
-def _fastest(case: Case, work: str, forms: dict[str, Call]) -> str:
+def _fastest(case: BenchmarkCase, work: str, forms: dict[str, Call]) -> str:
     if len(forms) == 1 or work == "batch":
         return next(iter(forms))
     designs = [x for x, _ in zip(case.designs(seed=1), range(TRIALS), strict=False)]
@@ -113,7 +113,7 @@ def _seconds(call: Call, designs: list[Array]) -> float:
 class Forms:
     """Forms of one calculation, which suit a compiler of arrays differently."""
 
-    def __init__(self, case: Case, jax: ModuleType) -> None:
+    def __init__(self, case: BenchmarkCase, jax: ModuleType) -> None:
         self.case, self.code, self.jax, self.np = case, ArrayCode(case.device), jax, jax.numpy
         self.lanes, self.constants = self.np.asarray(case.lanes), self.np.asarray(case.constants)
 
@@ -136,7 +136,7 @@ class Forms:
         return dict(sorted(forms.items(), reverse=True)) if share_first else forms
 
     def share(self, x: Any, h: Any) -> Any:
-        return self.case.folded(self.code.share(self.np, self.lanes, x, h, self.constants))
+        return self.case.add_sides(self.code.share(self.np, self.lanes, x, h, self.constants))
 
     def both(self, x: Any, h: Any) -> Any:
         half = tuple(self.lanes.reshape(2, -1))
@@ -149,7 +149,7 @@ class Forms:
 
     def _value(self, force: Callable[..., Any]) -> Call:
         run = self.jax.jit(lambda x, h: self.objective(force(x, h)))
-        return lambda x: float(run(x, self.case.hoisted(x)))
+        return lambda x: float(run(x, self.case.invariants(x)))
 
     def _with_gradient(self, function: Callable[..., Any]) -> Call:
         run = self.jax.jit(function)
@@ -199,7 +199,7 @@ class Forms:
 
         def call(x: Array) -> Array:
             rows, along_h = run(x, *self.case.prologue(x))
-            hessian: Array = np.asarray(rows) + self.case.bending(x, np.asarray(along_h))
+            hessian: Array = np.asarray(rows) + self.case.prologue_hessian(x, np.asarray(along_h))
             return hessian
 
         return call

@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter.bench.case import Absent, Call, Case, Contender, Lean, compiled
+from planter.bench.case import Absent, BenchmarkCase, Call, Contender, LeanFunction, compile_to_c
 from planter.kernels import Array, toolchain
 from planter.kernels.compiler import CompilerError, find_compiler
 from planter.optimise.epigraph import express_spread
@@ -22,35 +22,37 @@ from planter.planting.objective import evaluate_many
 BUILT = "one function, share of a side in a loop over the lanes, prologue and its tangent hoisted, own memory"
 
 
-def virtual_machine(case: Case, work: str) -> Contender:
+def build_virtual_machine(case: BenchmarkCase, work: str) -> Contender:
+    """Return the virtual machine of CasADi."""
     return _contender(case, work, _function(case, work), BUILT)
 
 
-def own_c(case: Case, work: str) -> Contender:
+def build_c_contender(case: BenchmarkCase, work: str) -> Contender:
+    """Return the C code of CasADi. Raises Absent if it cannot be compiled."""
     return _compiled(case, work, ())
 
 
-def own_c_fast(case: Case, work: str) -> Contender:
+def build_fast_c_contender(case: BenchmarkCase, work: str) -> Contender:
     """Return CasADi's C with the floating-point freedom of the lanes."""
     return _compiled(case, work, toolchain.FAST_MATH)
 
 
-def _compiled(case: Case, work: str, more: tuple[str, ...]) -> Contender:
+def _compiled(case: BenchmarkCase, work: str, more: tuple[str, ...]) -> Contender:
     flags = (*toolchain.OPTIMISED, *more)
     try:
         built = f"{BUILT}; {' '.join((*flags, *find_compiler().flags))}"
-        return _contender(case, work, compiled(_function(case, work), flags), built)
+        return _contender(case, work, compile_to_c(_function(case, work), flags), built)
     except CompilerError as reason:
         raise Absent(str(reason)) from None
 
 
-def _contender(case: Case, work: str, function: ca.Function, built: str) -> Contender:
+def _contender(case: BenchmarkCase, work: str, function: ca.Function, built: str) -> Contender:
     if work == "batch":
         return Contender(_many(function), f"{built}; {_threads()} threads")
-    return Contender(_call(Lean(function), work), built)
+    return Contender(_call(LeanFunction(function), work), built)
 
 
-def _call(run: Lean, work: str) -> Call:
+def _call(run: LeanFunction, work: str) -> Call:
     if work == "cycle":
         return lambda x: float(run(x)[0][0, 0])
     if work == "hessian":
@@ -68,18 +70,18 @@ def _threads() -> int:
 
 
 def _many(function: ca.Function) -> Call:
-    calls: dict[int, Lean] = {}
+    calls: dict[int, LeanFunction] = {}
 
     def call(designs: Array) -> Array:
         count = len(designs)
         if count not in calls:
-            calls[count] = Lean(function.map(count, "thread", min(_threads(), count)))
+            calls[count] = LeanFunction(function.map(count, "thread", min(_threads(), count)))
         return calls[count](designs.T)[0][0]
 
     return call
 
 
-def _function(case: Case, work: str) -> ca.Function:
+def _function(case: BenchmarkCase, work: str) -> ca.Function:
     graphs = Graphs(case)
     builders: dict[str, Callable[[], ca.Function]] = {
         "cycle": graphs.value, "cycle+gradient": graphs.gradient, "hessian": graphs.hessian, "batch": graphs.value,
@@ -90,7 +92,7 @@ def _function(case: Case, work: str) -> ca.Function:
 class Graphs:
     """A turn as CasADi functions of the design."""
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: BenchmarkCase) -> None:
         device = case.device
         self.case, self.response = case, device.force.response
         self.x = ca.MX.sym("x", device.size)
@@ -164,7 +166,7 @@ def _sum(terms: Sequence[ca.MX]) -> ca.MX:
     return first
 
 
-def build_kernel_contender(case: Case, work: str) -> Contender:
+def build_kernel_contender(case: BenchmarkCase, work: str) -> Contender:
     turns = case.turns
     if turns.way != "lanes":
         raise Absent(f"this machine evaluates turns by {turns.way}")

@@ -24,7 +24,7 @@ from planter.planting.model import FORCE, Device
 from planter.planting.objective import CycleObjective
 
 
-class Lean:
+class LeanFunction:
     """A function with dense outputs; inputs of any shape with as many numbers as it takes, column by column."""
 
     def __init__(self, function: ca.Function) -> None:
@@ -39,7 +39,7 @@ class Lean:
             buffer.set_res(i, place.ravel(order="F").data)
 
     def __call__(self, *arrays: Array) -> list[Array]:
-        """The outputs, (rows, columns) each."""
+        """Return the outputs, (rows, columns) each."""
         for memory, array in zip(self._inputs, arrays, strict=True):
             memory[:] = array if array.ndim == 1 else array.ravel(order="F")
         self._run()
@@ -48,8 +48,8 @@ class Lean:
         return [memory.copy() for memory in self._outputs]
 
 
-def compiled(function: ca.Function, flags: tuple[str, ...] = toolchain.OPTIMISED) -> ca.Function:
-    """The function in CasADi's own C. Raises CompilerError."""
+def compile_to_c(function: ca.Function, flags: tuple[str, ...] = toolchain.OPTIMISED) -> ca.Function:
+    """Return the function in CasADi's own C. Raises CompilerError if it cannot be compiled."""
     generator = ca.CodeGenerator(f"{function.name()}.c")
     generator.add(function)
     path = toolchain.build_library(function.name(), generator.dump(), flags)
@@ -57,10 +57,10 @@ def compiled(function: ca.Function, flags: tuple[str, ...] = toolchain.OPTIMISED
     return ca.external(function.name(), str(path))
 
 
-def fastest(function: ca.Function) -> ca.Function:
-    """The function in CasADi's own C, or, where there is no compiler, as it is."""
+def compile_if_possible(function: ca.Function) -> ca.Function:
+    """Return the function in CasADi's own C, or unchanged if it cannot be compiled."""
     try:
-        return compiled(function)
+        return compile_to_c(function)
     except CompilerError:
         return function
 
@@ -75,19 +75,19 @@ their objectives (m,)."""
 
 
 class Absent(Exception):
-    """A way is not there, or does not do this work; the message says why."""
+    """Raised if a way is not installed or cannot do a task; the message is the reason."""
 
 
 @dataclass(frozen=True)
 class Contender:
-    """One way to do a work: how it is called, how it was built, and how well each part of its result must agree."""
+    """A way to do a task: its function, its description, and the relative tolerances of the parts of its result."""
 
     call: Call
     built: str
     tolerances: tuple[float, ...] = (EXACT, EXACT)
 
 
-class Case:
+class BenchmarkCase:
     """The objective of a built-in machine over a turn, and designs drawn from its box.
 
     Where both sides of a device are equal, F(phi) = S(phi) + S(phi - pi) with the share S of one side: `lanes` are the
@@ -100,23 +100,23 @@ class Case:
         self.objective, self.constants = self.turns.objective, self.device.constants
         self.sides = len(self.turns.offsets)
         self.angles = self.turns.angles
-        self._mapped: dict[int, Lean] = {}
+        self._mapped: dict[int, LeanFunction] = {}
         self.lanes: Array = np.add.outer(self.turns.offsets, self.angles).ravel()
 
     def designs(self, seed: int = 0) -> Iterator[Array]:
-        """Designs (p,) without end, all different; the same seed gives the same ones."""
+        """Yield random designs (p,) without end; the same seed yields the same ones."""
         rng = np.random.default_rng(seed)
         while True:
             yield self.draw_designs(rng, 1)[0]
 
     def draw_designs(self, rng: np.random.Generator, count: int) -> Array:
-        """Designs (count, p) in the box."""
+        """Return random designs (count, p) within the bounds."""
         lower, upper = self.device.lower, self.device.upper
         designs: Array = lower + rng.random((count, len(lower))) * (upper - lower)
         return designs
 
     def prologue(self, x: Array) -> tuple[Array, Array]:
-        """h (k,) and dh (k, p) of a design, in CasADi's C, unchecked: for ways without a prologue."""
+        """Return h (k,) and dh (k, p) of a design, by CasADi's C, unchecked: for ways without a prologue."""
         h, dh = self._prologue(self.values(x))
         return h[:, 0], dh
 
@@ -124,44 +124,44 @@ class Case:
         """Return a design (p,), then the constants: all values (v,) of the machine."""
         return np.concatenate([x, self.constants])
 
-    def hoisted(self, x: Array) -> Array:
-        """h (k,) alone."""
+    def invariants(self, x: Array) -> Array:
+        """Return h (k,) of a design."""
         invariants: Array = self._hoisted(x, self.constants)[0][:, 0]
         return invariants
 
     def prologues(self, designs: Array) -> Array:
-        """h of designs (m, p), (k, m)."""
+        """Return h (k, m) of designs (m, p)."""
         count = len(designs)
         if count not in self._mapped:
-            self._mapped[count] = Lean(self._function.map("prologues", "serial", count, [1], []))
+            self._mapped[count] = LeanFunction(self._function.map("prologues", "serial", count, [1], []))
         return self._mapped[count](designs.T, self.constants)[0]
 
-    def bending(self, x: Array, weights: Array) -> Array:
-        """Hessian (p, p) of weights . h in the design."""
+    def prologue_hessian(self, x: Array, weights: Array) -> Array:
+        """Return the Hessian (p, p) of weights . h in the design."""
         return self._bending(self.values(x), weights)[0]
 
     @cached_property
     def _function(self) -> ca.Function:
-        return fastest(self.device.functions.prologue_function)
+        return compile_if_possible(self.device.functions.prologue_function)
 
     @cached_property
-    def _hoisted(self) -> Lean:
-        return Lean(self._function)
+    def _hoisted(self) -> LeanFunction:
+        return LeanFunction(self._function)
 
     @cached_property
-    def _prologue(self) -> Lean:
-        return Lean(fastest(_dense(self.device.force.response.prologue_kernel.function)))
+    def _prologue(self) -> LeanFunction:
+        return LeanFunction(compile_if_possible(_dense(self.device.force.response.prologue_kernel.function)))
 
     @cached_property
-    def _bending(self) -> Lean:
-        return Lean(fastest(_dense(self.device.force.response.prologue_hessian_kernel.function)))
+    def _bending(self) -> LeanFunction:
+        return LeanFunction(compile_if_possible(_dense(self.device.force.response.prologue_hessian_kernel.function)))
 
-    def folded(self, share: Any) -> Any:
-        """The force at `angles` from the share at `lanes`, along the last axis."""
+    def add_sides(self, share: Any) -> Any:
+        """Return the force at `angles` from the share at `lanes`, along the last axis."""
         return share.reshape(*share.shape[:-1], self.sides, -1).sum(-2)
 
-    def weighed(self, force: Array) -> WeightedSum:
-        """The objective of a force (n,)."""
+    def build_objective(self, force: Array) -> WeightedSum:
+        """Return the objective of a force (n,)."""
         return WeightedSum(self.objective, force)
 
 
@@ -182,9 +182,9 @@ class ArrayCode:
     def __init__(
         self, device: Device, module: ModuleType | None = None, contacts: Sequence[ContactFunction] = ()
     ) -> None:
-        self.module = module or emitted_array(f"planting_{device.model}")
-        self.contacts = contacts or [emitted_array(f"curve_{s.family}").contact for s in device.stages]
-        self.flank = emitted_array(functions.find_flank_module(device.machine.cam.flank)).law
+        self.module = module or load_array_module(f"planting_{device.model}")
+        self.contacts = contacts or [load_array_module(f"curve_{s.family}").contact for s in device.stages]
+        self.flank = load_array_module(functions.find_flank_module(device.machine.cam.flank)).law
         sizes = [len(stage.names) for stage in device.stages]
         self._x = np.cumsum([0, device.size - sum(sizes), *sizes]).tolist()
         self._h = np.cumsum([0, *(1 + stage.terms for stage in device.stages)]).tolist()
@@ -192,7 +192,7 @@ class ArrayCode:
         self._force = names.index(FORCE)
 
     def side(self, xp: Any, phi: Any, x: Any, h: Any, c: Any) -> Any:
-        """All quantities of a side at angles `phi`."""
+        """Return all quantities of a side at angles `phi`."""
         mounting, first, second = (x[a:b] for a, b in zip(self._x, self._x[1:], strict=False))
         curve1, curve2, hoisted = h[: self._h[1]], h[self._h[1] : self._h[2]], h[self._h[2] :]
         return self.module.lane(
@@ -206,7 +206,7 @@ class ArrayCode:
         return self._total(xp, (side, nothing), c) - self._total(xp, (nothing, nothing), c) / 2
 
     def force(self, xp: Any, phi: tuple[Any, Any], x: Any, h: Any, c: Any) -> Any:
-        """The force of both sides, each at its own angles."""
+        """Return the force of both sides, each at its own angles."""
         first, second = (self.side(xp, angles, x, h, c) for angles in phi)
         return self._total(xp, (first, second), c)
 
@@ -214,6 +214,6 @@ class ArrayCode:
         return self.module.frame(xp, *sides, c)[self._force]
 
 
-def emitted_array(name: str) -> ModuleType:
-    """A module of array code."""
+def load_array_module(name: str) -> ModuleType:
+    """Return a generated module of array code."""
     return generated.module(f"array.{name}")

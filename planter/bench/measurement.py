@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from planter.bench.case import Call, Case, Contender
-from planter.bench.results import Arithmetic, Rate, Spread, Surroundings
+from planter.bench.case import BenchmarkCase, Call, Contender
+from planter.bench.results import ArithmeticPeak, ArithmeticRate, BenchmarkMachine, DurationQuartiles
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel, backends, builds, lane_source, toolchain
 from planter.kernels.compiler import CompilerError, find_compiler
@@ -30,15 +30,15 @@ from planter.version import __version__
 PACKAGES = ("casadi", "numpy", "scipy", "jax", "jaxlib", "sympy", "ezdxf", "ncgears")
 
 
-def machine() -> Surroundings:
-    """Processor, cores, and how busy the machine was when the benchmark began (None where it cannot be told)."""
+def describe_machine() -> BenchmarkMachine:
+    """Return processor, cores, system, and the load before the benchmark, which is None if it is unknown."""
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     system = f"{platform.system()} {platform.release()}"
-    return Surroundings(_processor(), platform.machine(), os.cpu_count(), system, load)
+    return BenchmarkMachine(_processor(), platform.machine(), os.cpu_count(), system, load)
 
 
 def _processor() -> str:
-    """Name of the processor, with family, model and stepping where the system tells them: names alone may not say."""
+    """Return the name of the processor, with family, model and stepping if the system has them."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     except OSError:
@@ -51,8 +51,8 @@ def _processor() -> str:
     return f"{fields['model name']} ({', '.join(numbers)})" if numbers else fields["model name"]
 
 
-def versions() -> dict[str, str]:
-    """Version of everything that takes part; what is not installed is left out."""
+def list_versions() -> dict[str, str]:
+    """Return the versions of all installed packages that take part, of the compiler and its flags."""
     versions_by_name = {"planter": __version__, "python": platform.python_version()}
     for name in PACKAGES:
         try:
@@ -94,16 +94,16 @@ class Times:
     def median_us(self) -> float:
         return float(np.median(self.seconds)) * 1e6
 
-    def spread(self) -> Spread:
-        """Quartiles [us] and the number of calls."""
+    def quartiles(self) -> DurationQuartiles:
+        """Return quartiles [us] and the number of calls."""
         low, high = np.percentile(self.seconds, (25, 75)) * 1e6
-        return Spread(float(low), float(high), len(self.seconds))
+        return DurationQuartiles(float(low), float(high), len(self.seconds))
 
 
-def agree(work: str, contenders: Mapping[str, Contender], inputs: Sequence[Array]) -> dict[str, float]:
-    """The largest relative difference of each way from the first one over the inputs.
+def check_agreement(work: str, contenders: Mapping[str, Contender], inputs: Sequence[Array]) -> dict[str, float]:
+    """Return the largest relative difference of each way from the first one over the inputs.
 
-    Raises Disagreement, naming work and way, where one is off by more than it may be.
+    Raises Disagreement, naming task and way, if a difference exceeds its tolerance.
     """
     reference, *_ = contenders
     worst = dict.fromkeys(contenders, 0.0)
@@ -114,15 +114,15 @@ def agree(work: str, contenders: Mapping[str, Contender], inputs: Sequence[Array
             if len(parts) != len(expected):
                 raise Disagreement(f"{work}: {name} gives {len(parts)} results, and {reference} {len(expected)}")
             for part, target, tolerance in zip(parts, expected, contender.tolerances, strict=False):
-                off = difference(part, target)
+                off = relative_difference(part, target)
                 worst[name] = max(worst[name], off)
                 if not off <= tolerance:
                     raise Disagreement(f"{work}: {name} is off {reference} by {off:.2g}; {tolerance:g} is allowed")
     return worst
 
 
-def difference(values: Array, target: Array) -> float:
-    """Largest difference relative to the largest entry; infinite for other shapes and for what is not finite."""
+def relative_difference(values: Array, target: Array) -> float:
+    """Return the largest difference relative to the largest entry; infinite if shapes differ or values are infinite."""
     if values.shape != target.shape or not np.isfinite(values).all():
         return float("inf")
     return float(np.abs(values - target).max() / np.abs(target).max())
@@ -134,8 +134,8 @@ def _parts(result: Any) -> list[Array]:
     ]
 
 
-def race(calls: Mapping[str, Call], inputs: Iterator[Any], rounds: int, slot_s: float) -> dict[str, Times]:
-    """Times of each call on inputs that are new every time.
+def time_calls(calls: Mapping[str, Call], inputs: Iterator[Any], rounds: int, slot_s: float) -> dict[str, Times]:
+    """Return the times of each call on inputs that are new every time.
 
     In a round every way has its slot of about `slot_s` seconds (0: one call); who begins changes from round to
     round. The first call of a slot of many is not timed: it fetches a way's code and data into the caches again.
@@ -155,19 +155,19 @@ def _slot(call: Call, inputs: Sequence[Any], warm: bool, times: Times) -> None:
     if warm:
         call(inputs[0])
     for x in inputs[warm:]:
-        times.seconds.append(timed(lambda x=x: call(x)))  # type: ignore[misc]
+        times.seconds.append(time_call(lambda x=x: call(x)))  # type: ignore[misc]
 
 
 def _calls(call: Call, inputs: Iterator[Any], slot_s: float) -> int:
     """Return the number of calls that fill a slot; 1, without a trial, for a slot of length 0."""
     if slot_s == 0:
         return 1
-    taken = min(timed(lambda: call(next(inputs))) for _ in range(2))
+    taken = min(time_call(lambda: call(next(inputs))) for _ in range(2))
     return max(1, min(MOST_CALLS, int(slot_s / taken)))
 
 
-def timed(call: Callable[[], Any]) -> float:
-    """Duration of a call [s]."""
+def time_call(call: Callable[[], Any]) -> float:
+    """Return the duration of a call [s]."""
     begun = time.perf_counter()
     call()
     return time.perf_counter() - begun
@@ -193,8 +193,8 @@ SUMS = 12
 ROUNDS, CYCLES, FUSED = 9, 200_000, 200_000
 
 
-def operations(kernel: Kernel) -> int:
-    """Arithmetic operations of a lane's graph."""
+def count_operations(kernel: Kernel) -> int:
+    """Return the number of arithmetic operations in the graph of a lane."""
     graph = LaneGraph.of(kernel.function, kernel.lanes)
     assignments = [a for a in graph.varying if isinstance(a.source, ScalarOperation)]
     turned = {a.arguments for a in assignments if _text(a) in SERIES}
@@ -206,10 +206,10 @@ _PACKED = re.compile(r"v(add|sub|mul|div|sqrt|max|min|cmp\w*|blend\w*|round|rnds
 _WIDTHS = ("zmm", "ymm")
 
 
-def executed_operations(library: Path, name: str) -> int | None:
-    """Arithmetic operations of a lane in the vector loop of a compiled function, from its machine code.
+def count_executed_operations(library: Path, name: str) -> int | None:
+    """Return the number of arithmetic operations of a lane in the vector loop of a compiled function's machine code.
 
-    None without objdump (GNU binutils), on processors other than x86-64, and where there is no loop in vectors.
+    Return None without objdump (GNU binutils), on processors other than x86-64, and if no loop has vectors.
     """
     tool = shutil.which("objdump")
     if tool is None:
@@ -225,7 +225,7 @@ def executed_operations(library: Path, name: str) -> int | None:
 
 
 def _loop_bodies(instructions: list[tuple[str, str, str]]) -> Iterator[list[tuple[str, str, str]]]:
-    """Instructions from the target of each jump back to that jump."""
+    """Yield the instructions from the target of each backward jump to that jump."""
     places = {address: index for index, (address, _, _) in enumerate(instructions)}
     for index, (_, code, operands) in enumerate(instructions):
         target = places.get(operands.partition(" ")[0], index) if code.startswith("j") else index
@@ -234,7 +234,7 @@ def _loop_bodies(instructions: list[tuple[str, str, str]]) -> Iterator[list[tupl
 
 
 def _vector_operations(body: list[tuple[str, str, str]]) -> int:
-    """Operations of the packed arithmetic of a loop on its widest registers; a fused multiply-add is two."""
+    """Return the number of packed operations of a loop on its widest registers; a fused multiply-add is two."""
     packed = [(match, operands) for _, code, operands in body if (match := _PACKED.fullmatch(code))]
     widest = next((width for width in _WIDTHS if any(width in operands for _, operands in packed)), None)
     return sum(2 if match[2] else 1 for match, operands in packed if widest and widest in operands)
@@ -249,7 +249,7 @@ def _cost(text: str) -> int:
 
 
 class Peak:
-    """Measured on one core: cycles and operations a second, and the width of a vector. Raises CompilerError."""
+    """Cycles per second, operations per cycle, and vector width of one core, measured. Raises CompilerError."""
 
     def __init__(self) -> None:
         source = resources.files(__package__).joinpath("peak.c").read_text(encoding="utf-8")
@@ -257,30 +257,30 @@ class Peak:
         raw.fused.argtypes = (ctypes.c_long, ctypes.c_double, ctypes.c_double)
         raw.fused.restype, raw.cycles.argtypes = ctypes.c_double, (ctypes.c_long, ctypes.c_long)
         self.lanes = int(raw.lanes())
-        clock = min(timed(lambda: raw.cycles(CYCLES, 1)) for _ in range(ROUNDS))
-        fused = min(timed(lambda: raw.fused(FUSED, 0.5, 1.0)) for _ in range(ROUNDS))
+        clock = min(time_call(lambda: raw.cycles(CYCLES, 1)) for _ in range(ROUNDS))
+        fused = min(time_call(lambda: raw.fused(FUSED, 0.5, 1.0)) for _ in range(ROUNDS))
         self.hertz = 16 * CYCLES / clock
         self.operations_per_cycle = 2 * SUMS * self.lanes * FUSED / fused / self.hertz
 
     @property
     def vector_width(self) -> int:
-        """Bits."""
+        """Width of a vector [bit]."""
         return 64 * self.lanes
 
-    def table(self, case: Case, medians_us: dict[str, dict[str, float]]) -> Arithmetic:
-        """Operations a cycle of the ways whose operations can be counted, from medians by work and way."""
+    def table(self, case: BenchmarkCase, medians_us: dict[str, dict[str, float]]) -> ArithmeticPeak:
+        """Return the operations per cycle of the ways whose operations can be counted, from medians by task and way."""
         response, turn = case.device.force.response, len(case.lanes)
         kernels = {"cycle": response.values_kernel, "cycle+gradient": response.slopes_kernel}
         rows = []
         for work, kernel in kernels.items():
-            counts = {"casadi-vm": operations(kernel), "lanes": _compiled_operations(kernel)}
+            counts = {"casadi-vm": count_operations(kernel), "lanes": _compiled_operations(kernel)}
             for way, median in medians_us.get(work, {}).items():
                 if count := counts.get(way):
                     rate = turn * count / (median * 1e-6 * self.hertz)
-                    rows.append(Rate(work, way, turn * count, rate, rate / self.operations_per_cycle))
-        return Arithmetic(self.hertz / 1e9, self.operations_per_cycle, rows)
+                    rows.append(ArithmeticRate(work, way, turn * count, rate, rate / self.operations_per_cycle))
+        return ArithmeticPeak(self.hertz / 1e9, self.operations_per_cycle, rows)
 
 
 def _compiled_operations(kernel: Kernel) -> int | None:
     kernel.compile()
-    return executed_operations(backends.build_lane_library(kernel.work), kernel.function.name())
+    return count_executed_operations(backends.build_lane_library(kernel.work), kernel.function.name())

@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 
 from planter import workers
-from planter.bench.case import EXACT, MACHINE, Absent, Contender, Lean, compiled
+from planter.bench.case import EXACT, MACHINE, Absent, Contender, LeanFunction, compile_to_c
 from planter.engine.response import MachineResponse
 from planter.errors import ComputationError
 from planter.kernels import Array, Kernel, generated, toolchain
@@ -29,7 +29,7 @@ from planter.mechanism.file import load
 from planter.mechanism.machines import build_machine
 
 EXAMPLES = {"slider-crank": "slider_crank", "four-bar": "transplanting_arm"}
-"""Works, and the examples that they take."""
+"""Examples of the guide by task."""
 ANGLES = 360
 TORQUE = "M_in"
 AROUND = 1e-3
@@ -44,7 +44,7 @@ class MechanismCase:
 
     def __init__(self, work: str, folder: Path) -> None:
         name = EXAMPLES[work]
-        derive(name, folder)
+        derive_example(name, folder)
         file = load(folder / f"{name}.toml")
         machine = build_machine(file)
         self.name, self.folder, self.formulas, self.data = name, folder, file.model, file.data()
@@ -54,7 +54,7 @@ class MechanismCase:
         self.hoists = "prologue" in self.formulas.sidecar["functions"]
 
     def designs(self, seed: int = 0) -> Iterator[Array]:
-        """Designs without end, all different; the same seed gives the same ones."""
+        """Yield random designs without end; the same seed yields the same ones."""
         rng = np.random.default_rng(seed)
         while True:
             yield self.data * (1 + AROUND * rng.uniform(-1, 1, len(self.data)))
@@ -72,11 +72,11 @@ class MechanismCase:
 
     @cached_property
     def turn(self) -> ca.Function:
-        """Function of all angles, as a loop that CasADi prints."""
+        """Function of all angles, as a loop in CasADi."""
         return self.function.map(f"{self.name}_turn", "serial", ANGLES, [2], [0, 1])
 
     def mean(self, lane: Callable[..., Any], xp: Any, data: Any, prologue: Callable[..., Any]) -> Any:
-        """The mean square by array code."""
+        """Return the mean square of the torque, computed by array code."""
         inputs = [self.angles, data, *([self.places] if len(self.places) else [])]
         torque = lane(xp, *inputs, *([prologue(xp, data)] if self.hoists else []))[self.row]
         return (torque**2).mean()
@@ -86,8 +86,8 @@ class MechanismCase:
         return generated.module(f"array/{self.name}", self.folder)
 
 
-def lanes(case: MechanismCase) -> Contender:
-    """Our own way: the kernel on arrays that stay."""
+def build_kernel_contender(case: MechanismCase) -> Contender:
+    """Return the kernel of planter, bound to its arrays. Raises Absent if kernels are evaluated otherwise here."""
     kernel = Kernel(case.function, lanes=OWN, summed=True)
     kernel.compile()
     if kernel.way != "lanes":
@@ -103,19 +103,21 @@ def lanes(case: MechanismCase) -> Contender:
     return Contender(call, f"kernel bound to its arrays; {' '.join(toolchain.loop_flags(toolchain.OPTIMISED))}")
 
 
-def virtual_machine(case: MechanismCase) -> Contender:
+def build_virtual_machine(case: MechanismCase) -> Contender:
+    """Return the virtual machine of CasADi."""
     return _casadi(case, case.turn, "one function, angles in a loop, own memory")
 
 
-def own_c(case: MechanismCase) -> Contender:
+def build_c_contender(case: MechanismCase) -> Contender:
+    """Return the C code of CasADi. Raises Absent if it cannot be compiled."""
     try:
-        return _casadi(case, compiled(case.turn), f"the same in CasADi's C; {' '.join(toolchain.OPTIMISED)}")
+        return _casadi(case, compile_to_c(case.turn), f"the same in CasADi's C; {' '.join(toolchain.OPTIMISED)}")
     except CompilerError as reason:
         raise Absent(str(reason)) from None
 
 
 def _casadi(case: MechanismCase, function: ca.Function, built: str) -> Contender:
-    run = Lean(function)
+    run = LeanFunction(function)
 
     def call(x: Array) -> tuple[float, Array]:
         value, gradient = run(case.angles, case.places, x)
@@ -124,7 +126,8 @@ def _casadi(case: MechanismCase, function: ca.Function, built: str) -> Contender
     return Contender(call, built)
 
 
-def numpy(case: MechanismCase) -> Contender:
+def build_numpy_contender(case: MechanismCase) -> Contender:
+    """Return array code in NumPy with forward differences."""
     module = case.array
 
     def value(x: Array) -> float:
@@ -133,7 +136,8 @@ def numpy(case: MechanismCase) -> Contender:
     return _differences(value, "generated array code over all angles")
 
 
-def jax(case: MechanismCase) -> Contender:
+def build_jax_contender(case: MechanismCase) -> Contender:
+    """Return array code in JAX. Raises Absent if it is not installed."""
     try:
         library = importlib.import_module("jax")
     except ModuleNotFoundError:
@@ -153,7 +157,7 @@ def jax(case: MechanismCase) -> Contender:
     return Contender(call, "jit of value_and_grad, float64, over all angles")
 
 
-def lambdify(case: MechanismCase) -> Contender:
+def build_sympy_contender(case: MechanismCase) -> Contender:
     raise Absent("eliminations with pivots, written out, outgrow the expressions of SymPy")
 
 
@@ -170,8 +174,13 @@ def _differences(value: Callable[[Array], float], built: str) -> Contender:
 
 
 BUILDERS: dict[str, Callable[[MechanismCase], Contender]] = {
-    "casadi-vm": virtual_machine, "numpy": numpy, "lambdify": lambdify, "jax": jax, "casadi-c": own_c, "lanes": lanes,
-}  # fmt: skip
+    "casadi-vm": build_virtual_machine,
+    "numpy": build_numpy_contender,
+    "lambdify": build_sympy_contender,
+    "jax": build_jax_contender,
+    "casadi-c": build_c_contender,
+    "lanes": build_kernel_contender,
+}
 """Ways by their names; the first is what the others must agree with."""
 
 
@@ -189,7 +198,7 @@ Start = Callable[[object], None]
 
 @contextmanager
 def cold_starts() -> Iterator[tuple[dict[str, Start], dict[str, str]]]:
-    """New processes by name, and what each does; the caches of compiled functions are filled before, but in one."""
+    """Yield new processes by name, and descriptions; all caches of compiled functions but one are filled before."""
     with tempfile.TemporaryDirectory(prefix="planter-") as folder:
         first = _folders(Path(folder))
 
@@ -230,8 +239,8 @@ def _run(command: Sequence[str], cwd: Path | None = None, **variables: object) -
         raise ComputationError(f"a process of Python ended with {done.returncode}: {' '.join(reason)}")
 
 
-def root() -> Path:
-    """The checkout that has `derive/`. Raises Absent if it is missing, or SymPy is."""
+def find_checkout() -> Path:
+    """Return the checkout that contains `derive/`. Raises Absent if it is missing, or SymPy is."""
     for name in ("derive", "sympy"):
         if importlib.util.find_spec(name) is None:
             raise Absent(f"{name} cannot be imported here")
@@ -242,18 +251,18 @@ def root() -> Path:
     return folder
 
 
-def derive(example: str, folder: Path) -> None:
-    """An example of the guide, derived into a folder. Raises Absent outside a checkout or without SymPy."""
-    source = root() / "docs" / "examples" / f"{example}.py"
+def derive_example(example: str, folder: Path) -> None:
+    """Derive an example of the guide into a folder. Raises Absent outside a checkout or without SymPy."""
+    source = find_checkout() / "docs" / "examples" / f"{example}.py"
     if not source.is_file():
         raise Absent(f"there is no {source.name} here")
     _run(workers.program_command("derive", str(source), "--out", str(folder)))
 
 
 @contextmanager
-def derivation() -> Iterator[Start]:
-    """`python -m derive` in a copy of the checkout, so that nothing is written there. Raises Absent."""
-    source = root()
+def prepare_derivation() -> Iterator[Start]:
+    """Yield `python -m derive` in a copy of the checkout, which stays unchanged. Raises Absent if there is none."""
+    source = find_checkout()
     with tempfile.TemporaryDirectory(prefix="planter-") as folder:
         copy = Path(folder)
         for name in DERIVED:

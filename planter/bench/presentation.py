@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from planter.bench.results import Arithmetic, Benchmark, Way, Work
+from planter.bench.results import ArithmeticPeak, Benchmark, TaskTimes, WayTimes
 from planter.report import bundle
 from planter.report.html import Block, Items, Section, Table, Text
 from planter.report.presentation import ResultPresentation
@@ -75,11 +75,11 @@ def _summarise(result: Benchmark) -> Table:
     return Table(("way", *(f"{task} / us (ratio)" for task in tasks)), rows)
 
 
-def _format_median(way: Way | None) -> str:
+def _format_median(way: WayTimes | None) -> str:
     return f"{_format_time(way.median_us)} ({way.ratio:.3g})" if way else ""
 
 
-def _list_task_blocks(work: Work) -> Iterator[Block]:
+def _list_task_blocks(work: TaskTimes) -> Iterator[Block]:
     """Yield the times of all ways, the search for the best of several basins, and the deviation of drawn gears."""
     yield Table(WAY_HEAD, [_tabulate_way(way) for way in (*work.ways, *work.variants)])
     if work.exact is not None:
@@ -95,7 +95,7 @@ def _list_task_blocks(work: Work) -> Iterator[Block]:
         yield Text(f"{'; '.join(sentences)}.")
 
 
-def _tabulate_way(way: Way) -> Sequence[str]:
+def _tabulate_way(way: WayTimes) -> Sequence[str]:
     low, high = map(_format_time, (way.spread.quartile1_us, way.spread.quartile3_us))
     disagreement = "" if way.disagreement is None else f"{way.disagreement:.1g}"
     median = _format_time(way.median_us)
@@ -111,7 +111,7 @@ def _format_time(value: float) -> str:
     return f"{rounded:,.0f}".replace(",", " ") if rounded >= 100 else f"{rounded:g}"
 
 
-def _list_rate_blocks(arithmetic: Arithmetic, width: int | None) -> Iterator[Block]:
+def _list_rate_blocks(arithmetic: ArithmeticPeak, width: int | None) -> Iterator[Block]:
     yield Text(
         f"Peak of one core, measured: {arithmetic.peak_operations_per_cycle:.1f} operations per cycle "
         f"(vectors of {width} bits, a fused multiply-add is two) at {arithmetic.clock_GHz:.2f} GHz"

@@ -10,8 +10,8 @@ from planter.records import Record
 
 
 @dataclass(frozen=True)
-class Spread(Record):
-    """Quartiles of the durations, and how many there are."""
+class DurationQuartiles(Record):
+    """Quartiles of the durations, and the number of calls."""
 
     quartile1_us: float
     quartile3_us: float
@@ -19,54 +19,54 @@ class Spread(Record):
 
 
 @dataclass(frozen=True)
-class Reached(Record):
-    """The objectives that a method reached."""
+class ReachedObjectives(Record):
+    """Smallest and largest objective that a method reached."""
 
     least: float
     largest: float
 
 
 @dataclass(frozen=True)
-class Drawn(Record):
-    """What a way to make gears draws: vertices of both outlines, and how far they are from what it computed."""
+class DrawnOutline(Record):
+    """Vertices of both drawn gear outlines, and their largest deviation from the computed ones."""
 
     vertices: int
     deviation_um: float
 
 
 @dataclass(frozen=True)
-class Way(Record):
-    """A way to do a work: its median, that over the reference's, how it was built, how far its results are off."""
+class WayTimes(Record):
+    """Times of a way to do a task: median, ratio to the reference, how it was built, difference of its results."""
 
     way: str
     median_us: float
     ratio: float
-    spread: Spread
+    spread: DurationQuartiles
     built: str
     disagreement: float | None = None
-    objectives: Reached | None = None
-    drawn: Drawn | None = None
+    objectives: ReachedObjectives | None = None
+    drawn: DrawnOutline | None = None
 
 
 @dataclass(frozen=True)
-class Skipped(Record):
-    """A way that takes no part in a work, with the reason."""
+class SkippedWay(Record):
+    """A way that takes no part in a task, with the reason."""
 
     way: str
     reason: str
 
 
 @dataclass(frozen=True)
-class LeftOut(Record):
-    """A work that was not done, with the reason."""
+class SkippedTask(Record):
+    """A task that was not done, with the reason."""
 
     work: str
     reason: str
 
 
 @dataclass(frozen=True)
-class Seed(Record):
-    """What it took IPOPT to meet the genetic algorithm at a seed."""
+class SeedTimes(Record):
+    """Times, and starts, until IPOPT reached the objective of the genetic algorithm at a seed."""
 
     seed: int
     ga_objective: float
@@ -78,29 +78,29 @@ class Seed(Record):
 
 
 @dataclass(frozen=True)
-class Basins(Record):
-    """A model with several basins."""
+class BasinSearch(Record):
+    """Searches for the best of several basins of a model."""
 
     model: str
-    seeds: list[Seed]
+    seeds: list[SeedTimes]
 
 
 @dataclass(frozen=True)
-class Work(Record):
-    """A work: times of its ways; `over` is the way that ratios are counted from."""
+class TaskTimes(Record):
+    """A task with the times of its ways; `over` is the way that ratios refer to."""
 
     name: str
     unit: str
     over: str
-    ways: list[Way]
-    variants: list[Way]
-    skipped: list[Skipped]
-    exact: Basins | None = None
+    ways: list[WayTimes]
+    variants: list[WayTimes]
+    skipped: list[SkippedWay]
+    exact: BasinSearch | None = None
 
 
 @dataclass(frozen=True)
-class Rate(Record):
-    """How much of the peak a way makes of its arithmetic."""
+class ArithmeticRate(Record):
+    """Arithmetic of a way, and its share of the peak."""
 
     work: str
     way: str
@@ -110,17 +110,17 @@ class Rate(Record):
 
 
 @dataclass(frozen=True)
-class Arithmetic(Record):
-    """The peak of one core, and what the ways make of it."""
+class ArithmeticPeak(Record):
+    """Peak of one core, and the shares that the ways reach."""
 
     clock_GHz: float
     peak_operations_per_cycle: float
-    rates: list[Rate]
+    rates: list[ArithmeticRate]
 
 
 @dataclass(frozen=True)
-class Surroundings(Record):
-    """Where it ran; the load that stood before it is null where it cannot be told."""
+class BenchmarkMachine(Record):
+    """Processor and system; `load_before` is null if the load before the benchmark is unknown."""
 
     processor: str
     architecture: str
@@ -131,14 +131,14 @@ class Surroundings(Record):
 
 @dataclass(frozen=True)
 class Benchmark(Record):
-    """All works in one run; without a compiler there is no arithmetic."""
+    """All tasks of one run; `arithmetic` is null without a compiler."""
 
-    work: list[Work]
-    machine: Surroundings
+    work: list[TaskTimes]
+    machine: BenchmarkMachine
     versions: dict[str, str]
-    skipped: list[LeftOut]
+    skipped: list[SkippedTask]
     vector_width: int | None
-    arithmetic: Arithmetic | None
+    arithmetic: ArithmeticPeak | None
     device: str
     samples: int
     seconds: float
@@ -162,12 +162,12 @@ WORKS = (
 )
 QUICK_WORKS = ("cycle", "cycle+gradient", "optimise")
 WAYS = ("numpy", "lambdify", "jax", "casadi-vm", "casadi-c", "lanes")
-"""Ways to evaluate a turn; the works `optimise`, `gears`, `derive` and `cold start` have other ways."""
+"""Ways to evaluate a cycle; the tasks `optimise`, `gears`, `derive` and `cold start` have other ways."""
 
 
 @dataclass(frozen=True)
-class Settings:
-    """`rounds` of slots of `slot_s` seconds for a turn; repetitions of the works that take longer."""
+class BenchmarkSettings:
+    """`rounds` of slots of `slot_s` seconds for a cycle; repetitions of the tasks that take longer."""
 
     works: tuple[str, ...] = WORKS
     ways: tuple[str, ...] = WAYS
@@ -187,9 +187,11 @@ def choose_settings(
     works: Sequence[str] | None = None,
     ways: Sequence[str] | None = None,
     rounds: int | None = None,
-) -> Settings:
-    """Return the settings of a benchmark. Raises InputError for an unknown work or way."""
-    chosen = Settings(works=QUICK_WORKS, quick=True, rounds=12, slot_s=0.03, searches=3) if quick else Settings()
+) -> BenchmarkSettings:
+    """Return the settings of a benchmark. Raises InputError for an unknown task or way."""
+    chosen = BenchmarkSettings()
+    if quick:
+        chosen = BenchmarkSettings(works=QUICK_WORKS, quick=True, rounds=12, slot_s=0.03, searches=3)
     if works:
         chosen = replace(chosen, works=_select_names("--work", works, WORKS))
     if ways:

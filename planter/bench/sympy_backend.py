@@ -18,14 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from planter.bench.case import Absent, ArrayCode, Case, Contender, emitted_array
+from planter.bench.case import Absent, ArrayCode, BenchmarkCase, Contender, load_array_module
 from planter.kernels import Array
 
 Step = tuple[Any, Any]
 BUILT = "lambdify with cse over the needed steps, one array over the angles"
 
 
-def build_sympy_contender(case: Case, work: str) -> Contender:
+def build_sympy_contender(case: BenchmarkCase, work: str) -> Contender:
     try:
         sympy = importlib.import_module("sympy")
     except ModuleNotFoundError:
@@ -65,7 +65,7 @@ def _watched(function: Callable[..., Any], step: Callable[[str, Any], Any]) -> C
 class Symbolic:
     """Objective and gradient from NumPy code that SymPy prints."""
 
-    def __init__(self, case: Case, sympy: ModuleType) -> None:
+    def __init__(self, case: BenchmarkCase, sympy: ModuleType) -> None:
         self.case, self.sympy = case, sympy
         self.steps: list[Step] = []
         sizes = case.device.size, case.device.functions.h.numel(), len(case.constants)
@@ -77,14 +77,14 @@ class Symbolic:
         self.share = self._traced()
 
     def value(self, x: Array) -> float:
-        h = self.case.hoisted(x)
+        h = self.case.invariants(x)
         (share,) = self._value(self.case.lanes, x, h, self.case.constants)
-        return self.case.weighed(self.case.folded(share)).value
+        return self.case.build_objective(self.case.add_sides(share)).value
 
     def gradient(self, x: Array) -> tuple[float, Array]:
         h, dh = self.case.prologue(x)
         share, *slopes = self._slopes(self.case.lanes, x, h, self.case.constants)
-        turn = self.case.weighed(self.case.folded(share))
+        turn = self.case.build_objective(self.case.add_sides(share))
         weights = np.tile(turn.slope, self.case.sides)
         total = np.array([np.broadcast_to(row, weights.shape) for row in slopes]) @ weights
         size = len(x)
@@ -104,7 +104,7 @@ class Symbolic:
         """The share in symbols; its steps are noted on the way."""
         code = ArrayCode(self.case.device)
         watched = [_watched(contact, self._step) for contact in code.contacts]
-        source = emitted_array(f"planting_{self.case.device.model}")
+        source = load_array_module(f"planting_{self.case.device.model}")
         module: Any = SimpleNamespace(lane=_watched(source.lane, self._step), frame=_watched(source.frame, self._step))
         code = ArrayCode(self.case.device, module, watched)
         return self._step("share", code.share(self.xp, self.phi, self.x, self.h, self.c))

@@ -20,24 +20,24 @@ from ezdxf.filemanagement import read
 
 from planter.bench import casadi_backends, measurement, mechanisms
 from planter.bench.array_backends import build_jax_contender, build_numpy_contender, build_stacked_contender
-from planter.bench.casadi_backends import own_c, own_c_fast, virtual_machine
-from planter.bench.case import Absent, Case, Contender
-from planter.bench.measurement import Peak, Times, agree, race
-from planter.bench.mechanisms import cold_starts, derivation
+from planter.bench.casadi_backends import build_c_contender, build_fast_c_contender, build_virtual_machine
+from planter.bench.case import Absent, BenchmarkCase, Contender
+from planter.bench.measurement import Peak, Times, check_agreement, time_calls
+from planter.bench.mechanisms import cold_starts, prepare_derivation
 from planter.bench.results import (
     WAYS,
     WORKS,
-    Arithmetic,
-    Basins,
+    ArithmeticPeak,
+    BasinSearch,
     Benchmark,
-    Drawn,
-    LeftOut,
-    Reached,
-    Seed,
-    Settings,
-    Skipped,
-    Way,
-    Work,
+    BenchmarkSettings,
+    DrawnOutline,
+    ReachedObjectives,
+    SeedTimes,
+    SkippedTask,
+    SkippedWay,
+    TaskTimes,
+    WayTimes,
 )
 from planter.bench.sympy_backend import build_sympy_contender
 from planter.gear_geometry import cutting, pitch_curves
@@ -64,7 +64,7 @@ MOST_STARTS = 64
 CLOSE = 1e-9
 
 
-def compile_device(case: Case, model: str) -> Device:
+def compile_device(case: BenchmarkCase, model: str) -> Device:
     """The device in a model, everything compiled beforehand: compile time is not counted."""
     device = case.device if model == case.device.model else Device(case.device.machine, "printed")
     device.compile()
@@ -72,7 +72,7 @@ def compile_device(case: Case, model: str) -> Device:
     return device
 
 
-def race_printed(case: Case, rounds: int) -> tuple[dict[str, Times], dict[str, list[float]]]:
+def time_printed_searches(case: BenchmarkCase, rounds: int) -> tuple[dict[str, Times], dict[str, list[float]]]:
     """The printed model has one basin: durations of each method, and the objectives it reached."""
     device = compile_device(case, "printed")
     samples = device.machine.objective.samples
@@ -86,16 +86,16 @@ def race_printed(case: Case, rounds: int) -> tuple[dict[str, Times], dict[str, l
     calls = {"ga": run("ga", None), "ipopt": run("ipopt", 1), "hybrid": run("hybrid", None)}
     for name in ("ipopt", "hybrid"):  # whatever they compile on the way is not counted either
         calls[name](0)
-    return race(calls, itertools.count(), rounds, 0), reached
+    return time_calls(calls, itertools.count(), rounds, 0), reached
 
 
-def search_exact(case: Case, rounds: int) -> Basins:
+def search_exact(case: BenchmarkCase, rounds: int) -> BasinSearch:
     """The exact model has several basins: time and starts until IPOPT meets what the GA found, for each seed."""
     device = compile_device(case, "exact")
-    return Basins("exact", [_met(device, seed) for seed in range(rounds)])
+    return BasinSearch("exact", [_met(device, seed) for seed in range(rounds)])
 
 
-def _met(device: Device, seed: int) -> Seed:
+def _met(device: Device, seed: int) -> SeedTimes:
     sought, begun = build_problem(device, device.machine.objective.samples), time.perf_counter()
     target = optimiser.search_genetically(sought, device.machine.genetic_algorithm, seed)[0].objective
     ga_s = time.perf_counter() - begun
@@ -106,7 +106,7 @@ def _met(device: Device, seed: int) -> Seed:
         if best <= target * (1 + CLOSE):
             break
     ipopt_s = time.perf_counter() - begun
-    return Seed(seed, target, ga_s, best, ipopt_s, starts, met=best <= target * (1 + CLOSE))
+    return SeedTimes(seed, target, ga_s, best, ipopt_s, starts, met=best <= target * (1 + CLOSE))
 
 
 ECCENTRICITY, TEETH, MODULE, TOLERANCE = 0.2, 30, 2e-3, 1e-6
@@ -119,19 +119,19 @@ class Maker:
 
     make: Callable[[Any], None]
     built: str
-    measure: Callable[[], Drawn]
+    measure: Callable[[], DrawnOutline]
 
 
-def build_makers(case: Case) -> tuple[dict[str, Maker], list[Skipped]]:
+def build_makers(case: BenchmarkCase) -> tuple[dict[str, Maker], list[SkippedWay]]:
     """Return the ways that make the pair, and those that do not, with the reason."""
     makers = {"planter": build_planter_maker(case)}
     try:
         return {**makers, "ncgears": build_ncgears_maker()}, []
     except Absent as reason:
-        return makers, [Skipped("ncgears", str(reason))]
+        return makers, [SkippedWay("ncgears", str(reason))]
 
 
-def build_planter_maker(case: Case) -> Maker:
+def build_planter_maker(case: BenchmarkCase) -> Maker:
     """Exact pieces, all contacts solved, arcs within a micrometre."""
     device = Device(case.device.machine.with_numbers({"design.k6": ECCENTRICITY, "design.m61": 1.0}))
     fits: list[ArcFit] = []
@@ -145,8 +145,8 @@ def build_planter_maker(case: Case) -> Maker:
         if teeth.gears[0].z != TEETH or np.abs(teeth.contacts.errors).max() > TOLERANCE:
             raise Absent("the pair does not mesh")
 
-    def measure_drawing() -> Drawn:
-        return Drawn(sum(len(fit.arcs.vertices) for fit in fits), max(fit.deviation for fit in fits) * 1e6)
+    def measure_drawing() -> DrawnOutline:
+        return DrawnOutline(sum(len(fit.arcs.vertices) for fit in fits), max(fit.deviation for fit in fits) * 1e6)
 
     return Maker(make, "exact pieces, contacts solved, biarcs within 1 um", measure_drawing)
 
@@ -168,30 +168,30 @@ def build_ncgears_maker() -> Maker:
         gears.export_dxf(file)
         outlines[:] = [gears.drive_outline, gears.placed_driven_outline]
 
-    def measure_drawing() -> Drawn:
+    def measure_drawing() -> DrawnOutline:
         space = read(io.StringIO(file.read_text(encoding="utf-8"))).modelspace()
         lines = [line for line in space if isinstance(line, LWPolyline)]
         rings = [shapely.LinearRing(np.array(line.get_points("xy"))) for line in lines]
         off = [shapely.distance(shapely.points(dense), ring).max() for dense, ring in zip(outlines, rings, strict=True)]
-        return Drawn(sum(len(ring.coords) - 1 for ring in rings), float(max(off)) * 1e3)
+        return DrawnOutline(sum(len(ring.coords) - 1 for ring in rings), float(max(off)) * 1e3)
 
     return Maker(make, "generate_from_centrode and export_dxf with their defaults", measure_drawing)
 
 
-Builder = Callable[[Case, str], Contender]
+Builder = Callable[[BenchmarkCase, str], Contender]
 Built = Mapping[str, str]
 
 BUILDERS: dict[str, Builder] = {
     "numpy": build_numpy_contender,
     "lambdify": build_sympy_contender,
     "jax": build_jax_contender,
-    "casadi-vm": virtual_machine,
-    "casadi-c": own_c,
+    "casadi-vm": build_virtual_machine,
+    "casadi-c": build_c_contender,
     "lanes": casadi_backends.build_kernel_contender,
 }
 VARIANTS: dict[str, Builder] = {
     "numpy, steps in one array": build_stacked_contender,
-    "casadi-c, -ffast-math": own_c_fast,
+    "casadi-c, -ffast-math": build_fast_c_contender,
 }
 """Other settings of the peers, timed beside them where they do the work."""
 CHECKED = 5
@@ -207,7 +207,7 @@ UNITS = {
 }
 
 
-def run_task(name: str, case: Case, settings: Settings) -> Work:
+def run_task(name: str, case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
     """One work. Raises Absent where it cannot be done here, Disagreement where a way is wrong."""
     if name in ("cycle", "cycle+gradient", "hessian"):
         return _turn(name, case, settings)
@@ -222,17 +222,17 @@ def run_task(name: str, case: Case, settings: Settings) -> Work:
     return _derive(settings) if name == "derive" else _cold_start(settings)
 
 
-def _turn(name: str, case: Case, settings: Settings) -> Work:
+def _turn(name: str, case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
     """A new design at every call, through what each way calls its public function."""
     contenders, skipped = list_contenders(name, case, settings)
     designs = case.designs()
-    off = agree(name, contenders, [next(designs) for _ in range(CHECKED)])
+    off = check_agreement(name, contenders, [next(designs) for _ in range(CHECKED)])
     calls = {way: contender.call for way, contender in contenders.items()}
-    times = race(calls, designs, settings.rounds, settings.slot_s)
-    return table(name, times, "lanes", {way: c.built for way, c in contenders.items()}, off, skipped)
+    times = time_calls(calls, designs, settings.rounds, settings.slot_s)
+    return build_task_times(name, times, "lanes", {way: c.built for way, c in contenders.items()}, off, skipped)
 
 
-def _batch(case: Case, settings: Settings) -> Work:
+def _batch(case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
     contenders, skipped = list_contenders("batch", case, settings)
     rng = np.random.default_rng(0)
 
@@ -240,63 +240,63 @@ def _batch(case: Case, settings: Settings) -> Work:
         while True:
             yield case.draw_designs(rng, settings.designs)
 
-    off = agree("batch", contenders, [next(inputs())])
-    times = race({way: c.call for way, c in contenders.items()}, inputs(), settings.batches, 0)
+    off = check_agreement("batch", contenders, [next(inputs())])
+    times = time_calls({way: c.call for way, c in contenders.items()}, inputs(), settings.batches, 0)
     built = {way: c.built for way, c in contenders.items()}
     unit = f"us per {settings.designs} designs: their objectives, {os.cpu_count()} cores"
-    return replace(table("batch", times, "lanes", built, off, skipped), unit=unit)
+    return replace(build_task_times("batch", times, "lanes", built, off, skipped), unit=unit)
 
 
-def _optimise(case: Case, settings: Settings) -> Work:
-    times, reached = race_printed(case, settings.searches)
-    work = table("optimise", times, REFERENCE, SEARCHES)
-    ways = [replace(w, objectives=Reached(min(reached[w.way]), max(reached[w.way]))) for w in work.ways]
+def _optimise(case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
+    times, reached = time_printed_searches(case, settings.searches)
+    work = build_task_times("optimise", times, REFERENCE, SEARCHES)
+    ways = [replace(w, objectives=ReachedObjectives(min(reached[w.way]), max(reached[w.way]))) for w in work.ways]
     return replace(work, ways=ways, exact=None if settings.quick else search_exact(case, settings.searches))
 
 
-def _gears(case: Case, settings: Settings) -> Work:
+def _gears(case: BenchmarkCase, settings: BenchmarkSettings) -> TaskTimes:
     ways, skipped = build_makers(case)
-    times = race({name: way.make for name, way in ways.items()}, _nothing(), settings.pairs, 0)
-    work = table("gears", times, "planter", {name: way.built for name, way in ways.items()}, skipped=skipped)
+    times = time_calls({name: way.make for name, way in ways.items()}, _nothing(), settings.pairs, 0)
+    work = build_task_times("gears", times, "planter", {name: way.built for name, way in ways.items()}, skipped=skipped)
     return replace(work, ways=[replace(row, drawn=ways[row.way].measure()) for row in work.ways])
 
 
-def _mechanism(name: str, settings: Settings) -> Work:
+def _mechanism(name: str, settings: BenchmarkSettings) -> TaskTimes:
     """Measure a user-defined mechanism, and the time from its statement to functions."""
     with tempfile.TemporaryDirectory(prefix="planter-") as folder:
         begun = time.perf_counter()
         case = mechanisms.MechanismCase(name, Path(folder))
         seconds = time.perf_counter() - begun
         contenders: dict[str, Contender] = {}
-        skipped: list[Skipped] = []
+        skipped: list[SkippedWay] = []
         for way, builder in mechanisms.BUILDERS.items():
             try:
                 if way not in settings.ways:
                     raise Absent("not asked for (--way)")
                 contenders[way] = builder(case)
             except Absent as reason:
-                skipped.append(Skipped(way, str(reason)))
+                skipped.append(SkippedWay(way, str(reason)))
         designs = case.designs()
-        off = agree(name, contenders, [next(designs) for _ in range(CHECKED)])
+        off = check_agreement(name, contenders, [next(designs) for _ in range(CHECKED)])
         calls = {way: contender.call for way, contender in contenders.items()}
-        times = race(calls, designs, settings.rounds, settings.slot_s)
+        times = time_calls(calls, designs, settings.rounds, settings.slot_s)
         built = {way: c.built for way, c in contenders.items()}
     unit = (
         f"us per turn of {mechanisms.ANGLES} angles: mean square of the torque and gradient; derived in {seconds:.2f} s"
     )
-    return replace(table(name, times, "lanes", built, off, skipped), unit=unit)
+    return replace(build_task_times(name, times, "lanes", built, off, skipped), unit=unit)
 
 
-def _derive(settings: Settings) -> Work:
-    with derivation() as start:
-        times = race({"derive": start}, _nothing(), settings.derivations, 0)
-    return table("derive", times, "derive", {"derive": "python -m derive, in a copy of the checkout"})
+def _derive(settings: BenchmarkSettings) -> TaskTimes:
+    with prepare_derivation() as start:
+        times = time_calls({"derive": start}, _nothing(), settings.derivations, 0)
+    return build_task_times("derive", times, "derive", {"derive": "python -m derive, in a copy of the checkout"})
 
 
-def _cold_start(settings: Settings) -> Work:
+def _cold_start(settings: BenchmarkSettings) -> TaskTimes:
     with cold_starts() as (starts, built):
-        times = race(starts, _nothing(), settings.processes, 0)
-    return table("cold start", times, "lanes", built)
+        times = time_calls(starts, _nothing(), settings.processes, 0)
+    return build_task_times("cold start", times, "lanes", built)
 
 
 def _nothing() -> Iterator[None]:
@@ -304,10 +304,12 @@ def _nothing() -> Iterator[None]:
         yield None
 
 
-def list_contenders(name: str, case: Case, settings: Settings) -> tuple[dict[str, Contender], list[Skipped]]:
+def list_contenders(
+    name: str, case: BenchmarkCase, settings: BenchmarkSettings
+) -> tuple[dict[str, Contender], list[SkippedWay]]:
     """Return the ways of a work, CasADi's virtual machine first, and those left out, with the reason."""
     contenders: dict[str, Contender] = {}
-    skipped: list[Skipped] = []
+    skipped: list[SkippedWay] = []
     variants = {} if settings.quick or settings.ways != WAYS else VARIANTS
     for way, builder in {**BUILDERS, **variants}.items():
         try:
@@ -316,62 +318,62 @@ def list_contenders(name: str, case: Case, settings: Settings) -> tuple[dict[str
             contenders[way] = _thrifty(case, name) if way == "jax" and settings.quick else builder(case, name)
         except Absent as reason:
             if way not in variants:
-                skipped.append(Skipped(way, str(reason)))
+                skipped.append(SkippedWay(way, str(reason)))
     return dict(sorted(contenders.items(), key=lambda item: item[0] != "casadi-vm")), skipped
 
 
-def _thrifty(case: Case, name: str) -> Contender:
+def _thrifty(case: BenchmarkCase, name: str) -> Contender:
     """JAX in one form alone, since each takes it seconds to compile."""
     return build_jax_contender(case, name, thorough=False)
 
 
-def table(
+def build_task_times(
     name: str,
     times: Mapping[str, Times],
     over: str,
     built: Built,
     off: Mapping[str, float] | None = None,
-    skipped: list[Skipped] | None = None,
-) -> Work:
+    skipped: list[SkippedWay] | None = None,
+) -> TaskTimes:
     """A work as the interface gives it: ratios over the way `over`, or over the first where that is not there."""
     reference = over if over in times else next(iter(times))
     rows = [
-        Way(way, taken.median_us, taken.median_us / times[reference].median_us, taken.spread(), built[way],
+        WayTimes(way, taken.median_us, taken.median_us / times[reference].median_us, taken.quartiles(), built[way],
             off[way] if off else None)
         for way, taken in times.items()
     ]  # fmt: skip
     order = (*WAYS, *times)
     rows.sort(key=lambda row: order.index(row.way))
     ways, variants = ([r for r in rows if (r.way in VARIANTS) is other] for other in (False, True))
-    return Work(name, UNITS.get(name, ""), reference, ways, variants, skipped or [])
+    return TaskTimes(name, UNITS.get(name, ""), reference, ways, variants, skipped or [])
 
 
-def run_benchmark(chosen: Settings, progress: Listener | None = None) -> Benchmark:
+def run_benchmark(chosen: BenchmarkSettings, progress: Listener | None = None) -> Benchmark:
     """Return the chosen works that can be done here, as the interface gives them.
 
     Raises planter.bench.measurement.Disagreement if a way disagrees with the others.
     """
-    begun, machine = time.perf_counter(), measurement.machine()
-    case = Case()
-    results, reason = list[Work](), "--quick" if chosen.quick else "not asked for (--work)"
-    skipped = [LeftOut(name, reason) for name in WORKS if name not in chosen.works]
+    begun, machine = time.perf_counter(), measurement.describe_machine()
+    case = BenchmarkCase()
+    results, reason = list[TaskTimes](), "--quick" if chosen.quick else "not asked for (--work)"
+    skipped = [SkippedTask(name, reason) for name in WORKS if name not in chosen.works]
     phase = ProgressPhase("bench", "work", len(chosen.works), progress)
     for name in chosen.works:
         try:
             results.append(run_task(name, case, chosen))
         except Absent as missing:
-            skipped.append(LeftOut(name, str(missing)))
+            skipped.append(SkippedTask(name, str(missing)))
         phase.advance(name)
     width: int | None = None
-    arithmetic: Arithmetic | None = None
+    arithmetic: ArithmeticPeak | None = None
     try:
         peak = Peak()
         medians = {work.name: {way.way: way.median_us for way in work.ways} for work in results}
         width, arithmetic = peak.vector_width, peak.table(case, medians)
     except CompilerError as missing:
-        skipped.append(LeftOut("arithmetic", str(missing)))
+        skipped.append(SkippedTask("arithmetic", str(missing)))
     return Benchmark(
-        work=results, machine=machine, versions=measurement.versions(), skipped=skipped, vector_width=width,
+        work=results, machine=machine, versions=measurement.list_versions(), skipped=skipped, vector_width=width,
         arithmetic=arithmetic, device=case.device.machine.name, samples=case.turns.samples,
         seconds=time.perf_counter() - begun,
     )  # fmt: skip

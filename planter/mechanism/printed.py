@@ -15,7 +15,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from planter.audit.registry import Inputs, Value, formula
-from planter.audit.user_paper import MEASURE, Question
+from planter.audit.user_paper import MEASURE, MeasureQuestion
 from planter.engine.goal import Goal, find_display_unit, resolve_measure
 from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
 from planter.errors import InputError, PlanterError
@@ -37,7 +37,7 @@ def measure(inputs: Inputs) -> Value:
     Only assumed values that the quantity can depend on are read. Raises InputError for a question without meaning,
     ComputationError if there is no such motion; both name the number.
     """
-    question: Question = inputs["question"]
+    question: MeasureQuestion = inputs["question"]
     file = _load_file(question.machine)
     _check_conditions(question, file)
     parsed = parse_measure(question.quantity, f"{question.label}.quantity =")
@@ -64,7 +64,7 @@ def _load_with_values(path: Path, values: tuple[tuple[str, float], ...]) -> Mech
     return _load_file(path).with_values(dict(values))
 
 
-def _check_conditions(question: Question, file: MechanismFile) -> None:
+def _check_conditions(question: MeasureQuestion, file: MechanismFile) -> None:
     for key, place in question.conditions.items():
         if key not in file.values:
             close = paths.close(key, file.values)
@@ -72,7 +72,7 @@ def _check_conditions(question: Question, file: MechanismFile) -> None:
             raise InputError(f"{place}: {file.name} has no value {key}; {hint}")
 
 
-def _check_name(question: Question, parsed: Measure, names: Collection[str]) -> None:
+def _check_name(question: MeasureQuestion, parsed: Measure, names: Collection[str]) -> None:
     if parsed.name not in names:
         close = paths.close(parsed.name, names)
         hint = f"did you mean {close[0]}?" if close else f"it has {', '.join(names)}"
@@ -80,7 +80,7 @@ def _check_name(question: Question, parsed: Measure, names: Collection[str]) -> 
         raise question.refused("quantity", question.quantity, reason)
 
 
-def _find_unit(question: Question, parsed: Measure, si_unit: str) -> Unit:
+def _find_unit(question: MeasureQuestion, parsed: Measure, si_unit: str) -> Unit:
     """Return the unit of a number. Raises InputError for a text that is no unit, or one of another kind."""
     is_square = parsed.kind == "variance"
     si = measured(si_unit).squared() if is_square else measured(si_unit)

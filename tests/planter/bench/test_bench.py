@@ -20,34 +20,34 @@ from pydantic import TypeAdapter
 from planter import workers
 from planter.bench import mechanisms, tasks
 from planter.bench.array_backends import DESIGNS_PER_ARRAY, build_jax_contender, build_numpy_contender
-from planter.bench.casadi_backends import build_kernel_contender, virtual_machine
-from planter.bench.case import Absent, Case, Contender
+from planter.bench.casadi_backends import build_kernel_contender, build_virtual_machine
+from planter.bench.case import Absent, BenchmarkCase, Contender
 from planter.bench.measurement import (
     MOST_CALLS,
     REDUCTION,
     SERIES,
     Disagreement,
     Peak,
-    agree,
-    difference,
-    executed_operations,
-    operations,
-    race,
+    check_agreement,
+    count_executed_operations,
+    count_operations,
+    relative_difference,
+    time_calls,
 )
-from planter.bench.mechanisms import _run, root
+from planter.bench.mechanisms import _run, find_checkout
 from planter.bench.presentation import format_markdown, present_benchmark, write_benchmark
 from planter.bench.results import (
-    Arithmetic,
-    Basins,
+    ArithmeticPeak,
+    ArithmeticRate,
+    BasinSearch,
     Benchmark,
-    Drawn,
-    Rate,
-    Seed,
-    Skipped,
-    Spread,
-    Surroundings,
-    Way,
-    Work,
+    BenchmarkMachine,
+    DrawnOutline,
+    DurationQuartiles,
+    SeedTimes,
+    SkippedWay,
+    TaskTimes,
+    WayTimes,
     choose_settings,
 )
 from planter.bench.sympy_backend import build_sympy_contender
@@ -76,12 +76,12 @@ WORKS = (
 
 
 @pytest.fixture(scope="module")
-def case() -> Case:
-    return Case()
+def case() -> BenchmarkCase:
+    return BenchmarkCase()
 
 
 @pytest.fixture(scope="module")
-def designs(case: Case) -> list[np.ndarray]:
+def designs(case: BenchmarkCase) -> list[np.ndarray]:
     return list(itertools.islice(case.designs(seed=7), 4))
 
 
@@ -129,7 +129,7 @@ def test_every_work_has_a_runner_and_a_unit() -> None:
     assert set(tasks.UNITS) | {"batch", *mechanisms.EXAMPLES} == set(WORKS)
 
 
-def _built(builder: tasks.Builder, case: Case, work: str) -> Contender:
+def _built(builder: tasks.Builder, case: BenchmarkCase, work: str) -> Contender:
     try:
         return builder(case, work)
     except Absent as reason:
@@ -137,49 +137,52 @@ def _built(builder: tasks.Builder, case: Case, work: str) -> Contender:
 
 
 @pytest.mark.parametrize(
-    "builder", [virtual_machine, build_numpy_contender, build_sympy_contender, build_kernel_contender]
+    "builder", [build_virtual_machine, build_numpy_contender, build_sympy_contender, build_kernel_contender]
 )
-def test_a_way_gives_the_objective_that_simulate_gives(case: Case, builder: tasks.Builder) -> None:
+def test_a_way_gives_the_objective_that_simulate_gives(case: BenchmarkCase, builder: tasks.Builder) -> None:
     expected, _ = compute_objective_gradient(case.device, case.turns.samples)
     assert _built(builder, case, "cycle").call(case.device.design) == pytest.approx(expected, rel=1e-10)
 
 
 @pytest.mark.parametrize(
     "builder",
-    [virtual_machine, build_numpy_contender, pytest.param(build_sympy_contender, marks=pytest.mark.long),
+    [build_virtual_machine, build_numpy_contender, pytest.param(build_sympy_contender, marks=pytest.mark.long),
      build_kernel_contender],
 )  # fmt: skip
-def test_a_way_gives_the_gradient_that_simulate_gives(case: Case, builder: tasks.Builder) -> None:
+def test_a_way_gives_the_gradient_that_simulate_gives(case: BenchmarkCase, builder: tasks.Builder) -> None:
     expected, gradient = compute_objective_gradient(case.device, case.turns.samples)
     way = _built(builder, case, "cycle+gradient")
     again, found = way.call(case.device.design)
     assert again == pytest.approx(expected, rel=1e-10)
-    assert difference(found, gradient) <= way.tolerances[1]
+    assert relative_difference(found, gradient) <= way.tolerances[1]
 
 
-def test_jax_agrees(case: Case, designs: list[np.ndarray]) -> None:
+def test_jax_agrees(case: BenchmarkCase, designs: list[np.ndarray]) -> None:
     pytest.importorskip("jax")
-    peers = {"casadi-vm": virtual_machine(case, "cycle"), "jax": build_jax_contender(case, "cycle", thorough=False)}
-    assert agree("cycle", peers, designs)["jax"] < 1e-10
+    peers = {
+        "casadi-vm": build_virtual_machine(case, "cycle"),
+        "jax": build_jax_contender(case, "cycle", thorough=False),
+    }
+    assert check_agreement("cycle", peers, designs)["jax"] < 1e-10
 
 
-def test_hessians_agree_and_are_the_slope_of_the_gradient(case: Case) -> None:
+def test_hessians_agree_and_are_the_slope_of_the_gradient(case: BenchmarkCase) -> None:
     x, step = case.device.design, 1e-6 * (case.device.upper - case.device.lower)
-    found = virtual_machine(case, "hessian").call(x)
-    assert difference(found, case.turns.hessian(x)) < 1e-10
+    found = build_virtual_machine(case, "hessian").call(x)
+    assert relative_difference(found, case.turns.hessian(x)) < 1e-10
     slopes = np.array([case.turns.gradient(x + d)[1] - case.turns.gradient(x - d)[1] for d in np.diag(step)])
-    assert difference(slopes / (2 * step[:, None]), found) < 1e-4
+    assert relative_difference(slopes / (2 * step[:, None]), found) < 1e-4
 
 
-def test_batches_agree_with_single_designs(case: Case) -> None:
+def test_batches_agree_with_single_designs(case: BenchmarkCase) -> None:
     drawn = case.draw_designs(np.random.default_rng(2), DESIGNS_PER_ARRAY + 3)
     singles = np.array([case.turns.value(x) for x in drawn])
-    for builder in (build_numpy_contender, virtual_machine):
-        assert difference(builder(case, "batch").call(drawn), singles) < 1e-10
+    for builder in (build_numpy_contender, build_virtual_machine):
+        assert relative_difference(builder(case, "batch").call(drawn), singles) < 1e-10
 
 
 def tampered(builder: tasks.Builder, change: Callable[..., object]) -> tasks.Builder:
-    def built(case: Case, work: str) -> Contender:
+    def built(case: BenchmarkCase, work: str) -> Contender:
         honest = builder(case, work)
         return replace(honest, call=lambda x: change(honest.call(x)))
 
@@ -192,7 +195,7 @@ def test_a_way_that_is_wrong_is_not_timed(monkeypatch: pytest.MonkeyPatch, work:
         return result * (1 + 1e-9) if isinstance(result, float) else (result[0], -result[1])  # type: ignore[index]
 
     monkeypatch.setitem(tasks.BUILDERS, "numpy", tampered(build_numpy_contender, off))
-    monkeypatch.setattr(tasks, "race", lambda *_: pytest.fail("the clock was started"))
+    monkeypatch.setattr(tasks, "time_calls", lambda *_: pytest.fail("the clock was started"))
     code, out, err = run(*QUICK, "--work", work, "--way", "numpy", "--way", "casadi-vm", "--json")
     assert code == 1
     answer = json.loads(out)["error"]
@@ -209,8 +212,8 @@ def test_a_way_that_is_wrong_is_not_timed(monkeypatch: pytest.MonkeyPatch, work:
 def test_what_counts_as_disagreement(wrong: object) -> None:
     right, other = Contender(lambda x: 1.0, ""), Contender(lambda x: wrong, "")
     with pytest.raises(Disagreement, match="w: b"):
-        agree("w", {"a": right, "b": other}, [np.zeros(1)])
-    assert agree("w", {"a": right, "b": Contender(lambda x: 1.0 + 1e-11, "")}, [np.zeros(1)])["b"] < 2e-11
+        check_agreement("w", {"a": right, "b": other}, [np.zeros(1)])
+    assert check_agreement("w", {"a": right, "b": Contender(lambda x: 1.0 + 1e-11, "")}, [np.zeros(1)])["b"] < 2e-11
 
 
 def test_the_clock_takes_turns_and_gives_a_new_design_at_every_call() -> None:
@@ -219,7 +222,7 @@ def test_the_clock_takes_turns_and_gives_a_new_design_at_every_call() -> None:
     def called(name: str) -> Callable[[int], None]:
         return lambda number: seen.append((name, number))
 
-    times = race({name: called(name) for name in "abc"}, itertools.count(), rounds=3, slot_s=0)
+    times = time_calls({name: called(name) for name in "abc"}, itertools.count(), rounds=3, slot_s=0)
     numbers = [number for _, number in seen]
     assert len(set(numbers)) == len(numbers)
     assert [name for name, _ in seen] == [*"abc", *"bca", *"cab"]
@@ -227,11 +230,11 @@ def test_the_clock_takes_turns_and_gives_a_new_design_at_every_call() -> None:
 
 
 def test_a_slot_holds_more_calls_of_what_is_fast() -> None:
-    times = race({"fast": lambda _: None, "slow": lambda _: sum(range(20_000))}, itertools.count(), 2, 0.002)
-    assert times["slow"].spread().calls < times["fast"].spread().calls == 2 * MOST_CALLS
+    times = time_calls({"fast": lambda _: None, "slow": lambda _: sum(range(20_000))}, itertools.count(), 2, 0.002)
+    assert times["slow"].quartiles().calls < times["fast"].quartiles().calls == 2 * MOST_CALLS
 
 
-def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: Case) -> None:
+def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: BenchmarkCase) -> None:
     for name in ("jax", "sympy"):
         monkeypatch.setitem(__import__("sys").modules, name, None)
     found, skipped = tasks.list_contenders("cycle", case, choose_settings(quick=True))
@@ -244,7 +247,7 @@ def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: C
 def test_without_a_compiler_its_ways_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "")
     found, skipped = tasks.list_contenders(
-        "cycle", Case(), choose_settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"])
+        "cycle", BenchmarkCase(), choose_settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"])
     )
     assert set(found) == {"casadi-vm"}
     assert {"casadi-c", "lanes"} <= {entry.way for entry in skipped}
@@ -253,10 +256,10 @@ def test_without_a_compiler_its_ways_are_named(monkeypatch: pytest.MonkeyPatch) 
 def test_operations_are_counted() -> None:
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
     plain_sum = ca.Function("f", [x, y], [x * y + 3 * x - ca.sqrt(y)], ["x", "y"], ["z"])
-    assert operations(Kernel(plain_sum, lanes=["x", "y"])) == 5
-    assert operations(Kernel(plain_sum, lanes=["x"])) == 4  # the root is the same in all lanes
+    assert count_operations(Kernel(plain_sum, lanes=["x", "y"])) == 5
+    assert count_operations(Kernel(plain_sum, lanes=["x"])) == 4  # the root is the same in all lanes
     turned = ca.Function("g", [x], [ca.sin(x) + ca.cos(x)], ["x"], ["z"])
-    assert operations(Kernel(turned, lanes=["x"])) == 1 + REDUCTION + sum(SERIES.values())
+    assert count_operations(Kernel(turned, lanes=["x"])) == 1 + REDUCTION + sum(SERIES.values())
 
 
 @pytest.mark.skipif(not has_compiler() or not shutil.which("objdump"), reason="there is no C compiler or no objdump")
@@ -270,18 +273,18 @@ def test_only_executed_operations_are_counted() -> None:
                                              ["x", "y"], ["z"]), 1)):  # fmt: skip
         kernel = Kernel(function, lanes=["x", "y"])
         kernel.compile()
-        count = executed_operations(backends.build_lane_library(kernel.work), function.name())
+        count = count_executed_operations(backends.build_lane_library(kernel.work), function.name())
         assert count == 4
-        assert operations(kernel) >= 4 + cancelled
-    assert executed_operations(Path("no_such_library.so"), "f") is None
+        assert count_operations(kernel) >= 4 + cancelled
+    assert count_executed_operations(Path("no_such_library.so"), "f") is None
 
 
 @pytest.mark.skipif(not has_compiler(), reason="there is no C compiler")
-def test_no_way_beats_the_peak(case: Case) -> None:
+def test_no_way_beats_the_peak(case: BenchmarkCase) -> None:
     peak = Peak()
     assert peak.vector_width in (128, 256, 512)
     assert peak.operations_per_cycle > 1
-    times = race({"lanes": case.turns.value}, case.designs(), 3, 0.01)
+    times = time_calls({"lanes": case.turns.value}, case.designs(), 3, 0.01)
     table = peak.table(case, {"cycle": {"lanes": times["lanes"].median_us}})
     assert 0 < table.rates[0].share_of_peak < 1
 
@@ -294,7 +297,7 @@ def test_a_process_that_fails_is_an_error() -> None:
 def test_the_derivation_is_absent_outside_a_checkout(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     with pytest.raises(Absent, match="derive cannot be imported"):
-        root()
+        find_checkout()
 
 
 @pytest.mark.parametrize(
@@ -312,7 +315,7 @@ def test_bad_options_are_refused(arguments: tuple[str, ...], told: str) -> None:
     assert err.count("\n") == 1
 
 
-def test_designs_are_in_the_box_and_reproducible(case: Case) -> None:
+def test_designs_are_in_the_box_and_reproducible(case: BenchmarkCase) -> None:
     def first(seed: int) -> Iterator[np.ndarray]:
         return itertools.islice(case.designs(seed), 3)
 
@@ -322,17 +325,19 @@ def test_designs_are_in_the_box_and_reproducible(case: Case) -> None:
         assert not np.array_equal(x, other)
 
 
-def test_gears_are_drawn_truly_and_who_is_missing_is_named(case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_gears_are_drawn_truly_and_who_is_missing_is_named(
+    case: BenchmarkCase, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "ncgears", None)
     found = tasks.run_task("gears", case, replace(choose_settings(), pairs=1))
     (way,) = found.ways
     assert way.drawn is not None
     assert 0 < way.drawn.deviation_um <= 1
-    assert found.skipped == [Skipped("ncgears", "ncgears is not installed")]
+    assert found.skipped == [SkippedWay("ncgears", "ncgears is not installed")]
 
 
 @pytest.mark.long
-def test_gears_are_made_faster_with_fewer_vertices_and_nearer_than_by_ncgears(case: Case) -> None:
+def test_gears_are_made_faster_with_fewer_vertices_and_nearer_than_by_ncgears(case: BenchmarkCase) -> None:
     pytest.importorskip("ncgears", reason="ncgears is not installed: pip install 'planter[bench]'")
     own, other = tasks.run_task("gears", case, replace(choose_settings(), pairs=1)).ways
     assert (own.way, other.way) == ("planter", "ncgears")
@@ -354,17 +359,25 @@ def test_a_mechanism_of_ones_own_is_timed_where_all_agree() -> None:
 
 
 def test_benchmark_is_printed_and_written_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    way = Way("lanes", 8467.8, 1.0, Spread(8000.0, 9000.0, 12), "compiled", 1e-14)
-    drawn = Way("planter", 9.512, 1.0, Spread(9.0, 10.0, 3), "DXF", drawn=Drawn(720, 0.31))
-    basins = Basins("exact", [Seed(1, 1.5, 2.0, 1.25, 0.5, 3, met=True)])
-    tasks_ = [
-        Work("cycle", "us", "lanes", [way], [], [Skipped("jax", "not installed")]),
-        Work("optimise", "us", "lanes", [way], [], [], basins),
-        Work("gears", "us", "planter", [drawn], [], []),
+    way = WayTimes("lanes", 8467.8, 1.0, DurationQuartiles(8000.0, 9000.0, 12), "compiled", 1e-14)
+    gears = WayTimes("planter", 9.512, 1.0, DurationQuartiles(9.0, 10.0, 3), "DXF", drawn=DrawnOutline(720, 0.31))
+    basins = BasinSearch("exact", [SeedTimes(1, 1.5, 2.0, 1.25, 0.5, 3, met=True)])
+    task_times = [
+        TaskTimes("cycle", "us", "lanes", [way], [], [SkippedWay("jax", "not installed")]),
+        TaskTimes("optimise", "us", "lanes", [way], [], [], basins),
+        TaskTimes("gears", "us", "planter", [gears], [], []),
     ]
-    rates = Arithmetic(3.25, 30.0, [Rate("cycle", "lanes", 12345, 15.0, 0.5)])
+    rates = ArithmeticPeak(3.25, 30.0, [ArithmeticRate("cycle", "lanes", 12345, 15.0, 0.5)])
     result = Benchmark(
-        tasks_, Surroundings("cpu", "x86", 2, "Linux", None), {"planter": "1"}, [], 512, rates, "wang2017", 360, 1.5
+        task_times,
+        BenchmarkMachine("cpu", "x86", 2, "Linux", None),
+        {"planter": "1"},
+        [],
+        512,
+        rates,
+        "wang2017",
+        360,
+        1.5,
     )
     write_benchmark(tmp_path, result)
     assert {path.name for path in tmp_path.iterdir()} == {"bench.json", "bench.md", ".planter.json"}
