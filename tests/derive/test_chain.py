@@ -22,7 +22,7 @@ def equation(number: str, residual: sp.Expr, defines: Quantity | None = None) ->
     return Equation(number, residual, "test", Definition("test"), defines=defines)
 
 
-def test_order_is_found_by_matching() -> None:
+def test_matching_determines_the_order() -> None:
     chain = ordered(
         [equation("sum", a + b - 3), equation("double", b - 2 * c), equation("given", c - k)], [a, b, c], [a]
     )
@@ -36,7 +36,7 @@ def test_a_definition_is_never_solved_backwards() -> None:
         ordered([law], [a, b], [a])
 
 
-def test_an_unknown_behind_definitions_is_found_through_them() -> None:
+def test_unknown_is_solved_through_definitions() -> None:
     chain = ordered(
         [equation("balance", b + c - 6), equation("b", b - a, b), equation("c", c - 2 * a, c)], [a, b, c], [c]
     )
@@ -44,12 +44,12 @@ def test_an_unknown_behind_definitions_is_found_through_them() -> None:
     assert chain.lets()[0].expr == 2
 
 
-def test_an_order_may_name_what_equations_claim() -> None:
-    known = by_claim([defined(MadeUpClaim.SUM, a, b + c), defined(MadeUpClaim.SHARE.of(b), b, 2 * c)])
-    chain = Chain.of_claims(known, [(MadeUpClaim.SHARE.of(b), c), (MadeUpClaim.SUM, a)])
+def test_order_may_name_claims() -> None:
+    equations = by_claim([defined(MadeUpClaim.SUM, a, b + c), defined(MadeUpClaim.SHARE.of(b), b, 2 * c)])
+    chain = Chain.of_claims(equations, [(MadeUpClaim.SHARE.of(b), c), (MadeUpClaim.SUM, a)])
     assert [(let.symbol, let.expr) for let in chain.lets()] == [(c, b / 2), (a, b + c)]
     with pytest.raises(ClaimError, match="nothing here states ClaimOf 'made-up share c'; near it: ClaimOf 'made-up sh"):
-        Chain.of_claims(known, [(MadeUpClaim.SHARE.of(c), c)])
+        Chain.of_claims(equations, [(MadeUpClaim.SHARE.of(c), c)])
 
 
 def test_a_nonlinear_step_is_refused() -> None:
@@ -57,7 +57,7 @@ def test_a_nonlinear_step_is_refused() -> None:
         solve_linear(equation("square", a**2 - 4), a)
 
 
-def test_an_open_list_of_cases_ends_in_its_last() -> None:
+def test_open_case_list_ends_in_last_case() -> None:
     assert close_cases(Piecewise((a, k < 0), (b, k > 0))) == Piecewise((a, k < 0), (b, True))
 
 
@@ -79,7 +79,7 @@ def dependents(changed: set[str], system: System) -> set[str]:
 
 
 @pytest.mark.parametrize(("number", "unknown"), [("5", "F_Ax"), ("8", "F_E"), ("18", "F_B1y"), ("14", "M_P")])
-def test_editing_one_transcription_changes_exactly_its_step(number: str, unknown: str) -> None:
+def test_edited_transcription_changes_a_single_step(number: str, unknown: str) -> None:
     original = wang2017.PAPER.equations[number]
     edited = equation(number, original.residual + q.m1 * q.g)
     before = derivation.build_printed_system(wang2017.SIDE, wang2017.FRAME)
@@ -89,16 +89,19 @@ def test_editing_one_transcription_changes_exactly_its_step(number: str, unknown
     assert "F_support" in dependents({unknown}, after) or unknown == "M_P"
 
 
-def test_the_printed_model_takes_nothing_but_kinematics_and_transcriptions() -> None:
+def test_printed_model_uses_only_kinematics_and_prints() -> None:
     """Every reaction of the printed model is solved from a numbered equation of the paper."""
     system = derivation.build_printed_system(wang2017.SIDE, wang2017.FRAME)
     kinematic = {s for step in derivation.build_device().steps for s in step.defines}
     assert system.lane is not None
     assert system.lane.shared is not None
-    own = (*system.lane.steps, *system.lane.shared.steps)
-    others = {str(step.symbol): step.source for step in own if not set(step.defines) & kinematic}
-    assert {name for name, source in others.items() if not source.startswith("wang2017")} == {"F_E_loss", "F_support_x"}
-    assert len(others) > 25
+    steps = (*system.lane.steps, *system.lane.shared.steps)
+    sources = {str(step.symbol): step.source for step in steps if not set(step.defines) & kinematic}
+    assert {name for name, source in sources.items() if not source.startswith("wang2017")} == {
+        "F_E_loss",
+        "F_support_x",
+    }
+    assert len(sources) > 25
 
 
 def test_the_systems_know_no_paper() -> None:
@@ -114,33 +117,33 @@ def test_the_smallest_closed_set_is_solved_together() -> None:
     assert chain.order == [Together(("one", "two"), (a, b)), Solve("far", d)]
     pair, last = chain.steps()
     assert isinstance(pair, LinearSolve)
-    found = sp.Matrix(pair.matrix).LUsolve(sp.Matrix(pair.right))
-    assert [sp.simplify(v) for v in found] == [(3 + k) / 2, (3 - k) / 2]
+    solution = sp.Matrix(pair.matrix).LUsolve(sp.Matrix(pair.right))
+    assert [sp.simplify(v) for v in solution] == [(3 + k) / 2, (3 - k) / 2]
     assert last == Let(d, 1 - a, "test")
 
 
-def test_what_nothing_determines_is_named_with_its_equations() -> None:
+def test_undetermined_unknowns_name_their_equations() -> None:
     with pytest.raises(
         ChainError, match=r"1 equation is left for 2 unknowns \(a, b\).*a stands in sum; b stands in sum"
     ):
         ordered([equation("sum", a + b - 3)], [a, b], [a])
 
 
-def test_the_size_of_an_unknown_is_told_by_cases() -> None:
+def test_size_of_unknown_is_solved_by_cases() -> None:
     """Friction on a normal force among the unknowns: a + b = k, b = |a|/2 has two cases."""
     steps = solved([equation("along", a + b - k), equation("law", b - sp.Abs(a) / 2)], (a, b))
-    for value, wanted in ((3.0, 2.0), (-1.0, -2.0)):
-        known: dict[sp.Basic, sp.Expr] = {k: sp.Float(value)}
+    for value, expected in ((3.0, 2.0), (-1.0, -2.0)):
+        values: dict[sp.Basic, sp.Expr] = {k: sp.Float(value)}
         for step in steps:
             if isinstance(step, Let):
-                known[step.symbol] = step.expr.xreplace(known)
+                values[step.symbol] = step.expr.xreplace(values)
             elif isinstance(step, LinearSolve):
-                matrix, right = sp.Matrix(step.matrix).xreplace(known), sp.Matrix(step.right).xreplace(known)
-                known |= dict(zip(step.symbols, matrix.LUsolve(right), strict=True))
-        assert float(known[a]) == pytest.approx(wanted)
-        assert float(known[b]) == pytest.approx(abs(wanted) / 2)
+                matrix, right = sp.Matrix(step.matrix).xreplace(values), sp.Matrix(step.right).xreplace(values)
+                values |= dict(zip(step.symbols, matrix.LUsolve(right), strict=True))
+        assert float(values[a]) == pytest.approx(expected)
+        assert float(values[b]) == pytest.approx(abs(expected) / 2)
 
 
-def test_a_set_that_is_not_linear_is_refused() -> None:
+def test_nonlinear_set_is_refused() -> None:
     with pytest.raises(BlockError, match="not linear in a, b"):
         solved([equation("one", a * b - 1), equation("two", a + b - 3)], (a, b))

@@ -33,9 +33,9 @@ def equation(number: str, residual: sp.Expr, defines: Quantity | None = None) ->
     return Equation(number, residual, "test", Definition("test"), defines=defines)
 
 
-def after(steps: Iterable[Step], known: Values) -> Values:
+def after(steps: Iterable[Step], initial: Values) -> Values:
     """What steps give, in exact numbers; each needs nothing but what is known before it."""
-    values = dict(known)
+    values = dict(initial)
     for step in steps:
         assert set(step.needs) <= values.keys()
         if isinstance(step, LinearSolve):
@@ -50,14 +50,14 @@ def after(steps: Iterable[Step], known: Values) -> Values:
 def system(seed: int) -> list[Equation]:
     """Linear equations in random order, of which some give an unknown by others, some are loops, some define."""
     rng = random.Random(seed)
-    found, count = [], len(UNKNOWNS)
+    equations, count = [], len(UNKNOWNS)
     for i, unknown in enumerate(UNKNOWNS):
-        others = rng.sample(UNKNOWNS[:i], min(i, 2)) + rng.sample(UNKNOWNS, rng.choice((0, 0, 1)))
-        terms = [rng.choice((-3, -2, 2, 3)) * other for other in others if other != unknown]
+        neighbours = rng.sample(UNKNOWNS[:i], min(i, 2)) + rng.sample(UNKNOWNS, rng.choice((0, 0, 1)))
+        terms = [rng.choice((-3, -2, 2, 3)) * other for other in neighbours if other != unknown]
         residual = (count + 7) * unknown + sp.Add(*terms) - rng.randint(1, 9) * k
-        found.append(equation(f"e{i}", residual, unknown if rng.random() < 0.4 else None))
-    rng.shuffle(found)
-    return found
+        equations.append(equation(f"e{i}", residual, unknown if rng.random() < 0.4 else None))
+    rng.shuffle(equations)
+    return equations
 
 
 def spent(chain: Chain) -> list[str]:
@@ -65,23 +65,23 @@ def spent(chain: Chain) -> list[str]:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_what_an_order_finds_fulfils_every_equation(seed: int) -> None:
+def test_solution_of_an_order_satisfies_equations(seed: int) -> None:
     equations = system(seed)
     chain = ordered(equations, UNKNOWNS, UNKNOWNS)
-    found = after(chain.steps(), {k: sp.Rational(2, 3)})
-    assert [e.residual.xreplace(found) for e in equations] == [0] * len(equations)
+    solution = after(chain.steps(), {k: sp.Rational(2, 3)})
+    assert [e.residual.xreplace(solution) for e in equations] == [0] * len(equations)
     assert sorted(spent(chain)) == sorted(e.number for e in equations)
     assert sorted((u for s in chain.order for u in s.unknowns), key=str) == list(UNKNOWNS)
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_an_order_ends_with_what_is_wanted(seed: int) -> None:
+def test_order_ends_with_requested_unknown(seed: int) -> None:
     equations = system(seed)
     first, *_ = ordered(equations, UNKNOWNS, UNKNOWNS).order
     assert ordered(equations, UNKNOWNS, first.unknowns).order == [first]
 
 
-def test_a_definition_is_spent_even_where_a_balance_is_found_through_it() -> None:
+def test_definition_is_used_once() -> None:
     equations = [equation("balance", b + c - 6), equation("b", b - a, b), equation("c", c - 2 * a, c)]
     chain = ordered(equations, [a, b, c], [b, c])
     assert chain.order[0] == Solve("balance", a, (("b", b), ("c", c)))
@@ -95,7 +95,7 @@ def test_a_balance_with_two_roots_behind_definitions_is_no_way() -> None:
         ordered(equations, [a, b, c, d], [c])
 
 
-def test_what_is_undetermined_is_named_with_the_equations_that_hold_it() -> None:
+def test_underdetermined_error_names_equations() -> None:
     with pytest.raises(
         ChainError, match=r"u0 stands in sum; u1 stands in sum, far; u2 stands in far; u3 stands in none$"
     ):
@@ -103,7 +103,7 @@ def test_what_is_undetermined_is_named_with_the_equations_that_hold_it() -> None
 
 
 @pytest.mark.parametrize("find", [lambda es, us: ordered(es, us, us), solvable])
-def test_what_has_sizes_is_solved_by_cases(find: Callable[[list[Equation], list[Quantity]], Chain]) -> None:
+def test_sizes_are_solved_by_cases(find: Callable[[list[Equation], list[Quantity]], Chain]) -> None:
     chain = find([equation("size", a + sp.Abs(a) / 2 - k)], [a])
     assert chain.order == [Together(("size",), (a,))]
     with pytest.raises(ChainError, match="equations size have to be solved together"):
@@ -114,21 +114,21 @@ def test_what_has_sizes_is_solved_by_cases(find: Callable[[list[Equation], list[
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_what_can_be_found_is_and_the_rest_taken_as_given(seed: int) -> None:
+def test_solvable_unknowns_are_solved_and_others_assumed(seed: int) -> None:
     """Two equations are missing, one is a product: the others still hold of what is found, whatever the rest is."""
     equations = [e for e in system(seed) if e.number not in ("e0", "e5")]
     equations.append(equation("product", a * UNKNOWNS[5] - k))
     chain = solvable(equations, UNKNOWNS)
     solved_for = [u for solve in chain.order for u in solve.unknowns]
-    given = {u: sp.Rational(i + 2, 7) for i, u in enumerate(UNKNOWNS) if u not in solved_for}
-    assert given
-    found = after(chain.steps(), {k: sp.Rational(2, 3), **given})
-    assert all(e.residual.xreplace(found) == 0 for e in equations if e.number in chain.spent)
+    assumed = {u: sp.Rational(i + 2, 7) for i, u in enumerate(UNKNOWNS) if u not in solved_for}
+    assert assumed
+    solution = after(chain.steps(), {k: sp.Rational(2, 3), **assumed})
+    assert all(e.residual.xreplace(solution) == 0 for e in equations if e.number in chain.spent)
     assert chain.equations == {e.number: e for e in equations}
-    assert "product" not in chain.spent or len(given) == 1
+    assert "product" not in chain.spent or len(assumed) == 1
 
 
-def test_what_is_not_linear_is_left_aside() -> None:
+def test_nonlinear_equations_are_ignored() -> None:
     chain = solvable([equation("square", a**2 - k), equation("sum", a + b - k)], [a, b])
     assert chain.order == [Solve("sum", b)]
     pair = [equation("product", a * b - k), equation("sum", a + b - k), equation("last", c - a)]
@@ -139,20 +139,20 @@ def test_what_is_not_linear_is_left_aside() -> None:
 def test_states_of_friction_are_counted(value: int, count: int) -> None:
     """a + 2 |a| = k holds in two states for k > 0, in none for k < 0; where both meet it is one."""
     steps = solved([equation("along", a + b - k), equation("law", b - 2 * sp.Abs(a))], (a, b))
-    found = after(steps, {k: sp.Integer(value)})
-    assert found[states(a)] == count
-    assert not count or found[a] + 2 * abs(found[a]) == value
+    solution = after(steps, {k: sp.Integer(value)})
+    assert solution[states(a)] == count
+    assert not count or solution[a] + 2 * abs(solution[a]) == value
 
 
 @pytest.mark.parametrize("values", [(3, 1), (-3, 1), (3, -7), (-2, -7)])
-def test_two_sizes_have_four_cases_of_which_one_is_true(values: tuple[int, int]) -> None:
+def test_two_sizes_have_four_exclusive_cases(values: tuple[int, int]) -> None:
     equations = [equation("one", a + sp.Abs(b) / 3 - k), equation("two", b - sp.Abs(a) / 4 - c)]
-    found = after(solved(equations, (a, b)), {k: sp.Integer(values[0]), c: sp.Integer(values[1])})
-    assert [e.residual.xreplace(found) for e in equations] == [0, 0]
-    assert found[states(a)] == 1
+    solution = after(solved(equations, (a, b)), {k: sp.Integer(values[0]), c: sp.Integer(values[1])})
+    assert [e.residual.xreplace(solution) for e in equations] == [0, 0]
+    assert solution[states(a)] == 1
 
 
-def test_more_sizes_than_can_be_told_apart_are_refused() -> None:
+def test_too_many_sizes_are_refused() -> None:
     sizes = [equation(str(u), u + sp.Abs(u) / 2 - k) for u in UNKNOWNS[:5]]
     with pytest.raises(BlockError, match="are sizes of unknowns; at most 4"):
         solved(sizes, UNKNOWNS[:5])
@@ -161,7 +161,7 @@ def test_more_sizes_than_can_be_told_apart_are_refused() -> None:
     assert names == ["u0_case1", "u0_case2", "u0", "states_u0"]
 
 
-def test_equations_are_matched_with_all_the_unknowns_that_can_be_had() -> None:
+def test_matching_is_maximal() -> None:
     """Where an equation's only unknown is taken, the one that took it makes way."""
     equations = [equation("both", a + b), equation("first", a - k), equation("none", k - 1)]
     assert {u: e.number for u, e in matched(equations, [a, b]).items()} == {a: "first", b: "both"}
@@ -175,7 +175,7 @@ def test_a_closed_set_is_the_smallest_and_whole() -> None:
         equation("four", c - 2 * d - e),
         equation("five", c + e),
     ]
-    chosen, given = closed_set([*triple, *pair], UNKNOWNS)
-    assert ([e.number for e in chosen], given) == (["one", "two"], [a, b])
+    chosen, unknowns = closed_set([*triple, *pair], UNKNOWNS)
+    assert ([e.number for e in chosen], unknowns) == (["one", "two"], [a, b])
     assert closed_set(triple, UNKNOWNS) == ([], [])
     assert [e.number for e in closed_set(triple, UNKNOWNS[2:])[0]] == ["three", "four", "five"]

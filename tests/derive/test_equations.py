@@ -57,7 +57,7 @@ def test_no_two_members_say_the_same(vocabulary: type[Claim]) -> None:
 
 
 @pytest.mark.parametrize("things", [(), ("P",), ("P", "x", "y")])
-def test_a_family_is_asked_for_as_many_things_as_its_sentence_has_gaps(things: tuple[str, ...]) -> None:
+def test_claim_family_checks_number_of_arguments(things: tuple[str, ...]) -> None:
     with pytest.raises(ClaimError, match=f"'tooth force at {{}}, {{}}' has gaps for 2, not for {len(things)}"):
         PlantingClaim.TOOTH_FORCE.of(*things)
     assert str(PlantingClaim.TOOTH_FORCE.of("P", "x")) == "tooth force at P, x"
@@ -66,13 +66,13 @@ def test_a_family_is_asked_for_as_many_things_as_its_sentence_has_gaps(things: t
 KNOWN: dict[Claimed, int] = {MadeUpClaim.SUM: 1, MadeUpClaim.SHARE.of(a): 2, Balance("sun", "force", "x", "frame"): 3}
 
 
-def test_what_is_known_of_a_claim() -> None:
+def test_among_returns_value_of_a_claim() -> None:
     assert [among(KNOWN, claim) for claim in KNOWN] == [1, 2, 3]
 
 
-def test_what_nothing_is_known_of_raises_with_what_is_near() -> None:
-    near = f"nothing here states ClaimOf 'made-up share {b}'; near it: .*ClaimOf 'made-up share {a}'"
-    with pytest.raises(ClaimError, match=near):
+def test_unknown_claim_error_suggests_near_claims() -> None:
+    message = f"nothing here states ClaimOf 'made-up share {b}'; near it: .*ClaimOf 'made-up share {a}'"
+    with pytest.raises(ClaimError, match=message):
         among(KNOWN, MadeUpClaim.SHARE.of(b))
     with pytest.raises(ClaimError, match="near it: Balance 'sun: force along x of frame'"):
         among(KNOWN, Balance("sun", "force", "y", "frame"))
@@ -80,7 +80,7 @@ def test_what_nothing_is_known_of_raises_with_what_is_near() -> None:
         among({}, Definition("zzz"))
 
 
-def test_a_sentence_is_no_claim_and_a_family_none_of_its_members() -> None:
+def test_sentences_and_families_are_not_claims() -> None:
     sentence: object = "made-up sum"
     with pytest.raises(ClaimError, match="nothing here states str 'made-up sum'; near it: MadeUpClaim 'made-up sum'"):
         among(KNOWN, sentence)  # type: ignore[arg-type]
@@ -88,16 +88,18 @@ def test_a_sentence_is_no_claim_and_a_family_none_of_its_members() -> None:
         among(KNOWN, MadeUpClaim.SHARE)
 
 
-def test_two_that_claim_the_same_raise() -> None:
-    one, other = defined(MadeUpClaim.SUM, a, b + c), derived(MadeUpClaim.SHARE.of(a), a - c, relation="<")
-    assert by_claim([one, other]) == {MadeUpClaim.SUM: one, MadeUpClaim.SHARE.of(a): other}
+def test_duplicate_claims_raise() -> None:
+    first, other = defined(MadeUpClaim.SUM, a, b + c), derived(MadeUpClaim.SHARE.of(a), a - c, relation="<")
+    assert by_claim([first, other]) == {MadeUpClaim.SUM: first, MadeUpClaim.SHARE.of(a): other}
     with pytest.raises(ClaimError, match="elsewhere claim the same: made-up sum"):
-        by_claim([one, other, replace(one, source="elsewhere")])
+        by_claim([first, other, replace(first, source="elsewhere")])
 
 
-def test_what_is_derived_is_numbered_and_sourced_by_its_claim() -> None:
-    found = defined(MadeUpClaim.SUM, a, b + c)
-    assert found == Equation("made-up sum", a - b - c, "derived: made-up sum", MadeUpClaim.SUM, defines=a, relation="=")
+def test_derived_equation_is_numbered_by_the_claim() -> None:
+    equation = defined(MadeUpClaim.SUM, a, b + c)
+    assert equation == Equation(
+        "made-up sum", a - b - c, "derived: made-up sum", MadeUpClaim.SUM, defines=a, relation="="
+    )
     assert derived(MadeUpClaim.SUM, sp.S.Zero, relation=">").relation == ">"
 
 

@@ -10,7 +10,7 @@ from derive.evaluate import DIGITS, Point
 x = sp.Symbol("x")
 
 
-def test_a_branch_that_was_asked_for_first_takes_no_digit_from_a_value() -> None:
+def test_earlier_branch_query_keeps_precision() -> None:
     point = Point({x: sp.Rational(1, 3)})
     assert point.holds(sp.Gt(sp.sin(x), 0))
     with mpmath.workdps(DIGITS + 5):
@@ -18,6 +18,6 @@ def test_a_branch_that_was_asked_for_first_takes_no_digit_from_a_value() -> None
 
 
 @pytest.mark.parametrize(("number", "value"), [(sp.Rational(1, 3), 1), (-sp.Rational(1, 3), -1)])
-def test_a_point_takes_the_branch_that_holds_there(number: sp.Rational, value: int) -> None:
+def test_point_uses_the_valid_branch(number: sp.Rational, value: int) -> None:
     signs = sp.Piecewise((1, sp.And(x > 0, x < 1)), (-1, sp.Or(x < 0, x > 5)))
     assert Point({x: number})(signs) == value

@@ -35,20 +35,20 @@ def disc() -> Formulas:
     return f
 
 
-def test_a_function_solves_what_it_is_told_to_in_that_order() -> None:
+def test_function_solves_in_the_requested_order() -> None:
     form = disc().function("sizes", (q.r,), what(q.d), what(q.A), (OfDisc.NOT_LESS, q.p), gives=(q.p, q.A))
     assert [(step.symbol, step.expr) for step in form.steps] == [(q.d, 2 * q.r), (q.A, 3 * q.d**2 / 4), (q.p, 3 * q.d)]
     assert form.steps[0].source == "derived: what d is"
     assert (form.outputs.name, form.outputs.quantities) == ("sizes_outputs", (q.p, q.A))
 
 
-def test_known_values_lead_to_all_that_follows_in_any_order() -> None:
+def test_values_follow_from_definitions_in_any_order() -> None:
     assert disc().followed({q.r: mpmath.mpf(2)}) == {q.r: 2, q.d: 4, q.A: 12}
     assert disc().followed({q.r: mpmath.mpf(2)}, (OfDisc.NOT_LESS, q.p))[q.p] == 12
     assert disc().followed({q.p: mpmath.mpf(2)}) == {q.p: 2}
 
 
-def test_what_is_not_stated_not_a_definition_or_not_linear_is_refused() -> None:
+def test_unusable_claims_are_refused() -> None:
     for claim in (what("z"), OfDisc.NOT_LESS):
         with pytest.raises(ClaimError, match="nothing here states"):
             disc().steps(claim)
@@ -60,7 +60,7 @@ def test_what_is_not_stated_not_a_definition_or_not_linear_is_refused() -> None:
         disc().function("bad", (q.A,), what(q.d))
 
 
-def test_what_a_source_lacks_takes_with_it_what_hangs_on_it() -> None:
+def test_lacking_claims_remove_dependent_steps() -> None:
     stated = [e for e in disc().equations.values() if e.defines != q.d]
     with pytest.raises(ClaimError, match="said to be lacking, but stated: 'the perimeter is not less than'"):
         Formulas("all", stated, lacking=frozenset({OfDisc.NOT_LESS}))
@@ -79,18 +79,18 @@ def test_the_ellipses_of_the_example_roll() -> None:
     r, _, turned = rolling(1.1)
     end = r * np.exp(1.1j)
     assert abs(end) + abs(end - 2 * k * A) == pytest.approx(2 * A, rel=1e-14)
-    found, _ = scipy.integrate.quad(lambda t: rolling(t)[1], 0, 1.1, epsabs=1e-13)
-    assert turned == pytest.approx(found, rel=1e-12)
+    integral, _ = scipy.integrate.quad(lambda t: rolling(t)[1], 0, 1.1, epsabs=1e-13)
+    assert turned == pytest.approx(integral, rel=1e-12)
 
 
-def test_the_paper_of_the_example_is_judged_by_its_formulas(tmp_path: Path) -> None:
+def test_example_paper_is_judged_by_the_formulas(tmp_path: Path) -> None:
     assert derive([str(own.EXAMPLES / "elliptic_gears.py"), "--out", str(tmp_path)]) == 0
-    found = {e["equation"]: e for e in json.loads((tmp_path / "audit.json").read_text())["equations"]}
-    assert {n: e["verdict"] for n, e in found.items()} == {"1": "confirmed", "2": "misprint", "3": "confirmed"}
-    assert "sign of r" in found["2"]["correction"]
+    judged = {e["equation"]: e for e in json.loads((tmp_path / "audit.json").read_text())["equations"]}
+    assert {n: e["verdict"] for n, e in judged.items()} == {"1": "confirmed", "2": "misprint", "3": "confirmed"}
+    assert "sign of r" in judged["2"]["correction"]
 
 
-def test_a_table_shows_its_values_nowhere_where_it_names_no_section() -> None:
+def test_values_without_section_are_not_displayed() -> None:
     text = "a | mm | length | 3\n b | 1 | share"
     assert [s.shown for s in quantities(text).values()] == ["values.a_mm", "values.b"]
     assert [(s.shown, s.source) for s in quantities(text, "a paper", section="").values()] == [("", "a paper")] * 2

@@ -110,7 +110,7 @@ def names(folder: Path) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("[!.]*") if path.is_file()}
 
 
-def test_a_file_with_a_helper_beside_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_file_may_import_a_neighbour(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = written(tmp_path / "own", lever=LEVER, lengths=LENGTHS)
     path = list(sys.path)
     assert main([str(folder / "lever.py")]) == 0
@@ -122,21 +122,21 @@ def test_a_file_with_a_helper_beside_it(tmp_path: Path, capsys: pytest.CaptureFi
     assert float(generated.module("lever", folder / "generated").turning()(0.5, 30.0)) == 15.0
 
 
-def test_a_folder_with_a_system_a_family_and_a_language_of_its_own(tmp_path: Path) -> None:
+def test_folder_with_system_family_and_target(tmp_path: Path) -> None:
     """Each is one file, and no list elsewhere knows it."""
     folder = written(tmp_path / "own", lever=LEVER, lengths=LENGTHS, curve=FAMILY, plain=TARGET)
     assert main([str(folder), "--out", str(tmp_path / "out")]) == 0
-    found = names(tmp_path / "out")
+    file_names = names(tmp_path / "out")
     assert {
         f"{place}{name}.py" for place in ("", "array/", "plain/") for name in ("lever", "curve_exponential")
-    } < found
-    assert {"lever.json", "curve_exponential.json", "plain/__init__.py"} < found
+    } < file_names
+    assert {"lever.json", "curve_exponential.json", "plain/__init__.py"} < file_names
     assert not (folder / "generated").exists()
     assert generated.module("plain/lever", tmp_path / "out").turning(0.5, 30.0) == (15.0,)
     assert json.loads((tmp_path / "out" / "curve_exponential.json").read_text())["parameters"][1]["name"] == "b"
 
 
-def test_nothing_that_stands_in_the_folder_is_touched(tmp_path: Path) -> None:
+def test_other_files_of_the_folder_are_untouched(tmp_path: Path) -> None:
     folder = written(tmp_path / "own", lever=LEVER, lengths=LENGTHS)
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "notes.txt").write_text("mine")
@@ -144,9 +144,7 @@ def test_nothing_that_stands_in_the_folder_is_touched(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "notes.txt").read_text() == "mine"
 
 
-def test_a_name_that_only_a_target_of_ones_own_needs_is_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_reserved_name_of_user_target_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lever = LEVER.replace('"force", "N"', '"math", "N"')
     folder = written(tmp_path / "own", lever=lever, lengths=LENGTHS, plain=TARGET)
     assert main([str(folder / "lever.py")]) == 0
@@ -180,7 +178,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_a_bad_file_is_named_with_its_line(case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_bad_file_error_names_the_line(case: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     text, sentence = BAD[case]
     folder = written(tmp_path / "own", lever=text, lengths=LENGTHS)
     assert main([str(folder / "lever.py")]) == 2
@@ -191,7 +189,7 @@ def test_a_bad_file_is_named_with_its_line(case: str, tmp_path: Path, capsys: py
     assert not (folder / "generated").exists()
 
 
-def test_a_helper_that_raises_is_named_and_who_called_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_helper_error_names_helper_and_caller(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     folder = written(tmp_path / "own", lever=LEVER, lengths="1 / 0\n")
     assert main([str(folder / "lever.py")]) == 2
     first, *rest = capsys.readouterr().err.splitlines()
@@ -201,7 +199,7 @@ def test_a_helper_that_raises_is_named_and_who_called_it(tmp_path: Path, capsys:
     ]
 
 
-def test_what_is_not_there_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+def test_missing_file_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["no_such_file.py"]) == 2
     assert "no_such_file.py: there is no such file or folder" in capsys.readouterr().err
 
@@ -212,7 +210,7 @@ def process(*arguments: str, path: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, env=environment, cwd=path, capture_output=True, text=True, check=False)
 
 
-def test_help_says_that_a_file_is_run_and_needs_no_sympy(tmp_path: Path) -> None:
+def test_help_warns_of_execution_and_needs_no_sympy(tmp_path: Path) -> None:
     (tmp_path / "sympy.py").write_text("raise ModuleNotFoundError('No module named sympy', name='sympy')\n")
     done = process("--help", path=tmp_path)
     assert done.returncode == 0
@@ -222,7 +220,7 @@ def test_help_says_that_a_file_is_run_and_needs_no_sympy(tmp_path: Path) -> None
     assert done.stderr == "deriving needs sympy, which is not installed: pip install 'planter[derive]'\n"
 
 
-def test_an_installed_package_adds_a_system_by_its_name(tmp_path: Path) -> None:
+def test_installed_package_adds_a_system(tmp_path: Path) -> None:
     package = written(tmp_path / "lever_package", lever=LEVER.replace("from lengths", "from lever_package.lengths"),
                       lengths=LENGTHS, plain=TARGET)  # fmt: skip
     installed = tmp_path / "lever_package-1.dist-info"
@@ -254,10 +252,10 @@ def test_the_built_in_run_asks_no_installed_package(monkeypatch: pytest.MonkeyPa
 
 
 @pytest.mark.parametrize(("factor", "verdict"), [("1", "confirmed"), ("2", "misprint")])
-def test_a_paper_of_ones_own_is_tried(factor: str, verdict: str, tmp_path: Path) -> None:
-    own = tmp_path / f"{centrifuge.NAME}.py"
-    own.write_text(centrifuge.TEXT.replace("WEIGHT", factor))
-    assert main([str(own)]) == 0
+def test_user_paper_is_audited(factor: str, verdict: str, tmp_path: Path) -> None:
+    paper_file = tmp_path / f"{centrifuge.NAME}.py"
+    paper_file.write_text(centrifuge.TEXT.replace("WEIGHT", factor))
+    assert main([str(paper_file)]) == 0
     written = tmp_path / "generated"
     assert {path.name for path in written.glob("[!.]*")} == {"audit.json", "audit_mathml.json", "AUDIT.md"}
     first, second = json.loads((written / "audit.json").read_text())["equations"]

@@ -38,29 +38,29 @@ def lane(reaction: int = 1, side: sp.Expr = COSINE, total_of: sp.Expr | None = N
         Let(above, tension + rate * sin(turned) ** 2 + rate * cos(turned) ** 2 + arm * side, "test"),
         Let(below, -reaction * tension + load, "test"),
     )
-    whole = above + below + twin(above) + twin(below) if total_of is None else total_of
-    shared = Shared(twin, (Let(total, whole, "test"),), Vector("totals", (total,)))
+    sum_of_sides = above + below + twin(above) + twin(below) if total_of is None else total_of
+    shared = Shared(twin, (Let(total, sum_of_sides, "test"),), Vector("totals", (total,)))
     return Lane(phi, (Vector("sizes", (arm, load, size)), LAW), steps, Vector("side", (above, below)), (), shared)
 
 
-def influence(of: Lane) -> Influence:
-    return Influence(of, share(of, total, part))
+def influence(lane_: Lane) -> Influence:
+    return Influence(lane_, share(lane_, total, part))
 
 
-def test_what_cancels_is_without_effect_and_is_not_computed() -> None:
-    found = influence(lane())
-    assert {arm, size, tension, slack, turned} == found.without
-    assert found.felt == {"turn": ("rate",)}
-    assert [step.defines for step in found.reduced()] == [(rate,), (above,), (below,), (part,)]
+def test_cancelling_steps_are_not_computed() -> None:
+    result = influence(lane())
+    assert {arm, size, tension, slack, turned} == result.without
+    assert result.felt == {"turn": ("rate",)}
+    assert [step.defines for step in result.reduced()] == [(rate,), (above,), (below,), (part,)]
 
 
-def test_a_force_without_its_reaction_is_felt() -> None:
-    found = influence(lane(reaction=2))
-    assert not {size, tension, slack} & found.without
-    assert "slack" in found.felt["turn"]
+def test_force_without_reaction_has_effect() -> None:
+    result = influence(lane(reaction=2))
+    assert not {size, tension, slack} & result.without
+    assert "slack" in result.felt["turn"]
 
 
-def test_an_arm_that_the_other_side_does_not_cancel_is_felt() -> None:
+def test_uncancelled_lever_has_effect() -> None:
     assert arm not in influence(lane(side=cos(2 * phi))).without
     assert arm in influence(lane(side=cos(phi + pi / 3))).without
     assert arm not in influence(lane(side=cos(phi) * turned)).without
@@ -73,7 +73,7 @@ def test_a_result_is_written_out_without_squares_of_cosines() -> None:
     assert last.expr == rate + load
 
 
-def test_a_total_that_is_no_sum_of_sides_is_refused() -> None:
+def test_total_must_be_a_sum_of_sides() -> None:
     with pytest.raises(NotAdditive, match="total is not a sum of what each side does"):
         share(lane(total_of=above * twin(above)), total, part)
     bare = lane()
@@ -81,9 +81,9 @@ def test_a_total_that_is_no_sum_of_sides_is_refused() -> None:
         share(Lane(phi, bare.inputs, bare.steps, bare.outputs), total, part)
 
 
-def test_a_polynomial_differentiates_by_its_coefficients() -> None:
+def test_polynomial_derivative_uses_the_coefficients() -> None:
     x = sp.Symbol("x", real=True)
     law = x**4 * (3 - x) + 2 * x
-    found = Polynomial.of(law, x, sin(phi))
-    assert sp.expand(found.diff(phi).doit() - law.diff(x).subs(x, sin(phi)) * cos(phi)) == 0
+    polynomial = Polynomial.of(law, x, sin(phi))
+    assert sp.expand(polynomial.diff(phi).doit() - law.diff(x).subs(x, sin(phi)) * cos(phi)) == 0
     assert Polynomial.of(law, x, x).diff(x, 2).doit() == sp.expand(law.diff(x, 2))

@@ -47,7 +47,7 @@ def test_numbers_are_in_si_to_the_working_precision(machine: MachineFile) -> Non
         assert machine.all_si("carrier.reach_mm") == [mpf("1e-3"), mpf("2.5e-3")]
 
 
-def test_what_is_no_number_stays_in_its_table(machine: MachineFile) -> None:
+def test_non_numbers_stay_in_their_table(machine: MachineFile) -> None:
     assert machine.tables["carrier"]["family"] == "ellipse"
     assert machine.tables["carrier"]["ratio"] == Decimal("0.1")
 

@@ -13,19 +13,21 @@ from derive.papers import wang2017
 from derive.quantity import DimensionError, Quantity, dimension, of_unit
 from tests.support.late import LateDict
 
-SYSTEMS = LateDict(lambda: {one.name: one for one in models((*modules(gearing), *modules(systems), *modules(papers)))})
+SYSTEMS = LateDict(
+    lambda: {model.name: model for model in models((*modules(gearing), *modules(systems), *modules(papers)))}
+)
 NAMES = sorted(p.stem for p in GENERATED.glob("*.json") if not p.stem.startswith(("audit", "curve_")))
 """Of the systems, as they are in `generated/`."""
 
 
 def symbols(system: System) -> set[sp.Symbol]:
-    found = {s for step in system.steps for e in expressions(step) for s in e.free_symbols | set(step.defines)}
-    return found.union(*map(entries, system.inputs))
+    used = {s for step in system.steps for e in expressions(step) for s in e.free_symbols | set(step.defines)}
+    return used.union(*map(entries, system.inputs))
 
 
-def undescribed(found: set[sp.Symbol]) -> list[str]:
-    described = (s for s in found if isinstance(s, Quantity) and s.unit and s.meaning and s.source)
-    return sorted(str(s) for s in found - set(described))
+def undescribed(symbols_: set[sp.Symbol]) -> list[str]:
+    described = (s for s in symbols_ if isinstance(s, Quantity) and s.unit and s.meaning and s.source)
+    return sorted(str(s) for s in symbols_ - set(described))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -47,15 +49,15 @@ def test_a_quantity_without_meaning_is_refused() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_one_name_has_one_unit(name: str) -> None:
+def test_each_name_has_a_single_unit(name: str) -> None:
     units: dict[str, set[str]] = {}
     for symbol in symbols(SYSTEMS[name]):
         units.setdefault(symbol.name, set()).add(symbol.unit)
-    assert {name: found for name, found in units.items() if len(found) > 1} == {}
+    assert {name: unit_names for name, unit_names in units.items() if len(unit_names) > 1} == {}
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_step_has_the_dimension_of_what_it_defines(name: str) -> None:
+def test_steps_have_the_dimension_of_their_symbol(name: str) -> None:
     lets = [s for s in SYSTEMS[name].steps if isinstance(s, Let)]
     assert len(lets) > (15 if SYSTEMS[name].lane else 0)
     for let in lets:
@@ -73,7 +75,7 @@ def test_equations_7_and_31_of_wang2017_mix_dimensions() -> None:
     assert mixed == ["7", "31"]
 
 
-def test_one_name_with_two_units_is_two_quantities() -> None:
+def test_equal_names_with_two_units_are_two_quantities() -> None:
     """SymPy remembers products; one paper's symbol must not come back for another's of the same name."""
     length, number = Quantity("zz", "m", "test", "test"), Quantity("zz", "1", "test", "test")
     assert dimension(2 * length) == of_unit("m")

@@ -46,9 +46,9 @@ def place_and_acceleration() -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_place_and_force_are_those_of_the_textbook(folder: Path) -> None:
-    found, (place, acceleration) = model(folder, **BARE, **OWN)(PHI), place_and_acceleration()
-    assert found["s"] == pytest.approx(place, rel=1e-14)
-    assert found["F_Bx"] == pytest.approx(M * acceleration, rel=1e-12, abs=1e-12)
+    outputs, (place, acceleration) = model(folder, **BARE, **OWN)(PHI), place_and_acceleration()
+    assert outputs["s"] == pytest.approx(place, rel=1e-14)
+    assert outputs["F_Bx"] == pytest.approx(M * acceleration, rel=1e-12, abs=1e-12)
 
 
 def test_a_heavier_slider_is_noticed(folder: Path) -> None:
@@ -57,7 +57,7 @@ def test_a_heavier_slider_is_noticed(folder: Path) -> None:
     assert heavier["F_Bx"] != pytest.approx(M * acceleration, rel=1e-2)
 
 
-def test_the_motor_gives_what_the_energy_takes(folder: Path) -> None:
+def test_motor_power_balances_energy(folder: Path) -> None:
     """Torque is the slope of the kinetic energy over the crank angle: no gravity, no friction; complex steps."""
 
     def energy(phi: np.ndarray) -> np.ndarray:
@@ -67,42 +67,44 @@ def test_the_motor_gives_what_the_energy_takes(folder: Path) -> None:
         rod = (-R * OMEGA * np.sin(phi) - C * np.sin(psi) * turned, R * OMEGA * np.cos(phi) - C * np.cos(psi) * turned)
         return (M * slider**2 + M_ROD * (rod[0] ** 2 + rod[1] ** 2) + J * turned**2) / 2
 
-    found = model(folder, **BARE, **OWN)(PHI)
-    assert found["M_in"] == pytest.approx(np.imag(energy(PHI + 1e-30j)) / 1e-30, rel=1e-11, abs=1e-12)
+    outputs = model(folder, **BARE, **OWN)(PHI)
+    assert outputs["M_in"] == pytest.approx(np.imag(energy(PHI + 1e-30j)) / 1e-30, rel=1e-11, abs=1e-12)
 
 
 @pytest.mark.parametrize("friction", [0.05, 0.4])
 def test_friction_follows_both_signs_of_the_guides_force(folder: Path, friction: float) -> None:
     """The slider's balance, with Coulomb's law typed by hand; the fast one is pressed to either side of the guide."""
-    found = model(folder, mu=friction, omega_rpm=900.0)(PHI)
-    normal, along = found["N_guide"], found["F_Bx"] + found["F_gas"] + found["F_spring"]
+    outputs = model(folder, mu=friction, omega_rpm=900.0)(PHI)
+    normal, tangential = outputs["N_guide"], outputs["F_Bx"] + outputs["F_gas"] + outputs["F_spring"]
     assert normal.min() < 0 < normal.max()
-    drag = -friction * np.abs(normal) * np.where(found["v_guide"] >= 0, 1, -1)
-    assert along + drag == pytest.approx(1.5 * found["s_ddot"], abs=1e-9)
-    assert found["P_guide"].min() >= 0
+    drag = -friction * np.abs(normal) * np.where(outputs["v_guide"] >= 0, 1, -1)
+    assert tangential + drag == pytest.approx(1.5 * outputs["s_ddot"], abs=1e-9)
+    assert outputs["P_guide"].min() >= 0
 
 
 def test_a_turn_obeys_the_laws_and_a_wrong_reaction_breaks_them(folder: Path) -> None:
-    found = compute_cycle(model(folder, mu=0.2, omega_rpm=700.0), 90).result
-    assert {law.law.partition(",")[0] for law in found.laws} >= {
+    outputs = compute_cycle(model(folder, mu=0.2, omega_rpm=700.0), 90).result
+    assert {law.law.partition(",")[0] for law in outputs.laws} >= {
         "power of all forces and of inertia", "rate of angular momentum less outer moments",
         "virtual work where phi alone moves", "virtual work where beta alone moves",
     }  # fmt: skip
-    assert max(law.violation for law in found.laws) < 1e-9
-    assert found.work["M_in_J"] == pytest.approx(found.work["guide_J"], rel=1e-9)
-    assert found.work["guide_J"] > 0.1
+    assert max(law.violation for law in outputs.laws) < 1e-9
+    assert outputs.work["M_in_J"] == pytest.approx(outputs.work["guide_J"], rel=1e-9)
+    assert outputs.work["guide_J"] > 0.1
 
 
 def test_the_casadi_module_builds_and_agrees_with_the_arrays(folder: Path) -> None:
-    arrays, own = generated.module("array/slider_crank", folder), model(folder)
-    data = own.machine.data
-    found = arrays.lane(np, PHI, data, MachineResponse(own.machine).coordinates(data, PHI), arrays.prologue(np, data))
-    by_casadi = own(PHI)
-    for quantity, values in zip(own.machine.quantities, found, strict=True):
+    arrays, derived_model = generated.module("array/slider_crank", folder), model(folder)
+    data = derived_model.machine.data
+    outputs = arrays.lane(
+        np, PHI, data, MachineResponse(derived_model.machine).coordinates(data, PHI), arrays.prologue(np, data)
+    )
+    by_casadi = derived_model(PHI)
+    for quantity, values in zip(derived_model.machine.quantities, outputs, strict=True):
         assert by_casadi[quantity.name] == pytest.approx(values + 0 * PHI, rel=1e-10, abs=1e-10), quantity.name
 
 
-def test_one_side_without_composed_functions_is_a_clean_module(folder: Path) -> None:
+def test_single_side_module_has_no_composed_functions(folder: Path) -> None:
     described = json.loads((folder / "slider_crank.json").read_text())
     assert list(described["functions"]) == ["prologue", "lane", "events", "assembly", "closure", "places"]
     assert list(described["vectors"]) == ["data", "loops", "outputs", "start", "gaps", "places"]
@@ -111,7 +113,7 @@ def test_one_side_without_composed_functions_is_a_clean_module(folder: Path) -> 
         assert not [word for word in ("side", "stage", "frame(", "None") if word in text.replace("outside", "")]
 
 
-def test_what_is_written_compares_equal_and_a_changed_file_does_not(folder: Path) -> None:
+def test_changed_written_file_is_noticed(folder: Path) -> None:
     command = [sys.executable, "-m", "derive", str(folder.parent / "slider_crank.py"), "--check"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "is up to date: 6 files" in done.stdout
@@ -123,15 +125,15 @@ def test_what_is_written_compares_equal_and_a_changed_file_does_not(folder: Path
     assert (done.returncode, done.stdout) == (1, "changed: slider_crank.json\n")
 
 
-def test_friction_that_jams_is_told_and_friction_that_locks_is_an_error(folder: Path) -> None:
+def test_jamming_is_reported_and_locking_raises(folder: Path) -> None:
     """Where mu tan(beta) passes one, more states than one are possible, or none."""
-    one, many = (compute_cycle(model(folder, mu=mu), 90).result.laws[-1] for mu in (0.2, 5.0))
-    assert one.law.startswith("states of friction")
-    assert (one.violation, many.violation) == (0, 1)
+    mild, many = (compute_cycle(model(folder, mu=mu), 90).result.laws[-1] for mu in (0.2, 5.0))
+    assert mild.law.startswith("states of friction")
+    assert (mild.violation, many.violation) == (0, 1)
     with pytest.raises(ComputationError, match="friction holds it fast at"):
         compute_cycle(model(folder, mu=50.0), 90)
 
 
-def test_what_is_not_finite_is_named_with_its_angle(folder: Path) -> None:
+def test_nonfinite_result_names_the_angle(folder: Path) -> None:
     with pytest.raises(ComputationError, match=r"F_\w+ \(force of .*\) is not finite at 0 deg"):
         compute_cycle(model(folder, h_mm=0.0), 90)

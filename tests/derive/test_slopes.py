@@ -13,9 +13,9 @@ EXPRESSIONS = [
 
 
 @pytest.mark.parametrize("expr", EXPRESSIONS, ids=str)
-def test_a_rate_is_that_of_the_chain_rule(expr: sp.Expr) -> None:
+def test_rate_follows_the_chain_rule(expr: sp.Expr) -> None:
     at = {x: sp.Rational(7, 5), y: sp.Rational(3, 4), z: sp.Rational(1, 3)}
     rates = {x: y**2, y: sp.cos(x)}
-    wanted = sum(expr.diff(symbol) * rate for symbol, rate in rates.items())
-    assert abs(sp.N((directional_derivative(expr, rates) - wanted).subs(at), 20)) < 1e-15
+    expected = sum(expr.diff(symbol) * rate for symbol, rate in rates.items())
+    assert abs(sp.N((directional_derivative(expr, rates) - expected).subs(at), 20)) < 1e-15
     assert abs(sp.N((partial_derivative(expr, x) - expr.diff(x)).subs(at), 20)) < 1e-15

@@ -20,7 +20,7 @@ def by_array_code(device: Device, phi: np.ndarray) -> model.Outputs:
     return model.ArrayModel.like(device)(np, phi, device.design, device.constants)
 
 
-def shown(device: Device, outputs: model.Outputs) -> dict[str, np.ndarray]:
+def displayed_values(device: Device, outputs: model.Outputs) -> dict[str, np.ndarray]:
     """Outputs of side 1 and shared ones, in the units of their keys."""
     vectors = device.sidecar["vectors"]
     keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in (*vectors["side"], *vectors["totals"])}
@@ -31,8 +31,8 @@ def shown(device: Device, outputs: model.Outputs) -> dict[str, np.ndarray]:
 def deviations(kind: Model, code: Callable[[Device, np.ndarray], model.Outputs]) -> dict[str, float]:
     """Largest difference to each public value; NaN stands where there is none."""
     device = machines.device("wang2017", kind)
-    found = shown(device, code(device, ANGLES))
-    return {key: np.nanmax(np.abs(found[key] - value)) for key, value in VALUES[kind].items()}
+    values = displayed_values(device, code(device, ANGLES))
+    return {key: np.nanmax(np.abs(values[key] - value)) for key, value in VALUES[kind].items()}
 
 
 @pytest.mark.parametrize("code", [model.cycle, by_array_code])

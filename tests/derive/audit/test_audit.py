@@ -23,48 +23,48 @@ def test_confirmed_with_the_sides_exchanged() -> None:
     assert judged(a - b, a - b, ("<", "<")).verdict == "confirmed"
 
 
-def test_misprint_with_its_only_correction() -> None:
-    found = judged(a * sp.sin(u) + b * t / t - c, a * sp.cos(u) + b - c)
-    assert (found.verdict, found.corrections) == ("misprint", ((f"cos for sin of {u}",),))
+def test_only_correction_of_a_misprint() -> None:
+    judgement = judged(a * sp.sin(u) + b * t / t - c, a * sp.cos(u) + b - c)
+    assert (judgement.verdict, judgement.corrections) == ("misprint", ((f"cos for sin of {u}",),))
 
 
 def test_misprint_with_two_edits() -> None:
-    found = judged(a * sp.sin(u) - b * sp.exp(v) + c, a * sp.cos(u) + b * sp.exp(v) + c)
-    assert found.verdict == "misprint"
-    assert (f"cos for sin of {u}", f"sign of {-b * sp.exp(v)}") in found.corrections
-    assert {len(edit) for edit in found.corrections} == {2}
+    judgement = judged(a * sp.sin(u) - b * sp.exp(v) + c, a * sp.cos(u) + b * sp.exp(v) + c)
+    assert judgement.verdict == "misprint"
+    assert (f"cos for sin of {u}", f"sign of {-b * sp.exp(v)}") in judgement.corrections
+    assert {len(edit) for edit in judgement.corrections} == {2}
 
 
 def test_every_smallest_correction_is_listed() -> None:
-    found = judged(a * u + a * v - c, b * u + b * v - c)
-    assert found.corrections == ((f"{b} for {a} throughout",),)
-    found = judged(a * sp.cos(u - v) - c, a * sp.cos(u + v) - c)
-    assert {(f"sign of {u}",), (f"sign of {-v}",)} <= set(found.corrections)
+    judgement = judged(a * u + a * v - c, b * u + b * v - c)
+    assert judgement.corrections == ((f"{b} for {a} throughout",),)
+    judgement = judged(a * sp.cos(u - v) - c, a * sp.cos(u + v) - c)
+    assert {(f"sign of {u}",), (f"sign of {-v}",)} <= set(judgement.corrections)
 
 
 def test_a_wrong_relation_is_part_of_every_correction() -> None:
     assert judged(a - b, a - b, ("<", ">")).corrections == (("> for <",),)
     assert judged(a - b, a - b, ("<", "<=")).corrections == (("<= for <",),)
-    found = judged(a - b * sp.sin(u), a - b * sp.cos(u), ("<", ">"))
-    assert found.verdict == "misprint"
-    assert ("> for <", f"cos for sin of {u}") in found.corrections
+    judgement = judged(a - b * sp.sin(u), a - b * sp.cos(u), ("<", ">"))
+    assert judgement.verdict == "misprint"
+    assert ("> for <", f"cos for sin of {u}") in judgement.corrections
 
 
 def test_incomplete_with_the_missing_terms() -> None:
-    found = judged(a - b, a - b - c * u - 3 * d * v)
-    assert (found.verdict, set(found.missing)) == ("incomplete", {-c * u, -3 * d * v})
+    judgement = judged(a - b, a - b - c * u - 3 * d * v)
+    assert (judgement.verdict, set(judgement.missing)) == ("incomplete", {-c * u, -3 * d * v})
 
 
 def test_incomplete_after_an_edit() -> None:
-    found = judged(a - b * sp.sin(u), a - b * sp.cos(u) - c * u - d * v)
-    assert (found.verdict, set(found.missing)) == ("incomplete", {-c * u, -d * v})
-    assert found.corrections == ((f"cos for sin of {u}",),)
+    judgement = judged(a - b * sp.sin(u), a - b * sp.cos(u) - c * u - d * v)
+    assert (judgement.verdict, set(judgement.missing)) == ("incomplete", {-c * u, -d * v})
+    assert judgement.corrections == ((f"cos for sin of {u}",),)
 
 
-def test_contradicted_where_nothing_explains_a_printed_term() -> None:
-    found = judged(a - b * sp.exp(u) * u**3, a - c * sp.log(1 + v) - d)
-    assert found.verdict == "contradicted"
-    assert found.unexplained == (-b * sp.exp(u) * u**3,)
+def test_unexplained_term_is_contradicted() -> None:
+    judgement = judged(a - b * sp.exp(u) * u**3, a - c * sp.log(1 + v) - d)
+    assert judgement.verdict == "contradicted"
+    assert judgement.unexplained == (-b * sp.exp(u) * u**3,)
 
 
 def test_reconstructed_and_untested() -> None:
@@ -75,67 +75,67 @@ def test_reconstructed_and_untested() -> None:
 
 @pytest.mark.parametrize("mixed", [a + t, a - b * t, sp.sin(a), a - b * x_dot])
 def test_never_confirmed_when_dimensions_are_mixed(mixed: sp.Expr) -> None:
-    found = judged(mixed, mixed)
-    assert found.verdict != "confirmed"
-    assert "not dimensionally consistent" in found.finding
+    judgement = judged(mixed, mixed)
+    assert judgement.verdict != "confirmed"
+    assert "not dimensionally consistent" in judgement.finding
 
 
-def test_a_printed_value_that_is_not_real_is_a_difference_and_no_crash() -> None:
-    found = judged(sp.asin(2 + u) - v, sp.asin(u) - v)
-    assert found.verdict != "confirmed"
-    found = judged(sp.asin(2 * u / (u + v) + 1 / u) - v, sp.asin(u / (u + v)) - v)
-    assert found.verdict != "confirmed"
+def test_complex_printed_value_is_a_difference() -> None:
+    judgement = judged(sp.asin(2 + u) - v, sp.asin(u) - v)
+    assert judgement.verdict != "confirmed"
+    judgement = judged(sp.asin(2 * u / (u + v) + 1 / u) - v, sp.asin(u / (u + v)) - v)
+    assert judgement.verdict != "confirmed"
 
 
 def test_symbol_without_value_is_not_judged() -> None:
-    found = judged(a - quantity("nowhere"), a - b)
-    assert found.verdict == "not judged"
-    assert found.finding.startswith("nowhere has no value")
+    judgement = judged(a - quantity("nowhere"), a - b)
+    assert judgement.verdict == "not judged"
+    assert judgement.finding.startswith("nowhere has no value")
 
 
 def test_a_summand_too_many_also_in_a_bracket() -> None:
     assert judged(a * u - b + c, a * u - b).corrections == ((f"without {c}",),)
-    found = judged(a * (x_dot + b / t) ** 2 - c * x_dot**2, a * x_dot**2 - c * x_dot**2)
-    assert (f"without {b / t}",) in found.corrections
+    judgement = judged(a * (x_dot + b / t) ** 2 - c * x_dot**2, a * x_dot**2 - c * x_dot**2)
+    assert (f"without {b / t}",) in judgement.corrections
 
 
-def test_a_summand_that_a_bracket_lacks() -> None:
-    found = judged(a * u**2 - c * u * v, a * (u + v) ** 2 - c * u * v)
-    assert found.corrections == ((f"{u + v} for {u}",),)
+def test_summand_missing_in_a_bracket() -> None:
+    judgement = judged(a * u**2 - c * u * v, a * (u + v) ** 2 - c * u * v)
+    assert judgement.corrections == ((f"{u + v} for {u}",),)
 
 
-def test_a_term_that_is_gone_is_missing_and_no_edit() -> None:
-    found = judged(a * u - b * v, a * u - b * v + c * u * v)
-    assert (found.verdict, found.corrections, found.missing) == ("incomplete", (), (c * u * v,))
+def test_absent_term_is_missing_not_edited() -> None:
+    judgement = judged(a * u - b * v, a * u - b * v + c * u * v)
+    assert (judgement.verdict, judgement.corrections, judgement.missing) == ("incomplete", (), (c * u * v,))
 
 
 def test_sign_and_factor_of_a_group() -> None:
-    found = judged(a * u - b * v - c + d, a * u + b * v + c + d)
-    assert found.verdict == "misprint"
-    assert min(map(len, found.corrections)) == 1
-    found = judged(a * u - 2 * b * v - 2 * c + d - e, a * u - b * v - c + d - e)
-    assert (found.verdict, len(found.corrections[0])) == ("misprint", 1)
+    judgement = judged(a * u - b * v - c + d, a * u + b * v + c + d)
+    assert judgement.verdict == "misprint"
+    assert min(map(len, judgement.corrections)) == 1
+    judgement = judged(a * u - 2 * b * v - 2 * c + d - e, a * u - b * v - c + d - e)
+    assert (judgement.verdict, len(judgement.corrections[0])) == ("misprint", 1)
 
 
-def test_a_derived_term_with_a_factor_that_is_a_root() -> None:
-    found = judged(a * u - b, a * u - sp.sqrt(3) * b, defines=x)
-    assert found.corrections == ((f"factor sqrt(3) on {-b}",),)
+def test_root_factor_of_a_derived_term() -> None:
+    judgement = judged(a * u - b, a * u - sp.sqrt(3) * b, defines=x)
+    assert judgement.corrections == ((f"factor sqrt(3) on {-b}",),)
     assert judged(a * u - b, a * u - sp.Rational(1001, 1000) * b, defines=x).verdict != "confirmed"
 
 
-def test_any_number_of_errors_in_different_terms_is_found() -> None:
+def test_all_errors_in_different_terms_are_corrected() -> None:
     meant = a * sp.sin(u) - b * sp.exp(v) + c * u * v - d * v**2 + e
     printed = a * sp.cos(u) + b * sp.exp(v) + c * u * v - d * v**2 / 2 + e
-    found = judged(printed, meant)
-    assert found.verdict == "misprint"
-    assert set(found.corrections[0]) == {
+    judgement = judged(printed, meant)
+    assert judgement.verdict == "misprint"
+    assert set(judgement.corrections[0]) == {
         f"sin for cos of {u}",
         f"sign of {b * sp.exp(v)}",
         f"factor 2 on {-d * v**2 / 2}",
     }
 
 
-def test_taking_terms_away_explains_no_print_that_lacks_others() -> None:
+def test_removed_terms_do_not_explain_missing_ones() -> None:
     assert judged(a - b * sp.exp(u) * u**3, a - c * sp.log(1 + v) - d).verdict == "contradicted"
 
 
@@ -145,8 +145,8 @@ def test_taking_terms_away_explains_no_print_that_lacks_others() -> None:
 def test_a_direction_is_the_same_a_whole_turn_on() -> None:
     for turns, verdict in ((2, "confirmed"), (-4, "confirmed"), (1, "misprint"), (sp.Rational(1, 2), "misprint")):
         printed, meant = (Equation("n", u - e, "test", MadeUpClaim.SUM, defines=u) for e in (v + turns * sp.pi, v))
-        found = judge(printed, meant, POINTS, WORDS, frozenset({u})).verdict
-        assert (found == "confirmed") is (verdict == "confirmed"), turns
+        judgement = judge(printed, meant, POINTS, WORDS, frozenset({u})).verdict
+        assert (judgement == "confirmed") is (verdict == "confirmed"), turns
         assert judge(printed, meant, POINTS, WORDS).verdict != "confirmed", turns
 
 
@@ -156,7 +156,7 @@ def test_a_definition_may_have_both_sides_the_other_way_round() -> None:
     assert judge(replace(printed, residual=a * u + x), meant, POINTS, WORDS).verdict == "misprint"
 
 
-def test_a_homogeneous_equation_may_be_divided_by_a_factor_of_its_terms() -> None:
+def test_homogeneous_equation_may_be_divided_by_a_factor() -> None:
     assert judged(a * u - b * v, a * c * u - b * c * v).verdict == "confirmed"
     assert judged(a * u / b - v, a * u - b * v).verdict == "confirmed"
     assert judged(a * u + b * v, a * c * u - b * c * v).verdict == "misprint"
@@ -175,54 +175,59 @@ def test_a_condition_times_a_negative_number_is_another() -> None:
     assert judged(-2 * (a - b * u), a - b * u, ("<", "<")).corrections == (("> for <",),)
 
 
-def test_a_factor_on_what_a_symbol_is_said_to_be_is_an_error() -> None:
-    found = judged(2 * a * u, a * u, defines=x)
-    assert (found.verdict, found.corrections) == ("misprint", (("factor 1/2 on the whole",),))
+def test_factor_on_a_definition_is_an_error() -> None:
+    judgement = judged(2 * a * u, a * u, defines=x)
+    assert (judgement.verdict, judgement.corrections) == ("misprint", (("factor 1/2 on the whole",),))
     assert judged(sp.pi * a * u, a * u, defines=x).verdict != "confirmed"
 
 
 def test_a_factor_on_some_terms_of_a_balance_is_an_error() -> None:
-    found = judged(2 * a - b * u + c, a - b * u + c)
-    assert (found.verdict, found.corrections) == ("misprint", ((f"factor 1/2 on {2 * a}",),))
+    judgement = judged(2 * a - b * u + c, a - b * u + c)
+    assert (judgement.verdict, judgement.corrections) == ("misprint", ((f"factor 1/2 on {2 * a}",),))
     assert judged(u * (a - b), a - b).verdict != "confirmed"
 
 
 def test_an_error_in_a_balance_times_a_number_is_the_same_error() -> None:
     for factor in (1, 2, sp.Rational(-1, 3)):
-        found = judged(sp.expand(factor * (a * sp.sin(u) - b * v + c)), a * sp.cos(u) - b * v + c)
-        assert (found.verdict, found.corrections) == ("misprint", ((f"cos for sin of {u}",),)), factor
-        found = judged(sp.expand(factor * (a - b * v)), a - b * v - c * u)
-        assert (found.verdict, found.missing) == ("incomplete", (-factor * c * u,)), factor
+        judgement = judged(sp.expand(factor * (a * sp.sin(u) - b * v + c)), a * sp.cos(u) - b * v + c)
+        assert (judgement.verdict, judgement.corrections) == ("misprint", ((f"cos for sin of {u}",),)), factor
+        judgement = judged(sp.expand(factor * (a - b * v)), a - b * v - c * u)
+        assert (judgement.verdict, judgement.missing) == ("incomplete", (-factor * c * u,)), factor
 
 
 def test_no_edit_takes_a_real_value_away() -> None:
     """With the cases the other way round the arc cosine of a case became real at some points and an edit there."""
     cases = ((sp.S.Zero, u < v), ((1 + 1 / u) * v, True)), (((1 + 1 / u) * v, u >= v), (sp.S.Zero, True))
     for printed in (sp.Piecewise(*case) for case in cases):
-        found = judged(printed, sp.Piecewise((sp.S.Zero, u < v), ((1 + 1 / u) * (v - sp.pi / 2), True)), defines=t)
-        assert (found.verdict, found.corrections) == ("contradicted", ())
+        judgement = judged(printed, sp.Piecewise((sp.S.Zero, u < v), ((1 + 1 / u) * (v - sp.pi / 2), True)), defines=t)
+        assert (judgement.verdict, judgement.corrections) == ("contradicted", ())
 
 
 def test_zero_products_have_the_dimension_of_anything() -> None:
-    def held(*factors: sp.Expr) -> sp.Expr:
+    def product(*factors: sp.Expr) -> sp.Expr:
         return sp.Mul(*factors, evaluate=False)
 
-    for zero in (held(sp.S.Zero, a), held(sp.S.Zero, sp.Integer(2)), held(sp.S.Zero, sp.sqrt(3)), held(held(0, a), t)):
+    for zero in (
+        product(sp.S.Zero, a),
+        product(sp.S.Zero, sp.Integer(2)),
+        product(sp.S.Zero, sp.sqrt(3)),
+        product(product(0, a), t),
+    ):
         assert dimension(zero) is None, zero
         assert dimension(sp.Add(zero, t, evaluate=False)) == of_unit("s"), zero
         assert judged(sp.Add(a, -b, zero, evaluate=False), a - b).verdict == "confirmed", zero
     with pytest.raises(DimensionError):
-        dimension(held(sp.S.One, a) + t)
+        dimension(product(sp.S.One, a) + t)
 
 
 def test_three_terms_too_many_are_three_edits() -> None:
-    found = judged(a * u - b * v + c * u + d * v + e * u * v, a * u - b * v)
-    assert found.verdict == "misprint"
-    assert {len(correction) for correction in found.corrections} == {3}
-    assert all("without" in text for text in found.corrections[0])
+    judgement = judged(a * u - b * v + c * u + d * v + e * u * v, a * u - b * v)
+    assert judgement.verdict == "misprint"
+    assert {len(correction) for correction in judgement.corrections} == {3}
+    assert all("without" in text for text in judgement.corrections[0])
 
 
-def test_what_finds_no_fault_is_milder_than_any_that_does_and_fewer_edits_than_more() -> None:
+def test_severity_orders_verdicts_and_numbers_of_edits() -> None:
     mildest = [Judgement("confirmed", ""), Judgement("misprint", "", (("one",),)),
                Judgement("misprint", "", (("one", "two"),)), Judgement("incomplete", "", missing=(a,)),
                Judgement("incomplete", "", missing=(a, b)), Judgement("contradicted", "", (), (a,)),
@@ -233,11 +238,11 @@ def test_what_finds_no_fault_is_milder_than_any_that_does_and_fewer_edits_than_m
 
 
 def test_another_relation_alone_is_a_misprint() -> None:
-    found = judged(a - b, a - b, ("<", "<="))
-    assert (found.verdict, found.finding) == ("misprint", "the relation is another")
-    assert [str(text) for correction in found.corrections for text in correction] == ["<= for <"]
+    judgement = judged(a - b, a - b, ("<", "<="))
+    assert (judgement.verdict, judgement.finding) == ("misprint", "the relation is another")
+    assert [str(text) for correction in judgement.corrections for text in correction] == ["<= for <"]
 
 
 def test_a_term_is_missing_however_the_others_are_written() -> None:
-    found = judged(x - a * sp.sin(u) * sp.cos(u), x - a * sp.sin(2 * u) / 2 - b * v)
-    assert (found.verdict, found.missing) == ("incomplete", (-b * v,))
+    judgement = judged(x - a * sp.sin(u) * sp.cos(u), x - a * sp.sin(2 * u) / 2 - b * v)
+    assert (judgement.verdict, judgement.missing) == ("incomplete", (-b * v,))

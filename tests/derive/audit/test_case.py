@@ -27,33 +27,33 @@ def claiming(case: Case, number: str, claim: Any) -> Case:
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_wrong_claim_in_a_paper_raises(name: str) -> None:
-    own = CASES[name]
-    number = judged(own)
+    case_ = CASES[name]
+    number = judged(case_)
     wrong = re.escape(f"{name} ({number}): nothing here states MadeUpClaim 'made-up sum that nothing derives'")
     with pytest.raises(ClaimError, match=wrong):
-        claiming(own, number, MadeUpClaim.NOWHERE).pair(number)
+        claiming(case_, number, MadeUpClaim.NOWHERE).pair(number)
     with pytest.raises(ClaimError, match=re.escape(f"({number}): nothing here states str")):
-        claiming(own, number, str(own.paper.equations[number].claims)).pair(number)
-    assert claiming(own, number, own.paper.equations[number].claims).pair(number) == own.pair(number)
+        claiming(case_, number, str(case_.paper.equations[number].claims)).pair(number)
+    assert claiming(case_, number, case_.paper.equations[number].claims).pair(number) == case_.pair(number)
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_a_claim_that_the_subject_lacks_raises(name: str) -> None:
-    own = CASES[name]
-    number = judged(own)
-    left = {claim: e for claim, e in own.claims.items() if claim != own.paper.equations[number].claims}
+def test_claim_without_derivation_raises(name: str) -> None:
+    case_ = CASES[name]
+    number = judged(case_)
+    left = {claim: e for claim, e in case_.claims.items() if claim != case_.paper.equations[number].claims}
     with pytest.raises(ClaimError, match=re.escape(f"{name} ({number}): nothing here states")):
-        replace(own, subject=tampered(own.subject, claims=lambda _: left)).pair(number)
+        replace(case_, subject=tampered(case_.subject, claims=lambda _: left)).pair(number)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_every_claim_of_a_paper_is_derived(name: str) -> None:
-    own = CASES[name]
-    for number, printed in own.paper.equations.items():
-        assert (own.pair(number)[1] is None) is isinstance(printed.claims, Definition), number
+    case_ = CASES[name]
+    for number, printed in case_.paper.equations.items():
+        assert (case_.pair(number)[1] is None) is isinstance(printed.claims, Definition), number
 
 
-def test_a_reading_of_an_equation_that_is_not_there_is_refused() -> None:
+def test_reading_of_absent_equation_is_refused() -> None:
     paper = Paper("made up", "")
     paper.equation("1", a - b, MadeUpClaim.SUM)
     paper.reads({a: b}, "1")

@@ -28,7 +28,9 @@ from derive.systems.user_mechanism.trial import trial
 from tests.support import own
 from tests.support.made_up import POINTS, MadeUp, MadeUpClaim, a, b, c, judged, quantity, u, v
 
-phi, across, along, zero = (quantity(n, k) for n, k in (("phi", "rad"), ("across", "m"), ("along", "m"), ("zero", "m")))
+phi, across, lengthwise, zero = (
+    quantity(n, k) for n, k in (("phi", "rad"), ("across", "m"), ("along", "m"), ("zero", "m"))
+)
 
 
 @dataclass(frozen=True)
@@ -51,11 +53,11 @@ class Turning(MadeUp):
     @staticmethod
     def at(angle: mpf, length: mpf, offset: mpf) -> dict[Quantity, mpf]:
         with mpmath.workdps(60):
-            return {phi: angle, a: length, zero: offset, along: length * mpmath.cos(angle),
+            return {phi: angle, a: length, zero: offset, lengthwise: length * mpmath.cos(angle),
                     across: length * mpmath.sin(angle)}  # fmt: skip
 
 
-DIRECTION = derived(MadeUpClaim.SUM, phi - sp.atan2(across, along), phi)
+DIRECTION = derived(MadeUpClaim.SUM, phi - sp.atan2(across, lengthwise), phi)
 
 
 def arm(meant: Equation = DIRECTION, consistent: bool = True) -> Case:
@@ -70,53 +72,53 @@ def judgement(case: Case) -> Judgement:
 @pytest.mark.parametrize(
     ("printed", "verdict"),
     [
-        (atan(across / along) - pi, "confirmed"),
-        (-pi / 2 - atan(along / across), "confirmed"),
-        (-pi / 2 + atan(along / across), "misprint"),
-        (pi / 2 - atan(along / across), "misprint"),
-        (atan(across / along) - pi + zero / a, "misprint"),
+        (atan(across / lengthwise) - pi, "confirmed"),
+        (-pi / 2 - atan(lengthwise / across), "confirmed"),
+        (-pi / 2 + atan(lengthwise / across), "misprint"),
+        (pi / 2 - atan(lengthwise / across), "misprint"),
+        (atan(across / lengthwise) - pi + zero / a, "misprint"),
     ],
 )
 def test_rewriting_need_only_hold_on_the_cycle(printed: sp.Expr, verdict: str, consistent: bool) -> None:
     """The last is wrong, though not on the cycle itself, where a length is zero."""
     case = arm(consistent=consistent)
     case.paper.defines("1", phi, printed, MadeUpClaim.SUM)
-    found = judgement(case)
+    result = judgement(case)
     if verdict == "confirmed":
-        assert found.verdict == "confirmed"
-        assert "not everywhere" in found.finding
-        assert "at test_a" not in found.finding
-        assert "across = " in found.finding
+        assert result.verdict == "confirmed"
+        assert "not everywhere" in result.finding
+        assert "at test_a" not in result.finding
+        assert "across = " in result.finding
     else:
-        assert found.verdict in ("misprint", "incomplete", "contradicted")
+        assert result.verdict in ("misprint", "incomplete", "contradicted")
 
 
 def test_rewriting_without_claim_is_judged_on_the_cycle_too() -> None:
     case = arm()
-    case.paper.defines("1", phi, atan(across / along) - pi)
+    case.paper.defines("1", phi, atan(across / lengthwise) - pi)
     assert judgement(case).verdict == "confirmed"
     case = arm(consistent=False)
-    case.paper.defines("1", phi, atan(across / along) - pi + zero / a)
+    case.paper.defines("1", phi, atan(across / lengthwise) - pi + zero / a)
     assert judgement(case).verdict in ("misprint", "contradicted")
 
 
-def test_term_that_is_zero_on_the_cycle_alone_is_missing() -> None:
+def test_term_zero_only_on_the_cycle_is_missing() -> None:
     case = arm(derived(MadeUpClaim.SUM, phi - across / a - zero / a, phi))
     case.paper.defines("1", phi, across / a, MadeUpClaim.SUM)
-    found = judgement(case)
-    assert (found.verdict, found.missing) == ("incomplete", (zero / a,))
+    result = judgement(case)
+    assert (result.verdict, result.missing) == ("incomplete", (zero / a,))
 
 
 def test_derivation_is_compared_where_it_holds() -> None:
-    third = sp.And(along < 0, across < 0)
-    meant = replace(derived(MadeUpClaim.SUM, phi - (atan(across / along) - pi), phi), where=third)
+    third = sp.And(lengthwise < 0, across < 0)
+    meant = replace(derived(MadeUpClaim.SUM, phi - (atan(across / lengthwise) - pi), phi), where=third)
     case = arm(meant)
     assert len(case.points_where(third)) == len(SEEDS)
     assert all(point.holds(third) for point in case.points_where(third))
-    assert case.points_where(along > 10) == case.points
-    case.paper.defines("1", phi, -pi / 2 - atan(along / across), MadeUpClaim.SUM)
-    found = judgement(case)
-    assert (found.verdict, found.finding) == ("confirmed", "no difference left")
+    assert case.points_where(lengthwise > 10) == case.points
+    case.paper.defines("1", phi, -pi / 2 - atan(lengthwise / across), MadeUpClaim.SUM)
+    result = judgement(case)
+    assert (result.verdict, result.finding) == ("confirmed", "no difference left")
 
 
 @pytest.mark.parametrize(
@@ -128,7 +130,7 @@ def test_derivation_is_compared_where_it_holds() -> None:
         ("phi4, other quadrants", yu2023.phi4 + atan(yu2023.y_S / yu2023.x_S), "incomplete"),
     ],
 )
-def test_direction_of_the_tip_in_its_quadrant(number: str, printed: sp.Expr, verdict: str) -> None:
+def test_tip_direction_is_in_the_right_quadrant(number: str, printed: sp.Expr, verdict: str) -> None:
     case = yu2023.CASE
     equation = replace(case.paper.equations[number], residual=printed)
     alone = replace(case, paper=replace(case.paper, equations={number: equation}, questions=[]))
@@ -175,23 +177,23 @@ def test_formulas_have_nearby_values() -> None:
         ((b - c) - a / u, "<=", "misprint"),
     ],
 )
-def test_condition_is_what_holds_when_the_other_does(printed: sp.Expr, relation: Relation, verdict: str) -> None:
-    found = judged(printed, a - u * (b - c), (relation, "<="))
-    assert found.verdict == verdict
+def test_equivalent_conditions_are_confirmed(printed: sp.Expr, relation: Relation, verdict: str) -> None:
+    result = judged(printed, a - u * (b - c), (relation, "<="))
+    assert result.verdict == verdict
     if verdict == "contradicted":
-        assert found.corrections == ()
+        assert result.corrections == ()
     if verdict == "misprint":
-        assert all(len(correction) == 1 for correction in found.corrections)
+        assert all(len(correction) == 1 for correction in result.corrections)
 
 
 def test_relation_is_corrected_in_terms_of_the_print() -> None:
-    found = judged(a / u - (b - c), a - u * (b - c), (">=", "<="))
-    assert found.corrections == (("<= for >=",),)
-    found = judged((b - c) - a / u, a - u * (b - c), ("<=", "<="))
-    assert found.corrections == ((">= for <=",),)
+    result = judged(a / u - (b - c), a - u * (b - c), (">=", "<="))
+    assert result.corrections == (("<= for >=",),)
+    result = judged((b - c) - a / u, a - u * (b - c), ("<=", "<="))
+    assert result.corrections == ((">= for <=",),)
 
 
-def test_factor_that_changes_its_sign_is_no_condition_alike() -> None:
+def test_sign_changing_factor_is_not_equivalent() -> None:
     assert have_same_truth(a * cos(v), a, tuple(POINTS))
     turned = tuple(Point(point.values() | {v: mpf(3)}) for point in POINTS)
     assert not have_same_truth((a - b) * cos(v), a - b, turned)
@@ -215,7 +217,7 @@ def test_taper_condition_divided_by_a_cosine(printed: sp.Expr, verdict: str) -> 
     assert judge_readings(alone, "4c").kindest.judgement.verdict == verdict
 
 
-def test_function_that_grows_is_a_condition_alike() -> None:
+def test_increasing_function_is_equivalent() -> None:
     points = tuple(Point({u: mpf(k) / 10, v: mpf(5) / (k + 3)}) for k in range(1, 8))
     assert have_same_truth(v * tan(u) - 1, u - atan(1 / v), points)
     assert not have_same_truth(v * sin(u) - 1, u - atan(1 / v), points)

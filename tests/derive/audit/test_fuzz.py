@@ -44,10 +44,10 @@ def example(name: str) -> Case:
 def alone(case: Case, printed: Equation, reading: Mapping[sp.Symbol, sp.Expr] | None = None) -> Record:
     """The record of one equation of a paper; points are those of the example."""
     paper = replace(case.paper, equations={printed.number: printed}, reading=dict(reading or {}))
-    one = replace(case, paper=paper)
+    single = replace(case, paper=paper)
     shared = {name: getattr(case, name) for name in ("points", "cycle", "claims")}
-    one.__dict__.update(shared)
-    return equation(one, printed.number, "")
+    single.__dict__.update(shared)
+    return equation(single, printed.number, "")
 
 
 def unclaimed(printed: Equation) -> Equation:
@@ -61,9 +61,9 @@ def is_right(case: Case, printed: Equation) -> bool:
 def changed(case: Case, printed: Equation, count: int, seed: int) -> Iterator[tuple[str, Equation]]:
     """An equation with a sign, a factor, a function or a symbol exchanged: what is changed, and the result."""
     symbol = printed.defines
-    said = printed.residual if symbol is None else solve_for(printed, symbol)
-    found = [edit for edit in edits(said, case.words, overall=False) if edit.result.free_symbols - {symbol}]
-    for edit in random.Random(seed).sample(found, min(count, len(found))):
+    expression = printed.residual if symbol is None else solve_for(printed, symbol)
+    candidates = [edit for edit in edits(expression, case.words, overall=False) if edit.result.free_symbols - {symbol}]
+    for edit in random.Random(seed).sample(candidates, min(count, len(candidates))):
         yield str(edit.text), replace(printed, residual=edit.result if symbol is None else symbol - edit.result)
 
 
@@ -76,9 +76,9 @@ def test_examples_are_those_of_the_folder() -> None:
 def test_equation_without_claim_is_judged_by_values(paper: str, number: str) -> None:
     case = example(paper)
     printed = case.paper.equations[number]
-    found, claimed = alone(case, unclaimed(printed)), alone(case, printed)
-    assert (found["verdict"] == "confirmed") is (claimed["verdict"] == "confirmed") is is_right(case, printed)
-    assert found["verdict"] == "confirmed" or (found["verdict"] in FAULTS and found["reasons"])
+    judged_record, claimed = alone(case, unclaimed(printed)), alone(case, printed)
+    assert (judged_record["verdict"] == "confirmed") is (claimed["verdict"] == "confirmed") is is_right(case, printed)
+    assert judged_record["verdict"] == "confirmed" or (judged_record["verdict"] in FAULTS and judged_record["reasons"])
 
 
 @pytest.mark.parametrize(("paper", "number"), SAMPLE)
@@ -95,33 +95,35 @@ def test_foreign_symbols_change_no_verdict(paper: str, number: str) -> None:
         (printed, foreign, "not judged"),
         (unclaimed(printed), unclaimed(foreign), "untested"),
     ):
-        expected, found = alone(case, own_one), alone(case, foreign_one, back)
-        assert [found[key] for key in ("verdict", "correction")] == [expected[key] for key in ("verdict", "correction")]
+        expected, judged_record = alone(case, own_one), alone(case, foreign_one, back)
+        assert [judged_record[key] for key in ("verdict", "correction")] == [
+            expected[key] for key in ("verdict", "correction")
+        ]
         assert alone(case, foreign_one)["verdict"] == lost
 
 
-def tried(paper: str, number: str, count: int) -> None:
+def check_changes(paper: str, number: str, count: int) -> None:
     case = example(paper)
     for change, printed in changed(case, case.paper.equations[number], count, seed=int(number)):
         right = is_right(case, printed)
-        for one in (printed, unclaimed(printed)):
-            found = alone(case, one)
-            assert (found["verdict"] == "confirmed") is right, (change, found["finding"])
-            assert right or found["verdict"] in FAULTS, (change, found["finding"])
+        for variant in (printed, unclaimed(printed)):
+            judged_record = alone(case, variant)
+            assert (judged_record["verdict"] == "confirmed") is right, (change, judged_record["finding"])
+            assert right or judged_record["verdict"] in FAULTS, (change, judged_record["finding"])
 
 
 @pytest.mark.parametrize(("paper", "number"), SAMPLE)
 def test_changed_equation_is_faulted(paper: str, number: str) -> None:
-    tried(paper, number, FEW)
+    check_changes(paper, number, FEW)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize(("paper", "number"), NUMBERS)
 def test_every_changed_equation_is_faulted(paper: str, number: str) -> None:
-    tried(paper, number, MANY)
+    check_changes(paper, number, MANY)
 
 
-def test_equation_that_cannot_be_evaluated_spares_the_laws() -> None:
+def test_unevaluable_equation_does_not_affect_laws() -> None:
     case = example("slider_crank_paper")
     subject = case.subject
     paper = replace(case.paper, equations=dict(case.paper.equations))
@@ -157,11 +159,11 @@ RATES = [
 @pytest.mark.parametrize(("name", "text", "verdict"), RATES)
 def test_rates_and_accelerations_may_be_claimed(name: str, text: str, verdict: str) -> None:
     case = example("slider_crank_paper")
-    known = symbols(case)
-    printed = sp.sympify(text, locals=known)
-    assert printed.free_symbols <= set(known.values())
+    symbols_by_name = symbols(case)
+    printed = sp.sympify(text, locals=symbols_by_name)
+    assert printed.free_symbols <= set(symbols_by_name.values())
     paper = Paper("rates", "Rates")
-    paper.defines("1", known[name], printed, what(name))
-    found = alone(case, paper.equations["1"])
-    assert found["verdict"] == verdict, found["finding"]
-    assert found["claims"] == f"what {name} is"
+    paper.defines("1", symbols_by_name[name], printed, what(name))
+    judged_record = alone(case, paper.equations["1"])
+    assert judged_record["verdict"] == verdict, judged_record["finding"]
+    assert judged_record["claims"] == f"what {name} is"

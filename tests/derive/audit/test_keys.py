@@ -52,41 +52,41 @@ class Here:
     def __exit__(self, *_: object) -> None:
         return None
 
-    def submit(self, function: Any, module: str, *given: Any) -> Future[Any]:
-        found: Future[Any] = Future()
-        if len(given) == 1:
-            self.judged.extend((module, number) for number in given[0])
-            found.set_result(function(module, *given))
+    def submit(self, function: Any, module: str, *arguments: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        if len(arguments) == 1:
+            self.judged.extend((module, number) for number in arguments[0])
+            future.set_result(function(module, *arguments))
         else:
             self.judged.append("laws")
             made_up = {
                 "paper": CASES[module].paper.name,
                 "law": "made up",
                 "search": "",
-                "key": given[-1],
+                "key": arguments[-1],
                 "shares": [],
             }
-            found.set_result([made_up])
-        return found
+            future.set_result([made_up])
+        return future
 
 
 def counting(patch: pytest.MonkeyPatch) -> Here:
     """Every judgement, made for nothing: a record that says only what it was made from."""
-    here = Here()
-    patch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: here)
+    local = Here()
+    patch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: local)
     patch.setattr(
         verdicts,
         "record_equations",
-        lambda own, keys: [
-            {"paper": own.paper.name, "equation": n, "key": its_key, "answer": _first(own, n), "mathml": {}}
+        lambda case, keys: [
+            {"paper": case.paper.name, "equation": n, "key": its_key, "answer": _first(case, n), "mathml": {}}
             for n, its_key in keys.items()
         ],
     )
-    return here
+    return local
 
 
-def _first(own: Case, number: str) -> str:
-    return own.choices(number)[0].meaning if own.choices(number) else ""
+def _first(case: Case, number: str) -> str:
+    return case.choices(number)[0].meaning if case.choices(number) else ""
 
 
 @pytest.fixture
@@ -103,15 +103,15 @@ def first() -> Records:
         return audited(([], []))
 
 
-def audited(known: Records, rooms: Sequence[ModuleType] = (shi2021, wang2017)) -> Records:
-    shown: dict[str, dict[str, Any]] = {}
-    for found in known[0]:
-        shown.setdefault(found["paper"], {})[found["equation"]] = found["mathml"]
-    return verdicts.judged(rooms, record.index_records(known[0], shown), known[1])
+def audited(earlier: Records, rooms: Sequence[ModuleType] = (shi2021, wang2017)) -> Records:
+    typeset: dict[str, dict[str, Any]] = {}
+    for judged in earlier[0]:
+        typeset.setdefault(judged["paper"], {})[judged["equation"]] = judged["mathml"]
+    return verdicts.judged(rooms, record.index_records(earlier[0], typeset), earlier[1])
 
 
 @pytest.mark.long
-def test_from_nothing_all_is_judged_and_then_nothing(counted: Here) -> None:
+def test_second_audit_reuses_all_judgements(counted: Here) -> None:
     rooms = tuple(modules(papers))
     first = audited(([], []), rooms)
     total = sum(len(case.paper.equations) for case in CASES.values())
@@ -131,15 +131,13 @@ def test_a_changed_transcription_alone_is_judged_again(
     assert [r for r in second[0] if r not in first[0]] == [next(r for r in second[0] if r["equation"] == "2a")]
 
 
-def test_a_changed_equation_of_the_chain_has_the_laws_tried_again(
-    counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_changed_chain_equation_repeats_laws(counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch) -> None:
     printed = wang2017.PAPER.equations["19"]
     monkeypatch.setitem(wang2017.PAPER.equations, "19", replace(printed, residual=-printed.residual))
     audited(first)
-    asked = wang2017.CASE.linked("19")
-    assert set(asked) > {"17", "19"}
-    assert counted.judged == [*((wang2017.__name__, n) for n in asked), "laws"]
+    linked = wang2017.CASE.linked("19")
+    assert set(linked) > {"17", "19"}
+    assert counted.judged == [*((wang2017.__name__, n) for n in linked), "laws"]
 
 
 def test_with_another_engine_all_is_judged_again(
@@ -151,38 +149,38 @@ def test_with_another_engine_all_is_judged_again(
 
 
 def test_a_changed_derivation_reading_or_point_changes_the_key(monkeypatch: pytest.MonkeyPatch) -> None:
-    own, subject = yu2023.CASE, yu2023.CASE.subject
+    case, subject = yu2023.CASE, yu2023.CASE.subject
     number, claim = "Y1", yu2023.PAPER.equations["Y1"].claims
-    before = key.equation_key(own, number)
-    derived = {**own.claims, claim: replace(own.claims[claim], residual=2 * own.claims[claim].residual)}
+    before = key.equation_key(case, number)
+    derived = {**case.claims, claim: replace(case.claims[claim], residual=2 * case.claims[claim].residual)}
     symbol = sorted(yu2023.PAPER.equations[number].residual.free_symbols, key=str)[0]
     third = {symbol: sp.Rational(1, 3)}
-    others = [
-        replace(own, subject=tampered(subject, claims=lambda _: derived)),
-        replace(own, paper=replace(own.paper, questions=[])),
-        replace(own, subject=tampered(subject, admissible=lambda _, rng: {**subject.admissible(rng), **third})),
-        replace(own, subject=tampered(subject, reference=lambda _, n: [v | third for v in subject.reference(n)])),
+    variants = [
+        replace(case, subject=tampered(subject, claims=lambda _: derived)),
+        replace(case, paper=replace(case.paper, questions=[])),
+        replace(case, subject=tampered(subject, admissible=lambda _, rng: {**subject.admissible(rng), **third})),
+        replace(case, subject=tampered(subject, reference=lambda _, n: [v | third for v in subject.reference(n)])),
     ]
-    assert key.equation_key(replace(own), number) == before
-    assert before not in {key.equation_key(other, number) for other in others}
+    assert key.equation_key(replace(case), number) == before
+    assert before not in {key.equation_key(other, number) for other in variants}
 
 
 @pytest.mark.long
-def test_what_actions_are_called_changes_the_key_and_the_record_and_what_a_symbol_says_does_not() -> None:
-    own, number = wang2017.CASE, "25"
-    called = own.subject.actions()
+def test_action_names_change_the_key_but_symbol_meanings_do_not() -> None:
+    case, number = wang2017.CASE, "25"
+    called = case.subject.actions()
     force = next(s for s in called if str(s) == "F_Ex")
-    other = replace(own, subject=tampered(own.subject, actions=lambda _: called | {force: "push of the cam, x"}))
-    assert key.equation_key(other, number) != key.equation_key(own, number)
-    judgement, printed = Judgement("incomplete", "", missing=(sp.sin(1) * force,)), own.paper.equations[number]
+    other = replace(case, subject=tampered(case.subject, actions=lambda _: called | {force: "push of the cam, x"}))
+    assert key.equation_key(other, number) != key.equation_key(case, number)
+    judgement, printed = Judgement("incomplete", "", missing=(sp.sin(1) * force,)), case.paper.equations[number]
     renamed = Quantity(force.name, force.unit, "something else", "test")
     for symbol in (force, renamed):
-        found = Judgement("incomplete", "", missing=(sp.sin(1) * symbol,))
-        assert reasons(found, printed, called) == (f"lacks {called[force].rpartition(', ')[0]}",)
+        incomplete = Judgement("incomplete", "", missing=(sp.sin(1) * symbol,))
+        assert reasons(incomplete, printed, called) == (f"lacks {called[force].rpartition(', ')[0]}",)
     assert reasons(judgement, printed, other.subject.actions()) == ("lacks push of the cam",)
 
 
-def test_the_engine_is_the_code_that_judges_and_no_other() -> None:
+def test_engine_key_covers_exactly_judging_code() -> None:
     names = {path.relative_to(ROOT / "derive").as_posix() for path in key.sources(["derive.audit.record"])}
     assert {"audit/record.py", "audit/judge.py", "audit/edits.py", "audit/terms.py", "audit/paper.py"} <= names
     assert {"evaluate.py", "equations.py", "quantity.py", "functions.py"} <= names
@@ -233,24 +231,24 @@ def test_engine_hash_ignores_docstrings_alone(tmp_path: Path, before: str, after
 
 @pytest.mark.parametrize("seed", ["1", pytest.param("20171", marks=pytest.mark.long)])
 def test_keys_do_not_depend_on_the_hash_seed(seed: str) -> None:
-    own = shi2021.CASE
-    here = [*(key.equation_key(own, n) for n in own.paper.equations), key.laws_key(wang2017.CASE, {})]
-    there = subprocess.run(
+    case = shi2021.CASE
+    keys = [*(key.equation_key(case, n) for n in case.paper.equations), key.laws_key(wang2017.CASE, {})]
+    process = subprocess.run(
         [sys.executable, "-c", PRINT_KEYS],
         cwd=ROOT, env=os.environ | {"PYTHONHASHSEED": seed}, capture_output=True, text=True, check=True,
     )  # fmt: skip
-    assert there.stdout.split() == here
+    assert process.stdout.split() == keys
 
 
 def test_the_committed_records_are_those_of_this_code() -> None:
     committed = json.loads((GENERATED / "audit.json").read_text(encoding="utf-8"))
-    shown = json.loads((GENERATED / "audit_mathml.json").read_text(encoding="utf-8"))
-    known = record.index_records(committed["equations"], shown)
+    typeset_records = json.loads((GENERATED / "audit_mathml.json").read_text(encoding="utf-8"))
+    records = record.index_records(committed["equations"], typeset_records)
     stale = [
-        (own.paper.name, n)
-        for own in CASES.values()
-        for n in own.paper.equations
-        if not record.is_reusable(known.get((own.paper.name, n)), key.equation_key(own, n))
+        (case.paper.name, n)
+        for case in CASES.values()
+        for n in case.paper.equations
+        if not record.is_reusable(records.get((case.paper.name, n)), key.equation_key(case, n))
     ]
     assert stale == []
     answers = {r["equation"]: r["answer"] for r in committed["equations"] if r["paper"] == wang2017.PAPER.name}
@@ -258,14 +256,14 @@ def test_the_committed_records_are_those_of_this_code() -> None:
     assert {law["key"] for law in committed["laws"]} == {key.laws_key(wang2017.CASE, chosen)}
 
 
-def test_what_is_reused_is_written_as_it_was(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reused_records_are_written_unchanged(monkeypatch: pytest.MonkeyPatch) -> None:
     committed = (GENERATED / "audit.json").read_text(encoding="utf-8")
     content = json.loads(committed)
     parts = (content[part] for part in ("equations", "laws", "references", "papers"))
     assert record.format_records(*parts) == committed
     typeset = (GENERATED / "audit_mathml.json").read_text(encoding="utf-8")
-    shown = json.loads(typeset)
-    assert record.format_typeset(record.index_records(content["equations"], shown).values()) == typeset
+    typeset_records = json.loads(typeset)
+    assert record.format_typeset(record.index_records(content["equations"], typeset_records).values()) == typeset
     titles = {case.paper.name: case.paper.reference for case in CASES.values()}
     written = verdicts.as_page(content["equations"], titles, content["laws"], content["references"])
     assert written == (GENERATED / "AUDIT.md").read_text(encoding="utf-8")

@@ -54,85 +54,86 @@ def with_repairs(trial: Trial, numbers: list[str]) -> Trial:
 
 
 def law(trial: Trial, name: str) -> Law:
-    return next(found for found in trial.dynamics.laws if found.name == name)
+    return next(candidate for candidate in trial.dynamics.laws if candidate.name == name)
 
 
 def test_the_derivation_keeps_every_law_to_rounding(printed: Trial) -> None:
-    for found in printed.dynamics.laws:
-        limit = 1e-10 if found.over == "largest" else TOLERANCE
-        assert printed.violations(found, [printed.numbers])[0] < limit, found.name
+    for law_ in printed.dynamics.laws:
+        limit = 1e-10 if law_.over == "largest" else TOLERANCE
+        assert printed.violations(law_, [printed.numbers])[0] < limit, law_.name
 
 
-def test_repairing_what_does_not_hold_restores_every_law(repaired: Trial) -> None:
+def test_repairing_wrong_equations_restores_every_law(repaired: Trial) -> None:
     assert repaired.suspects == []
     assert {record["violation"] for record in judge_laws("repaired", repaired)} == {0.0}
 
 
-def test_the_laws_laid_to_equations_are_restored_by_them_and_by_no_fewer(printed: Trial, records: list[Record]) -> None:
+def test_broken_laws_need_exactly_their_causes_repaired(printed: Trial, records: list[Record]) -> None:
     broken = [r for r in records if r["violation"]]
     assert broken
     for record in broken:
-        found, causes = law(printed, record["law"]), record["caused_by"]
-        assert not printed.broken(found, causes)
+        broken_law, causes = law(printed, record["law"]), record["caused_by"]
+        assert not printed.broken(broken_law, causes)
         for spared in causes:
             fewer = [n for n in causes if n != spared]
-            assert any(printed.broken(one, fewer) for one in (found, *printed.satisfied_laws)), (record["law"], spared)
+            assert any(printed.broken(law_, fewer) for law_ in (broken_law, *printed.satisfied_laws)), (
+                record["law"],
+                spared,
+            )
     assert all(r["caused_by"] == [] for r in records if not r["violation"])
 
 
 def test_no_smaller_set_restores_a_law(printed: Trial) -> None:
     """Counted again with sets of repairs run one by one, over all suspects, those too that a law does not ask for."""
-    found = law(printed, MEAN)
-    (causes,) = printed.causes(found).sets
+    mean_law = law(printed, MEAN)
+    (causes,) = printed.causes(mean_law).sets
     for size in (1, 2):
-        assert all(printed.broken(found, chosen) for chosen in combinations(printed.suspects, size))
+        assert all(printed.broken(mean_law, chosen) for chosen in combinations(printed.suspects, size))
     rng = random.Random(0)
     for chosen in rng.sample(list(combinations(printed.suspects, len(causes))), 60):
-        assert printed.broken(found, chosen) is (chosen != causes), chosen
+        assert printed.broken(mean_law, chosen) is (chosen != causes), chosen
 
 
-def test_repairs_run_together_give_what_they_give_alone(printed: Trial) -> None:
+def test_batched_repairs_equal_single_repairs(printed: Trial) -> None:
     rng = random.Random(1)
     chosen = [rng.sample(printed.suspects, rng.randint(0, len(printed.suspects))) for _ in range(12)]
-    for found in printed.dynamics.laws:
-        together = printed.violations(found, chosen)
-        alone = [printed.violations(found, [one])[0] for one in chosen]
-        assert together == pytest.approx(alone, rel=1e-9, abs=1e-10), found.name
+    for law_ in printed.dynamics.laws:
+        together = printed.violations(law_, chosen)
+        alone = [printed.violations(law_, [number])[0] for number in chosen]
+        assert together == pytest.approx(alone, rel=1e-9, abs=1e-10), law_.name
 
 
-def test_what_a_law_does_not_ask_for_makes_no_difference(printed: Trial) -> None:
-    for found in printed.dynamics.laws:
-        concerned = printed.concerned(found)
-        others = [n for n in printed.suspects if n not in concerned]
-        before, after = printed.violations(found, [concerned, [*concerned, *others]])
-        assert before == pytest.approx(after, rel=1e-12, abs=1e-12), found.name
-    assert any(len(printed.concerned(found)) < len(printed.suspects) for found in printed.dynamics.laws)
+def test_unrelated_repairs_do_not_change_a_law(printed: Trial) -> None:
+    for law_ in printed.dynamics.laws:
+        concerned = printed.concerned(law_)
+        unconcerned = [n for n in printed.suspects if n not in concerned]
+        before, after = printed.violations(law_, [concerned, [*concerned, *unconcerned]])
+        assert before == pytest.approx(after, rel=1e-12, abs=1e-12), law_.name
+    assert any(len(printed.concerned(law_)) < len(printed.suspects) for law_ in printed.dynamics.laws)
 
 
 @pytest.mark.long
-def test_elimination_finds_sets_that_restore_but_are_not_the_smallest(
-    printed: Trial, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    found = law(printed, WORK)
-    smallest = printed.causes(found)
+def test_elimination_may_find_larger_restoring_sets(printed: Trial, monkeypatch: pytest.MonkeyPatch) -> None:
+    work_law = law(printed, WORK)
+    smallest = printed.causes(work_law)
     monkeypatch.setattr(trials, "MOST_SETS", 10)
-    quick = printed.causes(found)
+    quick = printed.causes(work_law)
     assert (smallest.exhaustive, quick.exhaustive) == (True, False)
-    assert all(not printed.broken(found, chosen) for chosen in (*smallest.sets, *quick.sets))
+    assert all(not printed.broken(work_law, chosen) for chosen in (*smallest.sets, *quick.sets))
     assert len(smallest.sets[0]) < len(quick.sets[0])
-    assert trials._finding("print", printed, found)["search"] == "elimination"
+    assert trials._finding("print", printed, work_law)["search"] == "elimination"
 
 
 def printed_cycle() -> tuple[float, float, float]:
     """Mean vertical support force, motor work and friction work of a turn, from the printed model's kernels."""
     machine: Machine = machines.machine("wang2017")
     phi = 2 * np.pi * (np.arange(20000) + 0.5) / 20000
-    found = model.cycle(Device(machine, "printed"), phi)
-    loss = found.side1["F_E_loss"] + found.side2["F_E_loss"]
+    cycle = model.cycle(Device(machine, "printed"), phi)
+    loss = cycle.side1["F_E_loss"] + cycle.side2["F_E_loss"]
     turn = 2 * np.pi
     return (
-        float(found.totals["F_support"].mean()),
-        float(turn * found.totals["M_L"].mean()),
+        float(cycle.totals["F_support"].mean()),
+        float(turn * cycle.totals["M_L"].mean()),
         float(turn * loss.mean() / machine.si("speed_rpm")),
     )
 
@@ -146,10 +147,10 @@ def test_sizes_are_those_of_the_printed_model(printed: Trial) -> None:
     assert printed.size(law(printed, WORK)) == pytest.approx(loss - work, abs=1e-6)
 
 
-def test_the_largest_value_is_found_between_the_angles(printed: Trial) -> None:
-    found = model.cycle(Device(machines.machine("wang2017"), "printed"), np.linspace(0, np.pi, 20001)).totals
+def test_extreme_between_sampled_angles_is_computed(printed: Trial) -> None:
+    totals = model.cycle(Device(machines.machine("wang2017"), "printed"), np.linspace(0, np.pi, 20001)).totals
     exact = model.cycle(Device(machines.machine("wang2017")), np.linspace(0, np.pi, 20001)).totals
-    largest = np.abs(found["F_support"] - exact["F_support"]).max()
+    largest = np.abs(totals["F_support"] - exact["F_support"]).max()
     assert printed.size(law(printed, VERTICAL)) == pytest.approx(largest, abs=1e-4)
 
 
@@ -158,7 +159,7 @@ def test_the_largest_value_is_found_between_the_angles(printed: Trial) -> None:
     [("13", VERTICAL), pytest.param("10", VERTICAL, marks=pytest.mark.long), ("14", WORK),
      pytest.param("12", "horizontal support force is rate of momentum", marks=pytest.mark.long)],
 )  # fmt: skip
-def test_a_planted_error_is_laid_to_its_equation(repaired: Trial, number: str, name: str) -> None:
+def test_planted_error_is_attributed_to_the_equation(repaired: Trial, number: str, name: str) -> None:
     equation = repaired.side.equations[number]
     error = q.m2 * q.g * q.r3 / (1 if number == "14" else q.a1)
     wrong = replace(equation, residual=equation.residual + error)
@@ -167,7 +168,7 @@ def test_a_planted_error_is_laid_to_its_equation(repaired: Trial, number: str, n
     assert tampered.causes(law(tampered, name)) == Causes([(number,)])
 
 
-def test_a_pulling_tooth_is_laid_to_its_normal_force(repaired: Trial) -> None:
+def test_pulling_tooth_is_attributed_to_the_normal_force(repaired: Trial) -> None:
     equation = repaired.side.equations["NP"]
     wrong = replace(equation, residual=equation.residual + 2 * (q.F_NP - equation.residual))
     tampered = Trial(repaired.side.replace("NP", wrong), repaired.frame, repaired.dynamics)
@@ -176,7 +177,7 @@ def test_a_pulling_tooth_is_laid_to_its_normal_force(repaired: Trial) -> None:
 
 
 @pytest.mark.parametrize("tag", "PQ")
-def test_a_repair_breaks_no_law_that_the_print_keeps(printed: Trial, tag: str) -> None:
+def test_repair_breaks_no_satisfied_law(printed: Trial, tag: str) -> None:
     """With the normal force alone the teeth push, but with the wrong flank's moment."""
     push, moment = law(printed, f"teeth at {tag} only push"), law(printed, f"tooth force at {tag} has its moment")
     assert moment in printed.satisfied_laws
@@ -194,9 +195,9 @@ def test_shares_add_up_to_the_violation_and_are_sorted(records: list[Record]) ->
 
 
 def test_shares_of_two_equations_by_hand(printed: Trial) -> None:
-    found = law(printed, "support force tends to the weight as the speed goes to zero")
-    sizes = [printed._sizes(found, [frozenset(some)])[0] for some in ((), ("18",), ("25",), ("18", "25"))]
-    first, second = printed.shares(found, ["18", "25"])
+    slow_law = law(printed, "support force tends to the weight as the speed goes to zero")
+    sizes = [printed._sizes(slow_law, [frozenset(some)])[0] for some in ((), ("18",), ("25",), ("18", "25"))]
+    first, second = printed.shares(slow_law, ["18", "25"])
     assert (first.equation, second.equation) == ("25", "18")
     assert first.alone == pytest.approx(sizes[0] - sizes[2])
     assert first.without == pytest.approx(sizes[1])
@@ -207,7 +208,7 @@ def test_every_search_of_the_record_was_exhaustive(records: list[Record]) -> Non
     assert {record["search"] for record in records} == {"exhaustive"}
 
 
-def test_a_derivation_that_breaks_a_law_is_refused(printed: Trial) -> None:
+def test_derivation_violating_a_law_is_refused(printed: Trial) -> None:
     claim = printed.side.equations["13"].claims
     derived = printed.dynamics.claims[claim]
     broken = replace(derived, residual=derived.residual + q.m2 * q.g)
@@ -218,10 +219,10 @@ def test_a_derivation_that_breaks_a_law_is_refused(printed: Trial) -> None:
 
 def test_the_slow_motion_is_the_motion_at_low_speed(printed: Trial) -> None:
     motion, slow = laws.BuiltInMotion(), printed.dynamics.cycles["slow"]
-    known = {s: values[0] for s, values in slow.sides[0].items()}
-    point = Point({s: mpmath.mpf(float(v)) for s, v in known.items()})
+    slow_values = {s: values[0] for s, values in slow.sides[0].items()}
+    point = Point({s: mpmath.mpf(float(v)) for s, v in slow_values.items()})
     for step in (step for step in motion.steps if isinstance(step, Let)):
-        assert float(point(step.expr)) == pytest.approx(known[step.symbol], rel=1e-9, abs=1e-20), step.symbol
+        assert float(point(step.expr)) == pytest.approx(slow_values[step.symbol], rel=1e-9, abs=1e-20), step.symbol
 
 
 def test_the_weights_integrate_over_a_turn(printed: Trial) -> None:

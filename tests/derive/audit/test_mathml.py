@@ -21,7 +21,7 @@ from tests.support.mutations import CASES
 a, b, c, d, e, x, y, mu = sp.symbols("a b c d e x y mu")
 
 
-def shown(element: str) -> str:
+def plain_text(element: str) -> str:
     """The signs of an element that a reader sees."""
     root = ET.fromstring(element)
     notes = "".join(note.text or "" for note in root.iter("annotation"))
@@ -33,7 +33,7 @@ def equation(residual: sp.Expr, defines: sp.Symbol | None = None, relation: str 
 
 
 @pytest.mark.parametrize(
-    ("found", "text"),
+    ("solved", "text"),
     [
         (equation(mu - a * b, mu), "\N{GREEK SMALL LETTER MU}=a\N{INVISIBLE TIMES}b"),
         (equation(c - b + a, c), "c=\N{MINUS SIGN}a+b"),
@@ -42,17 +42,17 @@ def equation(residual: sp.Expr, defines: sp.Symbol | None = None, relation: str 
         (equation(2 * a - b, a), "2\N{INVISIBLE TIMES}a\N{MINUS SIGN}b=0"),
     ],
 )
-def test_an_equation_is_solved_for_what_it_defines(found: Equation, text: str) -> None:
-    assert shown(mathml.typeset_equation(found)) == text
+def test_equation_is_typeset_solved_for_the_symbol(solved: Equation, text: str) -> None:
+    assert plain_text(mathml.typeset_equation(solved)) == text
 
 
-def test_a_long_sum_is_broken_before_its_signs_and_loses_nothing() -> None:
+def test_long_sum_breaks_before_signs() -> None:
     terms = [sp.Symbol(f"a{i}") * sp.Symbol(f"b{i}") for i in range(60)]
     element = mathml.typeset_equation(equation(terms[0] - sp.Add(*terms[1:])))
     rows = ["".join(row.itertext()) for row in ET.fromstring(element).iter("mtr")]
     assert len(rows) > 2
     assert all(row.startswith("\N{MINUS SIGN}") for row in rows[1:])
-    assert all(f"a{i}\N{INVISIBLE TIMES}b{i}" in shown(element) for i in range(60))
+    assert all(f"a{i}\N{INVISIBLE TIMES}b{i}" in plain_text(element) for i in range(60))
 
 
 @pytest.mark.parametrize(
@@ -72,42 +72,44 @@ def test_a_long_sum_is_broken_before_its_signs_and_loses_nothing() -> None:
     ],
 )
 def test_expressions_are_set_as_they_read(expr: sp.Expr, text: str) -> None:
-    assert shown(mathml.typeset_inline(expr)) == text
+    assert plain_text(mathml.typeset_inline(expr)) == text
 
 
-def test_what_cannot_be_set_is_an_error() -> None:
+def test_unknown_expression_raises() -> None:
     with pytest.raises(TypeError, match="cannot set Interval"):
         mathml.typeset_expression(sp.Interval(0, 1))
 
 
-def test_a_sentence_keeps_its_words_and_sets_its_expressions() -> None:
-    said = joined("; ", (Said("sign of ", -a * b), Said(x, " for ", y), "a < b & c"))
-    assert str(said) == "sign of -a*b; x for y; a < b & c"
-    element = mathml.typeset_sentence(said)
+def test_sentence_typesets_only_expressions() -> None:
+    sentence = joined("; ", (Said("sign of ", -a * b), Said(x, " for ", y), "a < b & c"))
+    assert str(sentence) == "sign of -a*b; x for y; a < b & c"
+    element = mathml.typeset_sentence(sentence)
     assert element.count("<math>") == 3
     assert element.endswith("; a &lt; b &amp; c")
     ET.fromstring(f"<p>{element}</p>")
-    again = pickle.loads(pickle.dumps(said))
-    assert (again, again.pieces) == (said, said.pieces)
+    again = pickle.loads(pickle.dumps(sentence))
+    assert (again, again.pieces) == (sentence, sentence.pieces)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_every_equation_can_be_set(name: str) -> None:
-    own = CASES[name]
-    for number, printed in own.paper.equations.items():
-        for side in (printed, own.pair(number)[1]):
+    case = CASES[name]
+    for number, printed in case.paper.equations.items():
+        for side in (printed, case.pair(number)[1]):
             if side is not None and side.residual != 0:
                 ET.fromstring(mathml.typeset_equation(side))
 
 
-def test_what_was_written_is_well_formed_and_of_the_same_equations() -> None:
+def test_written_mathml_is_well_formed_and_complete() -> None:
     records = json.loads((GENERATED / "audit.json").read_text(encoding="utf-8"))["equations"]
     typeset = json.loads((GENERATED / "audit_mathml.json").read_text(encoding="utf-8"))
-    assert {(r["paper"], r["equation"]) for r in records} == {(p, n) for p, found in typeset.items() for n in found}
+    assert {(r["paper"], r["equation"]) for r in records} == {(p, n) for p, element in typeset.items() for n in element}
     for record in records:
-        found = typeset[record["paper"]][record["equation"]]
+        element = typeset[record["paper"]][record["equation"]]
         for part in ("terms", "unexplained", "vanishing", "correction"):
-            assert len(found[part]) == len(record[part])
-        ET.fromstring(f"<p>{found['printed']}{found['derived']}{found['finding']}{''.join(found['correction'])}</p>")
-        notes = re.findall(r"<annotation[^>]*>(.*?)</annotation>", found["printed"] + found["derived"])
+            assert len(element[part]) == len(record[part])
+        ET.fromstring(
+            f"<p>{element['printed']}{element['derived']}{element['finding']}{''.join(element['correction'])}</p>"
+        )
+        notes = re.findall(r"<annotation[^>]*>(.*?)</annotation>", element["printed"] + element["derived"])
         assert [unescape(note) for note in notes] == [record[s] for s in ("printed", "derived") if record[s]]

@@ -30,10 +30,10 @@ EXACT = 0.9
 PAPERS = tuple(CASES)
 
 
-def on_some_papers(names: Iterable[str], every: int) -> list[Any]:
+def on_some_papers(names: Iterable[str], step: int) -> list[Any]:
     """Return ways to rewrite with papers: all of them by -m long, in the suite each on one paper of `every`."""
     return [
-        pytest.param(paper, name, marks=[pytest.mark.long] * bool((i + k) % every))
+        pytest.param(paper, name, marks=[pytest.mark.long] * bool((i + k) % step))
         for i, name in enumerate(names)
         for k, paper in enumerate(PAPERS)
     ]
@@ -48,7 +48,7 @@ SOUND = ("confirmed", "confirmed as rebuilt", "untested")
 
 @pytest.mark.parametrize("paper", PAPERS)
 @pytest.mark.parametrize("index", sampled([0], range(PLANTED)))
-def test_a_planted_error_changes_what_the_audit_finds(paper: str, index: int) -> None:
+def test_planted_error_changes_the_finding(paper: str, index: int) -> None:
     mutant = mutations.mutants(paper, PLANTED)[index]
     before, after = untouched(paper, mutant.equation.number), tried(paper, mutant.equation)
     assert outcome(after) != outcome(before), f"({mutant.equation.number}) {mutant.kind}: {mutant.what}"
@@ -56,7 +56,7 @@ def test_a_planted_error_changes_what_the_audit_finds(paper: str, index: int) ->
 
 
 @pytest.mark.parametrize("index", sampled([0, 1], range(PLANTED_IN_CONTRADICTED)))
-def test_a_planted_error_in_a_contradicted_equation_changes_what_the_audit_finds(index: int) -> None:
+def test_planted_error_changes_a_contradicted_finding(index: int) -> None:
     planted = ((p, m) for p in PAPERS for m in mutations.mutants(p, PLANTED_IN_CONTRADICTED, mutations.contradicted(p)))
     paper, mutant = next(islice(planted, index, None))
     before, after = untouched(paper, mutant.equation.number), tried(paper, mutant.equation)
@@ -74,18 +74,20 @@ def test_planted_errors_are_of_many_kinds_and_many_equations(paper: str) -> None
 
 @pytest.mark.long
 @pytest.mark.parametrize("paper", PAPERS)
-def test_many_planted_errors_are_noticed_and_told_and_rewrites_left_alone(paper: str) -> None:
-    found = tally(paper, MANY)
-    assert found.noticed == found.planted
-    assert found.corrected >= EXACT * found.in_sound
-    assert found.accused == 0
+def test_many_errors_are_explained_and_rewrites_ignored(paper: str) -> None:
+    counts = tally(paper, MANY)
+    assert counts.noticed == counts.planted
+    assert counts.corrected >= EXACT * counts.in_sound
+    assert counts.accused == 0
 
 
 @pytest.mark.parametrize("paper", PAPERS)
-def test_most_errors_in_sound_equations_are_told_as_what_they_are(paper: str) -> None:
+def test_most_errors_are_explained_correctly(paper: str) -> None:
     planted = [m for m in mutations.mutants(paper, PLANTED)[::2] if mutations.is_sound(paper, printed(paper, m))]
-    told = [m for m in planted if is_told(paper, m)]
-    assert len(told) >= EXACT * len(planted) - 1, [(m.equation.number, m.what) for m in planted if m not in told]
+    explained = [m for m in planted if is_told(paper, m)]
+    assert len(explained) >= EXACT * len(planted) - 1, [
+        (m.equation.number, m.what) for m in planted if m not in explained
+    ]
 
 
 def printed(paper: str, mutant: mutations.Mutant) -> Equation:
@@ -99,8 +101,8 @@ def test_errors_of_every_kind_are_planted_in_some_paper() -> None:
 
 @pytest.mark.parametrize(("paper", "name"), REWRITTEN)
 @pytest.mark.parametrize("place", PLACES)
-def test_a_harmless_rewrite_of_a_confirmed_equation_changes_nothing(paper: str, name: str, place: int) -> None:
-    for equation in _one(paper, name, place, sound=True):
+def test_rewrite_of_confirmed_equation_stays_confirmed(paper: str, name: str, place: int) -> None:
+    for equation in _sample_equation(paper, name, place, sound=True):
         assert outcome(tried(paper, REWRITES[name](equation))) == outcome(untouched(paper, equation.number)), (
             equation.number
         )
@@ -108,10 +110,8 @@ def test_a_harmless_rewrite_of_a_confirmed_equation_changes_nothing(paper: str, 
 
 @pytest.mark.parametrize(("paper", "name"), REWRITTEN_WHERE_FAULTY)
 @pytest.mark.parametrize("place", PLACES)
-def test_a_harmless_rewrite_of_a_faulty_equation_changes_only_the_text_of_places(
-    paper: str, name: str, place: int
-) -> None:
-    for equation in _one(paper, name, place, sound=False):
+def test_rewrite_of_faulty_equation_changes_only_positions(paper: str, name: str, place: int) -> None:
+    for equation in _sample_equation(paper, name, place, sound=False):
         before, after = untouched(paper, equation.number), tried(paper, REWRITES[name](equation))
         assert _shape(after) == _shape(before), equation.number
 
@@ -147,14 +147,14 @@ def test_an_error_in_the_derivation_is_never_confirmed(paper: str, index: int) -
     term = rng.choice(_terms(paper, chosen))
     for change in (term, 2 * term):
         spoiled = replace(derived, residual=sp.expand(derived.residual - change, trig=False))
-        found = judge(printed, spoiled, CASES[paper].points, CASES[paper].words)
-        assert found.verdict not in SOUND, f"({chosen.number}) without {change}"
+        judgement = judge(printed, spoiled, CASES[paper].points, CASES[paper].words)
+        assert judgement.verdict not in SOUND, f"({chosen.number}) without {change}"
 
 
-def _one(paper: str, name: str, place: int, sound: bool) -> list[Equation]:
+def _sample_equation(paper: str, name: str, place: int, sound: bool) -> list[Equation]:
     """One equation to rewrite in one way, if the paper has as many; the long tests rewrite all."""
-    known = _derivable(paper, sound)
-    return random.Random(f"{paper} {name}").sample(known, len(known))[place : place + 1]
+    derivable = _derivable(paper, sound)
+    return random.Random(f"{paper} {name}").sample(derivable, len(derivable))[place : place + 1]
 
 
 def _derivable(paper: str, sound: bool) -> list[Equation]:
@@ -169,17 +169,17 @@ def _terms(paper: str, equation: Equation) -> list[sp.Expr]:
     return terms if derived.defines is not None or len(terms) > 1 else []
 
 
-def _differs(one: Equation, other: Equation) -> bool:
-    return (one.residual, one.relation) != (other.residual, other.relation)
+def _differs(first: Equation, other: Equation) -> bool:
+    return (first.residual, first.relation) != (other.residual, other.relation)
 
 
-def _shape(found: Judgement) -> tuple[object, ...]:
+def _shape(judgement: Judgement) -> tuple[object, ...]:
     """A judgement without the texts of places."""
-    kinds = {tuple(re.sub(r"(^sign of|on|of) .*", r"\1", _faced(edit)) for edit in c) for c in found.corrections}
-    return found.verdict, kinds, len(found.missing), len(found.unexplained)
+    kinds = {tuple(re.sub(r"(^sign of|on|of) .*", r"\1", _faced(edit)) for edit in c) for c in judgement.corrections}
+    return judgement.verdict, kinds, len(judgement.missing), len(judgement.unexplained)
 
 
 def _faced(edit: str) -> str:
     """A correction of a relation as it is for one order of the two sides."""
-    meant, _, given = edit.partition(" for ")
-    return min(edit, f"{REVERSED[meant]} for {REVERSED[given]}") if meant in REVERSED else edit
+    meant, _, exchanged = edit.partition(" for ")
+    return min(edit, f"{REVERSED[meant]} for {REVERSED[exchanged]}") if meant in REVERSED else edit

@@ -45,16 +45,16 @@ def audit(case: Case, monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, record
 
         @staticmethod
         def submit(function: Any, *arguments: Any) -> Any:
-            found = function(*arguments)
-            return type("Done", (), {"result": staticmethod(lambda: found)})
+            result = function(*arguments)
+            return type("Done", (), {"result": staticmethod(lambda: result)})
 
     monkeypatch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: Here())
     monkeypatch.setattr(key, "laws_key", lambda *_: "of laws")
     records, laws = verdicts.judged([module], {}, [])
-    return {found["equation"]: found for found in records}, laws
+    return {entry["equation"]: entry for entry in records}, laws
 
 
-def test_bad_equation_costs_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bad_equation_adds_a_single_line(monkeypatch: pytest.MonkeyPatch) -> None:
     case = made_up()
     unknown = case.paper.symbol("Z_1", "m", "a length that nothing explains")
     case.paper.defines("right", x, a * u, MadeUpClaim.SUM)
@@ -63,38 +63,38 @@ def test_bad_equation_costs_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     case.paper.equation("odd, unclaimed", x - ODD(a))
     case.paper.defines("wrong", x, a * u + 3 * b + 7 * c)
     case.paper.defines("wrong and claimed", x, 2 * a * u, MadeUpClaim.SUM)
-    found, _ = audit(case, monkeypatch)
-    assert {number: one["verdict"] for number, one in found.items()} == {
+    records, _ = audit(case, monkeypatch)
+    assert {number: entry["verdict"] for number, entry in records.items()} == {
         "right": "confirmed", "unknown": "not judged", "odd": "not judged", "odd, unclaimed": "not judged",
         "wrong": "contradicted", "wrong and claimed": "misprint",
     }  # fmt: skip
-    assert "Z_1" in found["unknown"]["finding"]
-    assert "odd" in found["odd"]["finding"]
-    assert found["wrong"]["reasons"] == ["(wrong) does not hold"]
-    text = verdicts.as_page(list(found.values()), {"made up": "A made-up paper"})
+    assert "Z_1" in records["unknown"]["finding"]
+    assert "odd" in records["odd"]["finding"]
+    assert records["wrong"]["reasons"] == ["(wrong) does not hold"]
+    text = verdicts.as_page(list(records.values()), {"made up": "A made-up paper"})
     assert "3 not judged" in text
     assert "### (odd) not judged" in text
-    for one in found.values():
-        assert one.keys() == found["right"].keys()
-        assert one["mathml"].keys() == found["right"]["mathml"].keys()
+    for entry in records.values():
+        assert entry.keys() == records["right"].keys()
+        assert entry["mathml"].keys() == records["right"]["mathml"].keys()
 
 
-def test_key_error_costs_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_key_error_adds_a_single_line(monkeypatch: pytest.MonkeyPatch) -> None:
     case = made_up()
     for number in ("1", "2"):
         case.paper.defines(number, x, a * u, MadeUpClaim.SUM)
     of_sides = key.sides_key
     broken = {"1": RuntimeError("this one has no key")}
 
-    def key_of(own: Case, number: str) -> str:
+    def key_of(case: Case, number: str) -> str:
         if number in broken:
             raise broken[number]
-        return of_sides(own, number)
+        return of_sides(case, number)
 
     monkeypatch.setattr(key, "sides_key", key_of)
-    found, _ = audit(case, monkeypatch)
-    assert [found[number]["verdict"] for number in "12"] == ["not judged", "confirmed"]
-    assert "this one has no key" in found["1"]["finding"]
+    records, _ = audit(case, monkeypatch)
+    assert [records[number]["verdict"] for number in "12"] == ["not judged", "confirmed"]
+    assert "this one has no key" in records["1"]["finding"]
 
 
 def test_unreadable_interpretation_is_the_least_kind() -> None:
@@ -102,7 +102,7 @@ def test_unreadable_interpretation_is_the_least_kind() -> None:
     case.paper.defines("1", x, b * u, MadeUpClaim.SUM)
     case.paper.admits(["1"], Reading("b is odd", {b: ODD(a)}), Reading("b is twice a", {b: 2 * a}))
     outcome = judge_readings(case, "1")
-    assert [one.judgement.verdict for one in outcome.every] == ["not judged", "misprint"]
+    assert [hearing.judgement.verdict for hearing in outcome.every] == ["not judged", "misprint"]
     assert outcome.kindest.judgement.verdict == "misprint"
 
 
@@ -128,21 +128,21 @@ def test_defined_symbol_may_be_mapped() -> None:
     case.paper.reads({foreign: x}, "1", "2")
     case.paper.reads({foreign: x / 2}, "half")
     case.paper.reads({foreign: -x}, "reversed")
-    found = {number: judge_readings(case, number).kindest.judgement for number in case.paper.equations}
-    assert {number: one.verdict for number, one in found.items()} == {
+    judgements = {number: judge_readings(case, number).kindest.judgement for number in case.paper.equations}
+    assert {number: judgement.verdict for number, judgement in judgements.items()} == {
         "1": "confirmed", "2": "misprint", "half": "confirmed", "reversed": "confirmed",
     }  # fmt: skip
-    assert found["2"].corrections
+    assert judgements["2"].corrections
 
 
-def test_law_that_cannot_be_tried_costs_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_untestable_law_adds_a_single_line(monkeypatch: pytest.MonkeyPatch) -> None:
     case = made_up()
     case.paper.defines("1", x, a * u, MadeUpClaim.SUM)
     cycle = Cycle(({a: np.ones(3)},), np.ones(3))
     dynamics = Dynamics((Law("a law of nothing", "N", (ODD(a),)),), {"reference": cycle}, {}, ())
     monkeypatch.setattr(MadeUp, "dynamics", lambda _: dynamics)
-    found, (law,) = audit(replace(case, chains=(Chain({}, []), Chain({}, []))), monkeypatch)
-    assert found["1"]["verdict"] == "confirmed"
+    records, (law,) = audit(replace(case, chains=(Chain({}, []), Chain({}, []))), monkeypatch)
+    assert records["1"]["verdict"] == "confirmed"
     assert (law["violation"], law["search"], law["caused_by"]) == (None, "not judged", [])
     assert law["owed"]
-    assert "unknown" in verdicts.as_page(list(found.values()), {"made up": ""}, [law])
+    assert "unknown" in verdicts.as_page(list(records.values()), {"made up": ""}, [law])

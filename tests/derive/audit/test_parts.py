@@ -47,16 +47,16 @@ def test_terms_match_however_they_are_written() -> None:
     assert match_terms((a * sp.sin(sp.pi - u, evaluate=False),), (a * sp.sin(u),)).equal
 
 
-def test_a_part_of_a_coefficient_that_is_missing() -> None:
+def test_missing_part_of_a_coefficient() -> None:
     assert match_terms((a * u,), (3 * a * u,)) == Match((), (2 * a * u,))
 
 
-def test_a_wrong_sign_and_a_coefficient_too_large_leave_both_terms() -> None:
+def test_wrong_sign_or_large_coefficient_leaves_both_terms() -> None:
     assert match_terms((-a * u,), (a * u,)) == Match((-a * u,), (a * u,))
     assert match_terms((3 * a * u,), (a * u,)) == Match((3 * a * u,), (a * u,))
 
 
-def test_a_coefficient_that_is_no_whole_part_is_another_term() -> None:
+def test_non_integer_multiple_is_another_term() -> None:
     assert match_terms((2 * a * u,), (3 * a * u,)) == Match((2 * a * u,), (3 * a * u,))
     fourth = sp.Rational(6, 25) * a * u
     assert match_terms((fourth,), (2 * a * u,)) == Match((fourth,), (2 * a * u,))
@@ -69,23 +69,23 @@ def test_a_remainder_can_vanish_as_a_whole() -> None:
     assert not remainder_vanishes(Match((a,), (b,)), AT)
 
 
-def test_terms_of_nothing() -> None:
+def test_zero_has_no_terms() -> None:
     assert expanded(sp.S.Zero) == ()
     assert set(expanded(a * (b - c))) == {a * b, -a * c}
 
 
-def test_value_of_what_is_not_real() -> None:
+def test_complex_value_gives_no_number() -> None:
     assert value(sp.asin(2 + u), POINTS[0]) is None
     assert value(a, POINTS[0]) == POINTS[0](a)
 
 
-def test_a_gap_counts_what_has_no_like() -> None:
+def test_gap_counts_unmatched_terms() -> None:
     printed, derived = (monomials(e, AT) for e in (a * u - b + 2 * c + x_dot, a * u + b + 4 * c + e))
     assert measure_gap(printed, derived) == Gap(alien=1, unlike=1, lacking=2)
     assert measure_gap(printed, printed).size == 0
 
 
-def test_the_content_of_a_sum_is_what_all_its_terms_share() -> None:
+def test_content_is_the_common_factor_of_all_terms() -> None:
     assert common_factor(a**2 * u - a * b * u) == a * u
     assert common_factor((a - b) / c) == 1 / c
     assert common_factor(a + 2 * b) == 1
@@ -160,20 +160,20 @@ def test_symbols_are_mistaken_for_those_of_their_dimension_only() -> None:
     assert f"{t} for {a}" in {edit.text for edit in edits(a + u, WORDS)}
 
 
-def test_a_summand_that_a_bracket_lacks_has_the_dimension_of_those_in_it() -> None:
+def test_missing_summand_has_the_bracket_dimension() -> None:
     results = {edit.result for edit in edits(a * sp.sin(u), WORDS, present=[v, t])}
     assert a * sp.sin(u + v) in results
     assert a * sp.sin(u + t) not in results
 
 
 @pytest.mark.parametrize(("second", "factor"), [(6, 2), (5, None)])
-def test_a_factor_is_one_that_holds_at_every_point(second: int, factor: int | None) -> None:
+def test_factor_must_hold_at_every_point(second: int, factor: int | None) -> None:
     points = (Point({a: 4, b: 2}), Point({a: second, b: 3}))
     assert _simple_ratio(Comparison(a, b, points), a, b) == factor
 
 
 @pytest.mark.parametrize("terms", [(-b * v,), (-b * v, c * sp.cos(u)), ()])
-def test_what_is_lacking_is_the_difference_however_the_rest_is_written(terms: tuple[sp.Expr, ...]) -> None:
+def test_missing_terms_do_not_depend_on_notation(terms: tuple[sp.Expr, ...]) -> None:
     printed, same = a * sp.sin(u) * sp.cos(u), a * sp.sin(2 * u) / 2
     assert set(find_missing_terms(Comparison(printed, sp.Add(same, *terms), AT), WORDS)) == set(terms)
 
@@ -187,7 +187,7 @@ def turning(*residuals: sp.Expr, defines: Quantity | None = None) -> set[Quantit
     return set(directions([Equation("n", r, "test", MadeUpClaim.SUM, defines=defines) for r in residuals]))
 
 
-def test_an_angle_is_a_direction_where_a_whole_turn_changes_nothing() -> None:
+def test_periodic_angle_is_a_direction() -> None:
     assert turning(a * sp.sin(p) + b * sp.cos(2 * p + u) - c) == {p}
     assert turning(sp.Piecewise((a * sp.sin(p), u > 0), (b * sp.tan(p), True))) == {p}
     assert turning(a * sp.sin(p) - b * sp.cos(q), c * q) == {p}
@@ -198,7 +198,7 @@ def test_an_angle_is_a_direction_where_a_whole_turn_changes_nothing() -> None:
 @pytest.mark.parametrize(
     "counted", [a * sp.sin(p / 2), a * p + b * sp.sin(p), p**2 - sp.cos(p), sp.Piecewise((p, u > 0), (sp.sin(p), True))]
 )
-def test_an_angle_that_is_counted_is_none(counted: sp.Expr) -> None:
+def test_counted_angle_is_not_a_direction(counted: sp.Expr) -> None:
     assert turning(counted) == set()
 
 
@@ -220,13 +220,13 @@ def test_a_direction_may_be_defined_by_another() -> None:
 )  # fmt: skip
 def test_values_have_fifty_digits(expr: sp.Expr) -> None:
     point = POINTS[0]
-    known = {s: sp.Rational(mpmath.nstr(point(s), 12)) for s in WORDS}
-    expected = sp.N(expr.subs(known), DIGITS + 10)
+    values_by_symbol = {s: sp.Rational(mpmath.nstr(point(s), 12)) for s in WORDS}
+    expected = sp.N(expr.subs(values_by_symbol), DIGITS + 10)
     with mpmath.workdps(DIGITS + 10):
         assert abs(point(expr) - mpf(str(expected))) <= mpf(10) ** -DIGITS * abs(mpf(str(expected)))
 
 
-def test_values_that_do_not_exist_are_errors_that_name_them() -> None:
+def test_missing_values_raise_with_their_names() -> None:
     with pytest.raises(NotEvaluated, match="nowhere has no value"):
         POINTS[0](quantity("nowhere") + a)
     with pytest.raises(NotEvaluated, match="is not real"):
@@ -242,7 +242,7 @@ def test_a_new_value_of_a_symbol_is_used() -> None:
     assert point(a * b) == 15
 
 
-def test_the_overall_factor_is_that_of_most_shared_terms() -> None:
+def test_overall_factor_is_common_to_most_terms() -> None:
     assert factor((2 * a, 2 * b * u), (a, b * u, c)) == 2
     assert factor((2 * a, 2 * b * u, -2 * c), (a, b * u, c)) == 2
     assert factor((2 * a, b * u), (a, b * u)) == 1

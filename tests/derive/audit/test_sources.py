@@ -44,22 +44,22 @@ def test_no_verdict_stands_in_transcriptions_or_derivations() -> None:
 
 
 @pytest.mark.parametrize(("name", "share"), sampled([("yu2023", 0), ("sun2019", 0)], product(CASES, range(SHARES))))
-def test_a_copy_under_another_name_with_other_numbers_gets_the_same_verdicts(name: str, share: int) -> None:
-    own = CASES[name]
-    renamed = {number: f"copy {i}" for i, number in enumerate(own.paper.equations)}
-    copied = {new: replace(own.paper.equations[old], number=new, source="copy") for old, new in renamed.items()}
-    readings = {renamed[old]: reading for old, reading in own.paper.readings.items()}
-    questions = [replace(q, numbers=tuple(renamed[n] for n in q.numbers)) for q in own.paper.questions]
-    paper = Paper("copy", "a copy", copied, reading=own.paper.reading, readings=readings, questions=questions)
+def test_renamed_paper_gets_the_same_verdicts(name: str, share: int) -> None:
+    case = CASES[name]
+    renamed = {number: f"copy {i}" for i, number in enumerate(case.paper.equations)}
+    copied = {new: replace(case.paper.equations[old], number=new, source="copy") for old, new in renamed.items()}
+    readings = {renamed[old]: reading for old, reading in case.paper.readings.items()}
+    questions = [replace(q, numbers=tuple(renamed[n] for n in q.numbers)) for q in case.paper.questions]
+    paper = Paper("copy", "a copy", copied, reading=case.paper.reading, readings=readings, questions=questions)
     copy = at_its_points(name, paper)
     for number in derivable(name)[share::SHARES]:
-        found = judge_readings(copy, renamed[number]).kindest.judgement
-        assert outcome(found) == outcome(untouched(name, number)), number
+        judgement = judge_readings(copy, renamed[number]).kindest.judgement
+        assert outcome(judgement) == outcome(untouched(name, number)), number
 
 
 def test_findings_and_corrections_do_not_stand_in_the_sources() -> None:
     texts = "\n".join(path.read_text() for path in TRANSCRIBED)
     record = json.loads((GENERATED / "audit.json").read_text(encoding="utf-8"))["equations"]
-    told = {text for found in record for correction in found["correction"] for text in correction.split("; ")}
-    assert told
-    assert not [text for text in told if text in texts]
+    corrections = {text for entry in record for correction in entry["correction"] for text in correction.split("; ")}
+    assert corrections
+    assert not [text for text in corrections if text in texts]

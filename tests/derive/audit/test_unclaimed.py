@@ -13,11 +13,16 @@ FORCE = quantity("test_F")
 
 def points() -> list[Point]:
     """Made-up values, and one that follows from them: F = 2 a u - b cos(v)."""
-    found = []
+    drawn_points = []
     for seed in (1, 2, 3):
-        known = values(seed)
-        found.append(Point(known | {FORCE: 2 * known[a] * known[u] - known[b] * sp.cos(known[v])}))
-    return found
+        known_values = values(seed)
+        drawn_points.append(
+            Point(
+                known_values
+                | {FORCE: 2 * known_values[a] * known_values[u] - known_values[b] * sp.cos(known_values[v])}
+            )
+        )
+    return drawn_points
 
 
 def judged(residual: sp.Expr, defines: bool = False) -> Judgement:
@@ -27,7 +32,7 @@ def judged(residual: sp.Expr, defines: bool = False) -> Judgement:
 
 
 @pytest.mark.parametrize("right", [2 * a * u - b * sp.cos(v), (4 * a * u - 2 * b * sp.sin(v + sp.pi / 2)) / 2])
-def test_what_holds_is_confirmed_however_it_is_written(right: sp.Expr) -> None:
+def test_true_equation_is_confirmed_in_any_notation(right: sp.Expr) -> None:
     assert judged(right).verdict == judged(right, defines=True).verdict == "confirmed"
 
 
@@ -40,23 +45,23 @@ def test_what_holds_is_confirmed_however_it_is_written(right: sp.Expr) -> None:
         (2 * c * u - b * sp.cos(v), "test_a for test_c"),
     ],
 )
-def test_a_slip_is_found_with_its_correction(wrong: sp.Expr, correction: str) -> None:
-    found = judged(wrong, defines=True)
-    assert found.verdict == "misprint"
-    assert (correction,) in found.corrections
+def test_error_is_reported_with_the_correction(wrong: sp.Expr, correction: str) -> None:
+    judgement = judged(wrong, defines=True)
+    assert judgement.verdict == "misprint"
+    assert (correction,) in judgement.corrections
 
 
-def test_what_no_edit_mends_is_contradicted_with_what_is_left() -> None:
-    found = judged(3 * a * u - 5 * b)
-    assert found.verdict == "contradicted"
-    assert "is left of terms of up to" in found.finding
+def test_uncorrectable_equation_is_contradicted_with_remainder() -> None:
+    judgement = judged(3 * a * u - 5 * b)
+    assert judgement.verdict == "contradicted"
+    assert "is left of terms of up to" in judgement.finding
 
 
-def test_an_edit_that_leaves_nothing_to_say_mends_nothing() -> None:
+def test_edit_to_a_tautology_is_no_correction() -> None:
     assert "test_F for" not in str(judged(sp.Integer(3) * c).corrections)
 
 
-def test_what_has_no_value_is_untested() -> None:
+def test_equation_without_value_is_untested() -> None:
     nowhere = quantity("test_nowhere")
     printed = Equation("1", FORCE - nowhere, "test", Unclaimed.HOLDS)
     assert judge_by_values(printed, tuple(points()), WORDS).finding.startswith("test_nowhere has no value")

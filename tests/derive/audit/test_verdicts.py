@@ -36,13 +36,13 @@ def loaded(folder: Path, text: str) -> ModuleType:
     return sys.modules[NAME]
 
 
-def found(modules: list[ModuleType], committed: Path | None = None) -> dict[str, Any]:
+def audit_modules(modules: list[ModuleType], committed: Path | None = None) -> dict[str, Any]:
     content: dict[str, Any] = json.loads(verdicts.verdicts(modules, committed)["audit.json"])
     return content
 
 
-def test_an_error_planted_in_a_paper_from_outside_is_found(folder: Path) -> None:
-    content = found([loaded(folder, TEXT.replace("WEIGHT", "2"))])
+def test_planted_error_in_external_paper_is_reported(folder: Path) -> None:
+    content = audit_modules([loaded(folder, TEXT.replace("WEIGHT", "2"))])
     assert {r["equation"]: r["verdict"] for r in content["equations"]} == {"1": "misprint", "2": "confirmed"}
     assert content["equations"][0]["correction"] == ["factor 1/2 on 2*g*m"]
     (law,) = content["laws"]
@@ -51,14 +51,12 @@ def test_an_error_planted_in_a_paper_from_outside_is_found(folder: Path) -> None
 
 
 def test_the_same_paper_without_the_error_is_confirmed(folder: Path) -> None:
-    content = found([loaded(folder, TEXT.replace("WEIGHT", "1"))])
+    content = audit_modules([loaded(folder, TEXT.replace("WEIGHT", "1"))])
     assert {r["verdict"] for r in content["equations"]} == {"confirmed"}
     assert [(law["violation"], law["caused_by"]) for law in content["laws"]] == [(0.0, [])]
 
 
-def test_what_is_known_of_a_paper_from_outside_is_not_judged_again(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_external_paper_is_not_judged_twice(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     module = loaded(folder, TEXT.replace("WEIGHT", "2"))
     texts = verdicts.verdicts([module])
     for name in texts.keys() - {"AUDIT.md"}:
@@ -92,7 +90,7 @@ def test_a_wrong_claim_is_refused_before_anything_is_judged(folder: Path, monkey
         )
 
 
-def test_the_engine_of_laws_from_outside_is_their_own_module_and_what_it_imports(folder: Path) -> None:
+def test_external_law_key_covers_module_and_imports(folder: Path) -> None:
     module = loaded(folder, TEXT.replace("WEIGHT", "1"))
     names = {path.name for path in key.sources([NAME])}
     assert names >= {f"{NAME}.py", "paper.py", "chain.py", "quantity.py"}
@@ -104,9 +102,9 @@ def test_the_engine_of_laws_from_outside_is_their_own_module_and_what_it_imports
 
 
 def module(name: str, case: object) -> ModuleType:
-    found = ModuleType(name)
-    found.__dict__["CASE"] = case
-    return found
+    new_module = ModuleType(name)
+    new_module.__dict__["CASE"] = case
+    return new_module
 
 
 def case(name: str, place: int | None = None) -> Case:
@@ -114,21 +112,25 @@ def case(name: str, place: int | None = None) -> Case:
 
 
 def test_papers_of_the_project_stand_in_their_order() -> None:
-    names = [found.paper.name for found in verdicts.cases(modules(papers)).values()]
+    names = [case.paper.name for case in verdicts.cases(modules(papers)).values()]
     assert names == ["wang2017", "shi2021", "yu2023", "sun2019"]
     assert verdicts.cases(reversed(modules(papers))) == verdicts.cases(modules(papers))
 
 
-def test_papers_without_a_place_come_after_those_with_one_by_name() -> None:
+def test_papers_without_order_come_last_by_name() -> None:
     modules = [module("m1", case("zeta")), module("m2", case("alpha")), module("m3", case("omega", 7))]
-    assert [found.paper.name for found in verdicts.cases(modules).values()] == ["omega", "alpha", "zeta"]
+    assert [case.paper.name for case in verdicts.cases(modules).values()] == [
+        "omega",
+        "alpha",
+        "zeta",
+    ]
 
 
-def test_modules_that_state_no_case_are_passed_over() -> None:
+def test_modules_without_case_are_ignored() -> None:
     assert verdicts.cases([module("m", SimpleNamespace()), ModuleType("n")]) == {}
     assert set(verdicts.verdicts([])) == {"audit.json", "audit_mathml.json", "AUDIT.md"}
 
 
-def test_two_papers_of_one_name_are_refused() -> None:
+def test_papers_with_equal_names_are_refused() -> None:
     with pytest.raises(ValueError, match="two papers have one name: same"):
         verdicts.cases([module("m1", case("same")), module("m2", case("same", 3))])

@@ -115,7 +115,7 @@ def test_no_case_is_multiplied() -> None:
     assert by_casadi(text, (-1.0, 2.0, 0.0)) == 2.0
 
 
-def test_turns_differentiates_to_zero_and_wrap_to_one() -> None:
+def test_derivatives_of_turns_and_wrap() -> None:
     assert sp.diff(Turns(x), x) == 0
     assert sp.diff(wrap(x, 2 * sp.pi), x) == 1
 

@@ -40,39 +40,39 @@ def lane(*steps: Step, inputs: tuple[Vector | OpenVector, ...] = (SIZES, WEIGHTS
     return Lane(phi, inputs, steps or (let(load, size * sin(phi)),), SIDE, **rest)
 
 
-def emitted(of: Lane) -> dict[str, tuple[str, ...]]:
-    system = System("test", "Test", "test", (), of)
+def emitted(source: Lane) -> dict[str, tuple[str, ...]]:
+    system = System("test", "Test", "test", (), source)
     return {f.name: tuple(v.name for v in f.inputs) for f in list_functions(system)}
 
 
-def module(of: Lane, target: str, tmp_path: Path) -> ModuleType:
+def module(source: Lane, target: str, tmp_path: Path) -> ModuleType:
     """The module of a lane in a target, written and imported."""
-    (found,) = (t for t in built_in() if t.name == target)
+    (writer,) = (t for t in built_in() if t.name == target)
     path = tmp_path / "test.py"
-    path.write_text(texts([System("test", "Test", "test", (), of)], (), [found])[found.path("test")])
+    path.write_text(texts([System("test", "Test", "test", (), source)], (), [writer])[writer.path("test")])
     spec = importlib.util.spec_from_file_location("emitted_test", path)
     assert spec is not None
     assert spec.loader is not None
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    return made
+    new_module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(new_module)
+    return new_module
 
 
-def test_a_lane_that_hoists_nothing_has_no_prologue(tmp_path: Path) -> None:
+def test_lane_without_invariants_has_no_prologue(tmp_path: Path) -> None:
     assert emitted(lane()) == {"lane": ("phi", "sizes", "weights")}
     assert module(lane(), "array", tmp_path).lane(np, 0.5, [3.0], [1.0]) == (3 * np.sin(0.5),)
 
 
-def test_what_the_angle_does_not_change_is_hoisted(tmp_path: Path) -> None:
-    held = quantity("held")
-    found = lane(let(held, sin(size)), let(load, held * cos(phi)))
-    assert emitted(found) == {"prologue": ("sizes", "weights"), "lane": ("phi", "sizes", "weights", "hoisted")}
-    code = module(found, "array", tmp_path)
+def test_angle_invariants_go_to_the_prologue(tmp_path: Path) -> None:
+    constant = quantity("held")
+    system = lane(let(constant, sin(size)), let(load, constant * cos(phi)))
+    assert emitted(system) == {"prologue": ("sizes", "weights"), "lane": ("phi", "sizes", "weights", "hoisted")}
+    code = module(system, "array", tmp_path)
     hoisted = code.prologue(np, [3.0], [1.0])
     assert code.lane(np, 0.5, [3.0], [1.0], hoisted) == pytest.approx((np.sin(3) * np.cos(0.5),))
 
 
-def test_what_sides_share_takes_the_inputs_that_it_needs_and_no_others(tmp_path: Path) -> None:
+def test_shared_part_takes_only_needed_inputs(tmp_path: Path) -> None:
     shared = Shared(twin, (let(total, load + twin(load) + weight),), Vector("totals", (total,)))
     assert emitted(lane(shared=shared))["frame"] == ("side1", "side2", "weights")
     assert module(lane(shared=shared), "array", tmp_path).frame(np, [1.0], [2.0], [4.0]) == (7.0,)
@@ -83,28 +83,28 @@ def test_what_sides_share_takes_the_inputs_that_it_needs_and_no_others(tmp_path:
 def test_a_function_composed_at_run_time_is_an_argument(tmp_path: Path) -> None:
     lift = quantity("lift")
     steps = (Call((lift, None), CURVES, 2 * phi, (LAW,), "test"), let(load, lift * size))
-    found = lane(*steps, inputs=(SIZES, LAW))
+    system = lane(*steps, inputs=(SIZES, LAW))
     assert "`rise` is one of cam laws, (angle, law) -> (lift, slope). Inputs:" in str(
-        module(found, "casadi", tmp_path).__doc__
+        module(system, "casadi", tmp_path).__doc__
     )
-    code = module(found, "array", tmp_path)
+    code = module(system, "array", tmp_path)
     assert code.lane(np, 0.5, [3.0], [0.25], lambda xp, angle, law: (angle + law[-1], 0.0)) == (3.75,)
 
 
-def test_a_vector_of_open_length_that_nothing_sizes_is_refused(tmp_path: Path) -> None:
+def test_open_vector_without_size_is_refused(tmp_path: Path) -> None:
     loose = OpenVector("law", "numbers of a cam law", {-1: size})
     with pytest.raises(ValueError, match="vector law: nothing says how long it is"):
         module(lane(inputs=(loose,)), "casadi", tmp_path)
 
 
-def test_events_are_numbered_and_one_that_never_comes_is_refused() -> None:
+def test_impossible_event_is_refused() -> None:
     event = Event("zero", sin(phi), sp.S.Zero, order=1)
     assert emitted(lane(events=(event,)))["events"] == ("phi", "sizes", "weights")
     with pytest.raises(ValueError, match="an event does not depend on phi"):
         emitted(lane(events=(event, Event("never", size, weight, order=1))))
 
 
-def test_a_name_that_a_common_subexpression_would_take_is_left_to_its_owner(tmp_path: Path) -> None:
+def test_subexpressions_avoid_existing_names(tmp_path: Path) -> None:
     c1 = quantity("c1")
     steps = (let(c1, 5 * sin(phi + size) + weight), let(load, c1 + sin(phi + size) ** 2))
     code = module(lane(*steps), "array", tmp_path)
@@ -112,7 +112,7 @@ def test_a_name_that_a_common_subexpression_would_take_is_left_to_its_owner(tmp_
 
 
 @pytest.mark.parametrize(
-    ("of", "sentence"),
+    ("source", "sentence"),
     [
         (lambda: lane(let(load, twin(load))), "lane: load needs load_2, which nothing gives"),
         (lambda: Lane(phi, (), (), SIDE), "lane: its outputs need load, which nothing gives"),
@@ -121,9 +121,9 @@ def test_a_name_that_a_common_subexpression_would_take_is_left_to_its_owner(tmp_
         (lambda: ClosedForm("f", (phi,), (), Vector("v", (load,))), "f: its outputs need load"),
     ],
 )
-def test_what_nothing_gives_is_refused(of: object, sentence: str) -> None:
+def test_missing_input_is_refused(source: object, sentence: str) -> None:
     with pytest.raises(ValueError, match=sentence):
-        of()
+        source()
 
 
 def test_a_name_for_two_things_is_refused() -> None:
@@ -138,7 +138,7 @@ def test_a_name_for_two_things_is_refused() -> None:
         texts([System("test", "Test", "test", (), lane(), (form,))], (), ())
 
 
-def test_a_lane_and_closed_forms_stand_in_one_module(tmp_path: Path) -> None:
+def test_module_holds_lane_and_closed_forms(tmp_path: Path) -> None:
     form = ClosedForm("twice", (phi,), (let(load, 2 * phi),), SIDE)
     content = texts([System("test", "Test", "test", (), lane(), (form,))], (), built_in())
     assert {"test.py", "array/test.py", "test.json"} < content.keys()
@@ -153,7 +153,7 @@ WORDS = {
 
 
 @pytest.mark.parametrize("name", [*WORDS, "two words", "1st"])
-def test_names_that_would_break_a_module_are_refused_everywhere(name: str) -> None:
+def test_names_breaking_a_module_are_refused(name: str) -> None:
     """Each with an underscore is taken."""
     built_in()
     sentence = WORDS.get(name, "must be a Python identifier")
@@ -170,7 +170,7 @@ def test_names_that_would_break_a_module_are_refused_everywhere(name: str) -> No
         ClosedForm(name, (), (), Vector("none", ()))
 
 
-def test_a_name_given_before_its_target_was_known_is_refused_when_written(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_reserved_name_of_late_target_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(quantities, "_RESERVED", dict(quantities._RESERVED))
     early = quantity("early")
     system = System("test", "Test", "test", (), lane(let(early, phi), let(load, early**2)))

@@ -37,8 +37,8 @@ SAMPLE = (disc_cam, contacts, derivation)
 def content() -> dict[str, str]:
     """What stands there, but for the verdicts."""
     paths = (p for p in GENERATED.rglob("*.*") if p.suffix != ".pyc")
-    found = {p.relative_to(GENERATED).as_posix(): p.read_bytes().decode() for p in paths}
-    return {name: text for name, text in found.items() if name not in VERDICTS}
+    texts = {p.relative_to(GENERATED).as_posix(): p.read_bytes().decode() for p in paths}
+    return {name: text for name, text in texts.items() if name not in VERDICTS}
 
 
 def test_a_part_is_up_to_date() -> None:
@@ -52,12 +52,12 @@ def test_generated_is_up_to_date() -> None:
     assert [d for d in differences(GENERATED, code()) if d.removeprefix("stray: ") not in VERDICTS] == []
 
 
-def test_what_is_written_compares_equal(content: dict[str, str], tmp_path: Path) -> None:
+def test_written_folder_compares_equal(content: dict[str, str], tmp_path: Path) -> None:
     write(tmp_path, content)
     assert differences(tmp_path, content) == []
 
 
-def test_changed_missing_and_stray_files_are_found(content: dict[str, str], tmp_path: Path) -> None:
+def test_changed_missing_and_stray_files_are_listed(content: dict[str, str], tmp_path: Path) -> None:
     write(tmp_path, content)
     name = "planting_exact.py"
     (tmp_path / name).write_text(content[name].replace("m_C1", "m_C2", 1))
@@ -75,8 +75,8 @@ def test_writing_removes_strays(content: dict[str, str], tmp_path: Path) -> None
 @pytest.mark.long
 @pytest.mark.parametrize("seed", ["1", "20171"])
 def test_text_does_not_depend_on_the_hash_seed(seed: str) -> None:
-    here = hashlib.sha256(repr(sorted(code().items())).encode()).hexdigest()
-    there = subprocess.run(
+    digest = hashlib.sha256(repr(sorted(code().items())).encode()).hexdigest()
+    process = subprocess.run(
         [sys.executable, "-c", PRINT_HASH],
         cwd=ROOT,
         env=os.environ | {"PYTHONHASHSEED": seed},
@@ -84,16 +84,16 @@ def test_text_does_not_depend_on_the_hash_seed(seed: str) -> None:
         text=True,
         check=True,
     )
-    assert there.stdout.strip() == here
+    assert process.stdout.strip() == digest
 
 
 def grown(content: dict[str, str]) -> list[str]:
     """Functions with more operations than the baseline."""
-    found = []
+    larger = []
     for name, baseline in BASELINE.items():
         functions = json.loads(content[f"{name}.json"])["functions"]
-        found += [f"{name}.{f}" for f, limit in baseline.items() if functions[f]["operations"] > limit]
-    return found
+        larger += [f"{name}.{f}" for f, limit in baseline.items() if functions[f]["operations"] > limit]
+    return larger
 
 
 def test_no_kernel_has_grown(content: dict[str, str]) -> None:
@@ -108,7 +108,7 @@ def test_a_grown_kernel_is_noticed(content: dict[str, str]) -> None:
 
 
 @pytest.mark.parametrize("name", ["planting_exact.py", "planting_printed.py", "curve_ellipse.py"])
-def test_modules_say_what_they_are(name: str, content: dict[str, str]) -> None:
+def test_modules_have_a_describing_header(name: str, content: dict[str, str]) -> None:
     head = content[name].split('"""')[1]
     assert "do not edit" in head
     assert "[m]" in head

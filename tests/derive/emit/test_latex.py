@@ -35,27 +35,27 @@ def documents(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def faults(text: str) -> list[str]:
     """Braces and environments that nothing closes, or that close nothing."""
     bare = re.sub(r"\\[\\{}]", "", text)
-    found = ["braces"] if bare.count("{") != bare.count("}") else []
+    problems = ["braces"] if bare.count("{") != bare.count("}") else []
     opened: list[str] = []
-    for what, name in re.findall(r"\\(begin|end)\{(\w+)\*?\}", text):
-        if what == "begin":
+    for kind, name in re.findall(r"\\(begin|end)\{(\w+)\*?\}", text):
+        if kind == "begin":
             opened.append(name)
         elif not opened or opened.pop() != name:
-            found.append(f"environment {name}")
+            problems.append(f"environment {name}")
     lefts, rights = (len(re.findall(rf"\\{side}\b", text)) for side in ("left", "right"))
-    return found + [f"environment {name}" for name in opened] + (["brackets"] if lefts != rights else [])
+    return problems + [f"environment {name}" for name in opened] + (["brackets"] if lefts != rights else [])
 
 
 def test_every_document_is_in_balance(documents: Path) -> None:
-    found = {path.stem: path.read_text() for path in documents.glob("*.tex")}
-    assert found.keys() == {"slider_crank", *(f"curve_{name}" for name in FAMILIES)}
-    assert {name: faults(text) for name, text in found.items()} == {name: [] for name in found}
-    text = found["slider_crank"]
+    texts = {path.stem: path.read_text() for path in documents.glob("*.tex")}
+    assert texts.keys() == {"slider_crank", *(f"curve_{name}" for name in FAMILIES)}
+    assert {name: faults(text) for name, text in texts.items()} == {name: [] for name in texts}
+    text = texts["slider_crank"]
     assert faults(text.replace(r"\end{align}", "", 1)) != []
     assert faults(text.replace("}", "", 1)) == ["braces"]
 
 
-def test_every_quantity_is_told_by_its_name(documents: Path) -> None:
+def test_document_lists_every_quantity(documents: Path) -> None:
     text = (documents / "slider_crank.tex").read_text()
     for name in ("phi", "kappa", "beta_ddot", "F_Bx", "N_guide", "M_in"):
         assert rf"\texttt{{{name.replace('_', chr(92) + '_')}}}" in text
@@ -72,7 +72,7 @@ def test_a_name_is_written_as_a_symbol(name: str, written: str) -> None:
     assert latex.symbol(sp.Symbol(name)) == written
 
 
-def test_a_long_sum_is_broken_and_signs_of_the_language_are_harmless() -> None:
+def test_long_sum_breaks_and_special_signs_are_escaped() -> None:
     terms = [Quantity(f"load_{i}", "N m2", "50 % of {it} & more_", "test") for i in range(40)]
     total = Quantity("total", "N m2", "sum", "test #1")
     form = ClosedForm("sums", tuple(terms), (Let(total, sp.Add(*terms), "test"),), Vector("given", (total,)))

@@ -27,17 +27,17 @@ CURVES = {
 """Parameters of a curve of each family."""
 
 
-def apart(found: np.ndarray, expected: np.ndarray) -> float:
+def largest_deviation(values: np.ndarray, expected: np.ndarray) -> float:
     """The largest difference of two arrays (rows, lanes), over the largest value of its row or one."""
     sizes = np.maximum(1.0, np.abs(expected).max(axis=1, keepdims=True))
-    return float((np.abs(found.reshape(expected.T.shape).T - expected) / sizes).max())
+    return float((np.abs(values.reshape(expected.T.shape).T - expected) / sizes).max())
 
 
 @pytest.fixture(scope="module")
 def planting(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Files of the planting device, its pitch curves and the laws of its cam."""
     place = tmp_path_factory.mktemp("planting")
-    systems = [derivation.build_exact_system(), *(one() for one in flanks.SYSTEMS)]
+    systems = [derivation.build_exact_system(), *(build() for build in flanks.SYSTEMS)]
     for name, text in texts(systems, FAMILIES.values(), [MATLAB]).items():
         path = place / name
         path.parent.mkdir(exist_ok=True)
@@ -47,7 +47,7 @@ def planting(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @octave.needed
 @pytest.mark.parametrize("name", ["slider_crank", "transplanting_arm"])
-def test_a_mechanism_of_ones_own(name: str, tmp_path: Path) -> None:
+def test_user_mechanism_agrees_in_matlab(name: str, tmp_path: Path) -> None:
     """Newton steps, simultaneous equations and friction by cases."""
     assert main([str(own.EXAMPLES / f"{name}.py"), "--target", "matlab", "--out", str(tmp_path)]) == 0
     machine = own.machine(name)
@@ -56,30 +56,30 @@ def test_a_mechanism_of_ones_own(name: str, tmp_path: Path) -> None:
     lane, hoisted = module.lane(), module.prologue()(machine.data)
     expected = np.array([lane(p, machine.data, g, hoisted).full()[:, 0] for p, g in zip(PHI, at.T, strict=True)]).T
 
-    def told(data: np.ndarray) -> np.ndarray:
+    def derived_outputs(data: np.ndarray) -> np.ndarray:
         return octave.run(tmp_path / "matlab", {"phi": PHI, "data": data, "loops": at.T}, f"""
             m = {name}(); hoisted = m.prologue(data); loops = reshape(loops, [], numel(phi)); found = [];
             for i = 1:numel(phi), found = [found, m.lane(phi(i), data, loops(:, i), hoisted)]; end""")  # fmt: skip
 
-    assert apart(told(machine.data), expected) < 1e-12
-    assert apart(told(machine.data * 1.001), expected) > 1e-5
+    assert largest_deviation(derived_outputs(machine.data), expected) < 1e-12
+    assert largest_deviation(derived_outputs(machine.data * 1.001), expected) > 1e-5
 
 
 @octave.needed
 @pytest.mark.long
-def test_the_planting_device_with_its_gears_and_its_cam(planting: Path) -> None:
+def test_planting_device_agrees_in_matlab(planting: Path) -> None:
     """Curves by closure and in closed form, composed functions, angles that wrap, both sides and the frame."""
     device = machines.device("wang2017")
     x, c = device.design, device.constants
     h = device.functions.prologue_function(x, c)
-    one, two, totals = device.functions.both
-    function = ca.Function("cycle", device.functions.inputs, [ca.vertcat(one, two, totals)])
+    first, second, totals = device.functions.both
+    function = ca.Function("cycle", device.functions.inputs, [ca.vertcat(first, second, totals)])
     expected = np.array([function(p, x, c, h).full()[:, 0] for p in PHI]).T
     families, terms = [s.family for s in device.stages], [s.terms for s in device.stages]
     ends = np.cumsum([4, *(len(s.names) for s in device.stages)])
     law = next(f.args[0] for f in flanks.SYSTEMS if f.args[0] == device.machine.cam.flank)
-    given = {"phi": PHI, "mounting": x[:4], "p1": x[4 : ends[1]], "p2": x[ends[1] :], "c": c}
-    found = octave.run(planting, given, f"""
+    inputs = {"phi": PHI, "mounting": x[:4], "p1": x[4 : ends[1]], "p2": x[ends[1] :], "c": c}
+    results = octave.run(planting, inputs, f"""
         m = planting_exact(); one = curve_{families[0]}(); two = curve_{families[1]}();
         cam = flank_{law.replace(" ", "_").replace("-", "_")}();
         h1 = one.prologue(p1, {terms[0]}); h2 = two.prologue(p2, {terms[1]});
@@ -89,7 +89,7 @@ def test_the_planting_device_with_its_gears_and_its_cam(planting: Path) -> None:
         for i = 1:numel(phi)
             a = side(phi(i)); b = side(phi(i) - pi); found = [found, [a; b; m.frame(a, b, c)]];
         end""")  # fmt: skip
-    assert apart(found, expected) < 1e-12
+    assert largest_deviation(results, expected) < 1e-12
 
 
 @octave.needed
@@ -100,10 +100,10 @@ def test_a_pitch_curve(family: str, planting: Path) -> None:
     hoisted = module.prologue(terms)(parameters)
     contact = module.contact(terms)
     expected = np.array([[float(out) for out in contact(at, parameters, hoisted)] for at in t]).T
-    found = octave.run(planting, {"t": t, "p": parameters}, f"""
+    results = octave.run(planting, {"t": t, "p": parameters}, f"""
         m = curve_{family}(); h = m.prologue(p, {terms}); found = [];
         for i = 1:numel(t), found = [found, m.contact(t(i), p, h)]; end""")  # fmt: skip
-    assert apart(found, expected) < 1e-12
+    assert largest_deviation(results, expected) < 1e-12
 
 
 def system(name: str) -> System:
@@ -112,7 +112,7 @@ def system(name: str) -> System:
     return System("small", "Small", "test", (), closed_forms=(form,))
 
 
-def test_a_name_that_matlab_has_no_place_for_is_refused() -> None:
+def test_reserved_matlab_name_is_refused() -> None:
     with pytest.raises(ValueError, match="function twice: _a: a name in MATLAB is a letter"):
         texts([system("_a")], (), [MATLAB])
     assert "result = 2 * a;" in texts([system("a")], (), [MATLAB])["matlab/small.m"]

@@ -32,11 +32,11 @@ def test_families_of_the_paper_are_registered() -> None:
 
 
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
-def test_names_of_parameters_do_not_meet_those_of_the_generated_code(family: PitchCurve) -> None:
+def test_parameter_names_do_not_collide_with_code(family: PitchCurve) -> None:
     for function in emit_curve.functions_of(family):
         defined = [s.name for step in function.steps for s in step.defines]
-        given = [q.name for q in (*family.parameters, pitch_curve.m, pitch_curve.a)]
-        assert len({*defined, *given}) == len(defined) + len(given)
+        parameter_names = [q.name for q in (*family.parameters, pitch_curve.m, pitch_curve.a)]
+        assert len({*defined, *parameter_names}) == len(defined) + len(parameter_names)
 
 
 def test_a_parameter_with_a_name_of_the_prologue_is_refused() -> None:
@@ -53,7 +53,7 @@ def test_radius_is_even(family: PitchCurve) -> None:
     assert sp.simplify(radius - radius.subs(pitch_curve.u, -pitch_curve.u)) == 0
 
 
-def test_ellipse_rotation_is_the_integral_of_its_ratio() -> None:
+def test_ellipse_rotation_equals_integral_of_ratio() -> None:
     """d/du of the closed form gives the ratio of two equal ellipses (Litvin et al. 2009, chapter 4)."""
     ellipse = FAMILIES["ellipse"]
     ratio = ellipse.ratio().subs(pitch_curve.a, ellipse.centre_distance())
@@ -83,8 +83,8 @@ def hoisted(name: str, parameters: list[float]) -> list[float]:
 
 
 def contact(name: str, t: np.ndarray, parameters: list[float] | None = None) -> tuple[np.ndarray, ...]:
-    given = parameters or PARAMETERS[name]
-    return MODULES[name].contact(np, t, given, hoisted(name, given))
+    values = parameters or PARAMETERS[name]
+    return MODULES[name].contact(np, t, values, hoisted(name, values))
 
 
 @pytest.mark.parametrize("values", [PARAMETERS, WIDE], ids=["paper", "wide"])

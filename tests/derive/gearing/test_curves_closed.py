@@ -23,8 +23,8 @@ VALUES = {"ellipse": (0.03, 0.4), "limacon": (0.03, 0.013), "sine": (0.06, 0.45)
 
 def with_values(family: PitchCurve, expr: sp.Expr) -> sp.Expr:
     """An expression in u alone, at exact values of the parameters."""
-    known = {q: sp.Rational(str(v)) for q, v in zip(family.parameters, VALUES[family.name], strict=True)}
-    return expr.subs(pitch_curve.a, family.centre_distance()).subs(known)
+    substitutions = {q: sp.Rational(str(v)) for q, v in zip(family.parameters, VALUES[family.name], strict=True)}
+    return expr.subs(pitch_curve.a, family.centre_distance()).subs(substitutions)
 
 
 def test_families_with_formulas() -> None:
@@ -59,7 +59,7 @@ def test_rotations_are_integrals_of_ratios(family: PitchCurve) -> None:
         assert abs(turned(mp.mpf(2)) * (1 + 1e-9) - mp.quad(ratio, [0, 1, 2])) > 1e-10
 
 
-def test_the_limacons_distance_follows_from_the_mean_of_its_ratio() -> None:
+def test_limacon_centre_distance_follows_from_mean_ratio() -> None:
     """The mean of 1/(q - b cos u) is 1/sqrt(q^2 - b^2), so that a/(a - r), of mean 2, gives a^2 = 4 ((a - l)^2 - b^2).
 
     The root above 2 l is the centre distance: (4 l + 2 sqrt(l^2 + 3 b^2)) / 3.
@@ -67,12 +67,12 @@ def test_the_limacons_distance_follows_from_the_mean_of_its_ratio() -> None:
     limacon = FAMILIES["limacon"]
     l, b = (sp.Symbol(n, positive=True) for n in "lb")  # noqa: E741
     a = sp.Symbol("a", positive=True)
-    known = dict(zip(limacon.parameters, (l, b), strict=True))
-    assert sp.simplify((a**2 - 4 * ((a - l) ** 2 - b**2)).subs(a, limacon.centre_distance().subs(known))) == 0
-    assert limacon.centre_distance().subs(known).subs({l: 1, b: 0}) == 2
+    substitutions = dict(zip(limacon.parameters, (l, b), strict=True))
+    assert sp.simplify((a**2 - 4 * ((a - l) ** 2 - b**2)).subs(a, limacon.centre_distance().subs(substitutions))) == 0
+    assert limacon.centre_distance().subs(substitutions).subs({l: 1, b: 0}) == 2
 
 
-def test_the_sines_ratio_is_that_of_its_radius_at_any_distance() -> None:
+def test_sine_ratio_follows_from_the_radius() -> None:
     sine = FAMILIES["sine"]
     at_distance = sine.radius() / (sine.centre_distance() - sine.radius())
     assert sp.simplify(at_distance - sine.ratio()) == 0
@@ -84,18 +84,18 @@ def test_the_sines_ratio_is_that_of_its_radius_at_any_distance() -> None:
 def test_equal_ellipses_are_conjugate_at_twice_the_semi_axis() -> None:
     """The conjugate, drawn in its own gear, is the same ellipse, half a turn on (Litvin et al. 2009)."""
     A, k = 0.03, 0.4
-    own = [A, k, 1.0]
-    hoisted = curve_ellipse.prologue(np, own, 0)
+    parameters = [A, k, 1.0]
+    hoisted = curve_ellipse.prologue(np, parameters, 0)
     assert hoisted == [2 * A]
-    r, *_, turned = curve_ellipse.contact(np, np.linspace(0, TURN, 50), own, hoisted)
+    r, *_, turned = curve_ellipse.contact(np, np.linspace(0, TURN, 50), parameters, hoisted)
     assert 2 * A - r == pytest.approx(A * (1 - k**2) / (1 + k * np.cos(turned)), rel=1e-13)
     assert 2 * A - r != pytest.approx(A * (1 - k**2) / (1 - k * np.cos(turned)), rel=1e-3)
 
 
-def arc(code: object, own: list[float]) -> float:
+def arc(code: object, parameters: list[float]) -> float:
     """Length of an undeformed pitch curve by the midpoint rule."""
     t = TURN * (np.arange(400) + 0.5) / 400
-    r, dr, *_ = code.contact(np, t, own, code.prologue(np, own, 0))  # type: ignore[attr-defined]
+    r, dr, *_ = code.contact(np, t, parameters, code.prologue(np, parameters, 0))  # type: ignore[attr-defined]
     return float(np.hypot(r, dr).mean() * TURN)
 
 
@@ -109,10 +109,10 @@ def test_perimeter_of_the_ellipse(k: float) -> None:
 
 
 @pytest.mark.parametrize("c", [0.1, 0.6])
-def test_the_sine_gear_turns_its_mate_by_a_sine(c: float) -> None:
-    own = [0.06, c, 1.0]
+def test_sine_gear_rotates_the_mating_gear_by_a_sine(c: float) -> None:
+    parameters = [0.06, c, 1.0]
     t = np.linspace(0, 6, 20)
-    *_, ratio, _, turned = curve_sine.contact(np, t, own, curve_sine.prologue(np, own, 0))
+    *_, ratio, _, turned = curve_sine.contact(np, t, parameters, curve_sine.prologue(np, parameters, 0))
     assert turned == pytest.approx(t + c * np.sin(t), abs=1e-14)
     assert ratio == pytest.approx(1 + c * np.cos(t), abs=1e-14)
 
@@ -152,14 +152,14 @@ TEXTBOOK = [
 ]
 
 
-@pytest.mark.parametrize(("name", "own", "m", "limit"), TEXTBOOK)
-def test_convexity_limits(name: str, own: tuple[float, float], m: float, limit: str) -> None:
+@pytest.mark.parametrize(("name", "parameters", "m", "limit"), TEXTBOOK)
+def test_convexity_limits(name: str, parameters: tuple[float, float], m: float, limit: str) -> None:
     family = FAMILIES[name]
     closed = sp.lambdify((*family.parameters, pitch_curve.m), family.convexity())
-    assert closed(*own, m) == pytest.approx(0, abs=1e-14), limit
-    assert closed(own[0], own[1] * 0.999, m) > 0 > closed(own[0], own[1] * 1.001, m)
+    assert closed(*parameters, m) == pytest.approx(0, abs=1e-14), limit
+    assert closed(parameters[0], parameters[1] * 0.999, m) > 0 > closed(parameters[0], parameters[1] * 1.001, m)
     other = m / (2 * m - 1)
-    assert closed(*own, other) == pytest.approx(0, abs=1e-14)
+    assert closed(*parameters, other) == pytest.approx(0, abs=1e-14)
 
 
 # --- size ----------------------------------------------------------------------------------------------
@@ -176,9 +176,9 @@ EXPECTED = {
 @pytest.mark.parametrize("name", EXPECTED)
 def test_sizes_in_closed_form(name: str, swing: float) -> None:
     """The mean radius of an ellipse about its focus is its minor semi-axis; the others are short integrals."""
-    found = Sizing(name).parameters(Size(MEAN, swing, 1.3))
-    assert found == pytest.approx([*EXPECTED[name](swing), 1.3], rel=1e-13)
-    assert found != pytest.approx([*EXPECTED[name](swing * 1.0001), 1.3], rel=1e-7)
+    sizes = Sizing(name).parameters(Size(MEAN, swing, 1.3))
+    assert sizes == pytest.approx([*EXPECTED[name](swing), 1.3], rel=1e-13)
+    assert sizes != pytest.approx([*EXPECTED[name](swing * 1.0001), 1.3], rel=1e-7)
 
 
 @pytest.mark.parametrize("swing", [0.03, 0.5, 0.93])
@@ -196,15 +196,15 @@ def test_a_fourier_curve_without_shape_is_the_limacon(swing: float) -> None:
     assert fourier[2:4].tolist() == [0, 0]
 
 
-def test_the_shape_of_a_fourier_curve_stands_in_its_coefficients() -> None:
-    found = Sizing("fourier").parameters(Size(MEAN, 0.4, 1.0, (0.05, -0.03)))
-    assert found[2:4] / found[1] == pytest.approx([0.05, -0.03], rel=1e-14)
+def test_fourier_shape_equals_the_coefficients() -> None:
+    coefficients = Sizing("fourier").parameters(Size(MEAN, 0.4, 1.0, (0.05, -0.03)))
+    assert coefficients[2:4] / coefficients[1] == pytest.approx([0.05, -0.03], rel=1e-14)
     u = np.linspace(0, np.pi, 500)
-    r = sum(c * np.cos(k * u) for k, c in enumerate(found[:4]))
+    r = sum(c * np.cos(k * u) for k, c in enumerate(coefficients[:4]))
     assert (np.diff(r) < 0).all()
 
 
-def test_corners_of_the_shapes_box_leave_the_extremes_at_the_joints() -> None:
+def test_shape_bounds_keep_extremes_at_breakpoints() -> None:
     box = [(entry["lower"], entry["upper"]) for entry in pairs.sizing("fourier").sidecar["shapes"]]
     assert sum(k**2 * upper for k, (_, upper) in enumerate(box, 2)) == pytest.approx(0.9)
     assert all(lower == -upper for lower, upper in box)

@@ -22,7 +22,7 @@ def test_the_arc_ends_on_the_tip_circle(addendum: float) -> None:
 
 @pytest.mark.parametrize("friction", [0.1, 0.2, 0.6])
 @pytest.mark.parametrize("tips", [0.02, 0.035, 0.06])
-def test_with_the_least_radius_force_and_friction_together_have_no_moment(friction: float, tips: float) -> None:
+def test_smallest_radius_balances_friction_moment(friction: float, tips: float) -> None:
     """About the driven axis, on the edge of the horn; with a larger radius the normal force wins."""
     radius = ARCS.at("least", distance=A, tips=tips, friction=friction)["radius"]
     assert moment(radius, tips, friction) == pytest.approx(0, abs=1e-9 * A)

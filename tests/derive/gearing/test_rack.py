@@ -37,23 +37,23 @@ def cut(form: str, s: float) -> dict[str, float]:
 @pytest.mark.parametrize("form", FORMS)
 def test_tangent_and_rates_are_those_of_the_points(form: str) -> None:
     s, h = 0.0031, 2e-6
-    before, here, after = (cut(form, at) for at in (s - h, s, s + h))
+    before, point, after = (cut(form, at) for at in (s - h, s, s + h))
     moved = np.array([after[k] - before[k] for k in ("px", "py")]) / (2 * h)
-    tangent = np.array([here["ex"], here["ey"]])
-    np.testing.assert_allclose(moved, here["rate"] * tangent, atol=2e-5)
+    tangent = np.array([point["ex"], point["ey"]])
+    np.testing.assert_allclose(moved, point["rate"] * tangent, atol=2e-5)
     turned = np.array([after[k] - before[k] for k in ("ex", "ey")]) / (2 * h)
     assert tangent @ tangent == pytest.approx(1, abs=1e-14)
-    assert tangent[0] * turned[1] - tangent[1] * turned[0] == pytest.approx(here["turning"], rel=1e-5)
+    assert tangent[0] * turned[1] - tangent[1] * turned[0] == pytest.approx(point["turning"], rel=1e-5)
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_the_normal_passes_through_the_pitch_point(form: str) -> None:
     x, y, *_ = place(0.0031)
-    here = cut(form, 0.0031)
-    assert (here["px"] - x) * here["ex"] + (here["py"] - y) * here["ey"] == pytest.approx(0, abs=1e-17)
+    point = cut(form, 0.0031)
+    assert (point["px"] - x) * point["ex"] + (point["py"] - y) * point["ey"] == pytest.approx(0, abs=1e-17)
 
 
-def test_a_flank_goes_over_into_its_fillet() -> None:
+def test_flank_joins_the_fillet() -> None:
     """At the end of the straight flank both have the same point and tangent, whatever the curve."""
     sizes = RACK.at("sizes", rack=[2e-3, 1.0, 0.25, 0.1, ALPHA, 1e-5, 1.0])
     assert sizes["straight"] == pytest.approx(2e-3 * 0.9, rel=1e-13)
@@ -66,21 +66,21 @@ def test_a_flank_goes_over_into_its_fillet() -> None:
         assert fillet[key] == pytest.approx(flank[key], abs=1e-15)
 
 
-def test_the_regularity_of_a_flank_is_its_rate_in_parts_of_a_racks() -> None:
+def test_flank_regularity_is_the_relative_rate() -> None:
     bends, s, h = np.array([40.0, -900.0, 5e4]), 0.0031, 1e-7
 
     def at(aside: float) -> Array:
         kappa = bends[0] + bends[1] * aside + bends[2] * aside**2 / 2
-        own = [kappa, bends[1] + bends[2] * aside, bends[2]]
-        found = RACK.at("regularity", bends=own, s=s + aside, xi=0.004, side=1.0, alpha=ALPHA)
-        return np.array(list(found.values()))
+        local_bends = [kappa, bends[1] + bends[2] * aside, bends[2]]
+        result = RACK.at("regularity", bends=local_bends, s=s + aside, xi=0.004, side=1.0, alpha=ALPHA)
+        return np.array(list(result.values()))
 
     np.testing.assert_allclose((at(h) - at(-h))[:2] / (2 * h), at(0.0)[1:], rtol=1e-6)
     rate = RACK.at("flank", place=[0, 0, 1, 0, 40.0], s=s, xi=0.004, side=1.0, alpha=ALPHA)["rate"]
     assert at(0.0)[0] == pytest.approx(rate / math.sin(ALPHA), rel=1e-13)
 
 
-def test_a_full_round_is_the_largest_that_fits_and_a_smaller_one_reaches_deeper() -> None:
+def test_full_tip_radius_is_the_largest_possible() -> None:
     wide = RACK.at("sizes", rack=[2e-3, 1.0, 0.25, 0.0, math.radians(26), 0.0, 1.0])
     assert wide["beside"] == pytest.approx(wide["pitch_"] / 2, rel=1e-13)
     sharp = RACK.at("sizes", rack=[2e-3, 1.0, 0.25, 0.0, ALPHA, 0.0, 0.1])
@@ -89,8 +89,8 @@ def test_a_full_round_is_the_largest_that_fits_and_a_smaller_one_reaches_deeper(
 
 
 def test_the_mate_of_a_circle_is_a_circle() -> None:
-    found = RACK.at("mate", contact=[0.03, 0, 0, 0.6, 0, 1.0], a=0.08)
-    assert list(found.values()) == pytest.approx([1.0, 0.05, 0.0, 0.0], abs=1e-16)
+    mate = RACK.at("mate", contact=[0.03, 0, 0, 0.6, 0, 1.0], a=0.08)
+    assert list(mate.values()) == pytest.approx([1.0, 0.05, 0.0, 0.0], abs=1e-16)
     assert RACK.at("rolling", r=0.03, dr=0.002, a=0.08)["dratio"] == pytest.approx(0.002 * 0.08 / 0.05**2)
 
 

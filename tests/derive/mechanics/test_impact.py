@@ -26,10 +26,10 @@ def on_a_slope(numbers: dict[sp.Symbol, float], slip: sp.Expr) -> dict[str, floa
     """A point above a plane y = x/2, by numbers."""
     length = sp.sqrt(5) / 2
     gap, opening = (y - x / 2) / length, (y_dot - x_dot / 2) / length
-    known: dict[sp.Symbol, sp.Expr] = dict(numbers)
+    values: dict[sp.Symbol, sp.Expr] = dict(numbers)
     for step in IMPACT.steps(gap, opening, (slip,), LAW):
-        known[step.symbol] = step.expr.subs(known)
-    return {str(symbol): float(value) for symbol, value in known.items()}
+        values[step.symbol] = step.expr.subs(values)
+    return {str(symbol): float(value) for symbol, value in values.items()}
 
 
 NUMBERS = {x: 0.1, y: 0.04, x_dot: 0.3, y_dot: -0.2, q("K", "N/m1.5"): 1e4, q("D", "s/m"): 2.0, q("mu", "1"): 0.3,
@@ -37,33 +37,33 @@ NUMBERS = {x: 0.1, y: 0.04, x_dot: 0.3, y_dot: -0.2, q("K", "N/m1.5"): 1e4, q("D
 ALONG = (x_dot + y_dot / 2) / (sp.sqrt(5) / 2)
 
 
-def test_a_point_on_a_plane_is_pushed_along_the_normal_and_held_along_the_plane() -> None:
-    found = on_a_slope(NUMBERS, ALONG)
+def test_contact_force_on_an_inclined_plane() -> None:
+    forces = on_a_slope(NUMBERS, ALONG)
     depth = (0.05 - 0.04) / (5**0.5 / 2)
     closing = (0.2 + 0.15) / (5**0.5 / 2)
     normal = 1e4 * depth**1.5 * (1 + 2 * closing)
-    assert found["normal"] == pytest.approx(normal)
-    assert (-found["on_x"] * 0.5 + found["on_y"]) / (5**0.5 / 2) == pytest.approx(normal)
-    along = (found["on_x"] + found["on_y"] * 0.5) / (5**0.5 / 2)
+    assert forces["normal"] == pytest.approx(normal)
+    assert (-forces["on_x"] * 0.5 + forces["on_y"]) / (5**0.5 / 2) == pytest.approx(normal)
+    tangential = (forces["on_x"] + forces["on_y"] * 0.5) / (5**0.5 / 2)
     slip = 0.2 / (5**0.5 / 2)
-    assert along == pytest.approx(-0.3 * normal * slip / (slip**2 + 1e-6) ** 0.5)
-    assert found["stored"] == pytest.approx(0.4 * 1e4 * depth**2.5)
-    lost = found["damped"] + found["rubbed"]
-    power = found["on_x"] * 0.3 + found["on_y"] * -0.2
+    assert tangential == pytest.approx(-0.3 * normal * slip / (slip**2 + 1e-6) ** 0.5)
+    assert forces["stored"] == pytest.approx(0.4 * 1e4 * depth**2.5)
+    lost = forces["damped"] + forces["rubbed"]
+    power = forces["on_x"] * 0.3 + forces["on_y"] * -0.2
     assert -power == pytest.approx(1e4 * depth**1.5 * closing + lost)
 
 
-def test_nothing_acts_at_a_distance() -> None:
-    found = on_a_slope(NUMBERS | {y: 0.06}, ALONG)
-    assert [found[name] for name in ("normal", "on_x", "on_y", "stored", "damped", "rubbed")] == [0] * 6
+def test_open_contact_has_no_force() -> None:
+    forces = on_a_slope(NUMBERS | {y: 0.06}, ALONG)
+    assert [forces[name] for name in ("normal", "on_x", "on_y", "stored", "damped", "rubbed")] == [0] * 6
 
 
-def test_what_is_not_linear_in_the_rates_is_refused() -> None:
+def test_nonlinear_rates_are_refused() -> None:
     with pytest.raises(ValueError, match="is not linear in x_dot"):
         IMPACT.steps(y, y_dot, (x_dot**3,), LAW)
 
 
-def test_friction_that_creeps_is_coulombs_at_speed() -> None:
+def test_creeping_friction_tends_to_coulomb() -> None:
     force = creeping(sp.Integer(10), (x_dot, y_dot), sp.Rational(1, 10**6)) * x_dot
     assert float(force.subs({x_dot: 3, y_dot: 4})) == pytest.approx(6)
     assert force.subs({x_dot: 0, y_dot: 0}) == 0
@@ -77,25 +77,25 @@ def test_bristles_bend_up_to_their_limit() -> None:
     assert rate.subs({x_dot: 2, x: sp.Rational(9, 50)}) > 0
 
 
-def test_a_pendulum_on_a_cart_keeps_its_energy_without_forces() -> None:
-    given = quantities("m | kg | bob | 1\n arm | m | arm | 1\n g | m/s2 | free fall | 9.81\n push | N | push | 1")
-    m = Mechanism("cart", given, gravity=given.g)
+def test_free_cart_pendulum_conserves_energy() -> None:
+    table = quantities("m | kg | bob | 1\n arm | m | arm | 1\n g | m/s2 | free fall | 9.81\n push | N | push | 1")
+    m = Mechanism("cart", table, gravity=table.g)
     place, angle = m.coordinate("place", "m", "cart"), m.coordinate("angle", "rad", "arm, from below")
     cart, rod = m.point("cart", m.O, m.world, place), m.frame("rod", angle)
-    trolley = m.body("cart", m.world, given.m, cart)
-    bob = m.body("bob", rod, given.m, m.point("bob", cart, rod, 0, -given.arm))
+    trolley = m.body("cart", m.world, table.m, cart)
+    bob = m.body("bob", rod, table.m, m.point("bob", cart, rod, 0, -table.arm))
     m.pin("cart", bob, trolley, cart)
-    m.force("push", trolley, cart, m.vector(m.world, given.push))
-    found = m.accelerations()
+    m.force("push", trolley, cart, m.vector(m.world, table.push))
+    accelerations = m.accelerations()
     rates = [m.motion.rates[s] for s in (place, angle)]
-    moving = dict(zip((place, angle, *rates), (*rates, *found), strict=True))
-    energy = kinetic_energy(m.motion, m.bodies, m.world) - given.m * given.g * given.arm * cos(angle)
+    moving = dict(zip((place, angle, *rates), (*rates, *accelerations), strict=True))
+    energy = kinetic_energy(m.motion, m.bodies, m.world) - table.m * table.g * table.arm * cos(angle)
     gained = sum((energy.diff(s) * rate for s, rate in moving.items()), sp.S.Zero)
-    assert sp.simplify(gained - given.push * rates[0]) == 0
-    assert sp.simplify(found[0].subs({angle: 0, rates[1]: 0}) - given.push / given.m) == 0
+    assert sp.simplify(gained - table.push * rates[0]) == 0
+    assert sp.simplify(accelerations[0].subs({angle: 0, rates[1]: 0}) - table.push / table.m) == 0
 
 
-def test_accelerations_in_symbols_are_those_of_what_nothing_holds() -> None:
+def test_symbolic_accelerations_need_free_motion() -> None:
     m = Mechanism("held", quantities("r | m | radius | 1"))
     m.constrain("rope", m.coordinate("x", "m", "place") - 1, {})
     with pytest.raises(MechanismError, match="held: accelerations in symbols are those without gap_rope"):
@@ -106,9 +106,9 @@ def test_slopes_along_named_steps_are_those_of_the_whole() -> None:
     k = Followed((x, y))
     inner = k.let(q("inner", "m2"), x * y + x**2)
     outer = k.let(q("outer", "m2"), sp.Piecewise((sin(inner), x > y), (inner**2, True)))
-    whole = sp.Piecewise((sin(x * y + x**2), x > y), ((x * y + x**2) ** 2, True))
+    composed = sp.Piecewise((sin(x * y + x**2), x > y), ((x * y + x**2) ** 2, True))
     for at in ({x: 0.7, y: 0.2}, {x: 0.2, y: 0.7}):
         named = {**at, inner: (x * y + x**2).subs(at)}
         for coordinate in (x, y):
-            assert k.along(outer, coordinate).subs(named) == pytest.approx(whole.diff(coordinate).subs(at))
+            assert k.along(outer, coordinate).subs(named) == pytest.approx(composed.diff(coordinate).subs(at))
     assert k.slopes(q("constant")) == {}

@@ -39,7 +39,7 @@ def lets(m: Mechanism) -> dict[Quantity, sp.Expr]:
     return {step.symbol: step.expr for step in m.named}
 
 
-def test_a_coordinate_brings_its_rate_and_its_acceleration() -> None:
+def test_coordinate_has_rate_and_acceleration() -> None:
     k = mechanism()
     k.follow(swing, sin(phi))
     assert lets(k) == {swing[0]: sin(phi), swing[1]: omega * cos(phi), swing[2]: -(omega**2) * sin(phi)}
@@ -59,13 +59,13 @@ def test_a_pin_on_a_crank_moves_across_it() -> None:
     assert [sp.simplify(c) for c in velocity.components] == [-length * omega * sin(phi), length * omega * cos(phi), 0]
 
 
-def test_what_has_no_name_keeps_its_component() -> None:
+def test_unnamed_component_is_unchanged() -> None:
     k = mechanism()
     k.name_acceleration(PIN, WORLD, (ax,))
     assert sp.simplify(k.motion.accelerations[PIN][1] + length * omega**2 * sin(phi)) == 0
 
 
-def test_a_named_place_moves_as_its_point_does() -> None:
+def test_named_point_moves_with_the_original() -> None:
     k = mechanism()
     k.name_place(PIN, O, WORLD, (x, y))
     at = lets(k)
@@ -91,20 +91,20 @@ def test_a_stage_whose_start_nobody_knows_is_refused() -> None:
     k.follow(swing, phi**2)
     with pytest.raises(ValueError, match="stage 7: nothing says what swing is at phi = 0"):
         k.stage(STAGE, t, swing[0], **CONTACT)
-    known = mechanism()
-    known.follow(swing, phi**2, at_start=S.Zero)
-    known.stage(STAGE, t, swing[0], **CONTACT)
+    kinematics = mechanism()
+    kinematics.follow(swing, phi**2, at_start=S.Zero)
+    kinematics.stage(STAGE, t, swing[0], **CONTACT)
 
 
-def test_a_flank_is_passed_at_the_pace_of_the_cam_and_has_events_at_its_joints() -> None:
+def test_cam_flank_has_cam_speed_and_breakpoint_events() -> None:
     k = mechanism()
-    within, at, pace = quantity("within", "rad"), quantity("x"), quantity("pace", "1/rad")
+    position, at, pace = quantity("within", "rad"), quantity("x"), quantity("pace", "1/rad")
     shares = tuple(quantity(name) for name in ("share", "slope", "bend"))
-    k.motion.rates[within] = 3 * omega
-    k.flank(FollowerLaw("law", (S.Zero, S.Half, S.One)), "rise", (within, 3 * phi), (S.One, S(3)), at, pace, shares)
-    found = {step.symbol: step.expr for step in k.named}
-    assert [found[at].xreplace({within: S(value)}) for value in (0, 2, 4)] == [0, S.Half, 1]
-    assert [found[pace].xreplace({within: S(value)}) for value in (0, 2, 4)] == [0, S.Half, 0]
+    k.motion.rates[position] = 3 * omega
+    k.flank(FollowerLaw("law", (S.Zero, S.Half, S.One)), "rise", (position, 3 * phi), (S.One, S(3)), at, pace, shares)
+    expressions = {step.symbol: step.expr for step in k.named}
+    assert [expressions[at].xreplace({position: S(value)}) for value in (0, 2, 4)] == [0, S.Half, 1]
+    assert [expressions[pace].xreplace({position: S(value)}) for value in (0, 2, 4)] == [0, S.Half, 0]
     assert (k.motion.rate(shares[0]), k.motion.rate(shares[1])) == tuple(3 * omega * pace * s for s in shares[1:])
     assert [(e.name, e.argument, e.target, e.order, e.period, e.position) for e in k.events] == [
         ("cam, start of the rise", 3 * phi, 1, 2, 2 * sp.pi, 0),
@@ -113,7 +113,7 @@ def test_a_flank_is_passed_at_the_pace_of_the_cam_and_has_events_at_its_joints()
     ]
 
 
-def test_a_mirror_image_must_be_one_and_has_its_place_by_the_names_of_the_other() -> None:
+def test_mirror_image_uses_names_of_the_original() -> None:
     k = mechanism()
     z = quantity("z", "m")
     left, right = (Point(name, O, Vec(CRANK, (length, S.Zero, at * length))) for name, at in (("l", 1), ("r", 4)))
@@ -125,7 +125,7 @@ def test_a_mirror_image_must_be_one_and_has_its_place_by_the_names_of_the_other(
         k.mirror_place(right, left, O, CRANK, length)
 
 
-def test_the_law_of_an_unknown_is_found_and_a_missing_one_refused() -> None:
+def test_missing_law_of_an_unknown_is_refused() -> None:
     mechanism = derivation.build_device().assembly
     assert mechanism.law(q.F_E_loss).symbol == q.F_E_loss
     with pytest.raises(ValueError, match="no contact says what F_Ax is"):

@@ -45,14 +45,14 @@ def arm() -> Mechanism:
     upper = m.frame("upper", ANGLE)
     lower = m.frame("lower", 2 * ANGLE + S.Half, Y, upper)
     elbow = m.point("elbow", m.O, upper, l, s, 0)
-    one = m.body("upper", upper, m1, m.point("C1", m.O, upper, s, 0, l), (Ix, Iy, Iz, P, 0, 0))
-    two = m.body("lower", lower, m2, m.point("C2", elbow, lower, s, l, 0), (Iz, Ix, Iy))
+    first = m.body("upper", upper, m1, m.point("C1", m.O, upper, s, 0, l), (Ix, Iy, Iz, P, 0, 0))
+    second = m.body("lower", lower, m2, m.point("C2", elbow, lower, s, l, 0), (Iz, Ix, Iy))
     three = m.body("hand", lower, m3, m.point("C3", elbow, lower, 2 * l, 0, s), (Iy, Iz, Ix, 0, P, 0))
-    m.pin("O", one, m.ground, m.O)
-    m.pin("E", two, one, elbow, Y)
-    m.weld("H", three, two, m.point("H", elbow, lower, l))
-    m.motor("M_O", one, m.ground, m.O)
-    m.motor("M_E", two, one, elbow, Y)
+    m.pin("O", first, m.ground, m.O)
+    m.pin("E", second, first, elbow, Y)
+    m.weld("H", three, second, m.point("H", elbow, lower, l))
+    m.motor("M_O", first, m.ground, m.O)
+    m.motor("M_E", second, first, elbow, Y)
     return m
 
 
@@ -62,13 +62,13 @@ def gears(rubbing: bool) -> Mechanism:
     m = Mechanism("gears", angle=ANGLE, speed=SPEED, gravity=g)
     centre = m.point("B", m.O, m.world, 3 * l)
     inner, outer = m.frame("inner", ANGLE), m.frame("outer", -2 * ANGLE)
-    one, two = m.body("inner", inner, m1, m.O, Ix), m.body("outer", outer, m2, m.point("C", centre, outer, s), Iy)
-    m.pin("O", one, m.ground, m.O)
-    m.pin("B", two, m.ground, centre)
+    first, second = m.body("inner", inner, m1, m.O, Ix), m.body("outer", outer, m2, m.point("C", centre, outer, s), Iy)
+    m.pin("O", first, m.ground, m.O)
+    m.pin("B", second, m.ground, centre)
     contact = SlidingContact(m.world, centre, l, alpha, mu, beyond=s / 9, turning=3 * SPEED)
-    m.mesh("P", one, two, contact if rubbing else GearContact(m.world, centre, l, alpha))
-    m.torque("load", two, m.ground, T)
-    m.motor("M_in", one, m.ground, m.O)
+    m.mesh("P", first, second, contact if rubbing else GearContact(m.world, centre, l, alpha))
+    m.torque("load", second, m.ground, T)
+    m.motor("M_in", first, m.ground, m.O)
     return m
 
 
@@ -81,15 +81,15 @@ def press() -> Mechanism:
     A, slot = m.point("A", m.O, crank, l), m.point("slot", m.O, guide, way, s)
     B = m.point("B", A, rod, 5 * l)
     m.close(B, slot, start={beta: S.Zero, way: 5 * l})
-    one, two = m.body("crank", crank, m1, m.point("C1", m.O, crank, s, s), Ix), m.body("rod", rod, m2, A, Iy)
+    first, second = m.body("crank", crank, m1, m.point("C1", m.O, crank, s, s), Ix), m.body("rod", rod, m2, A, Iy)
     three, base = m.body("slider", guide, m3, slot, Iz), m.body("base", guide)
     m.weld("base", base, m.ground, m.O)
-    m.pin("O", one, m.ground, m.O)
-    m.pin("A", two, one, A)
-    m.pin("B", three, two, slot)
+    m.pin("O", first, m.ground, m.O)
+    m.pin("A", second, first, A)
+    m.pin("B", three, second, slot)
     m.slide("G", three, base, slot, friction=mu, origin=m.O)
     m.spring("spring", three, m.ground, (slot, m.point("anchor", m.O, m.world, 9 * l, l)), k, s)
-    m.motor("M_in", one, m.ground, m.O)
+    m.motor("M_in", first, m.ground, m.O)
     return m
 
 
@@ -99,11 +99,11 @@ def cam() -> Mechanism:
     m = Mechanism("cam", angle=ANGLE, speed=SPEED, gravity=g)
     turned = m.frame("cam", ANGLE)
     roller = m.point("roller", m.O, m.world, s / 9, 2 * l + s * sp.sin(ANGLE) / 5)
-    one, two = m.body("cam", turned, m1, m.O, Ix), m.body("follower", m.world, m2, roller)
-    m.pin("O", one, m.ground, m.O)
-    m.slide("G", two, m.ground, roller, Y)
-    m.follower("F_E", two, one, roller, m.O, mu, across=-unit(m.world, Z))
-    m.motor("M_in", one, m.ground, m.O)
+    first, second = m.body("cam", turned, m1, m.O, Ix), m.body("follower", m.world, m2, roller)
+    m.pin("O", first, m.ground, m.O)
+    m.slide("G", second, m.ground, roller, Y)
+    m.follower("F_E", second, first, roller, m.O, mu, across=-unit(m.world, Z))
+    m.motor("M_in", first, m.ground, m.O)
     return m
 
 
@@ -121,11 +121,11 @@ ROLLING = {"roll_Px", "roll_Py"}
 
 def state(m: Mechanism, spoilt: Action | None = None) -> dict[str, mpf]:
     """Every step at a random state: motion, forces from the balances, what laws leave, a ``spoilt`` action reversed."""
-    rng, given = random.Random(4), (m1, m2, m3, Ix, Iy, Iz, P, l, s, g, h, alpha, mu, T, k, ANGLE, SPEED)
+    rng, symbols = random.Random(4), (m1, m2, m3, Ix, Iy, Iz, P, l, s, g, h, alpha, mu, T, k, ANGLE, SPEED)
     actions = m.assembly.actions
     with mpmath.workdps(DIGITS):
         steps = [*motion_steps(m), *solve_forces(m)]
-        values = {q: mpf(rng.uniform(0.2, 0.9)) for q in given}
+        values = {q: mpf(rng.uniform(0.2, 0.9)) for q in symbols}
         values |= _closed(values) if m.loops.coordinates else {}
         m.assembly.actions = [replace(a, force=-a.force, moment=-a.moment) if a is spoilt else a for a in actions]
         try:
@@ -140,15 +140,15 @@ def _closed(values: dict[Quantity, mpf]) -> dict[Quantity, mpf]:
     beta, way = press().loops.given
     aside = values[l] * mpmath.sin(values[ANGLE] - mpf("0.5"))
     slope = mpmath.asin((values[s] - aside) / (5 * values[l]))
-    along = values[l] * mpmath.cos(values[ANGLE] - mpf("0.5")) + 5 * values[l] * mpmath.cos(slope)
-    return {beta: slope + mpf("0.5") + mpf(10) ** -9, way: along}
+    projection = values[l] * mpmath.cos(values[ANGLE] - mpf("0.5")) + 5 * values[l] * mpmath.cos(slope)
+    return {beta: slope + mpf("0.5") + mpf(10) ** -9, way: projection}
 
 
 def test_loops_are_closed_where_they_were_nearly() -> None:
     """To the square of the square of the error, and the slider is where trigonometry says."""
-    found = state(press())
-    assert abs(found["way"] - found["way_given"]) < mpf(10) ** (5 - DIGITS)
-    assert abs(found["beta"] - found["beta_given"] + mpf(10) ** -9) < mpf(10) ** (5 - DIGITS)
+    values = state(press())
+    assert abs(values["way"] - values["way_given"]) < mpf(10) ** (5 - DIGITS)
+    assert abs(values["beta"] - values["beta_given"] + mpf(10) ** -9) < mpf(10) ** (5 - DIGITS)
 
 
 def broken(m: Mechanism, spoilt: Action | None = None) -> set[str]:
@@ -159,26 +159,26 @@ def broken(m: Mechanism, spoilt: Action | None = None) -> set[str]:
 
 
 @pytest.mark.parametrize("name", MECHANISMS)
-def test_laws_hold_of_the_forces_that_balances_give(name: str) -> None:
+def test_solved_forces_satisfy_the_laws(name: str) -> None:
     assert not broken(MECHANISMS[name]())
 
 
 @pytest.mark.parametrize("name", MECHANISMS)
-def test_a_force_of_the_ground_reversed_breaks_the_law_of_momentum(name: str) -> None:
+def test_reversed_ground_force_violates_momentum(name: str) -> None:
     m = MECHANISMS[name]()
     outer = [a for a in m.assembly.actions if m.ground in (a.on, a.by) and any(a.force.components)]
     assert outer
     assert all({"force_x", "force_y"} & broken(m, spoilt) for spoilt in outer)
 
 
-def test_contacts_take_what_they_lose_and_nothing_without_friction() -> None:
+def test_contacts_dissipate_only_by_friction() -> None:
     for m, name, rubbing in ((gears(False), "F_P", False), (gears(True), "F_P", True), (cam(), "F_E", True)):
         action = next(a for a in m.assembly.actions if a.name == name)
         worked = sum((f.dot(v) for f, v in action_load(m.motion, action, m.ground, m.anchor)), S.Zero)
         with mpmath.workdps(DIGITS):
-            found = state(m)
-            point = Point({q: found[str(q)] for q in worked.free_symbols})
-            lost = found.get(f"{name}_loss", mpf(0))
+            values = state(m)
+            point = Point({q: values[str(q)] for q in worked.free_symbols})
+            lost = values.get(f"{name}_loss", mpf(0))
             assert abs(point(worked) + lost) < mpf(10) ** (5 - DIGITS)
         assert (lost > 0) == rubbing
 
@@ -208,7 +208,7 @@ def test_friction_of_teeth_is_against_their_sliding_or_outwards(
         assert float(contact.loss(bearing)) == 0
 
 
-def test_a_contour_is_a_radius_away_on_the_normal_and_turns_with_its_curvature() -> None:
+def test_contour_is_offset_by_the_roller_radius() -> None:
     """Against differences of the numbers themselves, of a roller's centre on an ellipse that is passed unevenly."""
     t, radius, step = sp.Symbol("t", real=True), mpf("0.3"), mpf(10) ** -12
     place = (2 * sp.cos(t + t**2 / 9), sp.sin(t + t**2 / 9))
@@ -236,7 +236,7 @@ def test_a_contour_is_a_radius_away_on_the_normal_and_turns_with_its_curvature()
         assert contact[0] * way[1] - contact[1] * way[0] < 0
         assert abs(mpmath.atan2(way[1], way[0]) - now["heading"]) < mpf(10) ** -12
         assert abs(rate("heading") / speed - now["kappa"]) < mpf(10) ** -10
-        along = rate("contact_x") * way[0] + rate("contact_y") * way[1]
-        assert abs(along / speed**2 - now["room"]) < mpf(10) ** -10
+        tangential = rate("contact_x") * way[0] + rate("contact_y") * way[1]
+        assert abs(tangential / speed**2 - now["room"]) < mpf(10) ** -10
         leaves = (contact[0] + 2 * contact[1]) / (radius * mpmath.sqrt(5))
         assert abs(mpmath.cos(now["pressure"]) - abs(leaves)) < mpf(10) ** -12

@@ -59,7 +59,7 @@ def test_vectors_of_different_frames_do_not_mix() -> None:
 
 
 @pytest.mark.parametrize("axis", [X, Y, Z])
-def test_rotation_is_orthogonal_and_keeps_its_axis(axis: tuple[int, int, int]) -> None:
+def test_rotation_is_orthogonal_with_fixed_axis(axis: tuple[int, int, int]) -> None:
     matrix = rotation(axis, angle)
     assert sp.simplify(matrix * matrix.T) == sp.eye(3)
     assert matrix * sp.Matrix(axis) == sp.Matrix(axis)
@@ -69,7 +69,7 @@ def test_rotation_about_y_carries_x_to_minus_z() -> None:
     assert rotation(Y, sp.pi / 2) * sp.Matrix([1, 0, 0]) == sp.Matrix([0, 0, -1])
 
 
-def test_resolving_there_and_back_changes_nothing() -> None:
+def test_resolving_back_restores_the_vector() -> None:
     first = Frame("first", WORLD, Z, angle)
     second = Frame("second", first, Y, turn)
     vector = Vec(second, (Ix, Iy, Iz))
@@ -78,21 +78,21 @@ def test_resolving_there_and_back_changes_nothing() -> None:
 
 
 @pytest.mark.parametrize("turned", [S.Zero, S.One, S.NegativeOne, angle])
-def test_turns_about_one_axis_add_up(turned: sp.Expr) -> None:
+def test_rotations_about_a_common_axis_add_up(turned: sp.Expr) -> None:
     first = Frame("first", WORLD, Z, turned)
     assert unit(first, X).resolved(WORLD).components == (cos(turned), sin(turned), 0)
     frame = Frame("second", first, Z, angle)
     assert unit(frame, X).resolved(WORLD).components == (cos(angle + turned), sin(angle + turned), 0)
 
 
-def test_a_component_is_multiplied_out_where_that_is_shorter() -> None:
+def test_component_is_expanded_only_if_shorter() -> None:
     cancels, powers = (length + 1) ** 2 - length**2 - 1, (length + mass) ** 4
     long = sp.Add(*(sin(i * length) ** 2 * (length + i) for i in range(1, 20))) + cancels
-    found = shorter(Vec(WORLD, (cancels, powers, long)))
-    assert found.components == (2 * length, powers, long)
+    vector = shorter(Vec(WORLD, (cancels, powers, long)))
+    assert vector.components == (2 * length, powers, long)
 
 
-def test_acceleration_by_transport_equals_differentiated_coordinates() -> None:
+def test_transport_acceleration_equals_second_derivative() -> None:
     """A point in a frame that swings on a turning frame: both ways of differentiating must agree."""
     motion = moving()
     inner = Frame("inner", Frame("outer", WORLD, Z, turn), Y, angle)
@@ -131,7 +131,7 @@ def test_gyroscopic_terms_are_eulers() -> None:
     assert [sp.simplify(a + b) for a, b in zip(gyroscopic_residuals((Ix, Iy, Iz)), euler, strict=True)] == [0, 0, 0]
 
 
-def test_a_ball_has_no_gyroscopic_moment_about_its_hinge() -> None:
+def test_ball_has_no_gyroscopic_moment() -> None:
     assert sp.simplify(gyroscopic_residuals((Ix, Ix, Ix))[1] + Ix * acceleration) == 0
     assert sp.simplify(gyroscopic_residuals((Ix, Iy, Iz))[1] + Iy * acceleration) != 0
 
@@ -166,13 +166,13 @@ POINT = {s: sp.Rational(2 * i + 3, 7 * i + 11) for i, s in enumerate(sorted(
 
 def values(device: Mechanism) -> dict[str, float]:
     """Numbers for every solved unknown at one arbitrary point, kinematics included."""
-    known = dict(POINT)
+    substitutions = dict(POINT)
     for step in device.named:
-        known[step.symbol] = step.expr.xreplace(known).evalf(30)
+        substitutions[step.symbol] = step.expr.xreplace(substitutions).evalf(30)
     for name, expr in solved(device).items():
         symbol = next(u for u in device.unknowns if u.name == name)
-        known[symbol] = expr.xreplace(known).evalf(30)
-    return {str(s): float(v) for s, v in known.items()}
+        substitutions[symbol] = expr.xreplace(substitutions).evalf(30)
+    return {str(s): float(v) for s, v in substitutions.items()}
 
 
 def changed(device: Mechanism) -> set[str]:
@@ -181,18 +181,31 @@ def changed(device: Mechanism) -> set[str]:
     return {name for name in shared if abs(before[name] - after[name]) > 1e-12 * max(1, abs(before[name]))}
 
 
-def test_moving_the_hinge_changes_every_force_that_depends_on_it() -> None:
+def test_moved_hinge_changes_every_dependent_force() -> None:
     shift = Vec(derivation.PLANET, (S.Zero, q.L_tip, S.Zero))
     moved = Point("A", derivation.A, shift)
-    found = changed(derivation.build_device(hinge=moved))
-    assert {"F_Ax", "F_Ay", "F_Aox", "F_Aoy", "F_E", "M_Q", "F_NQ", "F_B1x", "F_B1y", "M_P", "F_A1x", "F_A1y"} <= found
-    assert not found & {"phi72_ddot", "ax_A1", "ax_B1", "theta1", "S", "xi1"}
+    differing = changed(derivation.build_device(hinge=moved))
+    assert {
+        "F_Ax",
+        "F_Ay",
+        "F_Aox",
+        "F_Aoy",
+        "F_E",
+        "M_Q",
+        "F_NQ",
+        "F_B1x",
+        "F_B1y",
+        "M_P",
+        "F_A1x",
+        "F_A1y",
+    } <= differing
+    assert not differing & {"phi72_ddot", "ax_A1", "ax_B1", "theta1", "S", "xi1"}
 
 
-def test_turning_the_hinge_axis_changes_every_force_that_depends_on_it() -> None:
-    found = changed(derivation.build_device(hinge_axis=X))
-    assert {"F_Ax", "F_Ay", "F_E", "M_Q", "F_B1x", "M_P", "F_A1x"} <= found
-    assert not found & {"phi72_ddot", "ax_A", "ay_A", "r5"}
+def test_rotated_hinge_axis_changes_dependent_forces() -> None:
+    differing = changed(derivation.build_device(hinge_axis=X))
+    assert {"F_Ax", "F_Ay", "F_E", "M_Q", "F_B1x", "M_P", "F_A1x"} <= differing
+    assert not differing & {"phi72_ddot", "ax_A", "ay_A", "r5"}
 
 
 def test_a_third_cam_driven_part_takes_under_ten_lines() -> None:
@@ -213,7 +226,7 @@ def test_a_third_cam_driven_part_takes_under_ten_lines() -> None:
     assert with_flap["F_E"] == without["F_E"]
 
 
-def test_a_follower_that_does_not_slide_is_refused() -> None:
+def test_follower_without_sliding_is_refused() -> None:
     device = derivation.build_device()
     bodies = {body.name: body for body in device.bodies}
     across = unit(derivation.PLANET, Y)

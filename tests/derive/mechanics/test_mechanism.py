@@ -35,22 +35,22 @@ def four_bar(pins: str = "OABC") -> Mechanism:
     A, D = m.point("A", m.O, crank, q.a), m.point("D", m.O, m.world, q.d)
     B, end = m.point("B", A, coupler, q.b), m.point("end", D, rocker, q.c)
     m.close(B, end, start={beta: sp.Rational(4, 5), gamma: sp.Rational(8, 5)})
-    one = m.body("crank", crank)
-    two = m.body("coupler", coupler, mass=q.m_b, centroid=m.point("G", A, coupler, q.u, q.v), inertia=q.J_b)
+    crank_body = m.body("crank", crank)
+    coupler_body = m.body("coupler", coupler, mass=q.m_b, centroid=m.point("G", A, coupler, q.u, q.v), inertia=q.J_b)
     three = m.body("rocker", rocker, mass=q.m_c, centroid=m.point("H", D, rocker, q.c / 2), inertia=q.J_c)
     for name, on, by, at in (
-        ("O", one, m.ground, m.O),
-        ("A", two, one, A),
-        ("B", three, two, end),
+        ("O", crank_body, m.ground, m.O),
+        ("A", coupler_body, crank_body, A),
+        ("B", three, coupler_body, end),
         ("C", three, m.ground, D),
     ):
         if name in pins:
             m.pin(name, on, by, at)
-    m.motor("M_in", one, m.ground, m.O)
+    m.motor("M_in", crank_body, m.ground, m.O)
     return m
 
 
-def test_the_forces_of_a_four_bar_are_found_together() -> None:
+def test_four_bar_forces_are_solved_together() -> None:
     lane = four_bar().system().lane
     assert lane is not None
     blocks = [step for step in lane.steps if isinstance(step, LinearSolve)]
@@ -68,7 +68,7 @@ def test_too_few_bars_say_their_degrees_of_freedom() -> None:
         m.system()
 
 
-def test_a_loop_that_holds_no_coordinate_is_refused() -> None:
+def test_loop_without_coordinate_is_refused() -> None:
     m = four_bar()
     m.coordinate("s", "m", "a slider that nothing holds")
     m.constrain("wrong", m.given.a - m.given.b, start={})
@@ -77,12 +77,12 @@ def test_a_loop_that_holds_no_coordinate_is_refused() -> None:
 
 
 @pytest.mark.parametrize(("pins", "named"), [("OAB", "M_in"), ("ABC", "M_in")])
-def test_a_body_that_is_not_held_names_unknowns_and_balances(pins: str, named: str) -> None:
+def test_free_body_error_names_unknowns_and_balances(pins: str, named: str) -> None:
     with pytest.raises((ChainError, MechanismError)):
         four_bar(pins).system()
 
 
-def test_a_joint_too_many_names_what_is_not_determined() -> None:
+def test_redundant_joint_error_names_undetermined_forces() -> None:
     m = four_bar()
     bodies = {body.name: body for body in m.bodies}
     m.weld("D", bodies["rocker"], m.ground, m.point("D2", m.O, m.world, m.given.d))
@@ -121,19 +121,19 @@ def test_frame_turned_by_a_length_is_refused() -> None:
         m.frame("arm", q.a)
 
 
-def test_a_misspelt_report_gets_its_suggestion() -> None:
+def test_misspelt_report_gets_a_suggestion() -> None:
     with pytest.raises(MechanismError, match="nothing is called F_Bxx; did you mean F_Bx"):
         four_bar().system(reported=["F_Bxx"])
 
 
-def test_what_is_not_asked_for_is_not_computed() -> None:
+def test_unreported_results_are_not_computed() -> None:
     lane = four_bar().system(reported=["beta"]).lane
     assert lane is not None
     assert [str(q) for q in lane.outputs] == ["beta", "pivot_beta_dot"] or [str(q) for q in lane.outputs] == ["beta"]
 
 
 @pytest.mark.parametrize(
-    ("line", "said"),
+    ("line", "message"),
     [
         ("r | mm", "name | unit | meaning"),
         ("r | furlong | crank | 3", "furlong is no unit"),
@@ -144,13 +144,13 @@ def test_what_is_not_asked_for_is_not_computed() -> None:
         ("r | mm | crank | 3\n r | mm | crank | 4", "r stands twice"),
     ],
 )
-def test_a_line_of_a_table_that_cannot_be_meant_is_named(line: str, said: str) -> None:
+def test_invalid_table_line_is_named(line: str, message: str) -> None:
     with pytest.raises(TableError, match="line") as error:
         quantities(line)
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
-def test_a_table_gives_quantities_by_attribute_and_key_with_values_as_written() -> None:
+def test_table_quantities_by_attribute_and_key() -> None:
     q = quantities("r | mm | crank | 50.0 | 30 80  # measured\n\n phi | rad | angle")
     assert q.r is q["r"]
     assert (q.r.unit, q.r.shown, str(q.data["r"].value)) == ("m", "values.r_mm", "50.0")
@@ -168,7 +168,7 @@ JOINTS = {
 
 
 @pytest.mark.parametrize("joint", JOINTS)
-def test_a_joint_carries_what_it_leaves_no_freedom_for(joint: str) -> None:
+def test_joint_reactions_match_removed_freedoms(joint: str) -> None:
     freedoms, axes = JOINTS[joint]
     m = Mechanism("test", spatial=True)
     getattr(m, joint)("J", m.body("one", m.frame("turned", sp.S.Half, Z)), m.ground, m.O, *axes)
@@ -183,7 +183,7 @@ def test_a_joint_of_space_is_refused_in_the_plane(joint: str) -> None:
         getattr(m, joint)("J", m.body("one", m.world), m.ground, m.O, *JOINTS[joint][1])
 
 
-def test_a_contact_pushes_along_its_normal_and_must_not_pull() -> None:
+def test_contact_pushes_and_never_pulls() -> None:
     m = Mechanism("test", spatial=True)
     body = m.body("one", m.world, about=m.O)
     force = m.contact("C", body, m.ground, m.O, m.vector(m.world, 0, 1))
@@ -191,20 +191,24 @@ def test_a_contact_pushes_along_its_normal_and_must_not_pull() -> None:
     assert [e.residual for e in m.equations()] == [force]
 
 
-def test_what_balances_claim_to_be_can_be_told() -> None:
+def test_balances_state_their_claims() -> None:
     m = four_bar()
-    two = next(body for body in m.bodies if body.name == "coupler")
-    told = [m.balance(two, "force", "x"), m.balance(two, "force", "y"), m.balance(two, "moment")]
-    assert [e.claims for e in m.equations() if e.number.startswith("coupler")] == told
+    coupler_body = next(body for body in m.bodies if body.name == "coupler")
+    balances = [
+        m.balance(coupler_body, "force", "x"),
+        m.balance(coupler_body, "force", "y"),
+        m.balance(coupler_body, "moment"),
+    ]
+    assert [e.claims for e in m.equations() if e.number.startswith("coupler")] == balances
 
 
-@pytest.mark.parametrize(("reported", "asked"), [("kinetic", False), ("F_Ox", True)])
-def test_balances_are_asked_for_where_actions_are_reported(reported: str, asked: bool) -> None:
+@pytest.mark.parametrize(("reported", "has_balances"), [("kinetic", False), ("F_Ox", True)])
+def test_balances_are_asked_for_where_actions_are_reported(reported: str, has_balances: bool) -> None:
     q = quantities("m | kg | bob | 1\nl | m | rod | 1\ng | m/s2 | free fall | 9.81")
     m = Mechanism("pendulum", q, gravity=q.g)
     rod = m.frame("rod", m.coordinate("a", "rad", "angle"))
     m.pin("O", m.body("bob", rod, q.m, m.point("A", m.O, rod, q.l)), m.ground, m.O)
-    assert ("balances" in {form.name for form in m.system([reported]).closed_forms}) == asked
+    assert ("balances" in {form.name for form in m.system([reported]).closed_forms}) == has_balances
 
 
 def test_unknown_units_are_refused_by_name() -> None:

@@ -28,13 +28,13 @@ def press() -> tuple[Mechanism, dict[str, object]]:
     A = m.point("A", m.O, crank, q.r)
     B, slot = m.point("B", A, rod, q.l), m.point("slot", m.O, m.world, s)
     m.close(B, slot, start={beta: 0, s: q.l + q.r})
-    one, two = m.body("crank", crank), m.body("rod", rod, q.m_1, m.point("C", A, rod, q.l / 2), q.J)
+    crank_body, rod_body = m.body("crank", crank), m.body("rod", rod, q.m_1, m.point("C", A, rod, q.l / 2), q.J)
     three = m.body("slider", m.world, q.M, slot)
-    m.pin("O", one, m.ground, m.O)
-    m.pin("A", two, one, A)
-    m.pin("B", three, two, slot)
+    m.pin("O", crank_body, m.ground, m.O)
+    m.pin("A", rod_body, crank_body, A)
+    m.pin("B", three, rod_body, slot)
     m.slide("G", three, m.ground, slot)
-    m.motor("M_in", one, m.ground, m.O)
+    m.motor("M_in", crank_body, m.ground, m.O)
     m.system()
     names = {s.name: s for s in (*m.loops.all, *m.assembly.unknowns, *(step.symbol for step in m.named))}
     return m, names
@@ -64,16 +64,16 @@ def laws(**changed: str) -> dict[str, dict[str, object]]:
 
 
 def test_a_right_print_keeps_every_law() -> None:
-    found = laws()
-    assert {law["violation"] for law in found.values()} == {0.0}
-    names = " ".join(found)
+    laws_by_name = laws()
+    assert {law["violation"] for law in laws_by_name.values()} == {0.0}
+    names = " ".join(laws_by_name)
     for part in ("power", "rate of momentum", "angular momentum", "virtual work where beta", "forces on slider",
                  "next to no speed", "square of the speed"):  # fmt: skip
         assert part in names
 
 
 @pytest.mark.parametrize(
-    ("number", "wrong", "broken", "kept"),
+    ("number", "wrong", "broken", "satisfied"),
     [
         ("n7", "F_Bx - 2 * q.M * s_ddot", "power", "square of the speed"),
         pytest.param("n8", "F_By + N_G - 2 * q.M * q.g", "next to no speed", "square of the speed",
@@ -85,16 +85,16 @@ def test_a_right_print_keeps_every_law() -> None:
             "moments on rod", "forces on slider", marks=pytest.mark.long),
     ],
 )  # fmt: skip
-def test_an_error_breaks_laws_and_is_blamed(number: str, wrong: str, broken: str, kept: str) -> None:
-    found = laws(**{number: wrong})
-    assert [law["caused_by"] for name, law in found.items() if broken in name and law["violation"]]
-    assert not [name for name, law in found.items() if kept in name and law["violation"]]
-    assert {number for law in found.values() for number in law["caused_by"]} == {number.removeprefix("n")}  # type: ignore[attr-defined]
+def test_an_error_breaks_laws_and_is_blamed(number: str, wrong: str, broken: str, satisfied: str) -> None:
+    laws_by_name = laws(**{number: wrong})
+    assert [law["caused_by"] for name, law in laws_by_name.items() if broken in name and law["violation"]]
+    assert not [name for name, law in laws_by_name.items() if satisfied in name and law["violation"]]
+    assert {number for law in laws_by_name.values() for number in law["caused_by"]} == {number.removeprefix("n")}  # type: ignore[attr-defined]
 
 
-def test_two_errors_are_told_apart() -> None:
-    found = laws(n7="F_Bx - 2 * q.M * s_ddot", n5="F_Ay - F_By - q.m_1 * (a_rod_y - q.g)")
-    whole = next(law for name, law in found.items() if name.startswith("power"))
-    assert whole["caused_by"] == ["5", "7"]
-    shares = {share["equation"]: share["shapley"] for share in whole["shares"]}  # type: ignore[attr-defined]
-    assert sum(shares.values()) == pytest.approx(whole["violation"], rel=1e-3)
+def test_two_errors_are_distinguished() -> None:
+    laws_by_name = laws(n7="F_Bx - 2 * q.M * s_ddot", n5="F_Ay - F_By - q.m_1 * (a_rod_y - q.g)")
+    power_law = next(law for name, law in laws_by_name.items() if name.startswith("power"))
+    assert power_law["caused_by"] == ["5", "7"]
+    shares = {share["equation"]: share["shapley"] for share in power_law["shares"]}  # type: ignore[attr-defined]
+    assert sum(shares.values()) == pytest.approx(power_law["violation"], rel=1e-3)

@@ -92,37 +92,37 @@ PLANTED = {
 """Errors: the equation, what stands there, what is put there, the verdict."""
 
 
-def tried(folder: Path, name: str, text: str) -> dict[str, Any]:
+def judge_paper(folder: Path, name: str, text: str) -> dict[str, Any]:
     """The verdicts on a paper about an example."""
     shutil.copy(own.EXAMPLES / f"{name}.py", folder)
     (folder / "paper.py").write_text(HEAD.format(name=name) + text, encoding="utf-8")
     assert derive([str(folder / "paper.py")]) == 0
-    found: dict[str, Any] = json.loads((folder / "generated" / "audit.json").read_text(encoding="utf-8"))
-    return found
+    content: dict[str, Any] = json.loads((folder / "generated" / "audit.json").read_text(encoding="utf-8"))
+    return content
 
 
 @pytest.mark.parametrize("name", ["cam_follower", *(pytest.param(n, marks=pytest.mark.long) for n in (
     "transplanting_arm", "manipulator"))])  # fmt: skip
 def test_a_paper_without_errors_stands_and_keeps_the_laws(name: str, tmp_path: Path) -> None:
-    found = tried(tmp_path, name, PAPERS[name])
-    assert {e["equation"]: e["verdict"] for e in found["equations"] if e["verdict"] != "confirmed"} == {}
-    assert found["laws"]
-    assert {(law["violation"], *law["caused_by"]) for law in found["laws"]} == {(0.0,)}
-    assert found["papers"]["written2026"] == {"title": "Written here", "model": name}
+    judged = judge_paper(tmp_path, name, PAPERS[name])
+    assert {e["equation"]: e["verdict"] for e in judged["equations"] if e["verdict"] != "confirmed"} == {}
+    assert judged["laws"]
+    assert {(law["violation"], *law["caused_by"]) for law in judged["laws"]} == {(0.0,)}
+    assert judged["papers"]["written2026"] == {"title": "Written here", "model": name}
     assert (tmp_path / "generated" / f"{name}.toml").is_file()
 
 
 @pytest.mark.parametrize(
     "name", ["cam_follower", "manipulator", pytest.param("transplanting_arm", marks=pytest.mark.long)]
 )
-def test_planted_errors_are_found_and_no_other(name: str, tmp_path: Path) -> None:
+def test_only_planted_errors_are_reported(name: str, tmp_path: Path) -> None:
     text = PAPERS[name]
     for _, right, wrong, _ in PLANTED[name]:
         assert text.count(right) == 1
         text = text.replace(right, wrong)
-    found = tried(tmp_path, name, text)
-    wanted = {number: verdict for number, _, _, verdict in PLANTED[name]}
-    assert {e["equation"]: e["verdict"] for e in found["equations"] if e["verdict"] != "confirmed"} == wanted
-    blamed = {number for law in found["laws"] for number in law["caused_by"]}
-    assert blamed <= wanted.keys()
-    assert all(law["owed"] for law in found["laws"] if law["violation"])
+    judged = judge_paper(tmp_path, name, text)
+    expected = {number: verdict for number, _, _, verdict in PLANTED[name]}
+    assert {e["equation"]: e["verdict"] for e in judged["equations"] if e["verdict"] != "confirmed"} == expected
+    blamed = {number for law in judged["laws"] for number in law["caused_by"]}
+    assert blamed <= expected.keys()
+    assert all(law["owed"] for law in judged["laws"] if law["violation"])

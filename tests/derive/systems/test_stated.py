@@ -31,12 +31,12 @@ def verdicts(folder: Path, text: str, name: str) -> dict[str, dict[str, object]]
     return {e["equation"]: e for e in json.loads((folder / name / "audit.json").read_text())["equations"]}
 
 
-def test_planted_errors_are_found_with_their_corrections(folder: Path) -> None:
-    found = verdicts(folder, (folder / "slider_crank_paper.py").read_text(), "wrong")
-    assert {number: entry["verdict"] for number, entry in found.items()} == dict.fromkeys("136", "confirmed") | WRONG
-    assert "sign of l*sin(beta)" in str(found["2"]["correction"])
-    assert "sign of l_0" in str(found["4"]["correction"])
-    assert "c*g*m_r*cos(beta)" in str(found["5"]["terms"])
+def test_planted_errors_get_their_corrections(folder: Path) -> None:
+    judged = verdicts(folder, (folder / "slider_crank_paper.py").read_text(), "wrong")
+    assert {number: entry["verdict"] for number, entry in judged.items()} == dict.fromkeys("136", "confirmed") | WRONG
+    assert "sign of l*sin(beta)" in str(judged["2"]["correction"])
+    assert "sign of l_0" in str(judged["4"]["correction"])
+    assert "c*g*m_r*cos(beta)" in str(judged["5"]["terms"])
 
 
 def test_the_same_without_errors_stands(folder: Path) -> None:
@@ -48,11 +48,11 @@ def test_the_same_without_errors_stands(folder: Path) -> None:
     ):
         assert wrong in text
         text = text.replace(wrong, right)
-    found = verdicts(folder, text, "right")
-    assert {str(entry["verdict"]) for entry in found.values()} == {"confirmed"}
+    judged = verdicts(folder, text, "right")
+    assert {str(entry["verdict"]) for entry in judged.values()} == {"confirmed"}
 
 
-def test_values_to_decide_at_close_the_loops_and_keep_the_balances(folder: Path) -> None:
+def test_decision_points_satisfy_loops_and_balances(folder: Path) -> None:
     q = quantities("""
         phi | rad | crank | 0
         w   | rad/s | speed | 12
@@ -65,13 +65,13 @@ def test_values_to_decide_at_close_the_loops_and_keep_the_balances(folder: Path)
     A = m.point("A", m.O, m.frame("crank", q.phi), q.r)
     B, slot = m.point("B", A, m.frame("rod", beta), q.l), m.point("slot", m.O, m.world, s)
     m.close(B, slot, start={beta: 0, s: q.l + q.r})
-    one, two = m.body("crank", m.frame("crank", q.phi)), m.body("rod", m.frame("rod", beta))
+    crank_body, rod_body = m.body("crank", m.frame("crank", q.phi)), m.body("rod", m.frame("rod", beta))
     three = m.body("slider", m.world, q.M, slot)
-    m.pin("O", one, m.ground, m.O)
-    m.pin("A", two, one, A)
-    m.pin("B", three, two, slot)
+    m.pin("O", crank_body, m.ground, m.O)
+    m.pin("A", rod_body, crank_body, A)
+    m.pin("B", three, rod_body, slot)
     m.slide("G", three, m.ground, slot)
-    m.motor("M_in", one, m.ground, m.O)
+    m.motor("M_in", crank_body, m.ground, m.O)
     subject = build_subject(m)
     with mpmath.workdps(55):
         for values in (*subject.reference(5), subject.admissible(random.Random(3))):

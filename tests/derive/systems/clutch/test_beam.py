@@ -21,7 +21,7 @@ COEFFICIENTS = LateDict(lambda: {name: beam.shape_integrals(shape) for name, sha
 
 
 @pytest.mark.parametrize("name", SHAPES)
-def test_shapes_start_at_the_bearing_and_have_height_one_at_the_contact(name: str) -> None:
+def test_shapes_are_zero_at_bearing_and_unity_at_contact(name: str) -> None:
     shape = SHAPES[name]
     assert abs(sp.N(shape.subs(beam.Z, 0), 30)) < 1e-25
     assert abs(sp.N(shape.subs(beam.Z, 1) - 1, 30)) < 1e-25
@@ -32,9 +32,9 @@ def test_shapes_start_at_the_bearing_and_have_height_one_at_the_contact(name: st
 @pytest.mark.parametrize("name", SHAPES)
 def test_coefficients_are_the_integrals_of_the_shape(name: str) -> None:
     exact = [float(c) for c in COEFFICIENTS[name]]
-    for expr, found in zip((SHAPES[name], SHAPES[name].diff(beam.Z, 2)), exact, strict=True):
+    for expr, coefficient in zip((SHAPES[name], SHAPES[name].diff(beam.Z, 2)), exact, strict=True):
         curve = sp.lambdify(beam.Z, expr**2, "numpy")
-        assert found == pytest.approx(quad(curve, 0, 1, epsabs=1e-13)[0], rel=1e-11)
+        assert coefficient == pytest.approx(quad(curve, 0, 1, epsabs=1e-13)[0], rel=1e-11)
 
 
 def test_textbook_coefficients() -> None:
@@ -61,19 +61,19 @@ def _finite_elements(count: int = 20) -> float:
                   [-12, -6 * h, 12, -6 * h], [6 * h, 2 * h**2, -6 * h, 4 * h**2]]) / h**3  # fmt: skip
     m = np.array([[156, 22 * h, 54, -13 * h], [22 * h, 4 * h**2, 13 * h, -3 * h**2],
                   [54, 13 * h, 156, -22 * h], [-13 * h, -3 * h**2, -22 * h, 4 * h**2]]) * h / 420  # fmt: skip
-    whole = np.zeros((2, 2 * count + 2, 2 * count + 2))
+    assembled = np.zeros((2, 2 * count + 2, 2 * count + 2))
     for i in range(count):
         part = slice(2 * i, 2 * i + 4)
-        whole[0, part, part] += k
-        whole[1, part, part] += m
-    return float(eigh(whole[0, 2:, 2:], whole[1, 2:, 2:], eigvals_only=True)[0])
+        assembled[0, part, part] += k
+        assembled[1, part, part] += m
+    return float(eigh(assembled[0, 2:, 2:], assembled[1, 2:, 2:], eigvals_only=True)[0])
 
 
 def test_the_papers_shape_gives_the_modal_mass_of_the_clutch() -> None:
     mass, stiffness = clutch_motion.modal_coefficients()
-    found = COEFFICIENTS["quarter_sine"]
-    assert sp.simplify(mass - found[0] * q.rho * q.S * q.l) == 0
-    assert sp.simplify(stiffness - found[1] * q.E * q.I / q.l**3) == 0
+    coefficients = COEFFICIENTS["quarter_sine"]
+    assert sp.simplify(mass - coefficients[0] * q.rho * q.S * q.l) == 0
+    assert sp.simplify(stiffness - coefficients[1] * q.E * q.I / q.l**3) == 0
 
 
 VALUES = {q.M_1: 0.08, q.K_1: 2.8e7, q.m1: 0.35, q.F_M: 114.0, q.Delta_omega: 4.7, q.r1: 0.0105}
@@ -81,10 +81,10 @@ VALUES = {q.M_1: 0.08, q.K_1: 2.8e7, q.m1: 0.35, q.F_M: 114.0, q.Delta_omega: 4.
 
 def _extremes() -> dict[str, float]:
     stage = beam._add_extremes(Formulas("test"), (q.M_1, q.K_1, beam.STRUCK), *beam.frequency_steps())
-    known: dict[sp.Symbol, object] = dict(VALUES)
+    substitutions: dict[sp.Symbol, object] = dict(VALUES)
     for step in stage.steps:
-        known[step.symbol] = float(step.expr.subs(known))
-    return {str(symbol): float(str(value)) for symbol, value in known.items()}
+        substitutions[step.symbol] = float(step.expr.subs(substitutions))
+    return {str(symbol): float(str(value)) for symbol, value in substitutions.items()}
 
 
 def test_extremes_are_those_of_the_integrated_motion() -> None:
@@ -104,14 +104,14 @@ def test_extremes_are_those_of_the_integrated_motion() -> None:
     rising.direction = -1  # type: ignore[attr-defined]
     load.direction = -1  # type: ignore[attr-defined]
     ran = solve_ivp(motion, (0, 1e-3), [0, speed], events=[rising, load], rtol=1e-12, atol=1e-15, method="DOP853")
-    found = _extremes()
-    assert found["N_0"] == pytest.approx(load(0, np.array([0, speed])), rel=1e-12)
-    assert found["t_max"] == pytest.approx(ran.t_events[0][0], rel=1e-8)
-    assert found["N_max"] == pytest.approx(load(0, ran.y_events[0][0]), rel=1e-8)
-    assert found["t_loss"] == pytest.approx(ran.t_events[1][0], rel=1e-8)
+    extremes = _extremes()
+    assert extremes["N_0"] == pytest.approx(load(0, np.array([0, speed])), rel=1e-12)
+    assert extremes["t_max"] == pytest.approx(ran.t_events[0][0], rel=1e-8)
+    assert extremes["N_max"] == pytest.approx(load(0, ran.y_events[0][0]), rel=1e-8)
+    assert extremes["t_loss"] == pytest.approx(ran.t_events[1][0], rel=1e-8)
 
 
-def test_print_swings_the_whole_overhang_instead_of_body_and_modal_mass() -> None:
+def test_paper_uses_overhang_mass_not_modal_mass() -> None:
     (form,) = beam.build_printed_beam(shi2021.PAPER.equations).closed_forms
     rates = {str(step.symbol): step.expr for step in form.steps[:2]}
     assert sp.simplify(rates["B1"] ** 2 - sp.pi**4 / 32 * q.E * q.I / (q.m2 * q.l**3)) == 0
@@ -121,7 +121,7 @@ def test_print_swings_the_whole_overhang_instead_of_body_and_modal_mass() -> Non
 
 
 @pytest.mark.parametrize("number", ["B1", "B2"])
-def test_a_paper_without_what_the_engagement_starts_from_is_refused(number: str) -> None:
+def test_paper_without_initial_conditions_is_refused(number: str) -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != number}
     with pytest.raises(ClaimError, match=f"nothing here states ClutchClaim '{shi2021.PAPER.equations[number].claims}'"):
         beam.build_printed_beam(equations)

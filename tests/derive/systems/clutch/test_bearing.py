@@ -27,7 +27,7 @@ def test_a_hinged_beam_only_turns() -> None:
 
 
 @pytest.mark.parametrize("fixity", [sp.S.Zero, sp.Rational(1, 2), sp.S.One])
-def test_end_condition_is_that_of_the_bearing(fixity: sp.Rational) -> None:
+def test_end_condition_follows_the_bearing(fixity: sp.Rational) -> None:
     """The static shape of a bearing meets its own end condition and no other; the sine meets the hinge's alone."""
     static = beam.static_shape(fixity).subs(beam.Z, q.x / q.l)
     for other in (sp.S.Zero, sp.Rational(1, 2), sp.S.One):

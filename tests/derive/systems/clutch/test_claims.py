@@ -37,7 +37,7 @@ def broken(claims: dict[str, Equation], point: clutch.Values) -> set[str]:
 
 def differing(equations: dict[str, Equation]) -> list[str]:
     """Numbers of the printed equations that are not the derived ones at 50 digits or in their relation."""
-    found = []
+    differences = []
     for number_, printed in equations.items():
         ours = CLAIMS.get(str(printed.claims))
         if ours is None or printed.legibility == "lost":
@@ -45,8 +45,8 @@ def differing(equations: dict[str, Equation]) -> list[str]:
         gap = printed.residual - ours.residual
         same = all(abs(value(gap, p)) < mpmath.mpf(10) ** -50 * size(printed.residual, p) for p in POINTS)
         if not (same and printed.relation == ours.relation):
-            found.append(number_)
-    return found
+            differences.append(number_)
+    return differences
 
 
 def test_every_symbol_is_described() -> None:
@@ -62,7 +62,7 @@ def test_every_derived_equation_has_a_dimension() -> None:
         dimension(equation.residual)
 
 
-def test_printed_equations_that_mix_dimensions() -> None:
+def test_equations_with_mixed_dimensions_are_listed() -> None:
     mixed = []
     for number_, equation in PAPER.equations.items():
         try:
@@ -83,7 +83,7 @@ def test_the_derivation_knows_no_paper() -> None:
         assert "papers import" not in module.read_text(encoding="utf-8")
 
 
-def test_printed_equations_that_differ() -> None:
+def test_differing_printed_equations_are_listed() -> None:
     assert differing(PAPER.equations) == [
         "contact", "Y_C", "A1", "semi-major", "semi-minor", "fillet", "curvature", "4b", "5a", "5b", "5c", "6", "7a",
         "8b", "start", "9", "B1", "B2", "12", "13b", "slip", "no slip",

@@ -36,10 +36,10 @@ def test_vertex_path_against_constrained_poses() -> None:
     A1, A2 = number("coefficient of the sine in the path of C"), number("coefficient of the cosine in the path of C")
     for theta in CORNER[::20]:
         vertices = pose(theta)
-        known = {"R": 1.0, "a": side, "theta": theta}
-        assert number("path of C, x", A1=A1, A2=A2, **known) == pytest.approx(vertices[0].real, abs=1e-12)
-        assert number("path of C, y", **known) == pytest.approx(vertices[0].imag, abs=1e-12)
-        assert number("vertex A while A and B slide", **known) == pytest.approx(vertices[2].real, abs=1e-12)
+        values = {"R": 1.0, "a": side, "theta": theta}
+        assert number("path of C, x", A1=A1, A2=A2, **values) == pytest.approx(vertices[0].real, abs=1e-12)
+        assert number("path of C, y", **values) == pytest.approx(vertices[0].imag, abs=1e-12)
+        assert number("vertex A while A and B slide", **values) == pytest.approx(vertices[2].real, abs=1e-12)
 
 
 def test_ellipse_against_constrained_poses() -> None:
@@ -111,8 +111,8 @@ def test_overlap_against_support_function(degrees: float) -> None:
 
 def test_teeth_against_points() -> None:
     a1, r, b1 = 0.02 / np.sqrt(3), 0.0048, 0.0107
-    least = float(-CLAIMS["tooth tips go round the shaft"].residual.subs({q.b1: 0, q.a1: a1}))
-    tips = least * np.exp(1j * np.deg2rad(72) * np.arange(5))
+    smallest = float(-CLAIMS["tooth tips go round the shaft"].residual.subs({q.b1: 0, q.a1: a1}))
+    tips = smallest * np.exp(1j * np.deg2rad(72) * np.arange(5))
     assert max(abs(s - t) for s in tips for t in tips) == pytest.approx(0.02, rel=1e-12)
     roots = float(-CLAIMS["tooth roots clear the shaft's corners"].residual.subs({q.b2: 0, q.a1: a1, q.r: r}))
     outermost = brentq(lambda d: reach(complex(d / 0.02, 0), r / 0.02), 0.005, 0.012, xtol=1e-15)
@@ -134,7 +134,7 @@ def test_least_travel_against_the_taper() -> None:
 def test_sleeve_forces_against_projection() -> None:
     phi, force = 0.3, 20.0
     surface = np.array([np.cos(phi), np.sin(phi)]), np.array([np.sin(phi), -np.cos(phi)])
-    along, across = (float(np.array([force, 0]) @ s) for s in surface)
-    known = {q.F1: force, q.F2: 0, q.phi: phi, q.f: 0, q.F_N: 0}
-    assert float(CLAIMS["sleeve slides along the taper"].residual.subs(known)) == pytest.approx(along)
-    assert float(CLAIMS["sleeve on the taper, force across it"].residual.subs(known)) == pytest.approx(across)
+    axial_force, across = (float(np.array([force, 0]) @ s) for s in surface)
+    values = {q.F1: force, q.F2: 0, q.phi: phi, q.f: 0, q.F_N: 0}
+    assert float(CLAIMS["sleeve slides along the taper"].residual.subs(values)) == pytest.approx(axial_force)
+    assert float(CLAIMS["sleeve on the taper, force across it"].residual.subs(values)) == pytest.approx(across)

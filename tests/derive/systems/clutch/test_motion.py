@@ -23,7 +23,7 @@ def test_crank_gear_rolls_on_the_rack() -> None:
     assert number("rotation of the crank gear with the link", k=k, gamma=gamma, alpha=np.deg2rad(4)) == 0
 
 
-def test_a_full_turn_of_the_crank_gear_counts_its_teeth() -> None:
+def test_crank_gear_revolution_counts_the_teeth() -> None:
     claim = "rotation of the crank gear for a number of teeth"
     assert number(claim, n=14.0, m=0.002, r_A=0.014) == pytest.approx(2 * np.pi, rel=1e-14)
 
@@ -43,7 +43,7 @@ def test_crank_against_closed_triangles() -> None:
 SHAFT = {"E": 206e9, "I": 9.6e-9, "rho": 7850.0, "S": 3.46e-4, "l": 0.06}
 
 
-def test_mode_is_that_of_a_simply_supported_beam_twice_as_long() -> None:
+def test_mode_equals_simply_supported_double_length() -> None:
     """Its frequency is (pi/L)^2 sqrt(EI/(rho S)), exactly."""
     E, I, rho, S, l = SHAFT.values()  # noqa: E741
     mass = number("modal mass of the shaft", rho=rho, S=S, l=l)
@@ -63,9 +63,9 @@ def test_contact_against_integration() -> None:
         rtol=1e-11, atol=1e-16, method="DOP853",
     )  # fmt: skip
     load = F_M - m1 * (F_M - stiffness * solution.y[0]) / (mass + m1)
-    known = {"m1": m1, "m2": rho * S * l}
-    B1 = number("circular frequency in contact", E=E, I=I, l=l, **known)
-    B2 = number("acceleration by the driving force", F_M=F_M, **known)
+    values = {"m1": m1, "m2": rho * S * l}
+    B1 = number("circular frequency in contact", E=E, I=I, l=l, **values)
+    B2 = number("acceleration by the driving force", F_M=F_M, **values)
     start = {"B1": B1, "B2": B2, "Delta_omega": speed, "r1": r1}
     for i in range(0, 2001, 100):
         t = float(times[i])
@@ -73,7 +73,7 @@ def test_contact_against_integration() -> None:
             solution.y[0, i], abs=1e-14, rel=1e-7
         )
         assert number("contact load over time", t=t, F_M=F_M, m1=m1, **start) == pytest.approx(load[i], rel=1e-6)
-    largest = number("largest contact load", E=E, I=I, l=l, F_M=F_M, Delta_omega=speed, r1=r1, **known)
+    largest = number("largest contact load", E=E, I=I, l=l, F_M=F_M, Delta_omega=speed, r1=r1, **values)
     assert largest == pytest.approx(load.max(), rel=1e-5)
     assert largest > load.max() * (1 - 1e-9)
 
@@ -91,13 +91,13 @@ def test_section_of_a_hexagon() -> None:
 def test_slip_against_vectors() -> None:
     """Reactions, load and friction as vectors; the tooth moves along the surface only."""
     theta0, F_y, N, f0, m1 = 0.6, 4.0, 60.0, 5.0, 0.35
-    along = np.array([np.cos(theta0), -np.sin(theta0)])
+    direction = np.array([np.cos(theta0), -np.sin(theta0)])
     across = np.array([np.sin(theta0), np.cos(theta0)])
     a0 = number("acceleration of the slip", theta0=theta0, F_y=F_y, N=N, f0=f0, m1=m1)
     F_x = (N - F_y * across[1]) / across[0]
-    force = np.array([F_x, F_y]) - N * across - f0 * along
-    assert force == pytest.approx(m1 * a0 * along, abs=1e-12)
-    known = {q.theta0: theta0, q.F_x: F_x, q.F_y: F_y, q.N: N, q.f0: f0, q.m1: m1, q.a0: a0}
+    force = np.array([F_x, F_y]) - N * across - f0 * direction
+    assert force == pytest.approx(m1 * a0 * direction, abs=1e-12)
+    values = {q.theta0: theta0, q.F_x: F_x, q.F_y: F_y, q.N: N, q.f0: f0, q.m1: m1, q.a0: a0}
     for claim in ("forces on the tooth across the surface", "forces on the tooth along the surface"):
-        assert float(CLAIMS[claim].residual.subs(known)) == pytest.approx(0, abs=1e-12)
-    assert (float(CLAIMS["load at which the tooth slips"].residual.subs(known)) > 0) == (a0 > 0)
+        assert float(CLAIMS[claim].residual.subs(values)) == pytest.approx(0, abs=1e-12)
+    assert (float(CLAIMS["load at which the tooth slips"].residual.subs(values)) > 0) == (a0 > 0)

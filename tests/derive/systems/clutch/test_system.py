@@ -63,8 +63,8 @@ def inputs(form: ClosedForm, values: dict[str, Any]) -> dict[str, Any]:
     return {g.name: [values[s.name] for s in g] if isinstance(g, Vector) else values[g.name] for g in form.inputs}
 
 
-def array(name: str, form: str, xp: Any, given: dict[str, Any]) -> tuple[Any, ...]:
-    return getattr(importlib.import_module(f"generated.array.{name}"), form)(xp, **given)
+def array(name: str, form: str, xp: Any, arguments: dict[str, Any]) -> tuple[Any, ...]:
+    return getattr(importlib.import_module(f"generated.array.{name}"), form)(xp, **arguments)
 
 
 def test_every_function_is_tried() -> None:
@@ -73,10 +73,12 @@ def test_every_function_is_tried() -> None:
 
 @pytest.mark.parametrize(("name", "form"), FORMS)
 def test_casadi_and_arrays_agree(name: str, form: str) -> None:
-    given = inputs(form_of(name, form), START)
-    found = load(name).at(form, **given)
-    assert list(found) == [s.name for s in form_of(name, form).outputs]
-    assert list(found.values()) == pytest.approx([float(v) for v in array(name, form, np, given)], rel=1e-12, abs=1e-15)
+    arguments = inputs(form_of(name, form), START)
+    results = load(name).at(form, **arguments)
+    assert list(results) == [s.name for s in form_of(name, form).outputs]
+    assert list(results.values()) == pytest.approx(
+        [float(v) for v in array(name, form, np, arguments)], rel=1e-12, abs=1e-15
+    )
 
 
 @pytest.mark.parametrize(("name", "form"), FORMS)
@@ -85,21 +87,21 @@ def test_casadi_differentiates_as_complex_steps_do(name: str, form: str) -> None
 
     from planter.kernels import Kernel
 
-    given, function = inputs(form_of(name, form), START), load(name).function(form)
-    flat = [(key, i) for key, value in given.items() for i in range(len(value) if isinstance(value, list) else 1)]
-    symbols = [ca.SX.sym(key, len(value) if isinstance(value, list) else 1) for key, value in given.items()]
+    arguments, function = inputs(form_of(name, form), START), load(name).function(form)
+    flat = [(key, i) for key, value in arguments.items() for i in range(len(value) if isinstance(value, list) else 1)]
+    symbols = [ca.SX.sym(key, len(value) if isinstance(value, list) else 1) for key, value in arguments.items()]
     slopes = ca.densify(ca.jacobian(function(*symbols), ca.vertcat(*symbols)))
-    found = Kernel(ca.Function("slopes", symbols, [slopes], list(given), ["slopes"]))(**given)["slopes"]
+    results = Kernel(ca.Function("slopes", symbols, [slopes], list(arguments), ["slopes"]))(**arguments)["slopes"]
     for column, (key, i) in enumerate(flat):
         stepped = {
-            k: [np.complex128(x) for x in v] if isinstance(v, list) else np.complex128(v) for k, v in given.items()
+            k: [np.complex128(x) for x in v] if isinstance(v, list) else np.complex128(v) for k, v in arguments.items()
         }
         if isinstance(stepped[key], list):
             stepped[key][i] += xp_complex.STEP * 1j
         else:
             stepped[key] += xp_complex.STEP * 1j
         step = [np.imag(v) / xp_complex.STEP for v in array(name, form, XP, stepped)]
-        assert found[:, column] == pytest.approx(np.array(step, dtype=float), rel=1e-9, abs=1e-12), key
+        assert results[:, column] == pytest.approx(np.array(step, dtype=float), rel=1e-9, abs=1e-12), key
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -111,27 +113,27 @@ def test_exact_forms_are_the_derived_claims_to_forty_digits(form: str, seed: int
         values = {s.name: v for s, v in point.items()} | {"flats": mpmath.sqrt(3) * point[q.a1]}
         if form == "angle":
             values["c"] = point[q.c_min]
-        given = inputs(form_of("clutch_exact", form), values)
-        found = array("clutch_exact", form, SimpleNamespace(**vars(xp_mpmath)), given)
-        for symbol, value in zip(form_of("clutch_exact", form).outputs, found, strict=True):
+        arguments = inputs(form_of("clutch_exact", form), values)
+        results = array("clutch_exact", form, SimpleNamespace(**vars(xp_mpmath)), arguments)
+        for symbol, value in zip(form_of("clutch_exact", form).outputs, results, strict=True):
             assert abs(value - point[symbol]) <= mpmath.mpf(10) ** -40 * max(abs(point[symbol]), 1), symbol
 
 
 @pytest.mark.parametrize("form", ["polygon", "path", "travel", "taper", "gears", "limit"])
-def test_printed_forms_satisfy_the_printed_equations_and_no_others(form: str) -> None:
-    given = START | {"alpha": 0.5}
-    known = given | load("clutch_printed").at(form, **inputs(form_of("clutch_printed", form), given))
+def test_printed_forms_satisfy_only_printed_equations(form: str) -> None:
+    arguments = START | {"alpha": 0.5}
+    results = arguments | load("clutch_printed").at(form, **inputs(form_of("clutch_printed", form), arguments))
     sources = {step.source for step in form_of("clutch_printed", form).steps}
     equations = [e for e in shi2021.PAPER.equations.values() if e.source in sources and e.legibility == "printed"]
     assert len(equations) == len(sources - {"shi2021 (a)"})
     for equation in equations:
         symbols = sorted(equation.residual.free_symbols, key=str)
-        residual = sp.lambdify(symbols, equation.residual, "numpy")(*(known[s.name] for s in symbols))
+        residual = sp.lambdify(symbols, equation.residual, "numpy")(*(results[s.name] for s in symbols))
         assert abs(residual) < 1e-14, equation.number
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_symbol_is_described_and_every_step_has_its_dimension(name: str) -> None:
+def test_symbols_have_meanings_and_steps_dimensions(name: str) -> None:
     for form in MODELS[name].closed_forms:
         for step in form.steps:
             assert isinstance(step.symbol, Quantity)
@@ -154,15 +156,15 @@ def test_a_misprint_changes_the_printed_model_alone() -> None:
     )
 
 
-def test_an_equation_that_is_missing_gives_nothing() -> None:
+def test_missing_equation_gives_no_output() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
     lacking = shi2021.LACKING | {ClutchClaim.PATH_Y}
-    found = clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, lacking)
-    path = next(s for s in found.closed_forms if s.name == "path")
+    printed = clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, lacking)
+    path = next(s for s in printed.closed_forms if s.name == "path")
     assert [s.name for s in path.outputs] == ["R", "A1", "A2", "beta", "x_C", "x_A", "e_3"]
 
 
-def test_an_equation_that_is_missing_and_not_said_to_be_is_refused() -> None:
+def test_undeclared_missing_equation_is_refused() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "2b"}
     with pytest.raises(ClaimError, match=r"nothing here states ClutchClaim 'path of C, y'; near it: .*'path of C, x'"):
         clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING)
@@ -171,7 +173,7 @@ def test_an_equation_that_is_missing_and_not_said_to_be_is_refused() -> None:
             clutch_model.build_printed_clutch(shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING - {claim})
 
 
-def test_an_equation_that_is_there_and_said_to_be_missing_is_refused() -> None:
+def test_present_equation_declared_missing_is_refused() -> None:
     with pytest.raises(ClaimError, match="said to be lacking, but stated: 'path of C, y'"):
         clutch_model.build_printed_clutch(
             shi2021.PAPER.equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.PATH_Y}
@@ -197,23 +199,23 @@ def test_a_wrong_claim_in_an_order_is_refused() -> None:
         claims.derive_formulas().steps((MadeUpClaim.SUM, q.R))
 
 
-def test_an_inequality_that_cannot_be_judged_is_refused() -> None:
+def test_undecidable_inequality_is_refused() -> None:
     equations = {n: e for n, e in shi2021.PAPER.equations.items() if n != "4b"}
     with pytest.raises(ValueError, match="margin_travel needs c_min, which nothing gives"):
         clutch_model.build_printed_clutch(equations, shi2021.COMPLETION, shi2021.LACKING | {ClutchClaim.LEAST_TRAVEL})
 
 
-def test_a_function_that_needs_what_nothing_gives_is_refused() -> None:
+def test_function_without_inputs_is_refused() -> None:
     with pytest.raises(ValueError, match="bad: b needs a, which nothing gives"):
         ClosedForm("bad", (q.theta,), (Let(q.b, 2 * q.a, "here"),), Vector("bad", (q.b,)))
 
 
-def test_an_order_that_cannot_be_solved_is_refused() -> None:
+def test_unsolvable_order_is_refused() -> None:
     with pytest.raises(ChainError, match="not linear in phi"):
         claims.derive_formulas().steps((ClutchClaim.LEAST_TRAVEL, q.phi))
 
 
-def test_functions_keep_the_steps_that_their_outputs_need() -> None:
+def test_functions_contain_only_needed_steps() -> None:
     spare = Let(q.f, q.a * 3, "spare")
     form = ClosedForm("one", (q.a,), (spare, Let(q.b, 2 * q.a, "kept")), Vector("one", (q.b,)))
     (emitted,) = list_functions(System("x", "x", "x", (), closed_forms=(form,)))

@@ -70,13 +70,13 @@ def circle_poses(seed: int, count: int) -> tuple[dict[Quantity, float], list[dic
     hinge, centre = complex(*rng.normal(size=2)), complex(*rng.normal(size=2))
     radius = rng.uniform(0.5, 2)
     dyad = {q.x: hinge.real, q.y: hinge.imag, q.X_c: centre.real, q.Y_c: centre.imag, q.L1: radius, q.a0: 1.0}
-    found = []
+    poses = []
     for theta, phi in rng.uniform(-3, 3, (count, 2)):
         on_circle = centre + cmath.rect(radius, theta)
         tip = on_circle - hinge * cmath.exp(1j * phi)
-        found.append({q.d1: tip.real, q.d2: tip.imag, q.phi: phi, q.theta: theta, q.X: on_circle.real,
+        poses.append({q.d1: tip.real, q.d2: tip.imag, q.phi: phi, q.theta: theta, q.X: on_circle.real,
                       q.Y: on_circle.imag})  # fmt: skip
-    return dyad, found
+    return dyad, poses
 
 
 def test_every_symbol_is_described() -> None:
@@ -100,7 +100,7 @@ def test_mixed_dimensions_are_noticed() -> None:
     assert not consistent(Equation("tampered", PRINTED["6"].residual.subs(q.p7, q.p5), "here", Definition("here")))
 
 
-def test_what_a_definition_defines_has_its_dimension() -> None:
+def test_definitions_have_consistent_dimensions() -> None:
     for equation in CLAIMS.values():
         if equation.defines is not None:
             assert dimension(equation.defines) == dimension(equation.residual), equation.number
@@ -119,7 +119,7 @@ def test_the_derivation_knows_no_paper() -> None:
         assert not any("papers" in name for name in names)
 
 
-def test_printed_equations_that_differ_from_the_derived() -> None:
+def test_equations_differing_from_derivation_are_listed() -> None:
     assert numbers_that_differ(JUDGED) == {"d1", "d2", "real solutions", "y"}
 
 
@@ -143,7 +143,7 @@ def test_printed_equations_that_differ_from_the_derived() -> None:
         ("turn 4", q.turn4, 2 * q.turn4),
     ],
 )
-def test_a_tampered_print_is_found(number: str, old: Quantity, new: sp.Expr) -> None:
+def test_tampered_equation_is_noticed(number: str, old: Quantity, new: sp.Expr) -> None:
     original = JUDGED[number]
     tampered = Equation(number, original.residual.subs(old, new), original.source, original.claims)
     assert numbers_that_differ({number: tampered}) == {number}
@@ -155,7 +155,7 @@ def test_a_rewritten_print_is_not() -> None:
         assert numbers_that_differ(rewritten) == numbers_that_differ(JUDGED)
 
 
-def test_hinge_by_pose_and_by_mapping_is_that_of_complex_numbers() -> None:
+def test_hinge_formulas_match_complex_numbers() -> None:
     dyad, poses = circle_poses(seed=1, count=4)
     for pose in poses:
         point = claims.complete_values({**dyad, **{s: pose[s] for s in (q.d1, q.d2, q.phi)}})
@@ -190,11 +190,11 @@ def test_the_first_pose_as_printed_does_not_give_them() -> None:
 
 
 def rows(poses: list[dict[Quantity, float]]) -> np.ndarray:
-    found = [claims.evaluate_row({q.d1: p[q.d1], q.d2: p[q.d2], q.phi: p[q.phi]}) for p in poses]
-    return np.array([[float(p[entry]) for entry in q.ENTRIES] for p in found])
+    evaluated = [claims.evaluate_row({q.d1: p[q.d1], q.d2: p[q.d2], q.phi: p[q.phi]}) for p in poses]
+    return np.array([[float(p[entry]) for entry in q.ENTRIES] for p in evaluated])
 
 
-def test_coefficients_of_a_dyad_lie_in_the_null_space_of_its_poses() -> None:
+def test_dyad_coefficients_lie_in_null_space_of_poses() -> None:
     dyad, poses = circle_poses(seed=3, count=5)
     point = claims.complete_values(dict(dyad))
     p = np.array([float(point[c]) for c in q.COEFFICIENTS])
@@ -206,7 +206,7 @@ def test_coefficients_of_a_dyad_lie_in_the_null_space_of_its_poses() -> None:
     assert np.sum(eigenvalues < 1e-12 * eigenvalues.max()) == dyads.zero_eigenvalues()
 
 
-def test_centre_and_radius_are_those_of_the_circle_through_three_points() -> None:
+def test_centre_and_radius_match_circle_of_three_points() -> None:
     """By the determinant of Coxeter's circle through three points."""
     dyad, poses = circle_poses(seed=4, count=3)
     z = [complex(p[q.X], p[q.Y]) for p in poses]
@@ -218,7 +218,7 @@ def test_centre_and_radius_are_those_of_the_circle_through_three_points() -> Non
     assert float(again[q.L1]) == pytest.approx(abs(z[0] - centre))
 
 
-def test_conics_are_the_conditions_on_every_vector_of_the_null_space() -> None:
+def test_conics_hold_for_null_space_vectors() -> None:
     point = claims.complete_values({s: POINTS[0][s] for vector in q.BASIS for s in vector})
     basis = np.array([[float(point[s]) for s in vector] for vector in q.BASIS])
     rng = np.random.default_rng(5)
@@ -249,18 +249,18 @@ def real_dyads(poses: list[tuple[float, float, float]], starts: int = 300) -> in
         hinge, centre = complex(*unknowns[:2]), complex(*unknowns[2:])
         return np.diff(np.abs(tips + turns * hinge - centre) ** 2)
 
-    found: list[np.ndarray] = []
+    dyads: list[np.ndarray] = []
     for start in np.random.default_rng(6).normal(scale=4, size=(starts, 4)):
         root = scipy.optimize.root(differences, start, tol=1e-13)
-        near = [r for r in found if np.allclose(r, root.x, atol=1e-6)]
-        if np.abs(differences(root.x)).max() < 1e-9 and np.abs(root.x).max() < 1e3 and not near:
-            found.append(root.x)
-    return len(found)
+        neighbours = [r for r in dyads if np.allclose(r, root.x, atol=1e-6)]
+        if np.abs(differences(root.x)).max() < 1e-9 and np.abs(root.x).max() < 1e3 and not neighbours:
+            dyads.append(root.x)
+    return len(dyads)
 
 
-def of_train(**given: float) -> Point:
+def of_train(**values: float) -> Point:
     names = {"w1": q.w1, "w2": q.w2, "a": q.a, "mean_root": q.mean_root}
-    return claims.complete_values({names[name]: mp.mpf(number) for name, number in given.items()})
+    return claims.complete_values({names[name]: mp.mpf(number) for name, number in values.items()})
 
 
 def test_pitch_curves_roll_and_fill_the_centre_distance() -> None:
@@ -272,7 +272,7 @@ def test_pitch_curves_roll_and_fill_the_centre_distance() -> None:
             assert float(gears[driver[0]] + gears[follower[0]]) == pytest.approx(0.07)
 
 
-def test_ratio_is_that_of_willis() -> None:
+def test_ratio_matches_willis_equation() -> None:
     """Willis: rates relative to the carrier stand as in the train with the carrier at rest."""
     gears = of_train(w1=2.0, w2=-1.0, a=0.07, mean_root=0.9)
     assert float(gears[q.i]) == pytest.approx((0 - 2) / (-1 - 2))
@@ -316,7 +316,7 @@ def test_admissible_points_repeat_with_their_seed() -> None:
     assert claims.SUBJECT.admissible(random.Random(8)) != claims.SUBJECT.admissible(random.Random(9))
 
 
-def test_a_value_by_what_is_not_derived_is_refused() -> None:
+def test_value_without_derivation_is_refused() -> None:
     with pytest.raises(
         ClaimError, match=r"nothing here states ClaimOf 'entry A_j9 of the matrix'; near it: .*'entry A_j"
     ):

@@ -23,23 +23,23 @@ exact = cache(formulas.build_mapping_system)
 FORMS = LateDict(lambda: {form.name: form for form in exact().closed_forms})
 
 
-def run(form: ClosedForm, known: dict[sp.Symbol, mp.mpf]) -> dict[str, mp.mpf]:
+def run(form: ClosedForm, inputs: dict[sp.Symbol, mp.mpf]) -> dict[str, mp.mpf]:
     """The outputs of a function by its own steps."""
-    found = dict(known)
+    values = dict(inputs)
     for step in form.steps:
-        found[step.symbol] = mp.mpf(sp.N(step.expr.xreplace(found), 30))
-    return {out.name: found[out] for out in form.outputs}
+        values[step.symbol] = mp.mpf(sp.N(step.expr.xreplace(values), 30))
+    return {out.name: values[out] for out in form.outputs}
 
 
 def point(seed: int) -> dict[sp.Symbol, mp.mpf]:
     """Random values of all inputs."""
     rng = random.Random(seed)
-    symbols = {s for form in exact().closed_forms for given in form.inputs for s in _entries(given)}
+    symbols = {s for form in exact().closed_forms for argument in form.inputs for s in _entries(argument)}
     return {s: mp.mpf(rng.uniform(0.3, 1.5)) for s in sorted(symbols, key=str)}
 
 
-def _entries(given: object) -> tuple[Quantity, ...]:
-    return (given,) if isinstance(given, Quantity) else tuple(given)
+def _entries(argument: object) -> tuple[Quantity, ...]:
+    return (argument,) if isinstance(argument, Quantity) else tuple(argument)
 
 
 def placed(at: dict[sp.Symbol, mp.mpf]) -> tuple[complex, complex, complex, complex]:
@@ -55,11 +55,11 @@ def placed(at: dict[sp.Symbol, mp.mpf]) -> tuple[complex, complex, complex, comp
 def test_closure_is_the_gap_of_the_follower(seed: int) -> None:
     at = point(seed)
     _, other, _, pivot = placed(at)
-    found = run(FORMS["closed"], at)
-    assert found["closure"] == pytest.approx(float(abs(other - pivot) ** 2 - at[linkage.L_f] ** 2), rel=1e-12)
+    outputs = run(FORMS["closed"], at)
+    assert outputs["closure"] == pytest.approx(float(abs(other - pivot) ** 2 - at[linkage.L_f] ** 2), rel=1e-12)
     loop = run(FORMS["loop"], at)
     by_loop = loop["of_cos"] * mp.cos(at[q.phi]) + loop["of_sin"] * mp.sin(at[q.phi]) + loop["alone"]
-    assert float(by_loop) == pytest.approx(float(found["closure"]), rel=1e-12)
+    assert float(by_loop) == pytest.approx(float(outputs["closure"]), rel=1e-12)
 
 
 @pytest.mark.parametrize("angle", [q.theta, q.phi])
@@ -73,18 +73,18 @@ def test_derivatives_of_the_closure(angle: Quantity) -> None:
 def test_transmission_angle_is_between_coupler_and_follower() -> None:
     at = point(5)
     hinge, other, _, pivot = placed(at)
-    found = run(FORMS["transmission"], at)
+    outputs = run(FORMS["transmission"], at)
     ratio = (other - pivot) * mp.conj(other - hinge)
-    assert float(found["along"]) == pytest.approx(float(ratio.real))
-    assert float(found["across"]) == pytest.approx(float(ratio.imag))
+    assert float(outputs["along"]) == pytest.approx(float(ratio.real))
+    assert float(outputs["across"]) == pytest.approx(float(ratio.imag))
 
 
 def test_arm_carries_tip_and_hinge() -> None:
     at = point(6)
     hinge = placed(at)[0]
     tip = hinge - mp.expj(at[q.phi]) * mp.mpc(at[q.x], at[q.y])
-    found = run(FORMS["arm"], at)
-    assert [float(found[n]) for n in ("d1", "d2", "X", "Y")] == pytest.approx(
+    outputs = run(FORMS["arm"], at)
+    assert [float(outputs[n]) for n in ("d1", "d2", "X", "Y")] == pytest.approx(
         [float(v) for v in (tip.real, tip.imag, hinge.real, hinge.imag)]
     )
 
@@ -92,8 +92,8 @@ def test_arm_carries_tip_and_hinge() -> None:
 def row(x: float, y: float, phi: float) -> np.ndarray:
     at = {q.d1: mp.mpf(x), q.d2: mp.mpf(y), q.phi: mp.mpf(phi)}
     image = run(FORMS["image"], at)
-    found = run(FORMS["row"], {z: image[z.name] for z in q.MAPPED})
-    return np.array([float(found[entry.name]) for entry in q.ENTRIES])
+    outputs = run(FORMS["row"], {z: image[z.name] for z in q.MAPPED})
+    return np.array([float(outputs[entry.name]) for entry in q.ENTRIES])
 
 
 def coefficients(p: np.ndarray) -> dict[sp.Symbol, mp.mpf]:
@@ -111,39 +111,41 @@ def null_vector(poses: list[tuple[float, float, float]], zeros: list[int]) -> np
 ANGLES = [0.1, 0.9, -0.7, 1.6, 2.2]
 
 
-def test_slider_keeps_its_point_on_its_line() -> None:
+def test_slider_point_stays_on_the_line() -> None:
     """A point of the body on a line through (0.2, 0.5), by complex numbers; its vector has p1 = p2 = p3 = 0."""
-    moving, along = complex(0.3, -0.4), np.exp(0.6j)
-    tips = [0.2 + 0.5j + s * along - np.exp(1j * a) * moving for s, a in zip((0, 1, -0.5, 0.3, 2), ANGLES, strict=True)]
+    moving, direction = complex(0.3, -0.4), np.exp(0.6j)
+    tips = [
+        0.2 + 0.5j + s * direction - np.exp(1j * a) * moving for s, a in zip((0, 1, -0.5, 0.3, 2), ANGLES, strict=True)
+    ]
     p = null_vector([(z.real, z.imag, a) for z, a in zip(tips, ANGLES, strict=True)], [0, 1, 2])
-    found = {n: float(v) for n, v in run(FORMS["slider"], coefficients(p)).items()}
-    assert complex(found["x"], found["y"]) == pytest.approx(moving)
-    normal = complex(found["normal_X"], found["normal_Y"])
-    assert (normal * np.conj(along)).real == pytest.approx(0, abs=1e-12)
-    assert found["offset"] == pytest.approx((normal * np.conj(0.2 + 0.5j)).real)
+    outputs = {n: float(v) for n, v in run(FORMS["slider"], coefficients(p)).items()}
+    assert complex(outputs["x"], outputs["y"]) == pytest.approx(moving)
+    normal = complex(outputs["normal_X"], outputs["normal_Y"])
+    assert (normal * np.conj(direction)).real == pytest.approx(0, abs=1e-12)
+    assert outputs["offset"] == pytest.approx((normal * np.conj(0.2 + 0.5j)).real)
 
 
-def test_swinging_line_keeps_its_place() -> None:
+def test_swinging_line_passes_the_fixed_point() -> None:
     """A line of the body through the fixed place (0.3, -0.4): its vector has p1 = p4 = p5 = 0."""
-    fixed, along = complex(0.3, -0.4), np.exp(0.6j)
-    seen = [0.2 + 0.5j + s * along for s in (0, 1, -0.5, 0.3, 2)]
+    fixed, direction = complex(0.3, -0.4), np.exp(0.6j)
+    seen = [0.2 + 0.5j + s * direction for s in (0, 1, -0.5, 0.3, 2)]
     tips = [fixed - np.exp(1j * a) * z for z, a in zip(seen, ANGLES, strict=True)]
     p = null_vector([(z.real, z.imag, a) for z, a in zip(tips, ANGLES, strict=True)], [0, 3, 4])
-    found = {n: float(v) for n, v in run(FORMS["swinging"], coefficients(p)).items()}
-    assert complex(found["X_c"], found["Y_c"]) == pytest.approx(fixed)
-    normal = complex(found["normal_X"], found["normal_Y"])
-    assert (normal * np.conj(along)).real == pytest.approx(0, abs=1e-12)
-    assert found["offset"] == pytest.approx((normal * np.conj(0.2 + 0.5j)).real)
+    outputs = {n: float(v) for n, v in run(FORMS["swinging"], coefficients(p)).items()}
+    assert complex(outputs["X_c"], outputs["Y_c"]) == pytest.approx(fixed)
+    normal = complex(outputs["normal_X"], outputs["normal_Y"])
+    assert (normal * np.conj(direction)).real == pytest.approx(0, abs=1e-12)
+    assert outputs["offset"] == pytest.approx((normal * np.conj(0.2 + 0.5j)).real)
 
 
-def test_dyad_of_a_vector_is_the_one_that_made_it() -> None:
+def test_dyad_is_recovered_from_the_vector() -> None:
     at = point(7)
     square = at[q.L1] ** 2 - at[q.X_c] ** 2 - at[q.Y_c] ** 2
     p = [-1, at[q.x], at[q.y], at[q.X_c], at[q.Y_c], -at[q.X_c] * at[q.y] + at[q.Y_c] * at[q.x],
          -(at[q.X_c] * at[q.x] + at[q.Y_c] * at[q.y]) / 2, (square - at[q.x] ** 2 - at[q.y] ** 2) / 4]  # fmt: skip
-    found = run(FORMS["dyad"], coefficients(3 * np.array([float(v) for v in p])))
+    outputs = run(FORMS["dyad"], coefficients(3 * np.array([float(v) for v in p])))
     for name in (q.x, q.y, q.X_c, q.Y_c):
-        assert float(found[name.name]) == pytest.approx(float(at[name]))
+        assert float(outputs[name.name]) == pytest.approx(float(at[name]))
 
 
 def train(slope: float) -> dict[sp.Symbol, mp.mpf]:
@@ -155,7 +157,7 @@ def test_curvature_of_circles() -> None:
     assert [float(v) for v in run(FORMS["curvature"], at).values()] == pytest.approx([2 / 0.07] * 4)
 
 
-def test_curvature_of_mates_is_that_of_euler_and_savary() -> None:
+def test_mate_curvature_matches_euler_savary() -> None:
     """Rolling curves: the difference of curvatures along the common normal is that of the pitch radii.
 
     With the angle psi between the tangent and the line of centres, (kappa1 + kappa2) = (1/r1 + 1/r2) sin(psi).
@@ -178,13 +180,13 @@ def test_either_reading_of_the_split_gives_the_same_gears() -> None:
     """i1 = x_s sqrt(i) and i1 = sqrt(x_s i) both close the first stage: the second with the square of the first."""
     i, mean = sp.symbols("i mean", positive=True)
     first, second = sp.symbols("first second", positive=True)
-    (one,) = sp.solve(mean / first - 1, first)
+    (root,) = sp.solve(mean / first - 1, first)
     (other,) = sp.solve(mean / sp.sqrt(second) - 1, second)
-    assert other == one**2
-    assert sp.simplify(one * sp.sqrt(i) - sp.sqrt(other * i)) == 0
+    assert other == root**2
+    assert sp.simplify(root * sp.sqrt(i) - sp.sqrt(other * i)) == 0
 
 
-def test_every_step_has_one_dimension() -> None:
+def test_steps_have_consistent_dimensions() -> None:
     for form in exact().closed_forms:
         for step in form.steps:
             assert dimension(step.expr) in (None, of_unit(step.symbol.unit))
@@ -193,20 +195,20 @@ def test_every_step_has_one_dimension() -> None:
         dimension(first.expr + q.d1**2)
 
 
-def test_bend_is_that_of_the_triangle() -> None:
-    found = run(FORMS["bend"], {q.L1: mp.mpf("0.099724"), q.a: mp.mpf("0.07")})
-    assert float(found["bend"]) == pytest.approx(2 * np.arcsin(0.099724 / 0.14))
+def test_bend_angle_matches_the_triangle() -> None:
+    outputs = run(FORMS["bend"], {q.L1: mp.mpf("0.099724"), q.a: mp.mpf("0.07")})
+    assert float(outputs["bend"]) == pytest.approx(2 * np.arcsin(0.099724 / 0.14))
 
 
 def written(system: System) -> dict[str, str]:
-    made = list_functions(system)
-    return {"py": casadi.model(system, made), "array": array.model(system, made),
-            "json": build_sidecar(system, made)}  # fmt: skip
+    functions = list_functions(system)
+    return {"py": casadi.model(system, functions), "array": array.model(system, functions),
+            "json": build_sidecar(system, functions)}  # fmt: skip
 
 
-def test_generated_module_is_that_of_the_derivation() -> None:
-    made = written(exact())
+def test_generated_module_matches_derivation() -> None:
+    functions = written(exact())
     with open(generated.module("mapping_exact").__file__, encoding="utf-8") as file:
-        assert file.read() == made["py"]
+        assert file.read() == functions["py"]
     assert generated.sidecar("mapping_exact")["functions"].keys() == FORMS.keys()
-    assert written(formulas.build_mapping_system()) == made
+    assert written(formulas.build_mapping_system()) == functions

@@ -80,8 +80,8 @@ def vector(length: mp.mpf, angle: mp.mpf) -> mp.mpc:
     return length * mp.expj(angle)
 
 
-def same_direction(angle: mp.mpf, along: mp.mpc) -> bool:
-    return abs(mp.expj(angle) - along / abs(along)) < SMALL
+def same_direction(angle: mp.mpf, vector: mp.mpc) -> bool:
+    return abs(mp.expj(angle) - vector / abs(vector)) < SMALL
 
 
 def test_every_symbol_is_described() -> None:
@@ -117,11 +117,11 @@ def test_the_derivation_knows_no_paper() -> None:
         assert not any("papers" in name for name in names)
 
 
-def test_printed_equations_that_differ_from_the_derived() -> None:
+def test_equations_differing_from_derivation_are_listed() -> None:
     assert numbers_that_differ(READ) == {"14", "W1", "Z1", "phi4, other quadrants"}
 
 
-def test_what_hangs_on_how_phi5_is_read() -> None:
+def test_verdicts_depending_on_the_reading_of_phi5() -> None:
     literal = {number: PRINTED[number] for number in ("Y1", "W1", "Z1")}
     assert numbers_that_differ(literal) - numbers_that_differ(READ) == {"Y1"}
 
@@ -149,17 +149,17 @@ def test_what_hangs_on_how_phi5_is_read() -> None:
         ("push less pick", q.theta_box, 2 * q.theta_box),
     ],
 )
-def test_a_tampered_print_is_found(number: str, old: Quantity, new: sp.Expr) -> None:
+def test_tampered_equation_is_noticed(number: str, old: Quantity, new: sp.Expr) -> None:
     tampered = replace(READ[number], residual=READ[number].residual.subs(old, new, simultaneous=True))
     assert tampered.residual != READ[number].residual
     assert numbers_that_differ({number: tampered}) == {number}
 
 
-def test_a_reversed_inequality_is_found() -> None:
+def test_reversed_inequality_is_noticed() -> None:
     assert numbers_that_differ({"Fig. 9a": replace(READ["Fig. 9a"], relation="<")}) == {"Fig. 9a"}
 
 
-def test_a_rewritten_print_is_not_found() -> None:
+def test_rewritten_equation_is_accepted() -> None:
     for rewrite in (sp.expand, sp.factor):
         rewritten = {n: replace(e, residual=rewrite(e.residual)) for n, e in READ.items()}
         assert numbers_that_differ(rewritten) == numbers_that_differ(READ)
@@ -180,14 +180,14 @@ def test_the_tip_comes_to_every_quadrant() -> None:
     assert {(p[q.x_S] > 0, p[q.y_S] > 0) for p in POINTS} == {(x, y) for x in (True, False) for y in (True, False)}
 
 
-def test_the_direction_as_printed_fails_in_the_second_quadrant_alone() -> None:
+def test_printed_direction_fails_only_in_second_quadrant() -> None:
     printed = {third: -PRINTED[f"phi4, {name}"].residual + q.phi4 for third, name in
                ((True, "third quadrant"), (False, "other quadrants"))}  # fmt: skip
     wrong = set()
     for point in POINTS:
         x, y = point[q.x_S], point[q.y_S]
-        found = value(printed[bool(x < 0 and y < 0)], point)
-        if not same_direction(found, mp.mpc(x, y)):
+        direction = value(printed[bool(x < 0 and y < 0)], point)
+        if not same_direction(direction, mp.mpc(x, y)):
             wrong.add((x > 0, y > 0))
     assert wrong == {(False, True)}
 
@@ -213,7 +213,7 @@ def test_triangles_close(points: list[Point]) -> None:
         assert same_direction(p[q.phi4], s)
 
 
-def test_the_carrier_as_printed_turns_its_planet_too_far() -> None:
+def test_printed_carrier_rotates_planet_too_far() -> None:
     """Its O1 keeps the distance L1 but lies twice beta1 ahead."""
     for p in POINTS:
         printed = value(q.W1 - READ["W1"].residual, p)
@@ -240,11 +240,11 @@ def test_extremes_of_the_distance() -> None:
     for p in POINTS:
         angles = np.linspace(np.pi, 3 * np.pi, 4001)[:-1]
         arm = float(p[q.L1]) - float(p[q.L2]) * np.exp(-1j * angles)
-        far, near = np.argmax(abs(arm)), np.argmin(abs(arm))
+        far, closest = np.argmax(abs(arm)), np.argmin(abs(arm))
         assert angles[far] == pytest.approx(float(p[q.phi1_far]))
-        assert angles[near] == pytest.approx(float(p[q.phi1_near]))
-        assert [abs(arm[far]), abs(arm[near])] == pytest.approx([float(p[q.L3_max]), float(p[q.L3_min])])
-        assert [abs(np.angle(arm[i])) for i in (far, near)] == pytest.approx(
+        assert angles[closest] == pytest.approx(float(p[q.phi1_near]))
+        assert [abs(arm[far]), abs(arm[closest])] == pytest.approx([float(p[q.L3_max]), float(p[q.L3_min])])
+        assert [abs(np.angle(arm[i])) for i in (far, closest)] == pytest.approx(
             [float(p[q.phi6_far]), float(p[q.phi6_near])]
         )
 
@@ -266,7 +266,7 @@ def test_curvatures_obey_euler_and_savary() -> None:
         assert abs(1 / p[q.rho1] - 1 / p[q.rho2] - radii * mp.sin(mu)) > mp.mpf(10) ** -6
 
 
-def test_curvature_of_the_cycle_is_that_of_the_circle_through_three_points() -> None:
+def test_cycle_curvature_matches_circle_of_three_points() -> None:
     fine = [
         pickup_points.complete_values(claims.derive_formulas(), base)
         for base in pickup_points.compute_cycle(claims.derive_formulas(), 900)[40:43]
@@ -276,7 +276,7 @@ def test_curvature_of_the_cycle_is_that_of_the_circle_through_three_points() -> 
     assert abs(b - a) * abs(c - b) * abs(a - c) / (4 * area) == pytest.approx(float(fine[1][q.rho1]), rel=1e-4)
 
 
-def test_contact_ratio_of_circular_gears_is_that_of_the_textbook() -> None:
+def test_circular_contact_ratio_matches_textbook() -> None:
     """External spur pair, ISO 21771: both tip circles on the base circles, less the centre distance."""
     for p in POINTS:
         r = [float(p[s]) for s in (q.rho1, q.rho2)]
@@ -313,8 +313,8 @@ def test_slopes_of_the_contact_ratio(slope: Quantity, moved: tuple[Quantity, ...
         step, ends = mp.mpf(10) ** -18, []
         for sign in (1, -1):
             keep = {s: v for s, v in p.items() if s not in (q.g1, q.g2, q.epsilon)}
-            there = keep | {s: p[s] + sign * step for s in moved}
-            ends.append(claims.derive_formulas().followed(there)[q.epsilon])
+            shifted = keep | {s: p[s] + sign * step for s in moved}
+            ends.append(claims.derive_formulas().followed(shifted)[q.epsilon])
         assert abs((ends[0] - ends[1]) / (2 * step) - p[slope]) < mp.mpf(10) ** -25
 
 
@@ -369,8 +369,8 @@ def test_knots_and_range_are_those_of_a_spline(n: int) -> None:
     knots = np.cumsum(np.random.default_rng(1).uniform(0.5, 1.5, last + 1))
     curve = scipy.interpolate.BSpline(knots, np.ones(n + 1), 3, extrapolate=False)
     middles = (knots[:-1] + knots[1:]) / 2
-    every = [scipy.interpolate.BSpline.basis_element(knots[j : j + 5], extrapolate=False) for j in range(n + 1)]
-    sums = np.sum([np.nan_to_num(b(middles)) for b in every], axis=0)
+    basis = [scipy.interpolate.BSpline.basis_element(knots[j : j + 5], extrapolate=False) for j in range(n + 1)]
+    sums = np.sum([np.nan_to_num(b(middles)) for b in basis], axis=0)
     assert [j for j, total in enumerate(sums) if total == pytest.approx(1)] == list(range(first, end))
     assert curve(middles[first]) == pytest.approx(1)
 

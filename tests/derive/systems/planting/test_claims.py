@@ -15,9 +15,9 @@ def test_every_claim_of_the_paper_is_derived() -> None:
     assert all(equation.number == str(claim) for claim, equation in claims.derive_claims().items())
 
 
-def test_the_mechanism_gives_what_a_paper_need_not_name() -> None:
-    found = claims.derive_relations(derivation.build_device())
-    assert {str(symbol) for symbol in found} == {"M_Az", "M_Aoz", "F_A1z", "M_K", "M_P", "M_Q"}
+def test_mechanism_derives_unnamed_relations() -> None:
+    relations = claims.derive_relations(derivation.build_device())
+    assert {str(symbol) for symbol in relations} == {"M_Az", "M_Aoz", "F_A1z", "M_K", "M_P", "M_Q"}
 
 
 def test_a_mechanism_without_a_balance_is_refused() -> None:

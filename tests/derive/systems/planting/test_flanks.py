@@ -17,13 +17,15 @@ law = cache(flanks.derive_flank_law)
 
 
 @pytest.mark.parametrize("title", SHAPES)
-def test_a_law_goes_from_rest_to_rest_and_its_slopes_are_slopes(title: str) -> None:
+def test_flank_laws_rest_at_ends_with_consistent_slopes(title: str) -> None:
     rise, speed, acceleration = law(title)
     assert [sp.simplify(e.subs(x, v)) for e, v in ((rise, 0), (rise, 1), (speed, 0), (speed, 1))] == [0, 1, 0, 0]
     for place in (sp.Rational(1, 17), sp.Rational(3, 11), sp.Rational(1, 2), sp.Rational(7, 10), sp.Rational(19, 20)):
-        one, two = ((e.diff(x) - f).subs(x, place) for e, f in ((rise, speed), (speed, acceleration)))
-        assert abs(sp.N(one)) < 1e-14
-        assert abs(sp.N(two)) < 1e-12
+        speed_error, acceleration_error = (
+            (e.diff(x) - f).subs(x, place) for e, f in ((rise, speed), (speed, acceleration))
+        )
+        assert abs(sp.N(speed_error)) < 1e-14
+        assert abs(sp.N(acceleration_error)) < 1e-12
 
 
 @pytest.mark.parametrize("title", SHAPES)
@@ -40,8 +42,8 @@ def test_a_law_is_continuous_and_symmetric(title: str) -> None:
 def test_the_factors_are_those_of_the_textbook(title: str) -> None:
     grid = [i / 2000 for i in range(2001)]
     _, speed, acceleration = (sp.lambdify(x, e) for e in law(title))
-    found = max(map(speed, grid)), max(abs(acceleration(v)) for v in grid)
-    assert found == pytest.approx(FACTORS[title], abs=2e-3)
+    factors = max(map(speed, grid)), max(abs(acceleration(v)) for v in grid)
+    assert factors == pytest.approx(FACTORS[title], abs=2e-3)
 
 
 def test_invalid_flank_shapes_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
