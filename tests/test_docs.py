@@ -65,9 +65,9 @@ def test_the_gallery_runs(page: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
     monkeypatch.setenv("MPLBACKEND", "Agg")
     monkeypatch.chdir(page.parent)
     space: dict[str, object] = {}
-    found = cells(page)
-    assert found
-    for cell in found:
+    outputs = cells(page)
+    assert outputs
+    for cell in outputs:
         exec(compile(cell, page.name, "exec"), space)
 
 
@@ -90,14 +90,16 @@ def test_every_command_has_its_place(helps: dict[str, str]) -> None:
 def test_every_column_is_on_its_page() -> None:
     page = formats.page()
     assert not [
-        one.name for one in dictionary.collect_meanings() if one.kind == "column" and f"| `{one.name}` |" not in page
+        meaning.name
+        for meaning in dictionary.collect_meanings()
+        if meaning.kind == "column" and f"| `{meaning.name}` |" not in page
     ]
 
 
 def test_every_command_has_an_example_that_there_is(helps: dict[str, str]) -> None:
-    calls, shown = commands.examples()
+    calls, printed = commands.examples()
     assert calls.keys() == helps.keys()
-    assert shown < calls.keys()
+    assert printed < calls.keys()
     for words, call in calls.items():
         assert call.split()[1:][: len(words.split())] == words.split()
         assert not unknown(call.split()[1:], helps), call
@@ -117,9 +119,9 @@ def test_every_example_that_is_shown_runs() -> None:
 def test_every_public_name_is_on_its_page() -> None:
     page = names.page() + "".join(map(reference.page, reference.PAGES))
     for package in (planter, derive):
-        for name, found in names.public(package).items():
+        for name, member in names.public(package).items():
             assert page.count(f":: {package.__name__}.{name}\n") == 1
-            assert not callable(found) or found.__doc__, name
+            assert not callable(member) or member.__doc__, name
 
 
 def test_every_key_of_a_file_is_on_its_page() -> None:
@@ -127,16 +129,16 @@ def test_every_key_of_a_file_is_on_its_page() -> None:
     assert "| `mass.sun_kg` | kg | mass of the sun | greater than 0 | 0.4 | assumed |" in page
     assert "| `cam.rise_delta_deg` | deg |" in page
     assert "| 130, 180 | assumed |" in page
-    wanted = {one.key for one in dictionary.collect_meanings() if one.kind == "file key"}
-    assert not [key for key in wanted if f"| `{key}` |" not in page]
+    file_keys = {meaning.key for meaning in dictionary.collect_meanings() if meaning.kind == "file key"}
+    assert not [key for key in file_keys if f"| `{key}` |" not in page]
 
 
 def test_drawings_have_a_row_for_every_symbol_of_every_machine() -> None:
     page = drawings.page()
-    for found in drawings.machines().values():
-        for sheet in found.labelled.sheets:
-            assert f"{{figure}} {found.package}-{sheet.name}.svg\n" in page
-        missing = [one.name for one in found.symbols() if f"| `{one.name}` |" not in page]
+    for machine in drawings.machines().values():
+        for sheet in machine.labelled.sheets:
+            assert f"{{figure}} {machine.package}-{sheet.name}.svg\n" in page
+        missing = [symbol.name for symbol in machine.symbols() if f"| `{symbol.name}` |" not in page]
         assert not missing
     assert "| `a1` | centre distance of stage 1 | m |  | `a1_mm` |" in page
 
@@ -146,7 +148,7 @@ def test_every_model_is_on_its_page_with_its_assumptions() -> None:
     assert set(generated.names()) - set(models.names()) == {"audit", "audit_mathml"}
     for name in models.names():
         assert f"## `{name}`\n" in page
-        assert all(f"* {one}" in page for one in generated.sidecar(name).get("assumptions", ()))
+        assert all(f"* {assumption}" in page for assumption in generated.sidecar(name).get("assumptions", ()))
 
 
 def test_figures_that_pages_show_are_made() -> None:
@@ -163,22 +165,22 @@ def test_every_work_is_on_its_page_with_its_doi() -> None:
 
 def test_findings_name_every_equation_at_fault_and_no_other() -> None:
     record, page = verdicts.load_verdicts(), findings.page()
-    told = set(re.findall(r"^\* \*\*\((.+?)\)\*\*, ", page, re.MULTILINE))
-    assert told == {one["equation"] for one in record["equations"] if one["verdict"] in findings.FAULT}
+    listed = set(re.findall(r"^\* \*\*\((.+?)\)\*\*, ", page, re.MULTILINE))
+    assert listed == {entry["equation"] for entry in record["equations"] if entry["verdict"] in findings.FAULT}
 
 
 def test_findings_say_what_they_hang_on() -> None:
     record: dict[str, Any] = copy.deepcopy(dict(verdicts.load_verdicts()))
-    at_fault = next(one for one in record["equations"] if one["verdict"] == "misprint" and not one["fragile"])
+    at_fault = next(entry for entry in record["equations"] if entry["verdict"] == "misprint" and not entry["fragile"])
     before = findings.page(record).count("one character of the text as read")
     assert before == sum(
-        findings.page(record).count(f"**({one['equation']})**, {one['claims']}")
-        for one in record["equations"]
-        if one["fragile"] and one["verdict"] in findings.FAULT
+        findings.page(record).count(f"**({entry['equation']})**, {entry['claims']}")
+        for entry in record["equations"]
+        if entry["fragile"] and entry["verdict"] in findings.FAULT
     )
     at_fault["fragile"] = True
     assert findings.page(record).count("one character of the text as read") > before
-    lacking = next(one for one in record["equations"] if one["verdict"] == "incomplete" and one["terms"])
+    lacking = next(entry for entry in record["equations"] if entry["verdict"] == "incomplete" and entry["terms"])
     lacking["terms"] = [dict(term, share_of_largest=0.5) for term in lacking["terms"]]
     assert not findings.negligible(lacking)
     lacking["terms"][0]["share_of_largest"] = 0.001

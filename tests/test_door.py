@@ -83,8 +83,8 @@ def scan(find: Callable[[str], Iterator[tuple[int, str]]], words: Iterable[str])
     """Modules of `planter` in which something is found, with the places; those without the words are not parsed."""
     folder, word = ROOT / "planter", re.compile(rf"\b({'|'.join(sorted(words))})\b")
     sources = {path.relative_to(folder).as_posix(): path.read_text("utf-8") for path in sorted(folder.rglob("*.py"))}
-    every = {name: list(find(source)) for name, source in sources.items() if word.search(source)}
-    return {name: places for name, places in every.items() if places}
+    places_by_module = {name: list(find(source)) for name, source in sources.items() if word.search(source)}
+    return {name: places for name, places in places_by_module.items() if places}
 
 
 def test_only_the_door_reads_files_of_users() -> None:
@@ -123,9 +123,9 @@ def writings(source: str) -> Iterator[tuple[int, str]]:
 
 
 def test_only_one_module_writes_results() -> None:
-    found = scan(writings, WRITERS)
-    assert not {name: places for name, places in found.items() if name not in {*WRITING, WAY_OUT}}
-    assert not WRITING.keys() - found.keys(), "exceptions that are not needed any more"
+    result = scan(writings, WRITERS)
+    assert not {name: places for name, places in result.items() if name not in {*WRITING, WAY_OUT}}
+    assert not WRITING.keys() - result.keys(), "exceptions that are not needed any more"
 
 
 @pytest.mark.parametrize(

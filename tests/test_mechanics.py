@@ -79,7 +79,7 @@ def test_weight_is_not_typed(constant: str) -> None:
 def test_every_generated_model_is_used() -> None:
     """Of a machine or of the gears; what nobody calls would be derived for nothing."""
     text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "planter").rglob("*.py"))
-    whole = {name for name in generated.names() if f'"{name}"' not in text and not name.startswith("curve_")}
-    composed = {name for name in whole if 'f"' + name.rpartition("_")[0] + "_{" in text}
-    composed |= {name for name in whole if f'"{name.partition("_")[0]}_"' in text}
-    assert whole - composed - {"audit", "audit_mathml"} == set()
+    complete = {name for name in generated.names() if f'"{name}"' not in text and not name.startswith("curve_")}
+    composed = {name for name in complete if 'f"' + name.rpartition("_")[0] + "_{" in text}
+    composed |= {name for name in complete if f'"{name.partition("_")[0]}_"' in text}
+    assert complete - composed - {"audit", "audit_mathml"} == set()

@@ -54,9 +54,9 @@ def test_what_a_page_tells_to_type_runs(page: Path, tmp_path: Path, monkeypatch:
 
 
 def test_tables_that_pages_show_are_read() -> None:
-    found = [block for page in PAGES for block in tables(page.read_text(encoding="utf-8"))]
-    assert found
-    for block in found:
+    blocks = [block for page in PAGES for block in tables(page.read_text(encoding="utf-8"))]
+    assert blocks
+    for block in blocks:
         assert tomllib.loads(block)
 
 

@@ -44,7 +44,7 @@ def targets() -> set[str]:
     return set(re.findall(r"^([a-z-]+):", MAKEFILE, re.MULTILINE))
 
 
-def asked(workflow: Path | str) -> Iterator[str]:
+def list_actions(workflow: Path | str) -> Iterator[str]:
     """Make targets that the steps of a workflow ask for."""
     text = workflow.read_text(encoding="utf-8") if isinstance(workflow, Path) else workflow
     for job in yaml.safe_load(text)["jobs"].values():
@@ -56,11 +56,11 @@ def asked(workflow: Path | str) -> Iterator[str]:
 
 def pins(name: str) -> dict[str, str]:
     lines = (ROOT / name).read_text(encoding="utf-8").splitlines()
-    found = (line.partition("==") for line in lines if line and not line.startswith("#"))
-    return {canonicalize_name(package): pinned for package, _, pinned in found}
+    pins = (line.partition("==") for line in lines if line and not line.startswith("#"))
+    return {canonicalize_name(package): pinned for package, _, pinned in pins}
 
 
-def wanted(extras: Iterable[str]) -> Iterator[Requirement]:
+def list_requirements(extras: Iterable[str]) -> Iterator[Requirement]:
     """What the package asks for by itself and with some extras."""
     yield from map(Requirement, PROJECT["dependencies"])
     for extra in extras:
@@ -69,13 +69,13 @@ def wanted(extras: Iterable[str]) -> Iterator[Requirement]:
 
 def too_high(pinned: dict[str, str]) -> list[str]:
     """Packages that are pinned above the lower bound that they have in pyproject.toml."""
-    found = []
-    for one in wanted(("derive", "notebook", "studio", "parquet")):
-        bound = next(part.version for part in one.specifier if part.operator == ">=")
-        have = pinned.get(canonicalize_name(one.name), "0")
+    too_high = []
+    for requirement in list_requirements(("derive", "notebook", "studio", "parquet")):
+        bound = next(part.version for part in requirement.specifier if part.operator == ">=")
+        have = pinned.get(canonicalize_name(requirement.name), "0")
         if Version(have) != Version(bound):
-            found.append(f"{one.name}: {have}, not {bound}")
-    return found
+            too_high.append(f"{requirement.name}: {have}, not {bound}")
+    return too_high
 
 
 def test_the_version_is_the_same_everywhere() -> None:
@@ -87,28 +87,32 @@ def test_the_version_is_the_same_everywhere() -> None:
 
 
 def test_every_file_has_a_licence_by_the_rules_of_reuse() -> None:
-    said = tomllib.loads((ROOT / "REUSE.toml").read_text(encoding="utf-8"))["annotations"]
-    assert [(one["path"], one["SPDX-License-Identifier"]) for one in said] == [("**", PROJECT["license"])]
+    annotations = tomllib.loads((ROOT / "REUSE.toml").read_text(encoding="utf-8"))["annotations"]
+    assert [(annotation["path"], annotation["SPDX-License-Identifier"]) for annotation in annotations] == [
+        ("**", PROJECT["license"])
+    ]
     assert (ROOT / "LICENSES" / "Apache-2.0.txt").read_bytes() == (ROOT / "LICENSE").read_bytes()
 
 
 def test_the_licences_of_all_that_is_installed_are_listed() -> None:
     rows = [line.split(" | ") for line in licences.PAGE.read_text(encoding="utf-8").splitlines() if " | " in line]
-    listed = {canonicalize_name(name.strip("| ")): (told, licence) for name, told, licence, *_ in rows[1:]}
-    assert {canonicalize_name(one.name) for one in wanted(licences.EXTRAS)} <= listed.keys()
+    listed = {
+        canonicalize_name(name.strip("| ")): (licence_text, licence) for name, licence_text, licence, *_ in rows[1:]
+    }
+    assert {canonicalize_name(requirement.name) for requirement in list_requirements(licences.EXTRAS)} <= listed.keys()
     assert not [name for name, (_, licence) in listed.items() if licence in ("", "not named")]
     for name in listed:
         try:
-            told = licences.row(name, "").split(" | ")[1:3]
+            licence_text = licences.row(name, "").split(" | ")[1:3]
         except PackageNotFoundError:
             continue
         if version(name) == listed[name][0]:
-            assert tuple(told) == listed[name]
+            assert tuple(licence_text) == listed[name]
 
 
 def test_the_sdist_holds_all_that_the_wheel_is_made_of(tmp_path: Path) -> None:
-    given = os.environ.get("PLANTER_DIST")
-    sdist = next((ROOT / given).glob("*.tar.gz")) if given else build(ROOT, "sdist", tmp_path)
+    folder = os.environ.get("PLANTER_DIST")
+    sdist = next((ROOT / folder).glob("*.tar.gz")) if folder else build(ROOT, "sdist", tmp_path)
     with tarfile.open(sdist) as archive:
         archive.extractall(tmp_path / "source", filter="data")
     (source,) = (tmp_path / "source").iterdir()
@@ -130,14 +134,16 @@ def test_workflows_run_on_three_systems_and_name_targets_that_there_are() -> Non
     }
     assert {name.partition("-")[0] for name in systems} == {"ubuntu", "macos", "windows"}
     for path in WORKFLOWS:
-        found = set(asked(path))
-        assert found <= targets()
-        assert found
-    assert {"test", "lint", "check-generated", "release"} <= {target for path in WORKFLOWS for target in asked(path)}
+        actions = set(list_actions(path))
+        assert actions <= targets()
+        assert actions
+    assert {"test", "lint", "check-generated", "release"} <= {
+        target for path in WORKFLOWS for target in list_actions(path)
+    }
 
 
 def test_a_target_that_there_is_not_is_noticed() -> None:
-    assert set(asked("jobs: {one: {steps: [{run: make tset PYTHON=python}]}}")) - targets() == {"tset"}
+    assert set(list_actions("jobs: {one: {steps: [{run: make tset PYTHON=python}]}}")) - targets() == {"tset"}
 
 
 def test_the_oldest_versions_are_those_that_are_allowed() -> None:
@@ -149,5 +155,5 @@ def test_the_oldest_versions_are_those_that_are_allowed() -> None:
 @pytest.mark.parametrize("name", ["constraints.txt", "constraints-oldest.txt"])
 def test_what_is_pinned_is_what_is_allowed(name: str) -> None:
     pinned = pins(name)
-    for one in wanted(("derive", "notebook", "studio", "parquet")):
-        assert one.specifier.contains(pinned[canonicalize_name(one.name)]), one
+    for requirement in list_requirements(("derive", "notebook", "studio", "parquet")):
+        assert requirement.specifier.contains(pinned[canonicalize_name(requirement.name)]), requirement

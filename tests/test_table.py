@@ -137,11 +137,11 @@ def command(*words: str) -> Any:
     return answer(*words)
 
 
-def close(found: object, expected: object, rtol: float = 1e-9) -> None:
+def close(actual: object, expected: object, rtol: float = 1e-9) -> None:
     """Compare, to a share of the largest number."""
     expected = np.asarray(expected, dtype=float)
     np.testing.assert_allclose(
-        np.asarray(found, dtype=float), expected, rtol=0, atol=rtol * max(np.abs(expected).max(), 1e-9)
+        np.asarray(actual, dtype=float), expected, rtol=0, atol=rtol * max(np.abs(expected).max(), 1e-9)
     )
 
 
@@ -160,21 +160,21 @@ def check_summary(column: Column, folder: Path) -> None:
     else:
         one = peaks[column.quantity]
         peak, place = one.get("max", one.get("max_N")), one["max_phi_deg"]
-    near = np.radians(place + np.append(np.linspace(-2, 2, 81), [-1e-7, 1e-7]))
-    close(peak, column.rows(near).max(), 1e-5)
+    nearby = np.radians(place + np.append(np.linspace(-2, 2, 81), [-1e-7, 1e-7]))
+    close(peak, column.rows(nearby).max(), 1e-5)
     assert column.rows().max() <= peak * (1 + 1e-9) + 1e-9
 
 
 @row("sensitivity")
 def check_sensitivity(column: Column, folder: Path) -> None:
-    found = command(
+    result = command(
         "sensitivity", column.source, "--all", "--samples", str(SAMPLES), "--least", f"rms {column.quantity}"
     )
-    names = [name for name in found["gradient"] if column.value.endswith(name)]
+    names = [name for name in result["gradient"] if column.value.endswith(name)]
     step = 1e-4 * column.number
     slope = (column.rms(column.number + step) - column.rms(column.number - step)) / (2 * step)
-    close(found["objective"], column.rms(column.number))
-    close(found["gradient"][names[0]], slope, 1e-5)
+    close(result["objective"], column.rms(column.number))
+    close(result["gradient"][names[0]], slope, 1e-5)
 
 
 def optimum(column: Column, *more: str) -> Any:
@@ -185,12 +185,12 @@ def optimum(column: Column, *more: str) -> Any:
 
 @row("optimise")
 def check_optimise(column: Column, folder: Path) -> None:
-    found = optimum(column)
-    (x,) = found["design"].values()
-    least = minimize_scalar(column.rms, bounds=column.ends, method="bounded", options={"maxiter": 25})
-    best = min(least.fun, *map(column.rms, column.ends))
-    close(found["objective"], column.rms(x))
-    assert found["objective"] <= best * (1 + 1e-6)
+    result = optimum(column)
+    (x,) = result["design"].values()
+    minimum = minimize_scalar(column.rms, bounds=column.ends, method="bounded", options={"maxiter": 25})
+    best = min(minimum.fun, *map(column.rms, column.ends))
+    close(result["objective"], column.rms(x))
+    assert result["objective"] <= best * (1 + 1e-6)
 
 
 @row("optimise")
@@ -198,21 +198,21 @@ def check_limit(column: Column, folder: Path) -> None:
     """A limit half-way between the largest values at both ends."""
     peaks = [float(column.rows(to=end).max()) for end in column.ends]
     limit = sum(peaks) / 2
-    found = optimum(column, "--hold", f"max {column.quantity} <= {limit!r}")
-    (x,) = found["design"].values()
-    assert found["met"]
+    result = optimum(column, "--hold", f"max {column.quantity} <= {limit!r}")
+    (x,) = result["design"].values()
+    assert result["met"]
     assert column.rows(to=x).max() <= limit + 1e-6 * abs(limit)
-    assert found["objective"] >= optimum(column)["objective"] * (1 - 1e-9)
+    assert result["objective"] >= optimum(column)["objective"] * (1 - 1e-9)
 
 
 @row("optimise")
 def check_certificate(column: Column, folder: Path) -> None:
-    found = optimum(column)
-    certificate, (x,) = found["certificate"], found["design"].values()
+    result = optimum(column)
+    certificate, (x,) = result["certificate"], result["design"].values()
     low, high = column.ends
     at = {"lower": abs(x - low), "upper": abs(x - high)}
     binding = {side for side, gap in at.items() if gap < 1e-6 * (high - low)}
-    assert {one.rpartition(" ")[2] for one in certificate["active_bounds"]} == binding
+    assert {active.rpartition(" ")[2] for active in certificate["active_bounds"]} == binding
     assert certificate["kkt_residual"] < 1e-6
     assert (certificate["starts"], certificate["agreeing_starts"] >= 1) == (2, True)
 
@@ -222,12 +222,12 @@ def check_prove(column: Column, folder: Path) -> None:
     if column.name in OF_A_DEVICE:
         words = ("--samples", str(SAMPLES), "--method", "ipopt", "--starts", "1")
         proof = answer("optimise", column.source, *words, "--prove", "--prove-seconds", "4")["proof"]
-        tried = [_objective(column, x) for x in np.linspace(*column.ends, 5).tolist()]
+        bounds = [_objective(column, x) for x in np.linspace(*column.ends, 5).tolist()]
     else:
         proof = optimum(column, "--prove", "--prove-seconds", "4")["proof"]
-        tried = [column.rms(x) for x in np.linspace(*column.ends, 9)]
+        bounds = [column.rms(x) for x in np.linspace(*column.ends, 9)]
     assert proof["lower_bound"] is not None
-    assert proof["lower_bound"] <= min(tried)
+    assert proof["lower_bound"] <= min(bounds)
     assert proof["lower_bound"] > 0 or column.name in OF_A_DEVICE, "ten parameters take longer"
 
 
@@ -250,9 +250,9 @@ def check_whole_teeth(column: Column, folder: Path) -> None:
         assert [stage["z"][0] for stage in stages] == [stage["z"] for stage in teeth]
         close([stage["scale"] for stage in stages], [1.0, 1.0], 1e-7)
     else:
-        found = command("gears", column.source, *(() if column.name == "yu2023" else ("--module", "1")))
-        whole = found["intermittent"] or found["stages"][0]
-        assert np.all(np.asarray(whole["z"]) == np.round(whole["z"]))
+        result = command("gears", column.source, *(() if column.name == "yu2023" else ("--module", "1")))
+        pair = result["intermittent"] or result["stages"][0]
+        assert np.all(np.asarray(pair["z"]) == np.round(pair["z"]))
 
 
 @row("calibrate")
@@ -267,8 +267,8 @@ def check_calibrate(column: Column, folder: Path) -> None:
     low, high = column.ends
     words = ("--data", str(path), "--column", "curve", "--angle", "angle", "--quantity", column.key)
     words += ("--model", "exact") if column.name in OF_A_DEVICE else ()
-    found = answer("calibrate", column.source, *words, "--fit", f"{column.value}={low!r}:{high!r}")
-    (fitted,) = (one for one in found["fitted"] if one["name"] == column.value)
+    result = answer("calibrate", column.source, *words, "--fit", f"{column.value}={low!r}:{high!r}")
+    (fitted,) = (one for one in result["fitted"] if one["name"] == column.value)
     close(fitted["value"], truth, 1e-5)
 
 
@@ -301,14 +301,14 @@ def tolerances(column: Column, folder: Path) -> Any:
 @row("tolerance")
 def check_tolerance(column: Column, folder: Path) -> None:
     """To first order by differences, as drawn, and the indices of a single input: one."""
-    found = tolerances(column, folder)
-    (band,), ((indices,),) = found["outputs"].values(), (one.values() for one in found["sobol"].values())
+    result = tolerances(column, folder)
+    (band,), ((indices,),) = result["outputs"].values(), (parameter.values() for parameter in result["sobol"].values())
     phi = column.angles(column.machine().samples)
     step = 1e-4 * column.number
     slope = (column.rows(phi, to=column.number + step).max() - column.rows(phi, to=column.number - step).max()) / (
         2 * step
     )
-    first_order = abs(slope) * found["inputs"][0]["std"]
+    first_order = abs(slope) * result["inputs"][0]["std"]
     assert band["first_order_std"] == pytest.approx(first_order, rel=1e-4)
     assert band["std"] == pytest.approx(first_order, rel=0.2)
     assert abs(indices["first"] - 1) <= indices["first_error"]
@@ -325,10 +325,10 @@ def check_robust(column: Column, folder: Path) -> None:
     words = ("--samples", "100", "--indices", "0", "--workers", "1", "--sigmas", "1", "--tolerances", str(plan))
     if column.name not in OF_A_DEVICE:
         words += ("--output", output(column), "--least", sum_, "--vary", f"{column.value}={low!r}:{high!r}")
-    found = answer("tolerance", column.source, *words)["robust"]
-    best = found["best_robust"]
+    result = answer("tolerance", column.source, *words)["robust"]
+    best = result["best_robust"]
     assert best["robust"] == pytest.approx(best["mean"] + best["std"], rel=1e-12)
-    assert best["robust"] <= found["best_nominal"]["robust"] * (1 + 1e-9)
+    assert best["robust"] <= result["best_nominal"]["robust"] * (1 + 1e-9)
     if column.name not in OF_A_DEVICE:
         (x,) = best["design"].values()
         curve = column.rows(column.angles(column.machine().samples), to=x)
@@ -341,19 +341,19 @@ def check_drive(column: Column, folder: Path) -> None:
     speed = float(60 / (2 * np.pi) * column.machine().data[column.machine().speed])
     stall, idle = 500.0, 1.1 * speed
     words = ("--stall-Nm", str(stall), "--idle-rpm", repr(idle), "--flywheel-kgm2", "1e3", "--samples", "360")
-    found = answer("drive", column.source, *words)
-    mean = found["motor_work_J"] / (2 * np.pi)
-    assert found["speed"]["mean_rpm"] == pytest.approx(idle * (1 - mean / stall), rel=1e-5)
-    assert found["speed"]["fluctuation"] < 1e-3
+    result = answer("drive", column.source, *words)
+    mean = result["motor_work_J"] / (2 * np.pi)
+    assert result["speed"]["mean_rpm"] == pytest.approx(idle * (1 - mean / stall), rel=1e-5)
+    assert result["speed"]["fluctuation"] < 1e-3
     energy = 1e3 * (speed * np.pi / 30) ** 2
-    assert found["motor_work_J"] == pytest.approx(found["friction_work_J"], abs=1e-9 * energy)
+    assert result["motor_work_J"] == pytest.approx(result["friction_work_J"], abs=1e-9 * energy)
 
 
 @row("compare")
 def check_families(column: Column, folder: Path) -> None:
     """The device in the paper's narrow box, which is compared with, is one that `simulate` knows."""
-    found = answer("compare", column.source, "--starts", "1", "--pair", "limacon+limacon")
-    narrow, (device,) = found["narrow"], found["devices"]
+    result = answer("compare", column.source, "--starts", "1", "--pair", "limacon+limacon")
+    narrow, (device,) = result["narrow"], result["devices"]
     design = [word for key, value in narrow["design"].items() for word in ("--set", f"design.{key}={value!r}")]
     close(answer("simulate", column.source, *design)["refined"]["objective"], narrow["objective"], 1e-8)
     assert device["objective"] < narrow["objective"]
@@ -361,8 +361,10 @@ def check_families(column: Column, folder: Path) -> None:
 
 @row("explain")
 def check_explain(column: Column, folder: Path) -> None:
-    found, machine = command("explain", column.source), column.machine()
-    entries = {one.get("key", one["name"]): one for one in (*found.get("values", ()), *found.get("symbols", ()))}
+    result, machine = command("explain", column.source), column.machine()
+    entries = {
+        entry.get("key", entry["name"]): entry for entry in (*result.get("values", ()), *result.get("symbols", ()))
+    }
     values = [value for value in machine.values if value.path in entries]
     assert entries
     assert len(values) > 2 or not column.is_own
@@ -390,10 +392,10 @@ def check_drawing(column: Column, folder: Path) -> None:
 def check_c(column: Column, folder: Path) -> None:
     files = tuple(map(Path, answer("export", "c", column.source, "--out", str(folder / "c"))["files"]))
     library = Library(files)
-    status, found = library.quantities(column.angles())
+    status, values = library.quantities(column.angles())
     assert status == 0
     close(
-        found[library.names.index(column.quantity)] / column.machine().find_quantity(column.quantity).factor,
+        values[library.names.index(column.quantity)] / column.machine().find_quantity(column.quantity).factor,
         column.rows(),
     )
 
@@ -404,9 +406,11 @@ def check_cuda(column: Column, folder: Path) -> None:
     files = answer("export", "cuda", column.source, "--out", str(folder / "cuda"))["files"]
     machine = replace(column.machine(), objective=())
     batches = cuda.Batches(machine, build_on_threads(machine, folder), samples=SAMPLES)
-    found = dict(zip((one.name for one in batches.goal.fields), batches(machine.design[None])[0], strict=False))
+    quantity = dict(
+        zip((numbers.name for numbers in batches.goal.fields), batches(machine.design[None])[0], strict=False)
+    )
     factor = machine.find_quantity(column.quantity).factor
-    close(found[f"range_{column.quantity}"] / factor, np.ptp(column.rows()))
+    close(quantity[f"range_{column.quantity}"] / factor, np.ptp(column.rows()))
     assert Path(files[0]).stat().st_size > 1000
 
 
@@ -417,9 +421,9 @@ def _unit(column: Column, folder: Path, version: str) -> None:
     speed = float(column.machine().data[column.machine().speed])
     period = 2 * np.pi / abs(speed)
     name = column.quantity if column.name != "compact" else f"side1.{column.quantity}"
-    found = fmpy.simulate_fmu(str(unit), output=["phi", name], stop_time=period, output_interval=period / 12)
+    output = fmpy.simulate_fmu(str(unit), output=["phi", name], stop_time=period, output_interval=period / 12)
     machine = column.machine()
-    close(found[name] / machine.find_quantity(column.quantity).factor, column.rows(found["phi"]))
+    close(output[name] / machine.find_quantity(column.quantity).factor, column.rows(output["phi"]))
 
 
 @row("export")
@@ -498,11 +502,13 @@ def check_animate(column: Column, folder: Path) -> None:
 @row("studio")
 def check_studio(column: Column, folder: Path) -> None:
     """A hand on a value moves the drawing, which lasts as long as a turn of the drive."""
-    shown, machine = opened(column.source), column.machine()
-    values = {control.path: control.value for control in shown.controls}
-    path = shown.controls[0].path if column.name == "shi2021" else column.value  # a force moves nothing
+    subject, machine = opened(column.source), column.machine()
+    values = {control.path: control.value for control in subject.controls}
+    path = subject.controls[0].path if column.name == "shi2021" else column.value  # a force moves nothing
     share = column.ends[1] / column.number
-    scene, moved = (shown.scenes(values | {path: values[path] * factor}, shown.models[0])[0] for factor in (1.0, share))
+    scene, moved = (
+        subject.scenes(values | {path: values[path] * factor}, subject.models[0])[0] for factor in (1.0, share)
+    )
     if column.name not in ("sun2019-corrected", "shi2021"):  # poses and a shift are shown in a time of their own
         assert scene.seconds == pytest.approx(2 * np.pi / abs(machine.data[machine.speed]), rel=1e-9)
     pairs = [*zip(scene.curves, moved.curves, strict=True), *zip(scene.points, moved.points, strict=True)]
@@ -516,11 +522,11 @@ def check_page(column: Column, folder: Path) -> None:
     if "planter[compiler] is not installed" in err:
         pytest.skip("needs ziglang")
     assert code == 0, err
-    shown = opened(column.source)
-    assert isinstance(shown, Movable)
-    portable = shown.portable(shown.models[0])
-    found = portable.at({column.value: column.ends[1]}, portable.seen)
-    singles = dict(zip(portable.singles, np.ravel(found["singles"]), strict=True))
+    subject = opened(column.source)
+    assert isinstance(subject, Movable)
+    portable = subject.portable(subject.models[0])
+    numbers = portable.at({column.value: column.ends[1]}, portable.seen)
+    singles = dict(zip(portable.singles, np.ravel(numbers["singles"]), strict=True))
     speed = column.machine().data[column.machine().speed]
     close(singles["seconds"], 2 * np.pi / abs(speed))
     if f"largest {column.key}" in singles:
@@ -531,35 +537,35 @@ def check_page(column: Column, folder: Path) -> None:
 @row("gears")
 def check_gears(column: Column, folder: Path) -> None:
     """Pitch curves are whole pitches long; a pair's radii add up to the distance of its axes."""
-    found = command("gears", column.source, *(() if column.name == "yu2023" else ("--module", "1")))
-    if found["intermittent"]:
-        cut = found["intermittent"]
+    result = command("gears", column.source, *(() if column.name == "yu2023" else ("--module", "1")))
+    if result["intermittent"]:
+        cut = result["intermittent"]
         close(cut["pitches"] * np.pi * cut["module_mm"], cut["toothed_arc_mm"])
-    for stage in found["stages"]:
+    for stage in result["stages"]:
         close(stage["perimeter_mm"], np.pi * stage["module_mm"] * np.array(stage["z"]), 1e-7)
 
 
 @row("cam")
 def check_cam(column: Column, folder: Path) -> None:
-    found = command("cam", column.source, "--roller-mm", "6")
+    result = command("cam", column.source, "--roller-mm", "6")
     if column.is_own:
-        phi = np.radians(found["pressure_angle_deg"]["at_deg"])
+        phi = np.radians(result["pressure_angle_deg"]["at_deg"])
         step = 1e-5
         lift = evaluate(column.machine(), "s", np.array([phi - step, phi, phi + step])) * 1e-3
         base = column.machine().data[column.machine().find_index("values.y_0_mm")]
         slope = (lift[2] - lift[0]) / (2 * step)
-        close(found["pressure_angle_deg"]["max"], np.degrees(np.arctan(abs(slope) / (base + lift[1]))), 1e-6)
+        close(result["pressure_angle_deg"]["max"], np.degrees(np.arctan(abs(slope) / (base + lift[1]))), 1e-6)
     else:
         designer = command("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE))["designer"]
-        close(found["pressure_angle_deg"]["max"], designer["cam_pressure_angle_max_deg"])
+        close(result["pressure_angle_deg"]["max"], designer["cam_pressure_angle_max_deg"])
 
 
 @row("simulate")
 def check_report(column: Column, folder: Path) -> None:
     out = folder / "report"
-    found = answer("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE), "--out", str(out))
-    kept = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    assert kept["at"] == found["at"] == command("simulate", column.source, "--samples", "24", "--at", "50.0")["at"]
+    result = answer("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE), "--out", str(out))
+    written = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert written["at"] == result["at"] == command("simulate", column.source, "--samples", "24", "--at", "50.0")["at"]
     assert "<svg" in (out / "report.html").read_text(encoding="utf-8")
 
 
@@ -588,8 +594,8 @@ WITHOUT_A_TURN = ("explain", "matlab", "latex")
 def _cells() -> list[Any]:
     """All cells; those of a diagonal, one for each row, are tried by every run of the tests."""
     cells = [(name, column) for name in CELLS for column in COLUMNS]
-    kept = {(name, list(COLUMNS)[(k + 1) % len(COLUMNS)]) for k, name in enumerate(CELLS)}
-    return [pytest.param(*cell, marks=() if cell in kept else pytest.mark.long) for cell in cells]
+    excluded = {(name, list(COLUMNS)[(k + 1) % len(COLUMNS)]) for k, name in enumerate(CELLS)}
+    return [pytest.param(*cell, marks=() if cell in excluded else pytest.mark.long) for cell in cells]
 
 
 @pytest.fixture(autouse=True)
@@ -622,7 +628,7 @@ def test_free_motion_has_what_needs_no_turn(capability: str, machine: str, tmp_p
     if capability == "explain":
         entries = answer("explain", column.source)["values"]
         values = tomllib.loads(Path(column.source).read_text(encoding="utf-8"))["values"]
-        assert {one["key"].removeprefix("values."): one["value"] for one in entries} == values
+        assert {entry["key"].removeprefix("values."): entry["value"] for entry in entries} == values
     else:
         CELLS[capability](column, tmp_path)
 
@@ -647,7 +653,7 @@ WITHOUT_A_MACHINE = {
 
 def test_every_command_about_machines_is_in_a_row() -> None:
     app = application()
-    names = {one.name or one.callback.__name__ for one in app.registered_commands}
+    names = {command.name or command.callback.__name__ for command in app.registered_commands}
     names |= {str(group.name) for group in app.registered_groups}
     assert names - WITHOUT_A_MACHINE == set().union(*COMMANDS.values())
 

@@ -42,15 +42,15 @@ def test_the_wheel_ships_generated_code_and_machines_and_the_derivation(wheel: P
 def test_the_wheel_derives_a_file_of_a_users_own(wheel: Path, tmp_path: Path) -> None:
     """Unpacked, far from the checkout; what it writes is what the checkout writes."""
     zipfile.ZipFile(wheel).extractall(tmp_path / "site")
-    own = Path(shutil.copy(ROOT / "docs" / "examples" / "slider_crank.py", tmp_path))
-    command = [sys.executable, "-m", "derive", str(own), "--out"]
+    example = Path(shutil.copy(ROOT / "docs" / "examples" / "slider_crank.py", tmp_path))
+    command = [sys.executable, "-m", "derive", str(example), "--out"]
     for site, out in ((tmp_path / "site", "there"), (ROOT, "here")):
         clean = os.environ | {"PYTHONPATH": str(site)}
         subprocess.run([*command, str(tmp_path / out)], cwd=tmp_path, env=clean, check=True, stdout=subprocess.DEVNULL)
     asked = [sys.executable, "-c", "import derive; print(derive.__file__)"]
     clean = os.environ | {"PYTHONPATH": str(tmp_path / "site")}
-    found = subprocess.run(asked, cwd=tmp_path, env=clean, check=True, capture_output=True, text=True).stdout
-    assert Path(found.strip()).is_relative_to(tmp_path / "site")
+    process = subprocess.run(asked, cwd=tmp_path, env=clean, check=True, capture_output=True, text=True).stdout
+    assert Path(process.strip()).is_relative_to(tmp_path / "site")
     written = [{p.relative_to(tmp_path / out): p.read_bytes() for p in (tmp_path / out).rglob("*.*")}
                for out in ("there", "here")]  # fmt: skip
     assert written[0] == written[1]
@@ -122,11 +122,11 @@ def examples(wheel: Path, environment: Path, fetched: bool, tmp_path_factory: py
 @pytest.fixture
 def derived(name: str, environment: Path, examples: Path, tmp_path: Path) -> Path:
     """A folder with what is derived of one example."""
-    told(run(tmp_path, environment / "planter", "derive", examples / f"{name}.py", "--out", "generated", "--json"))
+    read(run(tmp_path, environment / "planter", "derive", examples / f"{name}.py", "--out", "generated", "--json"))
     return tmp_path
 
 
-def told(done: subprocess.CompletedProcess[str]) -> Any:
+def read(done: subprocess.CompletedProcess[str]) -> Any:
     """The object that a command printed."""
     assert not done.returncode, done.stderr
     return json.loads(done.stdout)
@@ -148,30 +148,30 @@ def test_every_example_is_run_here() -> None:
 
 
 def test_a_file_of_ones_own_is_derived_and_evaluated_from_the_wheel(environment: Path, examples: Path) -> None:
-    made = told(run(examples, environment / "planter", "derive", "slider_crank.py", "--out", "alone", "--json"))
-    assert {Path(name).stem for name in made["files"]} == {"slider_crank", "__init__"}
-    assert len(made["files"]) == 6
-    still = told(run(examples, environment / "planter", "turn", "alone/slider_crank.toml", "--json", "--set", "e_mm=0"))
+    content = read(run(examples, environment / "planter", "derive", "slider_crank.py", "--out", "alone", "--json"))
+    assert {Path(name).stem for name in content["files"]} == {"slider_crank", "__init__"}
+    assert len(content["files"]) == 6
+    still = read(run(examples, environment / "planter", "turn", "alone/slider_crank.toml", "--json", "--set", "e_mm=0"))
     assert still["quantities"]["s_mm"]["max"] == pytest.approx(50 + 200, rel=1e-12)
 
 
 @pytest.mark.parametrize("name", ["cam_follower", *(long(name) for name in TURNED if name != "cam_follower")])
 def test_an_example_turns_and_is_optimised_from_the_wheel(name: str, environment: Path, derived: Path) -> None:
-    turn = told(run(derived, environment / "planter", "turn", name, "--samples", "36", "--json"))
+    turn = read(run(derived, environment / "planter", "turn", name, "--samples", "36", "--json"))
     assert max(law["violation"] for law in turn["laws"]) < 1e-9
     options = ("--least", TURNED[name], "--starts", "1", "--out", f"best {name}", "--json")
-    best = told(run(derived, environment / "planter", "optimise", name, *options))
+    best = read(run(derived, environment / "planter", "optimise", name, *options))
     assert best["objective"] < best["start_objective"]
-    again = told(run(derived, environment / "planter", "turn", f"best {name}/optimum.toml", "--json"))
+    again = read(run(derived, environment / "planter", "turn", f"best {name}/optimum.toml", "--json"))
     assert again["machine"] == turn["machine"]
 
 
 @pytest.mark.parametrize("name", [long(name) for name in MOVED])
 def test_an_example_moves_by_itself_from_the_wheel(name: str, environment: Path, derived: Path) -> None:
     options = ("--until", MOVED[name], "--points", "5", "--json")
-    found = told(run(derived, environment / "planter", "move", name, *options))
-    assert found["until_s"] == float(MOVED[name])
-    assert found["redundant_constraints"] == 0
+    result = read(run(derived, environment / "planter", "move", name, *options))
+    assert result["until_s"] == float(MOVED[name])
+    assert result["redundant_constraints"] == 0
 
 
 @pytest.mark.long
@@ -179,8 +179,8 @@ def test_the_examples_paper_is_tried_and_its_gears_are_derived_from_the_wheel(
     environment: Path, examples: Path
 ) -> None:
     trial = ("slider_crank_paper.py", "--numbers", "slider_crank_numbers.toml", "--out", "trial", "--json")
-    found = told(run(examples, environment / "planter", "audit", *trial))
-    verdicts = [one["verdict"] for one in found["equations"]]
+    result = read(run(examples, environment / "planter", "audit", *trial))
+    verdicts = [entry["verdict"] for entry in result["equations"]]
     assert sorted(verdicts) == ["confirmed", "confirmed", "confirmed", "incomplete", "misprint", "misprint"]
-    gears = told(run(examples, environment / "planter", "derive", "elliptic_gears.py", "--out", "gears", "--json"))
+    gears = read(run(examples, environment / "planter", "derive", "elliptic_gears.py", "--out", "gears", "--json"))
     assert {"elliptic_gears.py", "AUDIT.md"} <= {Path(name).name for name in gears["files"]}

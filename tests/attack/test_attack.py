@@ -39,8 +39,8 @@ SLOW = ("pickup", "mapping", "yu2023-path")
 
 def often(names: Iterable[str], slow: Iterable[str]) -> tuple[str, ...]:
     """Names to draw from; those that are slow seldom."""
-    every, seldom = tuple(names), tuple(slow)
-    quick = tuple(name for name in every if name not in seldom)
+    common, seldom = tuple(names), tuple(slow)
+    quick = tuple(name for name in common if name not in seldom)
     return (*quick * (9 * len(seldom) // len(quick) + 1), *seldom)
 
 
@@ -51,7 +51,7 @@ share = settings(
 )  # fmt: skip
 
 
-def held(*arguments: str) -> None:
+def assert_ends_properly(*arguments: str) -> None:
     """A call ends as every call does: one JSON object with numbers that are finite, or one sentence and code 1 or 2."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -61,17 +61,17 @@ def held(*arguments: str) -> None:
         json.loads(out, parse_constant=pytest.fail)
     if code:
         assert (out == "") is (code == 2), (arguments, out)
-        told = [line for line in err.splitlines() if line.startswith("planter: ")]
-        assert len(told) == 1, (arguments, err)
+        messages = [line for line in err.splitlines() if line.startswith("planter: ")]
+        assert len(messages) == 1, (arguments, err)
         assert "Traceback" not in err
-        assert told[0].isprintable(), told
+        assert messages[0].isprintable(), messages
 
 
 def handed(content: bytes, suffix: str, *command: str) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"own{suffix}"
         path.write_bytes(content)
-        held(*command, str(path))
+        assert_ends_properly(*command, str(path))
 
 
 SAMPLED = (("validate",), ("train",), ("turn",))
@@ -95,22 +95,22 @@ def test_a_path_of_one_point_less_is_told_without_a_warning_of_a_library() -> No
 @seed(SEED)
 @share
 @given(found=spoiled(often(MACHINES, [name for name, room in MACHINES.items() if room in SLOW])))
-def test_machine_files_that_are_spoiled_end_in_sentences_or_results(found: Spoiled) -> None:
-    handed(found.content, ".toml", *TAKERS[MACHINES[found.name]])
+def test_machine_files_that_are_spoiled_end_in_sentences_or_results(damaged: Spoiled) -> None:
+    handed(damaged.content, ".toml", *TAKERS[MACHINES[damaged.name]])
 
 
 @seed(SEED)
 @share
 @given(found=spoiled(often(TABLES, [name for name in TABLES if name in SLOW])))
-def test_tables_that_are_spoiled_end_in_sentences_or_results(found: Spoiled) -> None:
-    handed(found.content, ".csv", *TABLES[found.name])
+def test_tables_that_are_spoiled_end_in_sentences_or_results(damaged: Spoiled) -> None:
+    handed(damaged.content, ".csv", *TABLES[damaged.name])
 
 
 @seed(SEED)
 @share
 @given(call=CALLS)
 def test_words_that_are_none_end_in_sentences_or_results(call: tuple[str, ...]) -> None:
-    held(*call)
+    assert_ends_properly(*call)
 
 
 @pytest.mark.parametrize("content", CORPUS[:24:6])
@@ -138,4 +138,4 @@ def test_an_attack_that_gets_through_is_noticed(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr("planter.planting.simulation.validate", broken)
     with pytest.raises((AssertionError, KeyError)):
-        held("validate", "wang2017")
+        assert_ends_properly("validate", "wang2017")

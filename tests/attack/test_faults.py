@@ -27,11 +27,11 @@ def called(
     *arguments: str, python: tuple[str, ...] = (), variables: Mapping[str, str] = MappingProxyType({}),
     before: Callable[[], object] | None = None,
 ) -> subprocess.CompletedProcess[str]:  # fmt: skip
-    """A process of its own, with nothing but what it needs in its environment; `before` is called within it."""
-    kept = {name: os.environ[name] for name in ("PATH", "SYSTEMROOT", "TMPDIR", "TEMP") if name in os.environ}
+    """A process of its own, with nothing but what it needs in its env; `before` is called within it."""
+    env = {name: os.environ[name] for name in ("PATH", "SYSTEMROOT", "TMPDIR", "TEMP") if name in os.environ}
     return subprocess.run(
         [sys.executable, *python, "-m", "planter", *arguments], capture_output=True, text=True, check=False,
-        env=kept | {"PYTHONPATH": str(ROOT), "PLANTER_KERNELS": "casadi-vm"} | dict(variables), preexec_fn=before,
+        env=env | {"PYTHONPATH": str(ROOT), "PLANTER_KERNELS": "casadi-vm"} | dict(variables), preexec_fn=before,
     )  # fmt: skip
 
 
@@ -86,9 +86,9 @@ def test_a_disk_that_takes_no_more_is_told_in_one_line(room: int, tmp_path: Path
     unspoiled = {"PYTHONDONTWRITEBYTECODE": "1"}  # the interpreter would leave compiled modules cut short
     done = called(*SIMULATE, "--out", str(tmp_path / "out"), variables=unspoiled, before=limited)
     assert done.returncode in (1, 2)
-    told = [line for line in done.stderr.splitlines() if line.startswith("planter: ")]
-    assert told
-    assert "cannot be written" in told[-1]
+    messages = [line for line in done.stderr.splitlines() if line.startswith("planter: ")]
+    assert messages
+    assert "cannot be written" in messages[-1]
     assert "Traceback" not in done.stderr
 
 
@@ -110,7 +110,7 @@ def test_eight_at_once_say_what_one_says(expected: str, tmp_path: Path) -> None:
         subprocess.Popen(command, env=variables, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         for _ in range(8)
     ]
-    ends = [(*one.communicate(timeout=300), one.returncode) for one in running]
+    ends = [(*process.communicate(timeout=300), process.returncode) for process in running]
     assert ends == [(expected, "", 0)] * 8
     assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["samples"] == 36
 
@@ -127,7 +127,7 @@ def test_a_search_that_was_killed_starts_again_in_its_folder(tmp_path: Path) -> 
     assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))["finished"] is False
     done = called(*SEARCH, "--out", str(tmp_path))
     assert (done.returncode, "Traceback" in done.stderr) == (0, False)
-    kept = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
-    assert "finished" not in kept
-    assert kept["objective"] == json.loads(done.stdout)["objective"]
+    summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
+    assert "finished" not in summary
+    assert summary["objective"] == json.loads(done.stdout)["objective"]
     assert not [path for path in tmp_path.rglob("*") if path.suffix in (".tmp", ".part")]

@@ -61,9 +61,9 @@ def contents(folder: Path) -> dict[str, bytes]:
 @pytest.mark.parametrize(("command", "name"), COMMANDS.items())
 def test_files_of_users_stay(command: str, name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    for own in (name, "notes.txt"):
-        (tmp_path / own).parent.mkdir(exist_ok=True)
-        (tmp_path / own).write_text("own")
+    for existing in (name, "notes.txt"):
+        (tmp_path / existing).parent.mkdir(exist_ok=True)
+        (tmp_path / existing).write_text("own")
     code, out, err = run(*command.split())
     assert (code, out) == (2, "")
     assert name in err
@@ -76,15 +76,15 @@ def walk(command: typer.core.TyperGroup, *words: str) -> Iterator[tuple[str, set
         if hasattr(inner, "commands"):
             yield from walk(inner, *words, name)
         else:
-            yield " ".join((*words, name)), {option for one in inner.params for option in one.opts}
+            yield " ".join((*words, name)), {option for parameter in inner.params for option in parameter.opts}
 
 
 def test_every_command_that_writes_is_tried() -> None:
     options = dict(walk(typer.main.get_command(application())))
-    writing = {name for name, known in options.items() if known & {"--out", "--static"}}
-    assert writing == {name for name, known in options.items() if "--overwrite" in known}
-    tried = {name for name in writing for command in COMMANDS if command.startswith(f"{name} ")}
-    assert tried == writing - {"derive"}
+    writing = {name for name, known_options in options.items() if known_options & {"--out", "--static"}}
+    assert writing == {name for name, known_options in options.items() if "--overwrite" in known_options}
+    checked = {name for name in writing for command in COMMANDS if command.startswith(f"{name} ")}
+    assert checked == writing - {"derive"}
 
 
 def test_a_result_is_replaced_unless_it_was_edited(tmp_path: Path) -> None:

@@ -45,4 +45,4 @@ NONE = st.one_of(
 """Words that are no number, no name and no file."""
 CALLS: st.SearchStrategy[Call] = st.one_of(
     st.tuples(st.sampled_from(QUICK), ANY), st.tuples(st.sampled_from(SLOW), NONE)
-).map(lambda drawn: (*drawn[0], drawn[1]))
+).map(lambda parts: (*parts[0], parts[1]))

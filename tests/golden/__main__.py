@@ -25,14 +25,14 @@ def run(planter: str, words: list[str], places: dict[str, str]) -> record.Entrie
         return record.flatten(json.loads(result.stdout), Path(folder))
 
 
-def main(planter: str, own: str, docs: str) -> None:
-    places = {"own": str(Path(own).absolute()), "docs": str(Path(docs).absolute())}
+def main(planter: str, examples: str, docs: str) -> None:
+    places = {"own": str(Path(examples).absolute()), "docs": str(Path(docs).absolute())}
     commands = record.list_commands(False) | record.list_commands(True)
-    kept = {}
+    entry = {}
     for name, words in commands.items():
         print(name, flush=True)
-        kept[name] = run(str(Path(planter).absolute()), words, places)
-    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(entries)}" for name, entries in kept.items())
+        entry[name] = run(str(Path(planter).absolute()), words, places)
+    lines = ",\n".join(f"{json.dumps(name)}: {json.dumps(entries)}" for name, entries in entry.items())
     (record.FOLDER / "kept.json").write_text(f"{{\n{lines}\n}}\n", encoding="utf-8")
 
 

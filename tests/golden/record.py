@@ -47,8 +47,8 @@ def list_commands(is_long: bool) -> dict[str, list[str]]:
 
 def read_kept() -> dict[str, Entries]:
     """Return the entries that are kept, by command."""
-    kept: dict[str, Entries] = json.loads((FOLDER / "kept.json").read_text(encoding="utf-8"))
-    return kept
+    recorded: dict[str, Entries] = json.loads((FOLDER / "kept.json").read_text(encoding="utf-8"))
+    return recorded
 
 
 Reasons = Mapping[str, str | Mapping[str, Any]]
@@ -73,13 +73,13 @@ def flatten(result: object, folder: Path) -> Entries:
     return {key: value for key, value in entries.items() if not TIMED.search(key)}
 
 
-def compare(kept: Entries, entries: Entries, reasons: Reasons) -> tuple[list[str], set[str]]:
+def compare(recorded: Entries, entries: Entries, reasons: Reasons) -> tuple[list[str], set[str]]:
     """Return what differs without a reason, a line each, and the patterns of the reasons that were needed.
 
     Entries may be added.
     """
     lines, used = [], set()
-    for key, before in kept.items():
+    for key, before in recorded.items():
         now = entries.get(key, "absent")
         pattern = next((pattern for pattern in reasons if re.fullmatch(pattern, key)), "")
         reason = reasons.get(pattern)
@@ -119,8 +119,8 @@ def _leaves(key: str, value: object) -> Iterator[tuple[str, Any]]:
 
 
 def _digest(content: bytes) -> str:
-    drawn = ENTITIES.search(content)
-    return hashlib.sha256(drawn[0] if drawn else content).hexdigest()[:16]
+    entities = ENTITIES.search(content)
+    return hashlib.sha256(entities[0] if entities else content).hexdigest()[:16]
 
 
 def _columns(name: str, file: Path) -> Iterator[tuple[str, Any]]:

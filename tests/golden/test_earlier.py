@@ -68,8 +68,8 @@ def test_compared_device_of_an_earlier_folder_is_kept(folder: Path, pair: tuple[
 
 
 def test_optimum_of_an_earlier_version_simulates(folder: Path) -> None:
-    kept = answer("simulate", str(folder / "optimum.toml"))
-    assert kept["objective"] < answer("simulate", "compact")["objective"]
+    result = answer("simulate", str(folder / "optimum.toml"))
+    assert result["objective"] < answer("simulate", "compact")["objective"]
 
 
 @needs_compiler

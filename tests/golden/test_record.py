@@ -41,15 +41,18 @@ def test_record_holds_every_command() -> None:
 
 
 def test_changed_number_key_and_text_are_noticed() -> None:
-    kept = KEPT["wang2017.simulate"]
-    key = next(key for key, value in kept.items() if isinstance(value, float) and abs(value) > 1)
-    for changed in (kept | {key: kept[key] * (1 + 1e-11)}, {name: kept[name] for name in kept if name != key}):
-        assert len(record.compare(kept, changed, {})[0]) == 1
-        assert record.compare(kept, changed, {re.escape(key): "on purpose"}) == ([], {re.escape(key)})
-    assert record.compare(kept, kept | {key: kept[key] * (1 + 1e-13)}, {}) == ([], set())
+    entries = KEPT["wang2017.simulate"]
+    key = next(key for key, value in entries.items() if isinstance(value, float) and abs(value) > 1)
+    for changed in (
+        entries | {key: entries[key] * (1 + 1e-11)},
+        {name: entries[name] for name in entries if name != key},
+    ):
+        assert len(record.compare(entries, changed, {})[0]) == 1
+        assert record.compare(entries, changed, {re.escape(key): "on purpose"}) == ([], {re.escape(key)})
+    assert record.compare(entries, entries | {key: entries[key] * (1 + 1e-13)}, {}) == ([], set())
     tolerant = {re.escape(key): {"relative": 1e-10, "reason": "rounding is amplified"}}
-    assert record.compare(kept, kept | {key: kept[key] * (1 + 1e-11)}, tolerant) == ([], set())
-    assert len(record.compare(kept, kept | {key: kept[key] * (1 + 1e-9)}, tolerant)[0]) == 1
+    assert record.compare(entries, entries | {key: entries[key] * (1 + 1e-11)}, tolerant) == ([], set())
+    assert len(record.compare(entries, entries | {key: entries[key] * (1 + 1e-9)}, tolerant)[0]) == 1
     text = next(key for key in KEPT["wang2017.export_c"] if key.endswith(".c"))
     assert record.compare(KEPT["wang2017.export_c"], KEPT["wang2017.export_c"] | {text: "0"}, {})[0]
 
@@ -57,5 +60,5 @@ def test_changed_number_key_and_text_are_noticed() -> None:
 def test_long_lists_are_told_apart_by_order(tmp_path: Path) -> None:
     numbers = [float(i**2) for i in range(20)]
     swapped = [*numbers[:3], numbers[4], numbers[3], *numbers[5:]]
-    one, two = (record.flatten({"x": x}, tmp_path) for x in (numbers, swapped))
-    assert record.compare(one, two, {})[0]
+    first, second = (record.flatten({"x": x}, tmp_path) for x in (numbers, swapped))
+    assert record.compare(first, second, {})[0]

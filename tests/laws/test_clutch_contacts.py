@@ -31,27 +31,27 @@ SIZES: Values = {
 
 @cache
 def sidecar(model: str) -> Values:
-    found: Values = json.loads((ROOT / "generated" / f"{model}.json").read_text(encoding="utf-8"))
-    return found
+    content: Values = json.loads((ROOT / "generated" / f"{model}.json").read_text(encoding="utf-8"))
+    return content
 
 
 def module(model: str) -> ModuleType:
     return import_module(f"generated.array.{model}")
 
 
-def call(model: str, function: str, known: Values) -> Values:
+def call(model: str, function: str, values: Values) -> Values:
     """A function of a model at what is known by name."""
-    told = sidecar(model)
-    vectors, emitted = told["vectors"], told["functions"][function]
-    known = {name: np.complex128(value) for name, value in known.items()}
-    given = [[known[e["name"]] for e in vectors[n]] if n in vectors else known[n] for n in emitted["inputs"]]
-    found = getattr(module(model), function)(xp_complex, *given)
-    return dict(zip((e["name"] for e in vectors[emitted["output"]]), map(np.complex128, found), strict=True))
+    description = sidecar(model)
+    vectors, emitted = description["vectors"], description["functions"][function]
+    values = {name: np.complex128(value) for name, value in values.items()}
+    arguments = [[values[e["name"]] for e in vectors[n]] if n in vectors else values[n] for n in emitted["inputs"]]
+    results = getattr(module(model), function)(xp_complex, *arguments)
+    return dict(zip((e["name"] for e in vectors[emitted["output"]]), map(np.complex128, results), strict=True))
 
 
-def numbers(model: str, function: str, known: Values) -> dict[str, float]:
+def numbers(model: str, function: str, values: Values) -> dict[str, float]:
     """The same, real."""
-    return {name: float(value.real) for name, value in call(model, function, known).items()}
+    return {name: float(value.real) for name, value in call(model, function, values).items()}
 
 
 def states(seed: int, count: int) -> Iterator[Values]:
@@ -65,27 +65,27 @@ def states(seed: int, count: int) -> Iterator[Values]:
         yield places | {f"{name}_dot": 20 * size * random.uniform(-1, 1) for name, size in spread.items()}
 
 
-def along(function: Callable[[Values], Any], known: Values, direction: Values) -> float:
+def differentiate(function: Callable[[Values], Any], values: Values, direction: Values) -> float:
     """Derivative of a function of places along a direction, by a complex step."""
     step = xp_complex.STEP
-    moved = {name: known[name] + 1j * step * slope for name, slope in direction.items()}
-    return float(np.imag(function(known | moved)) / step)
+    moved = {name: values[name] + 1j * step * slope for name, slope in direction.items()}
+    return float(np.imag(function(values | moved)) / step)
 
 
 def touching(name: str, count: int = 60) -> Iterator[Values]:
     """States in which a contact bears, each with what it does."""
     model, equal = CONTACTS[name]
-    found = 0
+    touching_count = 0
     for seed in range(200):
         for state in states(seed, 40):
-            known = {**SIZES, **state, "index": seed % equal}
+            values = {**SIZES, **state, "index": seed % equal}
             if name in ("bearing", "linkage"):
-                known["way"] = -abs(known["way"]) if name == "bearing" else known["pushed"] - 1e-5
-            done = numbers(model, name, known)
+                values["way"] = -abs(values["way"]) if name == "bearing" else values["pushed"] - 1e-5
+            done = numbers(model, name, values)
             if done["normal"] > 0 and done["gap"] > -4e-4:
-                yield known
-                found += 1
-                if found == count:
+                yield values
+                touching_count += 1
+                if touching_count == count:
                     return
     pytest.fail(f"{name} never bears")
 
@@ -95,11 +95,11 @@ def test_a_force_along_the_normal_acts_as_the_slope_of_the_distance(name: str) -
     """Virtual work: without friction the generalised force is the normal force times the gap's gradient."""
     model, _ = CONTACTS[name]
     acted = 0
-    for known in touching(name, 30):
-        at = known | {"friction": 0.0}
+    for values in touching(name, 30):
+        at = values | {"friction": 0.0}
         done = numbers(model, name, at)
         for place in PLACES:
-            slope = along(lambda v: call(model, name, v)["gap"], at, {place: 1.0})
+            slope = differentiate(lambda v: call(model, name, v)["gap"], at, {place: 1.0})
             assert done[f"on_{place}"] == pytest.approx(slope * done["normal"], rel=1e-9, abs=1e-11 * done["normal"])
             acted += slope != 0
     assert acted
@@ -110,36 +110,38 @@ def test_power_of_the_contact_is_what_it_stores_and_loses(name: str) -> None:
     """Of all its forces, friction too, on the coordinates as they move."""
     model, _ = CONTACTS[name]
     noticed = 0
-    for known in touching(name):
-        done = numbers(model, name, known)
-        stored = along(lambda v: call(model, name, v)["stored"], known, {p: known[f"{p}_dot"] for p in PLACES})
+    for values in touching(name):
+        done = numbers(model, name, values)
+        stored = differentiate(
+            lambda v: call(model, name, v)["stored"], values, {p: values[f"{p}_dot"] for p in PLACES}
+        )
         taken = stored + done["damped"] + done["rubbed"]
-        power = sum(done[f"on_{place}"] * known[f"{place}_dot"] for place in PLACES)
+        power = sum(done[f"on_{place}"] * values[f"{place}_dot"] for place in PLACES)
         size = abs(stored) + abs(done["damped"]) + done["rubbed"]
         assert -power == pytest.approx(taken, rel=1e-9, abs=1e-9 * size)
-        tampered = power + 1e-3 * (done["on_way"] * known["way_dot"] + done["on_x"] * known["x_dot"])
+        tampered = power + 1e-3 * (done["on_way"] * values["way_dot"] + done["on_x"] * values["x_dot"])
         noticed += abs(tampered + taken) > 1e-6 * size
     assert noticed > 10
 
 
 @pytest.mark.parametrize("name", CONTACTS)
 def test_friction_only_takes(name: str) -> None:
-    for known in touching(name):
-        assert numbers(CONTACTS[name][0], name, known)["rubbed"] >= 0
+    for values in touching(name):
+        assert numbers(CONTACTS[name][0], name, values)["rubbed"] >= 0
 
 
 @pytest.mark.parametrize("name", ["tooth", "side", "jaw"])
 def test_body_and_shaft_do_the_opposite_to_each_other(name: str) -> None:
     """Turning the whole clutch changes no distance: forces and their moments about the axis are in balance."""
-    for known in touching(name):
-        done = numbers(CONTACTS[name][0], name, known)
+    for values in touching(name):
+        done = numbers(CONTACTS[name][0], name, values)
         if name != "jaw":  # whose middles are counted along the circumference, as if it were straight
             assert done["on_x"] + done["on_shaft_x"] == pytest.approx(0, abs=1e-10 * done["normal"])
             assert done["on_y"] + done["on_shaft_y"] == pytest.approx(0, abs=1e-10 * done["normal"])
-        whole = done["on_output"] + done["on_angle"] + sum(
-            known[f"{p}x"] * done[f"on_{p}y"] - known[f"{p}y"] * done[f"on_{p}x"] for p in ("", "shaft_")
+        total = done["on_output"] + done["on_angle"] + sum(
+            values[f"{p}x"] * done[f"on_{p}y"] - values[f"{p}y"] * done[f"on_{p}x"] for p in ("", "shaft_")
         )  # fmt: skip
-        assert whole == pytest.approx(0, abs=1e-12 * done["normal"])
+        assert total == pytest.approx(0, abs=1e-12 * done["normal"])
 
 
 MOTION: Values = {
@@ -154,23 +156,23 @@ GIVEN, LOST = ("input", "linkage"), ("load", "damping", "friction", "slides", "s
 def moving(seed: int) -> Values:
     """A state of the whole, with whatever the contacts do."""
     random = np.random.default_rng(seed)
-    known = {**MOTION, **next(states(seed, 1)), **{b: 1e-7 * random.uniform(-1, 1) for b in BENT}}
-    known["way"] *= 0.2
+    values = {**MOTION, **next(states(seed, 1)), **{b: 1e-7 * random.uniform(-1, 1) for b in BENT}}
+    values["way"] *= 0.2
     forces = {f"on_{place}": 40 * random.uniform(-1, 1) for place in PLACES}
-    return known | forces | {"stored": 0.0, "damped": random.uniform(0, 2), "rubbed": random.uniform(0, 2)}
+    return values | forces | {"stored": 0.0, "damped": random.uniform(0, 2), "rubbed": random.uniform(0, 2)}
 
 
-def imbalance(known: Values, dropped: str = "") -> float:
+def imbalance(values: Values, dropped: str = "") -> float:
     """What is given less what is kept and lost, as a share of the largest; a power may be left out."""
-    found = numbers("clutch_motion", "motion", known)
-    rates = {p: known[f"{p}_dot"] for p in PLACES[:6]} | {f"{p}_dot": found[f"{p}_ddot"] for p in PLACES[:6]}
-    rates |= {b: found[f"{b}_dot"] for b in BENT} | {"angle": known["angle_dot"]}
-    kept = along(lambda v: call("clutch_motion", "motion", v)["energy"], known, rates)
-    by_contacts = sum(known[f"on_{place}"] * known[f"{place}_dot"] for place in PLACES)
-    powers = {name: found[f"power_{name}"] for name in (*GIVEN, *LOST) if name != dropped}
-    given, lost = (sum(powers.get(name, 0.0) for name in names) for names in (GIVEN, LOST))
-    in_contacts = -by_contacts - known["damped"] - known["rubbed"]
-    return abs(given - lost - kept - in_contacts) / max(map(abs, (*powers.values(), kept)))
+    results = numbers("clutch_motion", "motion", values)
+    rates = {p: values[f"{p}_dot"] for p in PLACES[:6]} | {f"{p}_dot": results[f"{p}_ddot"] for p in PLACES[:6]}
+    rates |= {b: results[f"{b}_dot"] for b in BENT} | {"angle": values["angle_dot"]}
+    change = differentiate(lambda v: call("clutch_motion", "motion", v)["energy"], values, rates)
+    by_contacts = sum(values[f"on_{place}"] * values[f"{place}_dot"] for place in PLACES)
+    powers = {name: results[f"power_{name}"] for name in (*GIVEN, *LOST) if name != dropped}
+    supplied, lost = (sum(powers.get(name, 0.0) for name in names) for names in (GIVEN, LOST))
+    in_contacts = -by_contacts - values["damped"] - values["rubbed"]
+    return abs(supplied - lost - change - in_contacts) / max(map(abs, (*powers.values(), change)))
 
 
 @pytest.mark.parametrize("seed", range(40))
@@ -186,15 +188,15 @@ def test_a_power_that_is_left_out_is_noticed(dropped: str) -> None:
 
 @pytest.mark.parametrize("seed", range(10))
 def test_bristles_hold_against_sliding_and_lose(seed: int) -> None:
-    known = moving(seed)
-    found = numbers("clutch_motion", "motion", known)
-    assert found["power_slides"] >= 0
-    free = known | {"slide": 1e12}
-    held = numbers("clutch_motion", "motion", free)
-    c, s = np.cos(known["angle"]), np.sin(known["angle"])
-    over = known["x_dot"] + known["angle_dot"] * known["y"], known["y_dot"] - known["angle_dot"] * known["x"]
-    assert held["bent_x_dot"] == pytest.approx(c * over[0] + s * over[1], rel=1e-6)
-    assert held["bent_y_dot"] == pytest.approx(-s * over[0] + c * over[1], rel=1e-6)
+    values = moving(seed)
+    results = numbers("clutch_motion", "motion", values)
+    assert results["power_slides"] >= 0
+    free = values | {"slide": 1e12}
+    forces = numbers("clutch_motion", "motion", free)
+    c, s = np.cos(values["angle"]), np.sin(values["angle"])
+    over = values["x_dot"] + values["angle_dot"] * values["y"], values["y_dot"] - values["angle_dot"] * values["x"]
+    assert forces["bent_x_dot"] == pytest.approx(c * over[0] + s * over[1], rel=1e-6)
+    assert forces["bent_y_dot"] == pytest.approx(-s * over[0] + c * over[1], rel=1e-6)
 
 
 LINK: Values = {"l_AB": 0.013, "l_BC": 0.05, "l_AC": 0.043, "k": 0.4, "gamma": 1.45, "link_start": 0.2,
@@ -204,14 +206,14 @@ LINK: Values = {"l_AB": 0.013, "l_BC": 0.05, "l_AC": 0.043, "k": 0.4, "gamma": 1
 def test_the_linkage_closes_and_its_rate_is_the_slope_of_its_way() -> None:
     moved = 0
     for t in np.linspace(-0.02, 0.2, 45):
-        known = LINK | {"t": t}
-        found = numbers("clutch_motion", "course", known)
-        slope = along(lambda v: call("clutch_motion", "course", v)["pushed"], known, {"t": 1.0})
-        assert found["pushed_dot"] == pytest.approx(slope, rel=1e-12, abs=1e-15)
+        values = LINK | {"t": t}
+        results = numbers("clutch_motion", "course", values)
+        slope = differentiate(lambda v: call("clutch_motion", "course", v)["pushed"], values, {"t": 1.0})
+        assert results["pushed_dot"] == pytest.approx(slope, rel=1e-12, abs=1e-15)
         moved += slope != 0
         inclined = np.clip(0.2 - 1.3 * t, 0.03, 0.2)
-        assert found["link_angle"] == pytest.approx(inclined)
-        pin = LINK["l_AC"] + found["pushed"]
+        assert results["link_angle"] == pytest.approx(inclined)
+        pin = LINK["l_AC"] + results["pushed"]
         start = np.arccos((0.043**2 + 0.013**2 - 0.05**2) / (2 * 0.043 * 0.013))
         crank = start - max(inclined - (np.pi / 2 - 1.45), 0) / 0.4
         rod = np.hypot(pin - 0.013 * np.cos(crank), 0.013 * np.sin(crank))

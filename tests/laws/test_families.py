@@ -47,12 +47,14 @@ OFF = 1 + 1e-6
 
 def contact(family: str, seed: int, t: Array, stretched: float = 1.0, terms: int | None = None) -> dict[str, Array]:
     """Contact at polar angles from the array code, real or complex, at a centre distance stretched by a factor."""
-    code, own = model.array_module(f"curve_{family}"), pairs.parameters(family, seed)
-    hoisted = code.prologue(np, own, pairs.stage(family, seed).terms if terms is None else terms)
+    code, parameters = model.array_module(f"curve_{family}"), pairs.parameters(family, seed)
+    hoisted = code.prologue(np, parameters, pairs.stage(family, seed).terms if terms is None else terms)
     hoisted[0] = hoisted[0] * stretched
     names = ("r", "dr", "ddr", "ratio", "dratio", "turned")
-    found = dict(zip(names, code.contact(xp_complex if np.iscomplexobj(t) else np, t, own, hoisted), strict=True))
-    return found | {"a": hoisted[0]}
+    values = dict(
+        zip(names, code.contact(xp_complex if np.iscomplexobj(t) else np, t, parameters, hoisted), strict=True)
+    )
+    return values | {"a": hoisted[0]}
 
 
 def joint(family: str, seed: int) -> float:
@@ -93,12 +95,12 @@ def test_a_centre_distance_off_by_a_millionth_does_not_close(family: str, seed: 
 
 
 def rotation_gap(family: str, seed: int, terms: int | None = None) -> float:
-    found = []
+    gaps = []
     for end in angles(family, seed, 8):
         t, weights = panels(family, seed, end)
         turned = contact(family, seed, np.array([end]), terms=terms)["turned"][0]
-        found.append(turned - weights @ contact(family, seed, t)["ratio"])
-    return float(np.abs(found).max())
+        gaps.append(turned - weights @ contact(family, seed, t)["ratio"])
+    return float(np.abs(gaps).max())
 
 
 @every_curve
@@ -108,8 +110,8 @@ def test_rotation_is_the_integral_of_the_ratio(family: str, seed: int) -> None:
 
 @pytest.mark.parametrize("family", [f for f, seed in pairs.EVERY_CURVE if seed == 1 and pairs.stage(f, 1).terms])
 def test_tail_of_the_series_is_the_error_of_a_shorter_one(family: str) -> None:
-    own, terms = pairs.parameters(family, 1), pairs.stage(family, 1).terms
-    series = np.abs(pairs.stage(family, 1).prologue(parameters=own)["hoisted"][1:, 0])
+    parameters, terms = pairs.parameters(family, 1), pairs.stage(family, 1).terms
+    series = np.abs(pairs.stage(family, 1).prologue(parameters=parameters)["hoisted"][1:, 0])
     assert series[-1] < SERIES_TOLERANCE
     short = int(np.argmax(series < 1e-5))
     assert 1e-8 < rotation_gap(family, 1, terms=short) < 1e-3
@@ -118,9 +120,9 @@ def test_tail_of_the_series_is_the_error_of_a_shorter_one(family: str) -> None:
 
 def test_a_series_of_three_lobes_is_not_cut_between_its_terms() -> None:
     """Only every third coefficient is there: the last one alone says nothing about the tail."""
-    own = np.array([0.03, 1e-9, 0.0, 0.012, 1.0])
-    stage = pairs.stage_of("fourier", own)
-    series = np.abs(stage.prologue(parameters=own)["hoisted"][1:, 0])
+    parameters = np.array([0.03, 1e-9, 0.0, 0.012, 1.0])
+    stage = pairs.stage_of("fourier", parameters)
+    series = np.abs(stage.prologue(parameters=parameters)["hoisted"][1:, 0])
     assert series[[0, 1, 3, 4]].max() < 1e-5 < series[[2, 5]].min()
     assert series[-3:].max() < SERIES_TOLERANCE
 
@@ -131,9 +133,9 @@ def test_a_series_of_three_lobes_is_not_cut_between_its_terms() -> None:
 def tangents(family: str, seed: int, t: Array, stretched: float) -> tuple[NDArray[np.complex128], ...]:
     """Tangents dz/dt of gear and conjugate at the contact, both curves drawn in their own gears and laid there."""
     step = t + 1j * xp_complex.STEP
-    found = contact(family, seed, step, stretched)
-    r, turned = found["r"], found["turned"]
-    mate = found["a"] - r
+    contact_values = contact(family, seed, step, stretched)
+    r, turned = contact_values["r"], contact_values["turned"]
+    mate = contact_values["a"] - r
     gear = slope(r * np.cos(step)) + 1j * slope(r * np.sin(step))
     other = slope(-mate * np.cos(turned)) + 1j * slope(mate * np.sin(turned))
     return gear * np.exp(-1j * t), other * np.exp(1j * np.real(turned))
@@ -144,8 +146,8 @@ def slope(values: NDArray[np.complex128]) -> Array:
 
 
 def rolling_gap(family: str, seed: int, stretched: float = 1.0) -> float:
-    one, two = tangents(family, seed, angles(family, seed), stretched)
-    return float((np.abs(one - two) / np.abs(one)).max())
+    first, second = tangents(family, seed, angles(family, seed), stretched)
+    return float((np.abs(first - second) / np.abs(first)).max())
 
 
 @every_curve
@@ -166,8 +168,8 @@ def test_at_another_distance_they_do_not_roll(family: str, seed: int) -> None:
 def test_arcs_that_have_rolled_off_are_equal(family: str, seed: int) -> None:
     for end in (joint(family, seed), 5.0, TURN):
         t, weights = panels(family, seed, end)
-        one, two = (np.abs(tangent) for tangent in tangents(family, seed, t, 1.0))
-        assert weights @ one == pytest.approx(weights @ two, rel=1e-12)
+        first, second = (np.abs(tangent) for tangent in tangents(family, seed, t, 1.0))
+        assert weights @ first == pytest.approx(weights @ second, rel=1e-12)
 
 
 # --- exchange ------------------------------------------------------------------------------------------
@@ -185,15 +187,15 @@ def angle_at(family: str, seed: int, rotation: Array) -> Array:
 
 def exchange_gap(family: str, seed: int, stretched: float = 1.0) -> float:
     """By how much the conjugate of the conjugate, drawn over the conjugate's own angle, misses the gear's rotation."""
-    found = []
+    gaps = []
     for rotation in (1.0, 4.0):
         edges = np.array(sorted({0.0, min(joint(family, seed), rotation), rotation}))
         half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
         at = contact(family, seed, angle_at(family, seed, (middle + half * NODES).ravel()))
         mate, distance = at["a"] - at["r"], at["a"] * stretched
         total = (half * WEIGHTS).ravel() @ (mate / (distance - mate))
-        found.append(total - angle_at(family, seed, np.array([rotation]))[0])
-    return float(np.abs(found).max())
+        gaps.append(total - angle_at(family, seed, np.array([rotation]))[0])
+    return float(np.abs(gaps).max())
 
 
 @every_family
@@ -207,8 +209,8 @@ def test_the_conjugate_is_deformed_by_the_same_coefficient(family: str, seed: in
     """Its joint lies at pi/m of its own angle, and it is even about both joints in its own parameter."""
     m = pairs.parameters(family, seed)[-1]
     m2 = m / (2 * m - 1)
-    own = np.array([0.3, 1.1, 2.9])
-    first, second = (contact(family, seed, angle_at(family, seed, v)) for v in (own / m, TURN - own / m2))
+    parameters = np.array([0.3, 1.1, 2.9])
+    first, second = (contact(family, seed, angle_at(family, seed, v)) for v in (parameters / m, TURN - parameters / m2))
     assert first["r"] == pytest.approx(second["r"], rel=1e-12)
     assert contact(family, seed, np.array([math.pi / m]))["turned"][0] == pytest.approx(math.pi / m, abs=1e-12)
 
@@ -228,28 +230,30 @@ def test_derivatives_agree_with_complex_steps(family: str, seed: int) -> None:
 
 def drawn_curvatures(family: str, seed: int, t: mp.mpf) -> tuple[float, float]:
     """Of gear and conjugate at a polar angle, from their points by differences at 30 digits."""
-    code, own = model.array_module(f"curve_{family}"), [mp.mpf(float(p)) for p in pairs.parameters(family, seed)]
-    hoisted = code.prologue(xp_mpmath, own, pairs.stage(family, seed).terms)
+    code, parameters = model.array_module(f"curve_{family}"), [mp.mpf(float(p)) for p in pairs.parameters(family, seed)]
+    hoisted = code.prologue(xp_mpmath, parameters, pairs.stage(family, seed).terms)
 
     def places(s: mp.mpf) -> tuple[mp.mpc, mp.mpc]:
-        r, _, _, _, _, turned = code.contact(xp_mpmath, s, own, hoisted)
+        r, _, _, _, _, turned = code.contact(xp_mpmath, s, parameters, hoisted)
         return r * mp.expj(s), (hoisted[0] - r) * mp.expj(turned)
 
-    found = []
+    gaps = []
     for index in (0, 1):
         first, second = (mp.diff(lambda s, i=index: places(s)[i], t, n) for n in (1, 2))
-        found.append(float(mp.im(mp.conj(first) * second) / abs(first) ** 3))
-    return found[0], found[1]
+        gaps.append(float(mp.im(mp.conj(first) * second) / abs(first) ** 3))
+    return gaps[0], gaps[1]
 
 
 @every_family
 def test_curvatures_are_those_of_the_drawn_curves(family: str) -> None:
     """On both segments; the array code is differentiated at 30 digits, its series cut at 1e-12."""
-    own, stage = pairs.parameters(family, 1), pairs.stage(family, 1)
-    hoisted, m = stage.prologue(parameters=own)["hoisted"], own[-1]
+    parameters, stage = pairs.parameters(family, 1), pairs.stage(family, 1)
+    hoisted, m = stage.prologue(parameters=parameters)["hoisted"], parameters[-1]
     with mpmath.workdps(30):
         for u in (0.4, 2.0):
-            at = {name: row[0, 0] for name, row in stage.curvature(u=[u], parameters=own, hoisted=hoisted).items()}
+            at = {
+                name: row[0, 0] for name, row in stage.curvature(u=[u], parameters=parameters, hoisted=hoisted).items()
+            }
             for segment, t in (("first", u / m), ("second", TURN - u * (2 * m - 1) / m)):
                 gear, mate = drawn_curvatures(family, 1, mp.mpf(t))
                 assert at[f"gear_{segment}"] == pytest.approx(gear, rel=1e-8)
@@ -257,21 +261,21 @@ def test_curvatures_are_those_of_the_drawn_curves(family: str) -> None:
                 assert at[f"conjugate_{segment}"] != pytest.approx(gear, rel=1e-8)
 
 
-def convexity(family: str, own: Array) -> float:
+def convexity(family: str, parameters: Array) -> float:
     """The closed form that is positive if and only if the deformed curve is convex."""
-    return float(Kernel(families.load_functions(family).convexity())(parameters=own)["convex"][0, 0])
+    return float(Kernel(families.load_functions(family).convexity())(parameters=parameters)["convex"][0, 0])
 
 
-def hollowness(family: str, own: Array) -> float:
+def hollowness(family: str, parameters: Array) -> float:
     """The gear's least curvature over both segments, per curvature of a circle of its size."""
-    stage = pairs.stage_of(family, own)
-    hoisted = stage.prologue(parameters=own)["hoisted"]
+    stage = pairs.stage_of(family, parameters)
+    hoisted = stage.prologue(parameters=parameters)["hoisted"]
 
     def bend(u: Array) -> Array:
-        found = stage.curvature(u=u, parameters=own, hoisted=hoisted)
-        return np.minimum(found["gear_first"][0], found["gear_second"][0])
+        curvatures = stage.curvature(u=u, parameters=parameters, hoisted=hoisted)
+        return np.minimum(curvatures["gear_first"][0], curvatures["gear_second"][0])
 
-    return extrema.find_minimum(bend, np.linspace(0, np.pi, 181)).value * own[0]
+    return extrema.find_minimum(bend, np.linspace(0, np.pi, 181)).value * parameters[0]
 
 
 CLOSED = [f for f in sorted({f for f, _ in pairs.EVERY_CURVE}) if hasattr(families.load_functions(f), "convexity")]
@@ -314,33 +318,33 @@ def test_fourier_has_no_closed_form_and_turns_hollow_by_its_curvature() -> None:
 @every_curve
 def test_a_curve_of_a_size_has_that_size(family: str, seed: int) -> None:
     """Mean radius over the polar angle and swing of the ratio, from the deformed curve itself."""
-    wanted = pairs.size(family, seed)
+    size = pairs.size(family, seed)
     t, weights = panels(family, seed)
     at = contact(family, seed, t)
     ends = contact(family, seed, np.array([0.0, joint(family, seed)]))["ratio"]
-    assert weights @ at["r"] / TURN == pytest.approx(wanted.mean_radius, rel=1e-12)
-    assert (ends[0] - ends[1]) / (ends[0] + ends[1]) == pytest.approx(wanted.swing, rel=1e-12)
+    assert weights @ at["r"] / TURN == pytest.approx(size.mean_radius, rel=1e-12)
+    assert (ends[0] - ends[1]) / (ends[0] + ends[1]) == pytest.approx(size.swing, rel=1e-12)
     assert ends[1] <= at["ratio"].min() <= at["ratio"].max() <= ends[0]
     back = pairs.sizing(family).size(pairs.parameters(family, seed))
-    assert [back.mean_radius, back.swing] == pytest.approx([wanted.mean_radius, wanted.swing], rel=1e-13)
+    assert [back.mean_radius, back.swing] == pytest.approx([size.mean_radius, size.swing], rel=1e-13)
 
 
 @every_curve
 def test_the_swing_is_the_same_whichever_gear_drives(family: str, seed: int) -> None:
     ratio = contact(family, seed, np.array([0.0, joint(family, seed)]))["ratio"]
-    one, two = ((high - low) / (high + low) for high, low in (ratio, 1 / ratio[::-1]))
-    assert one == pytest.approx(two, rel=1e-13)
+    first, second = ((high - low) / (high + low) for high, low in (ratio, 1 / ratio[::-1]))
+    assert first == pytest.approx(second, rel=1e-13)
 
 
 @every_family
 def test_small_swings_are_the_same_in_every_family(family: str) -> None:
     """To first order in the swing s every pair is r = mean (1 + s/2 cos u) at twice the mean radius."""
     for swing, bound in ((1e-3, 1e-6), (1e-5, 1e-10)):
-        own = pairs.sizing(family).parameters(Size(0.03, swing))
-        stage = pairs.stage_of(family, own)
-        hoisted = stage.prologue(parameters=own)["hoisted"]
+        parameters = pairs.sizing(family).parameters(Size(0.03, swing))
+        stage = pairs.stage_of(family, parameters)
+        hoisted = stage.prologue(parameters=parameters)["hoisted"]
         t = np.linspace(0, TURN, 30)
-        at = stage.contact(t=t, parameters=own, hoisted=hoisted)
+        at = stage.contact(t=t, parameters=parameters, hoisted=hoisted)
         assert at["r"][0] / 0.03 == pytest.approx(1 + swing / 2 * np.cos(t), abs=bound)
         assert at["ratio"][0] == pytest.approx(1 + swing * np.cos(t), abs=bound)
         assert hoisted[0, 0] / 0.06 == pytest.approx(1, abs=bound)
@@ -355,17 +359,17 @@ BAD_CURVES = {
 
 @pytest.mark.parametrize("family", BAD_CURVES)
 def test_parameters_outside_the_domain_are_named(family: str) -> None:
-    own, sentence = BAD_CURVES[family]
+    parameters, sentence = BAD_CURVES[family]
     with pytest.raises(GeometryError, match=sentence):
-        pairs.stage(family, 1).check_parameters(StageCandidate(np.array(own), lambda name: name))
+        pairs.stage(family, 1).check_parameters(StageCandidate(np.array(parameters), lambda name: name))
 
 
 def test_a_radius_below_zero_between_the_joints_is_named() -> None:
-    own = np.array([0.03, 0.005, 0.04, 0.0, 1.2])
-    stage = pairs.stage_of("fourier", own)
-    stage.check_parameters(StageCandidate(own, lambda name: name))
+    parameters = np.array([0.03, 0.005, 0.04, 0.0, 1.2])
+    stage = pairs.stage_of("fourier", parameters)
+    stage.check_parameters(StageCandidate(parameters, lambda name: name))
     with pytest.raises(GeometryError, match=r"r = -10.* mm at t = .* deg: it must be between 0"):
-        stage.check_radius(StageCandidate(own, lambda name: name))
+        stage.check_radius(StageCandidate(parameters, lambda name: name))
 
 
 # --- devices -------------------------------------------------------------------------------------------
@@ -383,9 +387,9 @@ def device_gap(device: Device, moving: kinematics.Machine) -> float:
 
 
 @every_pair
-def test_every_pair_of_families_keeps_momentum(one: str, two: str) -> None:
+def test_every_pair_of_families_keeps_momentum(first: str, second: str) -> None:
     """Against kinematics that share nothing with the generated code, at random carrier angles."""
-    assert device_gap(Device(pairs.machine(one, two)), pairs.machine(one, two)) < 1e-10
+    assert device_gap(Device(pairs.machine(first, second)), pairs.machine(first, second)) < 1e-10
 
 
 @every_family
@@ -398,8 +402,8 @@ def test_another_swing_breaks_momentum(family: str) -> None:
 
 
 @every_pair
-def test_the_mean_support_force_is_the_weight(one: str, two: str) -> None:
-    machine = pairs.machine(one, two)
+def test_the_mean_support_force_is_the_weight(first: str, second: str) -> None:
+    machine = pairs.machine(first, second)
     device = Device(machine)
     joints = np.mod([*of_side(machine), *of_teeth(device)], np.pi)
     edges = np.unique([0, *joints, np.pi])
@@ -412,9 +416,9 @@ def test_the_mean_support_force_is_the_weight(one: str, two: str) -> None:
     assert abs(force.mean() - weight(machine)) > 1e-5
 
 
-@pytest.mark.parametrize(("one", "two"), SOME_PAIRS)
-def test_gradients_agree_with_complex_steps_in_every_family(one: str, two: str) -> None:
-    device, rng = Device(pairs.machine(one, two)), np.random.default_rng(6)
+@pytest.mark.parametrize(("first", "second"), SOME_PAIRS)
+def test_gradients_agree_with_complex_steps_in_every_family(first: str, second: str) -> None:
+    device, rng = Device(pairs.machine(first, second)), np.random.default_rng(6)
     for _ in range(2):
         gradient, error = errors(device, *smooth_point(device, rng))
         assert np.abs(error).max() <= TOLERANCE * np.abs(gradient).max()

@@ -76,6 +76,6 @@ def test_a_missing_prologue_fails(kind: Model) -> None:
     device, rng = machines.device("wang2017", kind), np.random.default_rng(4)
     phi, design = smooth_point(device, rng)
     at = device.prologue(design)
-    _, whole = device.support_slopes(at, np.array([phi]))
+    _, gradient = device.support_slopes(at, np.array([phi]))
     _, part = device.support_slopes(replace(at, dh=0 * at.dh), np.array([phi]))
-    assert np.abs((whole - part) * widths(device)).max() > 1e-3
+    assert np.abs((gradient - part) * widths(device)).max() > 1e-3

@@ -30,11 +30,11 @@ def parameters(device: Device, stage: int) -> Array:
 
 def contact(device: Device, stage: int, t: Array, stretched: float = 1.0) -> dict[str, Array]:
     """The stage's generated functions; `stretched` spoils the centre distance."""
-    gear, own = device.stages[stage], parameters(device, stage)
-    hoisted = gear.prologue(parameters=own)["hoisted"]
+    gear, curve_parameters = device.stages[stage], parameters(device, stage)
+    hoisted = gear.prologue(parameters=curve_parameters)["hoisted"]
     hoisted[0] *= stretched
-    found = gear.contact(t=np.asarray(t), parameters=own, hoisted=hoisted)
-    return {key: found[key][0] for key in CONTACT}
+    values = gear.contact(t=np.asarray(t), parameters=curve_parameters, hoisted=hoisted)
+    return {key: values[key][0] for key in CONTACT}
 
 
 # --- closure ---------------------------------------------------------------------------------------
@@ -83,14 +83,14 @@ def turned(gear: kinematics.Gear, start: mp.mpf, end: mp.mpf) -> mp.mpf:
 def quadrature_gap(name: str, phase: float = 0.0) -> float:
     """Largest difference of both stages' angles to quadrature; `phase` shifts the sun."""
     phi = np.random.default_rng(2).uniform(0, TURN, 3)
-    found, gaps = model.cycle(machines.device(name), phi).side1, []
+    side, gaps = model.cycle(machines.device(name), phi).side1, []
     with mp.workdps(17):
         device = kinematics.Device(machines.machine(name), MPMATH)
         start1, start2 = device["design.alpha3_deg"] + phase, device["design.beta6_deg"]
         for i, angle in enumerate(phi):
             phi52 = turned(device.sun, start1, start1 + mp.mpf(float(angle)))
             phi72 = -turned(device.gear6, start2, start2 + phi52)
-            gaps += [abs(found["phi52"][i] - phi52), abs(found["phi72"][i] - phi72)]
+            gaps += [abs(side["phi52"][i] - phi52), abs(side["phi72"][i] - phi72)]
     return float(max(gaps))
 
 
@@ -114,12 +114,12 @@ def rolling_gap(name: str, stage: int, stretched: float = 1.0) -> Array:
     """
     device = machines.device(name)
     curve = model.array_module(f"curve_{device.stages[stage].family}")
-    own = parameters(device, stage)
-    hoisted = np.array(curve.prologue(np, own, device.stages[stage].terms), dtype=float)
+    curve_parameters = parameters(device, stage)
+    hoisted = np.array(curve.prologue(np, curve_parameters, device.stages[stage].terms), dtype=float)
     hoisted[0] *= stretched
     t = np.random.default_rng(3).uniform(0, TURN, 100)
     step = t + 1j * xp_complex.STEP
-    r, _, _, _, _, turned = curve.contact(xp_complex, step, own, hoisted)
+    r, _, _, _, _, turned = curve.contact(xp_complex, step, curve_parameters, hoisted)
     mate = hoisted[0] - r
     inner = _tangent(r * np.cos(step), r * np.sin(step), t)
     outer = _tangent(-mate * np.cos(turned), mate * np.sin(turned), -np.real(turned))
@@ -154,9 +154,9 @@ def one_sided(values: Array, step: float, order: int) -> float:
     True
     """
     vandermonde = np.vander(np.arange(len(values)), increasing=True).T.astype(float)
-    wanted = np.zeros(len(values))
-    wanted[order] = 1 if order == 1 else 2
-    return float(np.linalg.solve(vandermonde, wanted) @ values) / step**order
+    expected = np.zeros(len(values))
+    expected[order] = 1 if order == 1 else 2
+    return float(np.linalg.solve(vandermonde, expected) @ values) / step**order
 
 
 def samples(start: float, step: float) -> Array:
@@ -166,10 +166,10 @@ def samples(start: float, step: float) -> Array:
 
 def beside_joints(name: str) -> Iterator[tuple[Array, float]]:
     """Samples before and after every joint of side 1 that reach no other one, and their step."""
-    found = np.sort(joints.of_side(machines.machine(name)))
-    for joint in found:
+    breakpoints = np.sort(joints.of_side(machines.machine(name)))
+    for joint in breakpoints:
         for side in (1, -1):
-            away = np.mod(side * (found - joint), TURN)
+            away = np.mod(side * (breakpoints - joint), TURN)
             step = side * min(STEP, away[away > 0].min() / POINTS)
             yield samples(joint, step), step
 
@@ -178,9 +178,9 @@ def rates_gap(name: str, speed: float) -> float:
     """Largest difference of the planet's rate and acceleration to differences, at a carrier speed."""
     gaps = []
     for phi, step in beside_joints(name):
-        found = model.cycle(machines.device(name), phi).side1
-        gaps.append(one_sided(found["phi72"], step, 1) * speed + speed - found["Omega"][0])
-        gaps.append(one_sided(found["Omega"], step, 1) * speed - found["Omega_dot"][0])
+        side = model.cycle(machines.device(name), phi).side1
+        gaps.append(one_sided(side["phi72"], step, 1) * speed + speed - side["Omega"][0])
+        gaps.append(one_sided(side["Omega"], step, 1) * speed - side["Omega_dot"][0])
     return float(np.abs(gaps).max())
 
 
@@ -208,10 +208,10 @@ def test_swing_agrees_with_differences_beside_joints(name: str) -> None:
 def test_slopes_of_pitch_curves_agree_with_differences_beside_joints(name: str, stage: int) -> None:
     device = machines.device(name)
     for joint, side in product((0.0, np.pi / parameters(device, stage)[-1]), (1, -1)):
-        found = contact(device, stage, samples(joint, side * STEP))
+        contact_values = contact(device, stage, samples(joint, side * STEP))
         for value, slope in (("r", "dr"), ("dr", "ddr"), ("turned", "ratio"), ("ratio", "dratio")):
-            expected = one_sided(found[value], side * STEP, 1)
-            assert found[slope][0] == pytest.approx(expected, abs=1e-8 if value == "turned" else 1e-7), (
+            expected = one_sided(contact_values[value], side * STEP, 1)
+            assert contact_values[slope][0] == pytest.approx(expected, abs=1e-8 if value == "turned" else 1e-7), (
                 f"{slope} at {joint}"
             )
 

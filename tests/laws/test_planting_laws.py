@@ -65,10 +65,10 @@ def test_momentum_shows_a_number_off_by_one_percent(path: str) -> None:
 # --- a cycle ---------------------------------------------------------------------------------------
 
 
-def lost_power(machine: Machine, found: model.Outputs, phi: Array) -> Array:
+def lost_power(machine: Machine, outputs: model.Outputs, phi: Array) -> Array:
     """Power that friction takes on both sides: each contact force against the relative velocity there."""
     device, total = kinematics.Device(machine), np.zeros(len(phi))
-    for angle, side in zip((phi, phi - np.pi), found.sides, strict=True):
+    for angle, side in zip((phi, phi - np.pi), outputs.sides, strict=True):
         motion = device.side(angle)
         x, z = motion.sliding
         total -= side["F_Ex"] * x + side["F_Ez"] * z
@@ -96,8 +96,8 @@ def body_velocity(centre: Place, spin: Array, place: tuple[Array, Array]) -> tup
 def work_gap(name: str, moving: Machine) -> float:
     """Input work of a turn less friction work, with the sliding of the machine that is `moving`."""
     phi, weights = panels(name)
-    found = model.cycle(machines.device(name), phi)
-    return float(weights @ (found.totals["M_L"] - lost_power(moving, found, phi) / moving.si("speed_rpm")))
+    outputs = model.cycle(machines.device(name), phi)
+    return float(weights @ (outputs.totals["M_L"] - lost_power(moving, outputs, phi) / moving.si("speed_rpm")))
 
 
 @every_machine
@@ -125,9 +125,9 @@ def test_work_shows_the_sliding_of_another_machine() -> None:
 @every_machine
 def test_the_models_own_loss_is_force_times_sliding(name: str) -> None:
     phi, _ = panels(name)
-    found = model.cycle(machines.device(name), phi)
-    own = found.side1["F_E_loss"] + found.side2["F_E_loss"]
-    assert own == pytest.approx(lost_power(machines.machine(name), found, phi), abs=1e-10)
+    outputs = model.cycle(machines.device(name), phi)
+    loss = outputs.side1["F_E_loss"] + outputs.side2["F_E_loss"]
+    assert loss == pytest.approx(lost_power(machines.machine(name), outputs, phi), abs=1e-10)
 
 
 @every_machine
@@ -155,8 +155,8 @@ def test_the_frame_feels_half_turns(name: str) -> None:
 
 def test_one_side_alone_has_no_half_turn_symmetry() -> None:
     device = machines.device("wang2017")
-    found = model.cycle(device, np.array([1.0, 1.0 + np.pi])).side1
-    assert abs(np.diff(found["F_B1y"])[0]) > 1
+    side = model.cycle(device, np.array([1.0, 1.0 + np.pi])).side1
+    assert abs(np.diff(side["F_B1y"])[0]) > 1
 
 
 @every_machine
@@ -211,10 +211,10 @@ def test_cam_friction_opposes_sliding_within_its_cone(name: str) -> None:
     side = model.cycle(machines.device(name), phi).side1
     x, z = kinematics.Device(machine).side(phi).sliding
     speed = np.hypot(x, z)
-    along, across = (side["F_Ex"] * x + side["F_Ez"] * z) / speed, (side["F_Ez"] * x - side["F_Ex"] * z) / speed
+    tangential, across = (side["F_Ex"] * x + side["F_Ez"] * z) / speed, (side["F_Ez"] * x - side["F_Ex"] * z) / speed
     mu = np.tan(machine.si("cam_friction_angle_deg"))
-    assert along == pytest.approx(-mu * across, abs=1e-9)
-    assert (along * side["F_E"] < 0).all()
+    assert tangential == pytest.approx(-mu * across, abs=1e-9)
+    assert (tangential * side["F_E"] < 0).all()
     assert (side["F_E_loss"] * side["F_E"] > 0).all()
 
 
@@ -250,9 +250,9 @@ def test_tooth_forces_lie_at_the_pressure_angle_less_friction(name: str) -> None
     side, motion = model.cycle(machines.device(name), phi).side1, kinematics.Device(machine).side(phi)
     for stage, tooth in ((1, "P"), (2, "Q")):
         mesh = motion.mesh(stage)
-        expected, given = mesh.force(side[f"M_{tooth}"]), (side[f"F_{tooth}x"], side[f"F_{tooth}y"])
-        assert np.array(given) == pytest.approx(np.array(expected), abs=1e-10)
+        expected, printed_force = mesh.force(side[f"M_{tooth}"]), (side[f"F_{tooth}x"], side[f"F_{tooth}y"])
+        assert np.array(printed_force) == pytest.approx(np.array(expected), abs=1e-10)
         turned = replace(mesh, lean=mesh.lean + np.radians(0.1)).force(side[f"M_{tooth}"])
-        assert np.abs(np.subtract(given, turned)).max() > 1e-4
+        assert np.abs(np.subtract(printed_force, turned)).max() > 1e-4
         size = side[f"F_N{tooth}"] / np.cos(machine.si("tooth_friction_angle_deg"))
-        assert np.hypot(*given) == pytest.approx(size, abs=1e-10)
+        assert np.hypot(*printed_force) == pytest.approx(size, abs=1e-10)

@@ -63,8 +63,8 @@ def answers(jobs: Sequence[Job]) -> Iterator[Answer]:
     with subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdin is not None
         assert process.stdout is not None
-        with process.stdin as asked:
-            json.dump([asdict(job) for job in jobs], asked)
+        with process.stdin as requests:
+            json.dump([asdict(job) for job in jobs], requests)
         yield from (Answer(**json.loads(line)) for line in process.stdout)
 
 
@@ -93,13 +93,13 @@ class _First:
 
 
 def _answered(job: Job) -> Answer:
-    with tempfile.TemporaryFile("w+") as said:
+    with tempfile.TemporaryFile("w+") as output:
         child = os.fork()
         if not child:
-            _run(job, said.fileno())
+            _run(job, output.fileno())
         _, status, used = os.wait4(child, 0)
-        said.seek(0)
-        by = said.read() if os.WIFEXITED(status) else signal.Signals(os.WTERMSIG(status)).name
+        output.seek(0)
+        by = output.read() if os.WIFEXITED(status) else signal.Signals(os.WTERMSIG(status)).name
         return Answer(by, round(used.ru_utime + used.ru_stime, 2))
 
 

@@ -67,12 +67,17 @@ Changes = Iterator[tuple[str, ast.AST]]
 def mutants(source: str, writes: bool = False) -> list[Mutant]:
     """Every mutant of a module; of one that writes programmes also those of what it writes."""
     seen: Counter[tuple[str, str, str, str]] = Counter()
-    found, lines = [], source.splitlines()
+    mutants, lines = [], source.splitlines()
     for index, fault in enumerate(_faults(ast.parse(source), writes)):
-        key = fault.place, fault.kind, f"{_shown(fault.node)} -> {_shown(fault.other)}", lines[fault.line - 1].strip()
-        found.append(Mutant(*key, seen[key], index))
+        key = (
+            fault.place,
+            fault.kind,
+            f"{_format_node(fault.node)} -> {_format_node(fault.other)}",
+            lines[fault.line - 1].strip(),
+        )
+        mutants.append(Mutant(*key, seen[key], index))
         seen[key] += 1
-    return found
+    return mutants
 
 
 def mutated(source: str, mutant: Mutant, writes: bool = False) -> str:
@@ -101,7 +106,7 @@ class _Exchange(ast.NodeTransformer):
         return self.fault.other if node is self.fault.node else super().generic_visit(node)
 
 
-def _shown(node: ast.AST) -> str:
+def _format_node(node: ast.AST) -> str:
     return ast.unparse(node).splitlines()[0] if not isinstance(node, ast.Constant) else repr(node.value)
 
 
@@ -119,9 +124,9 @@ def _walk(node: ast.AST, place: str, line: int, writes: bool) -> Iterator[tuple[
                 continue
             named = isinstance(child, ast.FunctionDef | ast.ClassDef)
             inside = f"{place}.{child.name}".lstrip(".") if named else place
-            own = getattr(child, "lineno", line)
-            yield inside, own, child
-            yield from _walk(child, inside, own, writes)
+            own_line = getattr(child, "lineno", line)
+            yield inside, own_line, child
+            yield from _walk(child, inside, own_line, writes)
 
 
 def _is_left_alone(node: ast.AST, writes: bool) -> bool:

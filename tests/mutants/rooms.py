@@ -42,17 +42,17 @@ class Room:
 
     @cached_property
     def paths(self) -> list[Path]:
-        found = (path for pattern in self.modules for path in ROOT.glob(pattern))
-        return sorted(path for path in found if path.stem != "__init__")
+        paths = (path for pattern in self.modules for path in ROOT.glob(pattern))
+        return sorted(path for path in paths if path.stem != "__init__")
 
     @cached_property
-    def every(self) -> list[Trial]:
+    def list_trials(self) -> list[Trial]:
         return [Trial(path, m) for path in self.paths for m in mutants(path.read_text("utf-8"), self.writes)]
 
     @property
     def sample(self) -> list[Trial]:
         """The mutants that come first in a seeded order of all."""
-        return sorted(self.every, key=lambda trial: trial.mutant.rank(SEED))[: self.size]
+        return sorted(self.list_trials, key=lambda trial: trial.mutant.rank(SEED))[: self.size]
 
     def job(self, trial: Trial) -> Job:
         """The tests of a module with a fault in it."""
@@ -68,10 +68,10 @@ class Room:
 
 
 def rooms() -> dict[str, Room]:
-    return {name: Room(**told) for name, told in tomllib.loads((HERE / "rooms.toml").read_text("utf-8")).items()}
+    return {name: Room(**fields) for name, fields in tomllib.loads((HERE / "rooms.toml").read_text("utf-8")).items()}
 
 
 def equivalent() -> dict[str, str]:
     """Mutants that do the same as the module they are of, with the reason."""
-    told = tomllib.loads((HERE / "equivalent.toml").read_text("utf-8"))
-    return {one["mutant"]: one["reason"] for one in told["equivalent"]}
+    content = tomllib.loads((HERE / "equivalent.toml").read_text("utf-8"))
+    return {entry["mutant"]: entry["reason"] for entry in content["equivalent"]}

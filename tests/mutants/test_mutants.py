@@ -55,8 +55,8 @@ def test_words_are_left_alone() -> None:
 def test_signs_are_exchanged_in_text_that_is_a_programme() -> None:
     source = "text = '{0} + {1} < 1.0'"
     assert not mutants(source)
-    found = {mutated(source, m, writes=True).split("'")[1] for m in mutants(source, writes=True)}
-    assert found == {"{1} + {1} < 1.0", "{0} - {1} < 1.0", "{0} + {0} < 1.0", "{0} + {1} <= 1.0", "{0} + {1} < 0.0"}
+    exchanged = {mutated(source, m, writes=True).split("'")[1] for m in mutants(source, writes=True)}
+    assert exchanged == {"{1} + {1} < 1.0", "{0} - {1} < 1.0", "{0} + {0} < 1.0", "{0} + {1} <= 1.0", "{0} + {1} < 0.0"}
 
 
 def test_every_fault_has_a_name_of_its_own_without_line_numbers() -> None:
@@ -81,12 +81,12 @@ def test_what_is_called_equivalent_is_a_mutant_and_has_its_reason() -> None:
 @forks
 @pytest.mark.parametrize("name", ROOMS)
 def test_nearly_every_fault_is_caught(name: str) -> None:
-    room, known = ROOMS[name], equivalent()
-    told = [trial for trial in room.sample if trial.name not in known]
-    found = list(answers([room.job(trial) for trial in told]))
-    missed = [trial.name for trial, answer in zip(told, found, strict=True) if not answer.by]
-    print(f"{name}: {len(told) - len(missed)} of {len(told)} caught, {room.size - len(told)} equivalent")
-    assert len(missed) <= (1 - CAUGHT) * len(told), missed
+    room, known_equivalent = ROOMS[name], equivalent()
+    trials = [trial for trial in room.sample if trial.name not in known_equivalent]
+    results = list(answers([room.job(trial) for trial in trials]))
+    missed = [trial.name for trial, answer in zip(trials, results, strict=True) if not answer.by]
+    print(f"{name}: {len(trials) - len(missed)} of {len(trials)} caught, {room.size - len(trials)} equivalent")
+    assert len(missed) <= (1 - CAUGHT) * len(trials), missed
 
 
 @pytest.mark.long
@@ -104,13 +104,13 @@ def test_what_runs_for_ever_is_caught() -> None:
     """And a module that cannot be loaded."""
     tests = ("tests/derive/test_quantities.py",)
     endless, broken = (Job("derive.quantity", text, tests, seconds=2) for text in ("while True: pass", "1 / 0"))
-    found = list(answers([endless, broken]))
-    assert [answer.by for answer in found] == ["SIGXCPU", "collection"]
+    results = list(answers([endless, broken]))
+    assert [answer.by for answer in results] == ["SIGXCPU", "collection"]
 
 
 if __name__ == "__main__":
     chosen: Room = ROOMS[sys.argv[1]]
     for trial, answer in zip(chosen.sample, answers(list(map(chosen.job, chosen.sample))), strict=True):
-        kept = "equivalent" if trial.name in equivalent() else "MISSED"
-        print(f"{answer.seconds:6.2f} s  {answer.by or kept}  {trial.name}", flush=True)
+        outcome = "equivalent" if trial.name in equivalent() else "MISSED"
+        print(f"{answer.seconds:6.2f} s  {answer.by or outcome}  {trial.name}", flush=True)
     print(f"seed {SEED}")

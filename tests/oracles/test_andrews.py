@@ -26,22 +26,22 @@ def exact(data: list[object]) -> tuple[list[object], list[object]]:
     code = own.array_code("andrews")
     model = own.file("andrews").model
     state = [*map(mp.mpf, START.split()), *[mp.mpf(0)] * 7]
-    names, held = model.outputs("start")[:7], [name[6:] for name in model.outputs("speeds")]
-    found: dict[str, object] = {}
+    names, multipliers = model.outputs("start")[:7], [name[6:] for name in model.outputs("speeds")]
+    values: dict[str, object] = {}
     for stage in ("inertia", "forces", "slopes", "bends"):
         if stage in model.sidecar["functions"]:
             entries = getattr(code, stage)(xp_mpmath, mp.mpf(0), data, state)
-            found |= dict(zip(model.outputs(stage), entries, strict=True))
+            values |= dict(zip(model.outputs(stage), entries, strict=True))
     matrix, right = mp.matrix(13, 13), mp.matrix(13, 1)
     for i, a in enumerate(names):
-        right[i] = found.get(f"force_{a}", 0)
+        right[i] = values.get(f"force_{a}", 0)
         for j, b in enumerate(names):
-            matrix[i, j] = found.get(f"inertia_{a}_{b}", 0)
-        for j, c in enumerate(held, 7):
-            slope = found.get(f"slope_{c}_{a}", 0)
+            matrix[i, j] = values.get(f"inertia_{a}_{b}", 0)
+        for j, c in enumerate(multipliers, 7):
+            slope = values.get(f"slope_{c}_{a}", 0)
             matrix[i, j], matrix[j, i] = -slope, slope
-    for j, c in enumerate(held, 7):
-        right[j] = found.get(f"bend_{c}", 0)
+    for j, c in enumerate(multipliers, 7):
+        right[j] = values.get(f"bend_{c}", 0)
     solution = list(mp.lu_solve(matrix, right))
     return solution[:7], solution[7:]
 
@@ -55,11 +55,11 @@ def as_written() -> list[object]:
 def test_accelerations_and_multipliers_have_all_digits_in_print() -> None:
     with mp.workdps(40):
         accelerations, multipliers = exact(as_written())
-        for found, printed in zip(
+        for acceleration, printed in zip(
             [*accelerations, *[-m for m in multipliers]], f"{ACCELERATIONS} {MULTIPLIERS}".split(), strict=True
         ):
-            print(f"found {mp.nstr(found, 30)}, printed {printed}")
-            assert abs(found - mp.mpf(printed)) <= mp.mpf("1e-27") * max(1, abs(mp.mpf(printed)))
+            print(f"found {mp.nstr(acceleration, 30)}, printed {printed}")
+            assert abs(acceleration - mp.mpf(printed)) <= mp.mpf("1e-27") * max(1, abs(mp.mpf(printed)))
 
 
 def test_a_datum_that_is_off_in_its_last_digit_is_seen() -> None:
@@ -91,8 +91,8 @@ def test_what_is_left_is_the_error_of_the_reference() -> None:
         return np.concatenate([state[7:], dynamics.accelerations(time, state)[0]])
 
     free = solve_ivp(rates, (0, 0.03), dynamics.start(), method="DOP853", rtol=3e-14, atol=1e-16).y[:7, -1]
-    kept = dynamics.run(np.array([0.0, 0.03]), 1e-12).states[:7, -1]
-    assert own.deviation("with and without projection", kept, free) < 1.5e-11
+    final_state = dynamics.run(np.array([0.0, 0.03]), 1e-12).states[:7, -1]
+    assert own.deviation("with and without projection", final_state, free) < 1.5e-11
     assert own.deviation("without projection, from the reference", free, END) < 2e-9
 
 

@@ -78,8 +78,8 @@ def test_it_is_held_once_too_often_and_says_where() -> None:
         print("held twice:", ", ".join(run.undetermined))
         assert run.undetermined
         assert not set(run.undetermined) & run.results.keys()
-        asked = dynamics.run(np.linspace(0, 0.5, 6), 1e-9, minimum_norm=True)
-        assert set(run.undetermined) <= asked.results.keys()
+        motion = dynamics.run(np.linspace(0, 0.5, 6), 1e-9, minimum_norm=True)
+        assert set(run.undetermined) <= motion.results.keys()
 
 
 def test_energy_stays_and_both_ways_to_open_it_move_alike() -> None:
@@ -90,5 +90,5 @@ def test_energy_stays_and_both_ways_to_open_it_move_alike() -> None:
         assert moved > 1
         assert own.deviation("energy, over what moves", total / moved, total[0] / moved) < 1e-6
     for hinge in range(3):
-        one, two = (np.unwrap(run.states[hinge]) for run in runs)
-        assert own.deviation(f"hinge {hinge}", one, two) < 1e-6
+        first, second = (np.unwrap(run.states[hinge]) for run in runs)
+        assert own.deviation(f"hinge {hinge}", first, second) < 1e-6

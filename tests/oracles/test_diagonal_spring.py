@@ -57,14 +57,14 @@ def test_rest_and_eigenvalues_are_those_of_the_benchmark(damping: float, printed
     at = equilibrium(four_bar)
     assert own.deviation("angle of rest", at[[left, right]], REST) < 1e-10
     assert own.deviation("its balance", at[[left, right]], angle_of_rest()) < 1e-14
-    there = np.zeros_like(at)
-    there[[left, top, right]] = REST, 0, REST
-    first, second = eigenvalues(four_bar, there)
+    zero_rates = np.zeros_like(at)
+    zero_rates[[left, top, right]] = REST, 0, REST
+    first, second = eigenvalues(four_bar, zero_rates)
     assert own.deviation("eigenvalue", first, printed) < digits
     assert second == pytest.approx(first.conjugate(), rel=1e-12)
 
 
 def test_a_spring_that_is_stiffer_by_a_millionth_is_seen() -> None:
     four_bar = own.dynamics(FOUR_BAR, "four_bar", c_N_s_m=0.0, k_N_m=25.000025)
-    found = eigenvalues(four_bar, equilibrium(four_bar))
-    assert np.abs(found[0] - FREE) > 1e-8
+    roots = eigenvalues(four_bar, equilibrium(four_bar))
+    assert np.abs(roots[0] - FREE) > 1e-8

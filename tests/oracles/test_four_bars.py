@@ -44,13 +44,13 @@ END = FINE + (FINE - COARSE) / 3
 
 
 @pytest.mark.parametrize(
-    ("tolerance", "kept", "near"), [(1e-8, 1e-6, 1e-6), pytest.param(1e-10, 1e-8, 2e-8, marks=pytest.mark.long)]
+    ("tolerance", "drift", "distance"), [(1e-8, 1e-6, 1e-6), pytest.param(1e-10, 1e-8, 2e-8, marks=pytest.mark.long)]
 )
-def test_two_windows_fall_through_their_singular_poses(tolerance: float, kept: float, near: float) -> None:
+def test_two_windows_fall_through_their_singular_poses(tolerance: float, drift: float, distance: float) -> None:
     run = own.dynamics(BARS.replace("COUNT", "2"), "bars").run(np.linspace(0, 10, 101), tolerance)
     energy = run.results["kinetic"] + run.results["potential"]
-    assert own.deviation("energy, N = 2", energy / energy[0], 1) < kept
-    assert own.deviation("B0 at 10 s", [run.results["B0x"][-1], run.results["B0y"][-1]], END) < near
+    assert own.deviation("energy, N = 2", energy / energy[0], 1) < drift
+    assert own.deviation("B0 at 10 s", [run.results["B0x"][-1], run.results["B0y"][-1]], END) < distance
     assert own.deviation("uprights", run.states[0], run.states[2]) < 1e-6
 
 

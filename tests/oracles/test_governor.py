@@ -93,8 +93,8 @@ class Engine:
             for (body, at), force in zip(ends, (pull, -pull), strict=True):
                 local = self.data.oMi[body].rotation.T @ force
                 forces[body] += pin.Force(local, np.cross(at, local))
-        found: np.ndarray = pin.aba(self.tree, self.data, places, rates, np.zeros(4), forces)
-        return found
+        computed: np.ndarray = pin.aba(self.tree, self.data, places, rates, np.zeros(4), forces)
+        return computed
 
     def _point(self, body: int, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         pose, twist = self.data.oMi[body], self.data.v[body]
@@ -106,8 +106,8 @@ def test_accelerations_are_those_of_the_engine() -> None:
     assert governor.names[:4] == ["turn", "s", "drop0", "drop1"]
     for _ in range(5):
         state = np.concatenate([rng.uniform(0.2, 0.7, 4), rng.uniform(-1, 1, 4)])
-        found, expected = governor.accelerations(0.0, state)[0], engine.accelerations(state[:4], state[4:])
-        assert own.deviation("accelerations", found, expected) < 1e-11 * np.abs(expected).max()
+        rates, expected = governor.accelerations(0.0, state)[0], engine.accelerations(state[:4], state[4:])
+        assert own.deviation("accelerations", rates, expected) < 1e-11 * np.abs(expected).max()
     heavier = own.dynamics(GOVERNOR, "governor", m_b_kg=5.001).accelerations(0.0, state)[0]
     assert np.abs(heavier - expected).max() > 1e-6 * np.abs(expected).max()
 
@@ -119,8 +119,8 @@ def test_the_slider_moves_as_the_engine_says_over_ten_seconds() -> None:
     def rates(_: float, y: np.ndarray) -> np.ndarray:
         return np.concatenate([y[4:], engine.accelerations(y[:4], y[4:])])
 
-    found = scipy.integrate.solve_ivp(rates, (0, 10), governor.start(), "LSODA", TIMES, rtol=1e-9, atol=1e-11)
-    assert own.deviation("slider's height", run.states[1], found.y[1]) < 1e-6
+    solution = scipy.integrate.solve_ivp(rates, (0, 10), governor.start(), "LSODA", TIMES, rtol=1e-9, atol=1e-11)
+    assert own.deviation("slider's height", run.states[1], solution.y[1]) < 1e-6
     assert np.ptp(run.states[1]) > 0.05
     assert own.deviation("both rods", run.states[2], run.states[3]) < 1e-8
     energy = run.results["kinetic"] + run.results["potential"]

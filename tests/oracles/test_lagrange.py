@@ -79,15 +79,15 @@ class Side:
         state = self.state
         (x, z), (origin, axes) = self.motion.cam_direction, state.frame("planet")
         roller = origin + axes @ _vector(*(c.value for c in self.motion.roller))
-        found = {"F_E": state.power("inner", "carrier", roller, axes @ _vector(x, mp.zero, z))}
+        forces = {"F_E": state.power("inner", "carrier", roller, axes @ _vector(x, mp.zero, z))}
         for stage, flank in enumerate(flanks, 1):
             mesh, (tooth, inner, outer) = self.motion.mesh(stage), TEETH[stage - 1]
-            found[f"F_{tooth}"] = state.power(inner, outer, _vector(*mesh.place), _vector(*mesh.direction(flank)))
+            forces[f"F_{tooth}"] = state.power(inner, outer, _vector(*mesh.place), _vector(*mesh.direction(flank)))
         for shaft, name in (("A1", "middle"), ("B1", "planet")):
             at = state.frame(name)[0]
             for axis, unit in zip("xy", (_vector(mp.one), _vector(mp.zero, mp.one)), strict=True):
-                found[f"F_{shaft}{axis}"] = state.power(name, "carrier", at, unit)
-        return found
+                forces[f"F_{shaft}{axis}"] = state.power(name, "carrier", at, unit)
+        return forces
 
     def solve(self) -> dict[str, Number]:
         """Sizes of the unknown forces, each on the flank that pushes; then what is left for the whole device."""
@@ -101,16 +101,16 @@ class Side:
                 break
             flanks = (-flanks[0], flanks[1]) if "F_Q" not in pulls else (flanks[0], -flanks[1])
         left = required - sum(size * powers[name] for name, size in sizes.items())
-        whole = {name: left[i] for name, i in WHOLE.items()}
-        return {**sizes, **whole, **self._teeth(sizes, flanks)}
+        solution = {name: left[i] for name, i in WHOLE.items()}
+        return {**sizes, **solution, **self._teeth(sizes, flanks)}
 
     def _teeth(self, sizes: dict[str, Number], flanks: tuple[int, int]) -> dict[str, Number]:
-        found = {}
+        teeth = {}
         for stage, flank in enumerate(flanks, 1):
             tooth = TEETH[stage - 1][0]
             for axis, component in zip("xy", self.motion.mesh(stage).direction(flank), strict=True):
-                found[f"F_{tooth}{axis}"] = sizes[f"F_{tooth}"] * component
-        return found
+                teeth[f"F_{tooth}{axis}"] = sizes[f"F_{tooth}"] * component
+        return teeth
 
 
 SIDE = ("F_E", "F_Px", "F_Py", "F_Qx", "F_Qy", "F_A1x", "F_A1y", "F_B1x", "F_B1y")
@@ -138,10 +138,10 @@ def generated(name: str, phi: Number) -> model.Outputs:
 
 def gaps(name: str, machine: Machine, phi: Number) -> dict[str, Number]:
     """Relative differences of the generated model to Lagrange's equations for a machine."""
-    expected, found = lagrange(machine, phi), generated(name, phi)
-    pairs = {f"{key}, side {i + 1}": (expected[0][i][key], found.sides[i][key]) for i in (0, 1) for key in SIDE}
-    pairs |= {key: (expected[1][key], found.totals[key]) for key in WHOLE}
-    return {key: abs(one - two) / max(1, abs(one)) for key, (one, two) in pairs.items()}
+    expected, actual = lagrange(machine, phi), generated(name, phi)
+    pairs = {f"{key}, side {i + 1}": (expected[0][i][key], actual.sides[i][key]) for i in (0, 1) for key in SIDE}
+    pairs |= {key: (expected[1][key], actual.totals[key]) for key in WHOLE}
+    return {key: abs(computed - reference) / max(1, abs(computed)) for key, (computed, reference) in pairs.items()}
 
 
 @pytest.mark.parametrize("name", machines.sampled(2))
@@ -152,6 +152,6 @@ def test_both_derivations_agree(name: str) -> None:
 
 def test_a_mass_off_by_a_billionth_shows() -> None:
     changed = machines.tampered("wang2017", "mass.planet_kg", 1 + 1e-9)
-    found = gaps("wang2017", changed, mp.mpf(1))
-    assert found["F_support"] > mp.mpf(10) ** -12
-    assert found["M_L"] > mp.mpf(10) ** -12
+    differences = gaps("wang2017", changed, mp.mpf(1))
+    assert differences["F_support"] > mp.mpf(10) ** -12
+    assert differences["M_L"] > mp.mpf(10) ** -12

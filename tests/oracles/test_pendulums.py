@@ -68,9 +68,9 @@ def test_small_swings_of_two_bobs() -> None:
     stiff = g * np.diag([(m1 + m2) * l1, m2 * l2])
     rates = np.sqrt(np.linalg.eigvals(np.linalg.solve(mass, stiff)))
     dynamics = double()
-    found = eigenvalues(dynamics, equilibrium(dynamics))
-    assert own.deviation("real parts", found.real, 0) < 1e-11
-    assert own.deviation("rates", np.sort(found.imag), np.sort([*rates, *-rates])) < 1e-11
+    roots = eigenvalues(dynamics, equilibrium(dynamics))
+    assert own.deviation("real parts", roots.real, 0) < 1e-11
+    assert own.deviation("rates", np.sort(roots.imag), np.sort([*rates, *-rates])) < 1e-11
 
 
 def test_two_bobs_without_gravity_turn_as_their_quadrature_says() -> None:

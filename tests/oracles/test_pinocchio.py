@@ -168,16 +168,16 @@ class Case:
         return [load for i in SIDES for load in (*self._teeth(i), *self._nozzle(i, cam_turned))]
 
     def _teeth(self, i: int) -> list[Load]:
-        side, found = self.sides[i], self.outputs.sides[i]
+        side, values = self.sides[i], self.outputs.sides[i]
         P, Q = side.mesh(1), side.mesh(2)
-        return [Load("sun", f"middle {i}", _plane(*P.place), _plane(*P.force(found["M_P"]))),
-                Load(f"middle {i}", f"planet {i}", _plane(*Q.place), _plane(*Q.force(found["M_Q"])))]  # fmt: skip
+        return [Load("sun", f"middle {i}", _plane(*P.place), _plane(*P.force(values["M_P"]))),
+                Load(f"middle {i}", f"planet {i}", _plane(*Q.place), _plane(*Q.force(values["M_Q"])))]  # fmt: skip
 
     def _nozzle(self, i: int, cam_turned: float) -> list[Load]:
-        side, found, axes = self.sides[i], self.outputs.sides[i], self.engine.planet_axes(i)
+        side, values, axes = self.sides[i], self.outputs.sides[i], self.engine.planet_axes(i)
         x, z = (np.asarray(c).item() for c in side.cam_direction)
         turned = np.array([[np.cos(cam_turned), np.sin(cam_turned)], [-np.sin(cam_turned), np.cos(cam_turned)]])
-        x, z = turned @ (x, z) * found["F_E"]
+        x, z = turned @ (x, z) * values["F_E"]
         roller = np.array([np.asarray(c.value).item() for c in side.roller])
         pull = np.array([0, 0, np.asarray(side.spring).item()])
         hook = self._hook(i)
@@ -193,9 +193,9 @@ def at(name: str, phi: float, numbers: Machine | None = None, cam_turned: float 
     """Model and engine at one angle; `numbers` may give the engine another machine than the model's."""
     motion = kinematics.Device(machines.machine(name))
     sides = motion.side(np.array([phi])), motion.side(np.array([phi - np.pi]))
-    found = model.cycle(machines.device(name), phi)
-    one = model.Outputs(*({k: v.item() for k, v in part.items()} for part in (*found.sides, found.totals)))
-    case = Case(one, sides, Engine(numbers or machines.machine(name), motion))
+    outputs = model.cycle(machines.device(name), phi)
+    item = model.Outputs(*({k: v.item() for k, v in part.items()} for part in (*outputs.sides, outputs.totals)))
+    case = Case(item, sides, Engine(numbers or machines.machine(name), motion))
     case.engine.run(sides, [])
     case.engine.run(sides, case.loads(cam_turned))
     return case
@@ -204,25 +204,25 @@ def at(name: str, phi: float, numbers: Machine | None = None, cam_turned: float 
 def differences(case: Case) -> dict[str, float]:
     """Model less engine for all joint forces and driving torques; torques that must vanish as they are."""
     engine, totals = case.engine, case.outputs.totals
-    found = {"M_1": totals["M_1"] - engine.torque("sun"), "M_L": totals["M_L"] - engine.torque("carrier")}
+    moments = {"M_1": totals["M_1"] - engine.torque("sun"), "M_L": totals["M_L"] - engine.torque("carrier")}
     for force, body in (("F_O", "sun"), ("F_O1", "carrier")):
         for axis, value in zip("xy", engine.reaction(body), strict=False):
-            found[f"{force}{axis}"] = totals[f"{force}{axis}"] - float(value)
+            moments[f"{force}{axis}"] = totals[f"{force}{axis}"] - float(value)
     for i in SIDES:
-        found |= {f"{key}, side {i + 1}": gap for key, gap in _side_differences(case, i).items()}
-    return found
+        moments |= {f"{key}, side {i + 1}": gap for key, gap in _side_differences(case, i).items()}
+    return moments
 
 
 def _side_differences(case: Case, i: int) -> dict[str, float]:
     engine, side = case.engine, case.outputs.sides[i]
-    found = {"middle free": engine.torque(f"middle {i}"), "planet free": engine.torque(f"planet {i}"),
+    side_moments = {"middle free": engine.torque(f"middle {i}"), "planet free": engine.torque(f"planet {i}"),
              "coupling without work": engine.torque(f"inner {i}") - engine.torque(f"outer {i}")}  # fmt: skip
     joints = (("F_A1", f"middle {i}", np.eye(3)), ("F_B1", f"planet {i}", np.eye(3)),
               ("F_A", f"inner {i}", engine.planet_axes(i)), ("F_Ao", f"outer {i}", engine.planet_axes(i)))  # fmt: skip
     for force, body, axes in joints:
         for axis, value in zip("xy", engine.reaction(body) @ axes, strict=False):
-            found[f"{force}{axis}"] = side[f"{force}{axis}"] - float(value)
-    return found
+            side_moments[f"{force}{axis}"] = side[f"{force}{axis}"] - float(value)
+    return side_moments
 
 
 def worst(case: Case) -> float:
@@ -270,9 +270,9 @@ def test_the_directions_of_tooth_and_cam_forces_are_the_models() -> None:
     for name in NAMES:
         case = at(name, 2.0)
         for i in SIDES:
-            side, found = case.sides[i], case.outputs.sides[i]
-            expected = (*side.mesh(1).force(found["M_P"]), *side.mesh(2).force(found["M_Q"]),
-                        *(found["F_E"] * c for c in side.cam_direction))  # fmt: skip
-            given = (found[key] for key in ("F_Px", "F_Py", "F_Qx", "F_Qy", "F_Ex", "F_Ez"))
-            for mine, its in zip(expected, given, strict=True):
-                assert np.asarray(mine).item() == pytest.approx(its, abs=TOLERANCE)
+            side, values = case.sides[i], case.outputs.sides[i]
+            expected = (*side.mesh(1).force(values["M_P"]), *side.mesh(2).force(values["M_Q"]),
+                        *(values["F_E"] * c for c in side.cam_direction))  # fmt: skip
+            forces = (values[key] for key in ("F_Px", "F_Py", "F_Qx", "F_Qy", "F_Ex", "F_Ez"))
+            for force, its in zip(expected, forces, strict=True):
+                assert np.asarray(force).item() == pytest.approx(its, abs=TOLERANCE)

@@ -63,7 +63,7 @@ def test_a_trail_that_is_off_by_a_micrometre_is_seen() -> None:
 def test_eigenvalues_are_those_in_print(speed: int) -> None:
     """Those of lean and steer: what can be ignored (place, course, turns of the wheels, speed) has zeros."""
     motion = about(float(speed))
-    found = np.linalg.eigvals(
+    eigenvalues = np.linalg.eigvals(
         np.block(
             [
                 [np.zeros((2, 2)), np.eye(2)],
@@ -81,10 +81,10 @@ def test_eigenvalues_are_those_in_print(speed: int) -> None:
     else:
         printed = list(STANDING)
     size = np.abs(printed).max()
-    nearest = [found[np.argmin(np.abs(found - one))] for one in printed]
+    nearest = [eigenvalues[np.argmin(np.abs(eigenvalues - printed_value))] for printed_value in printed]
     assert own.deviation(f"eigenvalues at {speed} m/s", nearest, printed) < 1e-12 * size
-    whole = motion.eigenvalues()
-    assert max(np.abs(whole - one).min() for one in printed) < 1e-9 * size
+    computed = motion.eigenvalues()
+    assert max(np.abs(computed - printed_value).min() for printed_value in printed) < 1e-9 * size
 
 
 def test_what_is_ignored_does_not_act_back() -> None:
@@ -106,8 +106,8 @@ def test_a_small_push_dies_away_as_small_motions_say() -> None:
     pushed = run.states[dynamics.size :, 0] - dynamics.start()[dynamics.size :]
     first = np.zeros(len(flow))
     first[len(small.drift) :] = [pushed[dynamics.names.index(name)] for name in ("lean", "steer", "rear_spin")]
-    wanted = [(expm(flow * time) @ first)[0] for time in times]
-    assert own.deviation("lean, over the push", run.states[lean] / push, np.array(wanted) / push) < 1e-5
+    expected = [(expm(flow * time) @ first)[0] for time in times]
+    assert own.deviation("lean, over the push", run.states[lean] / push, np.array(expected) / push) < 1e-5
     assert np.abs(run.states[lean, -5:]).max() < 0.2 * np.abs(run.states[lean]).max()
     energy = run.results["kinetic"] + run.results["potential"]
     assert own.deviation("energy", energy, energy[0]) < 1e-8 * energy[0]

@@ -32,30 +32,30 @@ def public() -> dict[str, object]:
 
 def members() -> Iterator[tuple[str, object]]:
     """Public functions and classes, and of classes their own methods and properties."""
-    for name, found in public().items():
-        yield name, found
-        if inspect.isclass(found) and not issubclass(found, Exception):
-            own = {key: value for key, value in vars(found).items() if not key.startswith("_")}
-            methods = {key: value for key, value in own.items() if callable(value) or hasattr(value, "__doc__")}
+    for name, member in public().items():
+        yield name, member
+        if inspect.isclass(member) and not issubclass(member, Exception):
+            attributes = {key: value for key, value in vars(member).items() if not key.startswith("_")}
+            methods = {key: value for key, value in attributes.items() if callable(value) or hasattr(value, "__doc__")}
             yield from ((f"{name}.{key}", value) for key, value in methods.items() if _is_code(value))
 
 
-def _is_code(found: object) -> bool:
-    return inspect.isroutine(found) or isinstance(found, property) or type(found).__name__ == "cached_property"
+def _is_code(member: object) -> bool:
+    return inspect.isroutine(member) or isinstance(member, property) or type(member).__name__ == "cached_property"
 
 
-def code(found: object) -> Callable[..., object]:
-    return getattr(found, "fget", None) or getattr(found, "func", None) or getattr(found, "__func__", None) or found
+def code(member: object) -> Callable[..., object]:
+    return getattr(member, "fget", None) or getattr(member, "func", None) or getattr(member, "__func__", None) or member
 
 
-def unexplained(found: object) -> str:
+def unexplained(member: object) -> str:
     """What a docstring lacks; nothing where it is complete."""
-    text = inspect.getdoc(found) or ""
+    text = inspect.getdoc(member) or ""
     if not text:
         return "no docstring"
-    if inspect.isclass(found):
+    if inspect.isclass(member):
         return ""
-    annotations = " ".join(map(str, getattr(code(found), "__annotations__", {}).values()))
+    annotations = " ".join(map(str, getattr(code(member), "__annotations__", {}).values()))
     return "no unit" if NUMBERS.search(annotations) and not UNIT.search(text) else ""
 
 
@@ -93,9 +93,9 @@ def test_every_name_is_there_and_no_room_has_it() -> None:
         planter.Devise  # noqa: B018
 
 
-@pytest.mark.parametrize(("name", "found"), list(members()), ids=[name for name, _ in members()])
-def test_every_name_is_explained_with_its_units(name: str, found: object) -> None:
-    assert not unexplained(found), name
+@pytest.mark.parametrize(("name", "member"), list(members()), ids=[name for name, _ in members()])
+def test_every_name_is_explained_with_its_units(name: str, member: object) -> None:
+    assert not unexplained(member), name
 
 
 def test_a_name_without_docstring_or_unit_is_noticed() -> None:
@@ -129,8 +129,8 @@ def test_designs_carry_names_and_units(device: Device) -> None:
 
 def state(device: Device) -> dict[str, object]:
     """Everything of a device that a call might change, kernels that are made at the first use apart."""
-    kept = {key: value for key, value in vars(device).items() if isinstance(value, np.ndarray | bool | str | tuple)}
-    arrays = {key: value.tobytes() if isinstance(value, np.ndarray) else value for key, value in kept.items()}
+    saved = {key: value for key, value in vars(device).items() if isinstance(value, np.ndarray | bool | str | tuple)}
+    arrays = {key: value.tobytes() if isinstance(value, np.ndarray) else value for key, value in saved.items()}
     return arrays | {"machine": device.machine.model_dump_json()}
 
 
@@ -162,25 +162,25 @@ def test_a_changed_device_is_noticed() -> None:
 
 
 def test_results_are_shown_as_tables_and_safe_text(device: Device) -> None:
-    found = planter.simulate(device, 24)
-    shown = found._repr_html_()
-    assert shown.startswith("<table>")
-    assert "<svg" in shown
-    assert "support_force.range_N" in shown
+    simulation = planter.simulate(device, 24)
+    text = simulation._repr_html_()
+    assert text.startswith("<table>")
+    assert "<svg" in text
+    assert "support_force.range_N" in text
     hostile = Device(device.machine.model_copy(update={"name": "<script>alert(1)</script>"}))
     assert "<script" not in hostile._repr_html_()
 
 
 def test_rows_become_frames(device: Device) -> None:
-    found = planter.simulate(device, 24, [0.0, 100.0])
-    assert list(found.to_frame()["phi_deg"]) == list(np.degrees(found.cycle.phi))
-    assert list(found.result.to_frame()["phi_deg"]) == [0.0, 100.0]
+    simulation = planter.simulate(device, 24, [0.0, 100.0])
+    assert list(simulation.to_frame()["phi_deg"]) == list(np.degrees(simulation.cycle.phi))
+    assert list(simulation.result.to_frame()["phi_deg"]) == [0.0, 100.0]
     batch = planter.evaluate_many(device, device.design[None], 24)
     assert batch.to_frame()["range_N"][0] == batch.range_N[0]
     with pytest.raises(InputError, match="has no rows warnigs"):
-        found.result.to_frame("warnigs")
+        simulation.result.to_frame("warnigs")
     with pytest.raises(InputError, match="has no rows to make a table of"):
-        found.result.work.to_frame()
+        simulation.result.work.to_frame()
 
 
 def test_a_frame_without_pandas_is_one_sentence(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -190,12 +190,12 @@ def test_a_frame_without_pandas_is_one_sentence(device: Device, monkeypatch: pyt
 
 
 def test_records_are_frozen_and_their_keys_are_those_of_the_json(device: Device) -> None:
-    found = planter.simulate(device, 24).result
-    assert is_dataclass(found)
-    assert isinstance(found, Record)
-    assert found.table()["support_force"]["range_N"] == found.support_force.range_N
+    result = planter.simulate(device, 24).result
+    assert is_dataclass(result)
+    assert isinstance(result, Record)
+    assert result.table()["support_force"]["range_N"] == result.support_force.range_N
     with pytest.raises(AttributeError):
-        found.samples = 1  # type: ignore[misc]
+        result.samples = 1  # type: ignore[misc]
 
 
 def test_python_of_the_readme_runs_as_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -204,9 +204,9 @@ def test_python_of_the_readme_runs_as_written(tmp_path: Path, monkeypatch: pytes
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "README.md").read_text(encoding="utf-8").partition("In Python:")[2]
     blocks = [textwrap.dedent(block) for block in re.findall(r"(?:^(?: {4}.*)?\n)+", text, re.MULTILINE)]
-    wanted = [block for block in blocks if "from planter import" in block]
-    assert [name in "".join(wanted) for name in ("device.x(", "evaluate_many(", "Kernel(")] == [True] * 3
+    python_blocks = [block for block in blocks if "from planter import" in block]
+    assert [name in "".join(python_blocks) for name in ("device.x(", "evaluate_many(", "Kernel(")] == [True] * 3
     space: dict[str, object] = {}
-    for block in wanted:
+    for block in python_blocks:
         exec(compile(block, "README.md", "exec"), space)
     assert space["designs"].shape == (100, 3)

@@ -16,10 +16,10 @@ FLAGS = (
 
 def browser() -> str:
     """Where the browser is; a test that needs one is skipped without it."""
-    found = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if found is None:
+    path = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if path is None:
         pytest.skip("needs a browser on the machine: chromium")
-    return found
+    return path
 
 
 def page_after_scripts(page: Path, profile: Path) -> str:

@@ -57,13 +57,13 @@ def answer(*arguments: str) -> Any:
 
 
 def _both_ways(result: Callable[..., None]) -> Callable[..., None]:
-    def told(console: Console, content: Any, tables: Callable[[], None]) -> None:
-        with redirect_stdout(io.StringIO()) as shown:
+    def record_result(console: Console, content: Any, tables: Callable[[], None]) -> None:
+        with redirect_stdout(io.StringIO()) as output:
             tables()
-        assert shown.getvalue().strip(), "nothing is said to people"
+        assert output.getvalue().strip(), "nothing is said to people"
         result(console, content, tables)
 
-    return told
+    return record_result
 
 
 def refusal(*arguments: str) -> str:

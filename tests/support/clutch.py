@@ -27,7 +27,7 @@ def derived(claim: str) -> sp.Expr:
     return equation.defines - equation.residual
 
 
-def number(claim: str, **known: float) -> float:
+def number(claim: str, **values: float) -> float:
     """The same in floating point, symbols given by name."""
     expr = derived(claim)
-    return float(sp.lambdify(sorted(expr.free_symbols, key=str), expr, "numpy")(**known))
+    return float(sp.lambdify(sorted(expr.free_symbols, key=str), expr, "numpy")(**values))

@@ -51,17 +51,17 @@ def rewritten(equation: Equation, change: Callable[[Expr], Expr]) -> Equation:
 
 
 def _everywhere(
-    here: Callable[[Expr, list[Quantity]], Iterable[Planted]],
+    generate_errors: Callable[[Expr, list[Quantity]], Iterable[Planted]],
 ) -> Callable[[Equation, list[Quantity]], Iterator[tuple[str, Equation]]]:
     """An error at one place, at each place of an equation."""
 
     def planted(equation: Equation, words: list[Quantity]) -> Iterator[tuple[str, Equation]]:
         symbol = equation.defines
-        said = equation.residual if symbol is None else symbol - equation.residual
-        for path, node in places(said):
-            for what, new in here(node, words):
-                mutated = put(said, path, new)
-                yield what, replace(equation, residual=mutated if symbol is None else symbol - mutated)
+        solved = equation.residual if symbol is None else symbol - equation.residual
+        for path, node in places(solved):
+            for description, new in generate_errors(node, words):
+                mutated = put(solved, path, new)
+                yield description, replace(equation, residual=mutated if symbol is None else symbol - mutated)
 
     return planted
 
@@ -124,7 +124,7 @@ def _throughout(equation: Equation, words: list[Quantity]) -> Iterator[tuple[str
                     yield f"{other} for {symbol} throughout", replace(equation, residual=swap)
 
 
-def _whole(equation: Equation, words: list[Quantity]) -> Iterator[tuple[str, Equation]]:
+def _plant_everywhere(equation: Equation, words: list[Quantity]) -> Iterator[tuple[str, Equation]]:
     for factor in (sp.S.NegativeOne, *FACTORS):
         if equation.defines is not None:
             yield f"factor {factor} on the whole", rewritten(equation, lambda e, f=factor: f * e)
@@ -143,34 +143,34 @@ def _deletion(node: Expr, words: list[Quantity]) -> Iterator[Planted]:
 def _surplus(node: Expr, words: list[Quantity]) -> Iterator[Planted]:
     """A quantity of the equation's own once more, in a sum."""
     if isinstance(node, sp.Add) and len(node.args) < 6:
-        known = sorted((s for s in node.free_symbols if isinstance(s, Quantity)), key=str)
-        for symbol in known:
+        symbols = sorted((s for s in node.free_symbols if isinstance(s, Quantity)), key=str)
+        for symbol in symbols:
             if any(term == symbol or -term == symbol for term in node.args):
-                for other in known:
+                for other in symbols:
                     if other != symbol and of_unit(other.unit) == of_unit(symbol.unit):
                         yield f"{other} too many", node + other
 
 
 def _group(node: Expr, words: list[Quantity]) -> Iterator[Planted]:
     if isinstance(node, sp.Add) and len(node.args) > 3:
-        for one, two in zip(node.args, node.args[1:], strict=False):
-            yield f"sign of {one + two}", node - 2 * (one + two)
+        for first, second in zip(node.args, node.args[1:], strict=False):
+            yield f"sign of {first + second}", node - 2 * (first + second)
 
 
 def _group_factor(node: Expr, words: list[Quantity]) -> Iterator[Planted]:
     if isinstance(node, sp.Add) and len(node.args) > 3:
-        for one, two in zip(node.args, node.args[1:], strict=False):
-            yield f"factor 2 on {one + two}", node + one + two
+        for first, second in zip(node.args, node.args[1:], strict=False):
+            yield f"factor 2 on {first + second}", node + first + second
 
 
 def _twice(equation: Equation, words: list[Quantity]) -> Iterator[tuple[str, Equation]]:
     """Signs of two, and of three, different terms of a sum."""
-    said = equation.residual if equation.defines is None else equation.defines - equation.residual
-    terms = sp.Add.make_args(said)
+    solved = equation.residual if equation.defines is None else equation.defines - equation.residual
+    terms = sp.Add.make_args(solved)
     for count in (2, 3):
         for start in range(len(terms) - count + 1 if len(terms) > 2 * count else 0):
             chosen = terms[start::2][:count]
-            mutated = said - 2 * sp.Add(*chosen)
+            mutated = solved - 2 * sp.Add(*chosen)
             residual = mutated if equation.defines is None else equation.defines - mutated
             yield f"signs of {', '.join(map(str, chosen))}", replace(equation, residual=residual)
 
@@ -186,7 +186,7 @@ KINDS: dict[str, Callable[[Equation, list[Quantity]], Iterable[tuple[str, Equati
     "branches": _everywhere(_branches),
     "index": _everywhere(_index),
     "throughout": _throughout,
-    "whole": _whole,
+    "whole": _plant_everywhere,
     "deletion": _everywhere(_deletion),
     "surplus": _everywhere(_surplus),
     "group": _everywhere(_group),

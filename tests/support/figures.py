@@ -37,7 +37,7 @@ class Field:
         """Name of the command whose result holds the value."""
         return self.path.partition(".")[0]
 
-    def shown(self, values: Mapping[str, Scalar]) -> str:
+    def format_values(self, values: Mapping[str, Scalar]) -> str:
         """The value as the page has it."""
         return format(values[self.path], self.spec)
 
@@ -63,18 +63,18 @@ class Sentence:
 
     def find(self, text: str) -> re.Match[str]:
         """Return where a page has the sentence, a group for each field. Raises LookupError where it has not."""
-        found = re.search("".join(_pattern(part) for part in self.parts), text)
-        if found is None:
+        match = re.search("".join(_pattern(part) for part in self.parts), text)
+        if match is None:
             raise LookupError(
                 f"{self.page} lacks: {''.join(part if isinstance(part, str) else '*' for part in self.parts)}"
             )
-        return found
+        return match
 
     def renewed(self, text: str, values: Mapping[str, Scalar]) -> str:
         """Return a page's text with this sentence's fields as the values have them; line breaks stay."""
-        found = self.find(text)
+        match = self.find(text)
         for index, field in reversed(list(enumerate(self.fields, 1))):
-            text = text[: found.start(index)] + field.shown(values) + text[found.end(index) :]
+            text = text[: match.start(index)] + field.shown(values) + text[match.end(index) :]
         return text
 
 
@@ -101,7 +101,7 @@ def fields() -> dict[str, Field]:
     return {field.path: field for sentence in sentences() for field in sentence.fields}
 
 
-def kept() -> dict[str, Scalar]:
+def read_saved() -> dict[str, Scalar]:
     """The values of the last run."""
     return dict(json.loads(VALUES.read_text(encoding="utf-8"))) if VALUES.is_file() else {}
 
@@ -144,8 +144,8 @@ def loose(page: str, text: str) -> list[str]:
     """Numbers in a page's prose that no sentence has, and that `plain` does not list as no results."""
     for sentence in sentences():
         if sentence.page == page:
-            found = sentence.find(text)
-            text = text[: found.start()] + re.sub(r"\d", "*", found[0]) + text[found.end() :]
+            match = sentence.find(text)
+            text = text[: match.start()] + re.sub(r"\d", "*", match[0]) + text[match.end() :]
     prose = "\n".join(line for line in text.splitlines() if not re.match(r" {4}|!\[|\|", line))
     for plain in (r"`[^`]*`", r"\]\([^)]*\)", *listed()["plain"]):
         prose = re.sub(plain, "", prose)
@@ -154,7 +154,7 @@ def loose(page: str, text: str) -> list[str]:
 
 def main(names: list[str]) -> None:
     """Renew the values of commands, without names those of quick ones and of any that has none yet, and all pages."""
-    values = kept()
+    values = read_saved()
     lacking = {field.command for path, field in fields().items() if path not in values}
     usual = [name for name in listed()["commands"] if name not in listed()["slow"] or name in lacking]
     for name in names or usual:

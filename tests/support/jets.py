@@ -79,7 +79,7 @@ class Jet:
         """This quantity where the condition holds, the other elsewhere."""
         o = self._lift(other)
         pairs = zip(self.parts, o.parts, strict=True)
-        return Jet(self.xp, *(self.xp.where(condition, mine, its) for mine, its in pairs))
+        return Jet(self.xp, *(self.xp.where(condition, jet, its) for jet, its in pairs))
 
     @property
     def parts(self) -> tuple[Number, Number, Number]:

@@ -42,10 +42,10 @@ def passages(machine: Machine) -> list[tuple[Callable[[kinematics.Side], Array],
 def of_side(machine: Machine) -> list[float]:
     """Where side 1 meets them within a turn of the carrier."""
     device = kinematics.Device(machine)
-    found = []
+    angles = []
     for angle, edge in passages(machine):
-        found += roots(lambda phi: np.sin((angle(device.side(phi)) - edge) / 2))  # noqa: B023
-    return found
+        angles += roots(lambda phi: np.sin((angle(device.side(phi)) - edge) / 2))  # noqa: B023
+    return angles
 
 
 def of_teeth(device: Device) -> list[float]:
@@ -56,8 +56,8 @@ def of_teeth(device: Device) -> list[float]:
 @cache
 def of_both_sides(name: str) -> Array:
     """All of them in a turn, of side 1 and of side 2, sorted."""
-    one = [*of_side(machines.machine(name)), *of_teeth(machines.device(name))]
-    return np.unique([*one, *np.mod(np.add(one, np.pi), TURN)])
+    first = [*of_side(machines.machine(name)), *of_teeth(machines.device(name))]
+    return np.unique([*first, *np.mod(np.add(first, np.pi), TURN)])
 
 
 @cache
@@ -70,10 +70,10 @@ def panels(name: str) -> tuple[Array, Array]:
     return (middle + half * nodes).ravel(), (half * weights).ravel()
 
 
-def beside(device: Device, design: Array, phi: float, away: float) -> bool:
+def distance_from_breakpoints(device: Device, design: Array, phi: float, away: float) -> bool:
     """Whether anything of either side is not smooth within `away` of a carrier angle, at a design."""
-    shown = zip(device.names, design / device.scale, strict=True)
-    moved = device.machine.with_numbers({f"design.{name}": float(value) for name, value in shown})
+    changed = zip(device.names, design / device.scale, strict=True)
+    moved = device.machine.with_numbers({f"design.{name}": float(value) for name, value in changed})
     side = kinematics.Device(moved).side(np.array([phi, phi - np.pi]))
     gaps = [np.abs(np.sin((angle(side) - edge) / 2)) for angle, edge in passages(moved)]
     sides = device.cycle(device.prologue(design), phi + away * np.array([-1, 0, 1]))

@@ -46,27 +46,27 @@ class Gear:
 
     def first_segment(self, t: Number) -> tuple[Number, bool]:
         """Polar angle within the turn, and whether it lies on the first segment."""
-        within = t - 2 * self.ops.xp.pi * self.ops.xp.floor(t / (2 * self.ops.xp.pi))
-        return within, within * self.m < self.ops.xp.pi
+        angle = t - 2 * self.ops.xp.pi * self.ops.xp.floor(t / (2 * self.ops.xp.pi))
+        return angle, angle * self.m < self.ops.xp.pi
 
     def contact(self, t: Jet) -> tuple[Jet, Jet, Jet]:
         """Pitch radius, its slope and the conjugate's ratio at the polar angle t."""
-        within, first = self.first_segment(t.value)
+        angle, first = self.first_segment(t.value)
         m2 = self.m / (2 * self.m - 1)
-        tau = Jet(t.xp, within, t.rate, t.acceleration)
+        tau = Jet(t.xp, angle, t.rate, t.acceleration)
         u = (self.m * tau).where(first, m2 * (2 * t.xp.pi - tau))
         r = self.radius(u)
         unit = Jet(t.xp, u.value, t.xp.where(first, self.m, -m2) + 0 * u.value, 0 * u.value)
-        along = self.radius(unit)
-        return r, along.rate, r / (self.distance - r)
+        along_radius = self.radius(unit)
+        return r, along_radius.rate, r / (self.distance - r)
 
     def turned(self, t: Number) -> Number:
         """Rotation of the conjugate since t = 0: the integral of the ratio over t."""
         xp, m2 = self.ops.xp, self.m / (2 * self.m - 1)
-        within, first = self.first_segment(t)
-        u = xp.where(first, self.m * within, m2 * (2 * xp.pi - within))
+        angle, first = self.first_segment(t)
+        u = xp.where(first, self.m * angle, m2 * (2 * xp.pi - angle))
         part = self.ops.integral(lambda v: self._ratio(v, self.distance), u)
-        return t - within + xp.where(first, part / self.m, 2 * xp.pi - part / m2)
+        return t - angle + xp.where(first, part / self.m, 2 * xp.pi - part / m2)
 
 
 def eccentric_circle(radius: Number, eccentricity: Number) -> Curve:
@@ -130,8 +130,8 @@ def _modified_trapezoid(x: Jet) -> Jet:
     down = 2 + pi - (z * z * (4 * pi) + z * 2 + (0.25 - 1 / (2 * pi)))
     across = x * (2 * (1 + pi)) + wave - pi / 2
     end = 2 + pi - (rest * 2 + wave)
-    found = up.where(x.value > 0.125, start).where(x.value < 0.375, across)
-    return found.where(x.value < 0.625, down).where(x.value < 0.875, end) * (1 / (2 + pi))
+    speed = up.where(x.value > 0.125, start).where(x.value < 0.375, across)
+    return speed.where(x.value < 0.625, down).where(x.value < 0.875, end) * (1 / (2 + pi))
 
 
 FLANKS: dict[str, Callable[[Jet], Jet]] = {
@@ -175,8 +175,8 @@ class Device:
 
     def _gear(self, family: str, number: str) -> Gear:
         curve, names = FAMILIES[family]
-        own = [self[f"design.{name.format(number)}"] for name in names]
-        return Gear(self.ops, curve(*own), self[f"design.m{number}1"])
+        parameters = [self[f"design.{name.format(number)}"] for name in names]
+        return Gear(self.ops, curve(*parameters), self[f"design.m{number}1"])
 
     @cached_property
     def start(self) -> tuple[Number, Number]:
@@ -295,8 +295,8 @@ class Side:
         xp, (x, z), mu = self.phi.xp, self.sliding, self.device["contact.cam_friction_angle_deg"]
         speed = xp.sqrt(x**2 + z**2)
         up = xp.where(x > 0, 1, -1)
-        across, along = (-z * up / speed, x * up / speed), (x / speed, z / speed)
-        first, second = (xp.cos(mu) * n - xp.sin(mu) * s for n, s in zip(across, along, strict=True))
+        across, tangential = (-z * up / speed, x * up / speed), (x / speed, z / speed)
+        first, second = (xp.cos(mu) * n - xp.sin(mu) * s for n, s in zip(across, tangential, strict=True))
         return first, second
 
     @cached_property
@@ -320,9 +320,9 @@ class Side:
 
     def weights(self) -> list[tuple[str, Place]]:
         """Every mass of the side with its centroid."""
-        found = [("mass.middle_kg", self.CA), ("mass.planet_kg", self.CB)]
+        weights = [("mass.middle_kg", self.CA), ("mass.planet_kg", self.CB)]
         parts = [("mass.half_C1_kg", "nozzle.C1_mm"), ("mass.half_C2_kg", "nozzle.C2_mm")]
-        return found + [(mass, self.on_half(at, outer)) for mass, at in parts for outer in (False, True)]
+        return weights + [(mass, self.on_half(at, outer)) for mass, at in parts for outer in (False, True)]
 
 
 @dataclass(frozen=True)

@@ -38,7 +38,7 @@ def _about_y(angle: sp.Expr) -> sp.Matrix:
     return sp.rot_axis2(-angle)
 
 
-def _along(angle: sp.Expr, length: sp.Expr) -> sp.Matrix:
+def _displace(angle: sp.Expr, length: sp.Expr) -> sp.Matrix:
     return _about_z(angle) * sp.Matrix([length, 0, 0])
 
 
@@ -57,8 +57,8 @@ class Body:
     @cached_property
     def placed(self) -> tuple[sp.Matrix, sp.Matrix]:
         shift = sp.Matrix([X, Y, 0])
-        A1 = shift + _along(phi + sp.pi / 2, a1)
-        B1 = A1 + _along(phi + sp.pi / 2 + gamma, a2) + sp.Matrix([x_B1, y_B1, 0])
+        A1 = shift + _displace(phi + sp.pi / 2, a1)
+        B1 = A1 + _displace(phi + sp.pi / 2 + gamma, a2) + sp.Matrix([x_B1, y_B1, 0])
         planet = _about_z(phi + phi72 + theta - sp.pi)
         if self.name in ("inner", "outer"):
             side = 1 if self.name == "inner" else -1
@@ -99,10 +99,10 @@ def _compiled(expr: sp.Matrix) -> Callable[..., Objects]:
     """An evaluator at the device itself, where nothing has left its place."""
     free = (x_A1, y_A1, x_B1, y_B1, X, Y)
     indices = [COORDINATES.index(q) for q in free]
-    here = {symbol[i]: 0 for i in indices for symbol in (COORDINATES, RATES, ACCELERATIONS)}
+    rest = {symbol[i]: 0 for i in indices for symbol in (COORDINATES, RATES, ACCELERATIONS)}
     arguments = (COORDINATES[:4], RATES[:4], ACCELERATIONS[:4], GEOMETRY, LOCAL, MASS)
-    f = sp.lambdify(arguments, expr.xreplace(here), modules="mpmath", cse=True)
-    return lambda *given: np.array(f(*given).tolist(), dtype=object)
+    f = sp.lambdify(arguments, expr.xreplace(rest), modules="mpmath", cse=True)
+    return lambda *values: np.array(f(*values).tolist(), dtype=object)
 
 
 @cache
@@ -127,13 +127,13 @@ class State:
         return body(name).inertia(*self._at(local), part)[:, 0]
 
     def frame(self, name: str) -> tuple[Objects, Objects]:
-        found = body(name).frame(*self._at((0, 0, 0)), (0,) * 5)
-        return found[:, 0], found[:, 1:]
+        frame = body(name).frame(*self._at((0, 0, 0)), (0,) * 5)
+        return frame[:, 0], frame[:, 1:]
 
     def power(self, on: str, by: str, at: Objects, direction: Objects) -> Objects:
         """Virtual power of a pair of forces between two bodies, per coordinate, at a point of the global frame."""
-        found = []
+        terms = []
         for name in (on, by):
             origin, turned = self.frame(name)
-            found.append(body(name).jacobian(*self._at(turned.T @ (at - origin)), (0,) * 5))
-        return direction @ (found[0] - found[1])
+            terms.append(body(name).jacobian(*self._at(turned.T @ (at - origin)), (0,) * 5))
+        return direction @ (terms[0] - terms[1])

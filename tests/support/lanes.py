@@ -22,10 +22,10 @@ needs_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="no C com
 
 def path_of(compiler: str) -> str:
     """The compiler's path; the test is skipped where it is absent."""
-    found = shutil.which(NAMED[compiler])
-    if found is None:
+    path = shutil.which(NAMED[compiler])
+    if path is None:
         pytest.skip(f"no {compiler}")
-    return found
+    return path
 
 
 def compiled(text: str, target: Path, *flags: str, compiler: str = "gcc") -> Path:
@@ -55,9 +55,9 @@ def work(names: str, outputs: dict[str, ca.SX], inputs: Sequence[ca.SX], lanes: 
 
 def evaluated(work: LaneTask, way: backends.Backend, *arrays: object) -> dict[str, Array]:
     """Outputs by name of arrays (rows, lanes), or (rows, columns) for what is shared."""
-    given = [np.atleast_2d(np.asarray(a, dtype=float)) for a in arrays]
-    count = max(a.shape[1] for a, n in zip(given, work.function.name_in(), strict=True) if n in work.varying)
-    return dict(zip(work.function.name_out(), way(given, count), strict=True))
+    arguments = [np.atleast_2d(np.asarray(a, dtype=float)) for a in arrays]
+    count = max(a.shape[1] for a, n in zip(arguments, work.function.name_in(), strict=True) if n in work.varying)
+    return dict(zip(work.function.name_out(), way(arguments, count), strict=True))
 
 
 def both(work: LaneTask, *arrays: object) -> tuple[dict[str, Array], dict[str, Array]]:
@@ -67,10 +67,10 @@ def both(work: LaneTask, *arrays: object) -> tuple[dict[str, Array], dict[str, A
     )
 
 
-def apart(one: Array, other: Array) -> float:
+def difference(first: Array, other: Array) -> float:
     """The largest difference, measured by the largest value of the second."""
-    assert one.shape == other.shape
-    return float(np.abs(one - other).max() / np.abs(other).max())
+    assert first.shape == other.shape
+    return float(np.abs(first - other).max() / np.abs(other).max())
 
 
 def unsummed(work: LaneTask) -> LaneTask:

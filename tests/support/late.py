@@ -17,17 +17,17 @@ class LateDict(Mapping[K, V]):
         self._make = make
 
     @cached_property
-    def _made(self) -> Mapping[K, V]:
+    def _items(self) -> Mapping[K, V]:
         return self._make()
 
     def __getitem__(self, key: K) -> V:
-        return self._made[key]
+        return self._items[key]
 
     def __iter__(self) -> Iterator[K]:
-        return iter(self._made)
+        return iter(self._items)
 
     def __len__(self) -> int:
-        return len(self._made)
+        return len(self._items)
 
 
 class LateList(Sequence[V]):
@@ -37,7 +37,7 @@ class LateList(Sequence[V]):
         self._make = make
 
     @cached_property
-    def _made(self) -> Sequence[V]:
+    def _items(self) -> Sequence[V]:
         return self._make()
 
     @overload
@@ -47,7 +47,7 @@ class LateList(Sequence[V]):
     def __getitem__(self, index: slice) -> Sequence[V]: ...
 
     def __getitem__(self, index: Any) -> Any:
-        return self._made[index]
+        return self._items[index]
 
     def __len__(self) -> int:
-        return len(self._made)
+        return len(self._items)

@@ -34,21 +34,21 @@ comes with it alone. Some wheels hold libraries with licences of their own, as t
 def needed(name: str, extra: str = "") -> Iterator[str]:
     """Names of the packages that a package needs here, with one of its extras, those of its needs after it."""
     for text in distribution(name).requires or ():
-        one = Requirement(text)
-        if one.marker is None or one.marker.evaluate({"extra": extra}):
-            yield canonicalize_name(one.name)
-            for inner in one.extras:
-                yield from needed(one.name, inner)
+        requirement = Requirement(text)
+        if requirement.marker is None or requirement.marker.evaluate({"extra": extra}):
+            yield canonicalize_name(requirement.name)
+            for inner in requirement.extras:
+                yield from needed(requirement.name, inner)
 
 
 def closure(extra: str) -> set[str]:
     """Everything that an installation with an extra brings; none for `""`."""
-    found, new = set[str](), {"planter"}
+    names, new = set[str](), {"planter"}
     while new:
         name = new.pop()
-        new |= set(needed(name, extra if name == "planter" else "")) - found
-        found |= new
-    return found
+        new |= set(needed(name, extra if name == "planter" else "")) - names
+        names |= new
+    return names
 
 
 def licence(metadata: Mapping[str, str], classifiers: list[str]) -> str:
@@ -63,25 +63,27 @@ def licence(metadata: Mapping[str, str], classifiers: list[str]) -> str:
     """
     if "License-Expression" in metadata:
         return metadata["License-Expression"]
-    told = [one.removeprefix(CLASSIFIER) for one in classifiers if one.startswith(CLASSIFIER)]
-    return ", ".join(told) or metadata.get("License", "not named").splitlines()[0]
+    licences = [classifier.removeprefix(CLASSIFIER) for classifier in classifiers if classifier.startswith(CLASSIFIER)]
+    return ", ".join(licences) or metadata.get("License", "not named").splitlines()[0]
 
 
 def row(name: str, extra: str) -> str:
     """A package's row of the page."""
-    found = distribution(name)
-    told = licence({key: found.metadata[key] for key in found.metadata}, found.metadata.get_all("Classifier") or [])
-    return f"| {found.metadata['Name']} | {found.version} | {told} | {extra} |\n"
+    package = distribution(name)
+    licence_names = licence(
+        {key: package.metadata[key] for key in package.metadata}, package.metadata.get_all("Classifier") or []
+    )
+    return f"| {package.metadata['Name']} | {package.version} | {licence_names} | {extra} |\n"
 
 
 def page() -> str:
     """The page: what the package itself needs first, then what each extra adds. Raises PackageNotFoundError."""
-    own = closure("")
-    rows = [row(name, "") for name in sorted(own)]
+    runtime = closure("")
+    rows = [row(name, "") for name in sorted(runtime)]
     for extra in EXTRAS:
-        new = closure(extra) - own
+        new = closure(extra) - runtime
         rows += [row(name, extra) for name in sorted(new)]
-        own |= new
+        runtime |= new
     return HEAD + "".join(rows)
 
 

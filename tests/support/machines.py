@@ -44,12 +44,12 @@ def machine(name: str) -> Machine:
     rng = np.random.default_rng(int(name.removeprefix("random ")))
     while True:
         try:
-            found = load(BUILT_IN[rng.integers(len(BUILT_IN))])
-            drawn = with_flank(found, FLANKS[RANDOM.index(name)]).with_numbers(_draw(found, rng))
-            Device(drawn)
+            machine = load(BUILT_IN[rng.integers(len(BUILT_IN))])
+            changed = with_flank(machine, FLANKS[RANDOM.index(name)]).with_numbers(_draw(machine, rng))
+            Device(changed)
         except PlanterError:
             continue
-        return drawn
+        return changed
 
 
 def with_flank(base: Machine, law: str) -> Machine:

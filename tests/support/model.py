@@ -65,8 +65,8 @@ class ArrayModel:
         curves = [array_module(f"curve_{stage.family}") for stage in self.device.stages]
         mounting, *parameters = self._parts(design)
         packed = [mounting]
-        for curve, own, terms in zip(curves, parameters, self.terms, strict=True):
-            packed += [own, curve.prologue(xp, own, terms)]
+        for curve, curve_parameters, terms in zip(curves, parameters, self.terms, strict=True):
+            packed += [curve_parameters, curve.prologue(xp, curve_parameters, terms)]
         stages = [curve.contact for curve in curves]
         hoisted = code.prologue(xp, *packed, constants, *stages)
         flank = array_module(functions.find_flank_module(self.device.machine.cam.flank)).law

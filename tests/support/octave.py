@@ -19,11 +19,11 @@ def literal(values: object) -> str:
     return f"[{'; '.join(repr(float(v)) for v in np.ravel(np.asarray(values, dtype=float)))}]"
 
 
-def run(folder: Path, given: Mapping[str, object], statements: str) -> np.ndarray:
+def run(folder: Path, inputs: Mapping[str, object], statements: str) -> np.ndarray:
     """What the variable `found` holds after the statements, column by column; ``given`` are numbers and vectors."""
     assert EXECUTABLE is not None
-    known = "\n".join(f"{name} = {literal(values)};" for name, values in given.items())
-    script = f"{known}\n{statements}\nprintf('%.17g\\n', found);"
+    definitions = "\n".join(f"{name} = {literal(values)};" for name, values in inputs.items())
+    script = f"{definitions}\n{statements}\nprintf('%.17g\\n', found);"
     command = [EXECUTABLE, "--no-init-file", "--quiet", "--eval", script]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert not done.returncode, done.stderr

@@ -42,8 +42,8 @@ class Lobes:
     def tangent(self, s: Array) -> Array:
         t = self._angle(s)
         r, dr, _ = self.polar(t)
-        along = np.column_stack([dr * np.cos(t) - r * np.sin(t), dr * np.sin(t) + r * np.cos(t)])
-        return along / np.hypot(r, dr)[:, None]
+        tangents = np.column_stack([dr * np.cos(t) - r * np.sin(t), dr * np.sin(t) + r * np.cos(t)])
+        return tangents / np.hypot(r, dr)[:, None]
 
     def curvature(self, s: Array) -> Array:
         r, dr, ddr = self.polar(self._angle(s))
@@ -75,16 +75,16 @@ def lobes(count: int = 12) -> list[Lobes]:
 def sampled(arcs: Arcs, each: int = 40) -> Array:
     """Places along every arc (n, 2), by another's reading of a bulge."""
     ends = np.roll(arcs.vertices, -1, axis=0)
-    found = []
+    points = []
     for start, end, bulge in zip(arcs.vertices, ends, arcs.bulges, strict=True):
         share = np.linspace(0, 1, each)[:, None]
         if bulge == 0:
-            found.append(start + share * (end - start))
+            points.append(start + share * (end - start))
             continue
         centre, low, high, radius = bulge_to_arc(start, end, bulge)
         angles = low + share * ((high - low) % (2 * np.pi))
-        found.append(np.array([centre.x, centre.y]) + radius * np.hstack([np.cos(angles), np.sin(angles)]))
-    return np.vstack(found)
+        points.append(np.array([centre.x, centre.y]) + radius * np.hstack([np.cos(angles), np.sin(angles)]))
+    return np.vstack(points)
 
 
 def between(places: Array, arcs: Arcs) -> Array:
@@ -94,18 +94,18 @@ def between(places: Array, arcs: Arcs) -> Array:
         centre, low, high, radius = bulge_to_arc(start, end, bulge)
         from_centre = places - (centre.x, centre.y)
         angle = np.arctan2(from_centre[:, 1], from_centre[:, 0])
-        within = (angle - low) % (2 * np.pi) <= (high - low) % (2 * np.pi)
+        is_between = (angle - low) % (2 * np.pi) <= (high - low) % (2 * np.pi)
         radial = np.abs(np.hypot(*from_centre.T) - radius)
         at_ends = np.minimum(np.hypot(*(places - start).T), np.hypot(*(places - end).T))
-        best = np.minimum(best, np.where(within, radial, at_ends))
+        best = np.minimum(best, np.where(is_between, radial, at_ends))
     return best
 
 
 def read_dxf(content: bytes) -> tuple[ezdxf.document.Drawing, LAYERS]:
     """A drawing, and its curves in m by their layers."""
     drawing = ezdxf.read(io.StringIO(content.decode()))
-    found: LAYERS = {}
+    curves: LAYERS = {}
     for line in drawing.modelspace().query("LWPOLYLINE"):
         points = np.array(line.get_points("xyb"))
-        found.setdefault(line.dxf.layer, []).append(Arcs(points[:, :2] / 1e3, points[:, 2], line.closed))
-    return drawing, found
+        curves.setdefault(line.dxf.layer, []).append(Arcs(points[:, :2] / 1e3, points[:, 2], line.closed))
+    return drawing, curves

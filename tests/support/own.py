@@ -40,10 +40,10 @@ def machine(source: str, name: str = "", **values: float) -> Machine:
 
 def evaluate_lane(file: MechanismFile, angles: Array, data: Array | None = None) -> dict[str, Array]:
     """Return quantities (n,) by name as the generated functions have them, its loops closed by a walk."""
-    formulas, own = file.model, file.data() if data is None else data
+    formulas, values = file.model, file.data() if data is None else data
     loops = build_machine(file).loops
-    closed = {} if loops is None else {"loops": loops.course(file.name, own).evaluate(angles)}
-    return formulas("lane", **{formulas.function("lane").name_in(0): angles, "data": own, **closed})
+    closed = {} if loops is None else {"loops": loops.course(file.name, values).evaluate(angles)}
+    return formulas("lane", **{formulas.function("lane").name_in(0): angles, "data": values, **closed})
 
 
 def dynamics(source: str, name: str = "", **values: float) -> Dynamics:
@@ -61,10 +61,10 @@ def array_code(source: str, name: str = "") -> ModuleType:
     return module
 
 
-def deviation(what: str, found: object, printed: object) -> float:
+def deviation(description: str, actual: object, printed: object) -> float:
     """The largest deviation from printed numbers, told on standard output."""
     import numpy as np
 
-    largest = float(np.abs(np.asarray(found) - np.asarray(printed)).max())
-    print(f"{what}: deviation {largest:.1e}")
+    largest = float(np.abs(np.asarray(actual) - np.asarray(printed)).max())
+    print(f"{description}: deviation {largest:.1e}")
     return largest

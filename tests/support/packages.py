@@ -19,23 +19,23 @@ def of_wheel(wheel: Path) -> list[str]:
         return HeaderParser().parsestr(archive.read(name).decode()).get_all("Requires-Dist") or []
 
 
-def link(asked: Iterable[str], extra: str, site: Path) -> None:
+def link(requirements: Iterable[str], extra: str, site: Path) -> None:
     """Link what is asked for with an extra, and what that asks for in turn, into a folder of packages."""
-    found: set[str] = set()
-    waiting = list(_needed(asked, {"", extra}))
+    distributions: set[str] = set()
+    waiting = list(_needed(requirements, {"", extra}))
     while waiting:
-        one = waiting.pop()
-        name = canonicalize_name(one.name)
-        if name not in found:
-            found.add(name)
+        requirement = waiting.pop()
+        name = canonicalize_name(requirement.name)
+        if name not in distributions:
+            distributions.add(name)
             _link(name, site)
-            waiting += _needed(requires(name) or (), {"", *one.extras})
+            waiting += _needed(requires(name) or (), {"", *requirement.extras})
 
 
-def _needed(asked: Iterable[str], extras: set[str]) -> Iterator[Requirement]:
-    for one in map(Requirement, asked):
-        if one.marker is None or any(one.marker.evaluate({"extra": extra}) for extra in extras):
-            yield one
+def _needed(requirements: Iterable[str], extras: set[str]) -> Iterator[Requirement]:
+    for requirement in map(Requirement, requirements):
+        if requirement.marker is None or any(requirement.marker.evaluate({"extra": extra}) for extra in extras):
+            yield requirement
 
 
 def _link(name: str, site: Path) -> None:

@@ -16,7 +16,7 @@ from tests.support.sizing import Size, Sizing
 Drawn = tuple[str, int]
 """A family and a seed."""
 EVERY_CURVE: list[Drawn] = [(family, seed) for family in sorted(FAMILIES) for seed in (1, 2, 3)]
-PAIRS = [(one, two) for one in sorted(FAMILIES) for two in sorted(FAMILIES)]
+PAIRS = [(first, second) for first in sorted(FAMILIES) for second in sorted(FAMILIES)]
 
 
 @cache
@@ -42,34 +42,34 @@ def stage(family: str, seed: int) -> Stage:
     return stage_of(family, parameters(family, seed))
 
 
-def stage_of(family: str, own: np.ndarray) -> Stage:
+def stage_of(family: str, parameters: np.ndarray) -> Stage:
     names = tuple(entry["shown"] for entry in families.load_sidecar(family)["parameters"])
-    return converge_series(Stage(family, names), [StageCandidate(own, lambda name: name)])
+    return converge_series(Stage(family, names), [StageCandidate(parameters, lambda name: name)])
 
 
 @cache
-def machine(one: str, two: str) -> Machine:
+def machine(first: str, second: str) -> Machine:
     """The built-in machine with other gears: families of both stages, sizes near the paper's."""
-    found = load("wang2017").table()
-    mounting = {name: found["design"][name] for name in ("theta_deg", "gamma_deg", "alpha3_deg", "beta6_deg")}
-    gears = _shown(one, "3", Size(0.0307, 0.35, 1.4)) | _shown(two, "6", Size(0.0307, 0.1, 1.2))
-    found["stage1"], found["stage2"], found["design"] = {"family": one}, {"family": two}, mounting | gears
-    found["bounds"] = {name: _around(value) for name, value in found["design"].items()}
-    found["origin"] = {"default": "assumed"}
-    kept = {key: value for key, value in found.items() if key != "requirements"}
-    return Machine.read(kept | {"name": f"{one}-{two}"}, f"{one}-{two}.toml")
+    table = load("wang2017").table()
+    mounting = {name: table["design"][name] for name in ("theta_deg", "gamma_deg", "alpha3_deg", "beta6_deg")}
+    gears = _describe_size(first, "3", Size(0.0307, 0.35, 1.4)) | _describe_size(second, "6", Size(0.0307, 0.1, 1.2))
+    table["stage1"], table["stage2"], table["design"] = {"family": first}, {"family": second}, mounting | gears
+    table["bounds"] = {name: _vary(value) for name, value in table["design"].items()}
+    table["origin"] = {"default": "assumed"}
+    sections = {key: value for key, value in table.items() if key != "requirements"}
+    return Machine.read(sections | {"name": f"{first}-{second}"}, f"{first}-{second}.toml")
 
 
-def _shown(family: str, gear: str, wanted: Size) -> dict[str, float]:
+def _describe_size(family: str, gear: str, size: Size) -> dict[str, float]:
     shapes = sizing(family).sidecar["shapes"]
-    own = sizing(family).parameters(Size(wanted.mean_radius, wanted.swing, wanted.deformation,
+    parameters = sizing(family).parameters(Size(size.mean_radius, size.swing, size.deformation,
                                          tuple(entry["upper"] / 2 for entry in shapes)))  # fmt: skip
     *names, last = (entry["shown"] for entry in sizing(family).sidecar["parameters"])
     parts = [name.partition("_") for name in names]
     keys = [*(f"{base}{gear}{dash}{unit}" for base, dash, unit in parts), f"{last}{gear}1"]
-    return {key: float(value / units.factor(key)) for key, value in zip(keys, own, strict=True)}
+    return {key: float(value / units.factor(key)) for key, value in zip(keys, parameters, strict=True)}
 
 
-def _around(value: float) -> list[float]:
+def _vary(value: float) -> list[float]:
     width = abs(value) / 100 + 1e-3
     return [value - width, value + width]

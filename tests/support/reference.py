@@ -18,7 +18,7 @@ STEPS = 72
 def evaluate(machine: Machine, name: str, phi: Array) -> Array:
     """Return a quantity (n,) of a machine's own data at angles (n,) [rad], in the unit of its key; of side 1."""
     quantity = machine.find_quantity(name)
-    sides = [one.name for one in machine.quantities if not one.total]
+    sides = [column.name for column in machine.quantities if not column.total]
     d = machine.data
     h = np.asarray(machine.prologue(d)).ravel()
 
@@ -28,7 +28,7 @@ def evaluate(machine: Machine, name: str, phi: Array) -> Array:
     rows = []
     for angle, q in _walk(machine, np.asarray(phi, dtype=float)):
         if quantity.total:
-            totals = [one.name for one in machine.quantities if one.total]
+            totals = [column.name for column in machine.quantities if column.total]
             assert machine.totals is not None
             both = machine.totals(*(side(angle + offset, q) for offset in machine.offsets), d)
             rows.append(np.asarray(both).ravel()[totals.index(quantity.name)])

@@ -15,11 +15,11 @@ from derive.equations import Equation
 from tests.support.errors import REVERSED, rewritten
 
 
-def _held(function: type[sp.Function]) -> Callable[[Expr], Expr]:
+def _make_opaque(function: type[sp.Function]) -> Callable[[Expr], Expr]:
     return lambda argument: function(argument, evaluate=False)
 
 
-_sin, _cos, _tan = (_held(f) for f in (sp.sin, sp.cos, sp.tan))
+_sin, _cos, _tan = (_make_opaque(f) for f in (sp.sin, sp.cos, sp.tan))
 
 
 def _replaced(old: type[Basic], new: Callable[..., Expr]) -> Callable[[Expr], Expr]:
@@ -62,12 +62,12 @@ def _divided(equation: Equation) -> Equation:
     """A homogeneous equation divided by a factor that it has, or may have, in every term."""
     if equation.defines is not None or equation.relation != "=" or equation.residual == 0:
         return equation
-    whole = sp.expand(equation.residual, trig=False)
-    factor = sorted(whole.free_symbols, key=str)[0]
-    return replace(equation, residual=sp.expand(whole / factor, trig=False))
+    expanded = sp.expand(equation.residual, trig=False)
+    factor = sorted(expanded.free_symbols, key=str)[0]
+    return replace(equation, residual=sp.expand(expanded / factor, trig=False))
 
 
-def _said(change: Callable[[Expr], Expr]) -> Callable[[Equation], Equation]:
+def _apply_to_equation(change: Callable[[Expr], Expr]) -> Callable[[Equation], Equation]:
     return lambda equation: rewritten(equation, change)
 
 
@@ -80,29 +80,31 @@ def _a_turn_on(equation: Equation) -> Equation:
 REWRITES: dict[str, Callable[[Equation], Equation]] = {
     "sides exchanged": _sides_exchanged,
     "both sides times a number": _multiplied,
-    "multiplied out": _said(sp.expand),
-    "products multiplied out": _said(sp.expand_mul),
-    "factored": _said(sp.factor),
-    "common factors taken out": _said(sp.factor_terms),
-    "one fraction": _said(sp.together),
-    "terms reversed": _said(_reversed),
-    "double negation": _said(lambda e: sp.Mul(-1, sp.Mul(-1, e, evaluate=False), evaluate=False)),
-    "halves of the double": _said(
+    "multiplied out": _apply_to_equation(sp.expand),
+    "products multiplied out": _apply_to_equation(sp.expand_mul),
+    "factored": _apply_to_equation(sp.factor),
+    "common factors taken out": _apply_to_equation(sp.factor_terms),
+    "one fraction": _apply_to_equation(sp.together),
+    "terms reversed": _apply_to_equation(_reversed),
+    "double negation": _apply_to_equation(lambda e: sp.Mul(-1, sp.Mul(-1, e, evaluate=False), evaluate=False)),
+    "halves of the double": _apply_to_equation(
         lambda e: e and sp.Mul(sp.Rational(1, 2), sp.Mul(2, e, evaluate=False), evaluate=False)
     ),
-    "divided by one": _said(lambda e: sp.Mul(e, sp.Pow(sp.Integer(1), -1, evaluate=False), evaluate=False)),
-    "sin(pi - x)": _said(_replaced(sp.sin, lambda x: _sin(sp.pi - x))),
-    "-sin(-x)": _said(_replaced(sp.sin, lambda x: -_sin(-x))),
-    "cos(-x)": _said(_replaced(sp.cos, lambda x: _cos(-x))),
-    "-cos(pi - x)": _said(_replaced(sp.cos, lambda x: -_cos(sp.pi - x))),
-    "cos(2 pi + x)": _said(_replaced(sp.cos, lambda x: _cos(2 * sp.pi + x))),
-    "tan(pi + x)": _said(_replaced(sp.tan, lambda x: _tan(sp.pi + x))),
-    "sin/cos for tan": _said(_replaced(sp.tan, lambda x: sp.sin(x) / sp.cos(x))),
-    "-atan(-x)": _said(_replaced(sp.atan, lambda x: -sp.atan(-x, evaluate=False))),
-    "squares as products": _said(_replaced(sp.Pow, _product)),
-    "sin^2 + cos^2 for one": _said(lambda e: e * (sp.sin(1) ** 2 + sp.cos(1) ** 2)),
-    "sums of angles multiplied out": _said(sp.expand_trig),
-    "conditions the other way round": _said(_conditions_turned),
+    "divided by one": _apply_to_equation(
+        lambda e: sp.Mul(e, sp.Pow(sp.Integer(1), -1, evaluate=False), evaluate=False)
+    ),
+    "sin(pi - x)": _apply_to_equation(_replaced(sp.sin, lambda x: _sin(sp.pi - x))),
+    "-sin(-x)": _apply_to_equation(_replaced(sp.sin, lambda x: -_sin(-x))),
+    "cos(-x)": _apply_to_equation(_replaced(sp.cos, lambda x: _cos(-x))),
+    "-cos(pi - x)": _apply_to_equation(_replaced(sp.cos, lambda x: -_cos(sp.pi - x))),
+    "cos(2 pi + x)": _apply_to_equation(_replaced(sp.cos, lambda x: _cos(2 * sp.pi + x))),
+    "tan(pi + x)": _apply_to_equation(_replaced(sp.tan, lambda x: _tan(sp.pi + x))),
+    "sin/cos for tan": _apply_to_equation(_replaced(sp.tan, lambda x: sp.sin(x) / sp.cos(x))),
+    "-atan(-x)": _apply_to_equation(_replaced(sp.atan, lambda x: -sp.atan(-x, evaluate=False))),
+    "squares as products": _apply_to_equation(_replaced(sp.Pow, _product)),
+    "sin^2 + cos^2 for one": _apply_to_equation(lambda e: e * (sp.sin(1) ** 2 + sp.cos(1) ** 2)),
+    "sums of angles multiplied out": _apply_to_equation(sp.expand_trig),
+    "conditions the other way round": _apply_to_equation(_conditions_turned),
     "both sides the other way round": _turned_round,
     "divided by a factor": _divided,
     "a whole turn on": _a_turn_on,

@@ -6,12 +6,12 @@ from typing import Any
 import pytest
 
 
-def sampled(kept: Iterable[Any], every: Iterable[Any]) -> list[Any]:
+def sampled(always: Iterable[Any], all_items: Iterable[Any]) -> list[Any]:
     """Parameters of a test: those that are kept, then the others as `long`; a tuple is a value for each name."""
-    chosen, others = list(kept), list(every)
+    chosen, remaining = list(always), list(all_items)
     for case in chosen:
-        others.remove(case)
-    return [*chosen, *(pytest.param(*_values(case), marks=pytest.mark.long) for case in others)]
+        remaining.remove(case)
+    return [*chosen, *(pytest.param(*_values(case), marks=pytest.mark.long) for case in remaining)]
 
 
 def _values(case: Any) -> tuple[Any, ...]:

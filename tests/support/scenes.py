@@ -8,20 +8,20 @@ from shapely import LineString, affinity
 from planter.view.scene import Body, Scene
 
 
-def placed(shown: Scene, moment: int) -> dict[str, list[LineString]]:
+def placed(scene: Scene, moment: int) -> dict[str, list[LineString]]:
     """Every body's outlines in the machine at a moment [mm]."""
-    found: dict[str, list[LineString]] = {}
+    placed_lines: dict[str, list[LineString]] = {}
 
     def place(body: Body, x: float, y: float, turned: float) -> None:
-        bx, by, turn = (float(channel[moment]) for channel in shown.pose(body))
+        bx, by, turn = (float(channel[moment]) for channel in scene.pose(body))
         c, s = np.cos(np.radians(turned)), np.sin(np.radians(turned))
-        here, heading = (x + c * bx - s * by, y + s * bx + c * by), turned + turn
+        position, heading = (x + c * bx - s * by, y + s * bx + c * by), turned + turn
         lines = [np.vstack([o.points, o.points[:1]]) if o.closed else o.points for o in body.outlines]
         turns = [affinity.rotate(LineString(line), heading, origin=(0, 0)) for line in lines]
-        found[body.name] = [affinity.translate(line, *here) for line in turns]
+        placed_lines[body.name] = [affinity.translate(line, *position) for line in turns]
         for part in body.parts:
-            place(part, *here, heading)
+            place(part, *position, heading)
 
-    for body in shown.bodies:
+    for body in scene.bodies:
         place(body, 0.0, 0.0, 0.0)
-    return found
+    return placed_lines

@@ -52,12 +52,12 @@ class Sizing:
 
         Raises GeometryError where the series of its rotation does not converge.
         """
-        own = np.asarray(parameters, dtype=float)
+        curve_parameters = np.asarray(parameters, dtype=float)
         stage = converge_series(
-            Stage(self.family, self._names), [StageCandidate(own, lambda name: f"{self.family}.{name}")]
+            Stage(self.family, self._names), [StageCandidate(curve_parameters, lambda name: f"{self.family}.{name}")]
         )
-        mean, swing = _Described(stage)(own)
-        return Size(mean, swing, float(own[-1]))
+        mean, swing = _Described(stage)(curve_parameters)
+        return Size(mean, swing, float(curve_parameters[-1]))
 
     def parameters(self, size: Size) -> Array:
         """The curve of a size: in closed form where the family has one, else solved; ValueError where none is found."""
@@ -65,10 +65,10 @@ class Sizing:
         while terms <= MAX_TERMS:
             stage = Stage(self.family, self._names, terms)
             described = _Described(stage)
-            found = self._solved(described, size)
-            if stage.tail(found) < SERIES_TOLERANCE:
-                mean, _ = described(found)
-                return np.where(self._lengths, found * size.mean_radius / mean, found)
+            solution = self._solved(described, size)
+            if stage.tail(solution) < SERIES_TOLERANCE:
+                mean, _ = described(solution)
+                return np.where(self._lengths, solution * size.mean_radius / mean, solution)
             terms += terms // 2
         raise self._not_found(size)
 
@@ -91,8 +91,8 @@ class Sizing:
     def _at(self, x: float, size: Size) -> Array:
         """Parameters at unit size, where x is close to the relative swing and grows with it."""
         shape = size.shape or (0.0,) * len(self.sidecar["shapes"])
-        found = self._relative(swing=x, shape=shape)
-        return np.array([*(value[0, 0] for value in found.values()), size.deformation])
+        relative_size = self._relative(swing=x, shape=shape)
+        return np.array([*(value[0, 0] for value in relative_size.values()), size.deformation])
 
     @cached_property
     def _relative(self) -> Kernel:
@@ -109,8 +109,8 @@ class _Described:
         self._prologue, self._kernel = stage.prologue, Kernel(describe(stage))
 
     def __call__(self, parameters: Array) -> tuple[float, float]:
-        found = self._kernel(parameters=parameters, hoisted=self._prologue(parameters=parameters)["hoisted"])
-        return float(found["mean_radius"][0, 0]), float(found["swing"][0, 0])
+        ratios = self._kernel(parameters=parameters, hoisted=self._prologue(parameters=parameters)["hoisted"])
+        return float(ratios["mean_radius"][0, 0]), float(ratios["swing"][0, 0])
 
 
 def describe(stage: Stage) -> ca.Function:
@@ -119,10 +119,10 @@ def describe(stage: Stage) -> ca.Function:
     The extremes of the ratio are those at u = 0 and pi, where the families have them, or at a node between.
     """
     contact = stage.contact.function
-    own, hoisted = (ca.MX.sym(name, contact.size1_in(name)) for name in ("parameters", "hoisted"))
+    parameters, hoisted = (ca.MX.sym(name, contact.size1_in(name)) for name in ("parameters", "hoisted"))
     t = np.pi * np.array([0, *(np.arange(NODES) + 0.5), NODES]) / NODES
-    found = contact(t=ca.DM(t).T, parameters=ca.vertcat(own[:-1], 1), hoisted=hoisted)
-    most, least = ca.mmax(found["ratio"]), ca.mmin(found["ratio"])
-    mean = ca.sum2(found["r"][1:-1]) / NODES
-    return ca.Function("describe", [own, hoisted], [mean, (most - least) / (most + least)],
+    values = contact(t=ca.DM(t).T, parameters=ca.vertcat(parameters[:-1], 1), hoisted=hoisted)
+    largest, smallest = ca.mmax(values["ratio"]), ca.mmin(values["ratio"])
+    mean = ca.sum2(values["r"][1:-1]) / NODES
+    return ca.Function("describe", [parameters, hoisted], [mean, (largest - smallest) / (largest + smallest)],
                        ["parameters", "hoisted"], ["mean_radius", "swing"])  # fmt: skip

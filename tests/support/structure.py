@@ -58,12 +58,12 @@ class ImportGraph:
             if module.removeprefix(self.root) not in ENTRY_MODULES:
                 package = self.package(module)
                 packages.setdefault(package, set()).update({self.package(other) for other in imported} - {package})
-        return {package: frozenset(others) for package, others in packages.items()}
+        return {package: frozenset(targets) for package, targets in packages.items()}
 
     @property
     def edges(self) -> list[tuple[str, str]]:
         """Pairs of a package and one that it imports."""
-        return [(package, other) for package, others in sorted(self.packages.items()) for other in sorted(others)]
+        return [(package, other) for package, imported in sorted(self.packages.items()) for other in sorted(imported)]
 
     @property
     def levels(self) -> dict[str, int]:
@@ -90,8 +90,8 @@ class ImportGraph:
         """Return the edges that do not follow from others, without those to the foundation."""
 
         def reachable(package: str) -> set[str]:
-            others = self.packages[package]
-            return others.union(*(reachable(other) for other in others))
+            imported = self.packages[package]
+            return imported.union(*(reachable(other) for other in imported))
 
         return [
             (package, other)

@@ -13,13 +13,13 @@ MASSES = {"sun_kg": 0.5, "middle_kg": 0.6, "planet_kg": 1.1, "carrier_kg": 4.0}
 
 
 def table() -> dict[str, Any]:
-    found = load("wang2017").table()
-    found["mass"] |= MASSES
-    found["stage1"], found["stage2"] = found["stage2"], found["stage1"]
-    found["design"] = DESIGN
-    found["bounds"] = {name: [0.99 * value, 1.01 * value] for name, value in DESIGN.items()}
-    found["origin"] = {"default": "assumed"}
-    return {key: value for key, value in found.items() if key != "requirements"} | {"name": "swapped"}
+    table = load("wang2017").table()
+    table["mass"] |= MASSES
+    table["stage1"], table["stage2"] = table["stage2"], table["stage1"]
+    table["design"] = DESIGN
+    table["bounds"] = {name: [0.99 * value, 1.01 * value] for name, value in DESIGN.items()}
+    table["origin"] = {"default": "assumed"}
+    return {key: value for key, value in table.items() if key != "requirements"} | {"name": "swapped"}
 
 
 @cache

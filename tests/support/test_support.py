@@ -62,14 +62,14 @@ def test_jets_differentiate_twice() -> None:
     """x = sin(3 t) / sqrt(1 + t^2) against complex step of its written-out derivative."""
     t0 = 0.4
     t = Jet(np, t0, 1.0, 0.0)
-    found = (3 * t).sin() / (1 + t * t).sqrt()
+    jet = (3 * t).sin() / (1 + t * t).sqrt()
 
     def rate(t: np.ndarray) -> np.ndarray:
         root = np.sqrt(1 + t**2)
         return 3 * np.cos(3 * t) / root - t * np.sin(3 * t) / root**3
 
-    assert found.rate == pytest.approx(rate(t0), rel=1e-14)
-    assert found.acceleration == pytest.approx(xp_complex.slopes(lambda x: rate(x[0]), [t0])[0], rel=1e-14)
+    assert jet.rate == pytest.approx(rate(t0), rel=1e-14)
+    assert jet.acceleration == pytest.approx(xp_complex.slopes(lambda x: rate(x[0]), [t0])[0], rel=1e-14)
 
 
 def test_jets_turn_with_transport_and_coriolis_terms() -> None:
@@ -90,8 +90,8 @@ def test_both_number_systems_give_the_same_motion(name: str) -> None:
     with mp.workdps(20):
         digits = kinematics.Device(machines.machine(name), MPMATH).side(mp.mpf(2))
         for angle in ("phi52", "phi72", "theta1"):
-            for one, two in zip(getattr(floats, angle).parts, getattr(digits, angle).parts, strict=True):
-                assert np.asarray(one).item() == pytest.approx(float(two), rel=1e-12, abs=1e-13)
+            for first, second in zip(getattr(floats, angle).parts, getattr(digits, angle).parts, strict=True):
+                assert np.asarray(first).item() == pytest.approx(float(second), rel=1e-12, abs=1e-13)
 
 
 def test_the_ellipse_closes_at_its_own_centre_distance() -> None:

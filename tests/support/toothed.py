@@ -47,7 +47,7 @@ def involute(angle: float) -> float:
     return math.tan(angle) - angle
 
 
-def swept(gear: Gear, tooth: int, steps: int = 700, beside: float = 0.0) -> float:
+def swept(gear: Gear, tooth: int, steps: int = 700, offset: float = 0.0) -> float:
     """Area in which a tooth space and what a rack leaves of it differ, in parts of the space's.
 
     The rack is a polygon, its round a fine one; it stands still on its pitch line while that rolls over the pitch
@@ -56,20 +56,20 @@ def swept(gear: Gear, tooth: int, steps: int = 700, beside: float = 0.0) -> floa
     p, sizes = gear.rack.pitch, gear.rack.sizes
     middle = gear.flanks.phase + p * (tooth + 0.5)
     outline = shapely.Polygon(gear.sampled(np.arange(150) / 150).points.reshape(2, -1).T)
-    around = middle + np.linspace(-0.5, 0.5, 400) * p
-    top, deep = _beside(gear, around, sizes["tip"]), _beside(gear, around, -2 * sizes["root"])
+    parameters = middle + np.linspace(-0.5, 0.5, 400) * p
+    top, deep = _count_offset(gear, parameters, sizes["tip"]), _count_offset(gear, parameters, -2 * sizes["root"])
     blank = shapely.Polygon(np.vstack([top, deep[::-1]]))
-    profile = _profile(gear.rack) + np.array([middle + beside, 0.0])
+    profile = _profile(gear.rack) + np.array([middle + offset, 0.0])
     racks = []
     for s in middle + np.linspace(-3.5, 3.5, steps) * p:
         x, y, tx, ty = gear.curve.at(np.array([s]))[:4, 0]
-        along, out = np.array([tx, ty]), np.array([ty, -tx])
-        racks.append(shapely.Polygon(np.array([x, y]) + (profile[:, :1] - s) * along + profile[:, 1:] * out))
-    left, made = blank.difference(shapely.union_all(racks)), blank.intersection(outline)
-    return left.symmetric_difference(made).area / (blank.area - made.area)
+        tangent, out = np.array([tx, ty]), np.array([ty, -tx])
+        racks.append(shapely.Polygon(np.array([x, y]) + (profile[:, :1] - s) * tangent + profile[:, 1:] * out))
+    left, mate = blank.difference(shapely.union_all(racks)), blank.intersection(outline)
+    return left.symmetric_difference(mate).area / (blank.area - mate.area)
 
 
-def _beside(gear: Gear, s: Array, height: float) -> Array:
+def _count_offset(gear: Gear, s: Array, height: float) -> Array:
     x, y, tx, ty = gear.curve.at(s)[:4]
     return np.array([x + height * ty, y - height * tx]).T
 

@@ -29,11 +29,11 @@ class Running:
         self.exports = exports
         exports["_initialize"](self.store)
 
-    def run(self, name: str, size: int, given: Mapping[int, float]) -> Array | None:
+    def run(self, name: str, size: int, inputs: Mapping[int, float]) -> Array | None:
         """All numbers of a program from its own, some of them set; None where one is not finite."""
         start = self.exports[f"{name}_numbers"](self.store)
         memory = self.exports["memory"]
-        for place, value in given.items():
+        for place, value in inputs.items():
             memory.write(self.store, np.float64(value).tobytes(), start + 8 * place)
         if self.exports[name](self.store):
             return None
@@ -41,13 +41,15 @@ class Running:
 
     def vectors(self, program: Program, **changed: Array) -> dict[str, Array] | None:
         """All vectors of a program by name, from what is given, some of it changed."""
-        given = {program.offsets[key] + k: v for key, values in changed.items() for k, v in enumerate(values)}
-        found = self.run(program.name, program.size, given)
-        if found is None:
+        inputs = {program.offsets[key] + k: v for key, values in changed.items() for k, v in enumerate(values)}
+        memory = self.run(program.name, program.size, inputs)
+        if memory is None:
             return None
-        return {key: found[start : start + program.sizes[key]] for key, start in program.offsets.items()}
+        return {key: memory[start : start + program.sizes[key]] for key, start in program.offsets.items()}
 
 
-def apart(found: Mapping[str, Array], known: Mapping[str, Array]) -> float:
+def difference(actual: Mapping[str, Array], expected: Mapping[str, Array]) -> float:
     """The largest difference of vectors, each in parts of its own largest number."""
-    return max(float(np.abs(found[key] - known[key]).max() / (np.abs(known[key]).max() or 1.0)) for key in known)
+    return max(
+        float(np.abs(actual[key] - expected[key]).max() / (np.abs(expected[key]).max() or 1.0)) for key in expected
+    )

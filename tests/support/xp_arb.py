@@ -60,7 +60,7 @@ def polyval(coefficients: list[int], x: Number) -> Number:
     >>> polyval([2, 0, 1], arb(3)) == 19
     True
     """
-    found = arb(0)
+    value = arb(0)
     for a in coefficients:
-        found = found * x + a
-    return found
+        value = value * x + a
+    return value

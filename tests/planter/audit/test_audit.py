@@ -36,11 +36,11 @@ run, answer, refusal = below("audit")
 
 
 @pytest.fixture(scope="module")
-def whole() -> dict[str, Any]:
+def audit() -> dict[str, Any]:
     return answer()
 
 
-def found(entries: list[dict[str, Any]], paper: str, quantity: str) -> dict[str, Any]:
+def find_entry(entries: list[dict[str, Any]], paper: str, quantity: str) -> dict[str, Any]:
     (entry,) = [e for e in entries if (e["paper"], e["quantity"]) == (paper, quantity)]
     return entry
 
@@ -52,8 +52,8 @@ def tampered(paper: str, quantity: str, printed: str) -> dict[str, Any]:
         each = row.get("each", {})
         texts = row["printed"] if each else [row["printed"]]
         for index in range(len(texts)):
-            own = {name: values[index] for name, values in each.items()}
-            if (row["paper"], row["quantity"].format_map(own)) == (paper, quantity):
+            inputs = {name: values[index] for name, values in each.items()}
+            if (row["paper"], row["quantity"].format_map(inputs)) == (paper, quantity):
                 texts[index] = printed
         row["printed"] = texts if each else texts[0]
     return table
@@ -62,41 +62,41 @@ def tampered(paper: str, quantity: str, printed: str) -> dict[str, Any]:
 # ---- contract ------------------------------------------------------------------------------------------------------
 
 
-def test_it_has_the_keys_of_the_contract(whole: dict[str, Any]) -> None:
-    assert whole.keys() == {
+def test_it_has_the_keys_of_the_contract(audit: dict[str, Any]) -> None:
+    assert audit.keys() == {
         "equations", "laws", "numbers", "causes", "references", "claims", "consequences", "summary",
     }  # fmt: skip
-    assert all(e.keys() >= EQUATION for e in whole["equations"])
-    assert all(e.keys() >= NUMBER for e in whole["numbers"])
-    assert all(e.keys() >= LAW for e in whole["laws"])
-    assert {e["verdict"] for e in whole["numbers"]} <= VERDICTS
-    assert list(whole["summary"]) == PAPERS
+    assert all(e.keys() >= EQUATION for e in audit["equations"])
+    assert all(e.keys() >= NUMBER for e in audit["numbers"])
+    assert all(e.keys() >= LAW for e in audit["laws"])
+    assert {e["verdict"] for e in audit["numbers"]} <= VERDICTS
+    assert list(audit["summary"]) == PAPERS
     for part in ("equations", "numbers"):
-        assert list(dict.fromkeys(e["paper"] for e in whole[part])) == PAPERS
-        assert sum(sum(s[part].values()) for s in whole["summary"].values()) == len(whole[part])
+        assert list(dict.fromkeys(e["paper"] for e in audit[part])) == PAPERS
+        assert sum(sum(s[part].values()) for s in audit["summary"].values()) == len(audit[part])
 
 
-def test_equations_are_those_that_were_committed(whole: dict[str, Any]) -> None:
+def test_equations_are_those_that_were_committed(audit: dict[str, Any]) -> None:
     committed = generated.sidecar("audit")
-    assert whole["equations"] == [e for p in PAPERS for e in committed["equations"] if e["paper"] == p]
-    for paper, summary in whole["summary"].items():
+    assert audit["equations"] == [e for p in PAPERS for e in committed["equations"] if e["paper"] == p]
+    for paper, summary in audit["summary"].items():
         verdicts = [e["verdict"] for e in committed["equations"] if e["paper"] == paper]
         assert summary["equations"] == {verdict: verdicts.count(verdict) for verdict in sorted(set(verdicts))}
 
 
 @pytest.mark.parametrize("paper", sampled(["shi2021", "yu2023"], PAPERS))
-def test_one_paper_is_a_part_of_the_whole(paper: str, whole: dict[str, Any]) -> None:
-    one = answer(paper)
-    assert list(one["summary"]) == [paper]
+def test_one_paper_is_a_part_of_the_whole(paper: str, audit: dict[str, Any]) -> None:
+    partial = answer(paper)
+    assert list(partial["summary"]) == [paper]
     for part in ("equations", "laws", "numbers", "causes", "references", "claims", "consequences"):
-        assert one[part] == [e for e in whole[part] if e["paper"] == paper]
+        assert partial[part] == [e for e in audit[part] if e["paper"] == paper]
 
 
-@pytest.mark.parametrize(("given", "hint"), [("wang2016", "wang2017"), ("Yu2023", "yu2023"), ("", ""), ("moby", "")])
-def test_another_paper_is_refused_in_one_sentence(given: str, hint: str) -> None:
-    said = refusal(given)
-    assert all(paper in said for paper in PAPERS)
-    assert ("did you mean " + hint in said) == bool(hint)
+@pytest.mark.parametrize(("name", "hint"), [("wang2016", "wang2017"), ("Yu2023", "yu2023"), ("", ""), ("moby", "")])
+def test_another_paper_is_refused_in_one_sentence(name: str, hint: str) -> None:
+    message = refusal(name)
+    assert all(paper in message for paper in PAPERS)
+    assert ("did you mean " + hint in message) == bool(hint)
 
 
 def test_without_committed_verdicts_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -148,18 +148,18 @@ def test_the_code_names_no_paper() -> None:
         assert not re.search("|".join(PAPERS), module.read_text(encoding="utf-8")), module.name
 
 
-def test_every_verdict_follows_the_rule(whole: dict[str, Any]) -> None:
-    for e in whole["numbers"]:
+def test_every_verdict_follows_the_rule(audit: dict[str, Any]) -> None:
+    for e in audit["numbers"]:
         place = Decimal(1).scaleb(Decimal(e["printed_text"]).as_tuple().exponent)
         reach = 0.5 * float(place) * (1 + 1e-7)
         hit = e["recomputed"] is not None and abs(e["recomputed"] - e["printed"]) <= reach
         low, high = e["interval"] or (np.nan, np.nan)
-        near = low - reach <= e["printed"] <= high + reach
+        is_within = low - reach <= e["printed"] <= high + reach
         assert e["printed"] == float(e["printed_text"])
         expected = {
             "reproduced": hit and not e["assumed_inputs"] and not e["needs"],
             "not reproduced": not hit and not e["assumed_inputs"] and not e["needs"],
-            "consistent": not e["needs"] and (hit if e["assumed_inputs"] else near and not hit),
+            "consistent": not e["needs"] and (hit if e["assumed_inputs"] else is_within and not hit),
             "not recomputable": bool(e["assumed_inputs"] or e["needs"]),
         }
         assert expected[e["verdict"]], e
@@ -182,29 +182,31 @@ def test_every_verdict_follows_the_rule(whole: dict[str, Any]) -> None:
     ],
 )
 def test_another_print_changes_the_verdict(
-    paper: str, quantity: str, before: str, printed: str, after: str, whole: dict[str, Any]
+    paper: str, quantity: str, before: str, printed: str, after: str, audit: dict[str, Any]
 ) -> None:
-    assert found(whole["numbers"], paper, quantity)["verdict"] == before
+    assert find_entry(audit["numbers"], paper, quantity)["verdict"] == before
     changed = numbers.judge_numbers(paper, tampered(paper, quantity, printed))
-    assert found(changed, paper, quantity)["verdict"] == after
+    assert find_entry(changed, paper, quantity)["verdict"] == after
 
 
 def test_as_many_hits_as_assumed_inputs_are_not_enough() -> None:
     table = tampered("shi2021", "travel at 10 deg, printed formula", "8.5")
     rows = numbers.judge_numbers("shi2021", table)
-    assert found(rows, "shi2021", "travel at 15 deg, printed formula")["verdict"] == "consistent"
+    assert find_entry(rows, "shi2021", "travel at 15 deg, printed formula")["verdict"] == "consistent"
     table["number"] = [r for r in table["number"] if "travel" not in r["quantity"] or "printed" in r["quantity"]]
     for row in table["number"]:
         if row["by"] == "travel as printed":
             row["printed"] = ["8.5", "5.6", "4.2"]
     rows = numbers.judge_numbers("shi2021", table)
-    assert found(rows, "shi2021", "travel at 20 deg, printed formula")["verdict"] == "not recomputable"
+    assert find_entry(rows, "shi2021", "travel at 20 deg, printed formula")["verdict"] == "not recomputable"
 
 
 def test_a_disclosed_input_that_turns_out_to_be_assumed_changes_the_verdict() -> None:
     table = copy.deepcopy(numbers.load_numbers())
     table["assumed"]["shi2021"]["shaft_flats_mm"] = table["disclosed"]["shi2021"].pop("shaft_flats_mm")
-    entry = found(numbers.judge_numbers("shi2021", table), "shi2021", "distance of the tooth tip, (3) with equality")
+    entry = find_entry(
+        numbers.judge_numbers("shi2021", table), "shi2021", "distance of the tooth tip, (3) with equality"
+    )
     assert entry["assumed_inputs"] == ["shaft_flats_mm = 20"]
     assert entry["verdict"] != "reproduced"
 
@@ -228,15 +230,15 @@ def test_every_formula_is_used_and_every_number_has_one() -> None:
     assert FORMULAS.keys() - {MEASURE} == used
 
 
-def test_quantities_are_told_apart(whole: dict[str, Any]) -> None:
-    names = [(e["paper"], e["quantity"]) for e in whole["numbers"]]
+def test_quantities_are_told_apart(audit: dict[str, Any]) -> None:
+    names = [(e["paper"], e["quantity"]) for e in audit["numbers"]]
     assert len(names) == len(set(names))
 
 
-def test_numbers_that_one_sign_explains_are_one_cause(whole: dict[str, Any]) -> None:
-    (cause,) = [c for c in whole["causes"] if c["numbers"]]
+def test_numbers_that_one_sign_explains_are_one_cause(audit: dict[str, Any]) -> None:
+    (cause,) = [c for c in audit["causes"] if c["numbers"]]
     assert (cause["paper"], cause["cause"]) == ("sun2019", "sign of 10 in pose 1")
-    cured = [e for e in whole["numbers"] if e["cured_by"]]
+    cured = [e for e in audit["numbers"] if e["cured_by"]]
     assert [f"{e['paper']}: {e['quantity']}" for e in cured] == cause["numbers"]
     assert all(e["verdict"] == "not reproduced" for e in cured)
     missed = [e for e in cured if not numbers.equals_printed(e["printed_text"], e["cured_to"])]
@@ -244,10 +246,10 @@ def test_numbers_that_one_sign_explains_are_one_cause(whole: dict[str, Any]) -> 
     assert len(cured) > 40
 
 
-def test_rounded_inputs_explain_a_number_only_with_all_others(whole: dict[str, Any]) -> None:
+def test_rounded_inputs_explain_a_number_only_with_all_others(audit: dict[str, Any]) -> None:
     """The interval of F alone spans 186.5; the sums of squares, which the same runs give, exclude it."""
     name = "Y1, F of A"
-    changed = found(numbers.judge_numbers("shi2021", tampered("shi2021", name, "186.50")), "shi2021", name)
+    changed = find_entry(numbers.judge_numbers("shi2021", tampered("shi2021", name, "186.50")), "shi2021", name)
     low, high = changed["interval"]
     assert changed["verdict"] == "not reproduced"
     assert low < 186.5 < high
@@ -256,7 +258,7 @@ def test_rounded_inputs_explain_a_number_only_with_all_others(whole: dict[str, A
     for row in alone["number"]:
         row["each"] = {key: values[:1] for key, values in row["each"].items()}
         row["printed"] = row["printed"][:1]
-    assert found(numbers.judge_numbers("shi2021", alone), "shi2021", name)["verdict"] == "consistent"
+    assert find_entry(numbers.judge_numbers("shi2021", alone), "shi2021", name)["verdict"] == "consistent"
 
 
 def test_whole_numbers_are_exact_inputs() -> None:
@@ -271,9 +273,9 @@ def test_numbers_without_a_last_digit_are_not_rounded(text: str) -> None:
     assert Rounded(text).rounding == 0.0
 
 
-def test_trials_that_cannot_show_interactions_are_told(whole: dict[str, Any]) -> None:
+def test_trials_that_cannot_show_interactions_are_told(audit: dict[str, Any]) -> None:
     """Nine runs have 8 degrees of freedom: 6 for main effects, 2 for the rest; three interactions would take 12."""
-    (claim,) = [c for c in whole["claims"] if "interact" in c["claim"]]
+    (claim,) = [c for c in audit["claims"] if "interact" in c["claim"]]
     assert (claim["value"], claim["holds"]) == (-10.0, False)
     full = list(itertools.product((1, 2, 3), repeat=3))
     columns = {f"column_{name}": list(column) for name, column in zip("ABC", zip(*full, strict=True), strict=True)}
@@ -297,22 +299,22 @@ def test_another_slip_is_found_as_such() -> None:
     assert named == {"sign of 270 in pose 4"}
 
 
-def test_causes_and_equations_are_counted_apart(whole: dict[str, Any]) -> None:
-    for paper, summary in whole["summary"].items():
-        mine = [c for c in whole["causes"] if c["paper"] == paper]
-        assert summary["causes"] == len(mine)
-        faulty = {f"{paper}: {e['equation']}" for e in whole["equations"] if e["paper"] == paper and e["reasons"]}
-        assert {n for c in mine for n in c["equations"]} == faulty
+def test_causes_and_equations_are_counted_apart(audit: dict[str, Any]) -> None:
+    for paper, summary in audit["summary"].items():
+        causes = [c for c in audit["causes"] if c["paper"] == paper]
+        assert summary["causes"] == len(causes)
+        faulty = {f"{paper}: {e['equation']}" for e in audit["equations"] if e["paper"] == paper and e["reasons"]}
+        assert {n for c in causes for n in c["equations"]} == faulty
         assert summary["at_fault"] >= len(faulty)
 
 
 # ---- formulas ------------------------------------------------------------------------------------------------------
 
 
-def of_poses(by: str, poses: np.ndarray, **own: Any) -> Any:
+def of_poses(by: str, poses: np.ndarray, **arguments: Any) -> Any:
     """What a formula gives for five poses (5, 3) [mm, mm, deg] that are called pose 1 to pose 5."""
-    known = {f"pose {i}": pose.tolist() for i, pose in enumerate(poses, 1)}
-    return FORMULAS[by](Inputs({"poses": "five", "five": list(known), **known, **own}, {}, {}))
+    values = {f"pose {i}": pose.tolist() for i, pose in enumerate(poses, 1)}
+    return FORMULAS[by](Inputs({"poses": "five", "five": list(values), **values, **arguments}, {}, {}))
 
 
 def printed_poses() -> np.ndarray:
@@ -351,8 +353,8 @@ def test_the_dyad_that_made_the_poses_is_found() -> None:
     for _ in range(10):
         poses = poses_of((12.0, -7.0), rng.uniform(-80, 80, 5))
         count = int(of_poses("real dyads", poses))
-        found = [[of_poses("dyad", poses, dyad=k + 1, part=part) for part in "xyXYr"] for k in range(count)]
-        best = min(found, key=lambda dyad: abs(dyad[0] - 12) + abs(dyad[1] + 7))
+        dyads = [[of_poses("dyad", poses, dyad=k + 1, part=part) for part in "xyXYr"] for k in range(count)]
+        best = min(dyads, key=lambda dyad: abs(dyad[0] - 12) + abs(dyad[1] + 7))
         assert best == pytest.approx([12, -7, 30, -20, 40], rel=1e-9)
         assert count in (2, 4)
         assert of_poses("dyad", poses, dyad=count + 1, part="r") is None
@@ -377,14 +379,14 @@ def test_vectors_of_the_null_space_solve_the_conditions() -> None:
     poses, table = printed_poses(), numbers.load_numbers()["disclosed"]["sun2019"]
     rows = conditions(poses)
     size = np.linalg.norm(rows, axis=0)
-    known = {name: table[name] for name in table if name.startswith("v_") or name == "vectors"}
+    values = {name: table[name] for name in table if name.startswith("v_") or name == "vectors"}
     for name in table["vectors"]:
-        head = [of_poses("entry of the null space", poses, vector=name, entry=i, **known) for i in range(1, 6)]
+        head = [of_poses("entry of the null space", poses, vector=name, entry=i, **values) for i in range(1, 6)]
         p = np.array([*head, *table[name]])
         assert np.abs(rows @ p).max() < 1e-9 * np.abs(size * p).max()
         p[0] *= 1.0001
         assert np.abs(rows @ p).max() > 1e-9 * np.abs(size * p).max()
-    basis = np.array([[of_poses("entry of the nearest basis", poses, vector=name, entry=i, **known)
+    basis = np.array([[of_poses("entry of the nearest basis", poses, vector=name, entry=i, **values)
                        for i in range(1, 9)] for name in table["vectors"]])  # fmt: skip
     np.testing.assert_allclose(basis @ basis.T, np.eye(3), atol=1e-12)
     assert np.abs(rows @ basis.T).max() < 1e-9 * size.max()
@@ -418,9 +420,9 @@ def test_the_corner_stays_at_its_width_from_both_sliding_corners() -> None:
         assert b[1] == pytest.approx(np.sqrt(3) * side / 2)
         chord = np.linalg.norm(a - turned.T @ b)
         assert chord == pytest.approx(2 * np.sin(np.radians(18)))
-    given = Inputs({}, {"centre_over_width": centre, "foci_slope": -np.sqrt(3)}, {})
-    assert formulas.centre_offset(given) == pytest.approx(0, abs=1e-15)
-    assert formulas.axis_offset(given) == pytest.approx(0, abs=1e-12)
+    inputs = Inputs({}, {"centre_over_width": centre, "foci_slope": -np.sqrt(3)}, {})
+    assert formulas.centre_offset(inputs) == pytest.approx(0, abs=1e-15)
+    assert formulas.axis_offset(inputs) == pytest.approx(0, abs=1e-12)
 
 
 def test_the_ellipse_of_the_path_is_that_of_its_places() -> None:
@@ -436,12 +438,12 @@ def test_the_ellipse_of_the_path_is_that_of_its_places() -> None:
 
 def test_contact_ratio_of_a_spur_pair_is_the_textbook_one() -> None:
     """20 teeth each, module 2, 20 deg, no helix: 1.557 (path of contact over base pitch)."""
-    own = {"L1_mm": 90, "gamma_deg": 150, "centre_distance_mm": 40, "normal_module_mm": 2, "teeth_1": 20,
+    inputs = {"L1_mm": 90, "gamma_deg": 150, "centre_distance_mm": 40, "normal_module_mm": 2, "teeth_1": 20,
            "teeth_2": 20, "face_width_mm": 10, "normal_pressure_angle_deg": 20, "addendum_coefficient": 1}  # fmt: skip
     base, tip = 20 * np.cos(np.radians(20)), 22.0
     length = 2 * (np.sqrt(tip**2 - base**2) - 20 * np.sin(np.radians(20)))
     expected = length / (2 * np.pi * np.cos(np.radians(20)))
-    assert helical.helical_contact_ratio(Inputs(own, {}, {})) == pytest.approx(expected, rel=1e-9)
+    assert helical.helical_contact_ratio(Inputs(inputs, {}, {})) == pytest.approx(expected, rel=1e-9)
 
 
 def test_split_of_a_ratio_with_a_known_mean() -> None:
@@ -474,7 +476,7 @@ def test_sums_of_squares_are_those_of_the_columns_and_add_up() -> None:
         parts = [rows[f"{response}, sum of squares, {source}"] for source in columns]
         assert parts == pytest.approx(by_hand, rel=1e-9)
         assert sum(parts) == pytest.approx(rows[f"{response}, sum of squares, total"], rel=1e-12)
-        for factor, own in zip("ABC", by_hand, strict=False):  # for two and two degrees of freedom P = 1/(1 + F)
-            assert rows[f"{response}, F of {factor}"] == pytest.approx(own / by_hand[3], rel=1e-9)
+        for factor, squares in zip("ABC", by_hand, strict=False):  # for two and two degrees of freedom P = 1/(1 + F)
+            assert rows[f"{response}, F of {factor}"] == pytest.approx(squares / by_hand[3], rel=1e-9)
             chance = 1 / (1 + rows[f"{response}, F of {factor}"])
             assert rows[f"{response}, P of {factor}"] == pytest.approx(chance, rel=1e-9)

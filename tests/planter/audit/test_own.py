@@ -96,10 +96,10 @@ def test_verdicts_stand_beside_the_file_and_the_page_in_out(folder: Path, result
     root = ET.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
     assert not re.search(r"<script|<link|src=|url\(|http://", text)
     assert len(list(root.iter("math"))) >= len(result["equations"])
-    shown = " ".join(" ".join(root.itertext()).split())
+    page_text = " ".join(" ".join(root.itertext()).split())
     for entry in result["numbers"]:
-        assert entry["place"] in shown
-    assert "differs by" in shown
+        assert entry["place"] in page_text
+    assert "differs by" in page_text
     assert json.loads((folder / "trial" / "summary.json").read_text(encoding="utf-8"))["numbers"] == result["numbers"]
 
 
@@ -120,7 +120,7 @@ def numbers(folder: Path, change: tuple[str, str]) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (('"max s"', '"max ss"'), r"number\[0\]\.quantity = 'max ss': .* did you mean s\?"),
         (('"max s"', '"s"'), r"number\[0\]\.quantity = 's': .*it must be MEASURE"),
@@ -132,18 +132,18 @@ def numbers(folder: Path, change: tuple[str, str]) -> Path:
     ],
 )
 def test_a_number_that_cannot_be_meant_is_refused_by_its_place(
-    folder: Path, result: Any, change: tuple[str, str], said: str
+    folder: Path, result: Any, change: tuple[str, str], message: str
 ) -> None:
     source = numbers(folder, change)
-    found = user_paper.list_rows(
+    rows = user_paper.list_rows(
         user_paper.read_numbers_file(source), source, "invented2026", folder / "generated" / "slider_crank.toml"
     )
-    with pytest.raises(InputError, match=said):
-        _ = [printed.measure(Inputs(row["with"], {}, {})) for row in found]
+    with pytest.raises(InputError, match=message):
+        _ = [printed.measure(Inputs(row["with"], {}, {})) for row in rows]
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (('place = "Table 1, first row"\n', ""), "number[0].place is missing"),
         (
@@ -160,11 +160,11 @@ def test_a_number_that_cannot_be_meant_is_refused_by_its_place(
         (("[assumed]", "[asumed]"), "did you mean assumed?"),
     ],
 )
-def test_a_file_of_numbers_that_is_none_is_refused(folder: Path, change: tuple[str, str], said: str) -> None:
+def test_a_file_of_numbers_that_is_none_is_refused(folder: Path, change: tuple[str, str], message: str) -> None:
     source = numbers(folder, change)
     with pytest.raises(InputError) as error:
         list(user_paper.list_rows(user_paper.read_numbers_file(source), source, "p", folder))
-    assert said in str(error.value)
+    assert message in str(error.value)
 
 
 @pytest.mark.long
@@ -174,11 +174,11 @@ def test_wrong_equation_without_claim_is_one_line(folder: Path) -> None:
     assert text.count(claim) == 1
     (folder / "unclaimed_paper.py").write_text(text.replace(claim, ""), encoding="utf-8")
     result = answer("audit", str(folder / "unclaimed_paper.py"))
-    found = {e["equation"]: e for e in result["equations"]}
-    assert {number: e["verdict"] for number, e in found.items() if e["verdict"] != "confirmed"} == {
+    equations = {e["equation"]: e for e in result["equations"]}
+    assert {number: e["verdict"] for number, e in equations.items() if e["verdict"] != "confirmed"} == {
         "2": "misprint", "4": "misprint", "5": "contradicted",
     }  # fmt: skip
-    assert found["5"]["reasons"] == ["(5) does not hold"]
+    assert equations["5"]["reasons"] == ["(5) does not hold"]
     jsonschema.validate(result, load_schema("audit"))
 
 
@@ -186,11 +186,11 @@ def test_number_that_cannot_be_computed_is_one_line(folder: Path, result: Any) -
     """A rod that is shorter than the crank: the loop does not close."""
     source = numbers(folder, ('printed = "249.8"', 'printed = "249.8"\nwith = { l_mm = 20 }'))
     papers = {"invented2026": {"model": "slider_crank"}}
-    found = user_paper._judge_file(user_paper.read_numbers_file(source), source, papers, folder / "generated")
-    assert [(one["verdict"], one["recomputed"]) for one in found[:1]] == [("not recomputable", None)]
-    assert "do not close" in found[0]["reason"]
-    others = [(one["quantity"], one["recomputed"]) for one in found[1:]]
-    assert others == [(one["quantity"], one["recomputed"]) for one in result["numbers"][1:]]
+    judged = user_paper._judge_file(user_paper.read_numbers_file(source), source, papers, folder / "generated")
+    assert [(number["verdict"], number["recomputed"]) for number in judged[:1]] == [("not recomputable", None)]
+    assert "do not close" in judged[0]["reason"]
+    others_judged = [(number["quantity"], number["recomputed"]) for number in judged[1:]]
+    assert others_judged == [(number["quantity"], number["recomputed"]) for number in result["numbers"][1:]]
 
 
 def test_another_paper_is_not_taken_for_this_one(folder: Path) -> None:
@@ -204,20 +204,20 @@ def test_another_paper_is_not_taken_for_this_one(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (('loop("By")', 'loop("Bq")'), "invented2026 (2): nothing here states ClaimOf 'the loop Bq closes'; near it"),
         (("q.e - q.r", "q.ee - q.r"), "line 20: AttributeError: there is no quantity ee"),
     ],
 )
-def test_a_paper_that_raises_is_told_by_the_users_line(folder: Path, change: tuple[str, str], said: str) -> None:
+def test_a_paper_that_raises_is_told_by_the_users_line(folder: Path, change: tuple[str, str], message: str) -> None:
     text = (folder / "slider_crank_paper.py").read_text(encoding="utf-8")
     assert change[0] in text
     (folder / "wrong_paper.py").write_text(text.replace(*change), encoding="utf-8")
     code, out, err = run("audit", str(folder / "wrong_paper.py"), "--json")
     assert (code, out, err.count("\n")) == (2, "", 1)
     assert "wrong_paper.py, line" in err
-    assert said in err
+    assert message in err
 
 
 def test_what_goes_with_other_papers_is_refused(folder: Path) -> None:

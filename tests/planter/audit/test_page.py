@@ -21,7 +21,7 @@ run, answer, _ = below("audit")
 
 
 @pytest.fixture(scope="module")
-def whole() -> dict[str, Any]:
+def audit() -> dict[str, Any]:
     return answer()
 
 
@@ -29,24 +29,24 @@ def tree(text: str) -> ET.Element:
     return ET.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
 
 
-def test_the_folder_holds_summary_and_page(tmp_path: Path, whole: dict[str, Any]) -> None:
+def test_the_folder_holds_summary_and_page(tmp_path: Path, audit: dict[str, Any]) -> None:
     code, _, err = run("--out", str(tmp_path / "there"))
     assert code == 0, err
     summary = json.loads((tmp_path / "there" / "summary.json").read_text(encoding="utf-8"))
-    assert {key: summary[key] for key in whole} == whole
+    assert {key: summary[key] for key in audit} == audit
     text = (tmp_path / "there" / "report.html").read_text(encoding="utf-8")
     root = tree(text)
     assert not re.search(r"<script|<link|src=|url\(|http://", text)
-    assert len(list(root.iter("math"))) > len(whole["equations"])
-    shown = " ".join(" ".join(root.itertext()).split())
-    for entry in whole["equations"]:
+    assert len(list(root.iter("math"))) > len(audit["equations"])
+    page_text = " ".join(" ".join(root.itertext()).split())
+    for entry in audit["equations"]:
         for part in ("terms", "unexplained", "vanishing"):
-            assert all(term["term"] in shown for term in entry[part])
-        assert not entry["printed"] or entry["printed"] in shown
-        assert not entry["derived"] or entry["derived"] in shown
-    assert all(entry["claim"] in shown for entry in whole["claims"])
-    assert all(entry["quantity"] in shown and entry["statement"] in shown for entry in whole["consequences"])
-    assert all(entry["quantity"] in shown for entry in whole["numbers"])
+            assert all(term["term"] in page_text for term in entry[part])
+        assert not entry["printed"] or entry["printed"] in page_text
+        assert not entry["derived"] or entry["derived"] in page_text
+    assert all(entry["claim"] in page_text for entry in audit["claims"])
+    assert all(entry["quantity"] in page_text and entry["statement"] in page_text for entry in audit["consequences"])
+    assert all(entry["quantity"] in page_text for entry in audit["numbers"])
 
 
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
@@ -82,9 +82,9 @@ def test_an_equation_on_trial_shows_all_that_was_found() -> None:
     }  # fmt: skip
     root = ET.fromstring(EquationArticle(entry, math).html("s1"))
     assert ["".join(node.itertext()) for node in root.iter("math")] == ["p", "d", "q", "mg", "kx", "q", "mf"]
-    shown = " ".join(" ".join(root.itertext()).split())
+    page_text = " ".join(" ".join(root.itertext()).split())
     for text in ("x < y", "no real value", "25 %", "; or ", "constant speed", "Read so:"):
-        assert text in shown
+        assert text in page_text
     assert root.get("class") == "contradicted"
     assert " " not in root.get("id", " ")
 

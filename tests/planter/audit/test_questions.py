@@ -28,12 +28,12 @@ LAW = {"L1_mm": 93.3377, "L2_mm": 163.0, "law_p": 0.35, "dwell_deg": [210, 270],
        "gamma_deg": 150, "centre_distance_mm": 44.6}  # fmt: skip
 
 
-def inputs(**own: Any) -> Inputs:
-    return Inputs(own, {}, {})
+def inputs(**arguments: Any) -> Inputs:
+    return Inputs(arguments, {}, {})
 
 
 @pytest.fixture(scope="module")
-def whole() -> dict[str, Any]:
+def audit() -> dict[str, Any]:
     return verdicts.audit()
 
 
@@ -61,9 +61,9 @@ def changed(table: dict[str, Any]) -> dict[str, Any]:
     """The data with every input another one."""
     other = copy.deepcopy(table)
     for part in ("disclosed", "assumed"):
-        for known in other[part].values():
-            for i, (name, value) in enumerate(known.items()):
-                known[name] = value if name in CHOICES else scaled(value, 1.07 + 0.011 * (i % 7))
+        for entry in other[part].values():
+            for i, (name, value) in enumerate(entry.items()):
+                entry[name] = value if name in CHOICES else scaled(value, 1.07 + 0.011 * (i % 7))
     for row in (*other["number"], *other["claim"]):
         for where in ("with", "each"):
             for i, (name, value) in enumerate(row.get(where, {}).items()):
@@ -76,12 +76,12 @@ def test_another_print_makes_no_number_equal() -> None:
     """Each is moved by two units of its last digit, and by all that the rounding of its inputs leaves open."""
     table = copy.deepcopy(numbers.load_numbers())
 
-    def shifted(one: numbers.Number) -> str:
-        low, high = numbers.recompute(one, numbers.load_numbers()).computed.interval or (0.0, 0.0)
-        place = Decimal(1).scaleb(int(Decimal(one.printed).as_tuple().exponent))
-        return str(Decimal(one.printed) + (2 + round((high - low) / float(place))) * place)
+    def shifted(number: numbers.Number) -> str:
+        low, high = numbers.recompute(number, numbers.load_numbers()).computed.interval or (0.0, 0.0)
+        place = Decimal(1).scaleb(int(Decimal(number.printed).as_tuple().exponent))
+        return str(Decimal(number.printed) + (2 + round((high - low) / float(place))) * place)
 
-    moved = iter([shifted(one) for one in numbers.list_numbers(numbers.load_numbers())])
+    moved = iter([shifted(number) for number in numbers.list_numbers(numbers.load_numbers())])
     for row in table["number"]:
         printed = row["printed"]
         row["printed"] = [next(moved) for _ in printed] if isinstance(printed, list) else next(moved)
@@ -96,11 +96,13 @@ def test_every_formula_depends_on_what_it_reads() -> None:
     table = numbers.load_numbers()
     other = changed(table)
     moved: dict[str, bool] = {}
-    for one, two in zip(numbers.list_numbers(table), numbers.list_numbers(other), strict=True):
-        moved[one.by] = moved.get(one.by, False) or differs(one.by, one.arguments, two.arguments, one.paper, other)
+    for before, after in zip(numbers.list_numbers(table), numbers.list_numbers(other), strict=True):
+        moved[before.by] = moved.get(before.by, False) or differs(
+            before.by, before.arguments, after.arguments, before.paper, other
+        )
     for row, second in zip(table["claim"], other["claim"], strict=True):
-        given = (row.get("with", {}), second.get("with", {}))
-        moved[row["by"]] = moved.get(row["by"], False) or differs(row["by"], *given, row["paper"], other)
+        arguments = (row.get("with", {}), second.get("with", {}))
+        moved[row["by"]] = moved.get(row["by"], False) or differs(row["by"], *arguments, row["paper"], other)
     discrete = {
         "not computed", "degrees of freedom", "real dyads", "eigenvalues that vanish", "driver is a crank",
         "place in the order of influence", "best level by level means", "best level by prediction",
@@ -115,9 +117,9 @@ def test_every_formula_depends_on_what_it_reads() -> None:
     assert {by for by, was in moved.items() if not was} <= discrete
 
 
-def differs(by: str, own: Any, other_own: Any, paper: str, other: dict[str, Any]) -> bool:
+def differs(by: str, arguments: Any, other_own: Any, paper: str, other: dict[str, Any]) -> bool:
     table = numbers.load_numbers()
-    before = FORMULAS[by](Inputs(own, table["disclosed"][paper], table["assumed"][paper]))
+    before = FORMULAS[by](Inputs(arguments, table["disclosed"][paper], table["assumed"][paper]))
     try:
         after = FORMULAS[by](Inputs(other_own, other["disclosed"][paper], other["assumed"][paper]))
     except (PlanterError, ValueError, KeyError, IndexError, np.linalg.LinAlgError):
@@ -168,9 +170,9 @@ def boundary(count: int = 4001) -> np.ndarray:
     corners = np.exp(2j * np.pi * np.arange(5) / 5) / (2 * np.sin(np.radians(72)))
     arcs = []
     for i, centre in enumerate(corners):
-        one, two = corners[(i + 2) % 5] - centre, corners[(i + 3) % 5] - centre
-        turn = np.angle(two / one) * np.linspace(0, 1, count)
-        arcs.append(centre + one * np.exp(1j * turn))
+        first, second = corners[(i + 2) % 5] - centre, corners[(i + 3) % 5] - centre
+        turn = np.angle(second / first) * np.linspace(0, 1, count)
+        arcs.append(centre + first * np.exp(1j * turn))
     return np.concatenate(arcs)
 
 
@@ -202,9 +204,9 @@ def test_the_least_play_lets_the_polygon_turn_and_less_does_not() -> None:
     n = np.column_stack([np.cos(normals), np.sin(normals)])
     needed = []
     for turned in np.linspace(0, np.radians(72), 145):
-        found = linprog([0, 0, 1], A_ub=np.column_stack([n, -0.5 * np.ones(6)]), b_ub=-reach(normals - turned),
+        solution = linprog([0, 0, 1], A_ub=np.column_stack([n, -0.5 * np.ones(6)]), b_ub=-reach(normals - turned),
                         bounds=[(None, None)] * 3)  # fmt: skip
-        needed.append(found.fun - 1)
+        needed.append(solution.fun - 1)
     assert formulas.lacking_play(inputs()) == pytest.approx(max(needed), rel=1e-3)
     assert min(needed) > -1e-6
 
@@ -214,18 +216,18 @@ def test_the_least_play_lets_the_polygon_turn_and_less_does_not() -> None:
 
 def test_welch_s_test_is_that_of_samples_with_these_means_and_deviations() -> None:
     rng = np.random.default_rng(5)
-    one, two = rng.normal(1, 2, 5), rng.normal(4, 1, 5)
-    given = inputs(first=[one.mean(), one.std(ddof=1)], second=[two.mean(), two.std(ddof=1)], repeats=5)
-    assert formulas.welch(given) == pytest.approx(stats.ttest_ind(one, two, equal_var=False).pvalue, rel=1e-12)
+    first, second = rng.normal(1, 2, 5), rng.normal(4, 1, 5)
+    arguments = inputs(first=[first.mean(), first.std(ddof=1)], second=[second.mean(), second.std(ddof=1)], repeats=5)
+    assert formulas.welch(arguments) == pytest.approx(stats.ttest_ind(first, second, equal_var=False).pvalue, rel=1e-12)
 
 
 def test_prediction_of_an_additive_response_is_the_response() -> None:
     table = numbers.load_numbers()["disclosed"]["shi2021"]
     effects = {"A": [-3.0, 0.0, 3.5], "B": [1.0, -2.0, 0.5], "C": [0.2, 0.3, -0.9]}
     runs = [sum(effects[f][table[f"column_{f}"][i] - 1] for f in "ABC") for i in range(9)]
-    own = {"responses": ["runs"], "runs": runs, "factors": ["A", "B", "C"]}
-    known = {name: table[name] for name in ("column_A", "column_B", "column_C")}
-    best = [formulas.best_predicted_level(Inputs({**own, "factor": f}, known, {})) for f in "ABC"]
+    arguments = {"responses": ["runs"], "runs": runs, "factors": ["A", "B", "C"]}
+    columns = {name: table[name] for name in ("column_A", "column_B", "column_C")}
+    best = [formulas.best_predicted_level(Inputs({**arguments, "factor": f}, columns, {})) for f in "ABC"]
     sums = {(a, b, c): abs(effects["A"][a] + effects["B"][b] + effects["C"][c])
             for a in range(3) for b in range(3) for c in range(3)}  # fmt: skip
     assert sums[tuple(int(level) - 1 for level in best)] == pytest.approx(min(sums.values()), abs=1e-12)
@@ -249,9 +251,9 @@ def on_rocker(crank: np.ndarray, sides: np.ndarray) -> np.ndarray:
     return np.column_stack([place.real, place.imag, np.degrees(turn)])
 
 
-def of_poses(by: str, poses: np.ndarray, **own: Any) -> Any:
-    known = {f"pose {i}": pose.tolist() for i, pose in enumerate(poses, 1)}
-    return FORMULAS[by](inputs(poses="five", five=list(known), counted=list(known), **known, **own))
+def of_poses(by: str, poses: np.ndarray, **arguments: Any) -> Any:
+    values = {f"pose {i}": pose.tolist() for i, pose in enumerate(poses, 1)}
+    return FORMULAS[by](inputs(poses="five", five=list(values), counted=list(values), **values, **arguments))
 
 
 @pytest.mark.parametrize(
@@ -285,9 +287,9 @@ def test_the_largest_reversal_is_where_the_coupler_outruns_the_crank() -> None:
         after = np.roll(order, -1)
         outruns = poses[after, 2] - poses[order, 2] - (crank[after] - crank[order]) % 360
         assert sum(outruns) == pytest.approx(-360)
-        found = of_poses("largest reversal between neighbouring poses", poses)
-        assert found == pytest.approx(outruns.max(), rel=1e-9)
-        assert (found > 50) == (sign > 0)
+        result = of_poses("largest reversal between neighbouring poses", poses)
+        assert result == pytest.approx(outruns.max(), rel=1e-9)
+        assert (result > 50) == (sign > 0)
 
 
 def test_distance_from_the_polygon_of_the_poses() -> None:
@@ -297,12 +299,12 @@ def test_distance_from_the_polygon_of_the_poses() -> None:
     place = 30 - 20j + 40 * np.exp(1j * turn) - point * np.exp(1j * spin)
     poses = np.column_stack([place.real, place.imag, np.degrees(spin)])
     radii = [of_poses("dyad", poses, dyad=k, part="r") for k in (1, 2, 3, 4)]
-    mine = 1 + int(np.argmin([np.inf if r is None else abs(r - 40) for r in radii]))
-    found = of_poses("distance of a hinge outside the poses", poses, dyad=mine)
+    dyad_number = 1 + int(np.argmin([np.inf if r is None else abs(r - 40) for r in radii]))
+    result = of_poses("distance of a hinge outside the poses", poses, dyad=dyad_number)
     ends = np.roll(place, -1)
     share = np.linspace(0, 1, 20001)[:, None]
     nearest = abs(place + share * (ends - place) - (30 - 20j)).min()
-    assert found == pytest.approx(-nearest, rel=1e-6)
+    assert result == pytest.approx(-nearest, rel=1e-6)
 
 
 # ---- inverse chain -------------------------------------------------------------------------------------------------
@@ -310,30 +312,32 @@ def test_distance_from_the_polygon_of_the_poses() -> None:
 
 @pytest.mark.parametrize(("p", "dwell"), [(0.35, [210, 270]), (0.0, [200, 260]), (-0.2, [230, 231])])
 def test_the_inverse_chain_finds_bars_law_and_path(p: float, dwell: list[float]) -> None:
-    known = {**LAW, "law_p": p, "dwell_deg": dwell}
-    assert inverse.bar(inputs(**known, bar=1)) == pytest.approx(93.3377, rel=1e-12)
-    assert inverse.bar(inputs(**known, bar=2)) == pytest.approx(163, rel=1e-12)
-    assert inverse.law_error(inputs(**known)) < 1e-7
-    assert inverse.path_error(inputs(**known)) < 1e-9
+    values = {**LAW, "law_p": p, "dwell_deg": dwell}
+    assert inverse.bar(inputs(**values, bar=1)) == pytest.approx(93.3377, rel=1e-12)
+    assert inverse.bar(inputs(**values, bar=2)) == pytest.approx(163, rel=1e-12)
+    assert inverse.law_error(inputs(**values)) < 1e-7
+    assert inverse.path_error(inputs(**values)) < 1e-9
 
 
 def test_the_path_of_the_law_is_that_of_complex_numbers() -> None:
     t = np.linspace(0, 2 * np.pi, 721)
-    found = inverse.of_law(inputs(**LAW), t)
+    path = inverse.of_law(inputs(**LAW), t)
     by_hand = pickups.arm(t, p=0.35)
-    assert found.phi1 == pytest.approx(by_hand, abs=1e-13)
-    assert found.tip == pytest.approx(pickups.tips(t, by_hand), abs=1e-14)
-    assert found.tip != pytest.approx(pickups.tips(t, by_hand + 1e-9), abs=1e-14)
+    assert path.phi1 == pytest.approx(by_hand, abs=1e-13)
+    assert path.tip == pytest.approx(pickups.tips(t, by_hand), abs=1e-14)
+    assert path.tip != pytest.approx(pickups.tips(t, by_hand + 1e-9), abs=1e-14)
 
 
 def test_angles_found_are_those_of_the_triangle() -> None:
     """By half-angle formulas, from the three sides at places on the way out and back."""
-    found = inverse.invert_tip_path(inputs(**LAW), path := inverse.of_law(inputs(**LAW), np.linspace(0, 6.28, 315)).tip)
-    l3, (l1, l2) = np.hypot(*path.T), found.bars
+    angles = inverse.invert_tip_path(
+        inputs(**LAW), path := inverse.of_law(inputs(**LAW), np.linspace(0, 6.28, 315)).tip
+    )
+    l3, (l1, l2) = np.hypot(*path.T), angles.bars
     s = (l3 + l1 + l2) / 2
     at_planet = 2 * np.arctan(np.sqrt(np.maximum((s - l1) * (s - l2) / np.maximum(s * (s - l3), 1e-300), 0)))
-    assert np.abs(np.cos(found.phi1) - np.cos(at_planet)).max() < 1e-12
-    assert (np.diff(found.phi1[:150]) > 0).all()
+    assert np.abs(np.cos(angles.phi1) - np.cos(at_planet)).max() < 1e-12
+    assert (np.diff(angles.phi1[:150]) > 0).all()
 
 
 def test_extremes_of_the_spline_are_not_beyond_those_of_its_places() -> None:
@@ -345,9 +349,9 @@ def test_extremes_of_the_spline_are_not_beyond_those_of_its_places() -> None:
     curve = CubicSpline(chord, places, bc_type="periodic")
     distance = np.hypot(*curve(np.linspace(0, chord[-1], 200_001)).T)
     half = np.array([np.ptp(distance), distance.max() + distance.min()]) * 500
-    found = [inverse.bar_from_points(inputs(**LAW, bar=bar, value_points=25)) for bar in (1, 2)]
-    assert found == pytest.approx(half, rel=1e-9)
-    assert found != pytest.approx([93.3377, 163.0], rel=1e-6)
+    extremes = [inverse.bar_from_points(inputs(**LAW, bar=bar, value_points=25)) for bar in (1, 2)]
+    assert extremes == pytest.approx(half, rel=1e-9)
+    assert extremes != pytest.approx([93.3377, 163.0], rel=1e-6)
 
 
 def test_a_path_that_the_bars_cannot_draw_is_not_given_back() -> None:
@@ -355,8 +359,8 @@ def test_a_path_that_the_bars_cannot_draw_is_not_given_back() -> None:
     t = np.linspace(0, 2 * np.pi, 720, endpoint=False)
 
     def back(path: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        found = inverse.invert_tip_path(small, np.column_stack([path.real, path.imag]))
-        return found.bars, abs(found.tip @ [1, 1j] - path)
+        entry = inverse.invert_tip_path(small, np.column_stack([path.real, path.imag]))
+        return entry.bars, abs(entry.tip @ [1, 1j] - path)
 
     assert back(0.2 + 0.04 * np.exp(1j * t))[1].max() < 1e-12  # any path that does not go round the centre
     bars, away = back(0.02 + 0.06 * np.exp(1j * t))
@@ -365,13 +369,13 @@ def test_a_path_that_the_bars_cannot_draw_is_not_given_back() -> None:
 
 
 def test_the_triangle_of_the_carrier_closes() -> None:
-    known = {"L1_mm": 93.3377, "gamma_deg": 150, "centre_distance_mm": 44.6}
-    a1 = inverse.centre_distance_margin(inputs(**known)) + 44.6
+    values = {"L1_mm": 93.3377, "gamma_deg": 150, "centre_distance_mm": 44.6}
+    a1 = inverse.centre_distance_margin(inputs(**values)) + 44.6
     cosine = a1**2 + 44.6**2 - 2 * a1 * 44.6 * np.cos(np.radians(150))
     assert cosine == pytest.approx(93.3377**2, rel=1e-12)
-    assert inverse.axis_direction(inputs(**known)) == pytest.approx(0, abs=1e-10)
+    assert inverse.axis_direction(inputs(**values)) == pytest.approx(0, abs=1e-10)
     beta1 = math.degrees(math.asin(44.6 * 0.5 / 93.3377))
-    assert inverse.axis_direction_printed(inputs(**known)) == pytest.approx(2 * beta1, rel=1e-12)
+    assert inverse.axis_direction_printed(inputs(**values)) == pytest.approx(2 * beta1, rel=1e-12)
 
 
 # ---- contact load --------------------------------------------------------------------------------------------------
@@ -379,7 +383,7 @@ def test_the_triangle_of_the_carrier_closes() -> None:
 
 def test_largest_load_is_that_of_the_motion() -> None:
     """The modal equation of motion, integrated: N = F - m1 y''."""
-    known = {"shaft_flats_mm": 20, "tip_radius_mm": 10.5, "input_speed_rpm": 45, "load_torque_Nm": 1.2,
+    values = {"shaft_flats_mm": 20, "tip_radius_mm": 10.5, "input_speed_rpm": 45, "load_torque_Nm": 1.2,
              "overhang_mm": 60, "elastic_modulus_GPa": 206, "density_kg_m3": 7850,
              "engaging_mass_kg": 0.35}  # fmt: skip
     side = 0.02 / math.sqrt(3)
@@ -394,44 +398,44 @@ def test_largest_load_is_that_of_the_motion() -> None:
 
     motion = solve_ivp(slope, (0, span), [0, speed], rtol=1e-10, atol=1e-14, max_step=span / 500)
     load = driving - 0.35 * (driving - stiffness * motion.y[0]) / moving
-    assert formulas.load(inputs(**known)) == pytest.approx(load.max(), rel=1e-4)
-    assert formulas.load_printed(inputs(**known)) > 1.2 * formulas.load(inputs(**known))
+    assert formulas.load(inputs(**values)) == pytest.approx(load.max(), rel=1e-4)
+    assert formulas.load_printed(inputs(**values)) > 1.2 * formulas.load(inputs(**values))
 
 
 # ---- consequences --------------------------------------------------------------------------------------------------
 
 
-def entry_of(found: list[dict[str, Any]], quantity: str) -> dict[str, Any]:
-    (entry,) = [e for e in found if quantity in e["quantity"]]
+def entry_of(entries: list[dict[str, Any]], quantity: str) -> dict[str, Any]:
+    (entry,) = [e for e in entries if quantity in e["quantity"]]
     return entry
 
 
-def test_a_consequence_has_both_sides_and_its_grounds(whole: dict[str, Any]) -> None:
+def test_a_consequence_has_both_sides_and_its_grounds(audit: dict[str, Any]) -> None:
     keys = {"paper", "about", "quantity", "unit", "printed", "as_printed", "as_derived", "rests_on", "assumed_inputs",
             "statement"}  # fmt: skip
-    equations = {(e["paper"], e["equation"]): e["verdict"] for e in whole["equations"]}
-    assert {e["paper"] for e in whole["consequences"]} == set(whole["summary"])
-    for entry in whole["consequences"]:
+    equations = {(e["paper"], e["equation"]): e["verdict"] for e in audit["equations"]}
+    assert {e["paper"] for e in audit["consequences"]} == set(audit["summary"])
+    for entry in audit["consequences"]:
         assert entry.keys() == keys
         for name in entry["rests_on"]:
-            known = equations.get((entry["paper"], name))
-            assert known in verdicts.FAULTY or any(
-                n["quantity"] == name and n["verdict"] == "not reproduced" for n in whole["numbers"]
+            record = equations.get((entry["paper"], name))
+            assert record in verdicts.FAULTY or any(
+                n["quantity"] == name and n["verdict"] == "not reproduced" for n in audit["numbers"]
             )
 
 
-def test_the_force_of_both_models_stands_beside_the_table(whole: dict[str, Any]) -> None:
-    mine = [e for e in whole["consequences"] if e["about"] == "support force over a turn"]
-    values = {e["quantity"]: (e["printed"], e["as_printed"], e["as_derived"]) for e in mine}
+def test_the_force_of_both_models_stands_beside_the_table(audit: dict[str, Any]) -> None:
+    consequences = [e for e in audit["consequences"] if e["about"] == "support force over a turn"]
+    values = {e["quantity"]: (e["printed"], e["as_printed"], e["as_derived"]) for e in consequences}
     assert values["range"] == pytest.approx((122.17, 92.79, 3.13), abs=5e-3)
     assert values["mean"][2] == pytest.approx(9.81 * 9.975, rel=1e-4)
     assert values["objective"] == pytest.approx((0.6 * 122.17 + 0.4 * 1907.32, 211.33, 1.987), abs=5e-3)
 
 
-def test_broken_laws_measured_here_are_those_that_were_committed(whole: dict[str, Any]) -> None:
+def test_broken_laws_measured_here_are_those_that_were_committed(audit: dict[str, Any]) -> None:
     """The models run here, and the chain as it was judged: the same violations on two grids of angles."""
-    laws = {e["law"]: e for e in whole["laws"]}
-    by_law = {e["quantity"].partition(":")[0]: e for e in whole["consequences"] if e["about"] == "law"}
+    laws = {e["law"]: e for e in audit["laws"]}
+    by_law = {e["quantity"].partition(":")[0]: e for e in audit["consequences"] if e["about"] == "law"}
     assert by_law.keys() == {name for name, law in laws.items() if law["caused_by"]}
     for name, entry in by_law.items():
         if "least normal force" in entry["quantity"]:
@@ -446,16 +450,16 @@ def test_broken_laws_measured_here_are_those_that_were_committed(whole: dict[str
     )
 
 
-def test_each_optimum_is_the_best_of_the_three_designs_in_its_own_model(whole: dict[str, Any]) -> None:
-    mine = [e for e in whole["consequences"] if e["about"] == "objective of a design" and e["unit"] == ""]
-    assert len(mine) == 3
-    assert min(mine, key=lambda e: e["as_printed"])["quantity"] == "the optimum of the equations as printed"
-    assert min(mine, key=lambda e: e["as_derived"])["quantity"] == "the optimum of the exact model"
-    own = entry_of(mine, "paper's design")["as_derived"]
-    worth = entry_of(mine, "equations as printed")["as_derived"]
-    change = entry_of(whole["consequences"], "change by optimising")
-    assert change["as_derived"] == pytest.approx(100 * (worth / own - 1))
-    assert ("worse" if worth > own else "better") in change["statement"].partition(" than ")[0]
+def test_each_optimum_is_the_best_of_the_three_designs_in_its_own_model(audit: dict[str, Any]) -> None:
+    objectives = [e for e in audit["consequences"] if e["about"] == "objective of a design" and e["unit"] == ""]
+    assert len(objectives) == 3
+    assert min(objectives, key=lambda e: e["as_printed"])["quantity"] == "the optimum of the equations as printed"
+    assert min(objectives, key=lambda e: e["as_derived"])["quantity"] == "the optimum of the exact model"
+    paper_value = entry_of(objectives, "paper's design")["as_derived"]
+    worth = entry_of(objectives, "equations as printed")["as_derived"]
+    change = entry_of(audit["consequences"], "change by optimising")
+    assert change["as_derived"] == pytest.approx(100 * (worth / paper_value - 1))
+    assert ("worse" if worth > paper_value else "better") in change["statement"].partition(" than ")[0]
 
 
 def test_the_score_of_a_design_is_that_of_its_turn() -> None:
@@ -474,9 +478,9 @@ def test_what_the_force_feels_is_seen() -> None:
     assert force.felt("wang2017", "exact", ["contact.cam_friction_angle_deg"], 0.1) < 1e-9
 
 
-def test_without_faults_nothing_follows(whole: dict[str, Any]) -> None:
+def test_without_faults_nothing_follows(audit: dict[str, Any]) -> None:
     table = numbers.load_numbers()
-    sound = copy.deepcopy({part: whole[part] for part in ("equations", "laws", "numbers")})
+    sound = copy.deepcopy({part: audit[part] for part in ("equations", "laws", "numbers")})
     for entry in sound["equations"]:
         entry["verdict"] = "confirmed"
     for entry in sound["laws"]:
@@ -492,13 +496,13 @@ def test_without_faults_nothing_follows(whole: dict[str, Any]) -> None:
     assert left["as_printed"] > 1.5 * left["as_derived"]
 
 
-def test_a_repaired_formula_leaves_the_headline_as_it_is(whole: dict[str, Any]) -> None:
+def test_a_repaired_formula_leaves_the_headline_as_it_is(audit: dict[str, Any]) -> None:
     table = copy.deepcopy(numbers.load_numbers())
     for row in table["headline"]:
         row["as_derived"] = row["as_printed"]
         row["with_as_derived"] = row.get("with_as_printed", {})
-    same = [e for e in verdicts.derive_consequences("shi2021", table, whole) if e["about"] == verdicts.HEADLINE]
+    same = [e for e in verdicts.derive_consequences("shi2021", table, audit) if e["about"] == verdicts.HEADLINE]
     assert same
     assert all(e["as_printed"] == e["as_derived"] for e in same)
-    real = [e for e in whole["consequences"] if e["paper"] == "shi2021"]
+    real = [e for e in audit["consequences"] if e["paper"] == "shi2021"]
     assert all(e["as_printed"] != e["as_derived"] for e in real)

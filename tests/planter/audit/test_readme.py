@@ -18,13 +18,13 @@ def test_the_table_of_the_papers_is_that_of_the_audit() -> None:
 
 
 def test_shares_and_slips_are_those_of_the_audit() -> None:
-    found = verdicts.audit()
-    law = found["laws"][0]
+    audit = verdicts.audit()
+    law = audit["laws"][0]
     assert law["owed"] in README
-    for cause in (c for c in found["causes"] if c["numbers"]):
-        wrong = [e for e in found["numbers"] if (e["paper"], e["verdict"]) == (cause["paper"], "not reproduced")]
-        said = (
+    for cause in (c for c in audit["causes"] if c["numbers"]):
+        wrong = [e for e in audit["numbers"] if (e["paper"], e["verdict"]) == (cause["paper"], "not reproduced")]
+        sentence = (
             f"{len(cause['numbers'])} of the {len(wrong)} printed numbers of {cause['paper']} that cannot be reproduced"
         )
-        assert said in README
+        assert sentence in README
         assert cause["cause"].removeprefix("sign of ") in README

@@ -98,11 +98,11 @@ def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> Non
     ways = [word for way in tasks.WAYS if way != "jax" for word in ("--way", way)]
     code, out, err = run(*QUICK, *ways, "--json", "--out", str(tmp_path / "here"))
     assert code == 0, err
-    found = json.loads(out)
-    assert {"work", "machine", "versions"} <= found.keys()
-    assert [work["name"] for work in found["work"]] == ["cycle", "cycle+gradient", "optimise"]
-    assert {entry["work"] for entry in found["skipped"]} >= {"hessian", "batch", "derive", "cold start"}
-    for work in found["work"]:
+    result = json.loads(out)
+    assert {"work", "machine", "versions"} <= result.keys()
+    assert [work["name"] for work in result["work"]] == ["cycle", "cycle+gradient", "optimise"]
+    assert {entry["work"] for entry in result["skipped"]} >= {"hessian", "batch", "derive", "cold start"}
+    for work in result["work"]:
         assert isinstance(work["unit"], str)
         named = {way["way"]: way for way in work["ways"]}
         assert set(named) <= ({"ga", "ipopt", "hybrid"} if work["name"] == "optimise" else set(tasks.WAYS))
@@ -111,17 +111,17 @@ def test_the_quick_benchmark_has_the_keys_of_the_contract(tmp_path: Path) -> Non
             assert way["ratio"] == way["median_us"] / over
             assert way["spread"]["quartile1_us"] <= way["median_us"] <= way["spread"]["quartile3_us"]
         if work["name"] == "optimise":
-            least = named["ga"]["objectives"]["least"]
-            assert named["ipopt"]["objectives"]["largest"] <= least
-            assert named["hybrid"]["objectives"]["largest"] <= least
+            smallest = named["ga"]["objectives"]["least"]
+            assert named["ipopt"]["objectives"]["largest"] <= smallest
+            assert named["hybrid"]["objectives"]["largest"] <= smallest
         else:
             assert {"way": "jax", "reason": "not asked for (--way)"} in work["skipped"]
             assert work["over"] == ("lanes" if has_compiler() else "casadi-vm")
-    assert json.loads((tmp_path / "here" / "bench.json").read_text()) == found
+    assert json.loads((tmp_path / "here" / "bench.json").read_text()) == result
     text = (tmp_path / "here" / "bench.md").read_text()
-    jsonschema.validate(found, load_schema("bench"))
-    assert text == format_markdown(TypeAdapter(Benchmark).validate_python(found))
-    assert all(version in text for version in found["versions"].values())
+    jsonschema.validate(result, load_schema("bench"))
+    assert text == format_markdown(TypeAdapter(Benchmark).validate_python(result))
+    assert all(version in text for version in result["versions"].values())
 
 
 def test_every_work_has_a_runner_and_a_unit() -> None:
@@ -152,9 +152,9 @@ def test_a_way_gives_the_objective_that_simulate_gives(case: BenchmarkCase, buil
 def test_a_way_gives_the_gradient_that_simulate_gives(case: BenchmarkCase, builder: tasks.Builder) -> None:
     expected, gradient = compute_objective_gradient(case.device, case.turns.samples)
     way = _built(builder, case, "cycle+gradient")
-    again, found = way.call(case.device.design)
+    again, actual = way.call(case.device.design)
     assert again == pytest.approx(expected, rel=1e-10)
-    assert relative_difference(found, gradient) <= way.tolerances[1]
+    assert relative_difference(actual, gradient) <= way.tolerances[1]
 
 
 def test_jax_agrees(case: BenchmarkCase, designs: list[np.ndarray]) -> None:
@@ -168,17 +168,17 @@ def test_jax_agrees(case: BenchmarkCase, designs: list[np.ndarray]) -> None:
 
 def test_hessians_agree_and_are_the_slope_of_the_gradient(case: BenchmarkCase) -> None:
     x, step = case.device.design, 1e-6 * (case.device.upper - case.device.lower)
-    found = build_virtual_machine(case, "hessian").call(x)
-    assert relative_difference(found, case.turns.hessian(x)) < 1e-10
+    hessian = build_virtual_machine(case, "hessian").call(x)
+    assert relative_difference(hessian, case.turns.hessian(x)) < 1e-10
     slopes = np.array([case.turns.gradient(x + d)[1] - case.turns.gradient(x - d)[1] for d in np.diag(step)])
-    assert relative_difference(slopes / (2 * step[:, None]), found) < 1e-4
+    assert relative_difference(slopes / (2 * step[:, None]), hessian) < 1e-4
 
 
 def test_batches_agree_with_single_designs(case: BenchmarkCase) -> None:
-    drawn = case.draw_designs(np.random.default_rng(2), DESIGNS_PER_ARRAY + 3)
-    singles = np.array([case.turns.value(x) for x in drawn])
+    designs = case.draw_designs(np.random.default_rng(2), DESIGNS_PER_ARRAY + 3)
+    singles = np.array([case.turns.value(x) for x in designs])
     for builder in (build_numpy_contender, build_virtual_machine):
-        assert relative_difference(builder(case, "batch").call(drawn), singles) < 1e-10
+        assert relative_difference(builder(case, "batch").call(designs), singles) < 1e-10
 
 
 def tampered(builder: tasks.Builder, change: Callable[..., object]) -> tasks.Builder:
@@ -237,8 +237,8 @@ def test_a_slot_holds_more_calls_of_what_is_fast() -> None:
 def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: BenchmarkCase) -> None:
     for name in ("jax", "sympy"):
         monkeypatch.setitem(__import__("sys").modules, name, None)
-    found, skipped = tasks.list_contenders("cycle", case, choose_settings(quick=True))
-    assert "numpy" in found
+    contenders, skipped = tasks.list_contenders("cycle", case, choose_settings(quick=True))
+    assert "numpy" in contenders
     reasons = {entry.way: entry.reason for entry in skipped}
     assert reasons["jax"] == "jax is not installed"
     assert reasons["lambdify"] == "sympy is not installed"
@@ -246,10 +246,10 @@ def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: B
 
 def test_without_a_compiler_its_ways_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "")
-    found, skipped = tasks.list_contenders(
+    contenders, skipped = tasks.list_contenders(
         "cycle", BenchmarkCase(), choose_settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"])
     )
-    assert set(found) == {"casadi-vm"}
+    assert set(contenders) == {"casadi-vm"}
     assert {"casadi-c", "lanes"} <= {entry.way for entry in skipped}
 
 
@@ -267,9 +267,9 @@ def test_operations_are_counted() -> None:
 def test_only_executed_operations_are_counted() -> None:
     """A product that cancels is in the graph and not in the loop; two sums and two products remain, fused or not."""
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
-    kept = x * y + x + y * y
-    for function, cancelled in ((ca.Function("kept_part", [x, y], [kept], ["x", "y"], ["z"]), 0),
-                                (ca.Function("with_rest", [x, y], [kept + (x * 3.5 + y) - y - x * 3.5],
+    expression = x * y + x + y * y
+    for function, cancelled in ((ca.Function("kept_part", [x, y], [expression], ["x", "y"], ["z"]), 0),
+                                (ca.Function("with_rest", [x, y], [expression + (x * 3.5 + y) - y - x * 3.5],
                                              ["x", "y"], ["z"]), 1)):  # fmt: skip
         kernel = Kernel(function, lanes=["x", "y"])
         kernel.compile()
@@ -301,17 +301,17 @@ def test_the_derivation_is_absent_outside_a_checkout(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (("--work", "lunch"), "--work = lunch"),
         (("--way", "abacus"), "--way = abacus"),
         (("--rounds", "0"), "--rounds = 0"),
     ],
 )
-def test_bad_options_are_refused(arguments: tuple[str, ...], told: str) -> None:
+def test_bad_options_are_refused(arguments: tuple[str, ...], message: str) -> None:
     code, out, err = run(*arguments, "--json")
     assert (code, out) == (2, "")
-    assert told in err
+    assert message in err
     assert err.count("\n") == 1
 
 
@@ -329,33 +329,33 @@ def test_gears_are_drawn_truly_and_who_is_missing_is_named(
     case: BenchmarkCase, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "ncgears", None)
-    found = tasks.run_task("gears", case, replace(choose_settings(), pairs=1))
-    (way,) = found.ways
+    result = tasks.run_task("gears", case, replace(choose_settings(), pairs=1))
+    (way,) = result.ways
     assert way.drawn is not None
     assert 0 < way.drawn.deviation_um <= 1
-    assert found.skipped == [SkippedWay("ncgears", "ncgears is not installed")]
+    assert result.skipped == [SkippedWay("ncgears", "ncgears is not installed")]
 
 
 @pytest.mark.long
 def test_gears_are_made_faster_with_fewer_vertices_and_nearer_than_by_ncgears(case: BenchmarkCase) -> None:
     pytest.importorskip("ncgears", reason="ncgears is not installed: pip install 'planter[bench]'")
-    own, other = tasks.run_task("gears", case, replace(choose_settings(), pairs=1)).ways
-    assert (own.way, other.way) == ("planter", "ncgears")
+    timed, other = tasks.run_task("gears", case, replace(choose_settings(), pairs=1)).ways
+    assert (timed.way, other.way) == ("planter", "ncgears")
     assert other.ratio > 5
-    assert own.drawn is not None
+    assert timed.drawn is not None
     assert other.drawn is not None
-    assert own.drawn.vertices < other.drawn.vertices
-    assert own.drawn.deviation_um < other.drawn.deviation_um
+    assert timed.drawn.vertices < other.drawn.vertices
+    assert timed.drawn.deviation_um < other.drawn.deviation_um
 
 
 def test_a_mechanism_of_ones_own_is_timed_where_all_agree() -> None:
     """Its gradient is that of differences, and the ways that are not there say why."""
     settings = choose_settings(works=["four-bar"], ways=["numpy", "casadi-vm", "lanes"], rounds=1)
-    found = tasks.run_task("four-bar", None, settings)
-    assert {way.way for way in found.ways} >= {"numpy", "casadi-vm"}
-    assert max(way.disagreement for way in found.ways if way.way != "numpy") < 1e-12
-    assert {one.way for one in found.skipped} >= {"jax", "casadi-c", "lambdify"}
-    assert "derived in" in found.unit
+    result = tasks.run_task("four-bar", None, settings)
+    assert {way.way for way in result.ways} >= {"numpy", "casadi-vm"}
+    assert max(way.disagreement for way in result.ways if way.way != "numpy") < 1e-12
+    assert {skipped_task.way for skipped_task in result.skipped} >= {"jax", "casadi-c", "lambdify"}
+    assert "derived in" in result.unit
 
 
 def test_benchmark_is_printed_and_written_whole(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -31,22 +31,22 @@ def test_every_command_that_computes_names_its_works() -> None:
 
 
 def test_a_command_s_works_begin_with_this_program() -> None:
-    keys = [one["key"] for one in answer("cite", "optimise")["works"]]
+    keys = [work["key"] for work in answer("cite", "optimise")["works"]]
     assert keys[0] == "planter"
     assert {"wang2017", "casadi", "ipopt", "goldberg1989", "daqp"} <= set(keys)
     assert __version__ in cite_work("planter").text
-    assert [one["key"] for one in answer("cite", "clutch", "engage")["works"]][1:3] == ["shi2021", "hunt1975"]
+    assert [work["key"] for work in answer("cite", "clutch", "engage")["works"]][1:3] == ["shi2021", "hunt1975"]
 
 
 def test_entries_of_bibtex_are_whole() -> None:
     entry = re.compile(r"@[a-z]+\{([a-z0-9]+),\n(  [a-z]+ = \{.*\},\n)*  [a-z]+ = \{.*\}\n\}")
     text = run("cite", "simulate", "--bibtex")[1]
-    assert [found.group(1) for found in entry.finditer(text)] == ["planter", "wang2017", "casadi"]
+    assert [match.group(1) for match in entry.finditer(text)] == ["planter", "wang2017", "casadi"]
     for key in load_references().works:
-        one = cite_work(key).bibtex
-        assert entry.fullmatch(one), one
-        assert one.count("{") == one.count("}")
-        assert "  for = " not in one
+        work = cite_work(key).bibtex
+        assert entry.fullmatch(work), work
+        assert work.count("{") == work.count("}")
+        assert "  for = " not in work
     assert not entry.fullmatch(format_bibtex("a", {"type": "misc", "title": "x"})[:-1])
 
 

@@ -39,17 +39,17 @@ def calibration_targets() -> list[str]:
 
 
 def test_simulate_has_the_keys_of_the_contract() -> None:
-    found = answer("simulate", "wang2017", "--at", "0", "--at", "100")
-    assert found.keys() == SIMULATION
-    assert found["support_force"].keys() == SUPPORT
-    assert found["refined"].keys() == {"max_N", "min_N", "range_N", "variance_N2", "objective"}
-    assert [row["phi_deg"] for row in found["at"]] == [0, 100]
-    assert all(row.keys() == AT for row in found["at"])
-    assert found["design"] == file.load("wang2017").design
-    assert found["work"]["input_J"] == pytest.approx(found["work"]["friction_J"], abs=1e-9)
-    force = found["support_force"]
-    assert found["objective"] == pytest.approx(0.6 * force["range_N"] + 0.4 * force["variance_N2"], rel=1e-15)
-    assert found["refined"]["max_N"] >= force["max_N"]
+    result = answer("simulate", "wang2017", "--at", "0", "--at", "100")
+    assert result.keys() == SIMULATION
+    assert result["support_force"].keys() == SUPPORT
+    assert result["refined"].keys() == {"max_N", "min_N", "range_N", "variance_N2", "objective"}
+    assert [row["phi_deg"] for row in result["at"]] == [0, 100]
+    assert all(row.keys() == AT for row in result["at"])
+    assert result["design"] == file.load("wang2017").design
+    assert result["work"]["input_J"] == pytest.approx(result["work"]["friction_J"], abs=1e-9)
+    force = result["support_force"]
+    assert result["objective"] == pytest.approx(0.6 * force["range_N"] + 0.4 * force["variance_N2"], rel=1e-15)
+    assert result["refined"]["max_N"] >= force["max_N"]
 
 
 def test_both_models_share_kinematics_and_differ_in_forces() -> None:
@@ -63,23 +63,23 @@ def test_both_models_share_kinematics_and_differ_in_forces() -> None:
 
 def test_the_printed_model_warns_of_teeth_that_pull_and_the_exact_one_does_not() -> None:
     assert answer("simulate", "wang2017")["warnings"] == []
-    found = answer("simulate", "wang2017", "--model", "printed")["warnings"]
-    assert [w["name"] for w in found] == ["tooth_contact_P", "tooth_contact_Q"]
+    warnings = answer("simulate", "wang2017", "--model", "printed")["warnings"]
+    assert [w["name"] for w in warnings] == ["tooth_contact_P", "tooth_contact_Q"]
 
 
 def test_a_weak_spring_loses_the_roller_at_an_angle() -> None:
     weak = ("simulate", "wang2017", "--set", "preload_N=0", "--set", "rate_N_m=0", "--speed-rpm", "200")
-    found = answer(*weak)
-    lost = [w for w in found["warnings"] if w["name"] == "roller_contact"]
+    result = answer(*weak)
+    lost = [w for w in result["warnings"] if w["name"] == "roller_contact"]
     assert len(lost) == 1
     at = answer(*weak, "--at", str(lost[0]["phi_deg"]))
     assert at["at"][0]["F_E_N"] < 0
 
 
 def test_a_design_outside_its_bounds_is_simulated_with_a_warning() -> None:
-    found = answer("simulate", "wang2017", "--set", "R3_mm=32")
-    assert found["design"]["R3_mm"] == 32
-    assert "R3_mm = 32 lies outside its bounds [30.46, 31.01]" in found["warnings"][-1]["message"]
+    result = answer("simulate", "wang2017", "--set", "R3_mm=32")
+    assert result["design"]["R3_mm"] == 32
+    assert "R3_mm = 32 lies outside its bounds [30.46, 31.01]" in result["warnings"][-1]["message"]
 
 
 def test_settings_and_speed() -> None:
@@ -90,13 +90,13 @@ def test_settings_and_speed() -> None:
 
 
 def test_sensitivity_names_what_does_not_matter() -> None:
-    found = answer("sensitivity", "wang2017")
+    result = answer("sensitivity", "wang2017")
     today = {"samples", "objective", "gradient", "effective_parameters", "insensitive"}
-    assert found.keys() == today | {"machine", "kind", "least", "scaled", "combinations"}
-    assert found["effective_parameters"] == 10 - len(found["insensitive"])
-    assert [{"gamma_deg": 1.0}] in found["insensitive"]
-    assert [{"A6_mm": 1.0}] in found["insensitive"]
-    assert found["gradient"]["gamma_deg"] == pytest.approx(0, abs=1e-12)
+    assert result.keys() == today | {"machine", "kind", "least", "scaled", "combinations"}
+    assert result["effective_parameters"] == 10 - len(result["insensitive"])
+    assert [{"gamma_deg": 1.0}] in result["insensitive"]
+    assert [{"A6_mm": 1.0}] in result["insensitive"]
+    assert result["gradient"]["gamma_deg"] == pytest.approx(0, abs=1e-12)
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
@@ -208,20 +208,20 @@ OPTIMISATION = {
 
 
 def test_optimise_has_the_keys_of_the_contract_and_improves() -> None:
-    found = answer(
+    result = answer(
         "optimise", "wang2017", "--model", "printed", "--method", "ipopt", "--starts", "1", "--samples", "90"
     )
-    assert found.keys() >= OPTIMISATION
-    assert found["evaluations"].keys() == {"objective", "gradient", "hessian"}
-    assert found["certificate"].keys() == {"kkt_residual", "active_bounds", "starts", "agreeing_starts", "spread"}
-    assert all(bound.keys() == {"name", "side", "multiplier"} for bound in found["certificate"]["active_bounds"])
-    assert found["certificate"]["kkt_residual"] < 1e-6
-    scores = found["cross"]
-    assert scores["printed"]["start"] == found["start_objective"]
-    assert scores["printed"]["optimum"] == found["objective"] < found["start_objective"]
+    assert result.keys() >= OPTIMISATION
+    assert result["evaluations"].keys() == {"objective", "gradient", "hessian"}
+    assert result["certificate"].keys() == {"kkt_residual", "active_bounds", "starts", "agreeing_starts", "spread"}
+    assert all(bound.keys() == {"name", "side", "multiplier"} for bound in result["certificate"]["active_bounds"])
+    assert result["certificate"]["kkt_residual"] < 1e-6
+    scores = result["cross"]
+    assert scores["printed"]["start"] == result["start_objective"]
+    assert scores["printed"]["optimum"] == result["objective"] < result["start_objective"]
     assert scores["exact"]["optimum"] > scores["exact"]["start"]
     bounds = file.load("wang2017").bounds
-    assert all(bounds[name][0] <= value <= bounds[name][1] for name, value in found["design"].items())
+    assert all(bounds[name][0] <= value <= bounds[name][1] for name, value in result["design"].items())
 
 
 def test_a_folder_used_again_keeps_no_figures_of_the_command_before(simulated: Path, tmp_path: Path) -> None:
@@ -241,7 +241,7 @@ def test_units_stay_at_the_end_of_the_columns_of_side_2(simulated: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "hint"),
     [
         (("simulate", "--help"), ("planter example", "mass.sun_kg", "hinge_A_mm[0]", "exact", "printed")),
         (("calibrate", "--help"), tuple(calibration_targets())),
@@ -251,11 +251,11 @@ def test_units_stay_at_the_end_of_the_columns_of_side_2(simulated: Path) -> None
         (("compare", "--help"), tuple(families.list_families())),
     ],
 )
-def test_help_says_where_names_stand_and_lists_every_choice(arguments: tuple[str, ...], told: tuple[str, ...]) -> None:
+def test_help_says_where_names_stand_and_lists_every_choice(arguments: tuple[str, ...], hint: tuple[str, ...]) -> None:
     code, out, _ = run(*arguments)
     assert code == 0
     words = re.sub(r"(?<=\w-) ", "", " ".join(out.split()))  # lines may break after a hyphen
-    for word in told:
+    for word in hint:
         assert word in words
 
 
@@ -265,7 +265,7 @@ def test_a_target_that_there_is_not_and_a_decimal_comma_are_answered_with_what_i
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "hint"),
     [
         (("pickup", "yu2023", "--set", "phi5_far_deg=1e15"), "law.phi5_far_deg = 1000000000000000.0"),
         (("validate", "n" * 5000), "there is no built-in machine of that name"),
@@ -278,9 +278,9 @@ def test_a_target_that_there_is_not_and_a_decimal_comma_are_answered_with_what_i
         (("train", "sun2019"), "sun2019-curve or the path of a .csv file"),
     ],
 )
-def test_strange_input_is_refused_in_one_short_printable_sentence(arguments: tuple[str, ...], told: str) -> None:
+def test_strange_input_is_refused_in_one_short_printable_sentence(arguments: tuple[str, ...], hint: str) -> None:
     message = refusal(*arguments)
-    assert told in message
+    assert hint in message
     assert message.isprintable()
     assert len(message) < 1600
 

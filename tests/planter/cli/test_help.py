@@ -26,9 +26,9 @@ def commands(text: str) -> set[str]:
 def test_topics_are_listed_and_told() -> None:
     assert set(answer("help")["topics"]) == TOPICS == set(list_topics())
     for topic in TOPICS:
-        found = answer("help", topic)
-        assert found.keys() == {"topic", "text"}
-        assert max(map(len, found["text"].splitlines())) <= 125
+        result = answer("help", topic)
+        assert result.keys() == {"topic", "text"}
+        assert max(map(len, result["text"].splitlines())) <= 125
 
 
 def test_a_topic_that_there_is_not_is_refused_with_what_is_meant() -> None:
@@ -37,12 +37,12 @@ def test_a_topic_that_there_is_not_is_refused_with_what_is_meant() -> None:
 
 
 def test_commands_that_topics_name_are_there() -> None:
-    known = commands(
+    command_names = commands(
         "\n".join(f"    planter {line.split()[0]}" for line in run("--help")[1].splitlines() if line[2:3].isalpha())
     )
     for topic in TOPICS:
-        assert commands(answer("help", topic)["text"]) <= known
-    assert not commands("    planter simulat x") <= known
+        assert commands(answer("help", topic)["text"]) <= command_names
+    assert not commands("    planter simulat x") <= command_names
 
 
 @pytest.mark.parametrize("group", [(), ("clutch",), ("export",)])
@@ -60,9 +60,9 @@ def test_variables_that_the_page_names_are_read(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_the_shell_is_told_how_a_word_goes_on() -> None:
-    asked = {"_PLANTER_COMPLETE": "complete_bash", "COMP_WORDS": "planter simu", "COMP_CWORD": "1"}
+    variables = {"_PLANTER_COMPLETE": "complete_bash", "COMP_WORDS": "planter simu", "COMP_CWORD": "1"}
     done = subprocess.run(
         [sys.executable, "-c", "import sys; sys.argv[0] = 'planter'; from planter.cli import main; main()"],
-        env=os.environ | asked, capture_output=True, text=True, check=True,
+        env=os.environ | variables, capture_output=True, text=True, check=True,
     )  # fmt: skip
     assert done.stdout.split() == ["simulate"]

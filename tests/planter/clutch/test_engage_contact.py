@@ -102,25 +102,25 @@ def test_a_fifth_of_a_turn_later_the_same_engagement_happens(runs: dict[str, Swi
     assert later.load.max() == pytest.approx(runs["reuleaux"].engagement.load.max(), rel=1e-3)
 
 
-def lossless(given: ContactInputs) -> ContactInputs:
-    still = replace(given, friction=0.0, dissipation=0.0, shaft_damping=0.0, load=0.0, slide=HELD)
+def lossless(inputs: ContactInputs) -> ContactInputs:
+    still = replace(inputs, friction=0.0, dissipation=0.0, shaft_damping=0.0, load=0.0, slide=HELD)
     return replace(still, link_start=0.0, link_end=-1e-9)
 
 
 @pytest.mark.parametrize("name", CLUTCHES)
 def test_without_losses_time_runs_backwards(name: str) -> None:
-    given, clutch = lossless(GIVEN), CLUTCHES[name]
-    begin = contact_simulation.find_clear_state(clutch, replace(given, travel=GIVEN.travel), 0.02, 0.0)
+    inputs, clutch = lossless(GIVEN), CLUTCHES[name]
+    begin = contact_simulation.find_clear_state(clutch, replace(inputs, travel=GIVEN.travel), 0.02, 0.0)
     begin[TRAVEL] = 2e-4
     begin[FREE + OUTPUT] = -3.0
     begin[OUTPUT] = 0.0 if name == "reuleaux" else 0.02 + 0.5 * (2 * math.pi / JAWS - GIVEN.backlash / GIVEN.radius)
-    there = contact_simulation.integrate_motion(clutch, given, begin, 4e-3, tolerance=1e-11)
-    assert there.load.max() > 50
-    assert there.energy().lost_J == pytest.approx(0, abs=1e-12)
-    turned = contact_simulation.restart_state(there.states[:, -1])
+    end = contact_simulation.integrate_motion(clutch, inputs, begin, 4e-3, tolerance=1e-11)
+    assert end.load.max() > 50
+    assert end.energy().lost_J == pytest.approx(0, abs=1e-12)
+    turned = contact_simulation.restart_state(end.states[:, -1])
     turned[FREE : 2 * FREE] *= -1
     back = contact_simulation.integrate_motion(
-        clutch, replace(given, input_speed=-given.input_speed), turned, 4e-3, tolerance=1e-11
+        clutch, replace(inputs, input_speed=-inputs.input_speed), turned, 4e-3, tolerance=1e-11
     )
     np.testing.assert_allclose(back.states[:FREE, -1], begin[:FREE], atol=2e-8)
     np.testing.assert_allclose(-back.states[FREE : 2 * FREE, -1], begin[FREE : 2 * FREE], atol=2e-4)
@@ -165,14 +165,14 @@ def test_cut_off_stops_the_output_only(runs: dict[str, SwitchingRun]) -> None:
 
 def test_jaw_impact_agrees_with_hertz() -> None:
     """All five jaws meet at once: N = (5K)^(2/5) (5/4 m v^2)^(3/5) with the output's inertia seen at the jaws."""
-    given = replace(lossless(GIVEN), spring_rate=0.0)
+    inputs = replace(lossless(GIVEN), spring_rate=0.0)
     state = np.zeros(SIZE)
     state[OUTPUT] = 0.5 * (2 * math.pi / JAWS - GIVEN.backlash / GIVEN.radius) + 1e-4
-    run = contact_simulation.integrate_motion(CLUTCHES["dog"], given, state, 2e-3, tolerance=1e-11)
-    speed, mass = given.input_speed * given.radius, given.inertia / given.radius**2
-    hertz = (JAWS * given.stiffness) ** 0.4 * (1.25 * mass * speed**2) ** 0.6
+    run = contact_simulation.integrate_motion(CLUTCHES["dog"], inputs, state, 2e-3, tolerance=1e-11)
+    speed, mass = inputs.input_speed * inputs.radius, inputs.inertia / inputs.radius**2
+    hertz = (JAWS * inputs.stiffness) ** 0.4 * (1.25 * mass * speed**2) ** 0.6
     assert run.peak() == pytest.approx(hertz, rel=1e-4)
-    assert run.speed[-1] == pytest.approx(2 * given.input_speed, rel=1e-6)  # thrown off elastically
+    assert run.speed[-1] == pytest.approx(2 * inputs.input_speed, rel=1e-6)  # thrown off elastically
 
 
 def test_another_integrator_finds_the_same_impact(runs: dict[str, SwitchingRun]) -> None:
@@ -182,13 +182,13 @@ def test_another_integrator_finds_the_same_impact(runs: dict[str, SwitchingRun])
     dae = run.clutch.dae
     rates = Kernel(ca.Function("rates", [dae["x"], dae["p"]], [dae["ode"]], ["x", "p"], ["rates"]))
     vector = GIVEN.vector()
-    found = solve_ivp(
+    solution = solve_ivp(
         lambda t, x: rates(x=x, p=vector)["rates"][:, 0], (0, span), run.states[:, first], method="DOP853",
         rtol=1e-8, atol=1e-12, max_step=1e-5,
     )  # fmt: skip
-    loads = run.clutch.columns(found.y, vector)["load"][0]
+    loads = run.clutch.columns(solution.y, vector)["load"][0]
     assert loads.max() == pytest.approx(run.peak(), rel=1e-4)
-    np.testing.assert_allclose(found.y[:, -1], run.states[:, first + 30], rtol=1e-6, atol=1e-8)
+    np.testing.assert_allclose(solution.y[:, -1], run.states[:, first + 30], rtol=1e-6, atol=1e-8)
 
 
 def limit(stiffness: float) -> tuple[contact_simulation.ContactRun, modal_engagement.Modal]:
@@ -196,35 +196,35 @@ def limit(stiffness: float) -> tuple[contact_simulation.ContactRun, modal_engage
 
     A contact that gives must start with the depth and its rate that carry the load at the start.
     """
-    found = modal_engagement.build_engagement(FILE.si)
-    given = replace(
+    engagement = modal_engagement.build_engagement(FILE.si)
+    inputs = replace(
         lossless(GIVEN), stiffness=stiffness, input_speed=0.0, inertia=1e6, preload=0.0, spring_rate=0.0, hole=OPEN,
-        lock_stiffness=1e-9, push_y=-found.struck.force,
+        lock_stiffness=1e-9, push_y=-engagement.struck.force,
     )  # fmt: skip
-    held = (found.extremes["N_0"] / stiffness) ** (2 / 3)
-    rising = found.struck.body * found.struck.start * found.extremes["B1"] ** 2
-    closing = rising / (1.5 * stiffness * math.sqrt(held))
-    share = found.beam.mass / (found.beam.mass + found.struck.body)
+    approach = (engagement.extremes["N_0"] / stiffness) ** (2 / 3)
+    rising = engagement.struck.body * engagement.struck.start * engagement.extremes["B1"] ** 2
+    closing = rising / (1.5 * stiffness * math.sqrt(approach))
+    share = engagement.beam.mass / (engagement.beam.mass + engagement.struck.body)
     state = np.zeros(SIZE)
     state[ANGLE], state[TRAVEL] = math.pi / 2, 1e-3
-    state[1] = GIVEN.apothem - GIVEN.tip - held
-    state[FREE + 1] = -found.struck.start - share * closing
-    state[FREE + 5] = -found.struck.start + (1 - share) * closing
-    end = 0.95 * found.extremes["t_loss"]
-    return contact_simulation.integrate_motion(CLUTCHES["reuleaux"], given, state, end, end / 400, 1e-10), found
+    state[1] = GIVEN.apothem - GIVEN.tip - approach
+    state[FREE + 1] = -engagement.struck.start - share * closing
+    state[FREE + 5] = -engagement.struck.start + (1 - share) * closing
+    end = 0.95 * engagement.extremes["t_loss"]
+    return contact_simulation.integrate_motion(CLUTCHES["reuleaux"], inputs, state, end, end / 400, 1e-10), engagement
 
 
 def test_contact_without_clearance_tends_to_modal_solution() -> None:
     misses = []
     for factor in (1e2, 1e4, 1e6):
-        run, found = limit(factor * GIVEN.stiffness)
-        exact = np.array([found.at(t)["N"] for t in run.time - run.time[0]])
+        run, engagement = limit(factor * GIVEN.stiffness)
+        exact = np.array([engagement.at(t)["N"] for t in run.time - run.time[0]])
         misses.append(float(np.abs(run.load - exact).max() / exact.max()))
-        assert run.peak() == pytest.approx(found.largest, rel=2 * misses[-1])
+        assert run.peak() == pytest.approx(engagement.largest, rel=2 * misses[-1])
     assert misses[0] > 3 * misses[1] > 9 * misses[2]
     assert misses[2] < 1e-3
-    far, found = limit(GIVEN.stiffness)
-    exact = np.array([found.at(t)["N"] for t in far.time - far.time[0]])
+    far, engagement = limit(GIVEN.stiffness)
+    exact = np.array([engagement.at(t)["N"] for t in far.time - far.time[0]])
     assert np.abs(far.load - exact).max() > 0.05 * exact.max()  # a soft contact is another motion
 
 
@@ -292,8 +292,8 @@ def test_command(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, runs: dict[str
     """Beside the motions that the other tests look at."""
     motions = iter(runs.values())
 
-    def switched(_: ClutchDynamics, given: ContactInputs, phase: float) -> SwitchingRun:
-        assert (given, phase) == (GIVEN, 0.0)
+    def switched(_: ClutchDynamics, inputs: ContactInputs, phase: float) -> SwitchingRun:
+        assert (inputs, phase) == (GIVEN, 0.0)
         return next(motions)
 
     monkeypatch.setattr(contact_simulation, "simulate_switching", switched)

@@ -70,15 +70,15 @@ def test_overlap_pushes_the_body_the_way_out() -> None:
     pushed = 0
     for _ in range(300):
         centre, angle = RNG.uniform(-0.6, 0.6, 2), RNG.uniform(-4, 4)
-        found = tooth(centre, angle)
-        if found["normal"] > 0:
+        contact = tooth(centre, angle)
+        if contact["normal"] > 0:
             pushed += 1
-            out = np.array([found["on_x"], found["on_y"]]) / found["normal"]
+            out = np.array([contact["on_x"], contact["on_y"]]) / contact["normal"]
             assert np.linalg.norm(out) == pytest.approx(1, abs=1e-12)
             step = 1e-6
             across = np.array([-out[1], out[0]])
             for way, gained in ((out, step), (across, 0)):
-                assert tooth(centre + step * way, angle)["gap"] - found["gap"] == pytest.approx(gained, abs=1e-10)
+                assert tooth(centre + step * way, angle)["gap"] - contact["gap"] == pytest.approx(gained, abs=1e-10)
     assert pushed > 50
 
 
@@ -107,7 +107,7 @@ def test_jaw_distance_agrees_with_rounded_rectangles() -> None:
     for _ in range(200):
         offset, lift = RNG.uniform(-9, 9), RNG.uniform(-4, 4)
         shape = [jaws, radius, backlash, edge, 3.0]
-        found = at(DOG, "jaw", np.zeros(2), offset / radius, index=0, jaw_shape=shape, way=lift + 3.0)
+        distance = at(DOG, "jaw", np.zeros(2), offset / radius, index=0, jaw_shape=shape, way=lift + 3.0)
         point = shapely.Point(offset, lift)
         signed = -grown.exterior.distance(point) if grown.contains(point) else grown.distance(point)
-        assert found["gap"] == pytest.approx(signed, abs=1e-6)
+        assert distance["gap"] == pytest.approx(signed, abs=1e-6)

@@ -77,8 +77,8 @@ def by_formula(experiment: Trial, response: FieldResponse, typ: int):  # type: i
     )
     table = pytest.importorskip("statsmodels.stats.anova").anova_lm(fit, typ=typ)
     rows = {f.name: table.loc[f"C({f.name}, Sum)"] for f in experiment.factors}
-    found = {name: (row["sum_sq"], row.df, row.F, row["PR(>F)"]) for name, row in rows.items()}
-    return found, (table.loc["Residual", "sum_sq"], table.loc["Residual", "df"]), fit
+    by_name = {name: (row["sum_sq"], row.df, row.F, row["PR(>F)"]) for name, row in rows.items()}
+    return by_name, (table.loc["Residual", "sum_sq"], table.loc["Residual", "df"]), fit
 
 
 def assert_same(experiment: Trial, typ: int) -> None:
@@ -116,12 +116,12 @@ def test_unbalanced_sums_of_squares_do_not_add_up() -> None:
 def test_the_order_of_the_runs_does_not_matter(make) -> None:  # type: ignore[no-untyped-def]
     experiment = make()
     other = changed(experiment, lambda y: y, rng().permutation(experiment.runs))
-    for one, two in zip(experiment.responses, other.responses, strict=True):
-        table_rows, theirs = MainEffectsModel(experiment).anova(one), MainEffectsModel(other).anova(two)
+    for first, second in zip(experiment.responses, other.responses, strict=True):
+        table_rows, theirs = MainEffectsModel(experiment).anova(first), MainEffectsModel(other).anova(second)
         for name, row in table_rows.items():
             assert theirs[name].table() == pytest.approx(row.table(), rel=1e-9, abs=1e-13)
-        assert MainEffectsModel(other).effects(two).predict() == pytest.approx(
-            MainEffectsModel(experiment).effects(one).predict(), rel=1e-11
+        assert MainEffectsModel(other).effects(second).predict() == pytest.approx(
+            MainEffectsModel(experiment).effects(first).predict(), rel=1e-11
         )
 
 
@@ -131,13 +131,13 @@ def test_shift_and_scale_of_the_response(make, shift: float, scale: float) -> No
     experiment = make()
     other = changed(experiment, lambda y: scale * y + shift * abs(scale))
     model = MainEffectsModel(experiment)
-    for one, two in zip(experiment.responses, other.responses, strict=True):
-        table_rows, theirs = model.anova(one), model.anova(two)
+    for first, second in zip(experiment.responses, other.responses, strict=True):
+        table_rows, theirs = model.anova(first), model.anova(second)
         for name in (f.name for f in experiment.factors):
             assert theirs[name].ss == pytest.approx(scale**2 * table_rows[name].ss, rel=1e-7, abs=0)
             assert (theirs[name].F, theirs[name].p) == pytest.approx((table_rows[name].F, table_rows[name].p), rel=1e-7)
-        wanted = scale * model.effects(one).predict() + shift * abs(scale)
-        assert model.effects(two).predict() == pytest.approx(wanted, rel=1e-9, abs=0)
+        expected = scale * model.effects(first).predict() + shift * abs(scale)
+        assert model.effects(second).predict() == pytest.approx(expected, rel=1e-9, abs=0)
 
 
 @balanced
@@ -145,12 +145,12 @@ def test_range_analysis_gives_the_sums_of_squares(make) -> None:  # type: ignore
     experiment = make()
     result = field.evaluate_trial(experiment).result
     for response, factor in itertools.product(experiment.responses, experiment.factors):
-        found = result.range[response.name][factor.name]
-        k = np.array(found.k)
+        analysed = result.range[response.name][factor.name]
+        k = np.array(analysed.k)
         repeated = experiment.runs / len(factor.levels)
         ss = result.anova[response.name][factor.name].ss
         assert repeated * np.sum((k - response.values.mean()) ** 2) == pytest.approx(ss, rel=1e-10)
-        assert pytest.approx(k.max() - k.min(), rel=1e-15) == found.R
+        assert pytest.approx(k.max() - k.min(), rel=1e-15) == analysed.R
 
 
 @any_design

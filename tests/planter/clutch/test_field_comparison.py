@@ -49,8 +49,8 @@ def test_unit_and_order_of_clutches_do_not_matter_to_p() -> None:
 
 def test_holm_by_hand_and_pairs_in_their_order() -> None:
     samples = [Sample(c, 1.0, "Y1", m, 1.0, 6) for c, m in (("a", 0.0), ("b", 1.0), ("c", 3.0))]
-    main, others = analysis.compare_samples(samples)
-    pairs = [*main, *others]
+    main, comparisons = analysis.compare_samples(samples)
+    pairs = [*main, *comparisons]
     assert [(p.clutch, p.reference) for p in pairs] == [("a", "b"), ("a", "c"), ("b", "c")]
     assert len(main) == 1
     rising = sorted(pairs, key=lambda p: p.p_value)
@@ -75,12 +75,12 @@ def test_holm_is_at_most_unity_and_preserves_ties() -> None:
 
 def test_undefined_comparisons_are_null() -> None:
     still = [replace(s, sd=0.0) for s in (NEW, OLD)]
-    (found,), _ = analysis.compare_samples([still[0], replace(still[1], mean=0.0)])
-    assert found.p_value is found.p_holm is found.reduction_percent is None
-    (found,), _ = analysis.compare_samples([still[0], OLD])
-    assert 0 < found.p_value < 1
-    (found,), _ = analysis.compare_samples([replace(NEW, mean=1e100), replace(OLD, mean=1e-300)])
-    assert found.reduction_percent is None
+    (comparison,), _ = analysis.compare_samples([still[0], replace(still[1], mean=0.0)])
+    assert comparison.p_value is comparison.p_holm is comparison.reduction_percent is None
+    (comparison,), _ = analysis.compare_samples([still[0], OLD])
+    assert 0 < comparison.p_value < 1
+    (comparison,), _ = analysis.compare_samples([replace(NEW, mean=1e100), replace(OLD, mean=1e-300)])
+    assert comparison.reduction_percent is None
     assert analysis.compare_samples([NEW, replace(OLD, measure="Y2")]) == ([], [])
 
 

@@ -89,8 +89,8 @@ def test_levels_are_numbers_in_order_or_words_as_they_come() -> None:
 def test_results_name_the_levels_of_the_file() -> None:
     codes, levels = GOOD.split("run,")[1].splitlines(), {"A": "10 15 20", "B": "0.3 0.4 0.5", "C": "1.5 2 2.5"}
     rows = [line.split(",") for line in codes[1:]]
-    shown = [[levels[n].split()[int(row[i]) - 1] for i, n in enumerate("ABC", 1)] + row[5:] for row in rows]
-    text = "\n".join(["A,B,C,Y1,Y2", *map(",".join, shown)])
+    evaluated = [[levels[n].split()[int(row[i]) - 1] for i, n in enumerate("ABC", 1)] + row[5:] for row in rows]
+    text = "\n".join(["A,B,C,Y1,Y2", *map(",".join, evaluated)])
     result = evaluate(text, Y1="zero", Y2="zero")
     assert result.best == {"Y1": [20, 0.3, 1.5], "Y2": [10, 0.3, 2.5], "both": [20, 0.3, 1.5]}
     assert result.anova == evaluate(GOOD).anova
@@ -177,9 +177,9 @@ BAD = {
 
 @pytest.mark.parametrize(("text", "message"), BAD.values(), ids=BAD)
 def test_bad_files_are_refused_by_place(text: str, message: str) -> None:
-    said = refusal(text)
-    assert said.startswith("x.csv:")
-    assert re.search(message, said), said
+    refused_text = refusal(text)
+    assert refused_text.startswith("x.csv:")
+    assert re.search(message, refused_text), refused_text
 
 
 def test_unknown_columns_in_options_are_refused() -> None:
@@ -193,32 +193,32 @@ def test_unknown_columns_in_options_are_refused() -> None:
 def test_any_text_gives_a_result_or_an_input_error() -> None:
     random = np.random.default_rng(7)
     signs = list(GOOD) + list('",;#\n\t-eEnaN=:$_\x00é')
-    said: list[str] = []
+    messages: list[str] = []
     for _ in range(400):
         text = list(GOOD)
         for place in random.integers(0, len(text), random.integers(1, 6)):
             text[place] = signs[random.integers(len(signs))]
         try:
-            found = evaluate("".join(text))
+            evaluation = evaluate("".join(text))
         except InputError as error:
-            said.append(str(error))
+            messages.append(str(error))
         else:
-            numbers = [row.means[name] for row in found.prediction for name in found.responses]
+            numbers = [row.means[name] for row in evaluation.prediction for name in evaluation.responses]
             assert np.isfinite(numbers).all()
-    assert 100 < len(said) < 400
-    assert not any("\n" in message for message in said)
+    assert 100 < len(messages) < 400
+    assert not any("\n" in message for message in messages)
 
 
 def test_goals_select_best_levels(table: str) -> None:
-    found = answer_field(table, "--goal", "Y=larger")
-    assert found["goals"] == {"Y": "larger"}
-    assert found["best"] == {"Y": [40, "high"], "both": [40, "high"]}
+    result = answer_field(table, "--goal", "Y=larger")
+    assert result["goals"] == {"Y": "larger"}
+    assert result["best"] == {"Y": [40, "high"], "both": [40, "high"]}
     worst = answer_field(table, "--goal", "Y=zero")
     assert worst["goals"] == {"Y": "nearest 0"}
     assert worst["best"]["Y"] == answer_field(table, "--goal", "Y=smaller")["best"]["Y"] == [30, "low"]
     assert answer_field(table, "--goal", "Y=target 80")["goals"] == {"Y": "target 80"}
-    near = answer_field(table, "--goal", "Y=86.4")
-    assert near["best"]["Y"] == min(near["prediction"], key=lambda row: abs(row["Y"] - 86.4))["levels"]
+    nearest = answer_field(table, "--goal", "Y=86.4")
+    assert nearest["best"]["Y"] == min(nearest["prediction"], key=lambda row: abs(row["Y"] - 86.4))["levels"]
 
 
 def test_user_table_requires_goals(table: str) -> None:
@@ -228,7 +228,7 @@ def test_user_table_requires_goals(table: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("goal", "said"),
+    ("goal", "message"),
     [
         (["Y=large"], "must be larger, smaller, zero, or a number"),
         (["Y=nan"], "must be larger, smaller, zero, or a number"),
@@ -237,8 +237,8 @@ def test_user_table_requires_goals(table: str) -> None:
         (["Y=larger", "Y=smaller"], "Y has a goal already"),
     ],
 )
-def test_invalid_goals_are_refused(table: str, goal: list[str], said: str) -> None:
-    assert said in refuse_field(table, *(part for one in goal for part in ("--goal", one)))
+def test_invalid_goals_are_refused(table: str, goal: list[str], message: str) -> None:
+    assert message in refuse_field(table, *(part for stated_goal in goal for part in ("--goal", stated_goal)))
 
 
 def test_paper_goals_can_be_replaced() -> None:

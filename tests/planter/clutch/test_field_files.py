@@ -29,24 +29,24 @@ def rows_of(path: Path) -> list[dict[str, str]]:
 
 
 def test_field_has_the_keys_of_the_contract() -> None:
-    found = answer("field")
-    assert found.keys() >= KEYS
-    assert found == answer("field", "shi2021-field")
-    assert len(found["range"]["Y1"]["A"]["k"]) == 3
-    assert found["anova"]["Y1"]["A"].keys() == {"ss", "df", "ms", "F", "p"}
-    assert list(found["anova"]["Y2"]) == ["A", "B", "C", "error", "total"]
-    assert [row.keys() for row in found["prediction"]] == [{"levels", "Y1", "Y2"}] * 27
-    assert all(row.keys() >= {"speed_m_s", "measure", "reduction_percent", "p_value"} for row in found["comparison"])
-    assert len(found["comparison"]) == 6
+    result = answer("field")
+    assert result.keys() >= KEYS
+    assert result == answer("field", "shi2021-field")
+    assert len(result["range"]["Y1"]["A"]["k"]) == 3
+    assert result["anova"]["Y1"]["A"].keys() == {"ss", "df", "ms", "F", "p"}
+    assert list(result["anova"]["Y2"]) == ["A", "B", "C", "error", "total"]
+    assert [row.keys() for row in result["prediction"]] == [{"levels", "Y1", "Y2"}] * 27
+    assert all(row.keys() >= {"speed_m_s", "measure", "reduction_percent", "p_value"} for row in result["comparison"])
+    assert len(result["comparison"]) == 6
 
 
 def test_user_file_needs_statistics_for_comparison(tmp_path: Path) -> None:
     path, statistics = tmp_path / "mine.csv", tmp_path / "clutches.csv"
     path.write_text(examples.example("shi2021-field"))
     statistics.write_text(examples.example("shi2021-comparison"))
-    own, paper = answer("field", str(path), *GOALS), answer("field")
-    assert own["comparison"] == own["other_comparisons"] == []
-    assert own["anova"] == paper["anova"]
+    user_result, paper = answer("field", str(path), *GOALS), answer("field")
+    assert user_result["comparison"] == user_result["other_comparisons"] == []
+    assert user_result["anova"] == paper["anova"]
     assert answer("field", str(path), *GOALS, "--comparison", str(statistics))["comparison"] == paper["comparison"]
     assert answer("field", str(path), *GOALS, "--comparison", "shi2021-comparison")["comparison"] == paper["comparison"]
 
@@ -84,9 +84,9 @@ def test_a_plan_is_printed_and_written(tmp_path: Path) -> None:
     code, out, _ = run(*arguments, "--out", str(tmp_path))
     assert code == 0
     assert (tmp_path / "plan.csv").read_text() == out
-    found = answer(*arguments, "--response", "Y1", "--response", "Y2")
-    assert list(found["columns"]) == ["run", "angle_deg", "k", "blank1", "blank2", "Y1", "Y2"]
-    assert sorted(found["columns"]["k"]) == ["0.3"] * 3 + ["0.4"] * 3 + ["0.5"] * 3
+    result = answer(*arguments, "--response", "Y1", "--response", "Y2")
+    assert list(result["columns"]) == ["run", "angle_deg", "k", "blank1", "blank2", "Y1", "Y2"]
+    assert sorted(result["columns"]["k"]) == ["0.3"] * 3 + ["0.4"] * 3 + ["0.5"] * 3
     assert "column Y1: nothing stands there" in refusal("field", str(tmp_path / "plan.csv"))
 
 
@@ -98,19 +98,19 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_files_hold_the_result(folder: Path) -> None:
-    found = evaluate_field().result
+    result = evaluate_field().result
     summary = json.loads((folder / "summary.json").read_text())
     assert len(summary.pop("provenance")["data_sha256"]) == 64
-    assert summary == json.loads(json.dumps(found.table()))
+    assert summary == json.loads(json.dumps(result.table()))
     anova = {(row["response"], row["source"]): row for row in rows_of(folder / "anova.csv")}
     assert len(anova) == 10
-    assert float(anova["Y2", "B"]["F"]) == found.anova["Y2"]["B"].F
+    assert float(anova["Y2", "B"]["F"]) == result.anova["Y2"]["B"].F
     assert anova["Y1", "total"]["F"] == anova["Y1", "error"]["p"] == ""
     predicted = [
         [float(row[name]) for name in ("A", "B", "C", "Y1", "Y2")] for row in rows_of(folder / "prediction.csv")
     ]
-    assert predicted == [[*row.levels, row.means["Y1"], row.means["Y2"]] for row in found.prediction]
-    assert [float(row["k"]) for row in rows_of(folder / "range.csv")][:3] == found.range["Y1"]["A"].k
+    assert predicted == [[*row.levels, row.means["Y1"], row.means["Y2"]] for row in result.prediction]
+    assert [float(row["k"]) for row in rows_of(folder / "range.csv")][:3] == result.range["Y1"]["A"].k
     assert len(rows_of(folder / "comparison.csv")) == 10
 
 
@@ -126,12 +126,12 @@ def test_the_page_is_whole_and_every_figure_is_there(folder: Path) -> None:
 
 def test_other_data_have_another_hash() -> None:
     text = examples.example("shi2021-field")
-    one, same, other = (
+    first, same, other = (
         presentation.present_field_test(evaluation.evaluate_trial(trial.read_trial(t, "x.csv"))).summary()
         for t in (text, "# a comment\n" + text, text.replace("12.2", "12.3"))
     )
-    one, same, other = (summary["provenance"]["data_sha256"] for summary in (one, same, other))
-    assert one == same != other
+    first, same, other = (summary["provenance"]["data_sha256"] for summary in (first, same, other))
+    assert first == same != other
 
 
 def test_names_of_any_kind_are_drawn_and_escaped(tmp_path: Path) -> None:
@@ -150,10 +150,10 @@ def test_names_of_any_kind_are_drawn_and_escaped(tmp_path: Path) -> None:
 
 
 def test_surfaces_pass_through_the_prediction_at_every_level() -> None:
-    found = evaluate_field()
-    for response in found.trial.responses:
-        effects = MainEffectsModel(found.trial).effects(response)
-        for factor, level in zip(found.trial.factors, effects.levels, strict=True):
+    surfaces = evaluate_field()
+    for response in surfaces.trial.responses:
+        effects = MainEffectsModel(surfaces.trial).effects(response)
+        for factor, level in zip(surfaces.trial.factors, effects.levels, strict=True):
             knots = np.array(factor.scale)
             assert presentation.interpolate_effect(knots, level, knots) == pytest.approx(level, abs=1e-12)
             middle = presentation.interpolate_effect(knots, level, np.array([(knots[0] + knots[1]) / 2]))

@@ -47,16 +47,16 @@ def printed_as(value: float, text: str) -> bool:
 
 
 def compared(measure: str, speed: float) -> dict:
-    (found,) = [r for r in result().comparison if (r.measure, r.speed_m_s) == (measure, speed)]
-    return found
+    (comparison,) = [r for r in result().comparison if (r.measure, r.speed_m_s) == (measure, speed)]
+    return comparison
 
 
 def test_range_analysis_is_as_printed_except_for_truncation() -> None:
     differing = []
     for response, factors in RANGE.items():
         for factor, texts in factors.items():
-            found = result().range[response][factor]
-            for place, (value, text) in enumerate(zip([*found.k, found.R], texts, strict=True), 1):
+            range = result().range[response][factor]
+            for place, (value, text) in enumerate(zip([*range.k, range.R], texts, strict=True), 1):
                 if not printed_as(value, text):
                     differing.append((response, factor, place, round(value, 4)))
     assert differing == [("Y2", "B", 2, -5.9667)]
@@ -110,6 +110,6 @@ def test_a_changed_run_is_noticed(tmp_path) -> None:  # type: ignore[no-untyped-
 
     path = tmp_path / "changed.csv"
     path.write_text(examples.example("shi2021-field").replace("5,2,2,3,1,7.7", "5,2,2,3,1,7.8"))
-    found = evaluate_field(str(path), requested=dict.fromkeys(("Y1", "Y2"), NEAREST_ZERO)).result
-    assert found.comparison == []
-    assert not printed_as(found.anova["Y1"]["A"].F, "183.83")
+    evaluation = evaluate_field(str(path), requested=dict.fromkeys(("Y1", "Y2"), NEAREST_ZERO)).result
+    assert evaluation.comparison == []
+    assert not printed_as(evaluation.anova["Y1"]["A"].F, "183.83")

@@ -33,11 +33,11 @@ def strength_two(codes: np.ndarray) -> bool:
 
 @pytest.mark.parametrize("name", plans.NAMES)
 def test_arrays_have_their_size_and_strength(name: str) -> None:
-    found = plans.build_array(name.lower())
-    assert (len(found.codes), list(found.levels)) == SIZES[name]
-    assert strength_two(found.codes)
-    assert sorted(found.order) == list(range(len(found.levels)))
-    tampered = found.codes.copy()
+    array = plans.build_array(name.lower())
+    assert (len(array.codes), list(array.levels)) == SIZES[name]
+    assert strength_two(array.codes)
+    assert sorted(array.order) == list(range(len(array.levels)))
+    tampered = array.codes.copy()
     tampered[0, 0] = 1 - tampered[0, 0]
     assert not strength_two(tampered)
 
@@ -50,10 +50,10 @@ def test_the_paper_took_the_l9_as_it_stands() -> None:
 @pytest.mark.parametrize(("name", "factors"), [("L8", 4), ("L27", 4)])
 def test_first_factors_are_free_of_two_factor_interactions(name: str, factors: int) -> None:
     """Any three of the columns that factors take first hold all triples equally often (strength three)."""
-    found = plans.build_array(name)
-    for three in itertools.combinations(found.order[:factors], 3):
-        _, counts = np.unique(found.codes[:, three], axis=0, return_counts=True)
-        assert len(counts) == found.levels[0] ** 3
+    array = plans.build_array(name)
+    for three in itertools.combinations(array.order[:factors], 3):
+        _, counts = np.unique(array.codes[:, three], axis=0, return_counts=True)
+        assert len(counts) == array.levels[0] ** 3
         assert np.ptp(counts) == 0
 
 
@@ -69,8 +69,8 @@ def filled(plan: plans.FieldPlan, random: np.random.Generator) -> str:
 def test_completed_plan_is_evaluated(name: str, seed: int | None) -> None:
     levels = {2: ("no", "yes"), 3: ("10", "15", "20"), 5: ("1", "2", "4", "8", "16")}
     first, second = plans.build_array(name).levels[:2]
-    wanted = [FactorSpec("gear", levels[first]), FactorSpec("angle_deg", levels[second])]
-    planned = plans.plan_field(name, wanted, ["Y"], seed)
+    factors = [FactorSpec("gear", levels[first]), FactorSpec("angle_deg", levels[second])]
+    planned = plans.plan_field(name, factors, ["Y"], seed)
     read = trial.read_trial(filled(planned, np.random.default_rng(0)), "plan.csv")
     result = evaluation.evaluate_trial(read).result
     assert result.orthogonal
@@ -88,11 +88,11 @@ def test_words_keep_their_order_when_runs_are_shuffled() -> None:
 
 
 def test_seeds_shuffle_whole_runs() -> None:
-    base, one, same, other = (plans.plan_field("L18", seed=seed) for seed in (None, 1, 1, 2))
-    assert one == same
-    assert one.columns != other.columns
-    assert one.columns["run"] == base.columns["run"]
-    rows = [sorted(zip(*list(p.columns.values())[1:], strict=True)) for p in (base, one, other)]
+    base, first, same, other = (plans.plan_field("L18", seed=seed) for seed in (None, 1, 1, 2))
+    assert first == same
+    assert first.columns != other.columns
+    assert first.columns["run"] == base.columns["run"]
+    rows = [sorted(zip(*list(p.columns.values())[1:], strict=True)) for p in (base, first, other)]
     assert rows[0] == rows[1] == rows[2]
 
 

@@ -45,9 +45,9 @@ def test_vertex_path_agrees_with_poses_and_ellipse(vertices, sides):
     for name in "ABCM":
         placed = np.array([pose[name] for pose in poses]).T
         assert np.abs(placed - [path[f"x_{name}"], path[f"y_{name}"]]).max() < 1e-12
-    along, across = unit(oval["axis"]), unit(oval["axis"] + np.pi / 2)
+    direction, across = unit(oval["axis"]), unit(oval["axis"] + np.pi / 2)
     from_centre = np.array([pose["C"] for pose in poses]) - [oval["x_E"], oval["y_E"]]
-    on_ellipse = (from_centre @ along / oval["s_1"]) ** 2 + (from_centre @ across / oval["s_2"]) ** 2
+    on_ellipse = (from_centre @ direction / oval["s_1"]) ** 2 + (from_centre @ across / oval["s_2"]) ** 2
     assert np.abs(on_ellipse - 1).max() < 1e-12
 
 
@@ -58,8 +58,8 @@ def test_vertices_stay_on_sides_of_rigid_polygon(vertices, sides):
     A, B, C = (np.array([path[f"x_{n}"], path[f"y_{n}"]]) for n in "ABC")
     assert np.abs(A[1] - 0.5).max() < 1e-12
     assert np.abs(unit(np.pi / 2 + rotor.turn) @ B - 0.5).max() < 1e-12
-    for one, other, length in ((A, C, 1.0), (B, C, 1.0), (A, B, 2 * math.sin(math.pi / (2 * vertices)))):
-        assert np.abs(np.hypot(*(one - other)) - length).max() < 1e-12
+    for first, other, length in ((A, C, 1.0), (B, C, 1.0), (A, B, 2 * math.sin(math.pi / (2 * vertices)))):
+        assert np.abs(np.hypot(*(first - other)) - length).max() < 1e-12
 
 
 def test_clutch_formulas_agree_with_general_rotor():
@@ -67,11 +67,11 @@ def test_clutch_formulas_agree_with_general_rotor():
     width = side * math.sqrt(3)
     rotor = Rotor(5, 6, width)
     theta = np.linspace(*rotor.passage, 50)
-    own, general = load_model()("path", theta=theta, a=side), rotor.path(theta)
-    assert np.abs(own["x_C"] - general["x_C"]).max() < 1e-16
-    assert np.abs(own["y_C"] - general["y_C"]).max() < 1e-16
+    actual, general = load_model()("path", theta=theta, a=side), rotor.path(theta)
+    assert np.abs(actual["x_C"] - general["x_C"]).max() < 1e-16
+    assert np.abs(actual["y_C"] - general["y_C"]).max() < 1e-16
     sizes, oval = load_model().at("polygon", a=side), rotor.ellipse
-    for one, other in (
+    for angle, other in (
         ("x_E", "x_E"),
         ("y_E", "y_E"),
         ("s_1", "s_1"),
@@ -79,7 +79,7 @@ def test_clutch_formulas_agree_with_general_rotor():
         ("rho_C", "tangency"),
         ("b", "circumradius"),
     ):
-        assert sizes[one] == pytest.approx(oval[other], rel=1e-14)
+        assert sizes[angle] == pytest.approx(oval[other], rel=1e-14)
     assert load_model().at("fillet", flats=width)["r"] == pytest.approx(oval["fillet"], rel=1e-13)
     assert load_model().at("rotor", a=side)["miss"] == pytest.approx(rotor.miss, rel=1e-9)
     assert load_model().at("rotor", a=side)["free"] == pytest.approx(2 * rotor.smallest_apothem, rel=1e-13)
@@ -103,8 +103,8 @@ def test_any_two_vertices_on_any_two_sides(vertices, sides):
             for name, place in (("A", A), ("B", B), ("C", C), ("M", 0 * C)):
                 assert np.abs(centroid + place - [path[f"x_{name}"][i], path[f"y_{name}"][i]]).max() < 1e-12
         off = np.array([path["x_C"] - oval["x_E"], path["y_C"] - oval["y_E"]])
-        along, across = unit(oval["axis"]) @ off, unit(oval["axis"] + np.pi / 2) @ off
-        assert np.abs((along / oval["s_1"]) ** 2 + (across / oval["s_2"]) ** 2 - 1).max() < 1e-9
+        direction, across = unit(oval["axis"]) @ off, unit(oval["axis"] + np.pi / 2) @ off
+        assert np.abs((direction / oval["s_1"]) ** 2 + (across / oval["s_2"]) ** 2 - 1).max() < 1e-9
 
 
 @pytest.mark.parametrize(("vertices", "sides"), [(5, 6), (7, 5), (5, 3)])
@@ -122,11 +122,11 @@ def test_sliding_vertices_touch_the_sides(vertices, sides):
 
 def test_corner_ellipse_agrees_with_general_rotor():
     """In the hexagon vertices A and B of the clutch slide; C is opposite to both."""
-    found, own = Rotor(5, 6).slides(), Rotor(5, 6).ellipse
-    opposite = found.ellipse(3)
+    slides, ellipse = Rotor(5, 6).slides(), Rotor(5, 6).ellipse
+    opposite = slides.ellipse(3)
     for key in ("x_E", "y_E", "s_1", "s_2"):
-        assert opposite[key] == pytest.approx(own[key], abs=1e-14)
-    assert found.rotations[1] - found.rotations[0] == pytest.approx(own["lead"], abs=1e-15)
+        assert opposite[key] == pytest.approx(ellipse[key], abs=1e-14)
+    assert slides.rotations[1] - slides.rotations[0] == pytest.approx(ellipse["lead"], abs=1e-15)
 
 
 def test_printed_vertices_leave_their_sides():
@@ -163,8 +163,8 @@ def test_reuleaux_triangle_in_a_square_is_the_textbook_s():
     path = rotor.path(np.linspace(*rotor.passage, 200))
     x, y = -path["x_C"], path["y_C"]  # the corner at the lower left
     b = np.linspace(np.pi / 6, np.pi / 3, 20001)
-    known = np.array([1 - np.cos(b) - np.sqrt(3) * np.sin(b), 1 - np.sin(b) - np.sqrt(3) * np.cos(b)])
-    nearest = np.hypot(known[0][:, None] - x, known[1][:, None] - y).min(axis=0)
+    expected = np.array([1 - np.cos(b) - np.sqrt(3) * np.sin(b), 1 - np.sin(b) - np.sqrt(3) * np.cos(b)])
+    nearest = np.hypot(expected[0][:, None] - x, expected[1][:, None] - y).min(axis=0)
     assert nearest.max() < 1e-4
     track = rotor.track(4001)
     area = 0.5 * abs(np.sum(track[0] * np.roll(track[1], -1) - track[1] * np.roll(track[0], -1)))
@@ -260,9 +260,9 @@ def test_path_clears_fillets_from_the_limit(vertices, sides):
 
 def test_the_rule_in_print_is_the_wrong_way_round():
     """Fillets below the printed 0.24 R are said to clear; 0.10 R does not, as the derived limit says."""
-    found = compute_geometry(file.load_clutch("shi2021", {"fillet_mm": 2.0}))
-    assert not found.conditions[0].holds
-    assert found.printed.conditions[0].holds
+    geometry = compute_geometry(file.load_clutch("shi2021", {"fillet_mm": 2.0}))
+    assert not geometry.conditions[0].holds
+    assert geometry.printed.conditions[0].holds
 
 
 # --- the result ------------------------------------------------------------------------------------
@@ -322,9 +322,9 @@ def test_results_scale_with_the_hexagon():
 
 
 def test_unreachable_rod_is_named():
-    found = compute_geometry(file.load_clutch("shi2021", {"levels.rods_mm[1]": 70}))
-    assert [row.crank_rotation_deg is None for row in found.linkage] == [False, True, False]
-    (warning,) = found.warnings
+    geometry = compute_geometry(file.load_clutch("shi2021", {"levels.rods_mm[1]": 70}))
+    assert [row.crank_rotation_deg is None for row in geometry.linkage] == [False, True, False]
+    (warning,) = geometry.warnings
     assert "shi2021: levels.rods_mm[1] = 70: it must be between" in warning
     assert RESULT.warnings == []
 

@@ -58,11 +58,11 @@ def test_rod_length_gives_the_required_travel(seed):
     random = np.random.default_rng(seed)
     crank, distance, travel = random.uniform([0.012, 0.035, 0.002], [0.018, 0.045, 0.007])
     rotation = travel / crank * random.uniform(1.02, 1.3)
-    found = find_linkages(crank, distance, travel, rotation)
-    for one in found:
-        assert one.rotation(travel) == pytest.approx(rotation, abs=1e-12)
-    assert [steepest_rod_angle(one, travel) for one in found] == sorted(
-        steepest_rod_angle(one, travel) for one in found
+    linkages = find_linkages(crank, distance, travel, rotation)
+    for linkage in linkages:
+        assert linkage.rotation(travel) == pytest.approx(rotation, abs=1e-12)
+    assert [steepest_rod_angle(linkage, travel) for linkage in linkages] == sorted(
+        steepest_rod_angle(linkage, travel) for linkage in linkages
     )
     low, high = distance + travel - crank + 1e-6, distance + crank - 1e-6
     grid = np.linspace(low, high, 400)
@@ -72,7 +72,7 @@ def test_rod_length_gives_the_required_travel(seed):
         for a, b, left, right in zip(grid, grid[1:], off, off[1:], strict=False)
         if left * right < 0
     ]
-    assert sorted(one.rod for one in found) == pytest.approx(sorted(roots), abs=1e-11)
+    assert sorted(linkage.rod for linkage in linkages) == pytest.approx(sorted(roots), abs=1e-11)
 
 
 def test_too_much_to_ask_of_a_crank():

@@ -29,24 +29,24 @@ def values_of(machine: Machine, angles: np.ndarray) -> dict[str, np.ndarray]:
 
 def test_the_sleeve_goes_as_the_linkage_pushes_it(machine: Machine) -> None:
     clutch = load_clutch("shi2021")
-    known = collect_values(clutch)
+    sizes = collect_values(clutch)
     angles = np.linspace(0, machine.turn / 2, 23)
     values = values_of(machine, angles)
-    linkage = CrankLinkage(known["l_AB"], known["l_BC"], known["l_AC"])
+    linkage = CrankLinkage(sizes["l_AB"], sizes["l_BC"], sizes["l_AC"])
     for name, expected in linkage.evaluate(values["shift"]).items():
         np.testing.assert_allclose(values[name], expected, rtol=1e-12, err_msg=name)
-    pushed = load_model()("push", shift=values["shift"], crank=pack_crank(known), F1=known["F1"], r_A=known["r_A"])
+    pushed = load_model()("push", shift=values["shift"], crank=pack_crank(sizes), F1=sizes["F1"], r_A=sizes["r_A"])
     for name in ("tooth_force", "side_force"):
         np.testing.assert_allclose(values[name], pushed[name], rtol=1e-13)
     assert values["shift"][[0, -1]] == pytest.approx([0, clutch.si("sleeve.travel_mm")], abs=1e-15)
 
 
 def test_machine_motion_agrees_with_dynamics(machine: Machine) -> None:
-    known, speed = collect_values(load_clutch("shi2021")), machine.data[machine.speed]
-    start, lift = np.pi / 2 - known["gamma"], machine.turn / 2
+    sizes, speed = collect_values(load_clutch("shi2021")), machine.data[machine.speed]
+    start, lift = np.pi / 2 - sizes["gamma"], machine.turn / 2
     times = np.linspace(0.1, 0.9, 9) * lift / speed
-    link = [known["k"], known["gamma"], start, start + lift, speed]
-    course = formulas.load("clutch_motion")("course", t=times, crank=pack_crank(known), link=link)
+    link = [sizes["k"], sizes["gamma"], start, start + lift, speed]
+    course = formulas.load("clutch_motion")("course", t=times, crank=pack_crank(sizes), link=link)
     values = values_of(machine, speed * times)
     for name, expected in (("alpha", "link_angle"), ("shift", "pushed"), ("v_sleeve", "pushed_dot")):
         np.testing.assert_allclose(values[name], course[expected], rtol=1e-11, atol=1e-14)
@@ -54,11 +54,11 @@ def test_machine_motion_agrees_with_dynamics(machine: Machine) -> None:
 
 def test_the_link_comes_back_as_it_went(machine: Machine) -> None:
     angles = np.linspace(0, machine.turn / 2, 7)[1:-1]
-    there, back, later = (values_of(machine, x) for x in (angles, machine.turn - angles, angles + machine.turn))
-    for name in there:
+    start, back, later = (values_of(machine, x) for x in (angles, machine.turn - angles, angles + machine.turn))
+    for name in start:
         sign = -1 if name in ("v_sleeve", "M_link") else 1
-        np.testing.assert_allclose(back[name], sign * there[name], rtol=1e-10, atol=1e-15)
-        np.testing.assert_allclose(later[name], there[name], rtol=1e-10, atol=1e-15)
+        np.testing.assert_allclose(back[name], sign * start[name], rtol=1e-10, atol=1e-15)
+        np.testing.assert_allclose(later[name], start[name], rtol=1e-10, atol=1e-15)
 
 
 def test_measures_are_those_of_the_way(machine: Machine) -> None:

@@ -24,13 +24,13 @@ def optimum() -> FastestSwitching:
 
 def at(switching: SwitchingProblem, design: SwitchingDesign) -> np.ndarray:
     """The point of the box."""
-    own = np.array(
+    corners = np.array(
         [
             getattr(design, key) * (np.pi / 180 if key.endswith("deg") else 1e-3 if key.endswith("mm") else 1)
             for key in VARIABLES
         ]
     )
-    return (own - switching.box.origin) / switching.box.unit
+    return (corners - switching.box.origin) / switching.box.unit
 
 
 def programme_of(switching: SwitchingProblem) -> Epigraph:
@@ -74,10 +74,10 @@ def test_another_solver_does_not_beat_it():
     random = np.random.default_rng(4)
     limits = {"type": "ineq", "fun": programme.g, "jac": programme.jacobian}
     for _ in range(3):
-        found = minimize(programme.f, random.random(5), jac=programme.gradient, bounds=[(0, 1)] * 5, method="SLSQP",
+        solution = minimize(programme.f, random.random(5), jac=programme.gradient, bounds=[(0, 1)] * 5, method="SLSQP",
                          constraints=[limits], options={"maxiter": 300, "ftol": 1e-12})  # fmt: skip
-        if found.success and programme.g(found.x).min() > -1e-8:
-            assert found.fun > best * (1 - 1e-5)
+        if solution.success and programme.g(solution.x).min() > -1e-8:
+            assert solution.fun > best * (1 - 1e-5)
 
 
 def test_point_off_the_optimum_has_no_certificate():
@@ -108,15 +108,17 @@ def test_there_are_no_rows_to_bound():
 
 def test_relaxing_active_limits_saves_time():
     """A multiplier is the share of the time that a share of its limit is worth."""
-    held = {a.name: a.multiplier for a in optimum().certificate.active}
-    assert {"normal force", "teeth"} <= held.keys()
-    assert sum(m for name, m in held.items() if name.startswith("tooth force")) == pytest.approx(0.9435, abs=1e-2)
+    multipliers = {a.name: a.multiplier for a in optimum().certificate.active}
+    assert {"normal force", "teeth"} <= multipliers.keys()
+    assert sum(m for name, m in multipliers.items() if name.startswith("tooth force")) == pytest.approx(
+        0.9435, abs=1e-2
+    )
     for name, key in (("normal force", "normal_force_N"), ("tooth force", "tooth_force_N")):
         share = 1e-4
         limit = getattr(CLUTCH.limits, key)
         freed = optimise_clutch(file.load_clutch("shi2021", {key: limit * (1 + share)})).travel_time_s
         gained = (optimum().travel_time_s - freed) / optimum().start_travel_time_s / share
-        worth = sum(m for active, m in held.items() if active.startswith(name))
+        worth = sum(m for active, m in multipliers.items() if active.startswith(name))
         assert gained == pytest.approx(worth, rel=0.02)
 
 

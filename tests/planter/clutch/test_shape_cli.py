@@ -34,8 +34,8 @@ def test_commands_print_tables_or_single_json_object(command):
 
 
 def test_geometry_follows_a_changed_value():
-    own, other = answer("geometry", "shi2021"), answer("geometry", "shi2021", "--set", "hexagon_side_mm=18")
-    assert other["R_mm"] / own["R_mm"] == pytest.approx(18 / 17, rel=1e-14)
+    result, other = answer("geometry", "shi2021"), answer("geometry", "shi2021", "--set", "hexagon_side_mm=18")
+    assert other["R_mm"] / result["R_mm"] == pytest.approx(18 / 17, rel=1e-14)
     assert run("geometry", "shi2021", "--set", "hexagon_side_mm=60")[1].count("- shi2021: levels.rods_mm[") == 2
 
 
@@ -66,8 +66,8 @@ def test_geometry_files_are_consistent(tmp_path):
 def test_optimisation_is_reproducible_and_within_limits(tmp_path):
     for name in ("one", "two"):
         assert run("optimise", "shi2021", "--out", str(tmp_path / name))[0] == 0
-    one, two = ({p.name: p.read_bytes() for p in (tmp_path / n).rglob("*") if p.is_file()} for n in ("one", "two"))
-    assert one == two
+    first, second = ({p.name: p.read_bytes() for p in (tmp_path / n).rglob("*") if p.is_file()} for n in ("one", "two"))
+    assert first == second
     _, columns = files.read_cycle_csv(tmp_path / "one" / "way.csv")
     assert (
         "no friction in crank, rod and gears"
@@ -88,21 +88,21 @@ def test_infeasible_design_exits_1_and_writes_result(tmp_path):
 
 
 def test_design_options_replace_file_values():
-    found = answer(
+    result = answer(
         "design", "shi2021", "--shaft-mm", "26", "--travel-mm", "4", "--radius-mm", "30", "--length-mm", "17"
     )
-    assert found["sizes"]["tip_mm"] == pytest.approx(13 / math.sin(math.radians(72)), rel=1e-13)
-    assert found["sizes"]["travel_mm"] == 4
+    assert result["sizes"]["tip_mm"] == pytest.approx(13 / math.sin(math.radians(72)), rel=1e-13)
+    assert result["sizes"]["travel_mm"] == 4
 
 
 @pytest.mark.usefixtures("blank_figures")
 def test_rotors_in_general(tmp_path):
-    found = answer("rotor", "--vertices", "3", "--sides", "4")
-    assert found["exact"] is True
-    assert found["smallest_over_R"] == pytest.approx(1, abs=1e-12)
-    pentagon, own = answer("rotor"), answer("geometry", "shi2021")
+    result = answer("rotor", "--vertices", "3", "--sides", "4")
+    assert result["exact"] is True
+    assert result["smallest_over_R"] == pytest.approx(1, abs=1e-12)
+    pentagon, geometry = answer("rotor"), answer("geometry", "shi2021")
     for key in ("centre_over_R", "semi_axes_over_R", "axis_deg", "tangency_radius_over_R"):
-        assert pentagon["ellipse"][key] == pytest.approx(own["ellipse"][key], rel=1e-12)
+        assert pentagon["ellipse"][key] == pytest.approx(geometry["ellipse"][key], rel=1e-12)
     assert answer("rotor", "--vertices", "5", "--sides", "3", "--out", str(tmp_path))["ellipse"] is None
     assert "vertices apart" in (tmp_path / "report.html").read_text()
     assert "vertices = 4: must be odd" in refusal("rotor", "--vertices", "4")

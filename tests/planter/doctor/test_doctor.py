@@ -45,47 +45,47 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def examined(*arguments: str) -> dict:  # type: ignore[type-arg]
-    found: dict = answer("doctor", *arguments)  # type: ignore[type-arg]
-    return found
+    result: dict = answer("doctor", *arguments)  # type: ignore[type-arg]
+    return result
 
 
-def ways_of(found: dict) -> dict[str, tuple[str, bool]]:  # type: ignore[type-arg]
-    return {k["name"]: (k["way"], k["compiled"]) for k in found["kernels"] if k["model"] == "exact"}
+def ways_of(result: dict) -> dict[str, tuple[str, bool]]:  # type: ignore[type-arg]
+    return {k["name"]: (k["way"], k["compiled"]) for k in result["kernels"] if k["model"] == "exact"}
 
 
 @needs_compiler
 def test_it_says_what_is_there_and_compiles_nothing(folder: Path) -> None:
-    found = examined()
-    assert found["versions"]["planter"] == planter.__version__
-    assert found["versions"]["casadi"] == ca.CasadiMeta.version()
-    assert found["versions"]["python"] == platform.python_version()
-    assert found["compiler"]["path"] == toolchain.find_compiler().path
-    assert found["compiler"]["vector_bits"] in (64, 128, 256, 512)
-    assert found["cache"] == {
+    result = examined()
+    assert result["versions"]["planter"] == planter.__version__
+    assert result["versions"]["casadi"] == ca.CasadiMeta.version()
+    assert result["versions"]["python"] == platform.python_version()
+    assert result["compiler"]["path"] == toolchain.find_compiler().path
+    assert result["compiler"]["vector_bits"] in (64, 128, 256, 512)
+    assert result["cache"] == {
         "folder": str(folder), "exists": False, "files": 0, "bytes": 0, "damaged": 0, "problem": None,
     }  # fmt: skip
     assert not folder.exists()
-    assert ways_of(found)["rows"] == ("lanes", False)
-    assert ways_of(found)["prologue"] == ("casadi-c", False)
-    assert [a["do"] for a in found["advice"]][-1].startswith("planter doctor --build")
+    assert ways_of(result)["rows"] == ("lanes", False)
+    assert ways_of(result)["prologue"] == ("casadi-c", False)
+    assert [a["do"] for a in result["advice"]][-1].startswith("planter doctor --build")
 
 
 @needs_compiler
 def test_what_is_compiled_is_seen_and_so_is_damage(folder: Path) -> None:
     kernel = Device(load("wang2017")).force.response.values_kernel
     kernel.compile()
-    found = examined()
-    assert ways_of(found)["rows"] == (kernel.way, True)
-    assert ways_of(found)["slopes"] == ("lanes", False)
+    result = examined()
+    assert ways_of(result)["rows"] == (kernel.way, True)
+    assert ways_of(result)["slopes"] == ("lanes", False)
     (path,) = folder.iterdir()
-    assert (found["cache"]["files"], found["cache"]["bytes"]) == (1, path.stat().st_size)
+    assert (result["cache"]["files"], result["cache"]["bytes"]) == (1, path.stat().st_size)
     shorter = path.read_bytes()[:-1]
     path.unlink()  # what this process has loaded stays whole
     path.write_bytes(shorter)
-    found = examined()
-    assert found["cache"]["damaged"] == 1
-    assert ways_of(found)["rows"] == ("lanes", False)
-    assert "damaged" in found["advice"][0]["missing"]
+    result = examined()
+    assert result["cache"]["damaged"] == 1
+    assert ways_of(result)["rows"] == ("lanes", False)
+    assert "damaged" in result["advice"][0]["missing"]
 
 
 @needs_compiler
@@ -94,13 +94,13 @@ def test_a_library_that_is_refused_is_named(folder: Path) -> None:
     kernel.compile()
     (path,) = folder.iterdir()
     path.chmod(0o777)
-    found = examined()
-    assert found["advice"][0] == {
+    result = examined()
+    assert result["advice"][0] == {
         "missing": f"{path} is not loaded: it may be written by others", "do": "remove it",
     }  # fmt: skip
-    assert found["cache"]["damaged"] == 0
-    assert ways_of(found)["rows"] == ("casadi-vm", False)
-    assert ways_of(found)["slopes"] == ("lanes", False)
+    assert result["cache"]["damaged"] == 0
+    assert ways_of(result)["rows"] == ("casadi-vm", False)
+    assert ways_of(result)["slopes"] == ("lanes", False)
     path.unlink()
     path.symlink_to("nowhere")
     assert "is a link" in examined()["advice"][0]["missing"]
@@ -110,9 +110,9 @@ def test_a_library_that_is_refused_is_named(folder: Path) -> None:
 def test_a_compiler_of_several_words(monkeypatch: pytest.MonkeyPatch) -> None:
     plain = examined()["compiler"]
     monkeypatch.setenv("CC", "env cc")
-    found = examined()["compiler"]
-    assert found["path"] != plain["path"]
-    assert (found["flags"], found["vector_bits"]) == (plain["flags"], plain["vector_bits"])
+    compiler = examined()["compiler"]
+    assert compiler["path"] != plain["path"]
+    assert (compiler["flags"], compiler["vector_bits"]) == (plain["flags"], plain["vector_bits"])
 
 
 def test_a_compiler_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,9 +121,9 @@ def test_a_compiler_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.Mon
     silent.chmod(0o755)
     monkeypatch.setenv("CC", str(silent))
     monkeypatch.setattr(compiler, "PROBE_TIMEOUT_S", 0.5)
-    found = examined()
-    assert found["compiler"] == {"problem": f"the C compiler {silent} does not answer within 0.5 s"}
-    assert {way for way, _ in ways_of(found).values()} == {"casadi-vm"}
+    result = examined()
+    assert result["compiler"] == {"problem": f"the C compiler {silent} does not answer within 0.5 s"}
+    assert {way for way, _ in ways_of(result).values()} == {"casadi-vm"}
 
 
 @needs_compiler
@@ -134,18 +134,18 @@ def test_it_builds_if_it_is_told_to(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(examination, "_used", lambda device: quick(device)[3:4])
     monkeypatch.setattr(Device, "compile", lambda self, refined: None)
     monkeypatch.setattr("planter.planting.objective.CycleObjective", lambda device: None)
-    found = examined("--build")
-    assert [(k["way"], k["compiled"]) for k in found["kernels"]] == [("lanes", True)] * 2
-    assert not any("not compiled yet" in a["missing"] for a in found["advice"])
+    result = examined("--build")
+    assert [(k["way"], k["compiled"]) for k in result["kernels"]] == [("lanes", True)] * 2
+    assert not any("not compiled yet" in a["missing"] for a in result["advice"])
 
 
 def test_without_a_compiler_it_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
-    found = examined()
-    assert "planter[compiler]" in found["advice"][0]["do"]
-    assert found["compiler"] == {"problem": "there is no C compiler 'no-such-compiler'"}
-    assert {way for way, _ in ways_of(found).values()} == {"casadi-vm"}
-    assert "install gcc" in found["advice"][0]["do"]
+    result = examined()
+    assert "planter[compiler]" in result["advice"][0]["do"]
+    assert result["compiler"] == {"problem": "there is no C compiler 'no-such-compiler'"}
+    assert {way for way, _ in ways_of(result).values()} == {"casadi-vm"}
+    assert "install gcc" in result["advice"][0]["do"]
 
 
 @needs_compiler
@@ -158,10 +158,10 @@ def test_the_bundled_compiler_takes_its_place_and_its_first_use_takes_longer(
     monkeypatch.setenv("PATH", f"{os.environ['PATH']}{os.pathsep}{tmp_path}")
     monkeypatch.setattr(shutil, "which", lambda name: None)
     monkeypatch.setattr(compiler, "bundled_command", lambda: (cc, "-DSOME=1"))
-    found = examined()
-    assert (found["compiler"]["path"], found["compiler"]["bundled"]) == (cc, True)
-    assert ways_of(found)["rows"] == ("lanes", False)
-    assert any(f"about {compiler.preparation_time_s()} s" in a["missing"] for a in found["advice"])
+    result = examined()
+    assert (result["compiler"]["path"], result["compiler"]["bundled"]) == (cc, True)
+    assert ways_of(result)["rows"] == ("lanes", False)
+    assert any(f"about {compiler.preparation_time_s()} s" in a["missing"] for a in result["advice"])
 
 
 @pytest.mark.parametrize("place", ["/dev/null/cache", "open"])
@@ -169,18 +169,18 @@ def test_a_folder_that_cannot_be_used(place: str, tmp_path: Path, monkeypatch: p
     (tmp_path / "open").mkdir()
     (tmp_path / "open").chmod(0o777)
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / place))
-    found = examined()
-    assert found["cache"]["problem"] is not None
-    assert {way for way, _ in ways_of(found).values()} == {"casadi-vm"}
-    assert any("PLANTER_CACHE" in a["do"] for a in found["advice"])
+    result = examined()
+    assert result["cache"]["problem"] is not None
+    assert {way for way, _ in ways_of(result).values()} == {"casadi-vm"}
+    assert any("PLANTER_CACHE" in a["do"] for a in result["advice"])
 
 
 @needs_compiler
 def test_a_limit_that_was_set_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PLANTER_KERNELS", "casadi-c")
-    found = examined()
-    assert {way for way, _ in ways_of(found).values()} == {"casadi-c"}
-    assert any("PLANTER_KERNELS" in a["missing"] for a in found["advice"])
+    result = examined()
+    assert {way for way, _ in ways_of(result).values()} == {"casadi-c"}
+    assert any("PLANTER_KERNELS" in a["missing"] for a in result["advice"])
 
 
 def test_clang_is_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,9 +36,9 @@ FEW = SearchSpec(starts=2)
 
 def find_nearest(points: Array, curve: Array) -> tuple[Array, Array]:
     """Return distances (n,) of points (n, 2) from a polyline (k, 2), and the nearest places (n, 2) on it."""
-    begin, along = curve[:-1], np.diff(curve, axis=0)
-    shares = ((points[:, None] - begin) * along).sum(axis=2) / (along**2).sum(axis=1)
-    places = begin + np.clip(shares, 0, 1)[:, :, None] * along
+    begin, edges = curve[:-1], np.diff(curve, axis=0)
+    shares = ((points[:, None] - begin) * edges).sum(axis=2) / (edges**2).sum(axis=1)
+    places = begin + np.clip(shares, 0, 1)[:, :, None] * edges
     distances = np.linalg.norm(points[:, None] - places, axis=2)
     nearest = distances.argmin(axis=1)
     lanes = np.arange(len(points))
@@ -123,8 +123,8 @@ def test_derivatives_in_goals_are_those_of_differences(curve: str) -> None:
         f" + mean M_in while {TIP} {curve} >= 5 mm"
     )
     limits = [f"{TIP} {curve} <= 2 cm", f"mean {TIP} {curve} while y_tip <= 100 <= 9"]
-    least = [resolve_measure(machine, measure) for measure in parse_sum(terms)]
-    goal = Goal(machine, least, [resolve_limit(machine, parse_limit(text)) for text in limits], 24)
+    measures = [resolve_measure(machine, measure) for measure in parse_sum(terms)]
+    goal = Goal(machine, measures, [resolve_limit(machine, parse_limit(text)) for text in limits], 24)
     assert goal.limits[0].number == pytest.approx(20)
     rows, y = GoalConstraints(goal), goal.start(machine.design)
     weights = np.random.default_rng(3).random(rows.count)
@@ -154,9 +154,9 @@ def test_angle_of_a_corner_has_no_gradient_and_is_refused(curve: str) -> None:
 
 def test_search_returns_to_the_arm_that_drew_the_path(tmp_path: Path) -> None:
     """The path is a polygon of the true one: what is left is its height over the chords, by their number."""
-    drawn = build_machine(own.file("transplanting_arm", p_mm=250, n_mm=-80))
+    changed_machine = build_machine(own.file("transplanting_arm", p_mm=250, n_mm=-80))
     phi = np.linspace(0, 2 * np.pi, 72, endpoint=False)
-    path = write_path(tmp_path / "path.csv", *(evaluate(drawn, name, phi) for name in ("x_tip", "y_tip")))
+    path = write_path(tmp_path / "path.csv", *(evaluate(changed_machine, name, phi) for name in ("x_tip", "y_tip")))
     machine = build_machine(own.file("transplanting_arm")).with_moved({"p_mm": (200.0, 280.0), "n_mm": (-140.0, -40.0)})
     result = optimise_machine(machine, f"rms {TIP} {path}", spec=FEW).result
     assert result.design == pytest.approx({"p_mm": 250, "n_mm": -80}, abs=0.1)
@@ -183,19 +183,19 @@ def test_path_of_a_planting_tip_is_an_output_of_sweeps(tmp_path: Path) -> None:
     path = write_path(tmp_path / "tip.csv", *(evaluate(machine, name, phi) for name in ("x_tip", "y_tip")))
     m31 = float(machine.data[machine.find_index("design.m31")])
     plan = {"machine": "wang2017", "outputs": [f"max {TIP} {path}"], "inputs": {"m31": [m31, 1.01 * m31]}}
-    asked = Sweep(Plan.read(plan, "plan.toml"))
-    same, other = asked.recipe.job().chunk(0, 2, 1)[:, 0]
+    sweep = Sweep(Plan.read(plan, "plan.toml"))
+    same, other = sweep.recipe.job().chunk(0, 2, 1)[:, 0]
     changed = load_machine("wang2017", {"design.m31": 1.01 * m31})
     phi = 2 * np.pi * np.arange(machine.samples) / machine.samples
     tip = np.column_stack([evaluate(changed, name, phi) for name in ("x_tip", "y_tip")])
     expected, _ = find_nearest(tip, np.loadtxt(path, delimiter=",", skiprows=1))
     assert other == pytest.approx(expected.max(), rel=1e-9)
     assert same < 0.1 * other
-    content, question = Path(path).read_text(encoding="utf-8"), asked.recipe.question
+    content, question = Path(path).read_text(encoding="utf-8"), sweep.recipe.question
     Path(path).write_text(content.replace("\n", " \n", 1), encoding="utf-8")
-    assert asked.recipe.question != question, "rows of another curve are not gone on with"
+    assert sweep.recipe.question != question, "rows of another curve are not gone on with"
     frozen = ROOM.frozen(ROOM.load("wang2017", {}))
-    subject = ROOM.subject(frozen, {"model": "exact"}, {"design.m31": (m31, 1.02 * m31)}, asked.outputs)
+    subject = ROOM.subject(frozen, {"model": "exact"}, {"design.m31": (m31, 1.02 * m31)}, sweep.outputs)
     slope = float(subject.slopes(np.array([1.01 * m31]))[1][0, 0])
     step = 1e-6 * m31
     ends = subject.evaluated(np.array([[1.01 * m31 + step], [1.01 * m31 - step]]), 1)[:, 0]

@@ -34,11 +34,11 @@ def test_reduced_inertia_is_that_of_the_kinetic_energy() -> None:
     driven = DrivenMachine(machine(mu=0.0), MOTOR, ["M_in"])
     r, rod, e, c, m_r, m_s, inertia = 0.05, 0.2, 0.01, 0.08, 0.8, 1.5, 0.004
     across = e - r * np.sin(PHI)
-    along = np.sqrt(rod**2 - across**2)
-    turning = -r * np.cos(PHI) / along
+    projection = np.sqrt(rod**2 - across**2)
+    turning = -r * np.cos(PHI) / projection
     slider = -r * np.sin(PHI) - across * turning
     x = -r * np.sin(PHI) - c * across / rod * turning
-    y = r * np.cos(PHI) + c * along / rod * turning
+    y = r * np.cos(PHI) + c * projection / rod * turning
     expected = m_s * slider**2 + m_r * (x**2 + y**2) + inertia * turning**2
     state = driven.state(PHI, np.full_like(PHI, SPEED), np.zeros_like(PHI))
     assert state.inertia == pytest.approx(expected, rel=1e-9)
@@ -63,15 +63,15 @@ def test_an_acceleration_is_one_of_an_angle() -> None:
 
 
 def test_motor_gives_to_friction_what_it_takes() -> None:
-    found = drive_machine(own.machine("slider_crank"), MOTOR, turns=2, samples=720)
-    turn, result = found.turn, found.result
+    drive = drive_machine(own.machine("slider_crank"), MOTOR, turns=2, samples=720)
+    turn, result = drive.turn, drive.result
     assert turn.omega[-1] == pytest.approx(turn.omega[0], rel=1e-9)
     assert result.motor_work_J == pytest.approx(result.friction_work_J, rel=2e-5)
     assert result.imbalance_W < 1e-10
-    kinetic = 0.02 + found.driven.inertia
+    kinetic = 0.02 + drive.driven.inertia
     rise = np.gradient(kinetic * turn.omega**2 / 2, turn.phi)
     assert np.ptp(rise) > 1.0, "energy moves between flywheel and mechanism"
-    assert found.columns().keys() >= {"phi_deg", "F_Ox_N", "constant_F_Ox_N", "motor_Nm"}
+    assert drive.columns().keys() >= {"phi_deg", "F_Ox_N", "constant_F_Ox_N", "motor_Nm"}
 
 
 def test_another_integrator_finds_the_same_speed() -> None:
@@ -82,14 +82,14 @@ def test_another_integrator_finds_the_same_speed() -> None:
         slope: np.ndarray = driven.acceleration(np.array([phi]), omega) / omega
         return slope
 
-    found = scipy.integrate.solve_ivp(rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10)
-    assert found.y[0, 0] == pytest.approx(at.omega[5], rel=1e-7)
+    solution = scipy.integrate.solve_ivp(rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10)
+    assert solution.y[0, 0] == pytest.approx(at.omega[5], rel=1e-7)
 
 
 def test_a_heavy_flywheel_keeps_the_speed() -> None:
     results = [drive_machine(own.machine("slider_crank"), replace(MOTOR, flywheel=j), 1).result for j in (1e3, 1e5)]
     assert results[0].speed.fluctuation / results[1].speed.fluctuation == pytest.approx(100, rel=1e-2)
-    assert max(one.change for one in results[1].quantities.values() if one.unit == "N") < 1e-3
+    assert max(quantity.change for quantity in results[1].quantities.values() if quantity.unit == "N") < 1e-3
 
 
 def test_what_cannot_be_driven_is_refused() -> None:
@@ -109,6 +109,6 @@ def test_what_cannot_be_driven_is_refused() -> None:
 def test_command_answers_for_a_file() -> None:
     path = str(own.generated("slider_crank") / "slider_crank.toml")
     motor = ("--stall-Nm", "20", "--idle-rpm", "320", "--flywheel-kgm2", "0.02")
-    found = answer("drive", path, *motor, "--turns", "2", "--samples", "90")
-    assert len(found["turns_rpm"]) == 3
-    assert found["inertia_min_kgm2"] < found["inertia_mean_kgm2"] < found["inertia_max_kgm2"]
+    result = answer("drive", path, *motor, "--turns", "2", "--samples", "90")
+    assert len(result["turns_rpm"]) == 3
+    assert result["inertia_min_kgm2"] < result["inertia_mean_kgm2"] < result["inertia_max_kgm2"]

@@ -22,8 +22,8 @@ def machine() -> Machine:
     return build_machine(own.file("slider_crank")).with_moved(moved)
 
 
-def build(machine: Machine, least: str, *limits: str, count: int = 24) -> Goal:
-    measures = [resolve_measure(machine, measure) for measure in parse_sum(least)]
+def build(machine: Machine, objective: str, *limits: str, count: int = 24) -> Goal:
+    measures = [resolve_measure(machine, measure) for measure in parse_sum(objective)]
     return Goal(machine, measures, [resolve_limit(machine, parse_limit(text)) for text in limits], count)
 
 
@@ -94,15 +94,15 @@ def test_limit_on_a_jump_is_kept_at_the_dead_centres() -> None:
         before, after = (evaluate(machine.with_data(machine.build_data(x)), "F_Ox", dead + s) for s in (-1e-7, 1e-7))
         return float(np.abs(after - before).max())
 
-    measures = [resolve_measure(machine, one) for one in parse_sum("-mean s")]
+    measures = [resolve_measure(machine, measure) for measure in parse_sum("-mean s")]
     limit = resolve_limit(machine, parse_limit("jump F_Ox <= 3 N"))
-    found = minimise(build_problem(machine, measures, [limit], 36), SearchSpec(36, "ipopt", 2))
-    assert jump(found.x) == pytest.approx(3, abs=1e-5)
+    optimum = minimise(build_problem(machine, measures, [limit], 36), SearchSpec(36, "ipopt", 2))
+    assert jump(optimum.x) == pytest.approx(3, abs=1e-5)
     goal = Goal(machine, measures, (), 36)
     designs = [np.array([r, e]) * 1e-3 for r in (30, 40, 55, 70) for e in (5, 8, 11, 15)]
     allowed = [goal.evaluate(x) for x in designs if jump(x) <= 3]
     assert 0 < len(allowed) < len(designs)
-    assert goal.evaluate(found.x) <= min(allowed) + 1e-9
+    assert goal.evaluate(optimum.x) <= min(allowed) + 1e-9
 
 
 def test_a_condition_that_never_holds_reaches_nothing(machine: Machine) -> None:
@@ -125,7 +125,7 @@ def test_extremes_between_nodes_become_nodes(machine: Machine) -> None:
 def test_least_value_counts_as_it_is_and_is_made_greater() -> None:
     """The sum is that of the samples, whatever a search does; its optimum has no greater least value beside it."""
     machine = build_machine(own.file("cam_follower")).with_moved({"values.k_N_m": (1000.0, 2500.0)})
-    measures = [resolve_measure(machine, one) for one in parse_sum("std M_in - 0.5 min N_cam")]
+    measures = [resolve_measure(machine, measure) for measure in parse_sum("std M_in - 0.5 min N_cam")]
     goal = Goal(machine, measures, (), 40, with_events=False)
     model, phi = MachineResponse(machine, ["M_in", "N_cam"]), 2 * np.pi * np.arange(40) / 40
 
@@ -135,6 +135,6 @@ def test_least_value_counts_as_it_is_and_is_made_greater() -> None:
 
     for stiffness in (1200.0, 2000.0):
         assert goal.evaluate(np.array([stiffness])) == pytest.approx(evaluate(np.array([stiffness])), rel=1e-12)
-    found = minimise(build_problem(machine, measures, (), 40), SearchSpec(40, "ipopt", 2))
+    optimum = minimise(build_problem(machine, measures, (), 40), SearchSpec(40, "ipopt", 2))
     best = min(evaluate(np.array([k])) for k in np.linspace(1000, 2500, 31))
-    assert evaluate(found.x) <= best + 1e-9
+    assert evaluate(optimum.x) <= best + 1e-9

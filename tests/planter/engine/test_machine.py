@@ -54,9 +54,9 @@ def test_derivatives_are_those_of_differences(name: str) -> None:
     second = np.array([(slopes(y + step) - slopes(y - step)) / (2 * step.sum()) for step in steps])
     bent = response.curvature(response.at(x), ANGLES, weights)
     np.testing.assert_allclose(bent, second, rtol=1e-6, atol=1e-6 * np.abs(bent).max())
-    along = response.rates(response.at(x), ANGLES)
-    np.testing.assert_allclose((weights * along[0]).sum(), slopes(y)[0], rtol=1e-12)
-    np.testing.assert_allclose((weights * along[1]).sum(), bent[0, 0], rtol=1e-11)
+    rates = response.rates(response.at(x), ANGLES)
+    np.testing.assert_allclose((weights * rates[0]).sum(), slopes(y)[0], rtol=1e-12)
+    np.testing.assert_allclose((weights * rates[1]).sum(), bent[0, 0], rtol=1e-11)
 
 
 def test_samples_are_in_the_units_of_their_keys() -> None:

@@ -83,11 +83,11 @@ def test_switching_points_are_where_friction_jumps() -> None:
 def test_jumps_are_the_shocks_of_the_summary() -> None:
     """Both routes split the cycle at the slider's dead centres; what is continuous there has no jump but rounding."""
     at = JumpNodes(machine(), ["F_Ox", "F_Oy", "s", "a_slider_x"])(machine().design)
-    shocks = [one for one in summarise(machine()).shocks if one.quantity in ("F_Ox", "F_Oy")]
-    expected = sorted((one.quantity, one.after - one.before) for one in shocks)
-    found = sorted((name, value) for name, row in zip(("F_Ox", "F_Oy"), at.values, strict=False) for value in set(row))
-    assert [name for name, _ in found] == [name for name, _ in expected]
-    np.testing.assert_allclose([value for _, value in found], [value for _, value in expected], rtol=1e-12)
+    shocks = [shock for shock in summarise(machine()).shocks if shock.quantity in ("F_Ox", "F_Oy")]
+    expected = sorted((shock.quantity, shock.after - shock.before) for shock in shocks)
+    jumps = sorted((name, value) for name, row in zip(("F_Ox", "F_Oy"), at.values, strict=False) for value in set(row))
+    assert [name for name, _ in jumps] == [name for name, _ in expected]
+    np.testing.assert_allclose([value for _, value in jumps], [value for _, value in expected], rtol=1e-12)
     np.testing.assert_allclose(at.values[2:], 0, atol=1e-12)
 
 

@@ -71,8 +71,8 @@ def test_first_order_bands_are_those_of_drawn_machines() -> None:
     outputs = SampledOutputs(slider_crank(), INPUTS, NAMES[3:], ANGLES)
     centre = outputs.machine.design / outputs.machine.scale
     spreads = [Spread("normal", value * 0.9995, value * 1.0005) for value in centre]
-    drawn = SobolSequence(len(centre), 1)(0, 256)
-    points = np.column_stack([spread.quantiles(shares) for spread, shares in zip(spreads, drawn.T, strict=True)])
+    samples = SobolSequence(len(centre), 1)(0, 256)
+    points = np.column_stack([spread.quantiles(shares) for spread, shares in zip(spreads, samples.T, strict=True)])
     values, slopes = outputs.slopes(centre)
     rows = outputs.evaluated(points, 1)
     np.testing.assert_allclose(rows.std(axis=0), (points @ slopes.T).std(axis=0), rtol=1e-3)
@@ -107,8 +107,8 @@ def test_every_measure_is_an_output_by_its_text() -> None:
     x = outputs.machine.design / outputs.machine.scale
     values, slopes = outputs.slopes(x)
     assert values[0] == values[1]
-    shocks = [one for one in summarise(slider_crank()).shocks if one.quantity == "F_Ox"]
-    assert values[2] == pytest.approx(max(abs(one.after - one.before) for one in shocks), rel=1e-12)
+    shocks = [shock for shock in summarise(slider_crank()).shocks if shock.quantity == "F_Ox"]
+    assert values[2] == pytest.approx(max(abs(shock.after - shock.before) for shock in shocks), rel=1e-12)
     differences = find_differences(lambda points: outputs.evaluated(points, 1), x)
     np.testing.assert_allclose(slopes, differences, atol=2e-6 * np.abs(slopes).max(axis=1).max())
 
@@ -124,7 +124,7 @@ def test_what_is_no_output_is_refused(name: str, part: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "least",
+    "objective",
     [
         "range F_Ox + 2 std M_in",
         "2 rms M_in + beta at 90 + 0.1 abs beta at -80",
@@ -133,16 +133,18 @@ def test_what_is_no_output_is_refused(name: str, part: str) -> None:
         "max abs F_Ax + 2 work M_in - work P_guide",
     ],
 )
-def test_objective_is_the_sum_that_the_file_minimises(least: str) -> None:
+def test_objective_is_the_sum_that_the_file_minimises(objective: str) -> None:
     """Sums of plain measures come from the samples, those with clauses from the machine's goal: both are a goal's."""
-    machine = replace(slider_crank(), objective=parse_sum(least))
+    machine = replace(slider_crank(), objective=parse_sum(objective))
     outputs = SampledOutputs(machine, INPUTS, ["objective"], ANGLES)
     terms = [resolve_measure(machine, measure) for measure in machine.objective]
     goal = Goal(outputs.machine, terms, [], ANGLES, with_events=False)
     x = goal.machine.design
     points = x / goal.machine.scale * np.array([[1.0], [1.02]])
     values, slopes = outputs.gradients(points, 1)
-    assert bool(outputs._goals) == (least in ("beta at 33.3", "max abs F_Ax while s >= 200 mm") or "P_guide" in least)
+    assert bool(outputs._goals) == (
+        objective in ("beta at 33.3", "max abs F_Ax while s >= 200 mm") or "P_guide" in objective
+    )
     expected = [goal.evaluate(point * goal.machine.scale) for point in points]
     np.testing.assert_allclose(values[:, 0], expected, rtol=1e-12)
     np.testing.assert_allclose(outputs.evaluated(points, 1), values, rtol=1e-15)
@@ -152,8 +154,8 @@ def test_objective_is_the_sum_that_the_file_minimises(least: str) -> None:
 
 def test_variance_is_that_of_what_the_objective_is_made_of() -> None:
     machine = replace(slider_crank(), objective=parse_sum("range F_Ox + 2 std M_in"))
-    known = list_outputs(machine)
-    assert [name for name in known if "variance" in name] == ["F_Ox_variance_N2"], "no unit is called N m squared"
+    names = list_outputs(machine)
+    assert [name for name in names if "variance" in name] == ["F_Ox_variance_N2"], "no unit is called N m squared"
     outputs = SampledOutputs(machine, INPUTS, ["F_Ox_variance_N2", "F_Ox_std_N"], ANGLES)
     variance, std = outputs.evaluated(outputs.machine.design[None] / outputs.machine.scale, 1)[0]
     assert variance == pytest.approx(std**2, rel=1e-12)

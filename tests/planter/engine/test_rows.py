@@ -53,10 +53,10 @@ def test_digits_do_not_depend_on_threads_and_neighbours() -> None:
     machine = build_machine(own.file("slider_crank"))
     d = spread(machine.data, 0.5, 150)
     rows = MachineRows(machine, ["F_Ox"], ANGLES)
-    whole = rows.evaluate(d, measure)
-    np.testing.assert_array_equal(rows.evaluate(d, measure, threads=3), whole)
+    values = rows.evaluate(d, measure)
+    np.testing.assert_array_equal(rows.evaluate(d, measure, threads=3), values)
     for start, stop in ((0, 1), (7, 20), (140, 150)):
-        np.testing.assert_array_equal(rows.evaluate(d[start:stop], measure), whole[start:stop])
+        np.testing.assert_array_equal(rows.evaluate(d[start:stop], measure), values[start:stop])
 
 
 def test_rows_that_cannot_close_cost_no_more_than_twice(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,13 +95,13 @@ def test_a_lane_that_halves_its_step_keeps_its_digits() -> None:
     d = spread(machine.data, 0.0, 24)
     d[:, machine.find_index("l_mm")] = (0.05 + 0.01) * (1 + np.geomspace(1e-7, 1e-1, 24))
     angles = np.append(TURN * np.arange(ANGLES) / ANGLES, TURN)
-    whole = loops.walk(np.ascontiguousarray(d.T), angles)
-    assert np.count_nonzero(whole.alive) > 0
+    states = loops.walk(np.ascontiguousarray(d.T), angles)
+    assert np.count_nonzero(states.alive) > 0
     for lane in (0, 8, 16):
         part = loops.walk(np.ascontiguousarray(d[lane : lane + 8].T), angles)
-        np.testing.assert_array_equal(part.reached, whole.reached[lane : lane + 8])
+        np.testing.assert_array_equal(part.reached, states.reached[lane : lane + 8])
         for place in np.flatnonzero(part.alive):
-            np.testing.assert_array_equal(part.places[:, :, place], whole.places[:, :, lane + place])
+            np.testing.assert_array_equal(part.places[:, :, place], states.places[:, :, lane + place])
 
 
 def test_rows_are_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -118,8 +118,10 @@ def test_an_average_needs_a_cycle_that_repeats() -> None:
     block = next(MachineRows(machine, ["F_Ox", "chi_dot"], ANGLES).blocks(machine.data[None]))
     assert not block.failed.any()
     assert block.repeats[:, 0].tolist() == [False, True]
-    whole = build_machine(belt(Fraction(2)))
-    assert next(MachineRows(whole, ["F_Ox", "chi_dot"], ANGLES).blocks(whole.data[None])).repeats.all()
+    changed_machine = build_machine(belt(Fraction(2)))
+    assert next(
+        MachineRows(changed_machine, ["F_Ox", "chi_dot"], ANGLES).blocks(changed_machine.data[None])
+    ).repeats.all()
 
 
 @pytest.mark.parametrize("samples", [8, 9])

@@ -26,32 +26,32 @@ def build(source: str, text: str) -> tuple[Machine, list[Measure]]:
 
 @pytest.mark.parametrize(("text", "samples"), [(TRUE, None), (SAMPLED, 60)])
 def test_gradient_is_that_of_central_differences(text: str, samples: int | None) -> None:
-    machine, least = build("slider_crank", text)
+    machine, objective = build("slider_crank", text)
     paths = ("values.r_mm", "values.omega_rpm", "values.mu")
     machine = machine.with_moved(dict.fromkeys(paths, (0.0, 1.0)))
-    found = compute_sensitivity(machine, least, samples, 36)
-    goal = build_goal(machine, least, samples)
-    for index, (name, slope) in enumerate(found.gradient.items()):
+    result = compute_sensitivity(machine, objective, samples, 36)
+    goal = build_goal(machine, objective, samples)
+    for index, (name, slope) in enumerate(result.gradient.items()):
         step = 2e-5 * np.abs(machine.design) * (np.arange(len(machine.moved)) == index)
         high, low = (goal.evaluate(machine.design + sign * step) for sign in (1, -1))
         difference = (high - low) / (2 * step[index]) * machine.scale[index]
         assert slope == pytest.approx(difference, rel=2e-5), name
-    assert found.scaled["r_mm"] == pytest.approx(found.gradient["r_mm"], rel=1e-12)
+    assert result.scaled["r_mm"] == pytest.approx(result.gradient["r_mm"], rel=1e-12)
 
 
 def test_directions_without_effect_leave_the_curves() -> None:
-    machine, least = build("transplanting_arm", "max abs M_in")
+    machine, objective = build("transplanting_arm", "max abs M_in")
     machine = move_all(machine)
-    found = compute_sensitivity(machine, least, None, 90)
-    assert [{"p_mm": 1.0}] in found.insensitive
-    assert found.effective_parameters + len(found.insensitive) == len(machine.values)
+    result = compute_sensitivity(machine, objective, None, 90)
+    assert [{"p_mm": 1.0}] in result.insensitive
+    assert result.effective_parameters + len(result.insensitive) == len(machine.values)
     response, phi = MachineResponse(machine, ["M_in"]), np.linspace(0, 6, 40)
     slopes = response.slopes(response.at(machine.design), phi)[1][0, :, 1:] * find_widths(machine)
-    for direction in found.insensitive:
+    for direction in result.insensitive:
         weights = {name: weight for part in direction for name, weight in part.items()}
         vector = np.array([weights.get(name, 0.0) for name in machine.design_names])
         assert np.abs(slopes @ vector).max() < 1e-6 * np.abs(slopes).max()
-    strong = found.combinations[0].weights
+    strong = result.combinations[0].weights
     vector = np.array([strong.get(name, 0.0) for name in machine.design_names])
     assert np.linalg.norm(vector) == pytest.approx(1.0, abs=1e-9)
     assert np.linalg.norm(slopes @ vector) > 0.9 * np.linalg.norm(slopes, 2)
@@ -69,6 +69,6 @@ def test_what_is_missing_is_refused_plainly() -> None:
 
 
 def test_planting_device_takes_any_sum_and_all_values() -> None:
-    found = answer("sensitivity", "wang2017", "--least", "mean M_L", "--all", "--samples", "24")
-    assert found["gradient"]["cam_friction_angle_deg"] > 0
-    assert found["gradient"]["forward_speed_m_s"] == 0
+    result = answer("sensitivity", "wang2017", "--least", "mean M_L", "--all", "--samples", "24")
+    assert result["gradient"]["cam_friction_angle_deg"] > 0
+    assert result["gradient"]["forward_speed_m_s"] == 0

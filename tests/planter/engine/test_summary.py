@@ -35,15 +35,15 @@ def test_no_dense_cycle_passes_the_peaks(crank: Machine, summary: CycleSummary) 
     peaks = {peak.name: peak for peak in summary.peaks}
     factors = {quantity.name: quantity.factor for quantity in crank.results}
     for name, row in values.items():
-        shown, peak = row / factors.get(name, 1.0), peaks[name]
-        span = float(np.ptp(shown)) or 1.0
-        assert shown.max() <= peak.max + 1e-9 * span
-        assert shown.max() == pytest.approx(peak.max, abs=1e-4 * span)
-        assert shown.min() == pytest.approx(peak.min, abs=1e-4 * span)
-        assert peak.mean == pytest.approx(shown.mean(), abs=1e-5 * span)
-        assert peak.rms == pytest.approx(np.sqrt(np.mean(shown**2)), abs=1e-5 * span)
-        near = np.abs(np.degrees(DENSE) - peak.max_phi_deg) < 0.02
-        assert shown[near].max() == pytest.approx(peak.max, abs=1e-4 * span)
+        converted, peak = row / factors.get(name, 1.0), peaks[name]
+        span = float(np.ptp(converted)) or 1.0
+        assert converted.max() <= peak.max + 1e-9 * span
+        assert converted.max() == pytest.approx(peak.max, abs=1e-4 * span)
+        assert converted.min() == pytest.approx(peak.min, abs=1e-4 * span)
+        assert peak.mean == pytest.approx(converted.mean(), abs=1e-5 * span)
+        assert peak.rms == pytest.approx(np.sqrt(np.mean(converted**2)), abs=1e-5 * span)
+        is_near = np.abs(np.degrees(DENSE) - peak.max_phi_deg) < 0.02
+        assert converted[is_near].max() == pytest.approx(peak.max, abs=1e-4 * span)
 
 
 def test_force_jumps_by_friction_of_both_sides(summary: CycleSummary) -> None:
@@ -58,7 +58,9 @@ def test_force_jumps_by_friction_of_both_sides(summary: CycleSummary) -> None:
 
 def test_switching_points_matter_to_peaks(crank: Machine, summary: CycleSummary) -> None:
     blind = summarise(replace(crank, events=None, event_kinds=()))
-    largest = [next(peak.max for peak in one.peaks if peak.name == "F_Bx") for one in (blind, summary)]
+    largest = [
+        next(peak.max for peak in cycle_summary.peaks if peak.name == "F_Bx") for cycle_summary in (blind, summary)
+    ]
     assert blind.shocks == []
     assert largest[1] - largest[0] > 1e-6
 
@@ -81,6 +83,6 @@ def test_a_quantity_that_does_not_repeat_has_no_mean(crank: Machine) -> None:
 
 
 def test_what_grows_over_a_turn_is_largest_at_its_end() -> None:
-    peaks = {one.name: one for one in summarise(load_machine("yu2023")).peaks}
+    peaks = {peak.name: peak for peak in summarise(load_machine("yu2023")).peaks}
     assert (peaks["phi1"].max_phi_deg, peaks["phi1"].max - peaks["phi1"].min) == pytest.approx((360.0, 360.0))
     assert peaks["y_S"].max_phi_deg < 360.0

@@ -22,78 +22,80 @@ SHEETS = [(source, index) for source, count in MACHINES.items() for index in ran
 
 
 @cache
-def of(source: str) -> LabelledMachine:
+def open_machine(source: str) -> LabelledMachine:
     return draw_machine(source, {})
 
 
-def without_reason(found: LabelledMachine) -> list[str]:
+def without_reason(changed_machine: LabelledMachine) -> list[str]:
     """Names of the geometry that are on no sheet and for which nothing says why."""
-    return [one.name for one in found.symbols() if one.left_out == machine.NO_SUCH_PART]
+    return [symbol.name for symbol in changed_machine.symbols() if symbol.left_out == machine.NO_SUCH_PART]
 
 
 @pytest.mark.parametrize("source", MACHINES)
 def test_every_length_angle_and_point_is_drawn_or_it_is_said_why_not(source: str) -> None:
-    found = of(source)
-    assert not without_reason(found)
-    known = {one.name for one in machine.list_geometry(found.package)}
-    named = set().union(*(sheet.names for sheet in found.labelled.sheets))
-    assert named <= known
-    reasons = [pattern for patterns in found.labels.undrawn.values() for pattern in patterns]
-    missing = [one for one in machine.list_geometry(found.package) if one.name not in named]
-    assert not [pattern for pattern in reasons if not any(machine.matches_pattern(one, pattern) for one in missing)]
+    changed_machine = open_machine(source)
+    assert not without_reason(changed_machine)
+    names = {symbol.name for symbol in machine.list_geometry(changed_machine.package)}
+    named = set().union(*(sheet.names for sheet in changed_machine.labelled.sheets))
+    assert named <= names
+    reasons = [pattern for patterns in changed_machine.labels.undrawn.values() for pattern in patterns]
+    missing = [symbol for symbol in machine.list_geometry(changed_machine.package) if symbol.name not in named]
+    assert not [
+        pattern for pattern in reasons if not any(machine.matches_pattern(symbol, pattern) for symbol in missing)
+    ]
 
 
 def test_a_symbol_that_is_forgotten_is_noticed() -> None:
-    found = of("wang2017")
-    train = found.labelled.sheets[0]
+    machine = open_machine("wang2017")
+    train = machine.labelled.sheets[0]
     fewer = replace(train, marks=[mark for mark in train.marks if "a1" not in mark.names])
-    labelled = replace(found.labelled, sheets=[fewer, *found.labelled.sheets[1:]])
-    assert without_reason(replace(found, labelled=labelled)) == ["a1"]
+    labelled = replace(machine.labelled, sheets=[fewer, *machine.labelled.sheets[1:]])
+    assert without_reason(replace(machine, labelled=labelled)) == ["a1"]
 
 
 @pytest.mark.parametrize(("source", "index"), SHEETS)
 def test_names_stand_inside_the_figure_and_on_no_other(source: str, index: int) -> None:
-    shown = figure(of(source).labelled.sheets[index])
-    shown.draw_without_rendering()
-    texts = [text for text in shown.axes[0].texts if isinstance(text, Text) and text.get_text()]
+    drawing = figure(open_machine(source).labelled.sheets[index])
+    drawing.draw_without_rendering()
+    texts = [text for text in drawing.axes[0].texts if isinstance(text, Text) and text.get_text()]
     boxes = [text.get_window_extent() for text in texts]
-    assert len(boxes) == len(of(source).labelled.sheets[index].marks)
+    assert len(boxes) == len(open_machine(source).labelled.sheets[index].marks)
     for box in boxes:
-        assert shown.bbox.x0 <= box.x0
-        assert box.x1 <= shown.bbox.x1
-        assert shown.bbox.y0 - 1 <= box.y0
-        assert box.y1 <= shown.bbox.y1 + 1
+        assert drawing.bbox.x0 <= box.x0
+        assert box.x1 <= drawing.bbox.x1
+        assert drawing.bbox.y0 - 1 <= box.y0
+        assert box.y1 <= drawing.bbox.y1 + 1
     assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
 
 
 def measured(sheets: list[Sheet]) -> dict[str, float]:
     """What lengths and angles measure [mm, deg], by name."""
-    found = {}
+    measures = {}
     for sheet in sheets:
         for mark in sheet.marks:
             size = mark.size if isinstance(mark, Length) else abs(mark.turn) if isinstance(mark, Angle) else None
-            found |= {} if size is None else dict.fromkeys(mark.names, size)
-    return found
+            measures |= {} if size is None else dict.fromkeys(mark.names, size)
+    return measures
 
 
-def given(found: LabelledMachine) -> dict[str, float]:
+def geometry_values(machine: LabelledMachine) -> dict[str, float]:
     """What the machine's file gives for symbols [mm, deg], by name."""
-    numbers = found.labelled.numbers
-    return {one.name: abs(float(numbers[one.key])) for one in found.symbols() if one.key in numbers}
+    numbers = machine.labelled.numbers
+    return {symbol.name: abs(float(numbers[symbol.key])) for symbol in machine.symbols() if symbol.key in numbers}
 
 
 @pytest.mark.parametrize("source", MACHINES)
 def test_lengths_and_angles_measure_what_the_file_gives(source: str) -> None:
-    found = of(source)
-    sizes, values = measured(list(found.labelled.sheets)), given(found)
+    machine = open_machine(source)
+    sizes, values = measured(list(machine.labelled.sheets)), geometry_values(machine)
     both = sorted(sizes.keys() & values.keys())
-    assert len(both) >= (1 if found.package == "mapping" else 9)
+    assert len(both) >= (1 if machine.package == "mapping" else 9)
     assert {name: sizes[name] for name in both} == pytest.approx({name: values[name] for name in both}, rel=1e-9)
 
 
 def test_lengths_and_angles_of_a_device_measure_what_a_simulation_gives() -> None:
     (at,) = answer("simulate", "wang2017", "--samples", "36", "--at", "40")["at"]
-    sheets = list(of("wang2017").labelled.sheets)
+    sheets = list(open_machine("wang2017").labelled.sheets)
     sizes = measured(sheets[:2])
     for name, column in (
         ("phi52", "phi52_deg"),
@@ -108,12 +110,12 @@ def test_lengths_and_angles_of_a_device_measure_what_a_simulation_gives() -> Non
 
 def test_angles_at_a_joint_end_on_the_bars() -> None:
     """The nozzle lies along alpha; what the planet turned by ends there, and began where it is mounted."""
-    marks = {mark.names[0]: mark for sheet in of("wang2017").labelled.sheets[:2] for mark in sheet.marks}
+    marks = {mark.names[0]: mark for sheet in open_machine("wang2017").labelled.sheets[:2] for mark in sheet.marks}
     nozzle, alpha, mounted, turned = (marks[name] for name in ("L_tip", "alpha", "theta", "phi72"))
     assert isinstance(nozzle, Length)
-    along = np.degrees(np.arctan2(*(np.asarray(nozzle.end) - nozzle.start)[::-1]))
+    angle = np.degrees(np.arctan2(*(np.asarray(nozzle.end) - nozzle.start)[::-1]))
     ends = [mark.start + mark.turn for mark in (alpha, turned) if isinstance(mark, Angle)]
-    assert [(end - along + 180) % 360 - 180 for end in ends] == pytest.approx([0, 0], abs=1e-6)
+    assert [(end - angle + 180) % 360 - 180 for end in ends] == pytest.approx([0, 0], abs=1e-6)
     assert isinstance(mounted, Angle)
     assert isinstance(turned, Angle)
     assert mounted.start + mounted.turn == pytest.approx(turned.start)
@@ -126,28 +128,28 @@ def test_angles_at_a_joint_end_on_the_bars() -> None:
 
 def test_marks_of_the_polygon_lie_on_it() -> None:
     """C is the width away from A and from B; A and B lie on their sides; the ellipse passes C."""
-    marks = {mark.names[0]: mark for mark in of("shi2021").labelled.sheets[0].marks}
+    marks = {mark.names[0]: mark for mark in open_machine("shi2021").labelled.sheets[0].marks}
     a, b, c, centre = (np.asarray(marks[name].anchor) for name in ("x_A", "X_B", "x_C", "x_E"))
-    width = measured([of("shi2021").labelled.sheets[0]])["R"]
+    width = measured([open_machine("shi2021").labelled.sheets[0]])["R"]
     assert np.hypot(*(c - a)) == pytest.approx(width) == np.hypot(*(c - b))
     assert a[1] == pytest.approx(width / 2)
-    axis = np.radians(measured([of("shi2021").labelled.sheets[0]])["axis"])
-    own = np.array([[np.cos(axis), -np.sin(axis)], [np.sin(axis), np.cos(axis)]]) @ (c - centre)
-    major, minor = (measured([of("shi2021").labelled.sheets[0]])[name] for name in ("s_1", "s_2"))
-    assert (own[0] / major) ** 2 + (own[1] / minor) ** 2 == pytest.approx(1)
+    axis = np.radians(measured([open_machine("shi2021").labelled.sheets[0]])["axis"])
+    axes = np.array([[np.cos(axis), -np.sin(axis)], [np.sin(axis), np.cos(axis)]]) @ (c - centre)
+    major, minor = (measured([open_machine("shi2021").labelled.sheets[0]])[name] for name in ("s_1", "s_2"))
+    assert (axes[0] / major) ** 2 + (axes[1] / minor) ** 2 == pytest.approx(1)
 
 
 def test_a_machine_is_drawn_beside_its_table(tmp_path: Path) -> None:
-    found = answer("explain", "shi2021", "--set", "crank_mm=14.5", "--out", str(tmp_path))
+    result = answer("explain", "shi2021", "--set", "crank_mm=14.5", "--out", str(tmp_path))
     assert {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.name[0] != "."} >= set(
-        found["files"]
+        result["files"]
     )
-    crank = next(one for one in found["symbols"] if one["name"] == "l_AB")
+    crank = next(symbol for symbol in result["symbols"] if symbol["name"] == "l_AB")
     assert (crank["key"], crank["sheet"], crank["unit"]) == ("linkage.crank_mm", "linkage", "m")
-    assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")) == found
+    assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")) == result
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "length of the crank" in page
-    assert page.count("<svg") == len(found["sheets"])
+    assert page.count("<svg") == len(result["sheets"])
     assert "no such machine with a labelled drawing" in refusal("explain", "F_B1x", "--out", str(tmp_path))
 
 
@@ -158,9 +160,9 @@ def test_units_of_lengths_and_angles_are_known() -> None:
 def test_poses_without_a_linkage_say_that_there_is_none(tmp_path: Path) -> None:
     pose = "[[pose]]\nx_mm = {}\ny_mm = {}\nphi_deg = {}\n"
     file = tmp_path / "three.toml"
-    text = "".join(pose.format(*one) for one in ((0, 0, 0), (50, 10, 30), (80, 60, 70)))
+    text = "".join(pose.format(*row) for row in ((0, 0, 0), (50, 10, 30), (80, 60, 70)))
     file.write_text(f'name = "three"\ndescription = "own"\n{text}[origin]\ndefault = "measured"\n', encoding="utf-8")
-    found = answer("explain", str(file))
-    lost = {one["name"]: one.get("left_out") for one in found["symbols"] if "sheet" not in one}
+    result = answer("explain", str(file))
+    lost = {row["name"]: row.get("left_out") for row in result["symbols"] if "sheet" not in row}
     assert lost["L_f"] == machine.NO_SUCH_PART
     assert lost["Z1"] == "a coordinate of the mapping, not of the plane"

@@ -21,7 +21,7 @@ from tests.support.schemas import load_schema
 
 @cache
 def named() -> set[str]:
-    return {name for one in dictionary.collect_meanings() for name in (one.name, one.key) if name}
+    return {name for meaning in dictionary.collect_meanings() for name in (meaning.name, meaning.key) if name}
 
 
 def numeric_keys(node: Any) -> Iterator[str]:
@@ -42,18 +42,18 @@ def test_every_key_of_every_schema_that_carries_a_number_is_explained() -> None:
 
 
 def test_every_symbol_of_every_model_is_explained_with_its_own_words() -> None:
-    known = {(one.name, one.meaning) for one in dictionary.collect_meanings()}
+    meanings = {(meaning.name, meaning.meaning) for meaning in dictionary.collect_meanings()}
     for name in generated.names():
         for vector in generated.sidecar(name).get("vectors", {}).values():
             for entry in vector if isinstance(vector, list) else ():
-                assert (entry["name"], entry["meaning"]) in known
+                assert (entry["name"], entry["meaning"]) in meanings
 
 
 @pytest.mark.parametrize("name", ["wang2017-wide", "compact"])
 def test_every_number_of_a_machine_file_is_explained(name: str) -> None:
     for path in machines.machine(name).numbers():
-        whole = path.partition("[")[0]
-        assert {whole, whole.rpartition(".")[2]} & named(), path
+        key = path.partition("[")[0]
+        assert {key, key.rpartition(".")[2]} & named(), path
 
 
 def test_every_column_of_the_planting_device_is_explained() -> None:
@@ -106,7 +106,7 @@ class Recorder(dict[str, Any]):
 def test_figures_read_the_columns_that_their_table_says(monkeypatch: pytest.MonkeyPatch) -> None:
     device = machines.device("wang2017")
     x, taken = device.design, design_presentation._compute_columns(device, device.design)
-    drawn: dict[str, set[str]] = {}
+    read_columns: dict[str, set[str]] = {}
     for name, draw in (
         ("joint_forces", lambda turn: figures.draw_joint_forces({"exact": turn})),
         ("tip_path", figures.draw_tip_path),
@@ -114,31 +114,31 @@ def test_figures_read_the_columns_that_their_table_says(monkeypatch: pytest.Monk
     ):
         turn = Recorder(taken)
         draw(turn)
-        drawn[name] = turn.read
+        read_columns[name] = turn.read
     turn = Recorder(taken)
     monkeypatch.setattr(design_presentation, "_compute_columns", lambda *_: turn)
     monkeypatch.setattr(figures, "draw_joint_forces", lambda *_: None)
     design_presentation._draw_forces({"exact": device}, x)
-    drawn["support_force"] = turn.read
-    assert drawn == {name: set(columns) for name, columns in figures.DRAWN.items()}
+    read_columns["support_force"] = turn.read
+    assert read_columns == {name: set(columns) for name, columns in figures.DRAWN.items()}
 
 
 def test_a_name_has_unit_source_place_figures_and_verdict() -> None:
-    (force,) = (one for one in dictionary.explain_name("F_B1x").meanings if one.machine == "planting")
+    (force,) = (meaning for meaning in dictionary.explain_name("F_B1x").meanings if meaning.machine == "planting")
     assert (force.unit, force.key, force.figures) == ("N", "F_B1x_N", ["joint_forces"])
-    (angle,) = (one for one in dictionary.explain_name("mu").meanings if one.machine == "planting")
+    (angle,) = (meaning for meaning in dictionary.explain_name("mu").meanings if meaning.machine == "planting")
     assert angle.equations is not None
     assert (angle.equations[0].equation, angle.equations[0].verdict) == ("1", "confirmed")
-    (ratio,) = (one for one in dictionary.explain_name("gears.poisson_ratio").meanings)
+    (ratio,) = (meaning for meaning in dictionary.explain_name("gears.poisson_ratio").meanings)
     assert ratio.allowed == "at least 0, less than 0.5, may be left out"
-    (curve,) = (one for one in dictionary.explain_name("R3_mm").meanings)
+    (curve,) = (meaning for meaning in dictionary.explain_name("R3_mm").meanings)
     assert curve.meaning.startswith("radius of the eccentric circle")
 
 
 def test_several_meanings_are_all_told_with_their_machines() -> None:
-    machines_ = {one.machine for one in dictionary.explain_name("mu").meanings}
+    machines_ = {meaning.machine for meaning in dictionary.explain_name("mu").meanings}
     assert {"planting", "clutch"} <= machines_
-    assert all("machine" in one for one in answer("explain", "mu")["meanings"])
+    assert all("machine" in meaning for meaning in answer("explain", "mu")["meanings"])
 
 
 def test_an_unknown_name_is_asked_back_and_all_names_are_listed() -> None:

@@ -18,18 +18,20 @@ def path() -> str:
 
 
 def test_values_quantities_and_functions_are_those_of_the_sidecar(path: str, tmp_path: Path) -> None:
-    found = answer("explain", path, "--set", "h_mm=15", "--out", str(tmp_path))
+    result = answer("explain", path, "--set", "h_mm=15", "--out", str(tmp_path))
     sidecar = own.file("cam_follower").model.sidecar
-    assert [one["name"] for one in found["values"]] == [entry["name"] for entry in sidecar["vectors"]["data"]]
-    assert [one["name"] for one in found["quantities"]] == [entry["name"] for entry in sidecar["vectors"]["outputs"]]
-    assert [one["name"] for one in found["functions"]] == list(sidecar["functions"])
-    lift = next(one for one in found["values"] if one["name"] == "h")
+    assert [value["name"] for value in result["values"]] == [entry["name"] for entry in sidecar["vectors"]["data"]]
+    assert [value["name"] for value in result["quantities"]] == [
+        entry["name"] for entry in sidecar["vectors"]["outputs"]
+    ]
+    assert [value["name"] for value in result["functions"]] == list(sidecar["functions"])
+    lift = next(value for value in result["values"] if value["name"] == "h")
     assert lift["value"] == 15.0
     assert lift["allowed"] == "from 8 to 20 mm"
-    push = next(one for one in found["quantities"] if one["name"] == "N_cam")
+    push = next(value for value in result["quantities"] if value["name"] == "N_cam")
     assert "only push" in push["meaning"]
-    assert {one["kind"] for one in found["quantities"]} == {"quantity", "check"}
-    assert all((tmp_path / file).is_file() for file in found["files"])
+    assert {value["kind"] for value in result["quantities"]} == {"quantity", "check"}
+    assert all((tmp_path / file).is_file() for file in result["files"])
 
 
 @pytest.mark.parametrize(("key", "kind"), [("h_mm", "value"), ("values.h_mm", "value"), ("N_cam_N", "quantity")])

@@ -110,10 +110,10 @@ class Library:
 
     def gradient(self, x: Array) -> tuple[int, dict[str, float], Array]:
         """The status, what is found of a turn by name, and the gradient (p,)."""
-        found, gradient = np.empty(len(self.fields)), np.empty(len(x))
-        pointers = (ctypes.c_void_p(v.ctypes.data) for v in (x, self.data, found, gradient))
+        values, gradient = np.empty(len(self.fields)), np.empty(len(x))
+        pointers = (ctypes.c_void_p(v.ctypes.data) for v in (x, self.data, values, gradient))
         status = self.raw[f"{self.name}_gradient"](self.memory, *pointers)
-        return status, dict(zip(self.fields, found.tolist(), strict=True)), gradient
+        return status, dict(zip(self.fields, values.tolist(), strict=True)), gradient
 
 
 @cache

@@ -25,11 +25,11 @@ def model_values(name: str, phi: Array) -> dict[str, Array]:
     return own.evaluate_lane(file.load(machine_file(name)), phi)
 
 
-def largest_error(found: Array, names: list[str], expected: dict[str, Array]) -> float:
+def largest_error(actual: Array, names: list[str], expected: dict[str, Array]) -> float:
     """Of each quantity's largest number."""
     rows = np.array([expected[name] for name in names])
     scale = np.maximum(np.abs(rows).max(axis=1), 1e-9)
-    return float((np.abs(found - rows).max(axis=1) / scale).max())
+    return float((np.abs(actual - rows).max(axis=1) / scale).max())
 
 
 class Sum:
@@ -46,15 +46,15 @@ class Sum:
 
     def term(self, kind: str, name: str) -> tuple[float, Array]:
         v, g = self.sampled(name, 2 * np.pi * np.arange(SAMPLES) / SAMPLES)
-        high, low, apart = int(v.argmax()), int(v.argmin()), v - v.mean()
+        high, low, deviation = int(v.argmax()), int(v.argmin()), v - v.mean()
         if kind == "max abs":
             peak = int(np.abs(v).argmax())
             return abs(v[peak]), np.sign(v[peak]) * g[peak]
         rms, std = np.sqrt((v**2).mean()), v.std()
         return {
             "range": (v[high] - v[low], g[high] - g[low]), "min": (v[low], g[low]), "mean": (v.mean(), g.mean(axis=0)),
-            "rms": (rms, (v @ g) / SAMPLES / rms), "std": (std, (apart @ g) / SAMPLES / std),
-            "variance": (v.var(), 2 * (apart @ g) / SAMPLES),
+            "rms": (rms, (v @ g) / SAMPLES / rms), "std": (std, (deviation @ g) / SAMPLES / std),
+            "variance": (v.var(), 2 * (deviation @ g) / SAMPLES),
             "work": (2 * np.pi * v.mean(), 2 * np.pi * g.mean(axis=0)),
         }[kind]  # fmt: skip
 
@@ -74,9 +74,9 @@ class Sum:
 @needs_compiler
 @pytest.mark.parametrize("name", SUMS)
 def test_c_quantities_equal_those_of_the_model(name: str) -> None:
-    status, found = library(name).quantities(ANGLES)
+    status, values = library(name).quantities(ANGLES)
     assert status == 0
-    assert largest_error(found, library(name).names, model_values(name, ANGLES)) <= 1e-12
+    assert largest_error(values, library(name).names, model_values(name, ANGLES)) <= 1e-12
 
 
 @needs_compiler
@@ -85,10 +85,10 @@ def test_c_objective_and_gradient_equal_numpy(name: str) -> None:
     owner = machine(name)
     x = owner.design + 0.1 * (owner.upper - owner.design)
     value, gradient = Sum(owner, x).total(SUMS[name])
-    status, found, slopes = library(name).gradient(x)
+    status, objective, slopes = library(name).gradient(x)
     width = owner.upper - owner.lower
     assert status == 0
-    assert found["objective"] == pytest.approx(value, rel=1e-12)
+    assert objective["objective"] == pytest.approx(value, rel=1e-12)
     assert np.abs((slopes - gradient) * width).max() <= 1e-9 * np.abs(gradient * width).max()
 
 
@@ -99,9 +99,9 @@ def test_a_tampered_constant_is_noticed() -> None:
     text = c_files(name)[1].read_text()
     first = text.partition(head)[2].partition(",")[0]
     tampered = Library(c_files(name), (f"{head}{first},", f"{head}{1.001 * float(first)!r},"))
-    status, found = tampered.quantities(ANGLES)
+    status, values = tampered.quantities(ANGLES)
     assert status == 0
-    assert largest_error(found, tampered.names, model_values(name, ANGLES)) > 1e-5
+    assert largest_error(values, tampered.names, model_values(name, ANGLES)) > 1e-5
 
 
 @needs_compiler
@@ -139,8 +139,8 @@ def test_without_an_objective_there_are_quantities_alone(tmp_path: Path) -> None
 def test_free_motion_is_refused_in_one_sentence(command: str, tmp_path: Path) -> None:
     path = own.generated("manipulator") / "manipulator.toml"
     out = tmp_path / "m.fmu" if command == "fmu" else tmp_path
-    said = refusal("export", command, str(path), "--out", str(out))
-    assert "no angle drives" in said
+    message = refusal("export", command, str(path), "--out", str(out))
+    assert "no angle drives" in message
     assert not list(tmp_path.iterdir())
 
 

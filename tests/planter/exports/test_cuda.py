@@ -25,8 +25,8 @@ def test_cuda_objective_equals_that_of_c(tmp_path: Path) -> None:
     batches = cuda.Batches(owner, build_on_threads(owner, tmp_path))
     assert batches.samples == SAMPLES
     for row, x in zip(batches(designs), designs, strict=True):
-        _, found, _ = crank.gradient(x)
-        np.testing.assert_allclose(row, list(found.values()), rtol=1e-10)
+        _, value, _ = crank.gradient(x)
+        np.testing.assert_allclose(row, list(value.values()), rtol=1e-10)
     designs[1, 1] = 0.04
     with pytest.raises(ComputationError, match="in row 1"):
         batches(designs)
@@ -38,7 +38,7 @@ def test_cuda_without_an_objective_has_all_results(tmp_path: Path) -> None:
     owner = load_machine(str(machine_file("cam_follower", objective=False)))
     batches = cuda.Batches(owner, build_on_threads(owner, tmp_path), samples=30)
     row = batches(owner.design[None])[0]
-    names = [one.name for one in owner.results]
+    names = [quantity.name for quantity in owner.results]
     response = MachineResponse(owner, names)
     values = response.values(response.at(owner.design), 2 * np.pi * np.arange(30) / 30)
     expected = np.column_stack([np.ptp(values, axis=1), values.var(axis=1), values.mean(axis=1)])

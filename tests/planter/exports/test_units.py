@@ -43,16 +43,16 @@ def test_a_unit_has_the_numbers_of_the_model(version: str, tmp_path: Path) -> No
     jsonschema.validate(record, load_schema("export fmu"))
     assert validation.validate_fmu(str(unit)) == []
     changed = {"machine.m_r": 1.1, "design.r": 0.06, "speed": 20.0, "phi_start": 0.4}
-    asked = ["phi", "s", "F_Ox", "M_in", "N_guide"]
-    result = fmpy.simulate_fmu(str(unit), output=asked, start_values=changed, stop_time=0.5, output_interval=0.0125)
+    names = ["phi", "s", "F_Ox", "M_in", "N_guide"]
+    result = fmpy.simulate_fmu(str(unit), output=names, start_values=changed, stop_time=0.5, output_interval=0.0125)
     machine = file.load(path, {"m_r_kg": 1.1, "r_mm": 60.0, "omega_rpm": 600 / np.pi})
     expected = own.evaluate_lane(machine, result["phi"])
     np.testing.assert_allclose(result["phi"], 0.4 + 20.0 * result["time"], rtol=1e-12)
-    for name in asked[1:]:
+    for name in names[1:]:
         assert np.abs(result[name] - expected[name]).max() <= 1e-10 * np.abs(expected[name]).max()
     if version == "2.0":
         with pytest.raises(Exception, match="fmi2"):
-            fmpy.simulate_fmu(str(unit), output=asked, start_values={"design.l": 0.04}, stop_time=0.1)
+            fmpy.simulate_fmu(str(unit), output=names, start_values={"design.l": 0.04}, stop_time=0.1)
 
 
 def test_variables_are_the_values_of_the_file() -> None:
@@ -79,8 +79,8 @@ def test_motion_has_quantities_and_places_of_points(tmp_path: Path) -> None:
     for name in ("beta", "F_Ox", "M_in"):
         np.testing.assert_allclose(columns[name].values, expected[name], rtol=1e-12, atol=1e-12)
     assert set(places) <= set(columns)
-    apart = np.hypot(places["x_rod__A"] - places["x_rod__slot"], places["y_rod__A"] - places["y_rod__slot"])
-    np.testing.assert_allclose(apart, owner.data[owner.find_index("l_mm")], rtol=1e-12)
+    distance = np.hypot(places["x_rod__A"] - places["x_rod__slot"], places["y_rod__A"] - places["y_rod__slot"])
+    np.testing.assert_allclose(distance, owner.data[owner.find_index("l_mm")], rtol=1e-12)
     np.testing.assert_allclose(columns["x_rod__slot"].values, expected["s"], atol=1e-14)
 
 
@@ -89,7 +89,7 @@ def test_motion_of_a_drive_that_turns_backwards_goes_on_in_time(tmp_path: Path) 
     columns = {column.name: column.values for column in build_motion(owner, 1, 8).columns}
     assert columns["time"][-1] == pytest.approx(1.0)
     assert columns["phi"][-1] == pytest.approx(-2 * np.pi)
-    said = refusal(
+    message = refusal(
         "export", "motion", str(machine_file("cam_follower")), "--set", "omega_rpm=0", "--out", str(tmp_path)
     )
-    assert "values.omega_rpm = 0" in said
+    assert "values.omega_rpm = 0" in message

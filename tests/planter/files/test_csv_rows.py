@@ -21,9 +21,9 @@ def refused(text: str, columns: tuple[str, ...] = ("x_mm", "y_mm")) -> str:
         for name in table.header:
             table.numbers(name)
 
-    with pytest.raises(InputError) as said:
+    with pytest.raises(InputError) as error:
         read()
-    return str(said.value)
+    return str(error.value)
 
 
 def test_comments_and_empty_lines_leave_lines_their_numbers() -> None:
@@ -51,8 +51,8 @@ BAD = {
 
 @pytest.mark.parametrize("kind", BAD)
 def test_complaints_name_line_and_remedy(kind: str) -> None:
-    text, columns, said = BAD[kind]
-    assert re.search(said, refused(text, columns)), refused(text, columns)
+    text, columns, message = BAD[kind]
+    assert re.search(message, refused(text, columns)), refused(text, columns)
 
 
 def test_long_texts_are_cut_in_complaints() -> None:

@@ -18,12 +18,12 @@ def test_units_in_si(text: str, si: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("one", "other", "same"),
+    ("first", "other", "same"),
     [("N m", "J", True), ("kN", "kg m/s2", True), ("MPa", "N/mm2", True), ("W", "N m/s", True), ("rpm", "deg/s", True),
      ("N", "N m", False), ("deg", "1", False), ("1/s", "rad/s", False), ("mm", "kg", False), ("%", "", True)],
 )  # fmt: skip
-def test_kinds_are_told_apart(one: str, other: str, same: bool) -> None:
-    assert measured(one).same_kind(measured(other)) is same
+def test_kinds_are_told_apart(first: str, other: str, same: bool) -> None:
+    assert measured(first).same_kind(measured(other)) is same
 
 
 def test_a_square_is_in_the_square_of_the_unit() -> None:

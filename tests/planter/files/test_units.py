@@ -8,7 +8,7 @@ from planter.files.units import factor, unit
 
 
 @pytest.mark.parametrize(
-    ("key", "shown", "si"),
+    ("key", "unit_text", "si"),
     [
         ("R3_mm", "mm", 1e-3),
         ("design.R3_mm", "mm", 1e-3),
@@ -41,8 +41,8 @@ from planter.files.units import factor, unit
         ("weight_range", "", 1),
     ],
 )
-def test_unit_is_the_longest_known_ending(key: str, shown: str, si: float) -> None:
-    assert unit(key) == shown
+def test_unit_is_the_longest_known_ending(key: str, unit_text: str, si: float) -> None:
+    assert unit(key) == unit_text
     assert factor(key) == pytest.approx(si, rel=1e-15)
 
 

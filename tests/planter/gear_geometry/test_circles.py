@@ -16,7 +16,7 @@ from tests.support.toothed import FREE, circle, circles, involute
 ROUNDING = 1e-9
 
 
-def drawn(seed: int) -> tuple[int, Rack]:
+def draw_gear(seed: int) -> tuple[int, Rack]:
     """A number of teeth and a rack at random."""
     rng = np.random.default_rng(seed)
     module, angle = rng.uniform((5e-4, 14), (8e-3, 25))
@@ -26,7 +26,7 @@ def drawn(seed: int) -> tuple[int, Rack]:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_flanks_are_involutes_with_shift_and_backlash(seed: int) -> None:
-    z, rack = drawn(seed)
+    z, rack = draw_gear(seed)
     gear, alpha = circle(z, rack), rack.pressure_angle
     r = rack.module * z / 2
     base = r * math.cos(alpha)
@@ -48,11 +48,11 @@ def test_flanks_are_involutes_with_shift_and_backlash(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_undercut_margin_agrees_with_minimum_tooth_count(seed: int) -> None:
-    z, rack = drawn(seed)
-    least = 2 * (1 - rack.shift) / math.sin(rack.pressure_angle) ** 2
+    z, rack = draw_gear(seed)
+    smallest = 2 * (1 - rack.shift) / math.sin(rack.pressure_angle) ** 2
     gear = circle(z, rack)
-    np.testing.assert_allclose(gear.flanks.margins, 1 - least / z, atol=ROUNDING)
-    assert (gear.flanks.margins < 0).any() == (z < least)
+    np.testing.assert_allclose(gear.flanks.margins, 1 - smallest / z, atol=ROUNDING)
+    assert (gear.flanks.margins < 0).any() == (z < smallest)
 
 
 def test_undercut_is_refused_by_default_and_names_teeth() -> None:
@@ -68,14 +68,14 @@ def test_contact_ratio_of_spur_gears_ignores_backlash(z: int, mate: int, shift: 
     path = sum(math.sqrt(t**2 - (r * math.cos(alpha)) ** 2) - r * math.sin(alpha) for t, r in tips)
     expected = path / (math.pi * m * math.cos(alpha))
     for play in (0.0, 1e-4):
-        found = circles(z, mate, replace(FREE, shift=shift, play=play)).mesh.contact_ratios
-        np.testing.assert_allclose(found, expected, rtol=1e-9)
+        ratio = circles(z, mate, replace(FREE, shift=shift, play=play)).mesh.contact_ratios
+        np.testing.assert_allclose(ratio, expected, rtol=1e-9)
 
 
 def test_pressure_angle_and_lost_motion_are_those_of_circles() -> None:
-    found = circles(25, 50, ToothOrder(play=1e-4))
-    assert np.degrees(found.pressure_angles) == pytest.approx([20, 20], abs=1e-9)
-    np.testing.assert_allclose(found.lost_motion, 0.5e-4 / (1e-3 * 50), rtol=1e-9)
+    pair = circles(25, 50, ToothOrder(play=1e-4))
+    assert np.degrees(pair.pressure_angles) == pytest.approx([20, 20], abs=1e-9)
+    np.testing.assert_allclose(pair.lost_motion, 0.5e-4 / (1e-3 * 50), rtol=1e-9)
 
 
 def test_pointed_tips_are_refused() -> None:

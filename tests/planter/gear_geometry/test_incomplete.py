@@ -44,28 +44,28 @@ def rolling(distance: float = A) -> Rolling:
 
 
 @pytest.fixture(scope="module")
-def made() -> IntermittentPair:
+def pair() -> IntermittentPair:
     return build_intermittent_pair(rolling(), MODULE, ToothOrder(play=PLAY, process="wire"), "wavy", ("one", "two"))
 
 
 @pytest.fixture(scope="module")
-def turn(made: IntermittentPair) -> IncompleteGearCycle:
-    return IncompleteGearCycle(made)
+def turn(pair: IntermittentPair) -> IncompleteGearCycle:
+    return IncompleteGearCycle(pair)
 
 
-def test_the_curves_roll(made: IntermittentPair) -> None:
+def test_the_curves_roll(pair: IntermittentPair) -> None:
     """Both pitch points lie in one place of the line of centres, and the mate turns by the integral of the ratio."""
-    own = made.rolling
-    at = np.linspace(0, own.length, 50)
-    found = []
+    curves = pair.rolling
+    at = np.linspace(0, curves.length, 50)
+    angles = []
     for curve, s, place in zip(
-        own.pair.curves, (own.lead + at, own.behind + own.length - at), own.places(at), strict=True
+        curves.pair.curves, (curves.lead + at, curves.behind + curves.length - at), curves.places(at), strict=True
     ):
         x, y = curve.at(s)[:2]
-        found.append((x + 1j * y) * np.exp(1j * place[0]) + place[1])
-    assert np.abs(found[0] - found[1]).max() < 1e-14
-    assert np.abs(found[0].imag).max() < 1e-14
-    assert own.turned == pytest.approx(turned(A), abs=1e-11)
+        angles.append((x + 1j * y) * np.exp(1j * place[0]) + place[1])
+    assert np.abs(angles[0] - angles[1]).max() < 1e-14
+    assert np.abs(angles[0].imag).max() < 1e-14
+    assert curves.turned == pytest.approx(turned(A), abs=1e-11)
 
 
 def test_mate_without_a_full_turn_is_refused() -> None:
@@ -73,8 +73,8 @@ def test_mate_without_a_full_turn_is_refused() -> None:
         build_intermittent_pair(rolling(1.05 * A), MODULE, ToothOrder(process="wire"), "wavy", ("one", "two"))
 
 
-def test_pieces_join_exactly_and_outlines_are_simple(made: IntermittentPair) -> None:
-    for gear in made.gears:
+def test_pieces_join_exactly_and_outlines_are_simple(pair: IntermittentPair) -> None:
+    for gear in pair.gears:
         assert gear.joins < 1e-14
         assert shapely.Polygon(gear.points).is_valid
         shares = np.linspace(0, 1, 9)
@@ -82,16 +82,16 @@ def test_pieces_join_exactly_and_outlines_are_simple(made: IntermittentPair) -> 
             assert np.hypot(*piece.tangent(shares).T) == pytest.approx(1, abs=1e-9)
 
 
-def test_arcs_lie_about_the_driving_axis_while_they_hold(made: IntermittentPair) -> None:
-    mate = made.rolling.dwell_positions(np.array([0.5]))[1][:, 0]
-    arcs = [piece for piece in made.mate.pieces if piece.kind == "concave arc"]
+def test_arcs_lie_about_the_driving_axis_while_they_hold(pair: IntermittentPair) -> None:
+    mate = pair.rolling.dwell_positions(np.array([0.5]))[1][:, 0]
+    arcs = [piece for piece in pair.mate.pieces if piece.kind == "concave arc"]
     assert arcs
     for piece in arcs:
         z = piece.at(np.linspace(0, 1, 11)) @ np.array([1, 1j]) * np.exp(1j * mate[0]) + mate[1]
-        assert np.abs(z) == pytest.approx(made.radius + made.arc_clearance, abs=1e-15)
+        assert np.abs(z) == pytest.approx(pair.radius + pair.arc_clearance, abs=1e-15)
         assert (piece.curvature(np.zeros(1)) < 0).all()
-    (convex,) = [piece for piece in made.gear.pieces if piece.kind == "convex arc"]
-    assert np.hypot(*convex.at(np.linspace(0, 1, 11)).T) == pytest.approx(made.radius, abs=1e-15)
+    (convex,) = [piece for piece in pair.gear.pieces if piece.kind == "convex arc"]
+    assert np.hypot(*convex.at(np.linspace(0, 1, 11)).T) == pytest.approx(pair.radius, abs=1e-15)
 
 
 def test_intermittent_pair_is_free_of_interference(turn: IncompleteGearCycle) -> None:
@@ -100,64 +100,64 @@ def test_intermittent_pair_is_free_of_interference(turn: IncompleteGearCycle) ->
     assert turn.dwell_overlaps.max() < SEEN
 
 
-def test_teeth_drive_where_the_mate_cannot_be_turned_back(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
+def test_teeth_drive_where_the_mate_cannot_be_turned_back(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:
     """Contacts by formulas against outlines that know none: turned back by more than the play, teeth run into teeth."""
-    which = np.arange(5, 720, 25)
-    gear, mate = made.rolling.places(turn.rolled[which])
+    indices = np.arange(5, 720, 25)
+    gear, mate = pair.rolling.places(turn.rolled[indices])
     back = mate + np.array([[-3 * PLAY / A], [0.0], [0.0]])
     runs = turn.overlaps(gear, back) > 1e-12
-    drives = turn.drives[0][which]
+    drives = turn.drives[0][indices]
     assert runs[drives].all()
     assert drives.mean() > 0.8
-    predicted = made.phase.undriven
+    predicted = pair.phase.undriven
     assert turn.undriven == pytest.approx(predicted, abs=np.radians(1.5))
 
 
-def test_teeth_transmit_the_law_unless_moved(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
+def test_teeth_transmit_the_law_unless_moved(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:
     assert np.abs(turn.contacts.errors).max() < 1e-11
-    flanks = made.mate.row.flanks
-    moved = replace(made.mate, row=replace(made.mate.row, flanks=replace(flanks, phase=flanks.phase + 5e-6)))
-    mesh = RowMesh(replace(made, mate=moved))
+    flanks = pair.mate.row.flanks
+    moved = replace(pair.mate, row=replace(pair.mate.row, flanks=replace(flanks, phase=flanks.phase + 5e-6)))
+    mesh = RowMesh(replace(pair, mate=moved))
     few = turn.rolled[200:500:50]
     assert np.abs(Contacts(mesh, mesh.facing(few)).errors).min() > 1e-5
 
 
-def test_contact_ratios_agree_with_counts(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
+def test_contact_ratios_agree_with_counts(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:
     """Of a tooth in the middle, which no arc has cut."""
-    fine = np.linspace(0, made.rolling.length, 8001)
-    middle = made.gear.z // 2
+    fine = np.linspace(0, pair.rolling.length, 8001)
+    middle = pair.gear.z // 2
     ratios = turn.mesh.contact_ratios
-    assert made.gear.z < len(ratios) < 2 * made.gear.z
+    assert pair.gear.z < len(ratios) < 2 * pair.gear.z
     for side in SIDES:
-        counted = turn.mesh.touching(fine, side)[:, middle].mean() * made.rolling.length / turn.mesh.pitch
+        counted = turn.mesh.touching(fine, side)[:, middle].mean() * pair.rolling.length / turn.mesh.pitch
         assert np.abs(ratios - counted).min() < 2e-3
         assert ratios.min() - 2e-3 < counted < ratios.max() + 2e-3
 
 
-def test_the_arcs_hold_in_the_dwell_and_not_without(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
+def test_the_arcs_hold_in_the_dwell_and_not_without(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:
     loose = turn.loose
-    inside = (loose.part == 3) & (np.abs(loose.at - made.rolling.over[1] - made.rolling.dwell / 2) < 0.2)
+    inside = (loose.part == 3) & (np.abs(loose.at - pair.rolling.over[1] - pair.rolling.dwell / 2) < 0.2)
     assert max(loose.behind[inside].max(), loose.ahead[inside].max()) < np.radians(2)
-    gear, mate = made.rolling.dwell_positions(np.array([0.5]))
+    gear, mate = pair.rolling.dwell_positions(np.array([0.5]))
     for sense in (-1, 1):
         assert turn.overlaps(gear, mate + np.array([[sense * np.radians(3)], [0.0], [0.0]]))[0] > 1e-8
 
 
-def untrimmed(made: IntermittentPair, k: int) -> IntermittentPair:
+def untrimmed(pair: IntermittentPair, k: int) -> IntermittentPair:
     """With the whole teeth of one gear, the first at the dwell, in place of what arcs and topping leave."""
-    gear = made.gears[k]
+    gear = pair.gears[k]
     row = gear.row
     if k == 0:
-        flanks = replace(row.flanks, phase=row.flanks.phase - made.phase.first + row.rack.pitch / 2)
+        flanks = replace(row.flanks, phase=row.flanks.phase - pair.phase.first + row.rack.pitch / 2)
         row = replace(row, flanks=flanks)
-    return replace(made, **{("gear", "mate")[k]: replace(gear, row=row, pieces=tuple(row.line()))})
+    return replace(pair, **{("gear", "mate")[k]: replace(gear, row=row, pieces=tuple(row.line()))})
 
 
-def test_tampered_gears_interfere(made: IntermittentPair, turn: IncompleteGearCycle) -> None:
+def test_tampered_gears_interfere(pair: IntermittentPair, turn: IncompleteGearCycle) -> None:
     few = np.linspace(0, 1, 30)
-    held = made.rolling.dwell_positions(few)
+    dwell = pair.rolling.dwell_positions(few)
     for k in (0, 1):
-        assert IncompleteGearCycle(untrimmed(made, k)).overlaps(*held).max() > 1e-7
-    gear, mate = made.rolling.places(few * made.rolling.length)
+        assert IncompleteGearCycle(untrimmed(pair, k)).overlaps(*dwell).max() > 1e-7
+    gear, mate = pair.rolling.places(few * pair.rolling.length)
     assert turn.overlaps(gear, mate - np.array([[0.0], [2 * PLAY], [0.0]])).max() > 1e-10
     assert turn.overlaps(gear, mate + np.array([[3 * PLAY / A], [0.0], [0.0]])).max() > 1e-10

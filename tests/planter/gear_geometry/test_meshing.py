@@ -38,8 +38,8 @@ def exact(family: str, seed: int, z: int) -> None:
     assert loose.overlaps.max() == 0 or family in ("fourier", "limacon", "sine")
     side = loose.contacts.faced.side
     if loose.mesh.laps.min() > PLAY:
-        for one in (-1.0, 1.0):
-            assert len(np.unique(loose.contacts.faced.at[side == one])) == len(loose.mesh.positions)
+        for sign in (-1.0, 1.0):
+            assert len(np.unique(loose.contacts.faced.at[side == sign])) == len(loose.mesh.positions)
 
 
 @pytest.mark.parametrize(("family", "seed", "z"), MESHES[:3])
@@ -54,14 +54,14 @@ def test_flanks_are_conjugate_on_any_curve(family: str, seed: int, z: int) -> No
 
 
 def test_lost_motion_is_the_gap_over_the_arm_of_the_normal() -> None:
-    found = stage("ellipse", 0, 31, replace(FREE, play=PLAY))
-    mesh, s = found.mesh, found.mesh.positions
+    pair = stage("ellipse", 0, 31, replace(FREE, play=PLAY))
+    mesh, s = pair.mesh, pair.mesh.positions
     x, y, tx, ty = mesh.gear.curve.at(s)[:4]
     lean = np.arctan2(x * tx + y * ty, x * ty - y * tx)
     arm = mesh.pair.distance - np.hypot(x, y)
     for column, side in ((0, -1), (1, 1)):
         expected = PLAY / 2 * COS / (arm * np.cos(math.radians(20) + side * lean))
-        lost = found.lost_motion.reshape(-1, 2)[:, column]
+        lost = pair.lost_motion.reshape(-1, 2)[:, column]
         np.testing.assert_allclose(lost, expected, atol=1e-6)
         assert np.abs(lost - expected).max() < 0.02 * expected.max()
 
@@ -69,62 +69,62 @@ def test_lost_motion_is_the_gap_over_the_arm_of_the_normal() -> None:
 @pytest.mark.parametrize("more", [1e-7, 2e-5, 6e-4])
 def test_circles_farther_apart_agree_with_involutes(more: float) -> None:
     """Base circles stay, and the angle of contact grows to that of the new distance."""
-    found = circles(25, 50, ToothOrder(play=PLAY))
-    base, apart = 25e-3 * COS, found.farther(more)
-    assert apart is not None
-    a = found.mesh.pair.distance + more
+    pair = circles(25, 50, ToothOrder(play=PLAY))
+    base, farther = 25e-3 * COS, pair.farther(more)
+    assert farther is not None
+    a = pair.mesh.pair.distance + more
     angle = math.acos(3 * base / a)
     opened = 3 * base * (involute(angle) - involute(math.radians(20)))
     expected = (opened + PLAY / 2 * COS) / (2 * base)
-    np.testing.assert_allclose(apart.lost_motion, np.full((720, 2), expected), rtol=1e-9)
+    np.testing.assert_allclose(farther.lost_motion, np.full((720, 2), expected), rtol=1e-9)
     tips = math.sqrt(27e-3**2 - base**2) + math.sqrt(52e-3**2 - (2 * base) ** 2)
     path = tips - a * math.sin(angle)
-    np.testing.assert_allclose(apart.contact_ratios, path / (math.pi * 2e-3 * COS), rtol=1e-12)
+    np.testing.assert_allclose(farther.contact_ratios, path / (math.pi * 2e-3 * COS), rtol=1e-12)
 
 
 def test_circles_lose_contact_at_contact_ratio_unity() -> None:
-    found, base = circles(25, 50, ToothOrder(play=PLAY)), 25e-3 * COS
+    pair, base = circles(25, 50, ToothOrder(play=PLAY)), 25e-3 * COS
 
     def ratio(more: float) -> float:
-        a = found.mesh.pair.distance + more
+        a = pair.mesh.pair.distance + more
         tips = math.sqrt(27e-3**2 - base**2) + math.sqrt(52e-3**2 - (2 * base) ** 2)
         return (tips - math.sqrt(a**2 - (3 * base) ** 2)) / (math.pi * 2e-3 * COS)
 
     limit = brentq(lambda more: ratio(more) - 1, 0, 3e-3)
-    assert found.farther(limit - 2e-6) is not None
-    assert [found.farther(more) for more in (limit + 2e-6, 3.9e-3)] == [None] * 2
+    assert pair.farther(limit - 2e-6) is not None
+    assert [pair.farther(more) for more in (limit + 2e-6, 3.9e-3)] == [None] * 2
 
 
 def test_sides_of_lost_motion_stop_the_mate_as_polygons() -> None:
     """Turned by the lost motion to either side, polygons of the mate touch those of the gear and do not overlap."""
-    found = stage("ellipse", 0, 31, replace(FREE, play=PLAY))
-    apart = found.farther(2e-4)
-    assert apart is not None
-    overlay, where, some = Overlay.from_mesh(apart.mesh), found.mesh.positions, np.arange(0, 720, 90)
-    one, two = overlay.placed(where[some])
-    axis = [(apart.mesh.pair.distance, 0.0)] * len(some)
+    pair = stage("ellipse", 0, 31, replace(FREE, play=PLAY))
+    farther = pair.farther(2e-4)
+    assert farther is not None
+    overlay, where, some = Overlay.from_mesh(farther.mesh), pair.mesh.positions, np.arange(0, 720, 90)
+    first, second = overlay.placed(where[some])
+    axis = [(farther.mesh.pair.distance, 0.0)] * len(some)
     for column, sense in ((0, -1), (1, 1)):
-        lost = sense * apart.lost_motion[some, column]
+        lost = sense * farther.lost_motion[some, column]
         for share, touches in ((0.98, False), (1.02, True)):
             turned = [shapely.affinity.rotate(part, share * turn, centre, use_radians=True)
-                      for part, turn, centre in zip(two, lost, axis, strict=True)]  # fmt: skip
-            assert (shapely.area(shapely.intersection(one, turned)) > 1e-12).tolist() == [touches] * len(some)
+                      for part, turn, centre in zip(second, lost, axis, strict=True)]  # fmt: skip
+            assert (shapely.area(shapely.intersection(first, turned)) > 1e-12).tolist() == [touches] * len(some)
 
 
 def test_zero_centre_error_has_no_effect() -> None:
-    found = stage("ellipse", 0, 31, replace(FREE, play=1e-8))
-    apart = found.farther(1e-12)
-    assert apart is not None
-    np.testing.assert_allclose(apart.contact_ratios, found.mesh.contact_ratios, rtol=1e-6)
-    np.testing.assert_allclose(apart.lost_motion, found.lost_motion, rtol=1e-2)
+    pair = stage("ellipse", 0, 31, replace(FREE, play=1e-8))
+    farther = pair.farther(1e-12)
+    assert farther is not None
+    np.testing.assert_allclose(farther.contact_ratios, pair.mesh.contact_ratios, rtol=1e-6)
+    np.testing.assert_allclose(farther.lost_motion, pair.lost_motion, rtol=1e-2)
 
 
 def test_polygons_keep_the_gap_and_overlap_nowhere() -> None:
-    for found in (stage("eccentric_circle", 1, 32, replace(FREE, play=PLAY)), circles(23, 41, ToothOrder(play=PLAY))):
-        gap = found.polygon_gaps
+    for pair in (stage("eccentric_circle", 1, 32, replace(FREE, play=PLAY)), circles(23, 41, ToothOrder(play=PLAY))):
+        gap = pair.polygon_gaps
         assert gap.min() >= PLAY / 2 * COS - 1e-13
         assert gap.max() < PLAY / 2 * COS + 2e-6
-        assert found.overlaps.max() == 0
+        assert pair.overlaps.max() == 0
     touching = stage("eccentric_circle", 1, 32)
     assert touching.overlaps.max() < 1e-16
     assert touching.polygon_gaps.max() < 1e-6
@@ -139,10 +139,10 @@ def test_contact_ratio_below_unity_is_refused() -> None:
 
 
 def test_sliding_agrees_with_pitch_point_distance() -> None:
-    found = circles(20, 30, ToothOrder())
-    path = math.pi * 2e-3 * COS * found.mesh.contact_ratios[0]
+    pair = circles(20, 30, ToothOrder())
+    path = math.pi * 2e-3 * COS * pair.mesh.contact_ratios[0]
     tip = math.sqrt(22e-3**2 - (20e-3 * COS) ** 2) - 20e-3 * math.sin(math.radians(20))
-    assert Contacts(found.mesh, found.mesh.ends).sliding.max() == pytest.approx(
+    assert Contacts(pair.mesh, pair.mesh.ends).sliding.max() == pytest.approx(
         max(tip, path - tip) * (1 + 20 / 30), rel=1e-9
     )
 
@@ -150,10 +150,10 @@ def test_sliding_agrees_with_pitch_point_distance() -> None:
 def test_mate_turns_once_in_several_gear_turns() -> None:
     curves = pitch_curves.build_contact_pair(lobe(2), 0.09, np.linspace(0, 2 * np.pi, 3), turns=2)
     assert curves.mate.length == pytest.approx(2 * curves.gear.length, rel=1e-13)
-    found = cut_teeth(curves, replace(FREE, teeth=30), "pair", ("gear", "mate"))
-    assert found.sized.teeth == (30, 60)
-    assert np.abs(found.contacts.errors).max() < 1e-11
-    assert found.overlaps.max() < 1e-14
+    pair = cut_teeth(curves, replace(FREE, teeth=30), "pair", ("gear", "mate"))
+    assert pair.sized.teeth == (30, 60)
+    assert np.abs(pair.contacts.errors).max() < 1e-11
+    assert pair.overlaps.max() < 1e-14
 
 
 def lobe(turns: int):
@@ -176,10 +176,10 @@ def sound() -> ToothedPair:
     return stage("eccentric_circle", 1, 32, replace(FREE, play=1e-6))
 
 
-def tampered(found: ToothedPair, **of_mate: object) -> Overlay:
+def tampered(pair: ToothedPair, **of_mate: object) -> Overlay:
     """The overlay with a mate that was made otherwise."""
-    flanks = replace(found.mesh.mate.flanks, **of_mate)
-    return Overlay.from_mesh(Mesh(found.mesh.pair, found.mesh.gear, Gear("mate", flanks)))
+    flanks = replace(pair.mesh.mate.flanks, **of_mate)
+    return Overlay.from_mesh(Mesh(pair.mesh.pair, pair.mesh.gear, Gear("mate", flanks)))
 
 
 def refused(overlay: Overlay) -> bool:
@@ -212,8 +212,8 @@ def test_small_rotation_of_a_gear_is_detected(sound: ToothedPair) -> None:
 
 
 def test_axes_too_near_are_detected(sound: ToothedPair) -> None:
-    near = replace(sound.mesh.pair, distance=sound.mesh.pair.distance - 1e-5)
-    mesh = Mesh(near, *sound.gears)
+    closer = replace(sound.mesh.pair, distance=sound.mesh.pair.distance - 1e-5)
+    mesh = Mesh(closer, *sound.gears)
     assert refused(Overlay.from_mesh(mesh))
     assert Contacts(mesh, mesh.facing(mesh.positions)).gaps.min() < -2e-6
     assert np.abs(Contacts(mesh, mesh.facing(mesh.positions)).errors).max() > 1e-6
@@ -221,11 +221,11 @@ def test_axes_too_near_are_detected(sound: ToothedPair) -> None:
 
 @pytest.mark.parametrize(("first", "last"), [(300, 308), (302, 303)], ids=["a tooth", "a point of a flank"])
 def test_moved_outline_is_detected(sound: ToothedPair, first: int, last: int) -> None:
-    one, two = Overlay.from_mesh(sound.mesh).outlines
-    points = shapely.get_coordinates(one)
+    first_outline, second = Overlay.from_mesh(sound.mesh).outlines
+    points = shapely.get_coordinates(first_outline)
     points[first:last] += 5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None] @ [[0, 1], [-1, 0]]
     points[first:last] += 5e-6 * points[first:last] / np.hypot(*points[first:last].T)[:, None]
-    assert refused(Overlay(sound.mesh, (shapely.Polygon(points), two)))
+    assert refused(Overlay(sound.mesh, (shapely.Polygon(points), second)))
 
 
 def test_a_flank_of_another_rack_is_not_conjugate(sound: ToothedPair) -> None:

@@ -62,11 +62,11 @@ def test_flanks_are_smooth_where_they_are_not_cut() -> None:
 def test_tangents_and_curvatures_are_those_of_the_points() -> None:
     for piece in stage("sine", 4, 25).gears[1].outline().pieces[:40:3]:
         s, h = np.linspace(0.1, 0.9, 5), 1e-5
-        before, here, after = (piece.at(s + step) for step in (-h, 0.0, h))
-        along, size = after - before, np.hypot(*(after - before).T)
-        np.testing.assert_allclose(along / size[:, None], piece.tangent(s), atol=1e-7)
-        one, two = here - before, after - here
-        turned = (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]) / (size / 2) ** 3
+        before, middle, after = (piece.at(s + step) for step in (-h, 0.0, h))
+        chord, size = after - before, np.hypot(*(after - before).T)
+        np.testing.assert_allclose(chord / size[:, None], piece.tangent(s), atol=1e-7)
+        first, second = middle - before, after - middle
+        turned = (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]) / (size / 2) ** 3
         np.testing.assert_allclose(turned, piece.curvature(s), rtol=2e-2, atol=5)
 
 
@@ -103,10 +103,10 @@ def test_a_swept_rack_leaves_every_space(family: str, seed: int, z: int) -> None
 
 
 def test_scaled_gears_are_similar() -> None:
-    one = stage("limacon", 8, 25)
+    scaled = stage("limacon", 8, 25)
     curves = pitch_curves.build_stage_pair(pairs.stage("limacon", 8), pairs.parameters("limacon", 8))
     other = stage_scaled(curves.scaled(1.7))
-    for a, b in zip(one.gears, other, strict=True):
+    for a, b in zip(scaled.gears, other, strict=True):
         assert b.area == pytest.approx(1.7**2 * a.area, rel=1e-12)
         np.testing.assert_allclose(b.flanks.margins, a.flanks.margins, atol=1e-12)
 
@@ -118,23 +118,23 @@ def stage_scaled(curves: pitch_curves.CurvePair) -> tuple[Gear, Gear]:
 
 
 def test_reversed_curve_exchanges_flanks() -> None:
-    one, other = (stage("sine", 0, 25, FREE, sense).gears[0].flanks.margins.reshape(2, -1) for sense in (1, -1))
+    first, other = (stage("sine", 0, 25, FREE, sense).gears[0].flanks.margins.reshape(2, -1) for sense in (1, -1))
     back = -np.arange(25) % 25
-    np.testing.assert_allclose(one[0], other[1][back], atol=1e-12)
-    assert np.abs(one[0] - other[0][back]).max() > 1e-3
+    np.testing.assert_allclose(first[0], other[1][back], atol=1e-12)
+    assert np.abs(first[0] - other[0][back]).max() > 1e-3
 
 
 def test_ellipses_with_odd_teeth_make_congruent_gears() -> None:
     """Undeformed: the mate is the same ellipse, its space where the gear has its tooth half a turn on."""
     family = "ellipse"
-    own = pairs.parameters(family, 0).copy()
-    own[-1] = 1.0
-    curves = pitch_curves.build_stage_pair(pairs.stage_of(family, own), own)
+    parameters = pairs.parameters(family, 0).copy()
+    parameters[-1] = 1.0
+    curves = pitch_curves.build_stage_pair(pairs.stage_of(family, parameters), parameters)
     congruent = {}
     for z in (31, 32):
-        one, two = stage_of(curves, z)
-        congruent[z] = abs(one.area / two.area - 1) < 1e-12 and np.allclose(
-            np.sort(one.flanks.margins), np.sort(two.flanks.margins), atol=1e-9
+        first, second = stage_of(curves, z)
+        congruent[z] = abs(first.area / second.area - 1) < 1e-12 and np.allclose(
+            np.sort(first.flanks.margins), np.sort(second.flanks.margins), atol=1e-9
         )
     assert congruent == {31: True, 32: False}
 
@@ -148,10 +148,10 @@ def stage_of(curves: pitch_curves.CurvePair, z: int) -> tuple[Gear, Gear]:
 @pytest.mark.parametrize("family", sorted(pairs.FAMILIES))
 def test_whole_teeth_go_round(family: str) -> None:
     curves = pitch_curves.build_stage_pair(pairs.stage(family, 1), pairs.parameters(family, 1))
-    kept = size_pair(curves, replace(FREE, module=1.5e-3, keep="size"), family)
+    original = size_pair(curves, replace(FREE, module=1.5e-3, keep="size"), family)
     scaled = size_pair(curves, replace(FREE, module=1.5e-3), family)
-    for found in (kept, scaled):
-        assert found.pair.gear.length == pytest.approx(np.pi * found.module * found.teeth[0], rel=1e-12)
-        assert found.pair.mate.length == pytest.approx(found.pair.gear.length, rel=1e-12)
-    assert (kept.scale, scaled.module) == (1.0, 1.5e-3)
-    assert kept.teeth == scaled.teeth == (round(curves.gear.length / np.pi / 1.5e-3),) * 2
+    for gear in (original, scaled):
+        assert gear.pair.gear.length == pytest.approx(np.pi * gear.module * gear.teeth[0], rel=1e-12)
+        assert gear.pair.mate.length == pytest.approx(gear.pair.gear.length, rel=1e-12)
+    assert (original.scale, scaled.module) == (1.0, 1.5e-3)
+    assert original.teeth == scaled.teeth == (round(curves.gear.length / np.pi / 1.5e-3),) * 2

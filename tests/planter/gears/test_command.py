@@ -76,9 +76,9 @@ def test_lost_motion_of_both_sides_at_a_larger_distance(tmp_path: Path, error_mm
     file = curve_file(tmp_path / "own.csv", wavy())
     options = ("--backlash-mm", "0.1", "--centre-error-mm", str(error_mm))
     (stage,) = answer("gears", "--curve", file, "--teeth", "40", *options)["stages"]
-    one, both = stage["lost_motion_deg"], stage["lost_motion_total_deg"]
-    assert both["min"] >= 2 * one["min"]
-    assert both["max"] <= 2 * one["max"]
+    single, both = stage["lost_motion_deg"], stage["lost_motion_total_deg"]
+    assert both["min"] >= 2 * single["min"]
+    assert both["max"] <= 2 * single["max"]
     for key in ("farther_lost_motion_deg", "farther_total_deg", "farther_contact_ratio"):
         assert (stage[key] is not None) == touches
     if touches:
@@ -100,10 +100,10 @@ def test_rim_is_reported_in_tooth_depths(tmp_path: Path) -> None:
 
 def test_standard_module_scales_pair_and_reports_effects() -> None:
     result = answer("gears", "wang2017", "--module1", "2", "--module2", "1.5", "--keep", "module")
-    drawn = answer("simulate", "wang2017")["centre_distance_mm"]
+    design_distance = answer("simulate", "wang2017")["centre_distance_mm"]
     for stage, module, name in zip(result["stages"], (2, 1.5), ("a1", "a2"), strict=True):
         assert stage["module_mm"] == pytest.approx(module, rel=1e-14)
-        assert stage["centre_distance_mm"] == pytest.approx(stage["scale"] * drawn[name], rel=1e-12)
+        assert stage["centre_distance_mm"] == pytest.approx(stage["scale"] * design_distance[name], rel=1e-12)
     scaled = result["scaled"]
     again = answer("simulate", "wang2017", *(f"--set={k}={v!r}" for k, v in scaled["design"].items()))
     distances = [stage["centre_distance_mm"] for stage in result["stages"]]
@@ -115,9 +115,9 @@ def test_standard_module_scales_pair_and_reports_effects() -> None:
 def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
     train = toothed.cut_gear_train(device, [ToothOrder()] * 2)
     shapes = [shape(placed) for placed in train.placed()]
-    for one, two in ((0, 1), (2, 3)):
-        assert shapely.intersection(shapes[one], shapes[two]).area < 1e-13
-        assert shapely.distance(shapes[one], shapes[two]) < 2e-7
+    for first, second in ((0, 1), (2, 3)):
+        assert shapely.intersection(shapes[first], shapes[second]).area < 1e-13
+        assert shapely.distance(shapes[first], shapes[second]) < 2e-7
     turned = [PlacedGear(p.gear, p.angle + 1e-3, p.centre) for p in train.placed()]
     assert shapely.intersection(shapes[0], shape(turned[1])).area > 1e-9
 
@@ -148,10 +148,10 @@ def test_marks_of_gears_on_a_shaft_agree(device: Device) -> None:
 
 def _turned(device: Device) -> float:
     """How far gear 5 has turned from where the sun's curve begins to where the machine starts."""
-    stage, own = device.stages[0], device.of_stage(0, device.design)
-    hoisted = stage.prologue(parameters=own)["hoisted"]
+    stage, parameters = device.stages[0], device.of_stage(0, device.design)
+    hoisted = stage.prologue(parameters=parameters)["hoisted"]
     alpha3 = device.design[device.names.index("alpha3_deg")]
-    return float(stage.contact(t=np.array([alpha3]), parameters=own, hoisted=hoisted)["turned"][0, 0])
+    return float(stage.contact(t=np.array([alpha3]), parameters=parameters, hoisted=hoisted)["turned"][0, 0])
 
 
 @pytest.mark.long
@@ -196,7 +196,7 @@ def test_curves_of_a_train_are_taken(tmp_path: Path) -> None:
     carrier = np.radians(np.arange(0, 361, 15))
     result = Train(AngleCurve(carrier, -carrier + np.radians(8) * np.sin(carrier)), 0.07)
     polar, radii = polar_curves(result)
-    head = [f"{name}_{what}" for name in ("driver", "follower") for what in ("polar_deg", "radius_mm")]
+    head = [f"{name}_{quantity}" for name in ("driver", "follower") for quantity in ("polar_deg", "radius_mm")]
     columns = dict(zip(head, (np.degrees(polar[0]), 1e3 * radii[0], np.degrees(polar[1]), 1e3 * radii[1]), strict=True))
     file = tmp_path / "pitch_curves.csv"
     write_cycle_csv(file, ["a train"], columns)

@@ -63,8 +63,8 @@ def test_radius_without_closure_exits_2(tmp_path: Path) -> None:
 @pytest.mark.parametrize("dropped", [[7], [20, 21, 22], [30, 59]])
 def test_missing_rows_within_the_spacing_are_allowed(tmp_path: Path, dropped: list[int]) -> None:
     rows = np.delete(np.arange(60), dropped)
-    found = load_pair(write_curve(tmp_path / "own.csv", POLAR[rows], RADIUS[rows]), None, 1)
-    assert found.gear.length == pytest.approx(0.2517, rel=2e-3)
+    pair = load_pair(write_curve(tmp_path / "own.csv", POLAR[rows], RADIUS[rows]), None, 1)
+    assert pair.gear.length == pytest.approx(0.2517, rel=2e-3)
 
 
 def test_gap_is_judged_by_the_typical_step() -> None:
@@ -156,5 +156,5 @@ def test_clockwise_table_error_names_the_table_angle() -> None:
 
 @pytest.mark.parametrize("turns", [1, 3])
 def test_mate_of_a_circle_is_a_circle(turns: int) -> None:
-    found = build_sampled_pair(np.radians(POLAR), np.full(60, 0.0317), "own", turns)
-    assert found.distance == pytest.approx(0.0317 * (1 + turns), rel=1e-12)
+    pair = build_sampled_pair(np.radians(POLAR), np.full(60, 0.0317), "own", turns)
+    assert pair.distance == pytest.approx(0.0317 * (1 + turns), rel=1e-12)

@@ -31,14 +31,14 @@ MADE = PartSettings(TOLERANCE, Bore(0.012, Keyway(0.004, 0.0018)), WIDTH, step=F
 @pytest.fixture(scope="module")
 def parts() -> list[GearPart]:
     device = Device(file.load("wang2017"))
-    found = []
+    outlines = []
     for number, stage in enumerate(device.stages):
         curves = pitch_curves.build_stage_pair(stage, device.of_stage(number, device.design))
         gears = cutting.cut_teeth(
             curves, ToothOrder(teeth=31), f"stage {number}", (f"inner {number}", f"outer {number}")
         ).gears
-        found += [GearPart(PlacedGear(gear, key=0.3), MADE) for gear in gears]
-    return found
+        outlines += [GearPart(PlacedGear(gear, key=0.3), MADE) for gear in gears]
+    return outlines
 
 
 @pytest.fixture(scope="module")
@@ -46,15 +46,15 @@ def files(parts: list[GearPart]) -> list[dict[str, bytes]]:
     return [dict(part.files()) for part in parts]
 
 
-def drawn(part: GearPart, contents: dict[str, bytes]) -> Arcs:
+def read_part(part: GearPart, contents: dict[str, bytes]) -> Arcs:
     """The outline of a gear's drawing, read back."""
-    document, found = read_dxf(contents[f"{part.stem}.dxf"])
+    document, drawing = read_dxf(contents[f"{part.stem}.dxf"])
     audit = document.audit()
     assert not audit.errors + audit.fixes
-    assert {layer: len(lines) for layer, lines in found.items()} == {
+    assert {layer: len(lines) for layer, lines in drawing.items()} == {
         "TEETH": 1, "PITCH": 1, "BORE": 1, "KEYWAY": 1, "CENTRE": 2,
     }  # fmt: skip
-    (outline,) = found["TEETH"]
+    (outline,) = drawing["TEETH"]
     assert outline.closed
     return outline
 
@@ -66,8 +66,8 @@ def off(part: GearPart, places: Array) -> float:
     tangents = np.vstack([piece.tangent(FINE) for piece in pieces])
     distance, nearest = cKDTree(exact).query(places)
     across = np.column_stack([-tangents[nearest, 1], tangents[nearest, 0]])
-    found: Array = np.minimum(np.abs(((places - exact[nearest]) * across).sum(axis=1)), distance)
-    return float(found.max())
+    offsets: Array = np.minimum(np.abs(((places - exact[nearest]) * across).sum(axis=1)), distance)
+    return float(offsets.max())
 
 
 def strays(part: GearPart, outline: Arcs) -> float:
@@ -80,14 +80,14 @@ def strays(part: GearPart, outline: Arcs) -> float:
 def test_drawing_is_closed_clean_and_within_tolerance(
     parts: list[GearPart], files: list[dict[str, bytes]], number: int
 ) -> None:
-    part, outline = parts[number], drawn(parts[number], files[number])
+    part, outline = parts[number], read_part(parts[number], files[number])
     assert strays(part, outline) <= TOLERANCE
     assert outline.area == pytest.approx(part.placed.gear.area, rel=5e-6)
     assert len(outline.vertices) < 26 * part.placed.gear.z
 
 
 def test_wrong_side_and_moved_vertex_are_detected(parts: list[GearPart], files: list[dict[str, bytes]]) -> None:
-    outline = drawn(parts[0], files[0])
+    outline = read_part(parts[0], files[0])
     bulges, vertices = outline.bulges.copy(), outline.vertices.copy()
     bulges[int(np.argmin(bulges * np.hypot(*outline.chords.T)))] *= -1
     vertices[100] *= 1 + 5e-6 / np.hypot(*vertices[100])
@@ -126,12 +126,12 @@ def test_a_solid_reads_back_valid_and_where_the_outline_is(parts: list[GearPart]
     reader = STEPControl_Reader()
     reader.ReadFile(str(tmp_path / "gear.step"))
     reader.TransferRoots()
-    shape, found = reader.OneShape(), GProp_GProps()
+    shape, properties = reader.OneShape(), GProp_GProps()
     assert BRepCheck_Analyzer(shape).IsValid()
-    BRepGProp.VolumeProperties_s(shape, found)
+    BRepGProp.VolumeProperties_s(shape, properties)
     assert part.bore is not None
     area = part.placed.gear.area - part.bore.edge.area
-    assert found.Mass() == pytest.approx(area * WIDTH * MM**3, rel=1e-5)
+    assert properties.Mass() == pytest.approx(area * WIDTH * MM**3, rel=1e-5)
     assert off(part, np.array(list(_edges(shape)))) < 2e-7
 
 
@@ -155,11 +155,11 @@ def _edges(shape) -> Iterator[tuple[float, float]]:  # type: ignore[no-untyped-d
 
 @pytest.mark.long
 def test_gears_command_lists_files(tmp_path: Path) -> None:
-    found = answer("gears", "wang2017", "--teeth", "31,31", "--bore-mm", "12", "--out", str(tmp_path))
-    names = {Path(name).name for name in found["files"]}
+    result = answer("gears", "wang2017", "--teeth", "31,31", "--bore-mm", "12", "--out", str(tmp_path))
+    names = {Path(name).name for name in result["files"]}
     assert names >= {"assembly.dxf", "assembly.svg", "sun.dxf", "gear_5.svg", "gear_6_flanks.csv", "planet_gear.dxf"}
     assert all((tmp_path / name).is_file() for name in names)
-    assert json.loads((tmp_path / "summary.json").read_text())["stages"] == found["stages"]
+    assert json.loads((tmp_path / "summary.json").read_text())["stages"] == result["stages"]
     document, lines = read_dxf((tmp_path / "assembly.dxf").read_bytes())
     assert not document.audit().errors
     assert len(lines["TEETH"]) == 4
@@ -169,5 +169,5 @@ def test_bore_into_roots_and_missing_extra_are_refused(tmp_path: Path, monkeypat
     call = ("gears", "wang2017", "--teeth", "31,31")
     assert "a bore of 46 mm" in refusal(*call, "--bore-mm", "46")
     monkeypatch.setitem(sys.modules, "OCP.Message", None)
-    said = refusal(*call, "--step", "--out", str(tmp_path))
-    assert "pip install 'planter[step]'" in said
+    message = refusal(*call, "--step", "--out", str(tmp_path))
+    assert "pip install 'planter[step]'" in message

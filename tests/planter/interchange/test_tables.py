@@ -38,15 +38,15 @@ def from_csv(files: dict[str, bytes], place: str) -> Array:
 def from_solidworks(files: dict[str, bytes], place: str) -> Array:
     points = np.loadtxt(io.BytesIO(files[place]), delimiter=",")
     assert points[:, 0].tolist() == TIME.tolist()
-    found: Array = points[:, 1]
-    return found
+    column: Array = points[:, 1]
+    return column
 
 
 def from_simulink(files: dict[str, bytes], place: str) -> Array:
     content = loadmat(io.BytesIO(files["motion.mat"]))
     assert [name for name in content if not name.startswith("_")] == ["motion"]
-    found: Array = content["motion"][int(place) - 1]
-    return found
+    column: Array = content["motion"][int(place) - 1]
+    return column
 
 
 SPLINE = re.compile(
@@ -58,8 +58,8 @@ SPLINE = re.compile(
 def from_adams(files: dict[str, bytes], place: str) -> Array:
     """By the commands' own syntax: a line goes on where it ends in &, what follows ! is a comment."""
     text = re.sub(r"^!.*\n", "", files["motion.cmd"].decode("ascii"), flags=re.MULTILINE)
-    found = {name: (x, y) for name, x, y in SPLINE.findall(re.sub(r"&\n", " ", text))}
-    x, y = ([float(number) for number in part.split(",")] for part in found[place])
+    splines = {name: (x, y) for name, x, y in SPLINE.findall(re.sub(r"&\n", " ", text))}
+    x, y = ([float(number) for number in part.split(",")] for part in splines[place])
     assert x == TIME.tolist()
     return np.array(y)
 
@@ -75,14 +75,14 @@ def test_every_format_has_a_reader_here() -> None:
 def test_written_tables_read_back(form: str) -> None:
     """The dictionary's factors lead back to SI, to rounding; every quantity but the time stands in it."""
     files = FORMATS[form](motion())
-    told = {row["name"]: row for row in rows(files[DICTIONARY])}
-    assert set(told) | {"time"} == set(NUMBERS)
-    for name, row in told.items():
+    dictionary = {row["name"]: row for row in rows(files[DICTIONARY])}
+    assert set(dictionary) | {"time"} == set(NUMBERS)
+    for name, row in dictionary.items():
         place = next(iter(row.values()))
-        found = READERS[form](files, place) * float(row["si_per_unit"])
-        np.testing.assert_allclose(found, NUMBERS[name][2], rtol=4e-16)
+        values = READERS[form](files, place) * float(row["si_per_unit"])
+        np.testing.assert_allclose(values, NUMBERS[name][2], rtol=4e-16)
         assert row["meaning"] == f'what "{name}", means'
-    moved = READERS[form](files, next(iter(told["x"].values()))) * 1.001 * float(told["x"]["si_per_unit"])
+    moved = READERS[form](files, next(iter(dictionary["x"].values()))) * 1.001 * float(dictionary["x"]["si_per_unit"])
     assert np.abs(moved - NUMBERS["x"][2]).max() > 1e-6
 
 
@@ -97,5 +97,5 @@ def test_the_same_bytes_each_time(form: str) -> None:
      ("kg m2", "kg mm2", 1e-6), ("N/m", "N/mm", 1e3), ("m/s", "mm/s", 1e-3), ("1", "1", 1)],
 )  # fmt: skip
 def test_units_of_millimetres(unit: str, expected: str, factor: float) -> None:
-    told = convert_to_millimetres(Column("q", "q", unit, "", "", TIME), "q")
-    assert (told.unit, told.factor) == (expected, pytest.approx(factor, rel=1e-15))
+    converted = convert_to_millimetres(Column("q", "q", unit, "", "", TIME), "q")
+    assert (converted.unit, converted.factor) == (expected, pytest.approx(factor, rel=1e-15))

@@ -17,8 +17,8 @@ def test_decompose_unit(unit: str, expected: dict[str, int]) -> None:
 
 def test_powers_add_up_in_products() -> None:
     """A watt is a newton metre per second, a joule a watt second."""
-    for one, other in (("W", "N m/s"), ("J", "W s"), ("N", "J/m")):
-        assert decompose_unit(one) == decompose_unit(other)
+    for first, other in (("W", "N m/s"), ("J", "W s"), ("N", "J/m")):
+        assert decompose_unit(first) == decompose_unit(other)
     assert decompose_unit("W") != decompose_unit("J")
     assert np.sum(list(decompose_unit("N").values())) == 0
 

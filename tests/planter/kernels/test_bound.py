@@ -23,13 +23,13 @@ phi, x, r, m = ca.SX.sym("phi"), ca.SX.sym("x", 2), ca.SX.sym("r"), ca.SX.sym("m
 PHI = np.linspace(0, 1, 7)
 
 
-def made(outputs: dict[str, ca.SX], inputs: list[ca.SX], lanes: str = "phi", summed: bool = False) -> Kernel:
-    names = [given.name().partition("_")[0] for given in (ca.vec(i)[0] for i in inputs)]
+def build_kernel(outputs: dict[str, ca.SX], inputs: list[ca.SX], lanes: str = "phi", summed: bool = False) -> Kernel:
+    names = [argument.name().partition("_")[0] for argument in (ca.vec(i)[0] for i in inputs)]
     return Kernel(ca.Function("f", inputs, list(outputs.values()), names, list(outputs)), lanes.split(), summed)
 
 
 def wave() -> Kernel:
-    return made({"y": x[0] * ca.sin(phi) + x[1], "root": ca.sqrt(1 + phi)}, [phi, x])
+    return build_kernel({"y": x[0] * ca.sin(phi) + x[1], "root": ca.sqrt(1 + phi)}, [phi, x])
 
 
 @pytest.fixture(params=WAYS)
@@ -47,13 +47,13 @@ def compiled(kernel: Kernel, way: str) -> Kernel:
 class TestNumbers:
     def test_they_are_those_of_a_call(self, way: str) -> None:
         kernel = compiled(wave(), way)
-        angles, known = PHI.copy(), np.array([2.0, 3.0])
-        bound = kernel.bind(phi=angles, x=known)
+        angles, values = PHI.copy(), np.array([2.0, 3.0])
+        bound = kernel.bind(phi=angles, x=values)
         outputs = bound.outputs
         for factor in (1.0, -0.5, 2.5):
             angles[:] = factor * PHI
-            known[:] = factor, 3.0
-            expected = kernel(phi=angles, x=known)
+            values[:] = factor, 3.0
+            expected = kernel(phi=angles, x=values)
             assert bound() is outputs
             for name, value in expected.items():
                 assert outputs[name].shape == value.shape
@@ -62,22 +62,22 @@ class TestNumbers:
     @pytest.mark.parametrize("summed", [False, True])
     def test_matrices_sums_and_inputs_of_any_kind(self, way: str, summed: bool) -> None:
         outputs = {"matrix": ca.densify(ca.mtimes(m.T, x) @ ca.horzcat(ca.sin(phi), r)), "column": x * phi}
-        kernel = compiled(made(outputs, [phi, x, r, m], "phi x", summed), way)
+        kernel = compiled(build_kernel(outputs, [phi, x, r, m], "phi x", summed), way)
         rng = np.random.default_rng(2)
-        given = {"phi": rng.normal(size=7), "x": rng.normal(size=(2, 7)), "r": np.array(0.7),
+        values = {"phi": rng.normal(size=7), "x": rng.normal(size=(2, 7)), "r": np.array(0.7),
                  "m": np.asfortranarray(rng.normal(size=(2, 3)))}  # fmt: skip
-        found, expected = kernel.bind(**given)(), kernel(**given)
+        actual, expected = kernel.bind(**values)(), kernel(**values)
         for name, value in expected.items():
-            assert found[name].shape == value.shape
-            assert (found[name] == value).all(), name
+            assert actual[name].shape == value.shape
+            assert (actual[name] == value).all(), name
 
     def test_without_lanes(self, way: str) -> None:
-        kernel = made({"y": ca.dot(x, x)}, [x], lanes="")
+        kernel = build_kernel({"y": ca.dot(x, x)}, [x], lanes="")
         kernel.compile()
-        known = np.array([3.0, 4.0])
-        bound = kernel.bind(x=known)
+        values = np.array([3.0, 4.0])
+        bound = kernel.bind(x=values)
         assert bound()["y"].tolist() == [[25]]
-        known[0] = 0
+        values[0] = 0
         assert bound()["y"].tolist() == [[16]]
 
     @needs_compiler
@@ -85,28 +85,28 @@ class TestNumbers:
         kernel, angles = wave(), PHI.copy()
         bound = kernel.bind(phi=angles, x=np.array([2.0, 3.0]))
         slow, outputs = bound()["y"].copy(), bound.outputs
-        kept = outputs["y"]
+        values = outputs["y"]
         kernel.compile()
         assert kernel.way == "lanes"
         assert bound() is outputs
-        assert outputs["y"] is kept
-        assert kept == pytest.approx(slow, rel=1e-15)
+        assert outputs["y"] is values
+        assert values == pytest.approx(slow, rel=1e-15)
         angles += 1
         bound()
-        assert kept[0] == pytest.approx(2 * np.sin(PHI + 1) + 3, rel=1e-15)
+        assert values[0] == pytest.approx(2 * np.sin(PHI + 1) + 3, rel=1e-15)
 
     def test_a_device_without_a_compiler_and_with_one(self, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
         device = Device(load("wang2017"))
         at, phi = device.prologue(device.design), np.linspace(0, 3, 30)[None]
         kernel = compiled(device.force.response.slopes_kernel, way)
-        given = {"phi": phi, "d": at.d, "h": at.h, "dh": at.dh}
-        found = {name: value.copy() for name, value in kernel.bind(**given)().items()}
+        inputs = {"phi": phi, "d": at.d, "h": at.h, "dh": at.dh}
+        values = {name: value.copy() for name, value in kernel.bind(**inputs)().items()}
         monkeypatch.setenv("CC", "/nonexistent")
         monkeypatch.setattr(toolchain, "_warnings", [])
         kernel.compile()
         assert kernel.way == "casadi-vm"
-        for name, value in kernel.bind(**given)().items():
-            assert np.abs(found[name] - value).max() <= 1e-12 * np.abs(value).max()
+        for name, value in kernel.bind(**inputs)().items():
+            assert np.abs(values[name] - value).max() <= 1e-12 * np.abs(value).max()
 
 
 WRONG: dict[str, tuple[dict[str, object], str]] = {
@@ -127,12 +127,12 @@ WRONG: dict[str, tuple[dict[str, object], str]] = {
 class TestRefused:
     @pytest.mark.parametrize("case", WRONG)
     def test_to_be_bound(self, case: str, way: str) -> None:
-        given, said = WRONG[case]
-        with pytest.raises(CallError, match=said):
-            compiled(wave(), way).bind(**given)  # type: ignore[arg-type]
+        arguments, message = WRONG[case]
+        with pytest.raises(CallError, match=message):
+            compiled(wave(), way).bind(**arguments)  # type: ignore[arg-type]
 
     def test_lanes_and_matrices_in_the_wrong_order(self) -> None:
-        kernel = made({"y": ca.sum1(x) * ca.sum2(ca.sum1(m))}, [x, m], lanes="x")
+        kernel = build_kernel({"y": ca.sum1(x) * ca.sum2(ca.sum1(m))}, [x, m], lanes="x")
         columns, rows = np.asfortranarray(np.ones((2, 7))), np.ones((2, 3))
         with pytest.raises(CallError, match="input x must be contiguous, row by row"):
             kernel.bind(x=columns, m=np.asfortranarray(rows))
@@ -142,16 +142,16 @@ class TestRefused:
     @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
     @pytest.mark.parametrize("name", ["phi", "x"])
     def test_what_is_no_number_at_a_call(self, way: str, name: str, bad: float) -> None:
-        given = {"phi": PHI.copy(), "x": np.array([2.0, 3.0])}
-        bound = compiled(wave(), way).bind(**given)
+        inputs = {"phi": PHI.copy(), "x": np.array([2.0, 3.0])}
+        bound = compiled(wave(), way).bind(**inputs)
         bound()
-        kept = {name: value.copy() for name, value in bound.outputs.items()}
-        given[name][-1] = bad
+        values = {name: value.copy() for name, value in bound.outputs.items()}
+        inputs[name][-1] = bad
         with pytest.raises(CallError, match=f"f: input {name} is not finite: {bad}"):
             bound()
-        for output, value in kept.items():
+        for output, value in values.items():
             assert (bound.outputs[output] == value).all()
-        given[name][-1] = 1.0
+        inputs[name][-1] = 1.0
         bound()
 
     def test_no_nan_leaves(self, way: str) -> None:
@@ -178,9 +178,9 @@ class TestRefused:
         kernel = compiled(wave(), way)
 
         def run(number: int) -> bool:
-            known = np.array([float(number), 1.0])
-            bound = kernel.bind(phi=PHI.copy(), x=known)
-            return all((bound()["y"] == kernel(phi=PHI, x=known)["y"]).all() for _ in range(50))
+            values = np.array([float(number), 1.0])
+            bound = kernel.bind(phi=PHI.copy(), x=values)
+            return all((bound()["y"] == kernel(phi=PHI, x=values)["y"]).all() for _ in range(50))
 
         with ThreadPoolExecutor(4) as pool:
             assert all(pool.map(run, range(8)))
@@ -221,7 +221,7 @@ def shortest(call: Callable[[], object]) -> float:
 def test_it_costs_little_beside_the_loop() -> None:
     radius: Array = np.array([0.05])
     angles = np.linspace(0, 2 * np.pi, 360)
-    kernel = made({"x": r * ca.cos(phi)}, [phi, r])
+    kernel = build_kernel({"x": r * ca.cos(phi)}, [phi, r])
     kernel.compile()
     bound = kernel.bind(phi=angles, r=radius)
     assert isinstance(bound, BoundKernel)

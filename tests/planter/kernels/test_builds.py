@@ -71,9 +71,9 @@ def test_a_process_that_ends_leaves_nothing_and_says_nothing(
 ) -> None:
     began = time.monotonic()
     process = started(tmp_path, then)
-    said, wrong = process.communicate(timeout=60)
+    output, wrong = process.communicate(timeout=60)
     assert time.monotonic() - began < 30
-    assert said.strip() == "9.0"
+    assert output.strip() == "9.0"
     assert process.returncode == code
     assert "slower" not in wrong
     assert wrong == "" or code == -2
@@ -120,8 +120,8 @@ def test_a_folder_of_another_kind_stays(folder: Path) -> None:
 def test_a_forked_child_leaves_its_parent_s_build_alone(folder: Path, tmp_path: Path) -> None:
     then = "import os, sys\nif (child := os.fork()) == 0:\n    sys.exit()\nos.waitpid(child, 0)\n"
     then += "import pathlib\nprint(len(list(pathlib.Path(os.environ['PLANTER_CACHE']).iterdir())))"
-    said, _ = started(tmp_path, then).communicate(timeout=60)
-    assert said.split() == ["9.0", "1"]
+    output, _ = started(tmp_path, then).communicate(timeout=60)
+    assert output.split() == ["9.0", "1"]
     assert left(folder) == []
 
 

@@ -47,11 +47,11 @@ def owned_by_another(monkeypatch: pytest.MonkeyPatch, path: Path) -> None:
     number = path.stat().st_ino
 
     def seen(ask: Callable[..., os.stat_result]) -> Callable[..., os.stat_result]:
-        def asked(*what: object, **how: object) -> os.stat_result:
-            state = ask(*what, **how)
+        def read_status(*words: object, **how: object) -> os.stat_result:
+            state = ask(*words, **how)
             return os.stat_result([*state[:4], 54321, *state[5:]]) if state.st_ino == number else state
 
-        return asked
+        return read_status
 
     for name in ("stat", "fstat"):
         monkeypatch.setattr(os, name, seen(getattr(os, name)))
@@ -77,8 +77,8 @@ def _socket(path: Path) -> None:
     before = Path.cwd()
     os.chdir(path.parent)
     try:
-        with socket.socket(socket.AF_UNIX) as made:
-            made.bind(path.name)
+        with socket.socket(socket.AF_UNIX) as server:
+            server.bind(path.name)
     finally:
         os.chdir(before)
 
@@ -101,8 +101,8 @@ class TestLibrary:
         change(path)
         for _ in range(2):
             assert way(square()) == "casadi-vm"
-        (said,) = [r.getMessage().partition("functions: ")[2] for r in caplog.records]
-        assert said.startswith(f"{path} is not loaded: it {reason}")
+        (message,) = [r.getMessage().partition("functions: ")[2] for r in caplog.records]
+        assert message.startswith(f"{path} is not loaded: it {reason}")
         assert not backends.is_compiled(square().work)
 
     def test_that_of_another_user(self, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
@@ -120,9 +120,9 @@ class TestLibrary:
             backends.build_lane_library(kernel.work).chmod(0o777)
         for kernel in kernels:
             kernel.compile()
-        one, two = (r.getMessage() for r in caplog.records)
-        assert "/one-" in one
-        assert "/two-" in two
+        first, second = (r.getMessage() for r in caplog.records)
+        assert "/one-" in first
+        assert "/two-" in second
 
     def test_one_without_the_function_does_nothing(self, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
         """A whole library with its true digest, under another's name: nothing in it has run."""

@@ -82,10 +82,10 @@ class TestSeveralWords:
         square().compile()
         assert toolchain.find_compiler().words == ()
 
-    @pytest.mark.parametrize(("name", "said"), [(" ", "CC is empty"), ("cc 'x", "cannot be read: No closing")])
-    def test_words_that_are_none(self, name: str, said: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    @pytest.mark.parametrize(("name", "message"), [(" ", "CC is empty"), ("cc 'x", "cannot be read: No closing")])
+    def test_words_that_are_none(self, name: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("CC", name)
-        with pytest.raises(CompilerError, match=said):
+        with pytest.raises(CompilerError, match=message):
             toolchain.find_compiler()
 
 
@@ -93,8 +93,8 @@ class TestSeveralWords:
 class TestFlags:
     def flags(self, text: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[str, ...]:
         monkeypatch.setenv("CC", str(script(folder, text)))
-        found = toolchain.find_compiler()
-        return (*found.flags, *found.order)
+        compiler = toolchain.find_compiler()
+        return (*compiler.flags, *compiler.order)
 
     def test_a_warning_of_something_else_takes_no_flag_away(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -120,8 +120,8 @@ def test_asking_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.chdir(tmp_path)
     (tmp_path / "temporary").mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
-    given = script(tmp_path, 'case "$*" in *"-o /dev/null"*) touch null.s;; esac; exec cc "$@"')
-    monkeypatch.setenv("CC", str(given))
+    compiler_script = script(tmp_path, 'case "$*" in *"-o /dev/null"*) touch null.s;; esac; exec cc "$@"')
+    monkeypatch.setenv("CC", str(compiler_script))
     assert toolchain.find_compiler().flags
     assert sorted(path.name for path in tmp_path.rglob("*")) == ["some cc", "temporary"]
 
@@ -144,9 +144,9 @@ class TestNoAnswer:
             with pytest.raises(CompilerError, match=r"some cc does not answer within 0\.5 s"):
                 toolchain.find_compiler()
         assert time.monotonic() - began < 10
-        asked = (tmp_path / "asked").read_text().split()
-        assert len(asked) == (1 if case == "version" else 2)
-        assert not any(runs(process) for process in asked)
+        calls = (tmp_path / "asked").read_text().split()
+        assert len(calls) == (1 if case == "version" else 2)
+        assert not any(runs(process) for process in calls)
 
     def test_kernels_work_without_it(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture

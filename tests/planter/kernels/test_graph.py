@@ -8,7 +8,7 @@ from planter.kernels import Kernel, backends
 from planter.kernels.backends import LaneTask
 from planter.kernels.lane_graph import OPERATIONS, LaneGraph, NotPrintableError, ScalarOperation
 from planter.kernels.lane_source import print_function
-from tests.support.lanes import apart, both, evaluated, for_processor, needs_compiler, unsummed, work
+from tests.support.lanes import both, difference, evaluated, for_processor, needs_compiler, unsummed, work
 
 pytestmark = pytest.mark.usefixtures("kernel_cache")
 
@@ -38,22 +38,22 @@ class TestSelects:
 
     def test_the_other_side_does_not_show(self) -> None:
         with np.errstate(all="ignore"):
-            found, expected = both(self.root, *self.at)
+            actual, expected = both(self.root, *self.at)
         for name, value in expected.items():
-            assert np.isfinite(found[name]).all()
-            assert found[name] == pytest.approx(value, rel=1e-14)
+            assert np.isfinite(actual[name]).all()
+            assert actual[name] == pytest.approx(value, rel=1e-14)
 
     def test_a_product_in_place_of_a_select_would_show(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setitem(OPERATIONS, ca.OP_IF_ELSE_ZERO, ScalarOperation("{0} * {1}", 2))
-        given = LaneTask(self.root.function, ("phi", "y"), summed=False)
+        task = LaneTask(self.root.function, ("phi", "y"), summed=False)
         with np.errstate(all="ignore"):
-            found = evaluated(given, backends.build_lane_backend(given), *self.at)
-        assert not np.isfinite(found["flag"]).all()
+            actual = evaluated(task, backends.build_lane_backend(task), *self.at)
+        assert not np.isfinite(actual["flag"]).all()
 
     def test_a_derivative_takes_the_same_side(self) -> None:
         slope = ca.gradient(ca.if_else(phi > 0, phi**2.5, ca.sin(phi)), phi)
-        found, expected = both(work("phi", {"slope": slope}, [phi], "phi"), self.at[0])
-        assert found["slope"] == pytest.approx(expected["slope"], rel=1e-14)
+        actual, expected = both(work("phi", {"slope": slope}, [phi], "phi"), self.at[0])
+        assert actual["slope"] == pytest.approx(expected["slope"], rel=1e-14)
 
 
 @needs_compiler
@@ -63,12 +63,12 @@ def test_truth_of_numbers_that_are_neither_one_nor_zero() -> None:
     outputs = {"both": ca.logic_and(p, q), "either": ca.logic_or(p, q), "neither": ca.logic_not(ca.logic_or(p, q)),
                "chosen": ca.if_else(p, 2.0, 3.0), "mixed": ca.logic_and(p > q, q)}  # fmt: skip
     table = np.array([(p, q) for p in (0.0, -0.0, 0.5, -3.0, 1.0, 1e-300) for q in (0.0, 0.25, -2.0, 1.0)]).T
-    given = work("p q", outputs, [p, q], "p q")
-    found, expected = both(given, *table)
-    one, two = table != 0
-    assert (expected["both"][0] == (one & two)).all()
+    task = work("p q", outputs, [p, q], "p q")
+    actual, expected = both(task, *table)
+    first, second = table != 0
+    assert (expected["both"][0] == (first & second)).all()
     for name, value in expected.items():
-        assert (found[name] == value).all(), name
+        assert (actual[name] == value).all(), name
 
 
 FORCE = {"one": x[0] * ca.sin(phi) + x[1] * y, "two": ca.cos(x[0]) + phi * y**2}
@@ -79,18 +79,18 @@ class TestWhatVaries:
     @pytest.mark.parametrize("varying", ["phi", "x", "phi x", "x y", "phi x y", "y"])
     @pytest.mark.parametrize("summed", [False, True])
     def test_angles_designs_or_both(self, varying: str, summed: bool) -> None:
-        given = work("phi x y", FORCE, [phi, x, y], varying, summed)
+        task = work("phi x y", FORCE, [phi, x, y], varying, summed)
         sizes = {"phi": 1, "x": 2, "y": 1}
         arrays = [RNG.normal(size=(rows, 37 if name in varying.split() else 1)) for name, rows in sizes.items()]
-        found, expected = both(given, *arrays)
+        actual, expected = both(task, *arrays)
         for name, value in expected.items():
             assert value.shape == (1, 1 if summed else 37)
-            assert found[name] == pytest.approx(value, rel=1e-13, abs=1e-13)
+            assert actual[name] == pytest.approx(value, rel=1e-13, abs=1e-13)
 
     def test_a_sum_is_the_sum_of_the_rows(self) -> None:
-        given = work("phi x y", FORCE, [phi, x, y], "phi", summed=True)
-        total, _ = both(given, PHI, [[0.3], [2.0]], 0.7)
-        rows, _ = both(unsummed(given), PHI, [[0.3], [2.0]], 0.7)
+        task = work("phi x y", FORCE, [phi, x, y], "phi", summed=True)
+        total, _ = both(task, PHI, [[0.3], [2.0]], 0.7)
+        rows, _ = both(unsummed(task), PHI, [[0.3], [2.0]], 0.7)
         assert total["one"][0, 0] == pytest.approx(rows["one"].sum(), rel=1e-13)
 
     def test_what_all_lanes_share_stands_before_the_loop(self) -> None:
@@ -102,10 +102,10 @@ class TestWhatVaries:
 
     @pytest.mark.parametrize("count", [0, 1, 2, 3, 7, 8, 9, 63])
     def test_any_number_of_lanes(self, count: int) -> None:
-        given = work("phi x y", FORCE, [phi, x, y], "phi")
+        task = work("phi x y", FORCE, [phi, x, y], "phi")
         at = RNG.normal(size=(1, count))
-        found = backends.build_lane_backend(given)([at, np.array([[0.3], [2.0]]), np.array([[0.7]])], count)
-        assert found[0] == pytest.approx(0.3 * np.sin(at) + 1.4, rel=1e-14)
+        actual = backends.build_lane_backend(task)([at, np.array([[0.3], [2.0]]), np.array([[0.7]])], count)
+        assert actual[0] == pytest.approx(0.3 * np.sin(at) + 1.4, rel=1e-14)
 
 
 @needs_compiler
@@ -113,12 +113,12 @@ class TestWhatVaries:
 def test_a_matrix_for_each_lane(summed: bool) -> None:
     """Matrices stand beside each other, as CasADi's map has them; one memory for each element."""
     matrix = ca.vertcat(x[0], x[1], phi) @ ca.horzcat(ca.sin(phi), x[0] * phi)
-    given = work("phi x", {"matrix": ca.densify(matrix), "column": x * phi}, [phi, x], "phi", summed)
-    found, expected = both(given, PHI, [[0.3], [2.0]])
+    task = work("phi x", {"matrix": ca.densify(matrix), "column": x * phi}, [phi, x], "phi", summed)
+    actual, expected = both(task, PHI, [[0.3], [2.0]])
     assert expected["matrix"].shape == (3, 2 if summed else 82)
     for name, value in expected.items():
-        assert found[name].shape == value.shape
-        assert found[name] == pytest.approx(value, rel=1e-13, abs=1e-13)
+        assert actual[name].shape == value.shape
+        assert actual[name] == pytest.approx(value, rel=1e-13, abs=1e-13)
 
 
 @needs_compiler
@@ -129,28 +129,28 @@ def test_constants_inputs_and_nothing_as_outputs() -> None:
         "negative": 3 - phi * (-1e300),
         "zero": phi * -0.0,
     }
-    given = work("phi x", outputs, [phi, x], "phi")
-    found, expected = both(given, PHI, [[0.3], [2.0]])
+    task = work("phi x", outputs, [phi, x], "phi")
+    actual, expected = both(task, PHI, [[0.3], [2.0]])
     for name, value in expected.items():
-        assert (found[name] == value).all(), name
+        assert (actual[name] == value).all(), name
 
 
 @needs_compiler
 def test_what_occurs_twice_is_computed_once() -> None:
     twice = {"one": ca.sin(phi) * x[0], "two": ca.sin(phi) + x[0] * ca.sin(phi)}
-    given = work("phi x", twice, [phi, x], "phi")
-    loop = print_function(LaneGraph.of(given.function, ["phi"]), summed=False)
+    task = work("phi x", twice, [phi, x], "phi")
+    loop = print_function(LaneGraph.of(task.function, ["phi"]), summed=False)
     assert loop.count("turned_sin") == 1
     assert loop.count("phi[i]") == 1
-    found, expected = both(given, PHI, [[0.3], [2.0]])
-    assert apart(found["two"], expected["two"]) < 1e-15
+    actual, expected = both(task, PHI, [[0.3], [2.0]])
+    assert difference(actual["two"], expected["two"]) < 1e-15
 
 
 def _solver() -> ca.Function:
     u, p = ca.SX.sym("u"), ca.SX.sym("p")
     solver = ca.rootfinder("solver", "fast_newton", ca.Function("g", [u, p], [u**2 - p]))
-    given = ca.MX.sym("p")
-    return ca.Function("solved", [given], [solver(1.0, given)], ["p"], ["u"])
+    parameter = ca.MX.sym("p")
+    return ca.Function("solved", [parameter], [solver(1.0, parameter)], ["p"], ["u"])
 
 
 def _unlike(*outputs: ca.SX, names: tuple[str, str] = ("phi", "y")) -> ca.Function:
@@ -192,14 +192,14 @@ def test_what_has_no_such_form_is_evaluated_in_another_way(capfd: pytest.Capture
 def test_a_function_of_matrices_is_expanded() -> None:
     m, p = ca.MX.sym("m", 2), ca.MX.sym("p")
     function = ca.Function("f", [p, m], [ca.dot(m, ca.vertcat(ca.sin(p), p))], ["p", "m"], ["y"])
-    found, expected = both(LaneTask(function, ("p",), summed=False), PHI, [[0.3], [2.0]])
-    assert apart(found["y"], expected["y"]) < 1e-15
+    actual, expected = both(LaneTask(function, ("p",), summed=False), PHI, [[0.3], [2.0]])
+    assert difference(actual["y"], expected["y"]) < 1e-15
 
 
 @needs_compiler
 def test_angles_in_lanes_for_a_plain_processor(tmp_path) -> None:  # type: ignore[no-untyped-def]
     """Sine and cosine of one angle, which a compiler would merge into a call that has no vector form."""
-    given = work("phi", {"s": ca.sin(phi), "c": ca.cos(phi)}, [phi], "phi")
+    task = work("phi", {"s": ca.sin(phi), "c": ca.cos(phi)}, [phi], "phi")
     for march in ("x86-64", "native"):
-        found = evaluated(given, for_processor(given, march, tmp_path / march), PHI)
-        assert found["s"] ** 2 + found["c"] ** 2 == pytest.approx(np.ones((1, len(PHI))), rel=1e-15)
+        actual = evaluated(task, for_processor(task, march, tmp_path / march), PHI)
+        assert actual["s"] ** 2 + actual["c"] ** 2 == pytest.approx(np.ones((1, len(PHI))), rel=1e-15)

@@ -14,7 +14,7 @@ OUTPUTS = {"curve": x[0] * ca.sin(phi) + x[1], "both": ca.vertcat(phi**2, x[0] *
 PHI = np.linspace(-1, 2, 9)
 
 
-def made(summed: bool) -> tuple[backends.LaneBackend, ca.Function]:
+def build_backend(summed: bool) -> tuple[backends.LaneBackend, ca.Function]:
     way = backends.build_lane_backend(work("phi x", OUTPUTS, [phi, x], "phi", summed))
     assert isinstance(way, backends.LaneBackend)
     return way, way.interface(len(PHI))
@@ -22,14 +22,14 @@ def made(summed: bool) -> tuple[backends.LaneBackend, ca.Function]:
 
 @pytest.mark.parametrize("summed", [False, True])
 def test_it_gives_what_the_loop_gives(summed: bool) -> None:
-    way, function = made(summed)
+    way, function = build_backend(summed)
     expected = way([PHI[None], np.array([[0.3], [2.0]])], len(PHI))
     for value, reference in zip(function(PHI, [0.3, 2.0]), expected, strict=True):
         assert (np.array(value) == reference.T).all()
 
 
 def test_names_and_shapes() -> None:
-    _, function = made(summed=False)
+    _, function = build_backend(summed=False)
     assert (function.name_in(), function.name_out()) == (["phi", "x"], ["curve", "both"])
     assert [function.size_in(i) for i in range(2)] == [(9, 1), (2, 1)]
     assert [function.size_out(i) for i in range(2)] == [(9, 1), (9, 2)]
@@ -37,10 +37,10 @@ def test_names_and_shapes() -> None:
 
 def test_results_that_are_not_wanted() -> None:
     """A graph that uses one output hands out no memory for the other."""
-    _, function = made(summed=False)
-    given = ca.MX.sym("given", 2)
-    second = ca.Function("second", [given], [function(PHI, given)[1]])
-    first = ca.Function("first", [given], [ca.sum1(function(PHI, given)[0])])
+    _, function = build_backend(summed=False)
+    inputs = ca.MX.sym("given", 2)
+    second = ca.Function("second", [inputs], [function(PHI, inputs)[1]])
+    first = ca.Function("first", [inputs], [ca.sum1(function(PHI, inputs)[0])])
     assert np.array(second([0.3, 2.0])) == pytest.approx(np.stack([PHI**2, 0.3 * PHI], axis=1))
     assert float(first([0.3, 2.0])) == pytest.approx((0.3 * np.sin(PHI) + 2).sum())
 

@@ -57,8 +57,8 @@ def test_no_nan_leaves() -> None:
 def test_a_failed_root_is_an_error() -> None:
     x, p = ca.SX.sym("x"), ca.SX.sym("p")
     solver = ca.rootfinder("solver", "fast_newton", ca.Function("g", [x, p], [x**2 + p]), {"error_on_fail": True})
-    start, given = ca.MX.sym("start"), ca.MX.sym("p")
-    kernel = Kernel(ca.Function("solve", [start, given], [solver(start, given)], ["start", "p"], ["x"]))
+    start, parameter = ca.MX.sym("start"), ca.MX.sym("p")
+    kernel = Kernel(ca.Function("solve", [start, parameter], [solver(start, parameter)], ["start", "p"], ["x"]))
     assert kernel(start=1.0, p=-4.0)["x"][0, 0] == pytest.approx(2)
     with pytest.raises(ComputationError, match="solve"):
         kernel(start=1.0, p=4.0)
@@ -91,9 +91,9 @@ def test_ctrl_c_inside_a_call_waits_for_its_end(kernel: Kernel, monkeypatch: pyt
 def test_results_belong_to_the_caller(kernel: Kernel) -> None:
     """A second call does not write into what the first one gave."""
     first = kernel(phi=[0.1, 0.2], x=[2.0, 3.0])["y"]
-    kept = first.copy()
+    copied = first.copy()
     kernel(phi=[1.1, 1.2], x=[2.0, 3.0])
-    assert (first == kept).all()
+    assert (first == copied).all()
 
 
 def test_a_sparse_output_is_filled_up() -> None:

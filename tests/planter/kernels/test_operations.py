@@ -74,15 +74,15 @@ def test_every_operation_is_tested_here() -> None:
     assert set(OPERATIONS) - met == set()
 
 
-def check(name: str, given: LaneTask, way: backends.Backend, index: int, *points: Array) -> None:
+def check(name: str, task: LaneTask, way: backends.Backend, index: int, *points: Array) -> None:
     with np.errstate(all="ignore"):
-        found, expected = (
-            evaluated(given, w, *points)[f"y{index}"][0] for w in (way, backends.build_virtual_machine(given))
+        actual, expected = (
+            evaluated(task, w, *points)[f"y{index}"][0] for w in (way, backends.build_virtual_machine(task))
         )  # fmt: skip
     assert np.isfinite(expected).all()
     size = np.maximum(np.abs(expected), SCALES.get(name, 1e-300))
-    worst = int(np.argmax(np.abs(found - expected) / size))
-    assert np.abs(found - expected)[worst] <= 2e-15 * size[worst], [p[worst] for p in points]
+    worst = int(np.argmax(np.abs(actual - expected) / size))
+    assert np.abs(actual - expected)[worst] <= 2e-15 * size[worst], [p[worst] for p in points]
 
 
 @pytest.fixture(scope="module", params=["native", "x86-64"])
@@ -92,8 +92,8 @@ def ways_of(
     if request.param == "native":
         return backends.build_lane_backend(single()), backends.build_lane_backend(double())
     folder: Path = tmp_path_factory.mktemp("plain")
-    one, two = (for_processor(w, request.param, folder / n) for n, w in (("1", single()), ("2", double())))
-    return one, two
+    first, second = (for_processor(w, request.param, folder / n) for n, w in (("1", single()), ("2", double())))
+    return first, second
 
 
 @pytest.mark.parametrize("name", SINGLE)
@@ -103,8 +103,8 @@ def test_of_one_number(name: str, ways_of: tuple[backends.Backend, backends.Back
 
 def test_floor_of_what_is_no_angle(ways_of: tuple[backends.Backend, backends.Backend]) -> None:
     """Without a vector instruction for it, numbers beyond 32 bits are left as they are; else they have their floor."""
-    found = evaluated(single(), ways_of[0], BEYOND)[f"y{list(SINGLE).index('floor')}"][0]
-    assert (found == np.floor(BEYOND)).all() or (found == BEYOND).all()
+    actual = evaluated(single(), ways_of[0], BEYOND)[f"y{list(SINGLE).index('floor')}"][0]
+    assert (actual == np.floor(BEYOND)).all() or (actual == BEYOND).all()
 
 
 @pytest.mark.parametrize("name", DOUBLE)

@@ -47,11 +47,11 @@ def test_a_library_that_another_process_holds_is_used(tmp_path: Path, monkeypatc
     """Windows lets nobody replace what is loaded: who comes second takes what the first has built."""
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
 
-    def held(self: Path, target: Path) -> None:
+    def build_and_read(self: Path, target: Path) -> None:
         shutil.copy2(self, target)
         raise PermissionError(13, "The process cannot access the file because it is being used by another process")
 
-    monkeypatch.setattr(Path, "replace", held)
+    monkeypatch.setattr(Path, "replace", build_and_read)
     assert toolchain.is_intact(toolchain.build_library("twice", INNER, ()))
 
 
@@ -108,8 +108,11 @@ def built(system: Platform, target: str, folder: Path, name: str, source: str, n
     text, compiled, linked = (folder / f"{name}{suffix}" for suffix in (".c", ".o", system.suffix))
     text.write_text(source)
     flags = toolchain.loop_flags(toolchain.OPTIMISED)
-    for one in (system.compile(command, flags, text, compiled), system.link(command, compiled, linked, linked, needed)):
-        subprocess.run(one, check=True, capture_output=True, text=True)
+    for result in (
+        system.compile(command, flags, text, compiled),
+        system.link(command, compiled, linked, linked, needed),
+    ):
+        subprocess.run(result, check=True, capture_output=True, text=True)
     return linked
 
 
@@ -156,8 +159,8 @@ class TestWithoutACompiler:
         assert toolchain.find_compiler().bundled
         toolchain.build_library("twice", INNER, ())
         toolchain.build_library("thrice", INNER.replace("2.0", "3.0"), ())
-        (said,) = [record.getMessage() for record in caplog.records]
-        assert f"prepares itself, once: this takes about {compiler.preparation_time_s()} s" in said
+        (message,) = [record.getMessage() for record in caplog.records]
+        assert f"prepares itself, once: this takes about {compiler.preparation_time_s()} s" in message
 
     def test_prepared_it_says_nothing(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture

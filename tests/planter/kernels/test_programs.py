@@ -9,7 +9,7 @@ import pytest
 from planter.kernels import compiler, programs
 from planter.kernels.compiler import CompilerError
 from planter.kernels.programs import LOOPS_FILE, MAIN_FILE, Program, ProgramStep, print_programs
-from tests.support.wasm import Running, apart, needs_wasm
+from tests.support.wasm import Running, difference, needs_wasm
 
 ANGLES = np.concatenate([np.linspace(-50, 50, 301), np.linspace(-4e4, 4e4, 200), np.pi * np.arange(-20, 20) / 2])
 
@@ -34,36 +34,36 @@ def running() -> Running:
 
 
 def test_a_program_finds_what_its_formulas_say() -> None:
-    found = program()(x=np.array([2.0, 0.5]))
-    assert found["a"] == pytest.approx([2, 4, 6, 0.5, 0.25, 0.125], rel=1e-15)
+    values = program()(x=np.array([2.0, 0.5]))
+    assert values["a"] == pytest.approx([2, 4, 6, 0.5, 0.25, 0.125], rel=1e-15)
     line = 6 * ANGLES + 0.5
-    assert found["rows"] == pytest.approx(np.concatenate([np.sin(ANGLES), np.cos(ANGLES), line]), abs=1e-9)
-    assert found["singles"] == pytest.approx([line.max(), np.sin(ANGLES).sum()], rel=1e-12)
+    assert values["rows"] == pytest.approx(np.concatenate([np.sin(ANGLES), np.cos(ANGLES), line]), abs=1e-9)
+    assert values["singles"] == pytest.approx([line.max(), np.sin(ANGLES).sum()], rel=1e-12)
 
 
 def test_vectors_stand_one_after_another() -> None:
-    own = program()
-    ends = np.cumsum(list(own.sizes.values()))
-    assert list(own.offsets.values()) == [0, *ends[:-1]]
-    assert own.size == ends[-1]
-    assert list(own.sizes) == ["x", "t", "a", "rows", "singles"]
+    printed_program = program()
+    ends = np.cumsum(list(printed_program.sizes.values()))
+    assert list(printed_program.offsets.values()) == [0, *ends[:-1]]
+    assert printed_program.size == ends[-1]
+    assert list(printed_program.sizes) == ["x", "t", "a", "rows", "singles"]
 
 
 @needs_wasm
 def test_webassembly_finds_the_same_and_needs_nothing(running: Running) -> None:
-    own = program()
+    printed_program = program()
     assert list(running.module.imports) == []
     for x in ([0.7, -1.3], [2.0, 0.5], [-1e3, 1e-3]):
-        found, known = running.vectors(own, x=np.array(x)), own(x=np.array(x))
-        assert found is not None
-        assert apart(found, known) < 1e-14
+        values, expected = running.vectors(printed_program, x=np.array(x)), printed_program(x=np.array(x))
+        assert values is not None
+        assert difference(values, expected) < 1e-14
 
 
 @needs_wasm
 def test_its_sine_and_cosine_are_right_far_from_zero_too(running: Running) -> None:
-    found = running.vectors(program())
-    assert found is not None
-    sine, cosine, _ = found["rows"].reshape(3, -1)
+    sines = running.vectors(program())
+    assert sines is not None
+    sine, cosine, _ = sines["rows"].reshape(3, -1)
     assert np.abs(sine - np.sin(ANGLES)).max() < 4e-16
     assert np.abs(cosine - np.cos(ANGLES)).max() < 4e-16
 
@@ -82,7 +82,7 @@ def test_without_the_compiler_a_sentence_says_what_brings_it(monkeypatch: pytest
 
 
 def test_the_text_is_c_of_loops_and_of_what_calls_them() -> None:
-    found = print_programs([program()])
-    assert set(found) == {LOOPS_FILE, MAIN_FILE}
-    assert "void demo_rows(long lanes" in found[LOOPS_FILE]
-    assert "int demo(void)" in found[MAIN_FILE]
+    text = print_programs([program()])
+    assert set(text) == {LOOPS_FILE, MAIN_FILE}
+    assert "void demo_rows(long lanes" in text[LOOPS_FILE]
+    assert "int demo(void)" in text[MAIN_FILE]

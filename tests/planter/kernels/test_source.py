@@ -42,9 +42,9 @@ def small() -> LaneTask:
 
 def text() -> str:
     graph = LaneGraph.of(small().function, ["phi"])
-    whole = small().function
-    inputs = whole.sx_in()
-    total = ca.Function("total", inputs, whole.call(inputs)[:1], ["phi", "x"], ["curve"])
+    function = small().function
+    inputs = function.sx_in()
+    total = ca.Function("total", inputs, function.call(inputs)[:1], ["phi", "x"], ["curve"])
     return print_file([graph, LaneGraph.of(total, ["phi"])], [False, True])
 
 
@@ -78,13 +78,13 @@ def test_a_warning_would_be_seen(tmp_path: Path) -> None:
     assert "unused" in caught.value.stderr
 
 
-def _object(given: LaneTask, march: str, folder: Path) -> Path:
+def _object(task: LaneTask, march: str, folder: Path) -> Path:
     wide = ["-mprefer-vector-width=512"] if march == "native" else []
-    flags = ("-std=gnu99", *given.passes, *toolchain.FAST_MATH, f"-march={march}", *wide)
-    return compiled(given.loop, folder / "kernel.o", *flags)
+    flags = ("-std=gnu99", *task.passes, *toolchain.FAST_MATH, f"-march={march}", *wide)
+    return compiled(task.loop, folder / "kernel.o", *flags)
 
 
-def _wanted(path: Path) -> set[str]:
+def count_selections(path: Path) -> set[str]:
     """Symbols that an object file takes from others."""
     lines = subprocess.run(["nm", "-u", str(path)], check=True, capture_output=True, text=True).stdout.splitlines()
     return {line.split()[-1] for line in lines}
@@ -93,12 +93,12 @@ def _wanted(path: Path) -> set[str]:
 def _arithmetic(path: Path) -> Counter[str]:
     """How often each kind of register is added, multiplied, divided whole (packed), and `scalar`."""
     command = ["objdump", "-d", "--no-show-raw-insn", str(path)]
-    found: Counter[str] = Counter()
+    instructions: Counter[str] = Counter()
     for line in subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines():
         match = re.search(r"\tv?(?:add|sub|mul|div|fn?m(?:add|sub)\d+)(pd|sd)\s.*%(.mm)\d+", line)
         if match:
-            found[match[2] if match[1] == "pd" else "scalar"] += 1
-    return found
+            instructions[match[2] if match[1] == "pd" else "scalar"] += 1
+    return instructions
 
 
 def _width(march: str) -> tuple[str, str]:
@@ -121,15 +121,15 @@ def test_a_device_s_kernels_are_vector_instructions(march: str, model: Model, tm
     """Each operation stands there packed, once more one by one for lanes left over; what lanes share is scalar."""
     letter, register = _width(march)
     calls = {f"_ZGV{letter}N{ {'b': 2, 'd': 4, 'e': 8}[letter] }v_{f}" for f in ("sin", "cos")}
-    for given in _device_works(model)[: 2 if march == "native" else 1]:
-        path = _object(given, march, tmp_path)
-        found, wanted = _arithmetic(path), _wanted(path)
-        assert found[register] >= 0.9 * len(LaneGraph.of(given.function, given.varying).varying) / 2
-        assert found[register] >= 0.8 * found["scalar"]
+    for task in _device_works(model)[: 2 if march == "native" else 1]:
+        path = _object(task, march, tmp_path)
+        instructions, expected = _arithmetic(path), count_selections(path)
+        assert instructions[register] >= 0.9 * len(LaneGraph.of(task.function, task.varying).varying) / 2
+        assert instructions[register] >= 0.8 * instructions["scalar"]
         fused = letter != "b"
-        assert not wanted & {"sin", "cos"} if fused else calls <= wanted
-        assert "sincos" not in wanted
-        assert any(name.startswith(f"_ZGV{letter}") for name in wanted)
+        assert not expected & {"sin", "cos"} if fused else calls <= expected
+        assert "sincos" not in expected
+        assert any(name.startswith(f"_ZGV{letter}") for name in expected)
 
 
 @on_x86_64
@@ -148,14 +148,14 @@ def test_a_loop_with_a_call_that_has_no_vector_form_is_seen(march: str, tmp_path
 @needs_disassembler
 def test_sine_and_cosine_that_are_not_kept_apart_are_seen(tmp_path: Path) -> None:
     """A compiler merges them into one call, and the loop is no vector loop any more."""
-    given = work("phi", {"y": ca.sin(phi) * ca.cos(phi) + phi}, [phi], "phi")
-    assert _arithmetic(_object(given, "x86-64", tmp_path))["xmm"] > 0
-    merged = given.loop.replace("x + f_zero", "x")
-    assert merged != given.loop
-    flags = ("-std=gnu99", *given.passes, *toolchain.FAST_MATH, "-march=x86-64")
+    task = work("phi", {"y": ca.sin(phi) * ca.cos(phi) + phi}, [phi], "phi")
+    assert _arithmetic(_object(task, "x86-64", tmp_path))["xmm"] > 0
+    merged = task.loop.replace("x + f_zero", "x")
+    assert merged != task.loop
+    flags = ("-std=gnu99", *task.passes, *toolchain.FAST_MATH, "-march=x86-64")
     path = compiled(merged, tmp_path / "merged.o", *flags)
     assert _arithmetic(path)["xmm"] == 0
-    assert _wanted(path) & {"sincos", "cexpi", "cexp"}
+    assert count_selections(path) & {"sincos", "cexpi", "cexp"}
 
 
 @needs_compiler

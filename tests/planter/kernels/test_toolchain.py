@@ -55,16 +55,16 @@ class TestCache:
         assert twice(first) == 8
 
     def test_another_source_flag_name_or_processor_is_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        one = toolchain.library_path("twice", SOURCE, ("-O3",))
-        others = [
+        path = toolchain.library_path("twice", SOURCE, ("-O3",))
+        other_paths = [
             toolchain.library_path("twice", SOURCE.replace("2.0", "3.0"), ("-O3",)),
             toolchain.library_path("twice", SOURCE, ("-O1",)),
             toolchain.library_path("twice", SOURCE, ("-O3", "-ffast-math")),
             toolchain.library_path("thrice", SOURCE, ("-O3",)),
         ]
         monkeypatch.setattr(toolchain, "_describe_processor", lambda: "another processor")
-        others.append(toolchain.library_path("twice", SOURCE, ("-O3",)))
-        assert len({one, *others}) == 6
+        other_paths.append(toolchain.library_path("twice", SOURCE, ("-O3",)))
+        assert len({path, *other_paths}) == 6
 
     def test_another_version_of_the_compiler_is_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
         path, older = toolchain.library_path("twice", SOURCE, ()), toolchain.find_compiler()
@@ -123,10 +123,10 @@ class TestCache:
         source.write_text(SOURCE)
         command = [sys.executable, "-c", program, str(source)]
         started = [subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) for _ in range(4)]
-        said = {process.communicate(timeout=60)[0].strip() for process in started}
+        outputs = {process.communicate(timeout=60)[0].strip() for process in started}
         assert [process.returncode for process in started] == [0] * 4
-        assert len(said) == 1
-        (path,) = map(Path, said)
+        assert len(outputs) == 1
+        (path,) = map(Path, outputs)
         assert toolchain.is_intact(path)
         assert [p.name for p in self.folder.iterdir()] == [path.name]
         assert twice(path) == 8
@@ -279,7 +279,7 @@ def objective() -> float:
     return float(json.loads(out)["objective"])
 
 
-def _found(command: list[str], variables: dict[str, str]) -> tuple[dict, list[str]]:  # type: ignore[type-arg]
+def run_and_warn(command: list[str], variables: dict[str, str]) -> tuple[dict, list[str]]:  # type: ignore[type-arg]
     environment = os.environ | {"PYTHONPATH": str(ROOT)} | variables
     done = subprocess.run(
         [*command, *SEARCH, "--json"], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
@@ -295,13 +295,13 @@ class TestWithout:
     @pytest.mark.parametrize("case", ["CC is empty", pytest.param("no folder", marks=pytest.mark.long),
                                       pytest.param("a folder open to all", marks=pytest.mark.long)])  # fmt: skip
     def test_one_warning(self, case: str, objective: float, tmp_path: Path) -> None:
-        found, said = _found([sys.executable, "-m", "planter"], WITHOUT[case](tmp_path))
-        assert len(said) == 1
-        assert said[0].startswith("planter: slower without compiled functions: ")
-        assert found["objective"] == pytest.approx(objective, rel=1e-9)
+        output, messages = run_and_warn([sys.executable, "-m", "planter"], WITHOUT[case](tmp_path))
+        assert len(messages) == 1
+        assert messages[0].startswith("planter: slower without compiled functions: ")
+        assert output["objective"] == pytest.approx(objective, rel=1e-9)
 
     def test_one_warning_where_nothing_can_be_loaded(self, objective: float, kernel_cache: None) -> None:
-        found, said = _found([sys.executable, "-c", UNLOADABLE], {})
-        assert len(said) == 1
-        assert "cannot be loaded" in said[0]
-        assert found["objective"] == pytest.approx(objective, rel=1e-9)
+        output, messages = run_and_warn([sys.executable, "-c", UNLOADABLE], {})
+        assert len(messages) == 1
+        assert "cannot be loaded" in messages[0]
+        assert output["objective"] == pytest.approx(objective, rel=1e-9)

@@ -29,7 +29,7 @@ def called(kernel: Kernel, count: int) -> Array:
     return kernel(phi=np.linspace(0, 1, count), x=np.arange(50.0))["y"]
 
 
-def kept(kernel: Kernel) -> OrderedDict[int, backends._Call]:
+def list_calls(kernel: Kernel) -> OrderedDict[int, backends._Call]:
     return kernel._way._calls._kept  # type: ignore[attr-defined]
 
 
@@ -40,37 +40,37 @@ class TestWhatIsKept:
         monkeypatch.setattr(backends, "CACHE_BYTES", 3_000_000)
         for count in COUNTS:
             called(kernel, count)
-        assert sum(call.bytes for call in kept(kernel).values()) <= 3_000_000
-        assert list(kept(kernel)) == list(COUNTS)[-len(kept(kernel)) :]
-        assert len(kept(kernel)) > 1
+        assert sum(call.bytes for call in list_calls(kernel).values()) <= 3_000_000
+        assert list(list_calls(kernel)) == list(COUNTS)[-len(list_calls(kernel)) :]
+        assert len(list_calls(kernel)) > 1
 
     def test_without_a_bound_all_would_be_kept(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(backends, "CACHE_BYTES", 10**12)
         for count in COUNTS:
             called(kernel, count)
-        assert len(kept(kernel)) == 87
-        assert sum(call.bytes for call in kept(kernel).values()) > 3 * 3_000_000
+        assert len(list_calls(kernel)) == 87
+        assert sum(call.bytes for call in list_calls(kernel).values()) > 3 * 3_000_000
 
     def test_the_last_is_kept_whatever_its_size(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(backends, "CACHE_BYTES", 1)
         for count in (5, 7):
             called(kernel, count)
-            assert list(kept(kernel)) == [count]
+            assert list(list_calls(kernel)) == [count]
 
     def test_what_is_used_again_stays(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
         for count in (5, 6):
             called(kernel, count)
-        monkeypatch.setattr(backends, "CACHE_BYTES", sum(call.bytes for call in kept(kernel).values()) + 10)
+        monkeypatch.setattr(backends, "CACHE_BYTES", sum(call.bytes for call in list_calls(kernel).values()) + 10)
         called(kernel, 5)
         called(kernel, 4)
-        assert list(kept(kernel)) == [5, 4]
+        assert list(list_calls(kernel)) == [5, 4]
 
     def test_a_thread_s_memory_ends_with_it(self, kernel: Kernel) -> None:
         called(kernel, 5)
         thread = threading.Thread(target=called, args=(kernel, 9))
         thread.start()
         thread.join()
-        assert list(kept(kernel)) == [5]
+        assert list(list_calls(kernel)) == [5]
 
 
 def test_threads_compute_at_the_same_time_in_memory_of_their_own(kernel: Kernel) -> None:
@@ -86,8 +86,8 @@ def test_threads_compute_at_the_same_time_in_memory_of_their_own(kernel: Kernel)
         return kernel(phi=phi, x=np.arange(50.0))["y"]
 
     with ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(run, angles))
-    for phi, y in zip(angles, found, strict=True):
+        results = list(pool.map(run, angles))
+    for phi, y in zip(angles, results, strict=True):
         assert y == pytest.approx(np.outer(np.arange(50), np.sin(phi)), rel=1e-14)
 
 

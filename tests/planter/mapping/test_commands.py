@@ -53,15 +53,15 @@ def corrected() -> dict:
 
 
 def test_synthesis_has_the_keys_of_the_contract() -> None:
-    found = corrected()
-    assert found.keys() >= SYNTHESIS
-    assert found["singular_values"] == pytest.approx(
+    result = corrected()
+    assert result.keys() >= SYNTHESIS
+    assert result["singular_values"] == pytest.approx(
         singular_values(tomllib.loads(examples.example("sun2019-corrected"))["pose"])
     )
-    assert found["complex_pairs"] == 1
-    assert [d["radius_mm"] for d in found["dyads"]] == pytest.approx([99.724, 202.0462], abs=1e-4)
-    assert all(d.keys() >= {"moving_point_mm", "centre_mm", "radius_mm"} for d in found["dyads"])
-    (linkage,) = found["linkages"]
+    assert result["complex_pairs"] == 1
+    assert [d["radius_mm"] for d in result["dyads"]] == pytest.approx([99.724, 202.0462], abs=1e-4)
+    assert all(d.keys() >= {"moving_point_mm", "centre_mm", "radius_mm"} for d in result["dyads"])
+    (linkage,) = result["linkages"]
     assert linkage.keys() >= LINKAGE
     assert linkage["defects"] == {"order": False, "branch": False, "circuit": True}
     assert linkage["dyads"] == [1, 2]
@@ -69,8 +69,8 @@ def test_synthesis_has_the_keys_of_the_contract() -> None:
     assert [p["pose"] for p in linkage["poses"]] == [1, 2, 3, 4, 5]
     assert all(p.keys() >= POSE and p["position_error_mm"] < 1e-10 for p in linkage["poses"])
     assert [p["assembly"] for p in linkage["poses"]] == [1, 1, 1, -1, -1]
-    (reversal,) = found["monotone"]["reversals"]
-    assert found["monotone"]["possible"] is False
+    (reversal,) = result["monotone"]["reversals"]
+    assert result["monotone"]["possible"] is False
     assert {reversal["from_pose"], reversal["to_pose"]} == {3, 4}
     assert reversal["deg"] == pytest.approx(31.2514291, abs=1e-6)
 
@@ -85,9 +85,9 @@ def test_built_in_poses_are_those_of_the_print_and_the_corrected_ones() -> None:
 
 
 def test_the_print_has_four_dyads_and_six_linkages() -> None:
-    found = answer("synthesise", "sun2019")
-    assert (len(found["dyads"]), found["complex_pairs"], len(found["linkages"])) == (4, 0, 6)
-    assert [link["dyads"] for link in found["linkages"]] == [[1, 2], [1, 3], [1, 4], [2, 3], [2, 4], [3, 4]]
+    result = answer("synthesise", "sun2019")
+    assert (len(result["dyads"]), result["complex_pairs"], len(result["linkages"])) == (4, 0, 6)
+    assert [link["dyads"] for link in result["linkages"]] == [[1, 2], [1, 3], [1, 4], [2, 3], [2, 4], [3, 4]]
 
 
 def test_a_set_value_is_that_of_another_file() -> None:
@@ -96,9 +96,9 @@ def test_a_set_value_is_that_of_another_file() -> None:
 
 
 def test_carrier_may_be_another_dyad() -> None:
-    found = answer("synthesise", "sun2019-corrected", "--carrier", "2")
-    assert found["carrier_dyad"] == 2
-    assert found["monotone"]["reversals"][0]["deg"] == pytest.approx(7.84544, abs=1e-5)
+    result = answer("synthesise", "sun2019-corrected", "--carrier", "2")
+    assert result["carrier_dyad"] == 2
+    assert result["monotone"]["reversals"][0]["deg"] == pytest.approx(7.84544, abs=1e-5)
     assert "--carrier 3" in refusal("synthesise", "sun2019-corrected", "--carrier", "3")
 
 
@@ -112,49 +112,49 @@ def test_carrier_may_be_another_dyad() -> None:
     ],
 )
 def test_families_are_said(tmp_path: Path, rows: list, free: int, note: str) -> None:
-    found = answer("synthesise", poses_file(tmp_path / "p.toml", rows))
-    assert found["family"]["parameters"] == free
-    assert (found["dyads"], found["linkages"], found["monotone"]) == ([], [], None)
-    assert any(note in warning for warning in found["warnings"])
+    result = answer("synthesise", poses_file(tmp_path / "p.toml", rows))
+    assert result["family"]["parameters"] == free
+    assert (result["dyads"], result["linkages"], result["monotone"]) == ([], [], None)
+    assert any(note in warning for warning in result["warnings"])
 
 
 def test_six_poses_are_fitted(tmp_path: Path) -> None:
-    found = answer("synthesise", poses_file(tmp_path / "p.toml", [*CORRECTED, (240, 118, 5)]))
-    assert found["dyads"]
-    assert all(0 < d["largest_miss_mm"] < 50 for d in found["dyads"])
-    assert any("closest" in warning for warning in found["warnings"])
+    result = answer("synthesise", poses_file(tmp_path / "p.toml", [*CORRECTED, (240, 118, 5)]))
+    assert result["dyads"]
+    assert all(0 < d["largest_miss_mm"] < 50 for d in result["dyads"])
+    assert any("closest" in warning for warning in result["warnings"])
 
 
 @pytest.mark.parametrize("scale", sampled([1e12], [1e-60, 1e-6, 1e12]))
 def test_any_unit_will_do(tmp_path: Path, scale: float) -> None:
     rows = [(x * scale, y * scale, phi) for x, y, phi in CORRECTED]
-    found, known = answer("synthesise", poses_file(tmp_path / "p.toml", rows)), corrected()
-    for one, other in zip(found["dyads"], known["dyads"], strict=True):
-        assert one["radius_mm"] == pytest.approx(scale * other["radius_mm"], rel=1e-10)
-    assert found["linkages"][0]["type"] == "crank-rocker"
-    assert found["monotone"]["reversals"][0]["deg"] == pytest.approx(31.2514291, abs=1e-6)
-    assert found["nearest"]["rms_mm"] == pytest.approx(scale * known["nearest"]["rms_mm"], rel=1e-3)
+    result, expected = answer("synthesise", poses_file(tmp_path / "p.toml", rows)), corrected()
+    for dyad, other in zip(result["dyads"], expected["dyads"], strict=True):
+        assert dyad["radius_mm"] == pytest.approx(scale * other["radius_mm"], rel=1e-10)
+    assert result["linkages"][0]["type"] == "crank-rocker"
+    assert result["monotone"]["reversals"][0]["deg"] == pytest.approx(31.2514291, abs=1e-6)
+    assert result["nearest"]["rms_mm"] == pytest.approx(scale * expected["nearest"]["rms_mm"], rel=1e-3)
 
 
 def test_no_real_dyads_is_an_answer(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     for _ in range(40):
         rows = [(*map(float, rng.uniform(-300, 300, 2)), float(rng.uniform(-115, 115))) for _ in range(5)]
-        found = answer("synthesise", poses_file(tmp_path / "p.toml", rows))
-        if not found["dyads"]:
+        result = answer("synthesise", poses_file(tmp_path / "p.toml", rows))
+        if not result["dyads"]:
             break
-    assert (found["complex_pairs"], found["linkages"], found["monotone"], found["nearest"]) == (2, [], None, None)
+    assert (result["complex_pairs"], result["linkages"], result["monotone"], result["nearest"]) == (2, [], None, None)
 
 
 def test_train_has_the_keys_of_the_contract() -> None:
-    found = answer("train", "sun2019-curve", "--crank-mm", "99.724")
-    assert found.keys() >= TRAIN
-    assert found["x_s"] == pytest.approx(0.969, abs=5e-5)
-    assert found["ratio_max"] == pytest.approx(1 / found["slope_min"])
-    assert found["carrier_bend_deg"] == pytest.approx(2 * np.degrees(np.arcsin(99.724 / 140)))
-    assert max(map(abs, found["closure_error_rad"])) < 1e-10
-    for least, largest in zip(found["radius_min_mm"], found["radius_max_mm"], strict=True):
-        assert 0 < least < largest < 70
+    result = answer("train", "sun2019-curve", "--crank-mm", "99.724")
+    assert result.keys() >= TRAIN
+    assert result["x_s"] == pytest.approx(0.969, abs=5e-5)
+    assert result["ratio_max"] == pytest.approx(1 / result["slope_min"])
+    assert result["carrier_bend_deg"] == pytest.approx(2 * np.degrees(np.arcsin(99.724 / 140)))
+    assert max(map(abs, result["closure_error_rad"])) < 1e-10
+    for smallest, largest in zip(result["radius_min_mm"], result["radius_max_mm"], strict=True):
+        assert 0 < smallest < largest < 70
     assert answer("train", "sun2019-curve")["carrier_bend_deg"] is None
 
 
@@ -164,8 +164,8 @@ def test_radii_grow_with_the_centre_distance() -> None:
 
 
 def test_train_against_poses() -> None:
-    found = answer("train", "sun2019-curve", "--poses", "sun2019-corrected")
-    errors = [p["position_error_mm"] for p in found["poses"]]
+    result = answer("train", "sun2019-curve", "--poses", "sun2019-corrected")
+    errors = [p["position_error_mm"] for p in result["poses"]]
     assert max(errors[:2]) < 0.5
     assert min(errors[3:]) > 50
 
@@ -230,10 +230,10 @@ BAD_POSES = {
 
 @pytest.mark.parametrize("kind", BAD_POSES)
 def test_bad_poses_are_refused(tmp_path: Path, kind: str) -> None:
-    text, said = BAD_POSES[kind]
+    text, message = BAD_POSES[kind]
     path = tmp_path / "bad.toml"
     path.write_text(text, encoding="utf-8")
-    assert said in refusal("synthesise", str(path))
+    assert message in refusal("synthesise", str(path))
 
 
 @pytest.mark.parametrize("points", ["second_pose = 9", "second_pose = 4\nlinkage = 7", "second_pose = 0"])
@@ -257,9 +257,9 @@ BAD_CURVES = {
 
 @pytest.mark.parametrize("kind", BAD_CURVES)
 def test_bad_curves_are_refused(tmp_path: Path, kind: str) -> None:
-    rows, header, said = BAD_CURVES[kind]
+    rows, header, message = BAD_CURVES[kind]
     path = curve_file(tmp_path / "bad.csv", rows, header or "carrier_deg,relative_deg")
-    assert said in refusal("train", path)
+    assert message in refusal("train", path)
 
 
 @pytest.mark.parametrize(
@@ -277,15 +277,15 @@ def test_missing_files_are_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("rows", "said"),
+    ("rows", "message"),
     [
         ([(0, 0), (2, -2), (4, -4.5), (6.2832, -6.2832)], "are these radians?"),
         ([(0, 10), (100, 40), (200, -30), (360, 10)], "is this the arm's own angle?"),
         ([(0, 0), (100, -90), (200, -200), (350, -350)], "it must be 360, a turn after the first"),
     ],
 )
-def test_curves_of_other_kinds_are_suspected(rows: list, said: str, tmp_path: Path) -> None:
-    assert said in refusal("train", curve_file(tmp_path / "other.csv", rows))
+def test_curves_of_other_kinds_are_suspected(rows: list, message: str, tmp_path: Path) -> None:
+    assert message in refusal("train", curve_file(tmp_path / "other.csv", rows))
 
 
 def test_files_of_the_other_kind_say_what_they_are_for(tmp_path: Path) -> None:

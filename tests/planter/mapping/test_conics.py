@@ -15,28 +15,28 @@ def pencil(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return tuple(np.array([[k[0], k[3], k[4]], [k[3], k[1], k[5]], [k[4], k[5], k[2]]]) for k in null)
 
 
-def matched(found: list, points: np.ndarray) -> float:
+def matched(common: list, points: np.ndarray) -> float:
     """Largest distance of a given point from the nearest one found."""
     rays = [p / np.linalg.norm(p) for p in points.astype(complex)]
-    return max(min(np.linalg.norm(f.point - r * np.vdot(r, f.point)) for f in found) for r in rays)
+    return max(min(np.linalg.norm(f.point - r * np.vdot(r, f.point)) for f in common) for r in rays)
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_four_real_points_are_found(seed: int) -> None:
     points = np.random.default_rng(seed).normal(size=(4, 3))
-    found = common_points(*pencil(points))
-    assert [f.is_real for f in found] == [True] * 4
-    assert matched(found, points) < 1e-10
+    common = common_points(*pencil(points))
+    assert [f.is_real for f in common] == [True] * 4
+    assert matched(common, points) < 1e-10
 
 
 @pytest.mark.parametrize("seed", range(20))
 def test_complex_points_are_found_in_pairs(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    one, other = rng.normal(size=(2, 3)) + 1j * rng.normal(size=(2, 3))
-    points = np.array([one, one.conj(), other, other.conj()])
-    found = common_points(*pencil(points))
-    assert [f.is_real for f in found] == [False] * 4
-    assert matched(found, points) < 1e-10
+    first, other = rng.normal(size=(2, 3)) + 1j * rng.normal(size=(2, 3))
+    points = np.array([first, first.conj(), other, other.conj()])
+    common = common_points(*pencil(points))
+    assert [f.is_real for f in common] == [False] * 4
+    assert matched(common, points) < 1e-10
 
 
 @pytest.mark.parametrize("column", [0, 1, 2])
@@ -56,15 +56,15 @@ def test_tangent_circles_touch_in_a_double_point() -> None:
     """x^2 + y^2 = 1 and (x - 3)^2 + y^2 = 4 touch at (1, 0); the circular points at infinity are the others."""
     first = np.diag([1.0, 1, -1])
     second = np.array([[1, 0, -3], [0, 1, 0], [-3, 0, 5.0]])
-    found = {f.multiplicity: f for f in common_points(first, second) if f.is_real}
-    assert set(found) == {2}
-    assert found[2].point.real / found[2].point.real[2] == pytest.approx([1, 0, 1], abs=1e-7)
+    points = {f.multiplicity: f for f in common_points(first, second) if f.is_real}
+    assert set(points) == {2}
+    assert points[2].point.real / points[2].point.real[2] == pytest.approx([1, 0, 1], abs=1e-7)
     assert sum(f.multiplicity for f in common_points(first, second)) == 4
 
 
 def test_conics_with_a_curve_in_common_are_noticed() -> None:
-    line, one, other = np.random.default_rng(3).normal(size=(3, 3))
-    pairs = [np.outer(line, side) + np.outer(side, line) for side in (one, other)]
+    line, first, other = np.random.default_rng(3).normal(size=(3, 3))
+    pairs = [np.outer(line, side) + np.outer(side, line) for side in (first, other)]
     assert common_points(*pairs) is None
     assert common_points(pairs[0], -2 * pairs[0]) is None
     assert common_points(pairs[0], np.zeros((3, 3))) is None

@@ -54,29 +54,29 @@ def test_slopes_are_the_derivatives_of_the_curve() -> None:
 
 def test_extremes_are_the_true_ones() -> None:
     curve = load_curve("sun2019-curve")
-    least, largest = curve.extremes
+    smallest, largest = curve.extremes
     slopes = curve.slopes(np.linspace(0, TURN, 200001))[0]
-    assert least.value <= slopes.min()
+    assert smallest.value <= slopes.min()
     assert largest.value >= slopes.max()
-    assert (least.value, largest.value) == pytest.approx((slopes.min(), slopes.max()), abs=1e-8)
-    assert curve.slopes(np.array([least.angle]))[0] == pytest.approx(least.value)
+    assert (smallest.value, largest.value) == pytest.approx((slopes.min(), slopes.max()), abs=1e-8)
+    assert curve.slopes(np.array([smallest.angle]))[0] == pytest.approx(smallest.value)
 
 
 def test_points_of_both_paths_and_between_give_the_default_curve() -> None:
     """The built-in points, made from the dyads alone; they are printed to 1e-6 deg."""
-    made = build_path_curve(LINKAGE, CHOICE)
+    curve = build_path_curve(LINKAGE, CHOICE)
     printed = load_curve("sun2019-curve")
-    assert np.degrees(made.carrier) == pytest.approx(np.degrees(printed.carrier), abs=1e-9)
-    assert np.degrees(made.relative) == pytest.approx(np.degrees(printed.relative), abs=6e-7)
-    assert made.monotone
+    assert np.degrees(curve.carrier) == pytest.approx(np.degrees(printed.carrier), abs=1e-9)
+    assert np.degrees(curve.relative) == pytest.approx(np.degrees(printed.relative), abs=6e-7)
+    assert curve.monotone
 
 
 def test_points_of_a_path_are_on_the_linkage() -> None:
-    made = build_path_curve(LINKAGE, CHOICE)
-    phi = made.relative[:7] + made.carrier[:7]
-    closure = model.evaluate_closure(made.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector)[0]
+    curve = build_path_curve(LINKAGE, CHOICE)
+    phi = curve.relative[:7] + curve.carrier[:7]
+    closure = model.evaluate_closure(curve.carrier[:7], phi, LINKAGE.crank.vector, LINKAGE.follower.vector)[0]
     assert np.abs(closure).max() < 1e-15
-    wrong = model.evaluate_closure(made.carrier[7:9], made.relative[7:9] + made.carrier[7:9], LINKAGE.crank.vector,
+    wrong = model.evaluate_closure(curve.carrier[7:9], curve.relative[7:9] + curve.carrier[7:9], LINKAGE.crank.vector,
                             LINKAGE.follower.vector)[0]  # fmt: skip
     assert np.abs(wrong).min() > 1e-4
 
@@ -124,19 +124,19 @@ def test_misses_are_those_of_the_curve(closest: Nearest) -> None:
         phi = float(closest.curve.at(np.array([miss.carrier]))[0]) + miss.carrier
         hinge = complex(*dyad.centre) + dyad.radius * np.exp(1j * miss.carrier)
         tip = hinge - np.exp(1j * phi) * complex(*dyad.point)
-        wanted = complex(*pose[:2]) + np.exp(1j * pose[2]) * complex(*dyad.point)
+        expected_tip = complex(*pose[:2]) + np.exp(1j * pose[2]) * complex(*dyad.point)
         assert abs(tip - complex(*pose[:2])) == pytest.approx(miss.tip, abs=1e-12)
-        assert abs(hinge - wanted) == pytest.approx(miss.hinge, abs=1e-12)
+        assert abs(hinge - expected_tip) == pytest.approx(miss.hinge, abs=1e-12)
 
 
 def test_no_other_monotone_turn_is_closer(closest: Nearest) -> None:
     """Random steps and a second optimiser from many starts, on the two poses in conflict, find nothing better."""
     poses, dyad = si(CORRECTED), DYADS[0]
-    wanted = np.vstack([poses[:, :2].T, model.place_point(poses, dyad.point).T])
-    least = 0.125
+    target = np.vstack([poses[:, :2].T, model.place_point(poses, dyad.point).T])
+    smallest = 0.125
 
     def cost(theta: np.ndarray, phi: np.ndarray) -> float:
-        return float(((model.arm(theta, phi, dyad.vector) - wanted) ** 2).sum())
+        return float(((model.arm(theta, phi, dyad.vector) - target) ** 2).sum())
 
     met = np.array([m.carrier for m in closest.misses])
     phi = closest.curve.at(met) + met
@@ -149,14 +149,14 @@ def test_no_other_monotone_turn_is_closer(closest: Nearest) -> None:
         y = arm - theta
         falls = np.append(-np.diff(y[order]), y[2] - (y[1] - TURN))
         steps = np.append(np.diff(theta[order]), met[1] + TURN - theta[2])
-        return cost(theta, arm) + 10 * float(np.maximum(least * steps - falls, 0).sum())
+        return cost(theta, arm) + 10 * float(np.maximum(smallest * steps - falls, 0).sum())
 
     start = np.array([met[3], met[2], phi[3], phi[2]])
     assert with_penalty(start) == pytest.approx(best, abs=1e-6)
     rng = np.random.default_rng(1)
-    tried = [scipy.optimize.minimize(with_penalty, start + rng.normal(scale=0.2, size=4), method="Nelder-Mead",
+    solutions = [scipy.optimize.minimize(with_penalty, start + rng.normal(scale=0.2, size=4), method="Nelder-Mead",
                                      options={"maxiter": 1500}).fun for _ in range(4)]  # fmt: skip
-    assert min(tried) > best * (1 - 1e-3)
+    assert min(solutions) > best * (1 - 1e-3)
 
 
 def test_poses_that_allow_it_are_passed_exactly() -> None:
@@ -164,14 +164,14 @@ def test_poses_that_allow_it_are_passed_exactly() -> None:
     dyad = Dyad(np.array([-0.2, -0.05]), np.array([0.1, 0.0]), 0.1)
     theta, phi = np.radians([0, 70, 150, 230, 300]), np.radians([0, 10, 5, -10, -5])
     tips = model.arm(theta, phi, dyad.vector)[:2]
-    found = find_nearest(dyad, np.column_stack([tips.T, phi]))
-    assert max(m.tip + m.hinge for m in found.misses) < 1e-7
-    assert found.curve.monotone
+    nearest = find_nearest(dyad, np.column_stack([tips.T, phi]))
+    assert max(m.tip + m.hinge for m in nearest.misses) < 1e-7
+    assert nearest.curve.monotone
 
 
 def test_a_wider_bound_comes_closer(closest: Nearest) -> None:
-    def total(found: Nearest) -> float:
-        return sum(m.tip**2 + m.hinge**2 for m in found.misses)
+    def total(nearest: Nearest) -> float:
+        return sum(m.tip**2 + m.hinge**2 for m in nearest.misses)
 
     assert total(find_nearest(DYADS[0], si(CORRECTED), (0.02, 10))) < total(closest)
 
@@ -190,8 +190,8 @@ def test_a_shifted_curve_misses_by_the_shift() -> None:
     curve = interpolate_poses(DYADS[0], poses)
     shifted = AngleCurve(curve.carrier, curve.relative + 0.01, curve.sense)
     theta = np.sort(np.mod(curve.carrier[:-1], TURN))
-    found = list(list_misses(DYADS[0], poses[[1, 0, 4, 3, 2]], shifted, theta))
-    assert [m.angle for m in found] == pytest.approx([0.01] * 5, abs=1e-9)
+    misses = list(list_misses(DYADS[0], poses[[1, 0, 4, 3, 2]], shifted, theta))
+    assert [m.angle for m in misses] == pytest.approx([0.01] * 5, abs=1e-9)
 
 
 def test_points_are_ordered_round_the_turn() -> None:

@@ -29,8 +29,8 @@ def worst(poses: np.ndarray, dyads: list[Dyad]) -> float:
     return max(np.abs(gap).max() / (size + d.radius) for gap, d in zip(gaps, dyads, strict=True))
 
 
-def by_number(found: Solution) -> int:
-    return sum(d.multiplicity for d in found.dyads) + sum(s.multiplicity for s in found.straights)
+def by_number(solution: Solution) -> int:
+    return sum(d.multiplicity for d in solution.dyads) + sum(s.multiplicity for s in solution.straights)
 
 
 def seeds_with(count: int) -> list[int]:
@@ -42,10 +42,10 @@ def test_random_poses_have_none_two_or_four_dyads(count: int) -> None:
     seeds = seeds_with(count)
     assert len(seeds) == 4
     for seed in seeds:
-        found = solve_dyads(random_poses(seed))
-        assert by_number(found) + found.complex_roots == 4
+        solution = solve_dyads(random_poses(seed))
+        assert by_number(solution) + solution.complex_roots == 4
         if count:
-            assert worst(random_poses(seed), found.dyads) < 1e-10
+            assert worst(random_poses(seed), solution.dyads) < 1e-10
 
 
 def test_a_moved_hinge_misses() -> None:
@@ -65,24 +65,24 @@ def test_none_is_missing(seed: int) -> None:
     def differences(z: np.ndarray) -> np.ndarray:
         return np.diff(np.abs(place + turn * complex(*z[:2]) - complex(*z[2:])) ** 2)
 
-    found = solve_dyads(poses).dyads
-    known = [np.array([*d.point, *d.centre]) for d in found]
+    dyads = solve_dyads(poses).dyads
+    vectors = [np.array([*d.point, *d.centre]) for d in dyads]
     reached = set()
     for start in np.random.default_rng(seed).normal(scale=0.5, size=(60, 4)):
         root = scipy.optimize.root(differences, start, tol=1e-14)
         if root.success and np.abs(differences(root.x)).max() < 1e-13 and np.abs(root.x).max() < 1e2:
-            near = [k for k, z in enumerate(known) if np.abs(z - root.x).max() < 1e-4 * (1 + np.abs(z).max())]
-            assert near, "a dyad that the conics do not have"
-            reached.add(near[0])
-    assert len(reached) >= min(len(found), 1)
+            matches = [k for k, z in enumerate(vectors) if np.abs(z - root.x).max() < 1e-4 * (1 + np.abs(z).max())]
+            assert matches, "a dyad that the conics do not have"
+            reached.add(matches[0])
+    assert len(reached) >= min(len(dyads), 1)
 
 
 @pytest.mark.parametrize("scale", [1e-9, 1e-3, 1e6, 1e100])
 def test_units_do_not_matter(scale: float) -> None:
     poses = si(CORRECTED)
     scaled = poses * [scale, scale, 1]
-    for one, other in zip(solve_dyads(poses).dyads, solve_dyads(scaled).dyads, strict=True):
-        assert other.vector == pytest.approx(scale * one.vector, rel=1e-10)
+    for dyad, other in zip(solve_dyads(poses).dyads, solve_dyads(scaled).dyads, strict=True):
+        assert other.vector == pytest.approx(scale * dyad.vector, rel=1e-10)
 
 
 def test_frames_do_not_matter() -> None:
@@ -90,24 +90,24 @@ def test_frames_do_not_matter() -> None:
     poses = si(CORRECTED)
     z = poses[:, 0] + 1j * poses[:, 1]
     moved = np.exp(0.7j) * z + (0.4 - 0.2j) + np.exp(1j * (poses[:, 2] + 0.7)) * (0.03 + 0.05j)
-    there = np.column_stack([moved.real, moved.imag, poses[:, 2] + 0.7])
-    for one, other in zip(solve_dyads(poses).dyads, solve_dyads(there).dyads, strict=True):
-        assert other.radius == pytest.approx(one.radius, rel=1e-10)
-        assert complex(*other.centre) == pytest.approx(np.exp(0.7j) * complex(*one.centre) + 0.4 - 0.2j, rel=1e-10)
-        assert complex(*other.point) == pytest.approx(complex(*one.point) - 0.03 - 0.05j, rel=1e-10)
+    pose_file = np.column_stack([moved.real, moved.imag, poses[:, 2] + 0.7])
+    for dyad, other in zip(solve_dyads(poses).dyads, solve_dyads(pose_file).dyads, strict=True):
+        assert other.radius == pytest.approx(dyad.radius, rel=1e-10)
+        assert complex(*other.centre) == pytest.approx(np.exp(0.7j) * complex(*dyad.centre) + 0.4 - 0.2j, rel=1e-10)
+        assert complex(*other.point) == pytest.approx(complex(*dyad.point) - 0.03 - 0.05j, rel=1e-10)
 
 
 def test_the_order_of_the_poses_does_not_matter() -> None:
     poses = random_poses(seeds_with(4)[0])
-    for one, other in zip(solve_dyads(poses).dyads, solve_dyads(poses[[3, 0, 4, 2, 1]]).dyads, strict=True):
-        assert other.vector == pytest.approx(one.vector, rel=1e-9)
+    for dyad, other in zip(solve_dyads(poses).dyads, solve_dyads(poses[[3, 0, 4, 2, 1]]).dyads, strict=True):
+        assert other.vector == pytest.approx(dyad.vector, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(5))
 def test_kinematic_inversion_swaps_the_hinges(seed: int) -> None:
     poses = random_poses(seed)
-    for one, other in zip(solve_dyads(poses).dyads, solve_dyads(inverse(poses)).dyads, strict=True):
-        assert other.vector == pytest.approx([*one.centre, *one.point, one.radius], rel=1e-8)
+    for dyad, other in zip(solve_dyads(poses).dyads, solve_dyads(inverse(poses)).dyads, strict=True):
+        assert other.vector == pytest.approx([*dyad.centre, *dyad.point, dyad.radius], rel=1e-8)
 
 
 def test_roots_with_gamma_zero_are_found() -> None:
@@ -119,10 +119,10 @@ def test_roots_with_gamma_zero_are_found() -> None:
     p = basis @ (basis.T @ of_dyad(dyad))
     assert p == pytest.approx(of_dyad(dyad), rel=1e-9)
     turned = np.column_stack([p / np.linalg.norm(p), np.linalg.qr(np.column_stack([p, basis]))[0][:, 1:3]])
-    found = solve_dyads(poses, turned)
-    assert worst(poses, found.dyads) < 1e-10
-    for one, other in zip(solve_dyads(poses).dyads, found.dyads, strict=True):
-        assert other.vector == pytest.approx(one.vector, rel=1e-9)
+    solution = solve_dyads(poses, turned)
+    assert worst(poses, solution.dyads) < 1e-10
+    for plain, other in zip(solve_dyads(poses).dyads, solution.dyads, strict=True):
+        assert other.vector == pytest.approx(plain.vector, rel=1e-9)
 
 
 def of_dyad(dyad: np.ndarray) -> np.ndarray:
@@ -160,16 +160,16 @@ def test_printed_dyads_and_hinges(number: int) -> None:
 
 
 def test_the_first_pose_as_printed_gives_none_of_them() -> None:
-    found = solve_dyads(si([(235, 120, 10), *CORRECTED[1:]]))
-    assert len(found.dyads) == 4
+    solution = solve_dyads(si([(235, 120, 10), *CORRECTED[1:]]))
+    assert len(solution.dyads) == 4
     for point, _, _, _, _ in PRINTED.values():
-        assert min(np.hypot(*(d.point * 1e3 - point)) for d in found.dyads) > 10
+        assert min(np.hypot(*(d.point * 1e3 - point)) for d in solution.dyads) > 10
 
 
-def on_line(poses: np.ndarray, found: Solution) -> float:
+def on_line(poses: np.ndarray, solution: Solution) -> float:
     """How far the points of sliders are off their lines, and the lines of swinging ones off their points."""
     gaps = []
-    for s in found.straights:
+    for s in solution.straights:
         where = poses if s.kind == "slider" else inverse(poses)
         gaps.append(np.abs(model.place_point(where, s.point) @ s.normal - s.offset).max())
     return max(gaps)
@@ -178,30 +178,30 @@ def on_line(poses: np.ndarray, found: Solution) -> float:
 def test_collinear_poses_have_a_slider() -> None:
     poses = random_poses(3)
     poses[:, 1] = 0.1 + 0.5 * poses[:, 0]
-    found = solve_dyads(poses)
-    (slider,) = found.straights
+    solution = solve_dyads(poses)
+    (slider,) = solution.straights
     assert slider.kind == "slider"
     assert slider.point == pytest.approx([0, 0], abs=1e-12)
     assert slider.normal @ [1, 0.5] == pytest.approx(0, abs=1e-12)
-    assert on_line(poses, found) < 1e-12
-    assert by_number(found) + found.complex_roots == 4
-    assert worst(poses, found.dyads) < 1e-10
+    assert on_line(poses, solution) < 1e-12
+    assert by_number(solution) + solution.complex_roots == 4
+    assert worst(poses, solution.dyads) < 1e-10
 
 
 def test_inverse_of_collinear_poses_has_a_swinging_line() -> None:
     poses = random_poses(3)
     poses[:, 1] = 0.1 + 0.5 * poses[:, 0]
-    found = solve_dyads(inverse(poses))
-    assert [s.kind for s in found.straights] == ["swinging line"]
-    assert on_line(inverse(poses), found) < 1e-12
+    solution = solve_dyads(inverse(poses))
+    assert [s.kind for s in solution.straights] == ["swinging line"]
+    assert on_line(inverse(poses), solution) < 1e-12
 
 
 def test_a_nearly_straight_circle_is_still_a_circle() -> None:
     poses = random_poses(3)
     poses[:, 1] = 1e-6 * poses[:, 0] ** 2
-    found = solve_dyads(poses)
-    large = max(found.dyads, key=lambda d: d.radius)
-    assert not found.straights
+    solution = solve_dyads(poses)
+    large = max(solution.dyads, key=lambda d: d.radius)
+    assert not solution.straights
     assert large.radius == pytest.approx(0.5e6, rel=1e-2)
 
 
@@ -271,19 +271,19 @@ def on_a_dyad(seed: int, count: int, noise: float = 0.0) -> tuple[np.ndarray, np
 
 def test_more_poses_on_one_dyad_give_it_back() -> None:
     dyad, poses = on_a_dyad(1, 9)
-    found = fit_dyads(poses)
-    best = min(found.dyads, key=lambda d: misses(poses, d.vector).max())
+    solution = fit_dyads(poses)
+    best = min(solution.dyads, key=lambda d: misses(poses, d.vector).max())
     assert best.vector == pytest.approx(dyad, abs=1e-9)
 
 
 def test_more_poses_are_fitted_by_least_squares() -> None:
     dyad, poses = on_a_dyad(2, 12, noise=1e-3)
-    found = fit_dyads(poses)
+    solution = fit_dyads(poses)
 
     def cost(vector: np.ndarray) -> float:
         return float(np.sum(misses(poses, vector) ** 2))
 
-    best = min((d.vector for d in found.dyads), key=cost)
+    best = min((d.vector for d in solution.dyads), key=cost)
     assert best == pytest.approx(dyad, abs=0.02)
     assert cost(best) < cost(dyad)
     for direction in np.vstack([np.eye(5), -np.eye(5)]):
@@ -294,11 +294,11 @@ def test_cardan_motion_takes_a_whole_circle_of_points_along_lines() -> None:
     """Cardan circles: five poses in general, and yet a family, the conics having a curve in common."""
     turn = np.array([0.2, 0.9, 1.7, 2.6, 4.0])
     poses = np.column_stack([0.1 * np.cos(turn), 0 * turn, turn])
-    found = solve_dyads(poses)
-    assert (found.free, count_free_parameters(poses)) == (1, 0)
+    solution = solve_dyads(poses)
+    assert (solution.free, count_free_parameters(poses)) == (1, 0)
     dyads, straights = find_family(poses)
     assert dyads == []
     assert {s.kind for s in straights} == {"slider"}
     assert len(straights) > 50
-    assert on_line(poses, Solution([], straights, 0, 0, found.singular_values)) < 1e-10
+    assert on_line(poses, Solution([], straights, 0, 0, solution.singular_values)) < 1e-10
     assert [np.hypot(*(s.point - (-0.05, 0))) for s in straights] == pytest.approx([0.05] * len(straights), abs=1e-12)

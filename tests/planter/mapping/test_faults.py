@@ -25,14 +25,14 @@ def harmonic(swing: float, points: int = 73) -> Train:
 
 
 def named(train: Train) -> set[str]:
-    return {one.name for one in trains.warnings(train)}
+    return {warning.name for warning in trains.warnings(train)}
 
 
 def test_the_readme_s_own_example_is_told_of_its_cusp() -> None:
-    found = answer("train", "sun2019-curve", "--crank-mm", "101.6")
+    result = answer("train", "sun2019-curve", "--crank-mm", "101.6")
     by_name: dict[str, list] = {}
-    for one in found["warnings"]:
-        by_name.setdefault(one["name"], []).append(one)
+    for warning in result["warnings"]:
+        by_name.setdefault(warning["name"], []).append(warning)
     (cusp,) = by_name["cusp"]
     assert cusp["carrier_deg"] == pytest.approx(310.5, abs=1)
     assert "follower 2 is nearly a cusp, of a radius of 0.1722 mm" in cusp["message"]
@@ -40,8 +40,10 @@ def test_the_readme_s_own_example_is_told_of_its_cusp() -> None:
     (ratio,) = by_name["ratio"]
     assert "the total ratio is 9.416" in ratio["message"]
     assert "driver 2 is only 16.8 mm of 70 mm" in ratio["message"]
-    assert {gear for gear in GEARS for one in by_name["hollow pitch curve"] if gear in one["message"]} == set(GEARS)
-    assert found["module_max_mm"] == pytest.approx(min(found["curvature_radius_min_mm"]) / 1.25)
+    assert {gear for gear in GEARS for warning in by_name["hollow pitch curve"] if gear in warning["message"]} == set(
+        GEARS
+    )
+    assert result["module_max_mm"] == pytest.approx(min(result["curvature_radius_min_mm"]) / 1.25)
 
 
 def test_gentle_gears_are_told_nothing() -> None:
@@ -72,8 +74,8 @@ def test_the_largest_module_is_where_the_curve_of_roots_or_tips_folds() -> None:
         for module in (0.97, 1.03):
             m = module * trains.largest_module(train)
             for depth in (trains.DEDENDUM * m, -trains.ADDENDUM * m):
-                beside = np.gradient(curve + depth * normal)[5:-5]
-                folds.append((module, bool(np.any((beside / step[5:-5]).real < 0))))
+                offset_curve = np.gradient(curve + depth * normal)[5:-5]
+                folds.append((module, bool(np.any((offset_curve / step[5:-5]).real < 0))))
     assert not any(fold for module, fold in folds if module < 1)
     assert any(fold for module, fold in folds if module > 1)
 
@@ -90,6 +92,6 @@ def test_tables_and_page_say_the_warnings(tmp_path: Path) -> None:
 def test_a_rising_curve_is_told_its_idler() -> None:
     theta = np.linspace(0, TURN, 73)
     rising = Train(AngleCurve(theta, theta + 0.1 * np.sin(theta), 1), A)
-    (told,) = trains.warnings(rising)
-    assert (told.name, told.carrier_deg) == ("sense", None)
-    assert "idler" in told.message
+    (message,) = trains.warnings(rising)
+    assert (message.name, message.carrier_deg) == ("sense", None)
+    assert "idler" in message.message

@@ -114,25 +114,25 @@ def test_rate_of_the_arm_is_that_of_the_closed_loop() -> None:
 def test_poses_of_the_patent_stand_on_two_circuits() -> None:
     """Three on the first, two on the second, as the patent says of its two linkages; lengths by its printed hinges."""
     poses = si(CORRECTED)
-    found = standings(PATENT, poses)
-    assert [s.circuit for s in found] == [1, 1, 1, 2, 2]
-    assert max(s.position_error for s in found) < 1e-14
+    located = standings(PATENT, poses)
+    assert [s.circuit for s in located] == [1, 1, 1, 2, 2]
+    assert max(s.position_error for s in located) < 1e-14
     assert np.hypot(137.487 + 43.835, -70.4616 - 15.533) == pytest.approx(PATENT.lengths[0] * 1e3, abs=1e-3)
     assert np.hypot(223.421 - 26.1041, 112.399 - 86.6203) == pytest.approx(PATENT.lengths[2] * 1e3, abs=1e-3)
     assert (PATENT.type, PATENT.grashof) == ("crank-rocker", True)
-    wrong = defects(PATENT, found)
+    wrong = defects(PATENT, located)
     assert (wrong.order, wrong.branch, wrong.circuit, wrong.sense) == (False, False, True, -1)
     assert np.hypot(*PATENT.crank.point) * 1e3 == pytest.approx(211.5459, abs=5e-5)
 
 
-def along(linkage: FourBar, circuit: int, steps: list[int]) -> np.ndarray:
+def trace(linkage: FourBar, circuit: int, steps: list[int]) -> np.ndarray:
     path = linkage.path(circuit)
     return np.column_stack([path.tip.T, path.phi])[steps]
 
 
 def test_poses_along_a_path_have_no_defects_and_swapped_ones_have() -> None:
     linkage = bar(*LINKAGES["crank-rocker"])
-    poses = along(linkage, 1, [10, 90, 170, 250, 330])
+    poses = trace(linkage, 1, [10, 90, 170, 250, 330])
     wrong = defects(linkage, standings(linkage, poses))
     assert (wrong.order, wrong.branch, wrong.circuit, wrong.sense) == (False, False, False, 1)
     assert defects(linkage, standings(linkage, poses[::-1])).sense == -1
@@ -141,18 +141,18 @@ def test_poses_along_a_path_have_no_defects_and_swapped_ones_have() -> None:
 
 def test_branch_defect_of_a_crank_that_does_not_turn_round() -> None:
     linkage = bar(*LINKAGES["non-grashof"])
-    assert not defects(linkage, standings(linkage, along(linkage, 1, [20, 60, 100, 140]))).branch
-    both = defects(linkage, standings(linkage, along(linkage, 1, [20, 100, 200, 300])))
+    assert not defects(linkage, standings(linkage, trace(linkage, 1, [20, 60, 100, 140]))).branch
+    both = defects(linkage, standings(linkage, trace(linkage, 1, [20, 100, 200, 300])))
     assert (both.order, both.branch, both.circuit) == (False, True, False)
 
 
 def test_circuits_of_a_double_rocker_are_the_sides_of_the_frame() -> None:
     linkage = bar(*LINKAGES["double-rocker"])
-    poses = np.vstack([along(linkage, 1, [20, 100]), along(linkage, 2, [50, 120, 300])])
-    found = standings(linkage, poses)
-    assert [s.circuit for s in found] == [1, 1, 2, 2, 2]
-    assert defects(linkage, found).circuit
-    assert defects(linkage, found[2:]).branch
+    poses = np.vstack([trace(linkage, 1, [20, 100]), trace(linkage, 2, [50, 120, 300])])
+    located = standings(linkage, poses)
+    assert [s.circuit for s in located] == [1, 1, 2, 2, 2]
+    assert defects(linkage, located).circuit
+    assert defects(linkage, located[2:]).branch
 
 
 def test_order_round_a_turn() -> None:
@@ -171,9 +171,9 @@ def test_an_arm_at_rest_can_be_passed_in_one_sense() -> None:
 def test_an_arm_that_is_faster_than_the_carrier_turns_back() -> None:
     """From 80 to 110 deg the carrier turns by 30, the arm by 50: by 20 deg it turns back."""
     theta, phi = np.radians([10, 80, 110, 300]), np.radians([0, 0, 50, 0])
-    (found,) = reversals(theta, phi)
-    assert (found.start, found.end) == (1, 2)
-    assert np.degrees(found.angle) == pytest.approx(20)
+    (reversal,) = reversals(theta, phi)
+    assert (reversal.start, reversal.end) == (1, 2)
+    assert np.degrees(reversal.angle) == pytest.approx(20)
     assert reversals(theta, np.radians([0, 0, 29, 0])) == []
 
 
@@ -184,14 +184,14 @@ def test_whole_turns_of_the_given_angles_do_not_matter() -> None:
 
 
 def test_two_arm_angles_at_one_carrier_angle_are_no_turn() -> None:
-    (found,) = reversals(np.radians([10, 80, 80, 300]), np.radians([0, 0, -20, 0]))
-    assert np.degrees(found.angle) == pytest.approx(20)
+    (reversal,) = reversals(np.radians([10, 80, 80, 300]), np.radians([0, 0, -20, 0]))
+    assert np.degrees(reversal.angle) == pytest.approx(20)
 
 
 def test_poses_of_the_patent_make_the_arm_turn_back() -> None:
     """By hand: arm less carrier is 14.15 deg in pose 3 and -17.10 deg in pose 4, which comes 65.7 deg before it."""
     poses = si(CORRECTED)
     theta = np.array([s.crank_angle for s in standings(PATENT, poses)])
-    (found,) = reversals(theta, poses[:, 2])
-    assert (found.start, found.end) == (3, 2)
-    assert np.degrees(found.angle) == pytest.approx(97 - np.degrees(theta[2] - theta[3]), abs=1e-9)
+    (reversal,) = reversals(theta, poses[:, 2])
+    assert (reversal.start, reversal.end) == (3, 2)
+    assert np.degrees(reversal.angle) == pytest.approx(97 - np.degrees(theta[2] - theta[3]), abs=1e-9)

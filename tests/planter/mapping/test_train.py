@@ -100,11 +100,11 @@ def test_driver_turns_concave_beyond_a_limit() -> None:
 
 
 def test_radii_reach_their_extremes_with_the_slope() -> None:
-    least, largest = DEFAULT.radius_range
+    smallest, largest = DEFAULT.radius_range
     gears = DEFAULT.gears(np.linspace(0, TURN, 20001))
     for k, name in enumerate(RADII):
-        assert (least[k], largest[k]) == pytest.approx((gears[name].min(), gears[name].max()), abs=1e-8)
-        assert 0 < least[k] < largest[k] < A
+        assert (smallest[k], largest[k]) == pytest.approx((gears[name].min(), gears[name].max()), abs=1e-8)
+        assert 0 < smallest[k] < largest[k] < A
 
 
 def test_swapping_driver_and_driven_gives_the_inverse_train() -> None:
@@ -113,8 +113,8 @@ def test_swapping_driver_and_driven_gives_the_inverse_train() -> None:
     theta = np.linspace(0, TURN, 721)
     turned = -train.curve.at(theta)
     back = Train(AngleCurve(turned, -theta), A)
-    there, again = train.gears(theta), back.gears(turned)
-    assert again["i"] == pytest.approx(1 / there["i"], rel=1e-5)
+    driven, again = train.gears(theta), back.gears(turned)
+    assert again["i"] == pytest.approx(1 / driven["i"], rel=1e-5)
 
 
 def test_the_train_drives_the_arm_along_the_curve() -> None:

@@ -40,23 +40,23 @@ def data(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_fitted_intervals_contain_true_values(data: Path) -> None:
     bounds = {"m_s_kg": (1.0, 3.0), "k_N_m": (300.0, 1500.0), "r_mm": (40.0, 80.0), "offset_N": (-9.0, 9.0)}
-    found = calibrate_machine(own.machine("slider_crank"), data, Columns("force", time="t"), bounds, "F_Ox_N")
+    calibrated = calibrate_machine(own.machine("slider_crank"), data, Columns("force", time="t"), bounds, "F_Ox_N")
     truth = {"values.m_s_kg": 1.8, "values.k_N_m": 720.0, "values.r_mm": 60.0, "offset_N": 2.0}
-    assert (found.result.outcome, found.result.rank, found.result.other_model) == ("explained", 4, None)
-    assert found.result.reached.rms == pytest.approx(NOISE, rel=0.15)
-    for entry in found.result.fitted:
+    assert (calibrated.result.outcome, calibrated.result.rank, calibrated.result.other_model) == ("explained", 4, None)
+    assert calibrated.result.reached.rms == pytest.approx(NOISE, rel=0.15)
+    for entry in calibrated.result.fitted:
         assert entry.low95 < truth[entry.name] < entry.high95, entry.name
         assert entry.high95 - entry.low95 < 0.25 * (entry.upper - entry.lower)
-    assert found.machine is not None
-    assert found.machine.si("values.r_mm") == pytest.approx(0.06, rel=0.05)
+    assert calibrated.machine is not None
+    assert calibrated.machine.si("values.r_mm") == pytest.approx(0.06, rel=0.05)
 
 
 def test_lengths_are_fitted_in_their_unit(data: Path, tmp_path: Path) -> None:
     path = str(own.generated("slider_crank") / "slider_crank.toml")
     call = ("--data", str(data), "--column", "place", "--time", "t", "--quantity", "s_mm", "--fit", "r_mm=40:80")
-    found = answer("calibrate", path, *call, "--out", str(tmp_path))
-    assert (found["unit"], found["models"].keys()) == ("mm", {"derived"})
-    assert found["reached"]["rms"] == pytest.approx(0.1, rel=0.2)
+    result = answer("calibrate", path, *call, "--out", str(tmp_path))
+    assert (result["unit"], result["models"].keys()) == ("mm", {"derived"})
+    assert result["reached"]["rms"] == pytest.approx(0.1, rel=0.2)
     assert load(tmp_path / "calibrated.toml").values["r_mm"] == pytest.approx(60.0, abs=0.1)
     assert "time" not in (tmp_path / "residuals.csv").read_text(encoding="utf-8").splitlines()[-1]
 

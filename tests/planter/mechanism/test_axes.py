@@ -59,21 +59,21 @@ def test_gyroscopic_moment_by_axes_of_the_table_and_of_the_world() -> None:
     """Newton and Euler by hand: H = 3 J omega x + Jt omega z turns with the table, so its rate is 3 J omega^2 y."""
     model = Model(own.machine(GYRO, "gyro"))
     phi = np.radians([0.0, 30.0, 100.0, 250.0])
-    found, size, pull = model(phi), 3 * 0.03 * 4**2, 2 * 0.2 * 4**2
-    assert found["M_Py"] == pytest.approx(np.full(4, size))
-    assert found["M_Pz"] == pytest.approx(np.zeros(4), abs=1e-12)
-    assert found["M_P_world_x"] == pytest.approx(-size * np.sin(phi), abs=1e-12)
-    assert found["M_P_world_y"] == pytest.approx(size * np.cos(phi), abs=1e-12)
-    assert found["F_Px"] == pytest.approx(-pull * np.cos(phi))  # the world's, as the ground's moments are
+    values, size, pull = model(phi), 3 * 0.03 * 4**2, 2 * 0.2 * 4**2
+    assert values["M_Py"] == pytest.approx(np.full(4, size))
+    assert values["M_Pz"] == pytest.approx(np.zeros(4), abs=1e-12)
+    assert values["M_P_world_x"] == pytest.approx(-size * np.sin(phi), abs=1e-12)
+    assert values["M_P_world_y"] == pytest.approx(size * np.cos(phi), abs=1e-12)
+    assert values["F_Px"] == pytest.approx(-pull * np.cos(phi))  # the world's, as the ground's moments are
     across = size - 0.15 * pull
-    assert found["M_Ox"] == pytest.approx(-across * np.sin(phi), abs=1e-12)
-    assert found["M_Oy"] == pytest.approx(across * np.cos(phi), abs=1e-12)
-    assert "M_O_world_x" not in found
+    assert values["M_Ox"] == pytest.approx(-across * np.sin(phi), abs=1e-12)
+    assert values["M_Oy"] == pytest.approx(across * np.cos(phi), abs=1e-12)
+    assert "M_O_world_x" not in values
 
 
 def test_results_name_the_axes() -> None:
     result = compute_cycle(Model(own.machine(GYRO, "gyro")), 8).result
-    named = {key: one.axes for key, one in result.quantities.items() if one.axes is not None}
+    named = {key: quantity.axes for key, quantity in result.quantities.items() if quantity.axes is not None}
     assert named == {"M_Py_Nm": "turned", "M_Pz_Nm": "turned"}
     assert "axes" not in result.table()["quantities"]["F_Px_N"]
     assert presentation.format_unit(result.quantities["M_Py_Nm"]) == "N m, axes of turned"
@@ -84,7 +84,7 @@ def test_free_motion_names_the_axes_too() -> None:
     """The moments of the hinge are what turns the bob about the vertical: nothing else does."""
     moved = compute_motion(own.dynamics(FALLING, "falling"), 0.3, 31, 1e-10)
     quantities = moved.result.quantities
-    assert {key for key, one in quantities.items() if one.axes == "arm"} == {"M_Ay_Nm", "M_Az_Nm"}
+    assert {key for key, quantity in quantities.items() if quantity.axes == "arm"} == {"M_Ay_Nm", "M_Az_Nm"}
     angle = np.radians(moved.columns["a_deg"])
     across = moved.columns["M_Ay_Nm"]
     assert np.abs(moved.columns["M_A_world_x_Nm"] + across * np.sin(angle)).max() < 1e-9

@@ -21,38 +21,38 @@ def model() -> Model:
 
 def test_curvature_and_pressure_angle_are_those_of_a_harmonic_lift(model: Model) -> None:
     phi = np.linspace(0, 2 * np.pi, 50)
-    found = cam.build_profile(model, 0.008, "0", "y_0 + s").course(phi)
+    profile = cam.build_profile(model, 0.008, "0", "y_0 + s").course(phi)
     h, y = 0.014, 0.038 + 0.014 * (1 - np.cos(phi)) / 2
     dy, ddy = h * np.sin(phi) / 2, h * np.cos(phi) / 2
     curvature = (y**2 + 2 * dy**2 - y * ddy) / np.hypot(y, dy) ** 3
-    np.testing.assert_allclose(found["kappa"], -curvature, rtol=1e-7)
-    np.testing.assert_allclose(np.tan(found["pressure"]), np.abs(dy) / y, atol=1e-9)
-    np.testing.assert_allclose(np.hypot(found["pitch_x"], found["pitch_y"]), y, rtol=1e-12)
+    np.testing.assert_allclose(profile["kappa"], -curvature, rtol=1e-7)
+    np.testing.assert_allclose(np.tan(profile["pressure"]), np.abs(dy) / y, atol=1e-9)
+    np.testing.assert_allclose(np.hypot(profile["pitch_x"], profile["pitch_y"]), y, rtol=1e-12)
 
 
 def test_an_offset_line_is_another_cam(model: Model) -> None:
-    straight, beside, same = (
+    straight, offset_cam, same = (
         cam.build_profile(model, 0.008, x, y) for x, y in (("0", "y_0+s"), ("5", "38+s"), ("0", "38+s"))
     )
     angles = np.linspace(0, 6, 9)
     np.testing.assert_allclose(straight.course(angles)["contact_x"], same.course(angles)["contact_x"], rtol=1e-12)
-    assert np.abs(straight.course(angles)["contact_x"] - beside.course(angles)["contact_x"]).max() > 1e-3
+    assert np.abs(straight.course(angles)["contact_x"] - offset_cam.course(angles)["contact_x"]).max() > 1e-3
 
 
 def test_it_lifts_off_where_the_spring_and_gravity_give_in(model: Model) -> None:
-    found = find_lift_off(cam.find_contact_force(model, "N_cam"), model.speed)
-    assert found is not None
+    lift_off = find_lift_off(cam.find_contact_force(model, "N_cam"), model.speed)
+    assert lift_off is not None
     top = 22 + 1800 * 0.014 + 0.65 * 9.81
-    assert found.speed == pytest.approx(np.sqrt(top / (0.65 * 0.007)), rel=1e-9)
-    assert found.angle == pytest.approx(np.pi, abs=1e-4)
+    assert lift_off.speed == pytest.approx(np.sqrt(top / (0.65 * 0.007)), rel=1e-9)
+    assert lift_off.angle == pytest.approx(np.pi, abs=1e-4)
 
 
 def test_centre_of_the_roller_is_that_of_the_stated_follower() -> None:
     place = str(own.generated(NAME) / f"{NAME}.toml")
-    stated, said = (
+    stated, message = (
         answer("cam", place, "--roller-mm", "8", *more) for more in ((), ("--y", "y_0+s", "--force", "N_cam"))
     )
-    assert stated == said
+    assert stated == message
     crank = own.generated("slider_crank") / "slider_crank.toml"
     assert "no follower of a cam" in refusal("cam", str(crank), "--roller-mm", "8")
 
@@ -60,14 +60,14 @@ def test_centre_of_the_roller_is_that_of_the_stated_follower() -> None:
 def test_the_command_writes_a_disc(tmp_path: Path) -> None:
     place = str(own.generated(NAME) / f"{NAME}.toml")
     options = ("--roller-mm", "8", "--y", "y_0+s", "--force", "N_cam", "--bore-mm", "12", "--out", str(tmp_path))
-    found = answer("cam", place, *options)
-    assert found["kind"] == "disc"
-    assert found["lift_off"]["speed_rpm"] == pytest.approx(1036.22, rel=1e-5)
-    assert all((tmp_path / name).is_file() for name in found["files"])
+    result = answer("cam", place, *options)
+    assert result["kind"] == "disc"
+    assert result["lift_off"]["speed_rpm"] == pytest.approx(1036.22, rel=1e-5)
+    assert all((tmp_path / name).is_file() for name in result["files"])
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (("--y", "y_0+lift"), "--y = lift: there are s, N_cam_centre_x"),
         (("--y", "y_0+s", "--force", "N_cm"), "--force = N_cm: did you mean N_cam?"),
@@ -79,5 +79,5 @@ def test_the_command_writes_a_disc(tmp_path: Path) -> None:
         (("--y", "s"), "undercuts the contour"),
     ],
 )
-def test_bad_input_is_one_sentence(options: tuple[str, ...], said: str) -> None:
-    assert said in refusal("cam", str(own.generated(NAME) / f"{NAME}.toml"), "--roller-mm", "8", *options)
+def test_bad_input_is_one_sentence(options: tuple[str, ...], message: str) -> None:
+    assert message in refusal("cam", str(own.generated(NAME) / f"{NAME}.toml"), "--roller-mm", "8", *options)

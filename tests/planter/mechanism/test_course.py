@@ -14,7 +14,7 @@ LIFT = 0.014
 """Of the cam: s = h (1 - cos phi) / 2, y = h/2 (1 - cos) has these means."""
 
 
-def found(text: str, samples: int | None = None) -> float:
+def evaluate_measure(text: str, samples: int | None = None) -> float:
     return printed.evaluate_measure(own.file("cam_follower"), parse_measure(text, "test"), samples, None)
 
 
@@ -25,12 +25,12 @@ def found(text: str, samples: int | None = None) -> float:
      ("max abs s_dot", LIFT / 2 * 8 * math.pi), ("min s_ddot", -LIFT / 2 * (8 * math.pi) ** 2)],
 )  # fmt: skip
 def test_a_turn_is_measured_to_rounding(text: str, value: float) -> None:
-    assert found(text) == pytest.approx(value, rel=1e-9, abs=1e-12)
+    assert evaluate_measure(text) == pytest.approx(value, rel=1e-9, abs=1e-12)
 
 
 def test_of_few_samples_the_extreme_is_theirs() -> None:
-    assert found("max s", samples=7) == pytest.approx(LIFT / 2 * (1 - math.cos(6 * math.pi / 7)), rel=1e-12)
-    assert found("max s", samples=7) != pytest.approx(LIFT, rel=1e-3)
+    assert evaluate_measure("max s", samples=7) == pytest.approx(LIFT / 2 * (1 - math.cos(6 * math.pi / 7)), rel=1e-12)
+    assert evaluate_measure("max s", samples=7) != pytest.approx(LIFT, rel=1e-3)
 
 
 def test_a_quantity_feels_what_it_can_depend_on_and_nothing_else() -> None:

@@ -96,47 +96,47 @@ def dynamics(folder: Path, name: str, **values: float) -> Dynamics:
 def test_a_pendulum_swings_as_elliptic_functions_say(folder: Path) -> None:
     """Release at rest: sin(theta/2) = k sn(K - w t, k^2), w^2 = 3 g / (2 l) (Whittaker, Analytical dynamics, 44)."""
     times = np.linspace(0, 3, 31)
-    found = dynamics(folder, "swing").run(times, 1e-12).states[0] + np.pi / 2
+    angles = dynamics(folder, "swing").run(times, 1e-12).states[0] + np.pi / 2
     top, rate = np.pi / 2 - 0.5, mpmath.sqrt(mpmath.mpf(3) * 9.81 / 0.8)
     k = mpmath.sin(top / 2)
     quarter = mpmath.ellipk(k**2)
     exact = [float(2 * mpmath.asin(k * mpmath.ellipfun("sn", quarter - rate * t, m=k**2))) for t in times]
-    assert np.abs(found - exact).max() < 1e-10
+    assert np.abs(angles - exact).max() < 1e-10
 
 
 def test_the_same_by_a_loop_and_with_constraints_twice(folder: Path) -> None:
     times = np.linspace(0, 2, 21)
     plain = dynamics(folder, "swing").run(times, 1e-11).states[0]
     for name, redundant in (("held", 0), ("twice", 1)):
-        one = dynamics(folder, name)
-        run = one.run(times, 1e-11)
+        free_motion = dynamics(folder, name)
+        run = free_motion.run(times, 1e-11)
         assert run.states[0] == pytest.approx(plain, abs=1e-8)
-        assert one.redundant(run.states[:, 0]) == redundant
+        assert free_motion.redundant(run.states[:, 0]) == redundant
         total = run.results["kinetic"] + run.results["potential"]
         assert np.ptp(total) < 1e-8
 
 
 def test_a_motion_that_leaves_its_constraint_would_be_seen(folder: Path) -> None:
     """Without projection the drift is far above what a projected motion shows."""
-    one = dynamics(folder, "held")
+    free_motion = dynamics(folder, "held")
 
     def rates(time: float, state: np.ndarray) -> np.ndarray:
-        return np.concatenate([state[3:], one.accelerations(time, state)[0]])
+        return np.concatenate([state[3:], free_motion.accelerations(time, state)[0]])
 
-    free = scipy.integrate.solve_ivp(rates, (0, 40), one.start(), rtol=1e-4, atol=1e-6)
-    gap = one._kernel(time=0.0, state=free.y[:, -1])["gaps"]
-    kept = one._kernel(time=0.0, state=one.run(np.array([0.0, 40.0]), 1e-4).states[:, -1])["gaps"]
-    assert np.abs(kept).max() < 1e-11
+    free = scipy.integrate.solve_ivp(rates, (0, 40), free_motion.start(), rtol=1e-4, atol=1e-6)
+    gap = free_motion._kernel(time=0.0, state=free.y[:, -1])["gaps"]
+    residuals = free_motion._kernel(time=0.0, state=free_motion.run(np.array([0.0, 40.0]), 1e-4).states[:, -1])["gaps"]
+    assert np.abs(residuals).max() < 1e-11
     assert np.abs(gap).max() > 1e-6
 
 
 def test_rest_and_small_motions_are_those_of_the_textbook(folder: Path) -> None:
     rate = np.sqrt(3 * 9.81 / 0.8)
     for name, count in (("swing", 1), ("held", 3)):
-        one = dynamics(folder, name)
-        rest = equilibrium(one, one.project(0.0, np.concatenate([[-1.4], np.zeros(2 * count - 1)])))
+        free_motion = dynamics(folder, name)
+        rest = equilibrium(free_motion, free_motion.project(0.0, np.concatenate([[-1.4], np.zeros(2 * count - 1)])))
         assert np.sin(rest[0]) == pytest.approx(-1, abs=1e-12)
-        assert np.sort(eigenvalues(one, rest).imag) == pytest.approx([-rate, rate], rel=1e-9)
+        assert np.sort(eigenvalues(free_motion, rest).imag) == pytest.approx([-rate, rate], rel=1e-9)
 
 
 def test_a_rolling_disc_weighs_one_and_a_half(folder: Path) -> None:
@@ -151,11 +151,11 @@ def test_a_rolling_disc_weighs_one_and_a_half(folder: Path) -> None:
 
 
 def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
-    found = answer("move", str(folder / "held.toml"), "--until", "0.5", "--rest", "--out", str(tmp_path / "run"))
-    jsonschema.validate(found, load_schema("move"))
-    assert found["energy"]["most_J"] - found["energy"]["least_J"] < 1e-6
-    assert found["redundant_constraints"] == 0
-    assert len(found["eigenvalues_per_s"]) == 2
+    result = answer("move", str(folder / "held.toml"), "--until", "0.5", "--rest", "--out", str(tmp_path / "run"))
+    jsonschema.validate(result, load_schema("move"))
+    assert result["energy"]["most_J"] - result["energy"]["least_J"] < 1e-6
+    assert result["redundant_constraints"] == 0
+    assert len(result["eigenvalues_per_s"]) == 2
     assert {"values.csv", "report.html"} <= {path.name for path in (tmp_path / "run").iterdir()}
 
 
@@ -170,8 +170,8 @@ def test_changed_start_is_reported(folder: Path) -> None:
     used = moved.start()
     assert moved.stated[:3] == pytest.approx([-0.5, 0.05 + stated[1], stated[2]])
     changes = compute_motion(moved, 0.01, 3, 1e-9).result.changed_start
-    assert [one.quantity for one in changes] == ["a_deg", "x_mm", "y_mm"]
-    assert [one.used for one in changes] == pytest.approx([np.degrees(used[0]), 1e3 * used[1], 1e3 * used[2]])
+    assert [change.quantity for change in changes] == ["a_deg", "x_mm", "y_mm"]
+    assert [change.used for change in changes] == pytest.approx([np.degrees(used[0]), 1e3 * used[1], 1e3 * used[2]])
     assert changes[1].stated == pytest.approx(1e3 * (0.05 + stated[1]))
     assert 1e3 * 0.2 * np.cos(np.radians(changes[0].used)) == pytest.approx(changes[1].used)
 

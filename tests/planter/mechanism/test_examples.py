@@ -27,14 +27,14 @@ def test_a_turn_keeps_the_laws(name: str) -> None:
     assert max(law.violation for law in laws) < 1e-9
 
 
-def energy_of_the_arm(found: dict[str, np.ndarray], phi: np.ndarray) -> np.ndarray:
+def energy_of_the_arm(values: dict[str, np.ndarray], phi: np.ndarray) -> np.ndarray:
     """Of motion, weight and spring, from places that central differences make into speeds."""
     v = own.file("transplanting_arm").values
-    beta, gamma, omega = found["beta"], found["gamma"], v["omega_rpm"] * np.pi / 30
+    beta, gamma, omega = values["beta"], values["gamma"], v["omega_rpm"] * np.pi / 30
     a, c, d, x, y = (v[f"{n}_mm"] / 1000 for n in ("a", "c", "d", "x_k", "y_k"))
-    along, across = v["s_b_mm"] / 1000, v["t_b_mm"] / 1000
+    coupler_x, across = v["s_b_mm"] / 1000, v["t_b_mm"] / 1000
     turned = np.exp(1j * beta)
-    places = [a / 2 * np.exp(1j * phi), a * np.exp(1j * phi) + (along + 1j * across) * turned,
+    places = [a / 2 * np.exp(1j * phi), a * np.exp(1j * phi) + (coupler_x + 1j * across) * turned,
               d + c / 2 * np.exp(1j * gamma)]  # fmt: skip
     end = d + c * np.exp(1j * gamma)
     total = v["k_N_m"] * (np.abs(end - x - 1j * y) - v["l_0_mm"] / 1000) ** 2 / 2
@@ -48,19 +48,19 @@ def energy_of_the_arm(found: dict[str, np.ndarray], phi: np.ndarray) -> np.ndarr
 
 def test_the_motor_of_the_arm_gives_what_the_energy_takes() -> None:
     phi = np.linspace(0.3, 0.5, 2001)
-    found = Model(own.machine("transplanting_arm"))(phi)
-    slope = np.gradient(energy_of_the_arm(found, phi), phi, edge_order=2)[10:-10]
-    assert found["M_in"][10:-10] == pytest.approx(slope, abs=2e-5)
+    values = Model(own.machine("transplanting_arm"))(phi)
+    slope = np.gradient(energy_of_the_arm(values, phi), phi, edge_order=2)[10:-10]
+    assert values["M_in"][10:-10] == pytest.approx(slope, abs=2e-5)
 
 
 def test_without_friction_the_cam_carries_mass_weight_and_spring() -> None:
     own_model = Model(own.machine("cam_follower", mu=0.0))
     phi = np.radians(np.arange(0.0, 360.0, 5.0))
-    found, omega = own_model(phi), 240 * np.pi / 30
+    values, omega = own_model(phi), 240 * np.pi / 30
     lift, slope, bend = 0.007 * (1 - np.cos(phi)), 0.007 * np.sin(phi), 0.007 * np.cos(phi)
     push = 0.65 * (G + bend * omega**2) + 22 + 1800 * lift
-    assert found["N_cam"] == pytest.approx(push * np.hypot(slope, 0.038 + lift) / (0.038 + lift), rel=1e-12)
-    assert found["M_in"] == pytest.approx(push * slope, abs=1e-12)
+    assert values["N_cam"] == pytest.approx(push * np.hypot(slope, 0.038 + lift) / (0.038 + lift), rel=1e-12)
+    assert values["M_in"] == pytest.approx(push * slope, abs=1e-12)
 
 
 def test_the_roller_lifts_off_above_the_speed_where_nothing_is_left() -> None:
@@ -82,9 +82,9 @@ def test_a_turn_warns_where_the_cam_would_have_to_pull() -> None:
     assert lifting() == []
     omega = 1100 * np.pi / 30
     off = np.degrees(np.arccos(-(0.65 * G + 22 + 1800 * 0.007) / (0.65 * 0.007 * omega**2 - 1800 * 0.007)))
-    (found,) = compute_cycle(Model(own.machine("cam_follower", mu=0.0, omega_rpm=1100))).result.warnings
-    assert found.angle_deg == pytest.approx(off, abs=1e-6)
-    assert f"would have to pull from {off:.6g} to {360 - off:.6g} deg" in found.message
+    (warning,) = compute_cycle(Model(own.machine("cam_follower", mu=0.0, omega_rpm=1100))).result.warnings
+    assert warning.angle_deg == pytest.approx(off, abs=1e-6)
+    assert f"would have to pull from {off:.6g} to {360 - off:.6g} deg" in warning.message
 
 
 def test_a_pull_between_two_samples_or_all_over_the_turn_is_told() -> None:
@@ -104,19 +104,19 @@ def ellipse(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def test_the_planet_turns_as_pitch_curves_roll() -> None:
     """Both stages integrated from the ratio of the radii; both shafts' torques by hand (Newton-Euler)."""
     phi = np.linspace(0, 2 * np.pi, 361)
-    found = Model(own.machine("planetary_train"))(phi)
-    start = [0.0, 0.0, found["t2"][0]]
+    values = Model(own.machine("planetary_train"))(phi)
+    start = [0.0, 0.0, values["t2"][0]]
     path = scipy.integrate.solve_ivp(
-        lambda angle, y: [(one := ellipse(np.radians(20) + angle)[1]), -ellipse(y[2])[1] * one, -one],
+        lambda angle, y: [(radius := ellipse(np.radians(20) + angle)[1]), -ellipse(y[2])[1] * radius, -radius],
         (0, 2 * np.pi), start, t_eval=phi, rtol=1e-11, atol=1e-12,
     )  # fmt: skip
-    assert found["psi"] == pytest.approx(path.y[0], abs=1e-8)
-    assert found["chi"] == pytest.approx(path.y[1], abs=1e-8)
+    assert values["psi"] == pytest.approx(path.y[0], abs=1e-8)
+    assert values["chi"] == pytest.approx(path.y[1], abs=1e-8)
     assert path.y[0][-1] == pytest.approx(2 * np.pi, abs=1e-8)
-    heading = phi + found["chi"] - np.radians(60)
-    push = 0.64 * (found["a_planet_y"] + G), 0.64 * found["a_planet_x"]
-    torque = 0.0011 * found["chi_ddot"] + 0.042 * (np.cos(heading) * push[0] - np.sin(heading) * push[1])
-    assert found["M_Q"] == pytest.approx(torque, abs=1e-12)
+    heading = phi + values["chi"] - np.radians(60)
+    push = 0.64 * (values["a_planet_y"] + G), 0.64 * values["a_planet_x"]
+    torque = 0.0011 * values["chi_ddot"] + 0.042 * (np.cos(heading) * push[0] - np.sin(heading) * push[1])
+    assert values["M_Q"] == pytest.approx(torque, abs=1e-12)
 
 
 def test_pitch_curves_that_do_not_roll_break_a_law() -> None:
@@ -145,14 +145,14 @@ def pulls(angles: np.ndarray) -> np.ndarray:
 def test_the_manipulator_rests_and_swings_as_its_matrices_say() -> None:
     dynamics = own.dynamics("manipulator")
     rest = equilibrium(dynamics)
-    wanted = scipy.optimize.fsolve(pulls, np.radians([-40, 75]), xtol=1e-14)
-    assert rest[:2] == pytest.approx(wanted, abs=1e-10)
+    expected = scipy.optimize.fsolve(pulls, np.radians([-40, 75]), xtol=1e-14)
+    assert rest[:2] == pytest.approx(expected, abs=1e-10)
     step = 1e-6
-    stiff = -np.array([(pulls(wanted + d) - pulls(wanted - d)) / (2 * step) for d in step * np.eye(2)]).T
+    stiff = -np.array([(pulls(expected + d) - pulls(expected - d)) / (2 * step) for d in step * np.eye(2)]).T
     flow = np.block([[np.zeros((2, 2)), np.eye(2)],
-                     [-np.linalg.solve(inertia(wanted[1]), np.hstack([stiff, np.diag([6, 1.8])]))]])  # fmt: skip
-    found = eigenvalues(dynamics, rest)
-    assert np.sort_complex(found) == pytest.approx(np.sort_complex(scipy.linalg.eigvals(flow)), abs=1e-6)
+                     [-np.linalg.solve(inertia(expected[1]), np.hstack([stiff, np.diag([6, 1.8])]))]])  # fmt: skip
+    roots = eigenvalues(dynamics, rest)
+    assert np.sort_complex(roots) == pytest.approx(np.sort_complex(scipy.linalg.eigvals(flow)), abs=1e-6)
 
 
 def test_the_manipulators_dampers_take_what_its_motors_and_weights_give() -> None:

@@ -62,8 +62,8 @@ def test_joints_of_space_keep_momentum_and_work_nothing() -> None:
     outer = {"x": 1.2 * 9.81 / 7, "y": 1.2 * 9.81 / 5, "z": -5 * 1.2 * 9.81}
     for axis, names in joints.items():
         moved = sum(1.2 * run.results.get(f"a_{body}_{axis}", 0) for body in BODIES)
-        found = sum(run.results[f"F_{name}{axis}"] for name in names) + outer[axis]
-        assert found == pytest.approx(moved, abs=1e-9)
+        total_force = sum(run.results[f"F_{name}{axis}"] for name in names) + outer[axis]
+        assert total_force == pytest.approx(moved, abs=1e-9)
     power = outer["x"] * run.states[19] + outer["y"] * run.states[20]
     assert np.abs(power).max() > 0.1
     energy = run.results["kinetic"] + run.results["potential"]

@@ -87,19 +87,19 @@ def test_jump_of_what_does_not_jump_is_not_minimised(file: Path) -> None:
 
 def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
     """The stroke of a crank and rod with offset e: sqrt((l+r)^2 - e^2) - sqrt((l-r)^2 - e^2); the least at r = 30."""
-    found = optimise_machine(
+    optimum = optimise_machine(
         build_machine(load(file)), "range s", ["s at 0 >= 170"], spec=SearchSpec(starts=2), means=Means(1)
     ).result
-    assert found.design["r_mm"] == pytest.approx(30, abs=1e-9)
-    assert found.design["e_mm"] == pytest.approx(0, abs=0.3), "flat there, and the ends fall between samples"
-    assert found.objective == pytest.approx(60, rel=1e-5)
-    assert found.certificate.kkt_residual < 1e-6
-    assert found.holds[0].value >= 170 - 1e-4
+    assert optimum.design["r_mm"] == pytest.approx(30, abs=1e-9)
+    assert optimum.design["e_mm"] == pytest.approx(0, abs=0.3), "flat there, and the ends fall between samples"
+    assert optimum.objective == pytest.approx(60, rel=1e-5)
+    assert optimum.certificate.kkt_residual < 1e-6
+    assert optimum.holds[0].value >= 170 - 1e-4
 
 
 def test_an_optimum_under_a_limit_is_that_of_a_dense_grid(file: Path) -> None:
     machine = load(file)
-    found = optimise_machine(build_machine(machine), "max abs M_in", ["s at 180 >= 100"], spec=SearchSpec(starts=2))
+    optimum = optimise_machine(build_machine(machine), "max abs M_in", ["s at 180 >= 100"], spec=SearchSpec(starts=2))
     best = np.inf
     phi = np.radians(np.arange(0.0, 360.0, 2.0))
     for r in (30.0, 31.0):
@@ -108,10 +108,10 @@ def test_an_optimum_under_a_limit_is_that_of_a_dense_grid(file: Path) -> None:
                 turned = Model(build_machine(machine.with_values({"r_mm": r, "l_mm": float(length), "e_mm": e})))
                 if turned(np.array([np.pi]))["s"][0] >= 0.1:
                     best = min(best, np.abs(turned(phi)["M_in"]).max())
-    assert found.result.objective <= best * (1 + 2e-3), "the grid of angles misses a peak by as much"
-    assert found.result.certificate.agreeing_starts == 2
-    peak = np.abs(Model(found.machine)(np.radians(np.arange(0.0, 360.0, 0.05)))["M_in"]).max()
-    assert peak == pytest.approx(found.result.objective, rel=1e-5)
+    assert optimum.result.objective <= best * (1 + 2e-3), "the grid of angles misses a peak by as much"
+    assert optimum.result.certificate.agreeing_starts == 2
+    peak = np.abs(Model(optimum.machine)(np.radians(np.arange(0.0, 360.0, 0.05)))["M_in"]).max()
+    assert peak == pytest.approx(optimum.result.objective, rel=1e-5)
 
 
 def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) -> None:
@@ -122,7 +122,7 @@ def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) 
 
 
 @pytest.mark.parametrize(
-    ("least", "hold", "said"),
+    ("objective", "hold", "message"),
     [
         ("range F_Oxx", None, "press has no quantity F_Oxx: did you mean F_Ox"),
         ("s", None, "s needs a measure"),
@@ -133,19 +133,19 @@ def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) 
         ("range s", "max s >= 3", "only max <=, min >=, range <= and jump <= are limits"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(file: Path, least: str, hold: str | None, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        optimise_machine(build_machine(load(file)), least, [hold] if hold else [], spec=SearchSpec(starts=1))
+def test_what_cannot_be_meant_is_refused(file: Path, objective: str, hold: str | None, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        optimise_machine(build_machine(load(file)), objective, [hold] if hold else [], spec=SearchSpec(starts=1))
 
 
 @pytest.mark.usefixtures("blank_figures")
 def test_the_command_writes_an_optimum_that_the_commands_take(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "best"
-    found = answer("optimise", str(file), "--least", "range F_Ox", "--starts", "2", "--out", str(out))
-    jsonschema.validate(found, load_schema("optimise least"))
-    assert found["objective"] < found["start_objective"]
+    result = answer("optimise", str(file), "--least", "range F_Ox", "--starts", "2", "--out", str(out))
+    jsonschema.validate(result, load_schema("optimise least"))
+    assert result["objective"] < result["start_objective"]
     turned = answer("turn", str(out / "optimum.toml"))["quantities"]["F_Ox_N"]
-    assert turned["max"] - turned["min"] == pytest.approx(found["objective"], rel=1e-3)
+    assert turned["max"] - turned["min"] == pytest.approx(result["objective"], rel=1e-3)
     assert "# was 40.0 mm" in (out / "optimum.toml").read_text(encoding="utf-8")
 
 
@@ -175,14 +175,14 @@ def test_the_file_brings_its_own_goal(file: Path, tmp_path: Path) -> None:
     """A turn reports the file's limits; the optimum satisfies them, and prices agree with a limit that is moved."""
     goal = f"{SUM}[requirements]\nhold = {LIMITS}\n"
     source = with_goal(file, tmp_path, goal)
-    found = answer("optimise", str(source), "--starts", "2")
-    assert found["met"] is True
-    assert found["certificate"]["kkt_residual"] < 1e-6
-    (price,) = found["certificate"]["active_limits"]
+    result = answer("optimise", str(source), "--starts", "2")
+    assert result["met"] is True
+    assert result["certificate"]["kkt_residual"] < 1e-6
+    (price,) = result["certificate"]["active_limits"]
     assert (price["limit_on"], price["unit"]) == ("s at 0 >= 233 mm", "mm")
     moved = with_goal(file, tmp_path, goal.replace("0.233 m", "0.23301 m"), "moved.toml")
     dearer = answer("optimise", str(moved), "--starts", "1")
-    assert (dearer["objective"] - found["objective"]) / 0.01 == pytest.approx(price["multiplier"], rel=1e-2)
+    assert (dearer["objective"] - result["objective"]) / 0.01 == pytest.approx(price["multiplier"], rel=1e-2)
 
 
 def test_a_turn_reports_the_limits_of_the_file(file: Path, tmp_path: Path) -> None:
@@ -198,14 +198,14 @@ def test_methods_agree(file: Path, tmp_path: Path) -> None:
     settings += "crossover_probability = 0.75\nmutation_probability = 0.05\n"
     goal = f'[genetic_algorithm]\n{settings}[objective]\nleast = "rms F_Ox"\nsamples = 60\n'
     source = build_machine(load(with_goal(file, tmp_path, goal)))
-    found = {
+    optima = {
         method: optimise_machine(source, None, ["s at 0 >= 170"], SearchSpec(60, method, 1, genetic=source.genetic))
         for method in METHODS
     }
-    best = found["ipopt"].result.objective
-    assert found["hybrid"].result.objective == pytest.approx(best, rel=1e-9)
-    assert best <= found["ga"].result.objective < 1.2 * best
-    assert found["ga"].result.holds[0].met
+    best = optima["ipopt"].result.objective
+    assert optima["hybrid"].result.objective == pytest.approx(best, rel=1e-9)
+    assert best <= optima["ga"].result.objective < 1.2 * best
+    assert optima["ga"].result.holds[0].met
 
 
 def test_number_of_workers_changes_no_bit(file: Path) -> None:
@@ -247,10 +247,10 @@ def test_value_without_effect_stays_as_it_was(monkeypatch: pytest.MonkeyPatch) -
 
 def test_device_has_an_optimum_of_any_sum() -> None:
     machine = load_machine("wang2017").with_moved({"design.alpha3_deg": (25.0, 26.0), "design.m31": (1.5, 1.6)})
-    found = optimise_machine(machine, "range F_support", spec=SearchSpec(12, starts=1), means=Means(1))
-    document = found.machine.document
+    optimum = optimise_machine(machine, "range F_support", spec=SearchSpec(12, starts=1), means=Means(1))
+    document = optimum.machine.document
     assert isinstance(document, PlantingFile)
     turned = simulate(Device(document), 12).result
-    assert found.result.objective == pytest.approx(turned.support_force.range_N, rel=1e-9)
-    assert found.result.objective < found.result.start_objective
-    assert turned.design["m31"] == found.result.design["m31"]
+    assert optimum.result.objective == pytest.approx(turned.support_force.range_N, rel=1e-9)
+    assert optimum.result.objective < optimum.result.start_objective
+    assert turned.design["m31"] == optimum.result.design["m31"]

@@ -14,21 +14,21 @@ from tests.support.cli import answer, refusal
 
 
 def test_a_pick_up_is_simulated_as_its_own_command_has_it() -> None:
-    found = answer("simulate", "yu2023", "--at", "30", "--samples", "360")
-    own = answer("pickup", "yu2023", "--at", "30")["at"][0]
-    at = found["at"][0]["quantities"]
-    assert (at["x_S_mm"], at["y_S_mm"]) == pytest.approx(tuple(own["tip_mm"]), rel=1e-12)
-    assert at["epsilon"] == pytest.approx(own["contact_ratio"], rel=1e-12)
-    assert np.hypot(at["vx_S_m_s"], at["vy_S_m_s"]) == pytest.approx(own["tip_speed_mm_s"] / 1e3, rel=1e-12)
-    peak = next(one for one in found["designer"]["peaks"] if one["name"] == "y_S")
-    assert peak["max"] >= found["quantities"]["y_S_mm"]["max"]
-    assert found["repeats_after_turns"] == 1
+    result = answer("simulate", "yu2023", "--at", "30", "--samples", "360")
+    state = answer("pickup", "yu2023", "--at", "30")["at"][0]
+    at = result["at"][0]["quantities"]
+    assert (at["x_S_mm"], at["y_S_mm"]) == pytest.approx(tuple(state["tip_mm"]), rel=1e-12)
+    assert at["epsilon"] == pytest.approx(state["contact_ratio"], rel=1e-12)
+    assert np.hypot(at["vx_S_m_s"], at["vy_S_m_s"]) == pytest.approx(state["tip_speed_mm_s"] / 1e3, rel=1e-12)
+    peak = next(entry for entry in result["designer"]["peaks"] if entry["name"] == "y_S")
+    assert peak["max"] >= result["quantities"]["y_S_mm"]["max"]
+    assert result["repeats_after_turns"] == 1
 
 
 def test_sensitivity_of_a_linkage_is_that_of_differences() -> None:
-    found = answer("sensitivity", "sun2019-corrected", "--least", "X_f at 40", "--all", "--samples", "24")
+    result = answer("sensitivity", "sun2019-corrected", "--least", "X_f at 40", "--all", "--samples", "24")
     machine = load_machine("sun2019-corrected")
-    key = max(found["scaled"], key=lambda name: abs(found["scaled"][name]))
+    key = max(result["scaled"], key=lambda name: abs(result["scaled"][name]))
     index = machine.find_index(key)
     step, ends = 1e-6 * machine.data[index], []
     for sign in (1, -1):
@@ -38,32 +38,32 @@ def test_sensitivity_of_a_linkage_is_that_of_differences() -> None:
         assert at is not None
         ends.append(at[0].quantities["X_f_mm"])
     difference = (ends[0] - ends[1]) / (2 * step) * machine.values[index].factor
-    assert found["gradient"][key] == pytest.approx(difference, rel=1e-5)
+    assert result["gradient"][key] == pytest.approx(difference, rel=1e-5)
 
 
 def test_a_place_of_a_pick_up_is_fitted_to_data(tmp_path: Path) -> None:
     machine = load_machine("yu2023", {"bars.L2_mm": 170.0})
     degrees = np.arange(0, 360, 10.0)
     at = simulate_machine(machine, 24, degrees.tolist()).result.at or []
-    rows = [f"{one.angle_deg},{one.quantities['x_S_mm']}" for one in at]
+    rows = [f"{state.angle_deg},{state.quantities['x_S_mm']}" for state in at]
     data = tmp_path / "tip.csv"
     data.write_text("\n".join(["angle [deg],x [mm]", *rows]) + "\n", encoding="utf-8")
     call = ("--column", "x", "--angle", "angle", "--quantity", "x_S_mm", "--fit", "L2_mm=150:190")
-    found = answer("calibrate", "yu2023", "--data", str(data), *call, "--out", str(tmp_path / "fit"))
-    assert found["fitted"][0]["value"] == pytest.approx(170.0, abs=1e-4)
+    result = answer("calibrate", "yu2023", "--data", str(data), *call, "--out", str(tmp_path / "fit"))
+    assert result["fitted"][0]["value"] == pytest.approx(170.0, abs=1e-4)
     fitted = load_machine(str(tmp_path / "fit" / "calibrated.toml"))
-    assert fitted.data[fitted.find_index("bars.L2_mm")] == found["fitted"][0]["value"] * 1e-3
+    assert fitted.data[fitted.find_index("bars.L2_mm")] == result["fitted"][0]["value"] * 1e-3
 
 
 @pytest.mark.usefixtures("blank_figures")
 def test_cycle_of_a_clutch_ends_where_its_link_is_back(tmp_path: Path) -> None:
-    found = answer("simulate", "shi2021", "--samples", "24", "--speed-rpm", "2", "--out", str(tmp_path))
+    result = answer("simulate", "shi2021", "--samples", "24", "--speed-rpm", "2", "--out", str(tmp_path))
     _, columns = read_cycle_csv(tmp_path / "values.csv")
     machine = load_machine("shi2021", speed_rpm=2.0)
     assert columns["phi_deg"][-1] == pytest.approx(np.degrees(machine.turn) * 23 / 24)
-    assert columns["shift_mm"].max() == found["quantities"]["shift_mm"]["max"]
+    assert columns["shift_mm"].max() == result["quantities"]["shift_mm"]["max"]
     assert machine.data[machine.speed] == pytest.approx(np.pi / 15, rel=1e-12)
-    assert (found["repeats_after_turns"], found["not_repeating"]) == (1, {}), "velocities jump at the ends"
+    assert (result["repeats_after_turns"], result["not_repeating"]) == (1, {}), "velocities jump at the ends"
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "radius of the arc rack" in page
     assert "set on the command line" in page

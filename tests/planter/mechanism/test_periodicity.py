@@ -63,7 +63,7 @@ def test_turn_reports_what_does_not_repeat(ratio: Fraction) -> None:
     assert result.work == {"M_in_J": None}
     assert (result.quantities["M_in_Nm"].mean, result.quantities["M_in_Nm"].rms) == (None, None)
     assert result.quantities["chi_dot_rad_s"].mean == pytest.approx(2 * np.pi * ratio)
-    assert [(one.name, "chi" in one.message) for one in result.warnings] == [("does_not_repeat", True)]
+    assert [(warning.name, "chi" in warning.message) for warning in result.warnings] == [("does_not_repeat", True)]
 
 
 def test_turn_with_whole_ratio_repeats() -> None:
@@ -113,8 +113,8 @@ def test_contact_of_a_turn_that_does_not_repeat() -> None:
     machine = belt_machine(Fraction(1, 2), more)
     pushing = tuple(replace(quantity, is_push=quantity.name == "N_c") for quantity in machine.quantities)
     model, angles = Model(replace(machine, quantities=pushing)), 2 * np.pi * np.arange(90) / 90
-    found = list_lift_offs(model, angles, model(angles), repeats=False)
-    assert [one.angle_deg for one in found] == pytest.approx([0.0, 300.0], abs=1e-6)
+    lift_offs = list_lift_offs(model, angles, model(angles), repeats=False)
+    assert [lift_off.angle_deg for lift_off in lift_offs] == pytest.approx([0.0, 300.0], abs=1e-6)
 
 
 def test_curve_and_drawing_end_where_the_turn_does(tmp_path: Path) -> None:

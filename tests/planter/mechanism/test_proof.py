@@ -97,9 +97,9 @@ def test_too_narrow_an_enclosure_of_loops_is_caught(monkeypatch: pytest.MonkeyPa
 
 
 @cache
-def goal_of(name: str, least: str) -> tuple[Goal, ProvableObjective]:
+def goal_of(name: str, objective: str) -> tuple[Goal, ProvableObjective]:
     file = own.file(name)
-    machine, terms = build_machine(file), parse_sum(least)
+    machine, terms = build_machine(file), parse_sum(objective)
     goal = Goal(machine, terms, (), COUNT)
     return goal, ProvableObjective(
         machine, terms, COUNT, lambda quantities: EnclosedMechanism(machine, file.model, quantities)
@@ -112,17 +112,17 @@ SUMS = (
 )
 
 
-@pytest.mark.parametrize("least", SUMS)
-def test_bounds_are_below_the_objective_of_every_design(least: str) -> None:
-    goal, bounding = goal_of("transplanting_arm", least)
+@pytest.mark.parametrize("objective", SUMS)
+def test_bounds_are_below_the_objective_of_every_design(objective: str) -> None:
+    goal, bounding = goal_of("transplanting_arm", objective)
     box = find_box(own.file("transplanting_arm"))
-    found = bounding(*box)
+    bounds = bounding(*box)
     centre = (box[0] + box[1]) / 2
     values = [goal.evaluate(x) for x in draw_designs(box, 6)]
     slack = 1e-9 * abs(goal.evaluate(centre))
-    assert found.least <= min(values) + slack
-    assert found.reached == pytest.approx(goal.evaluate(centre), rel=1e-9)
-    spread = found.slopes.low @ (box[1] - box[0]), found.slopes.high @ (box[1] - box[0])
+    assert bounds.least <= min(values) + slack
+    assert bounds.reached == pytest.approx(goal.evaluate(centre), rel=1e-9)
+    spread = bounds.slopes.low @ (box[1] - box[0]), bounds.slopes.high @ (box[1] - box[0])
     assert spread[0] - slack <= goal.evaluate(box[1]) - goal.evaluate(box[0]) <= spread[1] + slack
 
 
@@ -137,56 +137,56 @@ def prove(bounding: ProvableObjective, goal: Goal) -> tuple[GlobalBound, Array]:
 
 def test_a_small_box_of_a_four_bar_is_proved() -> None:
     goal, bounding = goal_of("transplanting_arm", "range F_Ox + rms M_in")
-    found, corner = prove(bounding, goal)
-    assert found.proved, found.statement
-    assert found.lower_bound is not None
-    assert found.lower_bound <= goal.evaluate(corner) * (1 + 1e-12)
+    bounds, corner = prove(bounding, goal)
+    assert bounds.proved, bounds.statement
+    assert bounds.lower_bound is not None
+    assert bounds.lower_bound <= goal.evaluate(corner) * (1 + 1e-12)
 
 
 def test_friction_that_may_turn_proves_nothing_by_slopes() -> None:
     """Where the sign of a sliding speed is open, the objective may jump: no direction only rises or falls."""
     file = own.file("slider_crank", e_mm=0.0)
     machine = build_machine(file)
-    least = parse_sum("max abs F_Oy")
-    bounding = ProvableObjective(machine, least, COUNT, lambda q: EnclosedMechanism(machine, file.model, q))
+    objective = parse_sum("max abs F_Oy")
+    bounding = ProvableObjective(machine, objective, COUNT, lambda q: EnclosedMechanism(machine, file.model, q))
     assert bounding(*find_box(file, 1e-5)).may_jump
     assert not goal_of("transplanting_arm", "range F_Ox + rms M_in")[1](
         *find_box(own.file("transplanting_arm"))
     ).may_jump
 
 
-def bound_arm(least: str, *limits: str) -> ObjectiveBounds:
+def bound_arm(objective: str, *limits: str) -> ObjectiveBounds:
     """Return bounds of a sum over a small box of the four-bar, under limits."""
     file = own.file("transplanting_arm")
-    machine, terms, holds = build_machine(file), parse_sum(least), [parse_limit(limit) for limit in limits]
+    machine, terms, holds = build_machine(file), parse_sum(objective), [parse_limit(limit) for limit in limits]
     bounding = ProvableObjective(machine, terms, COUNT, lambda q: EnclosedMechanism(machine, file.model, q), holds)
     return bounding(*find_box(file))
 
 
 def test_boxes_that_violate_a_limit_hold_no_design() -> None:
-    least, machine = "range F_Ox + rms M_in", build_machine(own.file("transplanting_arm"))
+    objective, machine = "range F_Ox + rms M_in", build_machine(own.file("transplanting_arm"))
     greatest = Goal(machine, parse_sum("max M_in"), (), COUNT).evaluate(machine.design)
-    free = bound_arm(least)
-    assert bound_arm(least, f"max M_in <= {0.9 * greatest}").least == np.inf
-    assert bound_arm(least, f"M_in >= {1.1 * greatest}").least == np.inf
-    kept = bound_arm(least, f"M_in <= {1.1 * greatest}")
-    assert (kept.least, kept.reached, kept.may_jump) == (free.least, free.reached, False)
-    crossed = bound_arm(least, f"max M_in <= {greatest}")
+    free = bound_arm(objective)
+    assert bound_arm(objective, f"max M_in <= {0.9 * greatest}").least == np.inf
+    assert bound_arm(objective, f"M_in >= {1.1 * greatest}").least == np.inf
+    limited = bound_arm(objective, f"M_in <= {1.1 * greatest}")
+    assert (limited.least, limited.reached, limited.may_jump) == (free.least, free.reached, False)
+    crossed = bound_arm(objective, f"max M_in <= {greatest}")
     assert crossed.least == free.least
     assert crossed.may_jump, "no side stands for a box that a limit crosses"
 
 
 def test_samples_without_an_enclosure_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     sums = "range F_Ox + rms M_in", "max F_Ox + std M_in - min F_Oy + variance F_Ay"
-    whole, follow = [bound_arm(least) for least in sums], EnclosedMechanism.follow
+    free_bounds, follow = [bound_arm(objective) for objective in sums], EnclosedMechanism.follow
 
     def fail(self: EnclosedMechanism, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
         shares, gap = follow(self, space, phi), np.where(np.arange(len(phi.mid)) == 5, np.nan, 0.0)
         return lambda xp, lanes: [jet + xp.space.constant(Ball.exact(gap[lanes])) for jet in shares(xp, lanes)]
 
     monkeypatch.setattr(EnclosedMechanism, "follow", fail)
-    for least, other in zip(sums, whole, strict=True):
-        part = bound_arm(least)
+    for objective, other in zip(sums, free_bounds, strict=True):
+        part = bound_arm(objective)
         assert part.least <= other.least + 1e-9 * abs(other.least)
         assert part.least > 0.5 * other.least
         assert (part.reached, part.may_jump) == (np.inf, True)
@@ -269,25 +269,25 @@ def write_arm() -> str:
 
 
 def test_optimise_proves_a_mechanism_of_ones_own() -> None:
-    found = answer("optimise", write_arm(), "--starts", "1", "--prove", "--prove-seconds", "30")
-    proof = found["proof"]
+    result = answer("optimise", write_arm(), "--starts", "1", "--prove", "--prove-seconds", "30")
+    proof = result["proof"]
     keys = {"objective", "lower_bound", "gap", "boxes", "seconds", "proved", "statement", "kind", "samples", "design"}
     assert set(proof) == keys
     assert (proof["kind"], proof["samples"]) == ("sampled", COUNT)
     assert proof["proved"], proof["statement"]
-    assert proof["lower_bound"] <= proof["objective"] <= found["objective"]
+    assert proof["lower_bound"] <= proof["objective"] <= result["objective"]
     assert 0 <= proof["gap"] <= 1e-6 * proof["objective"]
 
 
 def test_objective_of_a_proof_is_over_samples_alone() -> None:
     """Friction reverses between samples, where the pin's force has an extreme that no bound over samples knows."""
     path = str(own.generated("slider_crank") / "slider_crank.toml")
-    found = answer("optimise", path, "--set", "turn.samples=12", "--least", "range F_Bx", "--starts", "1", "--prove",
+    result = answer("optimise", path, "--set", "turn.samples=12", "--least", "range F_Bx", "--starts", "1", "--prove",
                    "--prove-seconds", "0")  # fmt: skip
-    machine = own.machine("slider_crank", **found["proof"]["design"])
+    machine = own.machine("slider_crank", **result["proof"]["design"])
     forces = compute_cycle(Model(machine), 12).result.quantities["F_Bx_N"]
-    assert found["proof"]["samples"] == 12
-    assert found["proof"]["objective"] == pytest.approx(forces.max - forces.min, rel=1e-9)
+    assert result["proof"]["samples"] == 12
+    assert result["proof"]["objective"] == pytest.approx(forces.max - forces.min, rel=1e-9)
 
 
 @pytest.mark.parametrize("bound", [3.5, None])
@@ -304,12 +304,12 @@ def test_a_page_tells_a_proof_with_and_without_a_bound(bound: float | None) -> N
 
 
 def test_objectives_without_a_proof_are_refused_first() -> None:
-    for least, reason in (
+    for objective, reason in (
         ("rms M_in while y_tip <= 100 mm", "`while`"),
         ("F_Ox where y_tip is least", "`where`"),
         ("max law_power", "law"),
     ):
-        text = refusal("optimise", write_arm(), "--least", least, "--prove", "--prove-seconds", "1")
+        text = refusal("optimise", write_arm(), "--least", objective, "--prove", "--prove-seconds", "1")
         assert "--least: " in text
         assert reason in text
 
@@ -317,8 +317,8 @@ def test_objectives_without_a_proof_are_refused_first() -> None:
 def test_a_design_without_an_enclosure_keeps_its_search() -> None:
     """The sliding speed of the follower is zero at the first sample, whose contact has no bound over a box."""
     folder = own.generated("cam_follower")
-    found = answer("optimise", str(folder / "cam_follower.toml"), "--least", "rms N_cam", "--samples", "8", "--starts",
+    result = answer("optimise", str(folder / "cam_follower.toml"), "--least", "rms N_cam", "--samples", "8", "--starts",
                    "1", "--prove", "--prove-seconds", "0")  # fmt: skip
-    assert not found["proof"]["proved"]
-    assert found["proof"]["statement"].startswith("not proved")
-    assert found["objective"] == pytest.approx(found["proof"]["objective"])
+    assert not result["proof"]["proved"]
+    assert result["proof"]["statement"].startswith("not proved")
+    assert result["objective"] == pytest.approx(result["proof"]["objective"])

@@ -25,10 +25,10 @@ def test_results_at_angles_are_those_of_geometry() -> None:
     """A slider stands at r cos phi + sqrt(l^2 - (e - r sin phi)^2)."""
     result = simulate_machine(own.machine("slider_crank"), 12, [37.0, 397.0, -90.0]).result
     assert result.at is not None
-    for one in result.at:
-        phi = math.radians(one.angle_deg)
+    for state in result.at:
+        phi = math.radians(state.angle_deg)
         expected = 50 * math.cos(phi) + math.sqrt(200**2 - (10 - 50 * math.sin(phi)) ** 2)
-        assert one.quantities["s_mm"] == pytest.approx(expected, rel=1e-12)
+        assert state.quantities["s_mm"] == pytest.approx(expected, rel=1e-12)
     assert simulate_machine(own.machine("slider_crank"), 12).result.at is None
 
 

@@ -20,20 +20,20 @@ def plan(**more: object) -> Plan:
 
 
 def test_rows_are_the_turns_of_the_mechanism() -> None:
-    asked = Sweep(plan())
-    found = asked.recipe.job().chunk(0, 4, 1)
-    for row, (r, speed) in zip(found, [(50, 200), (50, 400), (60, 200), (60, 400)], strict=True):
-        told = compute_cycle(Model(own.machine("slider_crank", r_mm=r, omega_rpm=speed))).result.quantities
-        force = told["F_Ox_N"]
-        wanted = [told["M_in_Nm"].max, force.max - force.min, told["M_in_Nm"].rms]
-        np.testing.assert_allclose(row, wanted, rtol=1e-12)
-    assert len(np.unique(found[:, 0])) == 4
+    sweep = Sweep(plan())
+    rows = sweep.recipe.job().chunk(0, 4, 1)
+    for row, (r, speed) in zip(rows, [(50, 200), (50, 400), (60, 200), (60, 400)], strict=True):
+        result = compute_cycle(Model(own.machine("slider_crank", r_mm=r, omega_rpm=speed))).result.quantities
+        force = result["F_Ox_N"]
+        expected = [result["M_in_Nm"].max, force.max - force.min, result["M_in_Nm"].rms]
+        np.testing.assert_allclose(row, expected, rtol=1e-12)
+    assert len(np.unique(rows[:, 0])) == 4
 
 
 def test_text_of_a_measure_is_an_output_with_its_unit() -> None:
-    asked = Sweep(plan(outputs=["jump F_Ox", "M_in_rms_Nm", "rms M_in"], inputs={"mu": [0.0, 0.1]}))
-    assert asked.outputs == ["jump F_Ox [N]", "M_in_rms_Nm", "rms M_in [N m]"]
-    none, some = asked.recipe.job().chunk(0, 2, 1)
+    sweep = Sweep(plan(outputs=["jump F_Ox", "M_in_rms_Nm", "rms M_in"], inputs={"mu": [0.0, 0.1]}))
+    assert sweep.outputs == ["jump F_Ox [N]", "M_in_rms_Nm", "rms M_in [N m]"]
+    none, some = sweep.recipe.job().chunk(0, 2, 1)
     assert none[0] < 1e-12 < 1 < some[0]
     assert some[1] == some[2]
     with pytest.raises(InputError, match="'jumpp' at character 1"):
@@ -41,10 +41,10 @@ def test_text_of_a_measure_is_an_output_with_its_unit() -> None:
 
 
 def test_a_row_whose_loop_does_not_close_has_nothing() -> None:
-    asked = Sweep(plan(inputs={"r_mm": [60, 5000]}))
-    found = asked.recipe.job().chunk(0, 2, 1)
-    assert np.isfinite(found[0]).all()
-    assert np.isnan(found[1]).all()
+    sweep = Sweep(plan(inputs={"r_mm": [60, 5000]}))
+    rows = sweep.recipe.job().chunk(0, 2, 1)
+    assert np.isfinite(rows[0]).all()
+    assert np.isnan(rows[1]).all()
 
 
 def test_torque_of_the_motor_is_the_default_output() -> None:

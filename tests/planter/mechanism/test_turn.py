@@ -71,24 +71,24 @@ def rocker_angle(phi: np.ndarray, a: float, b: float, c: float, d: float) -> np.
 
 def test_angles_are_those_of_freudensteins_equation(folder: Path) -> None:
     phi = np.radians(np.arange(-400.0, 800.0, 7.0))
-    found = model(folder)(phi)["gamma"]
-    assert np.cos(found) == pytest.approx(np.cos(rocker_angle(phi, 0.04, 0.11, 0.08, 0.12)), abs=1e-12)
-    assert np.sin(found) == pytest.approx(np.sin(rocker_angle(phi, 0.04, 0.11, 0.08, 0.12)), abs=1e-12)
+    angles = model(folder)(phi)["gamma"]
+    assert np.cos(angles) == pytest.approx(np.cos(rocker_angle(phi, 0.04, 0.11, 0.08, 0.12)), abs=1e-12)
+    assert np.sin(angles) == pytest.approx(np.sin(rocker_angle(phi, 0.04, 0.11, 0.08, 0.12)), abs=1e-12)
 
 
 def test_the_motor_gives_what_the_energy_takes(folder: Path) -> None:
     """Nothing but the rocker has mass: M omega = d/dt of J gamma_dot^2/2, differentiated by central differences."""
     step, phi = 1e-4, np.radians(np.arange(0.0, 360.0, 10.0))
-    own = model(folder)
+    mechanism = model(folder)
 
     def energy(angles: np.ndarray) -> np.ndarray:
-        rate: np.ndarray = own(angles)["gamma_dot"]
+        rate: np.ndarray = mechanism(angles)["gamma_dot"]
         return (0.0007 + 0.9 * 0.08**2) * rate**2 / 2
 
     slope = (energy(phi - 2 * step) - 8 * energy(phi - step) + 8 * energy(phi + step) - energy(phi + 2 * step)) / (
         12 * step
     )
-    assert own(phi)["M_in"] == pytest.approx(slope, rel=1e-8, abs=1e-9)
+    assert mechanism(phi)["M_in"] == pytest.approx(slope, rel=1e-8, abs=1e-9)
 
 
 def test_a_loop_that_cannot_close_names_the_angle_up_to_which_it_does(folder: Path) -> None:
@@ -97,9 +97,11 @@ def test_a_loop_that_cannot_close_names_the_angle_up_to_which_it_does(folder: Pa
     limit = np.degrees(np.arccos((a**2 + d**2 - (b + c) ** 2) / (2 * a * d)))
     with pytest.raises(ComputationError) as error:
         model(folder, b_mm=60.0)(np.radians(np.arange(0.0, 360.0)))
-    told = re.search(r"dead point near (\S+) deg: beyond it the loops do not close \(gap_B[xy] is", error.value.message)
-    assert told is not None
-    assert float(told[1]) == pytest.approx(limit, abs=2e-3)
+    message = re.search(
+        r"dead point near (\S+) deg: beyond it the loops do not close \(gap_B[xy] is", error.value.message
+    )
+    assert message is not None
+    assert float(message[1]) == pytest.approx(limit, abs=2e-3)
 
 
 def test_a_dead_point_is_named(folder: Path) -> None:
@@ -110,8 +112,8 @@ def test_a_dead_point_is_named(folder: Path) -> None:
 
 def test_a_start_at_the_other_assembly_is_kept(folder: Path) -> None:
     """A coordinate never jumps from one assembly to the other along the turn."""
-    found = model(folder)(np.radians(np.arange(0.0, 360.0)))
-    assert np.abs(np.diff(found["gamma"])).max() < 0.05
+    values = model(folder)(np.radians(np.arange(0.0, 360.0)))
+    assert np.abs(np.diff(values["gamma"])).max() < 0.05
 
 
 def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
@@ -129,18 +131,18 @@ def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("b_mm = 110  # coupler", "[values] lacks b_mm (coupler)"),
         ("a_mm = 40  # crank", "[values] lacks a_mm (crank)"),
     ],
 )
-def test_a_missing_value_is_named_with_its_meaning(folder: Path, text: str, said: str) -> None:
+def test_a_missing_value_is_named_with_its_meaning(folder: Path, text: str, message: str) -> None:
     file = folder / "generated" / "less.toml"
     file.write_text((folder / "generated" / "four_bar.toml").read_text().replace(text, ""), encoding="utf-8")
     with pytest.raises(InputError) as error:
         load(file)
-    assert said in error.value.message
+    assert message in error.value.message
 
 
 def test_a_misspelt_value_gets_its_suggestion(folder: Path) -> None:
@@ -165,6 +167,6 @@ def test_a_mass_below_nothing_is_refused(folder: Path) -> None:
 
 
 def test_a_mechanism_at_rest_does_no_work(folder: Path) -> None:
-    found = compute_cycle(model(folder, omega_rad_s=0.0), 12).result
-    assert found.work == {}
-    assert found.quantities["gamma_dot_rad_s"].rms == 0
+    result = compute_cycle(model(folder, omega_rad_s=0.0), 12).result
+    assert result.work == {}
+    assert result.quantities["gamma_dot_rad_s"].rms == 0

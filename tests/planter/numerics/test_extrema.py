@@ -30,9 +30,9 @@ def test_kink_is_found_within_tolerance() -> None:
 def test_end_is_extremum_of_interval_only() -> None:
     places = np.linspace(0.0, 1.0, 21)
     assert extrema.find_minimum(np.exp, places) == extrema.ExtremePoint(0.0, 1.0)
-    around = extrema.find_minimum(lambda x: np.cos(x + np.pi + 0.02), PERIOD, closed=True)
-    assert around.value == pytest.approx(-1.0, rel=1e-15)
-    assert around.place == pytest.approx(-0.02, abs=1e-7)
+    minimum = extrema.find_minimum(lambda x: np.cos(x + np.pi + 0.02), PERIOD, closed=True)
+    assert minimum.value == pytest.approx(-1.0, rel=1e-15)
+    assert minimum.place == pytest.approx(-0.02, abs=1e-7)
 
 
 def test_deeper_minimum_wins_against_lower_sample() -> None:

@@ -32,7 +32,7 @@ def rates(phi: Array) -> tuple[Array, Array]:
 def test_extrema_include_one_sided_values() -> None:
     sine, ramp, level = PiecewiseFunctions(functions, BREAKS).extremes(np.array([0, 1, 2]), rates)
     assert sine[1].place == pytest.approx(np.pi / 2 - 0.3, abs=1e-12)
-    assert [one.value for one in sine] == pytest.approx([-1, 1], abs=1e-15)
+    assert [extremum.value for extremum in sine] == pytest.approx([-1, 1], abs=1e-15)
     assert (ramp[1].place, ramp[1].value) == pytest.approx((4.0, 6.0), abs=1e-14)
     assert ramp[0].value == 0
     assert level[0].value == level[1].value == 7

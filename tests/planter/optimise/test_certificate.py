@@ -93,10 +93,10 @@ def test_clarke_at_a_kink_that_holds_the_optimum():
     """Variance over 12 samples; the corner on a sample: neither one-sided gradient is zero, their mixture is."""
     problem = over_turn(toys.corner(), toys.VARIANCE, 12)
     u = search_locally(problem, problem.start).u
-    found = problem.conditions(u)
-    assert len(found.kinks) == 1
-    one, other = found.smooth[0], (found.smooth + found.kinks[0])[0]
-    assert one * other < 0
+    conditions = problem.conditions(u)
+    assert len(conditions.kinks) == 1
+    first, other = conditions.smooth[0], (conditions.smooth + conditions.kinks[0])[0]
+    assert first * other < 0
     m = estimate_multipliers(problem, u)
     assert 0 < m.kinks[0] < 1
     assert check_conditions(problem, u, m).worst < STATIONARITY_TOLERANCE

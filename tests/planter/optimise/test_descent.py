@@ -19,11 +19,11 @@ from tests.support.sampled import sampled
 def test_third_harmonic_injection(sampling, start):
     """Least range of cos phi + x cos 3 phi: sqrt 3 at x = -1/6, several peaks tied."""
     problem = over_turn(toys.third_harmonic(), toys.RANGE, sampling)
-    found = search_locally(problem, np.array([start]))
-    assert found.evaluation.look.range == pytest.approx(np.sqrt(3), abs=1e-8)
+    optimum = search_locally(problem, np.array([start]))
+    assert optimum.evaluation.look.range == pytest.approx(np.sqrt(3), abs=1e-8)
     if sampling == "refined":
-        assert problem.design(found.u) == pytest.approx([-1 / 6], abs=1e-5)
-    assert found.stationary
+        assert problem.design(optimum.u) == pytest.approx([-1 / 6], abs=1e-5)
+    assert optimum.stationary
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -31,30 +31,30 @@ def test_third_harmonic_injection(sampling, start):
 def test_a_linear_force_agrees_with_linear_programming(seed, samples):
     toy, constant, slopes = toys.linear(seed)
     problem = over_turn(toy, toys.RANGE, samples)
-    found = search_locally(problem, problem.start)
+    optimum = search_locally(problem, problem.start)
     basis = toys.waves(sample_angles(samples, toy.period))
     rows, level = basis @ slopes, basis @ constant
     ones = np.ones((samples, 1))
     matrix = np.vstack([np.hstack([rows, -ones, 0 * ones]), np.hstack([-rows, 0 * ones, ones])])
     oracle = linprog([0, 0, 0, 1, -1], matrix, np.append(-level, level), bounds=[(-1, 1)] * 3 + [(None, None)] * 2)
-    assert found.evaluation.look.range == pytest.approx(oracle.fun, abs=1e-7)
-    assert found.stationary
+    assert optimum.evaluation.look.range == pytest.approx(oracle.fun, abs=1e-7)
+    assert optimum.stationary
 
 
 def test_refined_ties_are_sharper_than_samples():
     """True extremes tie at the optimum of a linear force: as many as hold a vertex of three parameters."""
     toy, _, _ = toys.linear(1)
     problem = over_turn(toy, toys.RANGE, "refined")
-    found = search_locally(problem, problem.start)
-    assert found.stationary
-    conditions = problem.conditions(found.u)
+    optimum = search_locally(problem, problem.start)
+    assert optimum.stationary
+    conditions = problem.conditions(optimum.u)
     tied = (conditions.upper > conditions.upper.max() - 1e-6).sum() + (
         conditions.lower < conditions.lower.min() + 1e-6
     ).sum()
     assert tied > 2
     fine = over_turn(toy, toys.RANGE, 2000)
-    assert fine.evaluate(found.u).objective == pytest.approx(found.evaluation.objective, abs=1e-4)
-    assert search_locally(fine, found.u).evaluation.objective <= found.evaluation.objective
+    assert fine.evaluate(optimum.u).objective == pytest.approx(optimum.evaluation.objective, abs=1e-4)
+    assert search_locally(fine, optimum.u).evaluation.objective <= optimum.evaluation.objective
 
 
 @pytest.mark.parametrize(
@@ -68,21 +68,21 @@ def test_a_corner_agrees_with_a_search_of_the_line(kind, sampling, weights):
     """One parameter, kinks in x wherever the corner passes a sample: a fine scan finds nothing better."""
     problem = over_turn(toys.corner(), Weights(*weights, kind), sampling)
     scan = min((problem.evaluate(np.array([u])).objective, u) for u in np.linspace(0, 1, 201))
-    near = minimize_scalar(
+    minimum = minimize_scalar(
         lambda u: problem.evaluate(np.array([u])).objective,
         bounds=(max(scan[1] - 0.005, 0), min(scan[1] + 0.005, 1)), method="bounded", options={"xatol": 1e-12},
     )  # fmt: skip
-    found = [search_locally(problem, np.array([start])) for start in (0.05, 0.35, 0.65, 0.95)]
-    best = min(found, key=lambda m: m.evaluation.objective)
-    assert best.evaluation.objective <= min(near.fun, scan[0]) + 1e-9
+    optima = [search_locally(problem, np.array([start])) for start in (0.05, 0.35, 0.65, 0.95)]
+    best = min(optima, key=lambda m: m.evaluation.objective)
+    assert best.evaluation.objective <= min(minimum.fun, scan[0]) + 1e-9
     assert best.stationary
 
 
 def test_an_optimum_on_a_kink_is_found_and_lies_on_it():
     problem = over_turn(toys.corner(), toys.VARIANCE, 12)
-    found = search_locally(problem, problem.start)
-    assert found.stationary
-    gaps = np.abs(problem.objective.turn.angles[:, None] - problem.design(found.u))
+    optimum = search_locally(problem, problem.start)
+    assert optimum.stationary
+    gaps = np.abs(problem.objective.turn.angles[:, None] - problem.design(optimum.u))
     assert gaps.min() < 1e-8
 
 
@@ -93,11 +93,11 @@ def test_two_parameters_with_a_moving_corner_agree_with_a_search_of_the_plane(sa
     """The corner's place depends on both, not linearly; many kinks, peaks that tie: no point of a grid is better."""
     problem = over_turn(toys.bent(), toys.PAPER, sampling)
     starts = [np.array([a, b]) for a in (0.2, 0.8) for b in (0.2, 0.8)]
-    found = [search_locally(problem, start) for start in starts]
-    assert all(minimum.stationary for minimum in found)
+    optima = [search_locally(problem, start) for start in starts]
+    assert all(minimum.stationary for minimum in optima)
     line = np.linspace(0, 1, side)
     scan = min(problem.evaluate(np.array([a, b])).objective for a in line for b in line)
-    assert min(minimum.objective for minimum in found) <= scan
+    assert min(minimum.objective for minimum in optima) <= scan
 
 
 @pytest.mark.parametrize(
@@ -109,31 +109,31 @@ def test_two_parameters_with_a_moving_corner_agree_with_a_search_of_the_plane(sa
 )
 def test_the_machine_is_optimised_within_its_bounds(sampling, kind, model):
     problem = toys.problem(sampling, Weights(0.6, 0.4, kind), model)
-    found = search_locally(problem, problem.start)
-    assert found.stationary
-    assert found.evaluation.objective < problem.reference.objective
-    x, response = problem.design(found.u), problem.objective.response
+    optimum = search_locally(problem, problem.start)
+    assert optimum.stationary
+    assert optimum.evaluation.objective < problem.reference.objective
+    x, response = problem.design(optimum.u), problem.objective.response
     assert ((response.lower <= x) & (x <= response.upper)).all()
-    held = (found.u == 0) | (found.u == 1)
-    assert held.sum() >= 4
-    assert np.isin(x[held], np.concatenate([response.lower, response.upper])).all()
+    is_at_bound = (optimum.u == 0) | (optimum.u == 1)
+    assert is_at_bound.sum() >= 4
+    assert np.isin(x[is_at_bound], np.concatenate([response.lower, response.upper])).all()
 
 
 def test_a_refined_optimum_does_not_depend_on_a_grid():
     problem = toys.problem("refined")
-    found = search_locally(problem, problem.start)
+    optimum = search_locally(problem, problem.start)
     fine = toys.problem(20000)
-    assert fine.evaluate(found.u).objective == pytest.approx(found.evaluation.objective, rel=1e-6)
+    assert fine.evaluate(optimum.u).objective == pytest.approx(optimum.evaluation.objective, rel=1e-6)
     for j in problem.free:
-        beside = found.u.copy()
-        beside[j] += 1e-3 if found.u[j] == 0 else -1e-3
-        assert fine.evaluate(beside).objective > fine.evaluate(found.u).objective
+        neighbour = optimum.u.copy()
+        neighbour[j] += 1e-3 if optimum.u[j] == 0 else -1e-3
+        assert fine.evaluate(neighbour).objective > fine.evaluate(optimum.u).objective
 
 
 def test_insensitive_parameters_keep_the_design_of_the_machine_file():
     problem = toys.problem(90)
-    found = search_locally(problem, problem.point(np.full(len(problem.free), 0.9)))
+    optimum = search_locally(problem, problem.point(np.full(len(problem.free), 0.9)))
     names = problem.box.names
     fixed = [names.index("gamma_deg"), names.index("A6_mm")]
     assert sorted(set(range(10)) - set(problem.free)) == fixed
-    assert problem.design(found.u)[fixed] == pytest.approx(problem.objective.response.design[fixed], rel=1e-15)
+    assert problem.design(optimum.u)[fixed] == pytest.approx(problem.objective.response.design[fixed], rel=1e-15)

@@ -39,10 +39,10 @@ def programme(device: Device, kind: str = "paper") -> Epigraph:
 )
 def device(request: pytest.FixtureRequest) -> Device:
     model: Model = request.param
-    found = Device(file.load("wang2017"), model)
-    found.compile()
-    found.force.response.hessian_kernel.compile()
-    return found
+    device = Device(file.load("wang2017"), model)
+    device.compile()
+    device.force.response.hessian_kernel.compile()
+    return device
 
 
 def values(function: ca.Function, arguments: list[object]) -> list[np.ndarray]:
@@ -58,8 +58,8 @@ def test_the_compiled_functions_are_those_of_the_programme(device: Device, kind:
     dual = [0.7, rng.standard_normal(len(plain.g_lower))]
     for name, function in compiled.items():
         arguments = [z, ca.DM(0, 0), *(dual if name == "hess_lag" else [])]
-        for one, other in zip(values(function, arguments), values(called_back[name], arguments), strict=True):
-            assert one == pytest.approx(other, abs=1e-11 * np.abs(other).max())
+        for actual, other in zip(values(function, arguments), values(called_back[name], arguments), strict=True):
+            assert actual == pytest.approx(other, abs=1e-11 * np.abs(other).max())
     assert not failures
 
 
@@ -77,9 +77,9 @@ def test_a_tampered_width_is_noticed(device: Device) -> None:
 def test_both_ways_end_at_the_same_minimum(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     def minimum() -> tuple[float, float, int]:
         problem = problem_of(device, SAMPLES)
-        found = search_locally(problem, problem.start)
+        optimum = search_locally(problem, problem.start)
         assert problem.counts.gradient > 5
-        return found.objective, found.residual, found.iterations
+        return optimum.objective, optimum.residual, optimum.iterations
 
     fast = minimum()
     monkeypatch.setattr(epigraph, "compile_epigraph", lambda programme: None)
@@ -94,7 +94,7 @@ def test_without_compiled_kernels_there_are_no_compiled_functions() -> None:
 
 def test_counts_do_not_hang_on_when_the_compiler_ends(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """The Hessian is compiled in the background: a search that began before its end took other steps."""
-    known = optimisation.search_optimum(device, "ipopt", SAMPLES, starts=1).evaluations
+    counts = optimisation.search_optimum(device, "ipopt", SAMPLES, starts=1).evaluations
     late, fastest = Device(device.machine, device.model), backends.select_fastest
 
     def slow(work: LaneTask) -> backends.Backend:
@@ -105,4 +105,4 @@ def test_counts_do_not_hang_on_when_the_compiler_ends(device: Device, monkeypatc
     monkeypatch.setattr(backends, "select_fastest", slow)
     late.compile()
     assert late.force.response.hessian_kernel.way == "casadi-vm"
-    assert optimisation.search_optimum(late, "ipopt", SAMPLES, starts=1).evaluations == known
+    assert optimisation.search_optimum(late, "ipopt", SAMPLES, starts=1).evaluations == counts

@@ -11,9 +11,9 @@ from tests.planter.optimise.toy import Toy
 
 def test_the_machine():
     machine = toys.device()
-    found = find_insensitivity(machine.force, machine.design, 360)
-    assert found.effective_parameters == 7
-    single, other, mixed = found.named
+    insensitivity = find_insensitivity(machine.force, machine.design, 360)
+    assert insensitivity.effective_parameters == 7
+    single, other, mixed = insensitivity.named
     assert (single, other) == ([{"gamma_deg": 1.0}], [{"A6_mm": 1.0}])
     weights = {name: weight for entry in mixed for name, weight in entry.items()}
     radius, eccentricity = machine.design[4:6]
@@ -24,23 +24,25 @@ def test_the_machine():
 def test_directions_span_the_null_space():
     """Along each the curve stands still, to first order; across none of the others does it."""
     response = toys.planting("printed")
-    found = find_insensitivity(response, response.design, 360)
+    insensitivity = find_insensitivity(response, response.design, 360)
     phi = np.linspace(0, np.pi, 50)
     columns = response.slopes(response.prologue(response.design), phi)[1][:, 1:]
     columns = columns * (response.upper - response.lower)
-    assert found.effective_parameters + len(found.directions) == 10
-    for direction in found.directions:
+    assert insensitivity.effective_parameters + len(insensitivity.directions) == 10
+    for direction in insensitivity.directions:
         vector = np.array([direction.get(name, 0.0) for name in response.names])
         assert np.abs(vector).max() == 1.0
         assert np.linalg.norm(columns @ vector) < 1e-8 * np.linalg.norm(columns)
-    assert np.linalg.matrix_rank(columns, tol=1e-9 * np.linalg.norm(columns)) == found.effective_parameters
+    assert np.linalg.matrix_rank(columns, tol=1e-9 * np.linalg.norm(columns)) == insensitivity.effective_parameters
 
 
 def test_a_product_of_two_parameters_is_one():
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 4)
     toy = Toy(phi, x, x[0] * x[1] * ca.cos(phi) + x[3] * ca.sin(phi), lower=[1, 1, 1, 1], upper=[2, 3, 2, 2])
-    found = find_insensitivity(toy, np.array([1.5, 2.0, 1.5, 1.5]), 24)
-    assert found.effective_parameters == 2
-    assert found.named[0] == [{"x2": 1.0}]
-    assert {k: v for entry in found.named[1] for k, v in entry.items()} == pytest.approx({"x0": 1.0, "x1": -2 / 3})
-    assert found.zero.tolist() == [False, False, True, False]
+    insensitivity = find_insensitivity(toy, np.array([1.5, 2.0, 1.5, 1.5]), 24)
+    assert insensitivity.effective_parameters == 2
+    assert insensitivity.named[0] == [{"x2": 1.0}]
+    assert {k: v for entry in insensitivity.named[1] for k, v in entry.items()} == pytest.approx(
+        {"x0": 1.0, "x1": -2 / 3}
+    )
+    assert insensitivity.zero.tolist() == [False, False, True, False]

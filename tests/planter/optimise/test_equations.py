@@ -92,14 +92,14 @@ def test_where_no_point_keeps_them_the_nearest_found_is_told() -> None:
 
 def test_rows_of_several_constraints_stand_one_after_another() -> None:
     parts, x, weights = (halfspace(), sphere()), np.array([0.3, -0.2, 0.9]), np.array([0.7, -1.3])
-    whole = JoinedConstraints(parts)
-    assert whole.values(x) == pytest.approx(np.concatenate([part.values(x) for part in parts]))
-    assert whole.slopes(x) == pytest.approx(np.vstack([part.slopes(x) for part in parts]))
-    assert whole.curvature(x, weights) == pytest.approx(-1.3 * parts[1].curvature(x, np.ones(1)))
-    assert [kind.name for kind in whole.kinds] == ["half space", "sphere"]
-    assert whole.owner.tolist() == [0, 1]
-    assert whole.equations is not None
-    assert whole.equations.values(x) == pytest.approx(parts[1].values(x))
+    joined = JoinedConstraints(parts)
+    assert joined.values(x) == pytest.approx(np.concatenate([part.values(x) for part in parts]))
+    assert joined.slopes(x) == pytest.approx(np.vstack([part.slopes(x) for part in parts]))
+    assert joined.curvature(x, weights) == pytest.approx(-1.3 * parts[1].curvature(x, np.ones(1)))
+    assert [kind.name for kind in joined.kinds] == ["half space", "sphere"]
+    assert joined.owner.tolist() == [0, 1]
+    assert joined.equations is not None
+    assert joined.equations.values(x) == pytest.approx(parts[1].values(x))
     assert join_constraints([]) is None
     assert halfspace().equations is None
 
@@ -108,40 +108,40 @@ def test_rows_of_several_constraints_stand_one_after_another() -> None:
 def test_every_method_ends_on_them(method: Method) -> None:
     """Least a + 2 b there: by hand the half space holds it, with a + b = 0.4."""
     problem = task()
-    found = OptimiserRun(problem, SHORT, seed=2, starts=3).run(method, candidates=[problem.onto(problem.start)])
-    assert np.linalg.norm(found.design) == pytest.approx(1.5, rel=1e-14)
+    optimum = OptimiserRun(problem, SHORT, seed=2, starts=3).run(method, candidates=[problem.onto(problem.start)])
+    assert np.linalg.norm(optimum.design) == pytest.approx(1.5, rel=1e-14)
     if method != "ga":
-        assert found.certificate.kkt_residual < STATIONARITY_TOLERANCE
-        assert {one.name for one in found.certificate.active_constraints} == {"half space", "sphere"}
+        assert optimum.certificate.kkt_residual < STATIONARITY_TOLERANCE
+        assert {constraint.name for constraint in optimum.certificate.active_constraints} == {"half space", "sphere"}
 
 
 def test_a_point_off_an_equation_fails_the_certificate() -> None:
     problem = task()
-    found = OptimiserRun(problem, SHORT, seed=2, starts=2).run("ipopt")
-    u = (found.design - problem.box.origin) / problem.box.unit
+    optimum = OptimiserRun(problem, SHORT, seed=2, starts=2).run("ipopt")
+    u = (optimum.design - problem.box.origin) / problem.box.unit
     assert kkt_residual(problem, u) < STATIONARITY_TOLERANCE
     assert (
-        kkt_residual(problem, (found.design * (1 + 1e-6) - problem.box.origin) / problem.box.unit)
+        kkt_residual(problem, (optimum.design * (1 + 1e-6) - problem.box.origin) / problem.box.unit)
         > STATIONARITY_TOLERANCE
     )
 
 
 def test_a_population_lives_on_them() -> None:
     problem = task()
-    for one in optimiser.search_genetically(problem, SHORT, seed=1):
-        assert np.linalg.norm(problem.design(one.u)) == pytest.approx(1.5, rel=1e-12)
+    for point in optimiser.search_genetically(problem, SHORT, seed=1):
+        assert np.linalg.norm(problem.design(point.u)) == pytest.approx(1.5, rel=1e-12)
 
 
 def test_what_may_not_give_way_is_held_while_the_rest_gives() -> None:
     """No point of the sphere has a >= 1.7: it comes as near as 1.5, and the sphere stays."""
     far = rows(X[0], [1.7], [np.inf], "far")
-    held = Held(X, ca.sumsqr(X), (np.array([2.25]),) * 2, [NamedConstraint("sphere")], np.arange(1))
-    both = JoinedConstraints((far, held))
+    constraint = Held(X, ca.sumsqr(X), (np.array([2.25]),) * 2, [NamedConstraint("sphere")], np.arange(1))
+    both = JoinedConstraints((far, constraint))
     box = DesignBox.shares(NAMES, LOWER, UPPER, np.array([0.3, 0.4, 0.2]))
     problem = Problem(SmoothObjective(SymbolicFunction(X, X[2]), 3), box, both)
-    least = minimise_violation(problem, both, problem.onto(problem.start))
-    assert least.excess == pytest.approx([0.2, 0.0], abs=1e-6)
-    assert not least.is_feasible
+    nearest = minimise_violation(problem, both, problem.onto(problem.start))
+    assert nearest.excess == pytest.approx([0.2, 0.0], abs=1e-6)
+    assert not nearest.is_feasible
 
 
 def test_what_equations_hold_is_not_without_effect() -> None:
@@ -150,11 +150,11 @@ def test_what_equations_hold_is_not_without_effect() -> None:
     toy = toys.Toy(phi, x, x[0] * ca.cos(phi), lower=-np.ones(3), upper=np.ones(3))
     free = find_insensitivity(toy, np.full(3, 0.5), 36)
     assert (free.effective_parameters, len(free.directions)) == (1, 2)
-    held = find_insensitivity(toy, np.full(3, 0.5), 36, np.array([[0.3, 1.0, 1.0]]))
-    assert held.effective_parameters == 1
-    assert len(held.space) == 1
-    assert held.space[0] / held.space[0, 1] == pytest.approx([0, 1, -1], abs=1e-12)
-    assert not held.zero.any()
+    insensitivity = find_insensitivity(toy, np.full(3, 0.5), 36, np.array([[0.3, 1.0, 1.0]]))
+    assert insensitivity.effective_parameters == 1
+    assert len(insensitivity.space) == 1
+    assert insensitivity.space[0] / insensitivity.space[0, 1] == pytest.approx([0, 1, -1], abs=1e-12)
+    assert not insensitivity.zero.any()
 
 
 def test_a_response_is_optimised_on_them() -> None:
@@ -164,6 +164,6 @@ def test_a_response_is_optimised_on_them() -> None:
         x, ca.sumsqr(x), (np.array([0.5]),) * 2, [NamedConstraint("sphere", ("min", "max"))], np.arange(1)
     )
     problem = over_turn(toy, toys.PAPER, 40, circle)
-    found = OptimiserRun(problem, SHORT, seed=2, starts=3).run("ipopt", candidates=[problem.onto(problem.start)])
-    assert found.design @ found.design == pytest.approx(0.5, rel=1e-14)
-    assert found.certificate.kkt_residual < STATIONARITY_TOLERANCE
+    optimum = OptimiserRun(problem, SHORT, seed=2, starts=3).run("ipopt", candidates=[problem.onto(problem.start)])
+    assert optimum.design @ optimum.design == pytest.approx(0.5, rel=1e-14)
+    assert optimum.certificate.kkt_residual < STATIONARITY_TOLERANCE

@@ -21,10 +21,10 @@ def scaled() -> Toy:
     return Toy(phi, x, ca.cos(phi) - x[0] / x[1] * ca.cos(3 * phi), lower=[0.1, 1.0, 0.0], upper=[0.5, 3.0, 1.0])
 
 
-def limited(most: float) -> SymbolicConstraints:
+def limited(limit: float) -> SymbolicConstraints:
     """x1 <= most."""
     x = ca.SX.sym("x", 3)
-    bounds = np.full(1, -np.inf), np.array([most])
+    bounds = np.full(1, -np.inf), np.array([limit])
     return SymbolicConstraints(x, x[1], bounds, [NamedConstraint("limit", ("max",))], np.zeros(1, dtype=np.int64))
 
 
@@ -39,18 +39,18 @@ def test_searches_that_end_apart_tell_the_same_design():
     problem = over_turn(scaled(), toys.RANGE, "refined")
     ends = [search_locally(problem, np.array(start)).u for start in STARTS]
     assert max(np.abs(end - ends[0]).max() for end in ends) > 1e-2
-    told = [result.select_nearest_optimum(problem, end) for end in ends]
-    for u in told:
+    optima = [result.select_nearest_optimum(problem, end) for end in ends]
+    for u in optima:
         assert u == pytest.approx(nearest_on_the_ray(problem), abs=1e-5)
         assert problem.evaluate(u).objective == pytest.approx(problem.evaluate(ends[0]).objective, abs=1e-9)
 
 
-@pytest.mark.parametrize("most", [2.5, 1.4])
-def test_the_rule_keeps_constraints(most):
-    problem = over_turn(scaled(), toys.RANGE, "refined", limited(most))
-    told = [result.select_nearest_optimum(problem, search_locally(problem, np.array(start)).u) for start in STARTS]
-    assert all(problem.is_feasible(u) for u in told)
-    assert max(np.abs(u - told[0]).max() for u in told) < 1e-5
+@pytest.mark.parametrize("limit", [2.5, 1.4])
+def test_the_rule_keeps_constraints(limit):
+    problem = over_turn(scaled(), toys.RANGE, "refined", limited(limit))
+    optima = [result.select_nearest_optimum(problem, search_locally(problem, np.array(start)).u) for start in STARTS]
+    assert all(problem.is_feasible(u) for u in optima)
+    assert max(np.abs(u - optima[0]).max() for u in optima) < 1e-5
 
 
 def test_what_is_felt_is_not_moved():

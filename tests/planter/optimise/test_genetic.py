@@ -21,9 +21,9 @@ def search(settings, seed=0, progress=None):
 
 
 def test_the_same_seed_gives_the_same_bits(settings):
-    (one, first), (two, second), (_, other) = (search(settings, seed) for seed in (3, 3, 4))
+    (first_best, first), (second_best, second), (_, other) = (search(settings, seed) for seed in (3, 3, 4))
     assert [(p.u.tobytes(), p.objective) for p in first] == [(p.u.tobytes(), p.objective) for p in second]
-    assert one.history == two.history
+    assert first_best.history == second_best.history
     assert [p.u.tobytes() for p in first] != [p.u.tobytes() for p in other]
 
 
@@ -36,7 +36,7 @@ def test_evaluations_follow_from_the_settings(settings):
 
 def test_it_finds_the_optimum_nearly_and_never_loses_it(settings):
     seen = []
-    problem, population = search(settings, progress=lambda told: seen.append(told.best))
+    problem, population = search(settings, progress=lambda progress: seen.append(progress.best))
     assert population[0].objective == problem.best.objective == min(seen)
     assert seen == sorted(seen, reverse=True)
     assert population[0].objective == pytest.approx(np.sqrt(3), abs=0.02)
@@ -118,5 +118,5 @@ def test_an_interrupt_leaves_the_best_so_far(settings, monkeypatch):
     monkeypatch.setattr(problem.objective.turn, "look", stopped)
     with pytest.raises(KeyboardInterrupt):
         optimiser.search_genetically(problem, settings, 0)
-    least = min(evaluate_summary(problem.objective, look(x)).objective for x in calls[:49])
-    assert problem.best.objective == least
+    best = min(evaluate_summary(problem.objective, look(x)).objective for x in calls[:49])
+    assert problem.best.objective == best

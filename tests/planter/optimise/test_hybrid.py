@@ -41,16 +41,16 @@ def test_hybrid_runs_the_same_search_and_the_same_starts(results):
 
 
 def test_number_of_workers_changes_no_bit(results):
-    told = []
+    optima = []
     alone = optimisation.search_optimum(
-        toys.device(), "ipopt", N, seed=1, starts=STARTS, progress=told.append, means=Means(1)
+        toys.device(), "ipopt", N, seed=1, starts=STARTS, progress=optima.append, means=Means(1)
     )
     assert alone.design.tobytes() == results["ipopt"].design.tobytes()
-    for found in (alone, results["hybrid"]):
-        assert found.history["ipopt"] == results["ipopt"].history["ipopt"]
+    for optimum in (alone, results["hybrid"]):
+        assert optimum.history["ipopt"] == results["ipopt"].history["ipopt"]
     assert (alone.evaluations, alone.certificate) == (results["ipopt"].evaluations, results["ipopt"].certificate)
-    assert [step.done for step in told] == sorted({step.done for step in told})
-    assert told[-1].best == alone.history["ipopt"][-1][1]
+    assert [step.done for step in optima] == sorted({step.done for step in optima})
+    assert optima[-1].best == alone.history["ipopt"][-1][1]
 
 
 def test_the_certificate_tells_optima_from_others(results):
@@ -64,17 +64,17 @@ def test_the_certificate_tells_optima_from_others(results):
 
 
 def test_what_does_not_matter_is_named(results):
-    found = results["hybrid"]
-    assert found.effective_parameters == 7
-    named = [[name for entry in direction for name in entry] for direction in found.insensitive]
+    optimum = results["hybrid"]
+    assert optimum.effective_parameters == 7
+    named = [[name for entry in direction for name in entry] for direction in optimum.insensitive]
     assert named == [["gamma_deg"], ["A6_mm"], ["R3_mm", "e3_mm"]]
-    bounds = {bound.name for bound in found.certificate.active_bounds}
+    bounds = {bound.name for bound in optimum.certificate.active_bounds}
     assert bounds.isdisjoint({"gamma_deg", "A6_mm"})
 
 
 def test_the_table_is_json_with_the_keys_of_the_interface(results):
-    found = results["hybrid"]
-    table = json.loads(json.dumps(found.build_record(toys.device().scale).table(), allow_nan=False))
+    optimum = results["hybrid"]
+    table = json.loads(json.dumps(optimum.build_record(toys.device().scale).table(), allow_nan=False))
     keys = {"method", "objective", "design", "range_N", "variance_N2", "start_objective", "evaluations", "seconds"}
     assert keys < set(table)
     assert set(table["certificate"]) == {"kkt_residual", "active_bounds", "starts", "agreeing_starts", "spread"}
@@ -96,8 +96,8 @@ def test_history_never_rises(results):
 def test_an_interrupt_hands_over_the_best_so_far(method):
     seen = []
 
-    def stop(told):
-        seen.append(told)
+    def stop(event):
+        seen.append(event)
         if len(seen) == 2:
             raise KeyboardInterrupt
 
@@ -144,10 +144,10 @@ def test_an_unknown_method_is_refused():
 
 
 def test_refined_needs_no_samples():
-    found = optimisation.search_optimum(toys.device(), "ipopt", samples="refined", starts=2)
-    assert found.certificate.kkt_residual < 1e-6
-    assert found.certificate.agreeing_starts == 2
-    assert found.evaluation.objective == pytest.approx(1.9044107244, abs=1e-9)
+    optimum = optimisation.search_optimum(toys.device(), "ipopt", samples="refined", starts=2)
+    assert optimum.certificate.kkt_residual < 1e-6
+    assert optimum.certificate.agreeing_starts == 2
+    assert optimum.evaluation.objective == pytest.approx(1.9044107244, abs=1e-9)
 
 
 def test_the_import_is_light():
@@ -159,6 +159,6 @@ def test_the_import_is_light():
 
 def test_designs_are_inside_their_bounds_to_the_last_bit(results):
     response = toys.planting()
-    for found in results.values():
-        assert ((response.lower <= found.design) & (found.design <= response.upper)).all()
-        assert np.isin(found.design, np.concatenate([response.lower, response.upper])).any() or found.method == "ga"
+    for optimum in results.values():
+        assert ((response.lower <= optimum.design) & (optimum.design <= response.upper)).all()
+        assert np.isin(optimum.design, np.concatenate([response.lower, response.upper])).any() or optimum.method == "ga"

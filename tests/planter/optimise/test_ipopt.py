@@ -29,17 +29,17 @@ class Circle:
 
 
 def test_a_known_optimum_and_its_multiplier(capfd):
-    found = ipopt.solve_program(Circle(), np.array([0.3, 0.4]))
-    assert found.converged
-    assert found.z == pytest.approx([np.sqrt(0.5), 0], abs=1e-6)
-    assert found.multipliers == pytest.approx([np.sqrt(2) - 1], abs=1e-6)
+    solution = ipopt.solve_program(Circle(), np.array([0.3, 0.4]))
+    assert solution.converged
+    assert solution.z == pytest.approx([np.sqrt(0.5), 0], abs=1e-6)
+    assert solution.multipliers == pytest.approx([np.sqrt(2) - 1], abs=1e-6)
     assert capfd.readouterr() == ("", "")
 
 
 def test_it_stops_when_told():
-    found = ipopt.solve_program(Circle(), np.array([0.3, 0.4]), most_iterations=3)
-    assert not found.converged
-    assert found.iterations == 3
+    solution = ipopt.solve_program(Circle(), np.array([0.3, 0.4]), most_iterations=3)
+    assert not solution.converged
+    assert solution.iterations == 3
 
 
 @pytest.mark.parametrize("name", ["f", "gradient", "g", "jacobian", "hessian"])

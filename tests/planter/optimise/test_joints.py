@@ -13,23 +13,23 @@ from tests.planter.optimise.toys import difference
 def test_joints_of_the_machine_lie_where_closed_forms_put_them():
     machine = toys.device()
     alpha3, m31 = machine.design[2], machine.design[6]
-    found = list_breakpoints(machine.force, machine.prologue(machine.design))
-    angles = {(place.name, place.side): place.angle for place in found}
+    breakpoints = list_breakpoints(machine.force, machine.prologue(machine.design))
+    angles = {(place.name, place.side): place.angle for place in breakpoints}
     assert angles["gear 3, t = 0", 1] == pytest.approx(2 * np.pi - alpha3, abs=1e-13)
     assert angles["gear 3, t = pi/m", 1] == pytest.approx(np.pi / m31 - alpha3, abs=1e-13)
     assert angles["gear 3, t = pi/m", 2] == pytest.approx(np.pi / m31 - alpha3 + np.pi, abs=1e-13)
-    assert [p.angle for p in found] == sorted(p.angle for p in found)
+    assert [p.angle for p in breakpoints] == sorted(p.angle for p in breakpoints)
 
 
 def test_joints_are_joints():
     """Each of the machine's joints of order 1 that the force feels is a jump of its slope."""
     response = toys.planting()
     at = response.prologue(response.design)
-    found = find_breakpoints(response, at)
-    for angle, name in zip(found.angles, found.names, strict=True):
+    breakpoints = find_breakpoints(response, at)
+    for angle, name in zip(breakpoints.angles, breakpoints.names, strict=True):
         if name.startswith("gear 3") or name == "gear 6, t = pi/m":
-            beside = np.array([angle - 1e-4, angle - 1e-9, angle + 1e-9, angle + 1e-4])
-            jumps = np.abs(np.diff(response.rate(at, beside)[1]))
+            neighbours = np.array([angle - 1e-4, angle - 1e-9, angle + 1e-9, angle + 1e-4])
+            jumps = np.abs(np.diff(response.rate(at, neighbours)[1]))
             bend = max(jumps[[0, 2]]) / 1e-4
             assert jumps[1] > 1000 * bend * 2e-9
 
@@ -42,12 +42,12 @@ def test_velocity_and_acceleration_agree_with_differences(response):
     def at(y):
         return find_breakpoints(response, response.prologue(y))
 
-    found = at(x)
+    breakpoints = at(x)
     slopes = difference(lambda y: at(y).angles, x, 1e-4 * width)
-    assert found.velocity * width == pytest.approx(slopes * width, abs=2e-7)
+    assert breakpoints.velocity * width == pytest.approx(slopes * width, abs=2e-7)
     bends = difference(lambda y: at(y).velocity, x, 1e-4 * width)
-    every = found.acceleration(np.arange(len(found.angles)))
-    assert every * width * width[:, None] == pytest.approx(bends * width * width[:, None], abs=2e-7)
+    indices = breakpoints.acceleration(np.arange(len(breakpoints.angles)))
+    assert indices * width * width[:, None] == pytest.approx(bends * width * width[:, None], abs=2e-7)
 
 
 def test_a_response_without_events_has_no_joints():

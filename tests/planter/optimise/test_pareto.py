@@ -18,8 +18,8 @@ def front():
 
 
 def test_the_front_falls_and_no_design_beats_it(front):
-    ranges = [one.evaluation.look.range for one in front]
-    variances = [one.evaluation.look.variance for one in front]
+    ranges = [point.evaluation.look.range for point in front]
+    variances = [point.evaluation.look.variance for point in front]
     assert len(front) >= 6
     assert ranges == sorted(ranges)
     assert variances == sorted(variances, reverse=True)
@@ -31,33 +31,33 @@ def test_the_front_falls_and_no_design_beats_it(front):
 
 def test_weighted_sums_lie_on_or_above_it(front):
     """For a linear force the problem is convex, so that the front is too: an optimum of weights touches it."""
-    ranges = [one.evaluation.look.range for one in front]
-    variances = [one.evaluation.look.variance for one in front]
+    ranges = [point.evaluation.look.range for point in front]
+    variances = [point.evaluation.look.variance for point in front]
     problem = over_turn(toys.linear(2)[0], Weights(0.3, 1.0, "paper"), 40)
-    found = search_locally(problem, problem.start).evaluation
-    on_front = np.interp(found.look.range, ranges, variances)
-    assert found.look.variance == pytest.approx(on_front, rel=0.02)
-    assert found.look.variance <= on_front * (1 + 1e-9)
+    evaluation = search_locally(problem, problem.start).evaluation
+    on_front = np.interp(evaluation.look.range, ranges, variances)
+    assert evaluation.look.variance == pytest.approx(on_front, rel=0.02)
+    assert evaluation.look.variance <= on_front * (1 + 1e-9)
 
 
 def test_points_are_evenly_spaced_in_range(front):
-    steps = np.diff([one.evaluation.look.range for one in front])
+    steps = np.diff([point.evaluation.look.range for point in front])
     assert steps == pytest.approx(np.full(len(steps), steps.mean()), rel=1e-3)
 
 
 def test_caps_without_an_optimum_are_left_out(monkeypatch):
     solve = ipopt.solve_program
 
-    def stuck(programme, start, most, compiled=None, options=None):
+    def stuck(programme, start, iterations, compiled=None, options=None):
         if isinstance(programme, pareto.CappedEpigraph) and programme.g_upper[-1] > stuck.limit:
             return solve(programme, start, 0)
-        return solve(programme, start, most)
+        return solve(programme, start, iterations)
 
-    whole = pareto.trace_pareto_front(toys.linear(2)[0], 40, points=4)
+    points = pareto.trace_pareto_front(toys.linear(2)[0], 40, points=4)
     unit = over_turn(toys.linear(2)[0], toys.RANGE, 40).reference.look.range
-    stuck.limit = whole[1].evaluation.look.range * 1.001 / unit
+    stuck.limit = points[1].evaluation.look.range * 1.001 / unit
     monkeypatch.setattr(ipopt, "solve_program", stuck)
-    assert len(pareto.trace_pareto_front(toys.linear(2)[0], 40, points=4)) == 2 < len(whole)
+    assert len(pareto.trace_pareto_front(toys.linear(2)[0], 40, points=4)) == 2 < len(points)
 
 
 @pytest.mark.parametrize("sampling", [40, "refined"])

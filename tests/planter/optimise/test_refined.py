@@ -25,29 +25,29 @@ def test_extremes_and_integrals_agree_with_a_fine_grid(model):
 
 def test_quadrature_has_converged(monkeypatch):
     response = toys.planting()
-    found = CyclePanels(response, response.design)
+    panels = CyclePanels(response, response.design)
     monkeypatch.setattr("planter.optimise.continuous_cycle.NODES", 24)
     finer = CyclePanels(response, response.design)
-    assert found.variance.value == pytest.approx(finer.variance.value, rel=1e-12)
-    assert found.variance.mean == pytest.approx(finer.variance.mean, rel=1e-14)
+    assert panels.variance.value == pytest.approx(finer.variance.value, rel=1e-12)
+    assert panels.variance.mean == pytest.approx(finer.variance.mean, rel=1e-14)
 
 
 def test_closed_forms():
     """cos phi - cos(3 phi) / 6: peaks sqrt 3 / 2 at +-30 deg, a dip 5/6 between them; variance (1 + 1/36) / 2."""
     panels = CyclePanels(toys.third_harmonic(), np.array([-1 / 6]))
-    found = panels.extremes
-    assert np.degrees(found.angles) == pytest.approx([0, 30, 150, 180, 210, 330], abs=1e-9)
-    assert found.values == pytest.approx(np.sqrt([25 / 36, 0.75, 0.75, 25 / 36, 0.75, 0.75]) * [1, 1, -1, -1, -1, 1])
-    assert found.peaks.tolist() == [False, True, False, True, False, True]
+    extremes = panels.extremes
+    assert np.degrees(extremes.angles) == pytest.approx([0, 30, 150, 180, 210, 330], abs=1e-9)
+    assert extremes.values == pytest.approx(np.sqrt([25 / 36, 0.75, 0.75, 25 / 36, 0.75, 0.75]) * [1, 1, -1, -1, -1, 1])
+    assert extremes.peaks.tolist() == [False, True, False, True, False, True]
     assert panels.variance.value == pytest.approx(37 / 72, rel=1e-14)
 
 
 def test_a_corner_is_a_peak_where_the_slope_changes_sign():
     toy = toys.corner(height=-4.0)
-    found = CyclePanels(toy, np.array([0.2])).extremes
-    top = found.values.argmax()
-    assert (found.angles[top], found.joint[top]) == (pytest.approx(0.2, abs=1e-14), 0)
-    assert found.values[top] == pytest.approx(3 * np.cos(0.2), abs=1e-14)
+    extremes = CyclePanels(toy, np.array([0.2])).extremes
+    top = extremes.values.argmax()
+    assert (extremes.angles[top], extremes.joint[top]) == (pytest.approx(0.2, abs=1e-14), 0)
+    assert extremes.values[top] == pytest.approx(3 * np.cos(0.2), abs=1e-14)
 
 
 @pytest.mark.parametrize(
@@ -74,8 +74,8 @@ def test_derivatives_of_peaks_kinks_and_variance_agree_with_differences(response
     scale = np.abs(weighted(x) * width).max()
     assert weighted(x) * width == pytest.approx(difference(value, x, step) * width, abs=1e-7 * scale)
     bends = difference(weighted, x, step) * width * width[:, None]
-    found = rows.curvature(x, weights) * width * width[:, None]
-    assert found == pytest.approx(bends, abs=2e-6 * np.abs(bends).max())
+    curvature = rows.curvature(x, weights) * width * width[:, None]
+    assert curvature == pytest.approx(bends, abs=2e-6 * np.abs(bends).max())
 
 
 def test_the_jump_terms_at_joints_are_needed():

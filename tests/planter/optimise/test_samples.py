@@ -29,8 +29,8 @@ def crossing(side: float) -> tuple[SampledRows, np.ndarray]:
     response = toys.planting()
     x = response.design.copy()
     x[6] = np.pi / (np.radians(92) + side * 1e-4 + x[2])
-    every = np.arange(180)
-    return SampledRows(response, sample_angles(360, np.pi), every, every), x
+    indices = np.arange(180)
+    return SampledRows(response, sample_angles(360, np.pi), indices, indices), x
 
 
 @pytest.mark.parametrize("side", [-1, 1])
@@ -52,8 +52,8 @@ def test_derivatives_are_exact_on_both_sides_of_a_joint(side):
     scale = np.abs(weighted(x) * width).max()
     assert weighted(x) * width == pytest.approx(difference(value, x, step) * width, abs=1e-7 * scale)
     bends = difference(weighted, x, step) * width * width[:, None]
-    found = rows.curvature(x, weights) * width * width[:, None]
-    assert found == pytest.approx(bends, abs=1e-6 * np.abs(bends).max())
+    curvature = rows.curvature(x, weights) * width * width[:, None]
+    assert curvature == pytest.approx(bends, abs=1e-6 * np.abs(bends).max())
 
 
 def test_second_derivatives_jump_there():
@@ -68,11 +68,11 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
     width = response.upper - response.lower
     x = response.lower + 0.4 * width
     turn = SampledCycle(response, 24)
-    found = find_breakpoints(response, response.prologue(x))
-    first = int(np.flatnonzero(found.orders == 1)[0])
-    sample = int(np.abs(turn.angles - found.folded[first]).argmin())
-    rows = turn.local(x).with_holds((BreakpointHold(sample, int(found.events[first])),))
-    assert rows.values(x).holds == pytest.approx([found.folded[first] - turn.angles[sample]], abs=1e-12)
+    breakpoints = find_breakpoints(response, response.prologue(x))
+    first = int(np.flatnonzero(breakpoints.orders == 1)[0])
+    sample = int(np.abs(turn.angles - breakpoints.folded[first]).argmin())
+    rows = turn.local(x).with_holds((BreakpointHold(sample, int(breakpoints.events[first])),))
+    assert rows.values(x).holds == pytest.approx([breakpoints.folded[first] - turn.angles[sample]], abs=1e-12)
     n = len(turn.angles)
     rows = SampledRows(response, turn.angles, np.arange(n), np.arange(0), rows.holds)
     weights = ModelValues(1.3, np.linspace(-1, 1, n), np.empty(0), np.array([0.8]))

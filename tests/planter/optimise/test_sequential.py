@@ -15,10 +15,10 @@ from tests.planter.optimise import toys
 SAMPLES = 40
 
 
-def limited(toy, row, most):
+def limited(toy, row, limit):
     """Constraints with row . x <= most."""
     x = ca.SX.sym("x", len(row))
-    bounds = np.full(1, -np.inf), np.array([most])
+    bounds = np.full(1, -np.inf), np.array([limit])
     return SymbolicConstraints(
         x, ca.dot(ca.DM(row), x), bounds, [NamedConstraint("limit", ("max",))], np.zeros(1, dtype=np.int64)
     )
@@ -30,20 +30,20 @@ def test_a_quadratic_programme_satisfies_its_conditions(seed):
     rng = np.random.default_rng(seed)
     n, m = 8, 30
     root = rng.normal(size=(n, n - 2))
-    hessian, gradient, rows, most = root @ root.T, rng.normal(size=n), rng.normal(size=(m, n)), rng.random(m)
+    hessian, gradient, rows, limits = root @ root.T, rng.normal(size=n), rng.normal(size=(m, n)), rng.random(m)
     low, high = np.full(n, -2.0), np.full(n, 2.0)
-    found = sqp.solve_quadratic_program(hessian, gradient, rows, most, (low, high))
-    slope = hessian @ found.z + gradient + rows.T @ found.rows + found.bounds
+    step = sqp.solve_quadratic_program(hessian, gradient, rows, limits, (low, high))
+    slope = hessian @ step.z + gradient + rows.T @ step.rows + step.bounds
     assert np.abs(slope).max() < 1e-6
-    assert (rows @ found.z - most).max() < 1e-8
-    assert found.rows.min() > -1e-8
-    assert np.abs(found.rows * (rows @ found.z - most)).max() < 1e-6
+    assert (rows @ step.z - limits).max() < 1e-8
+    assert step.rows.min() > -1e-8
+    assert np.abs(step.rows * (rows @ step.z - limits)).max() < 1e-6
 
 
 def test_a_quadratic_programme_without_a_point_has_no_minimum():
-    one = np.ones((1, 1))
-    rows, most = np.vstack([one, -one]), np.array([-1.0, -1.0])
-    assert sqp.solve_quadratic_program(one, np.zeros(1), rows, most, (np.full(1, -9.0), np.full(1, 9.0))) is None
+    identity = np.ones((1, 1))
+    rows, limits = np.vstack([identity, -identity]), np.array([-1.0, -1.0])
+    assert sqp.solve_quadratic_program(identity, np.zeros(1), rows, limits, (np.full(1, -9.0), np.full(1, 9.0))) is None
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -67,18 +67,18 @@ def test_a_constrained_linear_force_agrees_with_linear_programming(seed, share):
     free = over_turn(toy, toys.RANGE, SAMPLES)
     best = free.design(sqp.minimise_by_sqp(free, free.start).u)
     row = np.array([1.0, -2.0, 0.5])
-    most = float(row @ best - share)
-    problem = over_turn(toy, toys.RANGE, SAMPLES, limited(toy, row, most))
-    found = sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6]))
+    limit = float(row @ best - share)
+    problem = over_turn(toy, toys.RANGE, SAMPLES, limited(toy, row, limit))
+    optimum = sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6]))
     basis = toys.waves(sample_angles(SAMPLES, toy.period))
     rows, level, ones = basis @ slopes, basis @ constant, np.ones((SAMPLES, 1))
     matrix = np.vstack([np.hstack([rows, -ones, 0 * ones]), np.hstack([-rows, 0 * ones, ones]), [[*row, 0, 0]]])
-    limits = np.concatenate([-level, level, [most]])
+    limits = np.concatenate([-level, level, [limit]])
     oracle = linprog([0, 0, 0, 1, -1], matrix, limits, bounds=[(-1, 1)] * 3 + [(None, None)] * 2)
-    assert problem.evaluate(found.u).look.range == pytest.approx(oracle.fun, abs=1e-8)
-    assert certificate.kkt_residual(problem, found.u) < 1e-8
-    beside = problem.box.inside(found.u + 1e-3)
-    assert certificate.kkt_residual(problem, beside) > 1e-6
+    assert problem.evaluate(optimum.u).look.range == pytest.approx(oracle.fun, abs=1e-8)
+    assert certificate.kkt_residual(problem, optimum.u) < 1e-8
+    neighbour = problem.box.inside(optimum.u + 1e-3)
+    assert certificate.kkt_residual(problem, neighbour) > 1e-6
 
 
 def test_a_price_that_is_too_low_is_raised_until_the_constraints_are_kept(monkeypatch):
@@ -86,10 +86,10 @@ def test_a_price_that_is_too_low_is_raised_until_the_constraints_are_kept(monkey
     toy, _, _ = toys.linear(2)
     free = over_turn(toy, toys.RANGE, SAMPLES)
     row = np.array([1.0, -2.0, 0.5])
-    most = float(row @ free.design(sqp.minimise_by_sqp(free, free.start).u) - 0.5)
-    problem = over_turn(toy, toys.RANGE, SAMPLES, limited(toy, row, most))
-    found = sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6]))
-    assert problem.is_feasible(found.u)
-    assert certificate.kkt_residual(problem, found.u) < 1e-8
+    limit = float(row @ free.design(sqp.minimise_by_sqp(free, free.start).u) - 0.5)
+    problem = over_turn(toy, toys.RANGE, SAMPLES, limited(toy, row, limit))
+    optimum = sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6]))
+    assert problem.is_feasible(optimum.u)
+    assert certificate.kkt_residual(problem, optimum.u) < 1e-8
     monkeypatch.setattr(sqp, "MAX_PENALTY", 1e-6)
     assert not problem.is_feasible(sqp.minimise_by_sqp(problem, np.array([0.9, 0.1, 0.6])).u)

@@ -48,12 +48,12 @@ BEST = np.array([2.0, 1.0, 0.5])
 """By hand: a + b = 3 and a b >= 2 leave a in [1, 2]; the objective falls in a; the disc is not met."""
 
 
-def toy(plain: bool = False, least: float = 2.0) -> Problem:
+def toy(plain: bool = False, limit: float = 2.0) -> Problem:
     """Least (a - 5)^2 + b^2 + c with a + b = 3, a b >= least, counted in halves, and a^2 + b^2 <= 8."""
     x = ca.SX.sym("x", 3)
     f = (x[0] - 5) ** 2 + x[1] ** 2 + x[2]
     g = ca.vertcat(x[0] + x[1], x[0] * x[1] / 0.5, x[0] ** 2 + x[1] ** 2)
-    bounds = np.array([3.0, least / 0.5, -np.inf]), np.array([3.0, np.inf, 8.0])
+    bounds = np.array([3.0, limit / 0.5, -np.inf]), np.array([3.0, np.inf, 8.0])
     box = (DesignBox.plain if plain else DesignBox.shares)(NAMES, LOWER, UPPER, np.array([0.0, 0.0, 5.0]))
     return Problem(
         SmoothObjective(SymbolicFunction(x, f), 3), box, SymbolicConstraints(x, g, bounds, KINDS, np.arange(3))
@@ -84,9 +84,9 @@ def test_every_start_ends_at_the_optimum_and_it_is_certified(problem: Problem) -
 def test_multipliers_are_those_by_hand(problem: Problem, optimum: np.ndarray) -> None:
     """At (2, 1): (-6, 2) + p (1, 1) - q (1, 2) = 0 gives q = 8, p = 14; c costs 1 at its lower bound."""
     m = estimate_multipliers(problem, optimum)
-    held = {one.name: one for one in find_active_constraints(problem, m)}
-    assert set(held) == {"sum", "product"}
-    assert (held["sum"].multiplier, held["product"].multiplier) == pytest.approx((14, 8), rel=1e-6)
+    multipliers = {constraint.name: constraint for constraint in find_active_constraints(problem, m)}
+    assert set(multipliers) == {"sum", "product"}
+    assert (multipliers["sum"].multiplier, multipliers["product"].multiplier) == pytest.approx((14, 8), rel=1e-6)
     assert m.required[:2] == pytest.approx([14, -8 * 0.5], rel=1e-6)
     (bound,) = find_active_bounds(problem, m)
     assert (bound.name, bound.side) == ("c", "lower")
@@ -148,19 +148,19 @@ def test_the_programme_has_no_ends_and_its_derivatives_are_exact(problem: Proble
 
 def test_what_cannot_be_kept_is_found_by_its_least_violation(problem: Problem) -> None:
     """a + b = 3 allows no product above 9/4. For 11/4 the sum alone gives way, to 2 sqrt(11/4)."""
-    hard = toy(problem.box.unit[0] == 1, least=2.75)
-    least = find_feasible_or_nearest(hard, hard.constraints, sample_starts(hard, 2, 0))
-    assert not least.is_feasible
-    assert least.excess == pytest.approx([2 * np.sqrt(2.75) - 3, 0, 0], abs=1e-4)
+    hard = toy(problem.box.unit[0] == 1, limit=2.75)
+    nearest = find_feasible_or_nearest(hard, hard.constraints, sample_starts(hard, 2, 0))
+    assert not nearest.is_feasible
+    assert nearest.excess == pytest.approx([2 * np.sqrt(2.75) - 3, 0, 0], abs=1e-4)
     assert minimise_violation(problem, problem.constraints, problem.start).is_feasible
 
 
 def test_the_methods_run_on_it_and_agree(problem: Problem) -> None:
-    found = OptimiserRun(problem, SHORT, seed=1, starts=2).run("hybrid")
-    assert found.design == pytest.approx(BEST, abs=1e-7)
-    assert found.certificate.kkt_residual < STATIONARITY_TOLERANCE
-    assert found.evaluations.gradient > 0
-    assert found.objective <= min(objectives[-1][1] for objectives in found.history.values()) + 1e-7
+    optimum = OptimiserRun(problem, SHORT, seed=1, starts=2).run("hybrid")
+    assert optimum.design == pytest.approx(BEST, abs=1e-7)
+    assert optimum.certificate.kkt_residual < STATIONARITY_TOLERANCE
+    assert optimum.evaluations.gradient > 0
+    assert optimum.objective <= min(objectives[-1][1] for objectives in optimum.history.values()) + 1e-7
 
 
 def test_without_constraints_the_inside_needs_no_multipliers() -> None:
@@ -168,12 +168,12 @@ def test_without_constraints_the_inside_needs_no_multipliers() -> None:
     f = (x[0] - 0.3) ** 2 + (x[1] + 0.2) ** 2 + 1
     box = DesignBox.shares(("a", "b"), -np.ones(2), np.ones(2), np.zeros(2))
     problem = Problem(SmoothObjective(SymbolicFunction(x, f), 2, unit=2.0), box)
-    (found,) = search_from_points(problem, [problem.start])
-    assert problem.design(found.u) == pytest.approx([0.3, -0.2], abs=1e-8)
-    assert (problem.scale, found.violation) == (2.0, 0.0)
-    assert found.settled
-    assert found.stationary
-    assert kkt_residual(problem, found.u + 1e-4) > STATIONARITY_TOLERANCE
+    (optimum,) = search_from_points(problem, [problem.start])
+    assert problem.design(optimum.u) == pytest.approx([0.3, -0.2], abs=1e-8)
+    assert (problem.scale, optimum.violation) == (2.0, 0.0)
+    assert optimum.settled
+    assert optimum.stationary
+    assert kkt_residual(problem, optimum.u + 1e-4) > STATIONARITY_TOLERANCE
 
 
 class Partial(SymbolicFunction):

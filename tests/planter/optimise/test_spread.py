@@ -27,10 +27,10 @@ def derivatives(function: ca.MX, x: ca.MX, at: Array) -> list[Array]:
 def by_casadi(weights: Weights, x: ca.MX, at: Array) -> list[Array]:
     """Value, gradient and Hessian of the objective with the extremes held at their samples."""
     samples = bowl(x)
-    own = np.array(ca.Function("own", [x], [samples])(at))[:, 0]
-    apart = samples - ca.sum1(samples) / samples.numel()
-    spread = weights.weighted(ca.sumsqr(apart) / samples.numel(), ca.sqrt)
-    span = samples[int(own.argmax())] - samples[int(own.argmin())]
+    values = np.array(ca.Function("own", [x], [samples])(at))[:, 0]
+    deviations = samples - ca.sum1(samples) / samples.numel()
+    spread = weights.weighted(ca.sumsqr(deviations) / samples.numel(), ca.sqrt)
+    span = samples[int(values.argmax())] - samples[int(values.argmin())]
     return derivatives(weights.weight_range * span + spread, x, at)
 
 
@@ -46,34 +46,34 @@ def weighed(weights: Weights, x: ca.MX, at: Array) -> tuple[WeightedSum, Array, 
 def test_value_gradient_and_hessian(weights: Weights) -> None:
     x, at = ca.MX.sym("x", 3), np.array([0.7, 1.3, -0.4])
     value, gradient, hessian = by_casadi(weights, x, at)
-    found, slopes, bent = weighed(weights, x, at)
-    assert found.value == pytest.approx(value.item(), rel=1e-14)
-    assert found.gradient(slopes) == pytest.approx(gradient[:, 0], rel=1e-12)
-    assert found.hessian(slopes, lambda each: np.tensordot(each, bent, 1)) == pytest.approx(hessian, rel=1e-11)
+    spread, slopes, bent = weighed(weights, x, at)
+    assert spread.value == pytest.approx(value.item(), rel=1e-14)
+    assert spread.gradient(slopes) == pytest.approx(gradient[:, 0], rel=1e-12)
+    assert spread.hessian(slopes, lambda each: np.tensordot(each, bent, 1)) == pytest.approx(hessian, rel=1e-11)
 
 
 @pytest.mark.parametrize("weights", [PAPER, NEWTON])
 def test_the_spread_in_graphs_is_that_in_arrays(weights: Weights) -> None:
     x, at = ca.MX.sym("x", 3), np.array([0.7, 1.3, -0.4])
-    found, slopes, _ = weighed(weights, x, at)
+    computed, slopes, _ = weighed(weights, x, at)
     f, g = ca.MX.sym("f", 12), ca.MX.sym("g", 12, 3)
     spread = [
-        np.array(v) for v in ca.Function("s", [f, g], epigraph.express_spread(weights, f, g))(found.samples, slopes)
+        np.array(v) for v in ca.Function("s", [f, g], epigraph.express_spread(weights, f, g))(computed.samples, slopes)
     ]
-    _, first, second = weights.spread(found.variance.value)
-    along = found.variance.gradient(slopes)
-    assert spread[0].item() == pytest.approx(weights.spread(found.variance.value)[0], rel=1e-14)
-    assert spread[1][:, 0] == pytest.approx(first * found.variance.slope, rel=1e-12)
-    squared = first * found.variance.squared(slopes)
-    assert spread[2] == pytest.approx(squared + second * np.outer(along, along), rel=1e-11)
+    _, first, second = weights.spread(computed.variance.value)
+    gradient = computed.variance.gradient(slopes)
+    assert spread[0].item() == pytest.approx(weights.spread(computed.variance.value)[0], rel=1e-14)
+    assert spread[1][:, 0] == pytest.approx(first * computed.variance.slope, rel=1e-12)
+    squared = first * computed.variance.squared(slopes)
+    assert spread[2] == pytest.approx(squared + second * np.outer(gradient, gradient), rel=1e-11)
 
 
 def test_a_missing_term_is_seen() -> None:
     """Without what the samples' slopes add, or without the mean's, the Hessian is another."""
     x, at = ca.MX.sym("x", 3), np.array([0.7, 1.3, -0.4])
     hessian = by_casadi(PAPER, x, at)[2]
-    found, slopes, bent = weighed(PAPER, x, at)
-    curved = np.tensordot(found.slope, bent, 1)
+    spread, slopes, bent = weighed(PAPER, x, at)
+    curved = np.tensordot(spread.slope, bent, 1)
     uncentred = curved + 2 * PAPER.weight_variance / 12 * slopes.T @ slopes
     for wrong in (curved, uncentred):
         assert np.abs(wrong - hessian).max() > 0.01 * np.abs(hessian).max()
@@ -84,10 +84,10 @@ def test_shares_of_a_turn() -> None:
     few = Variance(np.array([1.0, 4.0, -2.0]), np.array([3, 4, 2]) / 9)
     many = Variance(np.repeat([1.0, 4.0, -2.0], [3, 4, 2]))
     slopes = np.array([[1.0, 0.5], [-2.0, 0.25], [3.0, 4.0]])
-    every = np.repeat(slopes, [3, 4, 2], axis=0)
+    repeated = np.repeat(slopes, [3, 4, 2], axis=0)
     assert few.value == pytest.approx(many.value, rel=1e-15)
-    assert few.gradient(slopes) == pytest.approx(many.gradient(every), rel=1e-14)
-    assert few.squared(slopes) == pytest.approx(many.squared(every), rel=1e-14)
+    assert few.gradient(slopes) == pytest.approx(many.gradient(repeated), rel=1e-14)
+    assert few.squared(slopes) == pytest.approx(many.squared(repeated), rel=1e-14)
 
 
 def test_a_constant_curve_has_no_spread() -> None:

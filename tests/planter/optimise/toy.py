@@ -48,8 +48,8 @@ class Toy:
         f = self._functions[name]
         if not len(phi):
             return np.empty((f.size1_out(0), 0))
-        found = self._over(name, len(phi))(phi[None, :], x[:, None], np.reshape(weights, (-1, 1)))
-        return np.asarray(found, dtype=float)
+        values = self._over(name, len(phi))(phi[None, :], x[:, None], np.reshape(weights, (-1, 1)))
+        return np.asarray(values, dtype=float)
 
     def _over(self, name: str, count: int) -> ca.Function:
         """One output over so many angles, x and weights alike at all of them."""
@@ -61,8 +61,8 @@ class Toy:
     def _stacked(self, name: str, x: Array, phi: Array) -> Array:
         """One output at angles (n,): (n, rows, columns)."""
         f = self._functions[name]
-        found = self._call(name, x, phi, np.zeros(f.size1_in(2)))
-        return found.reshape(f.size1_out(0), len(phi), f.size2_out(0)).transpose(1, 0, 2)
+        values = self._call(name, x, phi, np.zeros(f.size1_in(2)))
+        return values.reshape(f.size1_out(0), len(phi), f.size2_out(0)).transpose(1, 0, 2)
 
     def prologue(self, x: Array) -> Array:
         return np.array(x, dtype=float)

@@ -43,9 +43,9 @@ def test_errors_arrive_as_they_were_raised(means: Means) -> None:
 
 
 def test_descents_are_those_of_this_process(means: Means) -> None:
-    here, there = toys.problem(SAMPLES), toys.problem(SAMPLES)
-    expected = list(search_from_starts(here, STARTS, 1))
-    minima = list(search_from_starts(there, STARTS, 1, task=build_descent_task(toys.device(), SAMPLES), means=means))
+    local, remote = toys.problem(SAMPLES), toys.problem(SAMPLES)
+    expected = list(search_from_starts(local, STARTS, 1))
+    minima = list(search_from_starts(remote, STARTS, 1, task=build_descent_task(toys.device(), SAMPLES), means=means))
     assert [m.u.tobytes() for m in minima] == [m.u.tobytes() for m in expected]
     assert [m.evaluation for m in minima] == [m.evaluation for m in expected]
-    assert (there.history, there.counts) == (here.history, here.counts)
+    assert (remote.history, remote.counts) == (local.history, local.counts)

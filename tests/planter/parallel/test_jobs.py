@@ -84,13 +84,13 @@ def test_workers_start_only_if_they_pay(monkeypatch: pytest.MonkeyPatch) -> None
 
     monkeypatch.setattr(jobs, "Jobs", Started)
     monkeypatch.setattr(jobs, "count_cores", lambda: 2)
-    here = prepare_squares()
-    assert list(run_in_order(SQUARES, range(7), AUTO, here, float)) == EXPECTED
+    job = prepare_squares()
+    assert list(run_in_order(SQUARES, range(7), AUTO, job, float)) == EXPECTED
     assert not started
     monkeypatch.setattr(jobs, "MIN_PARALLEL_S", 1e-9)
-    assert list(run_in_order(None, range(7), AUTO, here, float)) == EXPECTED
+    assert list(run_in_order(None, range(7), AUTO, job, float)) == EXPECTED
     assert not started
-    assert list(run_in_order(SQUARES, range(7), AUTO, here, float)) == EXPECTED
+    assert list(run_in_order(SQUARES, range(7), AUTO, job, float)) == EXPECTED
     assert started == [[1, 2, 3, 4, 5, 6]]
 
 

@@ -19,10 +19,10 @@ def built_in(name: str = "yu2023", **changes: float) -> PickupTrain:
 
 def arm(t: NDArray, p: float = P, start: float = START, end: float = END) -> NDArray:
     """phi1 by hand: c (t + p sin t) over the teeth, nothing in the dwell, one turn in a turn."""
-    turns, within = np.divmod(t, 2 * np.pi)
-    plain = within + p * np.sin(within)
+    turns, angle = np.divmod(t, 2 * np.pi)
+    plain = angle + p * np.sin(angle)
     s, e = start + p * np.sin(start), end + p * np.sin(end)
-    gained = np.where(within < start, plain, np.where(within <= end, s, plain - e + s))
+    gained = np.where(angle < start, plain, np.where(angle <= end, s, plain - e + s))
     return np.pi + 2 * np.pi * gained / (2 * np.pi - e + s) + 2 * np.pi * turns
 
 

@@ -36,26 +36,26 @@ def by_path(folder: Path, points: str = CSV, **changes: str) -> str:
 
 
 def test_keys_and_values_of_the_built_in_law() -> None:
-    found = answer("yu2023", "--at", "0", "--at", "100", "--at", "240")
-    assert found.keys() >= KEYS
-    assert found["dwell"].keys() == {"start_deg", "end_deg", "tip_radius_mm"}
-    assert found["slope"].keys() == {"min", "max", "mean"}
-    assert found["slope"] == pytest.approx({"min": 0, "max": 1.1606603790 * 1.3549389251, "mean": 1}, abs=1e-9)
-    assert [found[key] for key in ("L1_mm", "L2_mm", "a2_mm")] == pytest.approx([93.3377, 163, 44.6])
-    assert found["phi5_far_deg"] == pytest.approx(40)
-    assert [found["dwell"]["start_deg"], found["dwell"]["end_deg"]] == pytest.approx([210, 270])
-    assert found["round_trip_error_rad"] < 1e-9
-    assert found["phi1_monotone"] is True
-    assert [row.keys() for row in found["at"]] == [AT] * 3
-    at = found["at"]
+    result = answer("yu2023", "--at", "0", "--at", "100", "--at", "240")
+    assert result.keys() >= KEYS
+    assert result["dwell"].keys() == {"start_deg", "end_deg", "tip_radius_mm"}
+    assert result["slope"].keys() == {"min", "max", "mean"}
+    assert result["slope"] == pytest.approx({"min": 0, "max": 1.1606603790 * 1.3549389251, "mean": 1}, abs=1e-9)
+    assert [result[key] for key in ("L1_mm", "L2_mm", "a2_mm")] == pytest.approx([93.3377, 163, 44.6])
+    assert result["phi5_far_deg"] == pytest.approx(40)
+    assert [result["dwell"]["start_deg"], result["dwell"]["end_deg"]] == pytest.approx([210, 270])
+    assert result["round_trip_error_rad"] < 1e-9
+    assert result["phi1_monotone"] is True
+    assert [row.keys() for row in result["at"]] == [AT] * 3
+    at = result["at"]
     assert at[0]["tip_mm"] == pytest.approx([196.366071, 164.770697], abs=1e-6)
     assert at[0]["L3_mm"] == pytest.approx(256.3377)
     assert [at[2][key] for key in ("rho1_mm", "rho2_mm", "contact_ratio")] == [None] * 3
-    assert at[2]["L3_mm"] == pytest.approx(found["dwell"]["tip_radius_mm"])
+    assert at[2]["L3_mm"] == pytest.approx(result["dwell"]["tip_radius_mm"])
     assert at[2]["tip_speed_mm_s"] == pytest.approx(at[2]["L3_mm"] * 2 * np.pi)
     ratio = 1.1606603790 * (1 + 0.3549389251 * np.cos(np.radians(210)))
-    radius = found["a1_mm"] * ratio / (1 + ratio)
-    assert found["locking_arcs"]["end_radii_mm"][0] == pytest.approx(radius)
+    radius = result["a1_mm"] * ratio / (1 + ratio)
+    assert result["locking_arcs"]["end_radii_mm"][0] == pytest.approx(radius)
 
 
 def test_a_path_in_a_file_a_csv_alone_and_the_built_in_one_agree(tmp_path: Path) -> None:
@@ -69,15 +69,15 @@ def test_a_path_in_a_file_a_csv_alone_and_the_built_in_one_agree(tmp_path: Path)
 
 
 def test_values_can_be_set() -> None:
-    found = answer("yu2023", "--set", "gamma_deg=140", "--set", "speed_deg_per_s=180", "--at", "240")
-    assert found["a1_mm"] != pytest.approx(answer("yu2023")["a1_mm"], abs=1)
-    assert found["at"][0]["tip_speed_mm_s"] == pytest.approx(found["at"][0]["L3_mm"] * np.pi)
+    result = answer("yu2023", "--set", "gamma_deg=140", "--set", "speed_deg_per_s=180", "--at", "240")
+    assert result["a1_mm"] != pytest.approx(answer("yu2023")["a1_mm"], abs=1)
+    assert result["at"][0]["tip_speed_mm_s"] == pytest.approx(result["at"][0]["L3_mm"] * np.pi)
 
 
 def test_optimised_files_can_be_run_again(tmp_path: Path) -> None:
-    found = answer("yu2023", "--optimise", "--out", str(tmp_path))
-    assert found["optimised"]["holds"] is True
-    assert all(one["holds"] for one in found["requirements"])
+    result = answer("yu2023", "--optimise", "--out", str(tmp_path))
+    assert result["optimised"]["holds"] is True
+    assert all(requirement["holds"] for requirement in result["requirements"])
     assert {file.name for file in tmp_path.iterdir()} == {
         "summary.json", "cycle.csv", "pitch.csv", "path.csv", "value_points.csv", "report.html", "figures",
         ".planter.json",
@@ -85,17 +85,17 @@ def test_optimised_files_can_be_run_again(tmp_path: Path) -> None:
     pictures = {"path", "pitch_curves", "contact_ratio", "tip_motion", "law"}
     assert {file.stem for file in (tmp_path / "figures").iterdir()} == pictures
     summary = json.loads((tmp_path / "summary.json").read_text())
-    assert summary["L1_mm"] == found["L1_mm"]
+    assert summary["L1_mm"] == result["L1_mm"]
     assert summary["input"]["name"] == "yu2023"
     page = (tmp_path / "report.html").read_text()
     assert page.count("<svg") == len(pictures) + 1  # and the drawing that moves
     assert "before the redesign" in page
     again = answer(str(tmp_path / "path.csv"))
-    missed = [one["name"] for one in again["requirements"] if one["margin"] < -1e-3]
+    missed = [requirement["name"] for requirement in again["requirements"] if requirement["margin"] < -1e-3]
     assert missed == []
-    assert again["dwell"]["start_deg"] == pytest.approx(found["dwell"]["start_deg"], abs=1e-4)
+    assert again["dwell"]["start_deg"] == pytest.approx(result["dwell"]["start_deg"], abs=1e-4)
     coarse = answer(str(tmp_path / "value_points.csv"))
-    assert coarse["push"]["swing_deg"] == pytest.approx(found["push"]["swing_deg"], abs=0.1)
+    assert coarse["push"]["swing_deg"] == pytest.approx(result["push"]["swing_deg"], abs=0.1)
 
 
 @pytest.mark.usefixtures("blank_figures")
@@ -178,10 +178,10 @@ def test_rounded_points_still_show_the_dwell(decimals: int, allowed: float, tmp_
     rounded = np.round([[float(cell) for cell in line.split(",")] for line in CSV.splitlines()[3:]], decimals)
     lines = [f"{x:.{decimals}f},{y:.{decimals}f}" for x, y in rounded]
     (tmp_path / "points.csv").write_text("\n".join(["x_mm,y_mm", *lines]))
-    found = answer(str(tmp_path / "points.csv"))
+    result = answer(str(tmp_path / "points.csv"))
     exact = answer("yu2023-path")
     for key in ("start_deg", "end_deg"):
-        assert found["dwell"][key] == pytest.approx(exact["dwell"][key], abs=allowed)
+        assert result["dwell"][key] == pytest.approx(exact["dwell"][key], abs=allowed)
 
 
 def test_a_tolerance_that_hides_the_dwell_is_named(tmp_path: Path) -> None:
@@ -199,8 +199,8 @@ def test_an_arm_that_turns_back_is_refused_by_its_angle(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("blank_figures")
 def test_points_given_alone_bear_no_other_machines_name(tmp_path: Path) -> None:
     (tmp_path / "ours.csv").write_text(CSV)
-    found = answer(str(tmp_path / "ours.csv"), "--out", str(tmp_path / "out"))
-    assert found["machine"] == "ours"
+    result = answer(str(tmp_path / "ours.csv"), "--out", str(tmp_path / "out"))
+    assert result["machine"] == "ours"
     page = (tmp_path / "out" / "report.html").read_text()
     assert "<title>Seedling pick-up ours</title>" in page
     assert "all else as in yu2023" in page

@@ -56,10 +56,12 @@ def test_an_ellipse_either_way_round_gives_gears_and_no_noise(tmp_path: Path) ->
         path = points(tmp_path, *(part[::turn] for part in ELLIPSE))
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            found = answer(path, "--out", str(tmp_path / "out"))
-        assert found["machine"] == "mine"
-        assert found["sun_radius_mm"]["min"] > 2.4
-        straight = next(one for one in found["requirements"] if one["name"] == "straight entry")
+            result = answer(path, "--out", str(tmp_path / "out"))
+        assert result["machine"] == "mine"
+        assert result["sun_radius_mm"]["min"] > 2.4
+        straight = next(
+            requirement for requirement in result["requirements"] if requirement["name"] == "straight entry"
+        )
         assert 10 < straight["value"] < 25
         assert (tmp_path / "out" / "pitch.csv").exists()
 
@@ -78,24 +80,24 @@ def test_a_path_round_the_origin_is_no_traceback(tmp_path: Path) -> None:
 
 def test_velocities_that_jump_at_the_dwell_are_told_with_their_size() -> None:
     train = built_in()
-    told = {one["name"]: one for one in answer("yu2023")["warnings"] if "velocity" in one["name"]}
-    assert {name: one["t_deg"] for name, one in told.items()} == pytest.approx(
+    warnings = {warning["name"]: warning for warning in answer("yu2023")["warnings"] if "velocity" in warning["name"]}
+    assert {name: warning["t_deg"] for name, warning in warnings.items()} == pytest.approx(
         {"velocity jumps at the dwell's start": 210, "velocity jumps at the dwell's end": 270}
     )
-    for one, t in zip(told.values(), (train.driven[1], train.driven[0]), strict=True):
+    for warning, t in zip(warnings.values(), (train.driven[1], train.driven[0]), strict=True):
         jump = 1000 * L2 * train.omega * train.law.slopes(np.array([t]))[0, 0]
-        assert f"jumps by {jump:.5g} mm/s" in one["message"]
+        assert f"jumps by {jump:.5g} mm/s" in warning["message"]
         eps = 1e-7
-        around = train.motion(np.array([t - eps, t + eps]))
-        measured = np.hypot(np.diff(around["vx_S"]), np.diff(around["vy_S"]))[0] * 1000
+        moments = train.motion(np.array([t - eps, t + eps]))
+        measured = np.hypot(np.diff(moments["vx_S"]), np.diff(moments["vy_S"]))[0] * 1000
         assert measured == pytest.approx(jump, rel=1e-5)
-    assert 'ends = "smooth"' in told["velocity jumps at the dwell's start"]["message"]
+    assert 'ends = "smooth"' in warnings["velocity jumps at the dwell's start"]["message"]
 
 
 def test_a_path_with_a_dwell_is_told_of_its_jumps_and_one_without_is_not(tmp_path: Path) -> None:
-    names = [one["name"] for one in answer("yu2023-path")["warnings"]]
+    names = [warning["name"] for warning in answer("yu2023-path")["warnings"]]
     assert sum("velocity jumps" in name for name in names) == 2
-    names = [one["name"] for one in answer(points(tmp_path, *ELLIPSE))["warnings"]]
+    names = [warning["name"] for warning in answer(points(tmp_path, *ELLIPSE))["warnings"]]
     assert not any("velocity jumps" in name for name in names)
 
 
@@ -110,8 +112,8 @@ def test_each_limit_is_broken_by_what_breaks_it_alone() -> None:
         ("sun", "hollow"): {"kappa1": -1 / 0.0024}, ("intermediate gear", "hollow"): {"kappa2": -1 / 0.0026},
     }  # fmt: skip
     for kind, change in cases.items():
-        found = model.limit_excesses({k: np.array([v]) for k, v in {**good, **change}.items()}, TEETH)
-        assert [name for name, excess in found.items() if excess[0] >= -1e-9] == [kind]
+        violations = model.limit_excesses({k: np.array([v]) for k, v in {**good, **change}.items()}, TEETH)
+        assert [name for name, excess in violations.items() if excess[0] >= -1e-9] == [kind]
     assert not model.violates_limits({k: np.array([v]) for k, v in good.items()}, TEETH)
 
 
@@ -130,8 +132,8 @@ def test_values_beyond_all_measure_are_refused_by_name(value: str) -> None:
 def test_locking_arcs_of_low_teeth_make_no_noise() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = answer("yu2023", "--set", "noncircular_stage.m_mm=0.001", "--set", "ha2=0.001")
-    assert found["locking_arcs"] is not None
+        result = answer("yu2023", "--set", "noncircular_stage.m_mm=0.001", "--set", "ha2=0.001")
+    assert result["locking_arcs"] is not None
 
 
 def test_check_passes_the_built_in_and_refuses_it_with_teeth_that_are_too_large() -> None:
@@ -147,10 +149,10 @@ def test_a_contact_ratio_without_value_is_left_out_and_told(tmp_path: Path) -> N
     """Points rounded to whole mm make pitch curves hollow here and there."""
     rounded = np.round([[float(c) for c in line.split(",")] for line in _path_csv().splitlines()[3:]])
     (tmp_path / "coarse.csv").write_text("x_mm,y_mm\n" + "".join(f"{x:.0f},{y:.0f}\n" for x, y in rounded))
-    found = answer(str(tmp_path / "coarse.csv"), "--out", str(tmp_path / "out"))
-    told = [one["message"] for one in found["warnings"] if one["name"] == "contact ratio"]
+    result = answer(str(tmp_path / "coarse.csv"), "--out", str(tmp_path / "out"))
+    messages = [warning["message"] for warning in result["warnings"] if warning["name"] == "contact ratio"]
     header = next(line for line in (tmp_path / "out" / "pitch.csv").read_text().splitlines() if line[0] != "#")
-    assert len(told) == 1
+    assert len(messages) == 1
     assert "contact_ratio" not in header
 
 
@@ -165,11 +167,11 @@ def test_teeth_end_where_a_gentle_path_leaves_them_no_room(tmp_path: Path) -> No
     from tests.planter.pickup.test_smooth import smooth_file
 
     answer(smooth_file(tmp_path, 20), "--out", str(tmp_path / "smooth"))
-    found = answer(str(tmp_path / "smooth" / "path.csv"))
-    names = {one["name"]: one["t_deg"] for one in found["warnings"]}
+    result = answer(str(tmp_path / "smooth" / "path.csv"))
+    names = {warning["name"]: warning["t_deg"] for warning in result["warnings"]}
     assert names["no teeth at the dwell's start"] == pytest.approx(210, abs=0.1)
     assert names["no teeth at the dwell's end"] == pytest.approx(270, abs=0.1)
-    assert found["round_trip_error_rad"] < 1e-5
+    assert result["round_trip_error_rad"] < 1e-5
 
 
 def test_the_turn_of_the_teeth_is_that_of_the_arm_where_the_slope_jumps() -> None:

@@ -17,14 +17,14 @@ T = np.linspace(0, TURN, 2001)
 AWAY = T[np.min([np.abs((T - e + np.pi) % TURN - np.pi) for e in (START, END, np.radians(142.78), 0)], axis=0) > 0.5]
 
 
-def found(count: int, offset: float = 0.0, **law: float) -> Inversion:
+def invert_samples(count: int, offset: float = 0.0, **law: float) -> Inversion:
     t = steps(count, offset)
     return invert_path(tips(t, arm(t, **law)))
 
 
-def error(one: Inversion, at: np.ndarray = T, **law: float) -> float:
-    shift = (one.phi5_far - FAR + np.pi) % TURN - np.pi
-    return float(np.abs(one.law.arm(at - shift) - arm(at, **law)).max())
+def error(inversion: Inversion, at: np.ndarray = T, **law: float) -> float:
+    shift = (inversion.phi5_far - FAR + np.pi) % TURN - np.pi
+    return float(np.abs(inversion.law.arm(at - shift) - arm(at, **law)).max())
 
 
 def test_the_chain_cannot_see_a_law() -> None:
@@ -37,26 +37,26 @@ def test_the_chain_cannot_see_a_law() -> None:
 
 @pytest.mark.parametrize("offset", [0.0, 0.37, 0.5])
 def test_a_dense_path_gives_the_law_back(offset: float) -> None:
-    one = found(3600, offset)
-    assert error(one) < 1e-9
-    assert [one.L1 - L1, one.L2 - L2, one.phi5_far - FAR] == pytest.approx([0, 0, 0], abs=1e-12)
-    assert [one.law.dwell.start - START, one.law.dwell.end - END] == pytest.approx([0, 0], abs=1e-9)
+    inversion = invert_samples(3600, offset)
+    assert error(inversion) < 1e-9
+    assert [inversion.L1 - L1, inversion.L2 - L2, inversion.phi5_far - FAR] == pytest.approx([0, 0, 0], abs=1e-12)
+    assert [inversion.law.dwell.start - START, inversion.law.dwell.end - END] == pytest.approx([0, 0], abs=1e-9)
 
 
 def test_the_error_falls_at_the_order_of_the_spline_away_from_joints_and_extremes() -> None:
-    errors = [error(found(count, 0.37), AWAY) for count in (60, 120, 240)]
+    errors = [error(invert_samples(count, 0.37), AWAY) for count in (60, 120, 240)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert (orders > 3.5).all()
-    bars = [abs(found(count, 0.37).L1 - L1) for count in (60, 120, 240)]
+    bars = [abs(invert_samples(count, 0.37).L1 - L1) for count in (60, 120, 240)]
     assert (np.log2(np.array(bars[:-1]) / bars[1:]) > 3.5).all()
 
 
 @pytest.mark.parametrize(("p", "start", "end"), [(0.2, 200, 290), (-0.3, 100, 140), (0.3, 20, 60), (0.0, 300, 350)])
 def test_dwells_anywhere_are_found_from_the_path(p: float, start: float, end: float) -> None:
     law = {"p": p, "start": np.radians(start), "end": np.radians(end)}
-    one = found(1200, 0.2, **law)
-    assert error(one, **law) < 1e-6
-    assert np.degrees([one.law.dwell.start, one.law.dwell.end]) == pytest.approx([start, end], abs=1e-4)
+    inversion = invert_samples(1200, 0.2, **law)
+    assert error(inversion, **law) < 1e-6
+    assert np.degrees([inversion.law.dwell.start, inversion.law.dwell.end]) == pytest.approx([start, end], abs=1e-4)
 
 
 def test_a_dwell_at_the_farthest_tip() -> None:
@@ -64,15 +64,15 @@ def test_a_dwell_at_the_farthest_tip() -> None:
     width = np.radians(40)
     t = steps(1800, 0.3)
 
-    def held(x: np.ndarray) -> np.ndarray:
-        within = (x + np.pi) % TURN - np.pi
-        beyond = np.sign(within) * np.maximum(np.abs(within) - width / 2, 0)
-        return np.pi + beyond * np.pi / (np.pi - width / 2) + (x - within)
+    def hold_ends(x: np.ndarray) -> np.ndarray:
+        wrapped = (x + np.pi) % TURN - np.pi
+        beyond = np.sign(wrapped) * np.maximum(np.abs(wrapped) - width / 2, 0)
+        return np.pi + beyond * np.pi / (np.pi - width / 2) + (x - wrapped)
 
-    one = invert_path(tips(t, held(t)), tolerance=1e-13)
-    assert one.law.dwell.width == pytest.approx(width, abs=1e-4)
+    inversion = invert_path(tips(t, hold_ends(t)), tolerance=1e-13)
+    assert inversion.law.dwell.width == pytest.approx(width, abs=1e-4)
     inner = T[(T > 0.5) & (T < TURN - 0.5)]
-    assert np.abs(one.law.arm(inner - (one.phi5_far - FAR)) - held(inner)).max() < 1e-4
+    assert np.abs(inversion.law.arm(inner - (inversion.phi5_far - FAR)) - hold_ends(inner)).max() < 1e-4
 
 
 def test_a_path_without_dwell() -> None:
@@ -80,17 +80,17 @@ def test_a_path_without_dwell() -> None:
         return np.pi + t + 0.3 * np.sin(t) + 0.05 * np.sin(2 * t)
 
     t = steps(900, 0.4)
-    one = invert_path(tips(t, smooth(t)))
-    assert one.law.dwell is None
-    assert np.abs(one.law.arm(T) - smooth(T)).max() < 1e-8
+    inversion = invert_path(tips(t, smooth(t)))
+    assert inversion.law.dwell is None
+    assert np.abs(inversion.law.arm(T) - smooth(T)).max() < 1e-8
     slope = 1 + 0.3 * np.cos(T) + 0.1 * np.cos(2 * T)
-    assert np.abs(one.law.slopes(T)[0] - slope).max() < 1e-5
+    assert np.abs(inversion.law.slopes(T)[0] - slope).max() < 1e-5
 
 
 def test_the_start_of_the_points_does_not_matter() -> None:
     points = tips(steps(400), arm(steps(400)))
-    one, other = invert_path(points), invert_path(np.roll(points, 123, axis=0))
-    assert np.abs(one.law.arm(T) - other.law.arm(T)).max() < 1e-9
+    first, other = invert_path(points), invert_path(np.roll(points, 123, axis=0))
+    assert np.abs(first.law.arm(T) - other.law.arm(T)).max() < 1e-9
 
 
 def test_a_moved_point_is_felt() -> None:

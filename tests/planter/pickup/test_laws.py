@@ -27,13 +27,13 @@ def contacts(train: PickupTrain, t: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     """Both pitch curves at t in the carrier's frame, x along the centre line: places and tangents."""
     step, turned = 1e-6, train.law.arm(t) - np.pi
 
-    def own(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def law_path(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         build_result = train.pitch(at)
         return build_result["x1"] + 1j * build_result["y1"], build_result["x2"] + 1j * build_result["y2"]
 
     sun, middle = (curve * np.exp(sign * 1j * angle) for curve, sign, angle in
-                   zip(own(t), (-1, 1), (t, np.pi + turned), strict=True))  # fmt: skip
-    ahead, behind = own(t + step), own(t - step)
+                   zip(law_path(t), (-1, 1), (t, np.pi + turned), strict=True))  # fmt: skip
+    ahead, behind = law_path(t + step), law_path(t - step)
     d1, d2 = ((a - b) / (2 * step) for a, b in zip(ahead, behind, strict=True))
     return sun, middle + train.geometry.a1, d1 * np.exp(-1j * t), d2 * np.exp(1j * (np.pi + turned))
 
@@ -68,8 +68,8 @@ def test_pitch_curves_touch_on_the_centre_line_with_a_common_tangent_and_equal_a
 def test_another_centre_distance_parts_the_curves() -> None:
     wrong = replace(TRAINS["yu2023"].geometry, a1=0.0521)
     train = replace(TRAINS["yu2023"], geometry=wrong)
-    own = TRAINS["yu2023"].pitch(inside(train))["R2"]
-    assert np.abs(train.pitch(inside(train))["R1"] + own - wrong.a1).max() > 1e-5
+    radii = TRAINS["yu2023"].pitch(inside(train))["R2"]
+    assert np.abs(train.pitch(inside(train))["R1"] + radii - wrong.a1).max() > 1e-5
 
 
 def test_curvatures_obey_euler_and_savary(train: PickupTrain) -> None:
@@ -134,14 +134,14 @@ def test_in_the_dwell_the_tip_turns_with_the_carrier(train: PickupTrain) -> None
 def test_locking_arcs_are_one_circle_about_the_sun_while_they_act(train: PickupTrain) -> None:
     arcs, dwell = compute_locking_arcs(train), train.law.dwell
     convex, concave = locking_arcs(train, arcs)
-    held = float(train.law.arm(np.array([dwell.start]))[0])
-    turned = (concave[0] + 1j * concave[1]) * np.exp(1j * held) + train.geometry.a1
+    radius = float(train.law.arm(np.array([dwell.start]))[0])
+    turned = (concave[0] + 1j * concave[1]) * np.exp(1j * radius) + train.geometry.a1
     assert np.abs(turned) == pytest.approx(arcs.radius)
     assert np.hypot(*convex) == pytest.approx(arcs.radius)
     assert np.ptp(np.unwrap(np.arctan2(convex[1], convex[0]))) == pytest.approx(dwell.width)
     for place, end in zip(concave.T[[0, -1]], ((1, -1), (0, 1)), strict=True):
         assert _from_pitch_curve(train, place, *end) == pytest.approx(train.teeth[2] * train.teeth[0], rel=1e-6)
-    wrong = (concave[0] + 1j * concave[1]) * np.exp(1j * (held + 0.1)) + train.geometry.a1
+    wrong = (concave[0] + 1j * concave[1]) * np.exp(1j * (radius + 0.1)) + train.geometry.a1
     assert np.ptp(np.abs(wrong)) > 1e-3
 
 
@@ -179,9 +179,9 @@ def test_a_dwell_that_no_arcs_would_hold_is_told(monkeypatch: pytest.MonkeyPatch
 
     monkeypatch.setattr(locks, "compute_arc_radius", nothing)
     assert compute_locking_arcs(TRAINS["yu2023"]) is None
-    told = build_result(load_pickup("yu2023"), TRAINS["yu2023"])
-    assert told.locking_arcs is None
-    assert "locking arcs" in {one.name for one in told.warnings}
+    result = build_result(load_pickup("yu2023"), TRAINS["yu2023"])
+    assert result.locking_arcs is None
+    assert "locking arcs" in {warning.name for warning in result.warnings}
 
 
 def test_law_and_path_drive_the_same_train() -> None:

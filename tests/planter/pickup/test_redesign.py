@@ -42,8 +42,8 @@ def test_the_law_is_linear_in_the_value_points() -> None:
     law, t = AT.law_of(v), TRAIN.samples(300)
     for order in range(4):
         matrix, offset = AT.rows(t, order)
-        own = law.arm(t) if order == 0 else law.slopes(t)[order - 1]
-        assert matrix @ v + offset == pytest.approx(own, abs=1e-8)
+        values = law.arm(t) if order == 0 else law.slopes(t)[order - 1]
+        assert matrix @ v + offset == pytest.approx(values, abs=1e-8)
     assert law.arm(AT.t)[1:] == pytest.approx(v)
     assert law.arm(t + 2 * np.pi) - law.arm(t) == pytest.approx(2 * np.pi)
 
@@ -67,12 +67,12 @@ def test_gradient_jacobian_and_hessian_are_those_of_differences(change: LeastCha
 def test_constraints_agree_with_the_requirements(programme: Epigraph) -> None:
     """Without slack the push angle falls short by what the requirement says."""
     z = np.concatenate([np.zeros(AT.size), [0.0], np.zeros(len(NAMES))])
-    margin = {one.name: one.margin for one in list_requirements(MACHINE, TRAIN)}
+    margin = {requirement.name: requirement.margin for requirement in list_requirements(MACHINE, TRAIN)}
     assert programme.g(z)[:4].min() == pytest.approx(margin["push angle"], abs=1e-4)
 
 
 def test_value_points_are_moved_until_the_requirements_hold(moved) -> None:
-    assert not all(one.holds for one in moved.before)
+    assert not all(requirement.holds for requirement in moved.before)
     assert moved.holds
     assert 0.001 < moved.moved < 0.05
     assert moved.train.monotone
@@ -84,15 +84,15 @@ def test_what_is_fixed_stays(moved) -> None:
     assert moved.train.geometry == TRAIN.geometry
     assert moved.train.law.dwell == TRAIN.law.dwell
     assert moved.points[0] == pytest.approx(moved.points_before[0], abs=1e-9)
-    held = np.hypot(*moved.points[15:19].T)
-    assert np.ptp(held) < 1e-12
-    assert abs(held[0] - np.hypot(*moved.points_before[15])) > 1e-4
+    distance = np.hypot(*moved.points[15:19].T)
+    assert np.ptp(distance) < 1e-12
+    assert abs(distance[0] - np.hypot(*moved.points_before[15])) > 1e-4
 
 
 def test_the_inverse_chain_finds_the_new_law_from_its_path(moved) -> None:
-    found = invert_path(moved.train.tip(steps(4096)))
+    inversion = invert_path(moved.train.tip(steps(4096)))
     t = np.linspace(0, 2 * np.pi, 1000)
-    assert np.abs(found.law.arm(t) - moved.train.law.arm(t)).max() < 1e-8
+    assert np.abs(inversion.law.arm(t) - moved.train.law.arm(t)).max() < 1e-8
 
 
 def test_a_design_that_holds_everything_is_left_alone() -> None:
@@ -106,7 +106,7 @@ def test_targets_that_exclude_each_other_are_not_held() -> None:
     """A push angle of 90 deg is a swing of 50, not 60; the least violation lies between."""
     moved = redesign_path(load_pickup("yu2023", {"swing_deg": 60}), TRAIN)
     assert not moved.holds
-    margin = {one.name: one.margin for one in moved.after}
+    margin = {requirement.name: requirement.margin for requirement in moved.after}
     assert margin["push angle"] + margin["push angle less pick angle"] == pytest.approx(-6, abs=0.05)
     assert {name for name, value in margin.items() if value < -1e-6} <= {"push angle", "push angle less pick angle"}
 
@@ -123,18 +123,18 @@ def test_the_search_sees_the_programme_as_it_is(programme: Epigraph) -> None:
 
 def test_the_optimum_is_certified_and_what_holds_it_is_named(moved) -> None:
     assert moved.certificate.kkt_residual < STATIONARITY_TOLERANCE
-    names = [one.name for one in moved.certificate.active_constraints]
+    names = [constraint.name for constraint in moved.certificate.active_constraints]
     assert set(names) <= {*NAMES, PINNED.name}
     assert "push angle" in names
 
 
 def test_a_moved_point_and_wrong_multipliers_have_no_certificate(change: LeastChange) -> None:
-    problem, found = change.problem, change.solve(AT.values)
-    m = estimate_multipliers(problem, found.u)
-    assert check_conditions(problem, found.u, m).worst < STATIONARITY_TOLERANCE
+    problem, optimum = change.problem, change.solve(AT.values)
+    m = estimate_multipliers(problem, optimum.u)
+    assert check_conditions(problem, optimum.u, m).worst < STATIONARITY_TOLERANCE
     for j in (0, AT.size // 2, AT.size - 1):
-        beside = found.u.copy()
-        beside[j] += 1e-3
-        assert kkt_residual(problem, beside) > STATIONARITY_TOLERANCE
+        neighbour = optimum.u.copy()
+        neighbour[j] += 1e-3
+        assert kkt_residual(problem, neighbour) > STATIONARITY_TOLERANCE
     for wrong in (-m.required, 2 * m.required, 0 * m.required):
-        assert check_conditions(problem, found.u, replace(m, required=wrong)).worst > STATIONARITY_TOLERANCE
+        assert check_conditions(problem, optimum.u, replace(m, required=wrong)).worst > STATIONARITY_TOLERANCE

@@ -16,7 +16,7 @@ TRAIN = build_train(MACHINE)
 
 
 def by_name(train: PickupTrain = TRAIN, **changes: float) -> dict[str, PickupRequirement]:
-    return {one.name: one for one in list_requirements(load_pickup("yu2023", changes), train)}
+    return {requirement.name: requirement for requirement in list_requirements(load_pickup("yu2023", changes), train)}
 
 
 def entry(train: PickupTrain = TRAIN, **changes: float) -> CellEntry:
@@ -56,10 +56,10 @@ def test_the_arm_swings_fifty_degrees_under_the_law_made_for_it() -> None:
     assert swinging.mean_on_teeth == pytest.approx(1.2761830240, abs=1e-6)
     train = replace(TRAIN, law=swinging)
     assert np.degrees(find_push(train)[1]) == pytest.approx(50, abs=1e-3)
-    found = by_name(train)
-    assert found["push angle"].value == pytest.approx(90, abs=1e-3)
-    assert found["push angle"].holds
-    assert found["push angle less pick angle"].holds
+    requirements = by_name(train)
+    assert requirements["push angle"].value == pytest.approx(90, abs=1e-3)
+    assert requirements["push angle"].holds
+    assert requirements["push angle less pick angle"].holds
 
 
 def test_where_it_pushes_the_arm_rests() -> None:
@@ -72,17 +72,17 @@ def test_where_it_pushes_the_arm_rests() -> None:
 
 
 def test_depth_and_straight_entry() -> None:
-    found = by_name()
-    assert found["entry depth"].value == pytest.approx(35)
-    assert found["straight entry"].holds
+    requirements = by_name()
+    assert requirements["entry depth"].value == pytest.approx(35)
+    assert requirements["straight entry"].holds
     tip = TRAIN.tip(np.linspace(0, -np.pi / 2, 4000))
     assert np.linalg.norm(tip[0]) == pytest.approx(L1 + L2)
-    chord = found["straight entry"].value / 1000
+    chord = requirements["straight entry"].value / 1000
     end = int(np.argmin(np.abs(np.hypot(*(tip - tip[0]).T) - chord)))
     ahead = (tip[end] - tip[0]) / np.hypot(*(tip[end] - tip[0]))
     gone = tip[: end + 1] - tip[0]
-    beside = np.abs(ahead[0] * gone[:, 1] - ahead[1] * gone[:, 0])
-    assert beside.max() * 1000 == pytest.approx(1.0, abs=5e-3)
+    offset = np.abs(ahead[0] * gone[:, 1] - ahead[1] * gone[:, 0])
+    assert offset.max() * 1000 == pytest.approx(1.0, abs=5e-3)
     assert entry().straight(0.0001) < entry().straight(0.001) < entry().straight(0.004)
     assert not by_name(straightness_mm=0.1)["straight entry"].holds
 
@@ -121,11 +121,11 @@ def test_a_deeper_cut_is_a_larger_violation() -> None:
 
 def test_a_hollow_pitch_curve_is_noticed() -> None:
     hollow = replace(TRAIN, law=law(0.93, np.radians(210), np.radians(270)))
-    found = by_name(hollow)
-    assert not (found["sun's pitch curve convex"].holds and found["intermediate gear's convex"].holds)
+    requirements = by_name(hollow)
+    assert not (requirements["sun's pitch curve convex"].holds and requirements["intermediate gear's convex"].holds)
 
 
 def test_a_path_has_the_requirements_of_its_law() -> None:
-    own, other = by_name(), by_name(built_in("yu2023-path"))
+    requirements, other = by_name(), by_name(built_in("yu2023-path"))
     for name in ("push angle", "entry depth", "straight entry", "needle to tray"):
-        assert other[name].value == pytest.approx(own[name].value, abs=5e-3)
+        assert other[name].value == pytest.approx(requirements[name].value, abs=5e-3)

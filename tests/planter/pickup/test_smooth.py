@@ -31,8 +31,8 @@ def smooth_file(folder: Path, transition: float | None = None) -> str:
 def test_the_arm_gains_a_turn_in_a_turn_and_rests_in_the_dwell() -> None:
     t = np.linspace(-7, 9, 4001)
     assert LAW.arm(t + 2 * np.pi) - LAW.arm(t) == pytest.approx(np.full(t.shape, 2 * np.pi), abs=1e-12)
-    held = LAW.arm(np.linspace(START, END, 50))
-    assert np.ptp(held) < 1e-12
+    dwell_arm = LAW.arm(np.linspace(START, END, 50))
+    assert np.ptp(dwell_arm) < 1e-12
     assert LAW.arm(np.zeros(1))[0] == pytest.approx(np.pi, abs=1e-14)
 
 
@@ -61,13 +61,15 @@ def test_beyond_the_transitions_the_law_is_the_paper_s_own() -> None:
 
 @pytest.mark.usefixtures("blank_figures")
 def test_the_command_tells_no_jump_and_where_no_teeth_can_drive(tmp_path: Path) -> None:
-    found = answer(smooth_file(tmp_path), "--at", "200", "--at", "0")
-    names = [one["name"] for one in found["warnings"]]
+    result = answer(smooth_file(tmp_path), "--at", "200", "--at", "0")
+    names = [warning["name"] for warning in result["warnings"]]
     assert not any("velocity" in name for name in names)
-    told = next(one["message"] for one in found["warnings"] if one["name"] == "no teeth at the dwell's start")
-    assert "from t = 195 to 210 deg" in told
-    assert found["slope"]["mean"] == pytest.approx(1, abs=1e-12)
-    assert [row["contact_ratio"] is None for row in found["at"]] == [True, False]
+    message = next(
+        warning["message"] for warning in result["warnings"] if warning["name"] == "no teeth at the dwell's start"
+    )
+    assert "from t = 195 to 210 deg" in message
+    assert result["slope"]["mean"] == pytest.approx(1, abs=1e-12)
+    assert [row["contact_ratio"] is None for row in result["at"]] == [True, False]
     cycle = answer(smooth_file(tmp_path, 20), "--out", str(tmp_path / "out"))
     assert cycle["round_trip_error_rad"] < 1e-5
     _, columns = read_cycle_csv(tmp_path / "out" / "cycle.csv")
@@ -76,7 +78,7 @@ def test_the_command_tells_no_jump_and_where_no_teeth_can_drive(tmp_path: Path) 
 
 
 def test_the_built_in_law_keeps_its_jump() -> None:
-    assert any("velocity" in one["name"] for one in answer("yu2023")["warnings"])
+    assert any("velocity" in warning["name"] for warning in answer("yu2023")["warnings"])
 
 
 def test_smooth_ends_and_moved_points_do_not_go_together(tmp_path: Path) -> None:

@@ -32,12 +32,12 @@ def test_control_points_solve_the_cyclic_rows() -> None:
     step = np.diff(CURVE.knots)
     controls = np.roll(CURVE.controls, -1, axis=0)
     for i in range(n):
-        b2, b1, here, after = (step[(i + k) % n] for k in (-2, -1, 0, 1))
-        a = here**2 / (b2 + b1 + here)
-        c = b1**2 / (b1 + here + after)
-        b = here * (b2 + b1) / (b2 + b1 + here) + b1 * (here + after) / (b1 + here + after)
+        b2, b1, point, after = (step[(i + k) % n] for k in (-2, -1, 0, 1))
+        a = point**2 / (b2 + b1 + point)
+        c = b1**2 / (b1 + point + after)
+        b = point * (b2 + b1) / (b2 + b1 + point) + b1 * (point + after) / (b1 + point + after)
         row = a * controls[i - 1] + b * controls[i] + c * controls[(i + 1) % n]
-        assert row == pytest.approx((b1 + here) * POINTS[i], abs=1e-14)
+        assert row == pytest.approx((b1 + point) * POINTS[i], abs=1e-14)
 
 
 def test_a_value_point_is_dragged_and_others_stay() -> None:
@@ -58,13 +58,13 @@ def test_a_control_point_is_dragged_and_moves_its_four_spans_alone() -> None:
 def test_extremes_are_roots_of_the_distance() -> None:
     t = steps(60, 0.4)
     curve = PathSpline(tips(t, np.pi + t + 0.3 * np.sin(t)))
-    far, near = sorted(curve.extremes(1e-7), key=lambda e: -e.distance)
+    far, nearest = sorted(curve.extremes(1e-7), key=lambda e: -e.distance)
     dense = np.hypot(*curve(np.linspace(0, curve.length, 200001)).T)
-    assert [far.distance, near.distance] == pytest.approx([dense.max(), dense.min()], abs=1e-9)
+    assert [far.distance, nearest.distance] == pytest.approx([dense.max(), dense.min()], abs=1e-9)
     assert far.distance >= dense.max() - 1e-15
-    for extreme in (far, near):
+    for extreme in (far, nearest):
         assert curve(extreme.u) @ curve(extreme.u, 1) == pytest.approx(0, abs=1e-12)
-    assert (far.highest, near.highest) == (True, False)
+    assert (far.highest, nearest.highest) == (True, False)
 
 
 def test_ripple_below_the_tolerance_is_no_extreme() -> None:
@@ -81,10 +81,10 @@ def test_ripple_of_many_points_is_taken_off_in_one_go() -> None:
     ripple = 0.01 * rng.random(count) * np.cos(np.pi * np.arange(count))
     wavy = np.cos(2 * np.pi * np.arange(count) / count) + ripple
     begun = time.perf_counter()
-    far, near = spline.find_prominent_extrema(wavy, 0.1, closed=True)
+    far, nearest = spline.find_prominent_extrema(wavy, 0.1, closed=True)
     assert time.perf_counter() - begun < 10
     assert wavy[far] == pytest.approx(1.01, abs=1e-3)
-    assert wavy[near] == pytest.approx(-1.01, abs=1e-3)
+    assert wavy[nearest] == pytest.approx(-1.01, abs=1e-3)
 
 
 @pytest.mark.parametrize("closed", [True, False])

@@ -25,14 +25,16 @@ def test_each_point_is_a_requirement_with_the_distance_to_the_nearest_of_many_po
     machine = file.load_pickup(written(tmp_path, f"points_mm = {POINTS}"))
     train = build_train(machine)
     path = 1000 * train.tip(np.linspace(0, 2 * np.pi, 50_001))
-    found = [one for one in list_requirements(machine, train) if one.name.startswith("path by point")]
-    assert len(found) == len(POINTS)
-    for one, (x, y, tube) in zip(found, POINTS, strict=True):
+    requirements = [
+        requirement for requirement in list_requirements(machine, train) if requirement.name.startswith("path by point")
+    ]
+    assert len(requirements) == len(POINTS)
+    for requirement, (x, y, tube) in zip(requirements, POINTS, strict=True):
         distance = np.hypot(*(path - (x, y)).T).min()
-        assert one.value == pytest.approx(distance, abs=1e-3)
-        assert one.margin == pytest.approx(tube - one.value)
-        assert one.t is not None
-        assert np.hypot(*(1000 * train.tip(np.array([one.t]))[0] - (x, y))) == pytest.approx(one.value)
+        assert requirement.value == pytest.approx(distance, abs=1e-3)
+        assert requirement.margin == pytest.approx(tube - requirement.value)
+        assert requirement.t is not None
+        assert np.hypot(*(1000 * train.tip(np.array([requirement.t]))[0] - (x, y))) == pytest.approx(requirement.value)
 
 
 def test_a_point_on_the_path_is_passed(tmp_path: Path) -> None:
@@ -40,21 +42,28 @@ def test_a_point_on_the_path_is_passed(tmp_path: Path) -> None:
     machine = file.load_pickup(
         written(tmp_path, f"points_mm = [[{x!r}, {y!r}, 0.1]]".replace("np.float64(", "").replace(")", ""))
     )
-    (found,) = [one for one in list_requirements(machine, build_train(machine)) if one.name == "path by point 1"]
-    assert found.value < 1e-3
-    assert found.t == pytest.approx(1.234, abs=1e-3)
-    assert found.holds
+    (requirement,) = [
+        requirement
+        for requirement in list_requirements(machine, build_train(machine))
+        if requirement.name == "path by point 1"
+    ]
+    assert requirement.value < 1e-3
+    assert requirement.t == pytest.approx(1.234, abs=1e-3)
+    assert requirement.holds
 
 
 def test_a_csv_beside_the_file_and_its_figure(tmp_path: Path) -> None:
     lines = "\n".join(",".join(map(str, point)) for point in POINTS)
     (tmp_path / "path.csv").write_text(f"x_mm,y_mm,tube_mm\n{lines}\n")
-    found = answer("pickup", str(written(tmp_path, 'points_csv = "path.csv"')))
-    assert [one["name"] for one in found["requirements"]][-2:] == ["path by point 1", "path by point 2"]
+    result = answer("pickup", str(written(tmp_path, 'points_csv = "path.csv"')))
+    assert [requirement["name"] for requirement in result["requirements"]][-2:] == [
+        "path by point 1",
+        "path by point 2",
+    ]
 
 
 def test_what_is_no_point_is_refused(tmp_path: Path) -> None:
-    told = refusal("pickup", str(written(tmp_path, "points_mm = [[1, 2]]")))
-    assert "tip_path.points_mm[0]" in told
+    message = refusal("pickup", str(written(tmp_path, "points_mm = [[1, 2]]")))
+    assert "tip_path.points_mm[0]" in message
     with pytest.raises(InputError, match="there is no such file"):
         file.load_pickup(written(tmp_path, 'points_csv = "nowhere.csv"'))

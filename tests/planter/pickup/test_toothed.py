@@ -14,27 +14,27 @@ from tests.support.schemas import load_schema
 
 
 def test_the_built_in_pick_up(tmp_path: Path) -> None:
-    found = answer("gears", "yu2023", "--backlash-mm", "0.05", "--stl", "--out", str(tmp_path))
-    jsonschema.validate(found, load_schema("gears"))
-    one = found["intermittent"]
-    assert found["stages"] == []
-    assert (found["addendum"], found["pressure_angle_deg"], one["module_mm"]) == (1.2, 20, 2)
-    assert np.pi * one["module_mm"] * one["pitches"] == pytest.approx(one["toothed_arc_mm"], rel=1e-14)
-    drawn = answer("pickup", "yu2023")
-    assert one["toothed_arc_mm"] == pytest.approx(drawn["sun_toothed_arc_mm"], rel=1e-12)
-    assert one["locking_radius_mm"] == pytest.approx(drawn["locking_arcs"]["radius_mm"], rel=1e-8)
-    assert one["overlap_mm2"] == one["dwell_overlap_mm2"] == 0
-    assert one["positions"] >= 720
-    for undriven, least in zip(one["undriven_deg"], one["undriven_least_deg"], strict=True):
-        assert least - 1 < undriven < 12
-    assert one["loose"]["after_dwell"]["behind_deg"] < 2
-    assert one["loose"]["before_dwell"]["behind_deg"] < 3
-    assert {gear["joins_mm"] < 1e-9 for gear in one["gears"]} == {True}
-    names = {Path(name).name for name in found["files"]}
+    result = answer("gears", "yu2023", "--backlash-mm", "0.05", "--stl", "--out", str(tmp_path))
+    jsonschema.validate(result, load_schema("gears"))
+    pair = result["intermittent"]
+    assert result["stages"] == []
+    assert (result["addendum"], result["pressure_angle_deg"], pair["module_mm"]) == (1.2, 20, 2)
+    assert np.pi * pair["module_mm"] * pair["pitches"] == pytest.approx(pair["toothed_arc_mm"], rel=1e-14)
+    design = answer("pickup", "yu2023")
+    assert pair["toothed_arc_mm"] == pytest.approx(design["sun_toothed_arc_mm"], rel=1e-12)
+    assert pair["locking_radius_mm"] == pytest.approx(design["locking_arcs"]["radius_mm"], rel=1e-8)
+    assert pair["overlap_mm2"] == pair["dwell_overlap_mm2"] == 0
+    assert pair["positions"] >= 720
+    for undriven, smallest in zip(pair["undriven_deg"], pair["undriven_least_deg"], strict=True):
+        assert smallest - 1 < undriven < 12
+    assert pair["loose"]["after_dwell"]["behind_deg"] < 2
+    assert pair["loose"]["before_dwell"]["behind_deg"] < 3
+    assert {gear["joins_mm"] < 1e-9 for gear in pair["gears"]} == {True}
+    names = {Path(name).name for name in result["files"]}
     assert {"sun.dxf", "intermediate_gear.stl", "sun_flanks.csv", "assembly.dxf"} <= names
     summary = json.loads((tmp_path / "summary.json").read_text())
-    assert summary["intermittent"] == one
-    assert one["transmission_error_rad"] < 1e-11
+    assert summary["intermittent"] == pair
+    assert pair["transmission_error_rad"] < 1e-11
     page = (tmp_path / "report.html").read_text()
     assert "ahead of it / deg" in page
     assert "planter-view" in page
@@ -42,11 +42,11 @@ def test_the_built_in_pick_up(tmp_path: Path) -> None:
 
 
 def test_so_many_teeth_have_a_module_of_their_own_and_axes_may_be_farther_apart() -> None:
-    one = answer("gears", "yu2023", "--teeth", "24", "--addendum", "1", "--centre-error-mm", "0.1")["intermittent"]
-    assert one["pitches"] == pytest.approx(24, rel=1e-14)
-    assert max(one["slack_deg"]) < 0.05
-    assert max(one["loose"]["driven"].values()) < 0.01
-    assert 0.1 < max(one["farther_loose"]["driven"].values()) < 0.3
+    result = answer("gears", "yu2023", "--teeth", "24", "--addendum", "1", "--centre-error-mm", "0.1")["intermittent"]
+    assert result["pitches"] == pytest.approx(24, rel=1e-14)
+    assert max(result["slack_deg"]) < 0.05
+    assert max(result["loose"]["driven"].values()) < 0.01
+    assert 0.1 < max(result["farther_loose"]["driven"].values()) < 0.3
 
 
 REFUSED = {
@@ -62,9 +62,9 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize(("options", "told"), REFUSED.values(), ids=REFUSED.keys())
-def test_what_cannot_be_is_told_in_a_sentence(options: tuple[str, ...], told: str) -> None:
-    assert told in refusal("gears", "yu2023", *options)
+@pytest.mark.parametrize(("options", "message"), REFUSED.values(), ids=REFUSED.keys())
+def test_what_cannot_be_is_told_in_a_sentence(options: tuple[str, ...], message: str) -> None:
+    assert message in refusal("gears", "yu2023", *options)
 
 
 def test_a_law_that_comes_to_rest_smoothly_is_refused(tmp_path: Path) -> None:

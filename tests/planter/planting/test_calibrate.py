@@ -33,7 +33,7 @@ def machine() -> Machine:
 
 
 @pytest.fixture(scope="module")
-def found(machine: Machine) -> CalibrationFound:
+def calibrated(machine: Machine) -> CalibrationFound:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(calibration, "SLOW_STARTS", calibration.STARTS["lanes"])
         return calibration.calibrate(machine, "printed", "table1", LAWS)
@@ -45,80 +45,84 @@ def force(machine: Machine) -> CalibrationForce:
     return CalibrationForce(device, CalibrationInputs.with_events(device))
 
 
-def fits(force: CalibrationForce, wanted: dict[str, float], pushing: bool = False) -> list[ForceFit]:
+def fits(force: CalibrationForce, target: dict[str, float], pushing: bool = False) -> list[ForceFit]:
     starts = [np.random.default_rng(seed).random(len(force.inputs)) for seed in range(6)]
-    return sorted(fit_from_starts(force, wanted, pushing, starts, np.ones(3)), key=lambda fit: fit.rank)
+    return sorted(fit_from_starts(force, target, pushing, starts, np.ones(3)), key=lambda fit: fit.rank)
 
 
 def test_a_target_that_the_model_can_reach_is_reached_and_one_out_of_reach_is_not(force: CalibrationForce) -> None:
     hidden = np.random.default_rng(33).uniform(0.2, 0.8, len(force.inputs))
-    wanted = force(hidden).figures()
-    best = fits(force, wanted)[0]
+    target = force(hidden).figures()
+    best = fits(force, target)[0]
     assert ((best.z >= 0) & (best.z <= 1)).all()
     assert best.met
     assert best.worst < 1e-6
     assert count_determined(best) == 3
-    beyond = {**wanted, "variance_N2": (wanted["max_N"] - wanted["min_N"]) ** 2}
+    beyond = {**target, "variance_N2": (target["max_N"] - target["min_N"]) ** 2}
     assert not fits(force, beyond)[0].met
 
 
 def test_the_nearest_fit_is_nearer_and_keeps_target_and_contact(force: CalibrationForce) -> None:
-    wanted = force(np.random.default_rng(33).uniform(0.2, 0.8, len(force.inputs))).figures()
-    met = [fit for fit in fits(force, wanted, pushing=True) if fit.met]
+    target = force(np.random.default_rng(33).uniform(0.2, 0.8, len(force.inputs))).figures()
+    met = [fit for fit in fits(force, target, pushing=True) if fit.met]
     closer = fit_nearest(met[-1], pushing=True)
     assert closer.met
     assert closer.pushes
     assert closer.distance <= met[-1].distance
-    worse = ForceFit(force, met[0].z, {**wanted, "max_N": 2 * wanted["max_N"]})
+    worse = ForceFit(force, met[0].z, {**target, "max_N": 2 * target["max_N"]})
     assert not worse.met
     assert worse.rank > met[0].rank
 
 
-def test_the_printed_model_meets_the_table_and_the_exact_model_does_not(found: CalibrationFound) -> None:
-    printed, exact = found.models["printed"], found.models["exact"]
-    assert found.met
+def test_the_printed_model_meets_the_table_and_the_exact_model_does_not(calibrated: CalibrationFound) -> None:
+    printed, exact = calibrated.models["printed"], calibrated.models["exact"]
+    assert calibrated.met
     assert printed.met
     assert printed.cam_pushes
     assert not exact.met
     assert exact.front
     assert printed.front is None
-    assert found.choices[FLANK] in LAWS
+    assert calibrated.choices[FLANK] in LAWS
     assert exact.miss_percent["variance_N2"] < -50
-    for one in exact.front:
-        others = [o for o in exact.front if o is not one]
-        mine = np.abs(list(one.miss_percent.values()))
-        assert not any((np.abs(list(o.miss_percent.values())) <= mine).all() for o in others)
+    for tradeoff in exact.front:
+        remaining = [o for o in exact.front if o is not tradeoff]
+        misses = np.abs(list(tradeoff.miss_percent.values()))
+        assert not any((np.abs(list(o.miss_percent.values())) <= misses).all() for o in remaining)
 
 
-def test_the_result_has_the_keys_of_the_contract(found: CalibrationFound) -> None:
-    table = found.table()
+def test_the_result_has_the_keys_of_the_contract(calibrated: CalibrationFound) -> None:
+    table = calibrated.table()
     assert table.keys() >= {"fitted", "target", "reached", "rank", "other_model", "met", "choices"}
-    assert found.target == {"max_N": 158.94, "min_N": 36.77, "variance_N2": 1907.32}
-    assert tuple(found.reached) == FIGURES == tuple(found.target)
-    assert all(f.lower - 1e-12 <= f.value <= f.upper + 1e-12 and f.origin == "calibrated" for f in found.fitted)
-    misses = {key: 100 * (found.reached[key] / value - 1) for key, value in found.target.items()}
-    assert found.miss_percent == pytest.approx(misses)
-    assert found.events == pytest.approx({"rise_begins_deg": 160, "fall_begins_deg": 280})
+    assert calibrated.target == {"max_N": 158.94, "min_N": 36.77, "variance_N2": 1907.32}
+    assert tuple(calibrated.reached) == FIGURES == tuple(calibrated.target)
+    assert all(f.lower - 1e-12 <= f.value <= f.upper + 1e-12 and f.origin == "calibrated" for f in calibrated.fitted)
+    misses = {key: 100 * (calibrated.reached[key] / value - 1) for key, value in calibrated.target.items()}
+    assert calibrated.miss_percent == pytest.approx(misses)
+    assert calibrated.events == pytest.approx({"rise_begins_deg": 160, "fall_begins_deg": 280})
 
 
-def test_a_machine_with_the_fitted_inputs_gives_what_was_reached(found: CalibrationFound, machine: Machine) -> None:
-    own = calibration.with_flank(machine, found.choices[FLANK]).with_numbers({f.name: f.value for f in found.fitted})
+def test_a_machine_with_the_fitted_inputs_gives_what_was_reached(
+    calibrated: CalibrationFound, machine: Machine
+) -> None:
+    fitted = calibration.with_flank(machine, calibrated.choices[FLANK]).with_numbers(
+        {f.name: f.value for f in calibrated.fitted}
+    )
     for model in ("printed", "exact"):
-        device = Device(own, model)
+        device = Device(fitted, model)
         turn = cycle.evaluate_cycle(
             device, device.prologue(device.design), cycle.sample_angles(machine.objective.samples)
         )
         statistics = cycle.compute_statistics(turn.support)
         if model == "printed":
-            assert {key: getattr(statistics, key) for key in FIGURES} == pytest.approx(found.reached, rel=1e-9)
-            assert turn.sides[0]["F_E_N"].min() == pytest.approx(found.least_push_N, rel=1e-6)
+            assert {key: getattr(statistics, key) for key in FIGURES} == pytest.approx(calibrated.reached, rel=1e-9)
+            assert turn.sides[0]["F_E_N"].min() == pytest.approx(calibrated.least_push_N, rel=1e-6)
         else:
-            assert statistics.range_N == pytest.approx(found.other_model.range_N, rel=1e-9)
+            assert statistics.range_N == pytest.approx(calibrated.other_model.range_N, rel=1e-9)
 
 
-def test_the_machine_that_is_handed_in_stays_as_it_is(found: CalibrationFound, machine: Machine) -> None:
+def test_the_machine_that_is_handed_in_stays_as_it_is(calibrated: CalibrationFound, machine: Machine) -> None:
     assert machine == file.load("wang2017")
-    assert machine.cam.flank != found.choices[FLANK]
+    assert machine.cam.flank != calibrated.choices[FLANK]
 
 
 def test_fitted_inputs_are_a_machine(force: CalibrationForce) -> None:
@@ -128,11 +132,11 @@ def test_fitted_inputs_are_a_machine(force: CalibrationForce) -> None:
 
 @pytest.mark.parametrize("met", [True, False])
 def test_the_first_line_and_the_page_say_whether_the_target_is_met(
-    met: bool, found: CalibrationFound, machine: Machine, capsys: pytest.CaptureFixture[str]
+    met: bool, calibrated: CalibrationFound, machine: Machine, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    shown = found if met else replace(found, **vars(found.models["exact"]), model="exact")
+    presented = calibrated if met else replace(calibrated, **vars(calibrated.models["exact"]), model="exact")
     word = "is met by the printed model" if met else "is missed by the exact model: "
-    presentation = present_calibration(shown, Device(machine, "printed"))
+    presentation = present_calibration(presented, Device(machine, "printed"))
     presentation.show(Console(as_json=False))
     assert word in " ".join(capsys.readouterr().out.splitlines()[1:4])
     page = presentation.page({})
@@ -142,10 +146,10 @@ def test_the_first_line_and_the_page_say_whether_the_target_is_met(
     assert "miss / %" in body
 
 
-@pytest.mark.parametrize(("target", "law", "told"), [
+@pytest.mark.parametrize(("target", "law", "message"), [
     ("table2", (), "--target = table2: did you mean table1"),
     ("table1", ("cycloid",), "--flank = cycloid: did you mean cycloidal"),
 ])  # fmt: skip
-def test_an_unknown_target_or_law_is_refused(target: str, law: tuple[str, ...], told: str, machine: Machine) -> None:
-    with pytest.raises(InputError, match=told):
+def test_an_unknown_target_or_law_is_refused(target: str, law: tuple[str, ...], message: str, machine: Machine) -> None:
+    with pytest.raises(InputError, match=message):
         calibration.calibrate(machine, "printed", target, law)

@@ -37,17 +37,17 @@ def gaps(face: cam.EndFace, station: float, by: float = 0.0) -> Array:
     `by` raises the cam.
     """
     course = face.section(station)
-    found, way = course(np.radians(np.arange(0, 360, 7))), course(FINE)
+    profile, way = course(np.radians(np.arange(0, 360, 7))), course(FINE)
     swing, height = way["theta1"], way["height"]
-    x, y, z = (found[f"surface_{axis}"][:, None] for axis in "xyz")
-    beside = x * np.cos(FINE) - y * np.sin(FINE)
+    x, y, z = (profile[f"surface_{axis}"][:, None] for axis in "xyz")
+    projected = x * np.cos(FINE) - y * np.sin(FINE)
     depth = x * np.sin(FINE) + y * np.cos(FINE)
     machine = face.device.machine
     roller = machine.si("hinge_A_mm[0]") - machine.si("rocker_length_mm") * np.cos(machine.si("psi0_deg") + swing)
-    near = np.abs(depth - station) < NEAR
-    distance = np.where(near, np.hypot(beside - roller, z + by - height), np.inf)
-    least: Array = distance.min(axis=1) - ROLLER
-    return least
+    is_near = np.abs(depth - station) < NEAR
+    distance = np.where(is_near, np.hypot(projected - roller, z + by - height), np.inf)
+    smallest: Array = distance.min(axis=1) - ROLLER
+    return smallest
 
 
 @pytest.mark.parametrize("station", [0.025, 0.030, 0.036])
@@ -60,18 +60,18 @@ def test_a_raised_cam_would_be_cut(face: cam.EndFace) -> None:
 
 
 def test_the_unrolled_cam_touches_the_roller_everywhere(face: cam.EndFace) -> None:
-    found = face.at(face.radius)
+    contact = face.at(face.radius)
     part = cam.build_cam(face.device, ROLLER, 1e-7, 0.01).part
     strip = Polygon(part.lines[0].arcs.points(1e-8))
-    places = found.course(np.linspace(0.05, 2 * np.pi - 0.05, 80))
-    off = [strip.distance(Point(x, y)) - ROLLER for x, y in zip(*(places[p] for p in found.pitch), strict=True)]
+    places = contact.course(np.linspace(0.05, 2 * np.pi - 0.05, 80))
+    off = [strip.distance(Point(x, y)) - ROLLER for x, y in zip(*(places[p] for p in contact.pitch), strict=True)]
     assert np.abs(off).max() < 3e-7
 
 
 def test_the_pressure_angle_in_the_dwells_is_that_of_the_rocker(face: cam.EndFace) -> None:
-    found = np.degrees(face.at(face.radius).course(np.radians([10.0, 200.0]))["pressure"])
+    angles = np.degrees(face.at(face.radius).course(np.radians([10.0, 200.0]))["pressure"])
     machine = face.device.machine.cam
-    np.testing.assert_allclose(found, [abs(machine.psi0_deg), machine.psi0_deg + machine.opening_deg], rtol=1e-12)
+    np.testing.assert_allclose(angles, [abs(machine.psi0_deg), machine.psi0_deg + machine.opening_deg], rtol=1e-12)
 
 
 @pytest.mark.parametrize("changes", [{}, {"cam.opening_deg": 14.0, "design.R3_mm": 30.6, "speed_rpm": 31.0}])
@@ -79,32 +79,32 @@ def test_the_part_is_as_steep_as_the_running_device_finds_it(changes: dict[str, 
     """Two derivations, one of the cam by its own angle, one of the machine as it runs."""
     other = Device(file.load("wang2017", changes))
     steepest = cam.EndFace(other, ROLLER).at(other.machine.si("base_radius_mm")).find_largest("pressure")
-    told = simulate(other, 16).result.designer
-    assert told.cam_pressure_angle_max_deg == pytest.approx(np.degrees(steepest.value), rel=1e-9)
+    designer = simulate(other, 16).result.designer
+    assert designer.cam_pressure_angle_max_deg == pytest.approx(np.degrees(steepest.value), rel=1e-9)
 
 
 def test_at_the_speed_of_lift_off_the_force_vanishes_and_grows_from_the_square_of_the_speed(device: Device) -> None:
-    push, own = cam.build_push(device), device.machine.si("speed_rpm")
-    found = find_lift_off(push, own)
-    assert found is not None
+    push, speed = cam.build_push(device), device.machine.si("speed_rpm")
+    lift_off = find_lift_off(push, speed)
+    assert lift_off is not None
     angles = np.linspace(0, 2 * np.pi, 721)
-    rest, one, two = (push(angles, share * own) for share in (1e-3, 1.0, 2.0))
-    np.testing.assert_allclose(two - rest, 4 * (one - rest), atol=1e-3)
-    place = np.array([found.angle])
-    assert abs(push(place, found.speed)[0]) < 1e-6
-    assert push(angles, 0.999 * found.speed).min() > 0 > push(place, 1.001 * found.speed)[0]
-    np.testing.assert_allclose(one, device.side(device.design, angles)["F_E"], rtol=1e-12)
+    rest, low_force, high_force = (push(angles, share * speed) for share in (1e-3, 1.0, 2.0))
+    np.testing.assert_allclose(high_force - rest, 4 * (low_force - rest), atol=1e-3)
+    place = np.array([lift_off.angle])
+    assert abs(push(place, lift_off.speed)[0]) < 1e-6
+    assert push(angles, 0.999 * lift_off.speed).min() > 0 > push(place, 1.001 * lift_off.speed)[0]
+    np.testing.assert_allclose(low_force, device.side(device.design, angles)["F_E"], rtol=1e-12)
 
 
 def test_the_command_writes_what_it_says(tmp_path: Path) -> None:
-    found = answer("cam", "wang2017", "--roller-mm", "5", "--out", str(tmp_path))
-    assert all((tmp_path / name).is_file() for name in found["files"])
-    assert json.loads((tmp_path / "summary.json").read_text())["roller"] == found["roller"]
+    result = answer("cam", "wang2017", "--roller-mm", "5", "--out", str(tmp_path))
+    assert all((tmp_path / name).is_file() for name in result["files"])
+    assert json.loads((tmp_path / "summary.json").read_text())["roller"] == result["roller"]
     document, lines = read_dxf((tmp_path / "contour.dxf").read_bytes())
     assert not document.audit().errors
     assert lines["CONTOUR"][0].closed
-    assert 0 < found["contour"]["deviation_um"] <= 1
-    assert found["lift_off"]["speed_rpm"] > found["lift_off"]["own_speed_rpm"] == 40
+    assert 0 < result["contour"]["deviation_um"] <= 1
+    assert result["lift_off"]["speed_rpm"] > result["lift_off"]["own_speed_rpm"] == 40
 
 
 def test_a_solid_reads_back_valid(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -112,8 +112,8 @@ def test_a_solid_reads_back_valid(tmp_path: Path, capfd: pytest.CaptureFixture[s
     from OCP.BRepCheck import BRepCheck_Analyzer
     from OCP.STEPControl import STEPControl_Reader
 
-    found = answer("cam", "wang2017", "--roller-mm", "5", "--step", "--out", str(tmp_path))
-    assert "cam.step" in found["files"]
+    result = answer("cam", "wang2017", "--roller-mm", "5", "--step", "--out", str(tmp_path))
+    assert "cam.step" in result["files"]
     assert capfd.readouterr().out == ""
     reader = STEPControl_Reader()
     reader.ReadFile(str(tmp_path / "cam.step"))
@@ -122,7 +122,7 @@ def test_a_solid_reads_back_valid(tmp_path: Path, capfd: pytest.CaptureFixture[s
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (
             ("--roller-mm", "9"),
@@ -135,5 +135,5 @@ def test_a_solid_reads_back_valid(tmp_path: Path, capfd: pytest.CaptureFixture[s
         (("--roller-mm", "5", "--force", "F_E"), "--force is for a mechanism of your own"),
     ],
 )
-def test_bad_input_is_one_sentence(options: tuple[str, ...], said: str) -> None:
-    assert said in refusal("cam", "wang2017", *options)
+def test_bad_input_is_one_sentence(options: tuple[str, ...], message: str) -> None:
+    assert message in refusal("cam", "wang2017", *options)

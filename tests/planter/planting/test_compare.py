@@ -68,11 +68,11 @@ def resumed(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, dict[str, i
 
 @pytest.mark.fault
 def test_nothing_is_lost_and_nothing_done_twice(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
-    result, before, out, said = resumed
+    result, before, out, message = resumed
     after = {path.name: path.stat().st_mtime_ns for path in (out / "devices").glob("*.json")}
     assert set(after) == {f"{PAIR}.json", "narrow.json"}
     assert {name: after[name] for name in before} == before
-    assert "device 1 of 2, done before" in said
+    assert "device 1 of 2, done before" in message
     assert len(result["devices"]) == 1
 
 
@@ -83,7 +83,7 @@ def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None
     assert all(set(entry) >= KEYS for entry in result["devices"])
     assert result["devices"][0]["objective"] < result["narrow"]["objective"]
     for entry in result["devices"]:
-        verdicts = {one["verdict"] for one in entry["requirements"]}
+        verdicts = {requirement["verdict"] for requirement in entry["requirements"]}
         assert (verdicts == {"pass"}) is entry["feasible"]
         assert not entry["settled"] or not entry["feasible"]  # one start cannot agree with another
         assert not entry["feasible"] or entry["kkt_residual"] < 1e-6
@@ -99,20 +99,20 @@ def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None
 
 @pytest.mark.long
 def test_two_pairs_are_ranked_by_what_they_reach() -> None:
-    found = answer("compare", "wang2017", "--starts", "1", "--pair", "ellipse+ellipse", "--pair", PAIR)
-    assert len(found["devices"]) == 2
-    feasible = [entry["feasible"] for entry in found["devices"]]
+    result = answer("compare", "wang2017", "--starts", "1", "--pair", "ellipse+ellipse", "--pair", PAIR)
+    assert len(result["devices"]) == 2
+    feasible = [entry["feasible"] for entry in result["devices"]]
     assert feasible == sorted(feasible, reverse=True)
-    objectives = [entry["objective"] for entry in found["devices"] if entry["feasible"]]
+    objectives = [entry["objective"] for entry in result["devices"] if entry["feasible"]]
     assert objectives == sorted(objectives)
-    assert objectives[0] < found["narrow"]["objective"]
+    assert objectives[0] < result["narrow"]["objective"]
 
 
 def test_another_question_is_not_answered_from_the_folder(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
     _, _, out, _ = resumed
-    own, pair = file.load("wang2017"), ("eccentric_circle", "ellipse")
-    assert ComparisonStore(out / "devices", own, 1, 0).load(pair) is not None
-    assert ComparisonStore(out / "devices", own, 1, 1).load(pair) is None
+    paper_device, pair = file.load("wang2017"), ("eccentric_circle", "ellipse")
+    assert ComparisonStore(out / "devices", paper_device, 1, 0).load(pair) is not None
+    assert ComparisonStore(out / "devices", paper_device, 1, 1).load(pair) is None
     assert ComparisonStore(out / "devices", file.load("wang2017", {"sun_kg": 0.41}), 1, 0).load(pair) is None
 
 
@@ -129,24 +129,24 @@ def test_the_own_design_is_the_described_one(resumed: tuple[dict, dict[str, int]
     from planter.optimise.continuous_cycle import ContinuousCycle
 
     (entry,) = resumed[0]["devices"]
-    own = file.load("wang2017").table()
-    own["design"] = {name: entry["design"][name] for name in own["design"]}
-    own["bounds"] = {name: [value - 1e-3, value + 1e-3] for name, value in own["design"].items()}
-    device = Device(file.Machine.read(own, "own"))
+    device_table = file.load("wang2017").table()
+    device_table["design"] = {name: entry["design"][name] for name in device_table["design"]}
+    device_table["bounds"] = {name: [value - 1e-3, value + 1e-3] for name, value in device_table["design"].items()}
+    device = Device(file.Machine.read(device_table, "own"))
     look = ContinuousCycle(device.force).look(device.design)
     assert look.high - look.low == pytest.approx(entry["range_N"], rel=1e-7)
 
 
 @pytest.mark.parametrize("family", families.list_families())
 def test_described_curves_have_the_size_and_the_swing_they_are_given(family: str) -> None:
-    own = file.load(box.REFERENCE)
-    device = Device(box.build_pair_machine(own, (family, family)))
+    paper_device = file.load(box.REFERENCE)
+    device = Device(box.build_pair_machine(paper_device, (family, family)))
     swings = []
     for stage in (0, 1):
         size, swing, m = box.measure_curve(device, stage)
         swings.append(swing)
-        wanted = device.design[[n.startswith("size") for n in device.names]][stage]
-        assert size == pytest.approx(wanted, rel=0.02)
+        expected = device.design[[n.startswith("size") for n in device.names]][stage]
+        assert size == pytest.approx(expected, rel=0.02)
         assert swing == pytest.approx(device.design[[n.startswith("swing") for n in device.names]][stage], rel=0.02)
         assert m == device.design[[n.startswith("m") for n in device.names]][stage]
     assert all(name in device.names for name in ("size3_mm", "swing3", "size6_mm", "swing6"))
@@ -155,14 +155,14 @@ def test_described_curves_have_the_size_and_the_swing_they_are_given(family: str
 
 def test_a_conflict_is_told_and_the_proposal_is_kept() -> None:
     strict = file.load(box.REFERENCE, {"funnel_speed_margin_m_s": 0.05})
-    found = compare_families(strict, starts=1, pairs=[("ellipse", "ellipse")])
-    entry = found.devices[0]
+    comparison = compare_families(strict, starts=1, pairs=[("ellipse", "ellipse")])
+    entry = comparison.devices[0]
     assert not entry.feasible
     assert entry.settled is (entry.lacks == [])
-    told = found.proposal
-    assert told.conflicting == [one.name for one in entry.violations]
-    assert told.violation < 1e-6
-    half = {one.key: (one.limit + one.relaxed) / 2 for one in entry.violations}
+    proposal = comparison.proposal
+    assert proposal.conflicting == [violation.name for violation in entry.violations]
+    assert proposal.violation < 1e-6
+    half = {violation.key: (violation.limit + violation.relaxed) / 2 for violation in entry.violations}
     assert compute_remaining_violation(strict, entry, half) > 1e-3
     assert build_proposal(strict, [replace(entry, feasible=True)]) is None
 
@@ -172,12 +172,12 @@ VIOLATION = {"name": "depth", "amount": 1.0, "unit": "mm", "phi_deg": None, "val
 
 
 def _entry(objective: float, **more: object) -> dict:
-    given = {"stage1": "eccentric_circle", "stage2": "eccentric_circle", "feasible": True, "settled": True,
+    entry = {"stage1": "eccentric_circle", "stage2": "eccentric_circle", "feasible": True, "settled": True,
              "objective": objective, "range_N": 1.23456789, "variance_N2": 1234567.8, "kkt_residual": 1e-9,
              "binding": ["seedling_clearance", "curvature_radius", "nozzle_distance", "contact_ratio"],
              "violations": [], "lacks": [], "design": {}, "requirements": [], "objectives": [objective],
              "agreeing_starts": 2, "designer": _designer(), "seconds": 1.0}  # fmt: skip
-    return given | more
+    return entry | more
 
 
 @cache
@@ -192,13 +192,13 @@ def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFi
         [_entry(3.0), _entry(1.0, settled=False, lacks=lacks, kkt_residual=0.4), _entry(2.0),
          _entry(1.5, feasible=False, settled=False, violations=[VIOLATION])]
     )  # fmt: skip
-    assert [(one.rank, one.objective) for one in ranked] == [(1, 2.0), (2, 3.0), (None, 1.0), (None, 1.5)]
+    assert [(pair.rank, pair.objective) for pair in ranked] == [(1, 2.0), (2, 3.0), (None, 1.0), (None, 1.5)]
     narrow = NarrowBox(2.5, 1.0, 1.0, [], {}, feasible=False, binding=[])
     result = ComparisonFound("m", "refined", 2, 0, 2, ranked, narrow, None, 1.0)
     present_comparison(result, file.load("wang2017")).show(Console(as_json=False))
-    said = capsys.readouterr().out
-    assert max(map(len, said.splitlines())) <= 80
-    assert said.index("Settled pairs") < said.index("Not settled") < said.index("lacks a KKT residual")
+    output = capsys.readouterr().out
+    assert max(map(len, output.splitlines())) <= 80
+    assert output.index("Settled pairs") < output.index("Not settled") < output.index("lacks a KKT residual")
 
 
 def test_a_pair_is_settled_only_with_a_small_residual_and_a_start_that_agrees() -> None:
@@ -227,8 +227,8 @@ BAD = {
 
 @pytest.mark.parametrize("case", BAD)
 def test_bad_calls_are_one_sentence(case: str) -> None:
-    arguments, said = BAD[case]
-    assert said in refusal("compare", "wang2017", *arguments)
+    arguments, message = BAD[case]
+    assert message in refusal("compare", "wang2017", *arguments)
 
 
 def test_resume_without_a_folder_is_an_input_error() -> None:

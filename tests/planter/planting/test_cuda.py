@@ -33,24 +33,24 @@ def device(name: str, model: Model = "exact") -> Device:
     return Device(swapped.machine() if name == "swapped" else load(name), model)
 
 
-def drawn(own: Device, count: int) -> Array:
+def draw_designs(device: Device, count: int) -> Array:
     rng = np.random.default_rng(11)
-    return np.array([own.design, *(machines.design_near(own, rng) for _ in range(count - 1))])
+    return np.array([device.design, *(machines.design_near(device, rng) for _ in range(count - 1))])
 
 
-def expected(own: Device, designs: Array, samples: int) -> Array:
+def expected(device: Device, designs: Array, samples: int) -> Array:
     """By the virtual machine and NumPy, over the whole turn."""
     rows = []
     for x in designs:
-        force = own.support(own.prologue(x), sample_angles(samples))
+        force = device.support(device.prologue(x), sample_angles(samples))
         span, variance = float(np.ptp(force)), float(force.var())
-        objective = read_weights(own.machine).value(span, variance)
+        objective = read_weights(device.machine).value(span, variance)
         rows.append((objective, span, variance, float(force.mean())))
     return np.array(rows)
 
 
-def on_threads(own: Device, folder: Path, *changes: tuple[str, str]) -> Path:
-    return build_on_threads(build_machine(own), folder, *changes)
+def on_threads(device: Device, folder: Path, *changes: tuple[str, str]) -> Path:
+    return build_on_threads(build_machine(device), folder, *changes)
 
 
 @needs_threads
@@ -58,28 +58,35 @@ def on_threads(own: Device, folder: Path, *changes: tuple[str, str]) -> Path:
     ("name", "model", "samples"), [("wang2017", "exact", 360), ("compact", "printed", 37), ("swapped", "exact", 90)]
 )
 def test_the_text_finds_what_the_virtual_machine_finds(name: str, model: Model, samples: int, tmp_path: Path) -> None:
-    own = device(name, model)
-    batches, designs = cuda.Batches(build_machine(own), on_threads(own, tmp_path), samples), drawn(own, 5)
-    found, reference = batches(designs), expected(own, designs, samples)
-    assert (np.abs(found - reference) <= EQUAL * np.abs(reference)).all()
+    planting_device = device(name, model)
+    batches, designs = (
+        cuda.Batches(build_machine(planting_device), on_threads(planting_device, tmp_path), samples),
+        draw_designs(planting_device, 5),
+    )
+    values, reference = batches(designs), expected(planting_device, designs, samples)
+    assert (np.abs(values - reference) <= EQUAL * np.abs(reference)).all()
 
 
 @needs_threads
 def test_designs_in_chunks_and_a_tampered_text(tmp_path: Path) -> None:
-    own, samples = device("wang2017"), 24
-    designs = drawn(own, 5)
-    reference = expected(own, designs, samples)
-    chunked = cuda.Batches(build_machine(own), on_threads(own, tmp_path, ("CHUNK = 65536", "CHUNK = 2")), samples)
+    planting_device, samples = device("wang2017"), 24
+    designs = draw_designs(planting_device, 5)
+    reference = expected(planting_device, designs, samples)
+    chunked = cuda.Batches(
+        build_machine(planting_device), on_threads(planting_device, tmp_path, ("CHUNK = 65536", "CHUNK = 2")), samples
+    )
     assert (np.abs(chunked(designs) - reference) <= EQUAL * np.abs(reference)).all()
     (tmp_path / "wrong").mkdir()
     changes = ("apart * apart * (a.count * b.count / count)", "0.0")
-    wrong = cuda.Batches(build_machine(own), on_threads(own, tmp_path / "wrong", changes), samples)(designs)
+    wrong = cuda.Batches(
+        build_machine(planting_device), on_threads(planting_device, tmp_path / "wrong", changes), samples
+    )(designs)
     assert (np.abs(wrong - reference)[:, 2] > EQUAL * reference[:, 2]).all()
     assert (np.abs(wrong - reference)[:, 1] <= EQUAL * reference[:, 1]).all()
     for bad in (designs[0], designs[:, :9]):
         with pytest.raises(CallError, match=r"shape \(m, 10\)"):
             chunked(bad)
-    designs[3, own.names.index("e3_mm")] = 2 * designs[3, own.names.index("R3_mm")]
+    designs[3, planting_device.names.index("e3_mm")] = 2 * designs[3, planting_device.names.index("R3_mm")]
     with pytest.raises(ComputationError, match="in row 3"):
         chunked(designs)
 
@@ -97,19 +104,22 @@ def test_nvidia_s_compiler_takes_it(tmp_path: Path) -> None:
 @needs_nvcc
 @pytest.mark.long
 def test_on_a_graphics_processor(tmp_path: Path) -> None:
-    own = device("wang2017")
+    planting_device = device("wang2017")
     answer = (
         subprocess.run(["nvidia-smi", "-L"], capture_output=True, check=False) if shutil.which("nvidia-smi") else None
     )
     present = answer is not None and answer.returncode == 0
-    library = cuda.build_library(build_machine(own), tmp_path, "native" if present else "compute_90")
+    library = cuda.build_library(build_machine(planting_device), tmp_path, "native" if present else "compute_90")
     if not present:
         with pytest.raises(CompilerError, match="no graphics processor"):
-            cuda.Batches(build_machine(own), library)
+            cuda.Batches(build_machine(planting_device), library)
         pytest.skip("the CUDA kernels have not been run: there is no graphics processor here")
-    designs = drawn(own, 200)
-    found, reference = cuda.Batches(build_machine(own), library)(designs), expected(own, designs, 360)
-    assert (np.abs(found - reference) <= EQUAL * np.abs(reference)).all()
+    designs = draw_designs(planting_device, 200)
+    values, reference = (
+        cuda.Batches(build_machine(planting_device), library)(designs),
+        expected(planting_device, designs, 360),
+    )
+    assert (np.abs(values - reference) <= EQUAL * np.abs(reference)).all()
 
 
 def test_without_its_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -23,7 +23,7 @@ TEETH = {"module_mm": 1.5, "face_width_mm": 12.0, "youngs_modulus_GPa": 206.0, "
 PHI = np.linspace(0, 2 * np.pi, 7201)
 
 
-def found(name: str, model: str = "exact") -> tuple[Device, DesignersSummary]:
+def summarise_machine(name: str, model: str = "exact") -> tuple[Device, DesignersSummary]:
     device = machines.device(name, "printed" if model == "printed" else "exact")
     return device, summary.summarise_design(device, device.design)
 
@@ -34,17 +34,17 @@ def with_teeth(machine: Machine, **changes: float) -> Machine:
 
 @pytest.mark.parametrize("name", ["wang2017", "compact", "random 1", "random 3"])
 def test_no_dense_turn_goes_beyond_the_peaks_and_some_angle_of_it_comes_near(name: str) -> None:
-    device, own = found(name)
+    device, designer = summarise_machine(name)
     turn = cycle.evaluate_cycle(device, device.prologue(device.design), PHI)
-    one, totals = turn.sides[0], turn.totals
+    side, totals = turn.sides[0], turn.totals
     sizes = {
-        "F_NP": one["F_NP_N"], "F_NQ": one["F_NQ_N"], "F_E": one["F_E_N"],
-        "tooth_Q": np.hypot(one["F_Qx_N"], one["F_Qy_N"]), "bearing_A1": np.hypot(one["F_A1x_N"], one["F_A1y_N"]),
-        "hinge_inner": np.sqrt(one["F_Ax_N"] ** 2 + one["F_Ay_N"] ** 2 + one["F_Az_N"] ** 2),
+        "F_NP": side["F_NP_N"], "F_NQ": side["F_NQ_N"], "F_E": side["F_E_N"],
+        "tooth_Q": np.hypot(side["F_Qx_N"], side["F_Qy_N"]), "bearing_A1": np.hypot(side["F_A1x_N"], side["F_A1y_N"]),
+        "hinge_inner": np.sqrt(side["F_Ax_N"] ** 2 + side["F_Ay_N"] ** 2 + side["F_Az_N"] ** 2),
         "mount_O": np.hypot(totals["F_Ox_N"], totals["F_Oy_N"]),
         "frame": np.hypot(totals["support_N"], totals["support_x_N"]),
     }  # fmt: skip
-    peaks = {force.name: force for force in own.forces}
+    peaks = {force.name: force for force in designer.forces}
     for key, size in sizes.items():
         scale = float(np.ptp(size))
         assert size.max() <= peaks[key].max_N + 1e-9 * scale
@@ -54,20 +54,20 @@ def test_no_dense_turn_goes_beyond_the_peaks_and_some_angle_of_it_comes_near(nam
         at = math.radians(peaks[key].max_phi_deg)
         assert abs(np.interp(at, PHI, size) - peaks[key].max_N) < 1e-3 * scale
     torque = totals["M_L_Nm"]
-    assert own.motor.rms_Nm == pytest.approx(np.sqrt(np.trapezoid(torque**2, PHI) / (2 * np.pi)), rel=1e-5)
-    assert torque.max() == pytest.approx(own.motor.max_Nm, abs=2e-5 * np.ptp(torque))
+    assert designer.motor.rms_Nm == pytest.approx(np.sqrt(np.trapezoid(torque**2, PHI) / (2 * np.pi)), rel=1e-5)
+    assert torque.max() == pytest.approx(designer.motor.max_Nm, abs=2e-5 * np.ptp(torque))
 
 
 @pytest.mark.parametrize("name", ["wang2017", "random 2"])
 def test_the_motor_s_mean_torque_does_the_work_of_friction(name: str) -> None:
-    device, own = found(name)
-    assert 2 * math.pi * own.motor.mean_Nm == pytest.approx(simulation.compute_work(device).friction_J, rel=1e-8)
+    device, designer = summarise_machine(name)
+    assert 2 * math.pi * designer.motor.mean_Nm == pytest.approx(simulation.compute_work(device).friction_J, rel=1e-8)
 
 
 def test_the_printed_model_has_a_summary_without_what_it_does_not_report() -> None:
-    _, own = found("wang2017", "printed")
-    assert not [force for force in own.forces if force.name.startswith("hinge")]
-    assert min(force.min_N for force in own.forces if force.name == "F_NP") < -50
+    _, designer = summarise_machine("wang2017", "printed")
+    assert not [force for force in designer.forces if force.name.startswith("hinge")]
+    assert min(force.min_N for force in designer.forces if force.name == "F_NP") < -50
 
 
 def test_gears_that_are_nearly_circles_are_those_of_a_textbook() -> None:
@@ -76,26 +76,26 @@ def test_gears_that_are_nearly_circles_are_those_of_a_textbook() -> None:
     wide = {**base.bounds, "k6": (1e-9, 0.1), "m61": (0.9, 1.5)}
     table = {**base.table(), "bounds": wide, "design": {**base.design, "k6": 1e-8, "m61": 1.0}}
     device = Device(Machine.read(table, "own"))
-    own = summary.summarise_design(device, device.design)
-    (stage,) = own.stages[1:]
+    designer = summary.summarise_design(device, device.design)
+    (stage,) = designer.stages[1:]
     radius = base.design["A6_mm"]
     for gear in stage.gears:
         assert gear.curvature_radius_min_mm == pytest.approx(radius, rel=1e-6)
         assert gear.teeth_min == pytest.approx(2 * radius / TEETH["module_mm"], rel=1e-6)
     assert stage.pressure_angle_max_deg == pytest.approx(20, abs=1e-5)
-    normal = next(force.max_N for force in own.forces if force.name == "F_NQ")
+    normal = next(force.max_N for force in designer.forces if force.name == "F_NQ")
     assert stage.stress is not None
     curvature = 2 / (radius * 1e-3 * math.sin(math.radians(20)))
     expected = 189.8e3 * math.sqrt(normal / (TEETH["face_width_mm"] * 1e-3) * curvature) * 1e-6
     assert stage.stress.contact_MPa == pytest.approx(expected, rel=3e-4)
     assert stage.stress.contact_phi_deg == pytest.approx(
-        next(force.max_phi_deg for force in own.forces if force.name == "F_NQ"), abs=1e-4
+        next(force.max_phi_deg for force in designer.forces if force.name == "F_NQ"), abs=1e-4
     )
 
 
 def test_stress_along_the_turn_is_that_of_the_formulas_at_each_contact() -> None:
     device = Device(with_teeth(machines.machine("wang2017")))
-    own = summary.summarise_design(device, device.design).stages[0]
+    stage_summary = summary.summarise_design(device, device.design).stages[0]
     side = device.side(device.design, PHI[:-1:4])
     stage, parameters = device.stages[0], device.of_stage(0, device.design)
     hoisted = stage.prologue(parameters=parameters)["hoisted"]
@@ -105,8 +105,8 @@ def test_stress_along_the_turn_is_that_of_the_formulas_at_each_contact() -> None
     ) ** 3
     load = np.vstack([side["F_NP"], np.full_like(bend, 12e-3), np.full_like(bend, math.radians(20))])
     stress = formulas("gear_strength")("bending_stress", kappa1=bend, module=1.5e-3, load=load)["sigma"]
-    assert own.stress is not None
-    assert stress.max() * 1e-6 == pytest.approx(own.stress.bending_MPa[0], rel=1e-4)
+    assert stage_summary.stress is not None
+    assert stress.max() * 1e-6 == pytest.approx(stage_summary.stress.bending_MPa[0], rel=1e-4)
 
 
 def test_only_a_cam_whose_acceleration_jumps_gives_shocks() -> None:
@@ -115,31 +115,33 @@ def test_only_a_cam_whose_acceleration_jumps_gives_shocks() -> None:
     assert summary.summarise_design(Device(base), Device(base).design).shocks == []
     device = Device(machines.with_flank(base, "harmonic"))
     shocks = summary.summarise_design(device, device.design).shocks
-    events = {(one.event, one.side) for one in shocks}
+    events = {(shock.event, shock.side) for shock in shocks}
     assert events == {(f"cam, {w} of the {f}", s) for w in ("start", "end") for f in ("rise", "fall") for s in (1, 2)}
-    start = next(one for one in shocks if one.event == "cam, start of the rise" and one.quantity == "theta1_ddot")
+    start = next(
+        shock for shock in shocks if shock.event == "cam, start of the rise" and shock.quantity == "theta1_ddot"
+    )
     low, high = map(math.radians, base.cam.rise_delta_deg)
     phi = math.radians(start.phi_deg)
     turned = device.side(device.design, np.array([phi - 1e-5, phi + 1e-5]))["phi72"]
     rate = float(np.diff(turned)[0]) / 2e-5 * base.si("speed_rpm")
     law = math.radians(base.cam.opening_deg) * math.pi**2 / 2 * (rate / (high - low)) ** 2
     assert (start.before, start.after) == pytest.approx((0.0, law), rel=1e-6)
-    assert not [one for one in shocks if one.quantity == "x_tip_ddot"]
-    kept = next(
+    assert not [shock for shock in shocks if shock.quantity == "x_tip_ddot"]
+    kept_event = next(
         table
         for table in shown.list_design_tables(summary.summarise_design(device, device.design))
         if "Shocks" in table.caption
     )
-    assert 0 < len(kept.rows) <= 16
+    assert 0 < len(kept_event.rows) <= 16
 
 
 def test_what_is_missing_is_told() -> None:
     base = machines.machine("wang2017")
-    assert "module" in found("wang2017")[1].notes[0]
+    assert "module" in summarise_machine("wang2017")[1].notes[0]
     only = Machine.read({**base.table(), "gears": {"module_mm": 2.0}}, "own")
-    told = summary.summarise_design(Device(only), Device(only).design)
-    assert told.stages[0].contact_ratio_min is not None
-    assert "face_width_mm" in told.notes[0]
+    designer = summary.summarise_design(Device(only), Device(only).design)
+    assert designer.stages[0].contact_ratio_min is not None
+    assert "face_width_mm" in designer.notes[0]
     coarse = Device(with_teeth(base, module_mm=5.0))
     few = summary.summarise_design(coarse, coarse.design)
     assert few.stages[0].stress is not None
@@ -150,11 +152,11 @@ def test_what_is_missing_is_told() -> None:
 
 
 @pytest.mark.parametrize(
-    ("gears", "told"),
+    ("gears", "message"),
     [({"module_mm": 0.01}, "at least 0.1"), ({"poisson_ratio": 0.5}, "less than 0.5"), ({"modul_mm": 2}, "module_mm")],
 )
-def test_gears_out_of_range_are_refused(gears: dict[str, float], told: str) -> None:
-    with pytest.raises(InputError, match=rf"gears\..*{told}"):
+def test_gears_out_of_range_are_refused(gears: dict[str, float], message: str) -> None:
+    with pytest.raises(InputError, match=rf"gears\..*{message}"):
         with_teeth(machines.machine("wang2017"), **gears)
 
 
@@ -182,25 +184,25 @@ def test_every_sentence_of_an_optimisation_is_computed() -> None:
 
 def _optimum(changes: dict[str, object]) -> optimisation.OptimumFound:
     counts = {"objective": 1, "gradient": 1, "hessian": 1}
-    own = {"method": "ipopt", "samples": "refined", "objective": 1.0, "design": {}, "range_N": 1.0, "variance_N2": 1.0,
-           "start_objective": 2.0, "evaluations": counts, "seconds": 1.0, "certificate": {},
+    record = {"method": "ipopt", "samples": "refined", "objective": 1.0, "design": {}, "range_N": 1.0,
+           "variance_N2": 1.0, "start_objective": 2.0, "evaluations": counts, "seconds": 1.0, "certificate": {},
            "effective_parameters": 8, "insensitive": []}  # fmt: skip
-    return optimisation.OptimumFound.read({**own, **changes})
+    return optimisation.OptimumFound.read({**record, **changes})
 
 
 def test_it_stands_in_the_result_and_on_the_page() -> None:
     device = machines.device("wang2017")
     simulated = simulation.simulate(device)
-    own = simulated.result.table()["designer"]
-    assert own["motor"] == pytest.approx(dataclasses.asdict(found("wang2017")[1])["motor"], rel=1e-12)
+    designer = simulated.result.table()["designer"]
+    assert designer["motor"] == pytest.approx(dataclasses.asdict(summarise_machine("wang2017")[1])["motor"], rel=1e-12)
     page = present_simulation(simulated).page({})
     assert "Peaks of forces, true extremes over a cycle" in page
-    assert f"{own['motor']['max_Nm']:.6g}" in page
+    assert f"{designer['motor']['max_Nm']:.6g}" in page
 
 
 def test_the_tables_fit_80_columns_and_cut_no_name(capsys: pytest.CaptureFixture[str]) -> None:
     device = machines.device("wang2017-wide")
     present_simulation(simulation.simulate(device)).show(Console(as_json=False))
-    said = capsys.readouterr().out
-    assert max(map(len, said.splitlines())) <= 80
-    assert "\N{HORIZONTAL ELLIPSIS}" not in said
+    output = capsys.readouterr().out
+    assert max(map(len, output.splitlines())) <= 80
+    assert "\N{HORIZONTAL ELLIPSIS}" not in output

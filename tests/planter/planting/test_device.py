@@ -157,9 +157,9 @@ def test_a_new_family_changes_nothing_else(tmp_path: Path) -> None:
     )  # fmt: skip
     device = Device(file.load(path))
     assert device.names[7:] == ("R6_mm", "b6", "m61")
-    found = Sizing("exponential").size(device.design[7:])
-    assert [found.mean_radius, found.swing] == pytest.approx([0.0307, 0.1], rel=1e-12)
-    assert found.mean_radius == pytest.approx(R * scipy.special.i0(b), rel=1e-13)
+    recovered = Sizing("exponential").size(device.design[7:])
+    assert [recovered.mean_radius, recovered.swing] == pytest.approx([0.0307, 0.1], rel=1e-12)
+    assert recovered.mean_radius == pytest.approx(R * scipy.special.i0(b), rel=1e-13)
     at = device.prologue(device.design)
     turn = 2 * np.pi * np.arange(64) / 64
     assert mean_ratio(R, b, at.h[1 + device.stages[0].terms], turn) == pytest.approx(1, abs=1e-13)

@@ -33,9 +33,9 @@ def driven(name: str = "wang2017", flywheel: float = 0.1) -> DrivenMachine:
 
 def imbalance(model: DrivenMachine, at: SpeedHistory, more: float = 0.0) -> float:
     """Power of the motor less the rate of all energies and what friction takes, over its own largest value."""
-    found = model.report(at)
-    power = found.torque * at.omega
-    return float(np.abs(power - found.stored - (1 + more) * found.lost).max() / np.abs(power).max())
+    residual = model.report(at)
+    power = residual.torque * at.omega
+    return float(np.abs(power - residual.stored - (1 + more) * residual.lost).max() / np.abs(power).max())
 
 
 @pytest.mark.parametrize("name", ["wang2017", "random 1", "random 3"])
@@ -51,22 +51,22 @@ def test_what_the_motor_gives_is_stored_or_lost(name: str) -> None:
 
 def test_at_constant_speed_it_is_the_exact_model() -> None:
     device = machines.device("wang2017")
-    found = driven().report_constant(PHI, device.machine.si("operation.speed_rpm"))
-    assert found.values["F_support"] == pytest.approx(device.support(device.prologue(device.design), PHI), abs=1e-11)
+    report = driven().report_constant(PHI, device.machine.si("operation.speed_rpm"))
+    assert report.values["F_support"] == pytest.approx(device.support(device.prologue(device.design), PHI), abs=1e-11)
 
 
 def test_at_a_speed_that_changes_it_is_the_model_whose_assumptions_are_lifted() -> None:
     device, rate = machines.device("wang2017"), 3 * np.sin(PHI)
     speed = np.full_like(PHI, device.machine.si("operation.speed_rpm"))
     lifted = LiftedModel(device).turn(PHI, {"speed_rate": rate})
-    found = driven().state(PHI, speed, rate)
-    assert found.load == pytest.approx(lifted.totals["M_L"], abs=1e-11)
-    assert found.values["F_support"] == pytest.approx(lifted.totals["F_support"], abs=1e-11)
+    state = driven().state(PHI, speed, rate)
+    assert state.load == pytest.approx(lifted.totals["M_L"], abs=1e-11)
+    assert state.values["F_support"] == pytest.approx(lifted.totals["F_support"], abs=1e-11)
 
 
 def test_a_turn_that_repeats_itself_gives_to_friction_what_the_motor_gives() -> None:
-    found = drive_device(machines.device("wang2017"), MOTOR, turns=2, samples=720)
-    turn, result = found.drive.turn, found.result
+    drive = drive_device(machines.device("wang2017"), MOTOR, turns=2, samples=720)
+    turn, result = drive.drive.turn, drive.result
     assert turn.omega[-1] == pytest.approx(turn.omega[0], rel=1e-9)
     assert result.motor_work_J == pytest.approx(result.friction_work_J, rel=1e-5)
     assert result.speed.min_rpm < result.speed.mean_rpm < result.speed.max_rpm
@@ -78,8 +78,8 @@ def test_a_turn_that_repeats_itself_gives_to_friction_what_the_motor_gives() -> 
 
 def test_with_a_flywheel_without_end_the_speed_is_constant() -> None:
     """The fluctuation falls as the inverse of the inertia, and the force goes to that at constant speed."""
-    found = [drive_device(machines.device("wang2017"), replace(MOTOR, flywheel=j), 1).result for j in (1e4, 1e6)]
-    changes, fluctuations = zip(*((one.change_N, one.speed.fluctuation) for one in found), strict=True)
+    drives = [drive_device(machines.device("wang2017"), replace(MOTOR, flywheel=j), 1).result for j in (1e4, 1e6)]
+    changes, fluctuations = zip(*((drive.change_N, drive.speed.fluctuation) for drive in drives), strict=True)
     assert fluctuations[0] / fluctuations[1] == pytest.approx(100, rel=1e-2)
     assert changes[1] < 1e-6
     assert drive_device(machines.device("wang2017"), MOTOR, 1).result.change_N > 0.1
@@ -92,8 +92,8 @@ def test_another_integrator_finds_the_same_speed() -> None:
     def rates(phi: float, omega: np.ndarray) -> np.ndarray:
         return model.acceleration(np.array([phi]), omega) / omega
 
-    found = scipy.integrate.solve_ivp(rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10)
-    assert found.y[0, 0] == pytest.approx(at.omega[5], rel=1e-7)
+    solution = scipy.integrate.solve_ivp(rates, (0, 1), [SPEED], "LSODA", [np.radians(50)], rtol=1e-9, atol=1e-10)
+    assert solution.y[0, 0] == pytest.approx(at.omega[5], rel=1e-7)
 
 
 def test_a_motor_too_weak_stalls_at_an_angle() -> None:
@@ -110,10 +110,10 @@ def test_what_a_motor_cannot_be_is_refused() -> None:
 
 def test_the_command_and_its_files(tmp_path: Path) -> None:
     motor = ("--stall-Nm", "6", "--idle-rpm", "42", "--flywheel-kgm2", "0.1")
-    found = answer("drive", "compact", *motor, "--turns", "2", "--samples", "90", "--out", str(tmp_path / "run"))
-    jsonschema.validate(found, load_schema("drive"))
-    assert len(found["turns_rpm"]) == 3
+    result = answer("drive", "compact", *motor, "--turns", "2", "--samples", "90", "--out", str(tmp_path / "run"))
+    jsonschema.validate(result, load_schema("drive"))
+    assert len(result["turns_rpm"]) == 3
     written = json.loads((tmp_path / "run" / "summary.json").read_text())
-    assert {key: written[key] for key in found} == found
+    assert {key: written[key] for key in result} == result
     for name in ("turn.csv", "report.html", "figures/drive.svg", "figures/drive.png"):
         assert (tmp_path / "run" / name).stat().st_size > 1000

@@ -33,24 +33,24 @@ def built(files: list[Path], compiler: str, *flags: str) -> Path:
     return target
 
 
-def said(command: Path, *arguments: str) -> list[str]:
+def run_program(command: Path, *arguments: str) -> list[str]:
     return subprocess.run([command, *arguments], check=True, capture_output=True, text=True).stdout.splitlines()
 
 
 def numbers(program: Path) -> dict[str, float]:
     """What an exported program prints by itself."""
-    return {name: float(value) for name, value in map(str.split, said(program))}
+    return {name: float(value) for name, value in map(str.split, run_program(program))}
 
 
 def furthest(device: Device, lines: list[str]) -> float:
     """How far a printed turn is from the device's, of each quantity's largest number."""
     rows = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]])
     turn = evaluate_cycle(device, device.prologue(device.design), rows[:, 0])
-    found = list_device_quantities(device.sidecar)
-    assert lines[0].split(",") == ["phi", *(q.name for q in found)]
+    quantities = list_device_quantities(device.sidecar)
+    assert lines[0].split(",") == ["phi", *(q.name for q in quantities)]
     columns = turn.columns()
-    assert list(columns) == ["phi_deg", *(q.shown for q in found)]
-    expected = np.array([columns[q.shown] * units.factor(q.shown) for q in found])
+    assert list(columns) == ["phi_deg", *(q.shown for q in quantities)]
+    expected = np.array([columns[q.shown] * units.factor(q.shown) for q in quantities])
     return float((np.abs(rows[:, 1:].T - expected).max(axis=1) / np.abs(expected).max(axis=1)).max())
 
 
@@ -71,18 +71,18 @@ def test_the_program_finds_what_simulate_finds(
 ) -> None:
     files = [Path(p) for p in answer("export", "c", name, "--model", model, "--out", str(tmp_path))["files"]]
     program = built(files, compiler, *flags)
-    found = numbers(program)
+    values = numbers(program)
     expected = answer("simulate", name, "--model", model)
-    assert found["objective"] == pytest.approx(expected["objective"], rel=1e-12)
+    assert values["objective"] == pytest.approx(expected["objective"], rel=1e-12)
     for key in OBJECTIVE:
-        assert found[key] == pytest.approx(expected["support_force"][key], rel=1e-11)
+        assert values[key] == pytest.approx(expected["support_force"][key], rel=1e-11)
     gradient = answer("sensitivity", name, "--model", model)["gradient"]
     device = Device(load(name), model)
-    shown = {n: found[f"gradient.{n}"] * s for n, s in zip(device.names, device.scale, strict=True)}
+    slopes = {n: values[f"gradient.{n}"] * s for n, s in zip(device.names, device.scale, strict=True)}
     width = dict(zip(device.names, (device.upper - device.lower) / device.scale, strict=True))
     largest = max(abs(gradient[n] * width[n]) for n in gradient)
-    assert all(abs(shown[n] - gradient[n]) * width[n] <= 1e-10 * largest for n in gradient)
-    lines = said(program, "turn")
+    assert all(abs(slopes[n] - gradient[n]) * width[n] <= 1e-10 * largest for n in gradient)
+    lines = run_program(program, "turn")
     assert len(lines) == 1 + device.machine.objective.samples
     assert furthest(device, lines) <= 1e-12
 
@@ -101,11 +101,11 @@ def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
     files = written(device, tmp_path)
     assert [f.name for f in files] == ["my_2nd_machine.h", "my_2nd_machine.c", "my_2nd_machine_main.c"]
     value, gradient = compute_objective_gradient(device, 37)
-    found = numbers(built(files, "gcc", "-O1"))
-    assert found["objective"] == pytest.approx(value, rel=1e-12)
-    own = np.array([found[f"gradient.{name}"] for name in device.names])
+    values = numbers(built(files, "gcc", "-O1"))
+    assert values["objective"] == pytest.approx(value, rel=1e-12)
+    slopes = np.array([values[f"gradient.{name}"] for name in device.names])
     width = device.upper - device.lower
-    assert np.abs((own - gradient) * width).max() <= 1e-10 * np.abs(gradient * width).max()
+    assert np.abs((slopes - gradient) * width).max() <= 1e-10 * np.abs(gradient * width).max()
 
 
 def test_another_design_is_another_number(tmp_path: Path) -> None:
@@ -124,7 +124,7 @@ def test_sides_that_are_exchanged_are_seen(tmp_path: Path) -> None:
     files = written(device, tmp_path)
     second = "q + WANG2017_SIDE * angles"
     files[1].write_text(files[1].read_text().replace(f"q, {second}", f"{second}, q"))
-    assert furthest(device, said(built(files, "gcc", "-O0"), "turn")) > 1e-3
+    assert furthest(device, run_program(built(files, "gcc", "-O0"), "turn")) > 1e-3
 
 
 @pytest.mark.parametrize("model", MODELS)

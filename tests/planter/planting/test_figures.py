@@ -102,8 +102,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
 
 def line(axes: Axes, label: str) -> Line2D:
     """The only line of that label."""
-    (found,) = [line for line in axes.get_lines() if line.get_label() == label]
-    return found
+    (matching,) = [line for line in axes.get_lines() if line.get_label() == label]
+    return matching
 
 
 def data(axes: Axes, label: str) -> np.ndarray:
@@ -122,7 +122,7 @@ def outside(figure: Figure) -> list[str]:
 
 
 def texts(figure: Figure) -> list[tuple[str, Bbox]]:
-    found = [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip()]
+    texts = [t for t in figure.findobj(Text) if t.get_visible() and t.get_text().strip()]
     hidden = {
         id(label)
         for axes in figure.axes
@@ -131,7 +131,7 @@ def texts(figure: Figure) -> list[tuple[str, Bbox]]:
         for label in (tick.label1, tick.label2)
         if not min(axis.get_view_interval()) <= tick.get_loc() <= max(axis.get_view_interval())
     }
-    return [(t.get_text(), t.get_window_extent()) for t in found if id(t) not in hidden]
+    return [(t.get_text(), t.get_window_extent()) for t in texts if id(t) not in hidden]
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -236,33 +236,33 @@ def test_support_force_shows_both_models_and_the_weight() -> None:
 
 
 def test_a_flat_curve_is_shown_again_on_its_own_scale() -> None:
-    common, own = figures.draw_support_force(CYCLES, 97.86).axes
-    assert np.array_equal(data(own, "exact"), CYCLES["exact"])
-    assert [line.get_label() for line in own.get_lines()] == ["exact", "weight"]
-    assert np.ptp(own.get_ylim()) < 0.1 * np.ptp(common.get_ylim())
+    common, zoomed = figures.draw_support_force(CYCLES, 97.86).axes
+    assert np.array_equal(data(zoomed, "exact"), CYCLES["exact"])
+    assert [line.get_label() for line in zoomed.get_lines()] == ["exact", "weight"]
+    assert np.ptp(zoomed.get_ylim()) < 0.1 * np.ptp(common.get_ylim())
     assert len(figures.draw_support_force({"exact": CYCLES["exact"]}, 97.86).axes) == 1
 
 
 def test_the_design_before_is_dashed() -> None:
-    common, own = figures.draw_support_force(CYCLES, 97.86, before=BEFORE).axes
-    for axes, model in ((common, "printed"), (common, "exact"), (own, "exact")):
+    common, zoomed = figures.draw_support_force(CYCLES, 97.86, before=BEFORE).axes
+    for axes, model in ((common, "printed"), (common, "exact"), (zoomed, "exact")):
         assert np.array_equal(data(axes, f"{model}, before"), BEFORE[model])
         assert line(axes, f"{model}, before").is_dashed()
         assert not line(axes, model).is_dashed()
 
 
 def test_ranges_stand_above_their_curves() -> None:
-    common, own = figures.draw_support_force(CYCLES, 97.86, before=BEFORE).axes
+    common, zoomed = figures.draw_support_force(CYCLES, 97.86, before=BEFORE).axes
     assert common.get_title(loc="left").startswith("range: exact 2 to 2 N, printed 90 to 90 N")
-    assert own.get_title(loc="left").startswith("exact model on its own scale; range: exact 2 to 2 N")
+    assert zoomed.get_title(loc="left").startswith("exact model on its own scale; range: exact 2 to 2 N")
 
 
 def test_joints_are_marked_part_by_part() -> None:
     common, _, strip = figures.draw_support_force(CYCLES, 97.86, JOINTS).axes
     assert np.array_equal(data(strip, "sun")[0], [334.5, 154.5])
     assert np.array_equal(data(strip, "cam")[0], [131.0, 181.0])
-    drawn = sorted(float(np.asarray(line.get_xdata())[0]) for line in common.get_lines() if line.get_gid() == "joint")
-    assert drawn == [131.0, 154.5, 181.0, 334.5]
+    marked = sorted(float(np.asarray(line.get_xdata())[0]) for line in common.get_lines() if line.get_gid() == "joint")
+    assert marked == [131.0, 154.5, 181.0, 334.5]
 
 
 def test_reference_is_drawn_only_if_handed_in() -> None:
@@ -270,8 +270,8 @@ def test_reference_is_drawn_only_if_handed_in() -> None:
     assert data(bars, "theory")[0].tolist() == [36.77, 158.94]
     assert data(bars, "experiment")[0].tolist() == [24.93, 171.96]
     assert data(bars, "printed")[0].tolist() == [LIVELY.min(), LIVELY.max()]
-    shown = [t.get_text() for t in figures.draw_support_force(CYCLES, 97.86).findobj(Text)]
-    assert not any("theory" in text for text in shown)
+    labels = [t.get_text() for t in figures.draw_support_force(CYCLES, 97.86).findobj(Text)]
+    assert not any("theory" in text for text in labels)
 
 
 def test_joint_forces_are_closed_curves_about_zero() -> None:
@@ -345,8 +345,8 @@ def test_names_stand_at_the_ends_of_their_curves() -> None:
     for axes in figure.axes:
         ends = {line.get_label(): float(np.asarray(line.get_ydata())[-1]) for line in axes.get_lines()}
         for text in axes.texts:
-            wanted = axes.transAxes.inverted().transform(axes.transData.transform((1, ends[text.get_text()])))[1]
-            assert text.get_position()[1] == pytest.approx(wanted, abs=0.11)
+            position = axes.transAxes.inverted().transform(axes.transData.transform((1, ends[text.get_text()])))[1]
+            assert text.get_position()[1] == pytest.approx(position, abs=0.11)
             assert 0 <= text.get_position()[1] <= 1
 
 
@@ -364,14 +364,14 @@ def test_rotation_panels_share_the_angle() -> None:
 
 def test_pitch_curves_are_drawn_where_they_are() -> None:
     gearing = mesh()
-    whole, near = figures.draw_pitch_curves(gearing).axes
-    for axes in (whole, near):
+    whole_axes, near_axes = figures.draw_pitch_curves(gearing).axes
+    for axes in (whole_axes, near_axes):
         assert axes.get_aspect() == 1
         for curve in gearing.curves:
             assert np.array_equal(data(axes, curve.name), curve.points)
-    other = [np.asarray(line.get_xydata()).T for line in whole.get_lines() if line.get_gid() == "side 2"]
+    other = [np.asarray(line.get_xydata()).T for line in whole_axes.get_lines() if line.get_gid() == "side 2"]
     assert all(np.array_equal(a, -b.points) for a, b in zip(other, gearing.curves[1:], strict=True))
-    named = [text.get_text() for text in near.texts]
+    named = [text.get_text() for text in near_axes.texts]
     assert set(named) == {"O", "A1", "B1", "P", "Q", "sun", "gear 5", "gear 6", "planet gear"}
 
 
@@ -397,8 +397,8 @@ def test_a_search_without_history_is_left_out() -> None:
 
 
 def test_convergence_is_logarithmic_where_that_helps() -> None:
-    near, far = [(1, 2.0), (10, 1.9)], [(1, 2000.0), (900, 1.9)]
-    (axes,) = figures.convergence({"ga": near}).axes
+    near_points, far = [(1, 2.0), (10, 1.9)], [(1, 2000.0), (900, 1.9)]
+    (axes,) = figures.convergence({"ga": near_points}).axes
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
     (axes,) = figures.convergence({"ga": far}).axes
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
@@ -407,21 +407,21 @@ def test_convergence_is_logarithmic_where_that_helps() -> None:
 def test_the_front_is_what_nothing_beats() -> None:
     rng = np.random.default_rng(3)
     points = rng.integers(0, 12, (60, 2)).astype(float)
-    kept = nondominated(points)
+    front = nondominated(points)
     better = [[all(q <= p) and any(q < p) for q in points] for p in points]
-    assert kept.tolist() == [not any(row) for row in better]
-    assert 0 < kept.sum() < len(points)
+    assert front.tolist() == [not any(row) for row in better]
+    assert 0 < front.sum() < len(points)
 
 
 def test_a_narrow_front_is_drawn_again_enlarged() -> None:
     cloud = np.random.default_rng(1).uniform([2.1, 0.31], [3.0, 0.6], (50, 2))
     front = np.array([[2.0, 0.3001], [2.001, 0.3]])
-    whole, near = figures.pareto(np.vstack([cloud, front]), {"far": (2.9, 0.5), "near": (2.001, 0.3)}).axes
-    for axes in (whole, near):
+    whole_axes, near_axes = figures.pareto(np.vstack([cloud, front]), {"far": (2.9, 0.5), "near": (2.001, 0.3)}).axes
+    for axes in (whole_axes, near_axes):
         assert np.array_equal(data(axes, "front").T, front)
-    assert [line.get_label() for line in near.get_lines()] == ["front", "near"]
-    assert to_hex(line(near, "near").get_color()) == to_hex(line(whole, "near").get_color())
-    assert np.ptp(near.get_xlim()) < 0.1 * np.ptp(whole.get_xlim())
+    assert [line.get_label() for line in near_axes.get_lines()] == ["front", "near"]
+    assert to_hex(line(near_axes, "near").get_color()) == to_hex(line(whole_axes, "near").get_color())
+    assert np.ptp(near_axes.get_xlim()) < 0.1 * np.ptp(whole_axes.get_xlim())
 
 
 def test_a_front_alone_is_enlarged_if_a_mark_is_far() -> None:

@@ -30,16 +30,16 @@ def test_every_law_of_the_textbook_is_there() -> None:
 @pytest.mark.parametrize("law", ORDERS)
 def test_a_law_is_that_of_the_textbook_with_its_slopes(law: str) -> None:
     x = np.linspace(0.001, 0.999, 333)
-    own = Kernel(functions.build_flank_function(law), lanes=["x"])(x=x)
+    values = Kernel(functions.build_flank_function(law), lanes=["x"])(x=x)
     book = kinematics.flank(law, Jet(np, x, np.ones_like(x), np.zeros_like(x)))
     for name, part in zip(("p", "dp", "ddp"), book.parts, strict=True):
-        assert own[name][0] == pytest.approx(part, abs=1e-11)
+        assert values[name][0] == pytest.approx(part, abs=1e-11)
 
 
 @pytest.mark.parametrize("law", ORDERS)
 def test_joints_of_a_law_are_where_a_derivative_jumps(law: str) -> None:
-    found = {joint.position: joint.order for joint in functions.find_flank_breakpoints(law, EIGHTHS)}
-    assert found == ORDERS[law]
+    breakpoints = {joint.position: joint.order for joint in functions.find_flank_breakpoints(law, EIGHTHS)}
+    assert breakpoints == ORDERS[law]
 
 
 @pytest.mark.long

@@ -55,11 +55,11 @@ def quick() -> Iterator[None]:
 def written(quick: None, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """A unit of each model, of another machine each, and of each version of FMI, by their names."""
     folder = tmp_path_factory.mktemp("units")
-    found = {}
+    values = {}
     for name, (model, version) in UNITS.items():
         fmu.write_unit(unit_machine(model), folder / f"{name}.fmu", version)
-        found[name] = folder / f"{name}.fmu"
-    return found
+        values[name] = folder / f"{name}.fmu"
+    return values
 
 
 def device(model: Model) -> Device:
@@ -113,7 +113,7 @@ def running(file: Path, folder: Path, **values: float) -> Iterator[Slave]:
 
 def names(owner: Device) -> list[str]:
     """Names of the outputs but the angle, as the unit has them."""
-    return [fmu.build_output_name(one) for one in list_quantities(build_machine(owner))]
+    return [fmu.build_output_name(quantity) for quantity in list_quantities(build_machine(owner))]
 
 
 def expected(owner: Device, phi: Array) -> Array:
@@ -122,9 +122,9 @@ def expected(owner: Device, phi: Array) -> Array:
     return np.array([columns[q.shown] * units.factor(q.shown) for q in list_device_quantities(owner.sidecar)])
 
 
-def apart(found: Array, other: Array) -> float:
+def difference(first: Array, other: Array) -> float:
     """The largest difference of rows of numbers, of the largest number of each row."""
-    return float((np.abs(found - other).max(axis=1) / np.abs(other).max(axis=1)).max())
+    return float((np.abs(first - other).max(axis=1) / np.abs(other).max(axis=1)).max())
 
 
 def test_every_version_is_tried() -> None:
@@ -141,41 +141,41 @@ def test_fmpy_finds_nothing_wrong(unit: str, written: dict[str, Path]) -> None:
 def test_a_turn_is_that_of_simulate(unit: str, written: dict[str, Path]) -> None:
     """By FMPy's own simulation, to 1e-10 of the largest number of each quantity; another speed is seen."""
     owner = device(UNITS[unit][0])
-    asked = ["phi", *names(owner)]
+    output_names = ["phi", *names(owner)]
     description = fmpy.read_model_description(str(written[unit]))
     experiment = description.defaultExperiment
     result = fmpy.simulate_fmu(
         str(written[unit]),
-        output=asked,
+        output=output_names,
         stop_time=float(experiment.stopTime),
         output_interval=float(experiment.stepSize),
     )
-    found = np.array([result[name] for name in asked])
-    assert found.shape[1] == 1 + owner.machine.objective.samples
-    assert found[0, -1] == pytest.approx(2 * np.pi, abs=1e-12)
-    assert apart(found[1:], expected(owner, found[0])) <= 1e-10
+    values = np.array([result[name] for name in output_names])
+    assert values.shape[1] == 1 + owner.machine.objective.samples
+    assert values[0, -1] == pytest.approx(2 * np.pi, abs=1e-12)
+    assert difference(values[1:], expected(owner, values[0])) <= 1e-10
     faster = fmpy.simulate_fmu(
-        str(written[unit]), output=asked, stop_time=float(experiment.stopTime), start_values={"speed": 5.0}
+        str(written[unit]), output=output_names, stop_time=float(experiment.stopTime), start_values={"speed": 5.0}
     )
-    other = np.array([faster[name] for name in asked])
-    assert apart(other[1:], expected(owner, other[0])) > 1e-3
+    other = np.array([faster[name] for name in output_names])
+    assert difference(other[1:], expected(owner, other[0])) > 1e-3
 
 
 @both_versions
 def test_design_and_machine_can_be_tuned_between_steps(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
-    own = load("wang2017", {"mass.sun_kg": 2.5, "operation.speed_rpm": 44.0})
-    owner = Device(own)
+    machine = load("wang2017", {"mass.sun_kg": 2.5, "operation.speed_rpm": 44.0})
+    owner = Device(machine)
     x = owner.x(R3_mm=31.0, m61=0.97)
     with running(written[unit], tmp_path / "unit") as slave:
         before = slave.get("F_support")
         slave.raw.doStep(0.0, 0.1)
         slave.set(machine__m1=2.5, speed=44 * np.pi / 30, design__R3=0.031, design__m61=0.97)
-        phi, *found = slave.get("phi", *names(owner))
+        phi, *values = slave.get("phi", *names(owner))
         assert phi == pytest.approx(0.1 * own_speed(), rel=1e-14)
         columns = evaluate_cycle(owner, owner.prologue(x), np.array([phi])).columns()
-        wanted = [columns[q.shown][0] * units.factor(q.shown) for q in list_device_quantities(owner.sidecar)]
-        np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
-        assert found[names(owner).index("F_support")] != pytest.approx(before[0], rel=1e-3)
+        expected = [columns[q.shown][0] * units.factor(q.shown) for q in list_device_quantities(owner.sidecar)]
+        np.testing.assert_allclose(values, expected, rtol=1e-10, atol=1e-12)
+        assert values[names(owner).index("F_support")] != pytest.approx(before[0], rel=1e-3)
 
 
 def own_speed() -> float:
@@ -198,34 +198,34 @@ def test_it_starts_at_an_angle_and_turns_as_fast_as_it_is_told(
 def test_two_instances_do_not_disturb_each_other(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
     """Of one library."""
     folder, file = tmp_path / "unit", written[unit]
-    with running(file, folder) as one, running(file, folder, speed=5.0) as two:
-        two.set(machine__m1=3.0)
+    with running(file, folder) as first, running(file, folder, speed=5.0) as second:
+        second.set(machine__m1=3.0)
         for number in range(5):
-            one.raw.doStep(0.1 * number, 0.1)
-            two.raw.doStep(0.1 * number, 0.1)
-        found, speeds = one.get(*names(device("exact"))), (one.get("phi")[0], two.get("phi")[0])
+            first.raw.doStep(0.1 * number, 0.1)
+            second.raw.doStep(0.1 * number, 0.1)
+        values, speeds = first.get(*names(device("exact"))), (first.get("phi")[0], second.get("phi")[0])
         assert speeds == pytest.approx((0.5 * own_speed(), 2.5), rel=1e-14)
-        wanted = expected(device("exact"), np.array([speeds[0]]))[:, 0]
-        np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
+        expected_outputs = expected(device("exact"), np.array([speeds[0]]))[:, 0]
+        np.testing.assert_allclose(values, expected_outputs, rtol=1e-10, atol=1e-12)
 
 
 @both_versions
 def test_a_state_is_saved_and_restored(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
     """In memory and as bytes, also by another instance; bytes of something else are refused."""
-    asked = ["phi", "speed", "design.R3", *names(device("exact"))]
+    output_names = ["phi", "speed", "design.R3", *names(device("exact"))]
     folder, file = tmp_path / "unit", written[unit]
     with running(file, folder) as slave, running(file, folder) as other:
         slave.raw.doStep(0.0, 0.3)
         slave.set(design__R3=0.0305)
-        then, saved = slave.get(*asked), slave.raw.getFMUState()
+        then, saved = slave.get(*output_names), slave.raw.getFMUState()
         stored = slave.raw.serializeFMUState(saved)
         slave.set(speed=6.0, design__R3=0.031)
         slave.raw.doStep(0.3, 0.2)
-        assert np.abs(slave.get(*asked) - then).max() > 0.1
+        assert np.abs(slave.get(*output_names) - then).max() > 0.1
         slave.raw.setFMUState(saved)
-        assert slave.get(*asked).tolist() == then.tolist()
+        assert slave.get(*output_names).tolist() == then.tolist()
         other.raw.setFMUState(other.raw.deserializeFMUState(stored))
-        assert other.get(*asked).tolist() == then.tolist()
+        assert other.get(*output_names).tolist() == then.tolist()
         slave.raw.freeFMUState(saved)
         with pytest.raises(fmpy.fmi1.FMICallException):
             other.raw.deserializeFMUState(b"x" + stored[1:])
@@ -254,19 +254,27 @@ def test_the_description_says_what_the_sidecar_says(written: dict[str, Path]) ->
     owner = device("exact")
     description = fmpy.read_model_description(str(written["exact"]))
     assert "speed is prescribed" in description.description
-    found = {v.name: v for v in description.modelVariables}
+    variables = {v.name: v for v in description.modelVariables}
     for q, name in zip(list_device_quantities(owner.sidecar), names(owner), strict=True):
-        assert (found[name].unit, found[name].description, found[name].causality) == (q.unit, q.meaning, "output")
+        assert (variables[name].unit, variables[name].description, variables[name].causality) == (
+            q.unit,
+            q.meaning,
+            "output",
+        )
     for entry in owner.sidecar["vectors"]["machine"]:
         if entry["shown"] != SPEED:
-            variable = found[f"machine.{entry['name']}"]
+            variable = variables[f"machine.{entry['name']}"]
             assert (variable.unit, variable.variability) == (entry["unit"], "tunable")
             assert float(variable.start) == owner.machine.si(entry["shown"])
             assert entry["shown"] in variable.description
-    radius = found["design.R3"]
+    radius = variables["design.R3"]
     index = owner.names.index("R3_mm")
     assert [float(radius.min), float(radius.max)] == [owner.lower[index], owner.upper[index]]
-    assert (radius.displayUnit, found["machine.m1"].min, found["machine.mu1"].max) == ("mm", "0.0", str(np.pi / 4))
+    assert (radius.displayUnit, variables["machine.m1"].min, variables["machine.mu1"].max) == (
+        "mm",
+        "0.0",
+        str(np.pi / 4),
+    )
 
 
 @pytest.mark.parametrize(
@@ -301,9 +309,9 @@ class TestCommand:
         """Only one library, and fast."""
 
     def test_the_same_bytes_each_time_and_its_record(self, written: dict[str, Path], tmp_path: Path) -> None:
-        found = answer("export", "fmu", "wang2017", "--out", str(tmp_path / "a.fmu"))
-        jsonschema.validate(found, load_schema("export fmu"))
-        assert (found["platforms"], found["inputs"]) == (["linux64"], 1)
+        result = answer("export", "fmu", "wang2017", "--out", str(tmp_path / "a.fmu"))
+        jsonschema.validate(result, load_schema("export fmu"))
+        assert (result["platforms"], result["inputs"]) == (["linux64"], 1)
         assert (tmp_path / "a.fmu").read_bytes() == written["exact"].read_bytes()
 
     def test_without_a_compiler_the_sources_remain(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -311,8 +319,8 @@ class TestCommand:
             raise CompilerError("there is no compiler")
 
         monkeypatch.setattr(co_simulation, "build_library", none)
-        found = answer("export", "fmu", "compact", "--out", str(tmp_path / "a.fmu"))
-        assert found["left_out"] == [{"platform": "linux64", "reason": "there is no compiler"}]
+        result = answer("export", "fmu", "compact", "--out", str(tmp_path / "a.fmu"))
+        assert result["left_out"] == [{"platform": "linux64", "reason": "there is no compiler"}]
         assert validation.validate_fmu(str(tmp_path / "a.fmu")) == []
 
     def test_another_ending_is_refused(self, tmp_path: Path) -> None:
@@ -323,8 +331,8 @@ class TestCommand:
 def test_a_library_for_windows(tmp_path: Path) -> None:
     """Where the extra `compiler` is installed."""
     pytest.importorskip("ziglang")
-    found = fmu.write_unit(unit_machine("exact"), tmp_path / "a.fmu")
-    assert found.platforms == ["linux64", "win64"]
+    unit = fmu.write_unit(unit_machine("exact"), tmp_path / "a.fmu")
+    assert unit.platforms == ["linux64", "win64"]
     with zipfile.ZipFile(tmp_path / "a.fmu") as zipped:
         content = zipped.read("binaries/win64/wang2017.dll")
     assert content.startswith(b"MZ")

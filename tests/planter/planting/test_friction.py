@@ -29,8 +29,8 @@ ORDERS = {
 @cache
 def cut_gears(name: str) -> ToothedTurn:
     device = machines.device(name)
-    made = toothed.cut_gear_train(device, ORDERS[name])
-    return ToothedTurn(device, made.x, made.stages)
+    train = toothed.cut_gear_train(device, ORDERS[name])
+    return ToothedTurn(device, train.x, train.stages)
 
 
 def speed(teeth: ToothedTurn) -> float:
@@ -56,9 +56,9 @@ def test_the_motor_gives_what_the_teeth_lose_at_every_angle(name: str) -> None:
     assert unexplained(teeth, convention) < 1e-11
     assert lost(convention) == pytest.approx(0, abs=0)
     assert lost(sliding).min() > 0
-    told = summary.summarise_turn(teeth, sliding)
-    assert told.motor_work_J == pytest.approx(sum(told.lost_J.values()), rel=1e-7)
-    assert told.lost_J["stage 1"] > 0.01
+    cycle_summary = summary.summarise_turn(teeth, sliding)
+    assert cycle_summary.motor_work_J == pytest.approx(sum(cycle_summary.lost_J.values()), rel=1e-7)
+    assert cycle_summary.lost_J["stage 1"] > 0.01
 
 
 def off(teeth: ToothedTurn, turn: LiftedCycle, stage: int) -> float:
@@ -69,36 +69,40 @@ def off(teeth: ToothedTurn, turn: LiftedCycle, stage: int) -> float:
     """
     tag = MESHES[stage]
     picked = np.flatnonzero(teeth.angles.weights)[7::61]
-    one = {key: values[picked] for key, values in turn.one.items()}
-    rates = {"sun": 0.0, "middle": speed(teeth) + one["F_P_power"] / one["M_P"], "planet": one["Omega"]}
+    side = {key: values[picked] for key, values in turn.one.items()}
+    rates = {
+        "sun": 0.0,
+        "middle": speed(teeth) + side["F_P_power"] / side["M_P"],
+        "planet": side["Omega"],
+    }
     inner, outer = (("sun", "middle"), ("middle", "planet"))[stage]
     turning = np.broadcast_to(rates[inner] - rates[outer], len(picked))
-    side = np.where(one[f"M_{tag}"] >= 0, *SIDES)
+    side = np.where(side[f"M_{tag}"] >= 0, *SIDES)
     friction = np.tan(teeth.device.machine.si(FRICTION))
     mesh = teeth.stages[stage].mesh
     gamma = teeth.x[teeth.device.names.index("gamma_deg")]
     line = teeth.angles.phi[picked] + np.pi / 2 + stage * gamma
-    at = mesh.rolled(one[f"t{stage + 1}"])
+    at = mesh.rolled(side[f"t{stage + 1}"])
     faced = mesh.facing(at)
     points = Contacts(mesh, faced).points
     worst = 0.0
     for k in range(len(picked)):
         radius = float(np.hypot(*mesh.gear.curve.at(mesh.pair.sense * at[k : k + 1])[:2])[0])
-        own = points[:, (faced.at == at[k]) & (faced.side == side[k])]
-        arms = own - np.array([[radius], [0.0]])
+        corners = points[:, (faced.at == at[k]) & (faced.side == side[k])]
+        arms = corners - np.array([[radius], [0.0]])
         normals = arms / np.hypot(*arms)
         normals = normals * -side[k] * np.sign(normals[1])
         velocities = turning[k] * np.array([-arms[1], arms[0]])
-        each = one[f"F_N{tag}"][k] / own.shape[1]
+        each = side[f"F_N{tag}"][k] / corners.shape[1]
         forces = each * (normals - friction * velocities / np.hypot(*velocities))
         total = forces.sum(axis=1) @ np.array([1, 1j]) * np.exp(1j * line[k])
-        from_outer = own - np.array([[mesh.pair.distance], [0.0]])
+        from_outer = corners - np.array([[mesh.pair.distance], [0.0]])
         moment = from_outer[1] @ forces[0] - from_outer[0] @ forces[1]
         rubbed = friction * each * np.hypot(*velocities).sum()
         differences = (
-            total - one[f"F_{tag}x"][k] - 1j * one[f"F_{tag}y"][k],
-            moment - one[f"M_{tag}"][k],
-            rubbed - one[f"F_{tag}_loss"][k],
+            total - side[f"F_{tag}x"][k] - 1j * side[f"F_{tag}y"][k],
+            moment - side[f"M_{tag}"][k],
+            rubbed - side[f"F_{tag}_loss"][k],
         )
         worst = max(worst, *map(abs, differences))
     return worst
@@ -117,10 +121,10 @@ def reversed_(lifting: Lifting, names: tuple[str, ...]) -> Lifting:
 def test_friction_along_the_sliding_or_on_the_wrong_side_breaks_the_laws() -> None:
     teeth = cut_gears("wang2017")
     right = teeth.lifting(teeth.equal)
-    along = teeth.turn(reversed_(right, ("lead", "away")))
-    assert unexplained(teeth, along) < 1e-11
-    assert lost(along).max() < 0
-    assert off(teeth, along, 0) > 1
+    reversed_turn = teeth.turn(reversed_(right, ("lead", "away")))
+    assert unexplained(teeth, reversed_turn) < 1e-11
+    assert lost(reversed_turn).max() < 0
+    assert off(teeth, reversed_turn, 0) > 1
     assert off(teeth, teeth.turn(reversed_(right, ("lead",))), 0) > 1
     assert off(teeth, teeth.sliding([bearing.nearest for bearing in teeth.bearings]), 0) > 0.1
     assert off(teeth, teeth.turn(), 0) > 1
@@ -132,11 +136,11 @@ def test_without_friction_it_is_the_exact_model() -> None:
     pressure = {"contact.pressure_angle_deg": float(np.degrees(teeth.stages[0].order.pressure_angle))}
     device = Device(machine.with_numbers({FRICTION: 0.0, **pressure}))
     exact = device.cycle(device.prologue(teeth.x), teeth.angles.phi)
-    found = teeth.sliding(teeth.equal, friction=0.0)
-    for vector, its, mine in (("side", "side1", found.one), ("totals", "totals", found.totals)):
+    sliding_turn = teeth.sliding(teeth.equal, friction=0.0)
+    for vector, its, side in (("side", "side1", sliding_turn.one), ("totals", "totals", sliding_turn.totals)):
         for entry, row in zip(device.sidecar["vectors"][vector], exact[its], strict=True):
-            assert mine[entry["name"]] == pytest.approx(row, rel=1e-12, abs=1e-12 * max(1, np.abs(row).max()))
-    assert teeth.shared.joint("F_A1") != pytest.approx(found.joint("F_A1"), rel=1e-3)
+            assert side[entry["name"]] == pytest.approx(row, rel=1e-12, abs=1e-12 * max(1, np.abs(row).max()))
+    assert teeth.shared.joint("F_A1") != pytest.approx(sliding_turn.joint("F_A1"), rel=1e-3)
 
 
 def shared_at_random(bearing: BearingPairs, rng: np.random.Generator) -> SharedLoad:
@@ -150,21 +154,23 @@ def shared_at_random(bearing: BearingPairs, rng: np.random.Generator) -> SharedL
 def test_no_sharing_leaves_the_range_that_is_told(name: str) -> None:
     teeth, rng = cut_gears(name), np.random.default_rng(5)
     bounds = summary.compute_maximum_forces(teeth)
-    near, far = (
-        summary.summarise_turn(teeth, teeth.sliding([getattr(bearing, which) for bearing in teeth.bearings]))
-        for which in ("nearest", "farthest")
+    near_range, far = (
+        summary.summarise_turn(teeth, teeth.sliding([getattr(bearing, contact) for bearing in teeth.bearings]))
+        for contact in ("nearest", "farthest")
     )
     for _ in range(6):
-        one, two = (teeth.lifting([shared_at_random(bearing, rng) for bearing in teeth.bearings]) for _ in range(2))
-        turn = teeth.turn(one, behind=two)
-        found = summary.summarise_turn(teeth, turn)
-        assert near.motor_work_J < found.motor_work_J < far.motor_work_J
+        first, second = (
+            teeth.lifting([shared_at_random(bearing, rng) for bearing in teeth.bearings]) for _ in range(2)
+        )
+        turn = teeth.turn(first, behind=second)
+        cycle_summary = summary.summarise_turn(teeth, turn)
+        assert near_range.motor_work_J < cycle_summary.motor_work_J < far.motor_work_J
         for stage in range(2):
-            assert near.efficiency[stage] > found.efficiency[stage] > far.efficiency[stage]
+            assert near_range.efficiency[stage] > cycle_summary.efficiency[stage] > far.efficiency[stage]
         for force, bound in bounds.items():
-            assert found.largest_N[force] <= bound * (1 + 1e-12)
-    assert near.lost_J["cams"] == pytest.approx(far.lost_J["cams"], rel=1e-12)
-    assert bounds["F_A1"] < 1.1 * near.largest_N["F_A1"]
+            assert cycle_summary.largest_N[force] <= bound * (1 + 1e-12)
+    assert near_range.lost_J["cams"] == pytest.approx(far.lost_J["cams"], rel=1e-12)
+    assert bounds["F_A1"] < 1.1 * near_range.largest_N["F_A1"]
 
 
 def test_losses_grow_with_friction_and_their_growth_is_of_the_next_order() -> None:
@@ -172,8 +178,8 @@ def test_losses_grow_with_friction_and_their_growth_is_of_the_next_order() -> No
     teeth = cut_gears("wang2017")
     per_friction = []
     for angle in (1e-3, 5e-4, 2.5e-4):
-        told = summary.summarise_turn(teeth, teeth.sliding(teeth.equal, friction=angle))
-        per_friction.append(told.lost_J["stage 1"] / np.tan(angle))
+        cycle_summary = summary.summarise_turn(teeth, teeth.sliding(teeth.equal, friction=angle))
+        per_friction.append(cycle_summary.lost_J["stage 1"] / np.tan(angle))
     assert per_friction[0] - per_friction[1] == pytest.approx(2 * (per_friction[1] - per_friction[2]), rel=2e-2)
     assert abs(per_friction[0] / per_friction[2] - 1) < 1e-3
 
@@ -196,15 +202,15 @@ def test_integrals_stop_at_jumps_and_extremes_look_at_both_sides_of_them() -> No
 def test_the_result_tells_all_of_it() -> None:
     teeth = cut_gears("wang2017")
     rubbing = summary.compute_friction(teeth.device, teeth.x, teeth.stages)
-    found = rubbing.result
-    assert found.pairs == [2, 2]
-    assert found.support_changed_N < 1e-11
-    for turn in (found.without, found.convention, found.sliding):
-        assert turn.largest_N.keys() == turn.rms_N.keys() == found.at_most_N.keys()
+    result = rubbing.result
+    assert result.pairs == [2, 2]
+    assert result.support_changed_N < 1e-11
+    for turn in (result.without, result.convention, result.sliding):
+        assert turn.largest_N.keys() == turn.rms_N.keys() == result.at_most_N.keys()
         assert turn.largest_N.keys() >= JOINTS.keys() >= TOTALS
-    assert found.without.efficiency == found.convention.efficiency == [1, 1]
-    assert 0.97 < found.sliding.efficiency[0] < 0.995
+    assert result.without.efficiency == result.convention.efficiency == [1, 1]
+    assert 0.97 < result.sliding.efficiency[0] < 0.995
     columns = rubbing.columns()
     assert columns.keys() <= known.columns().keys()
-    assert columns["F_A1_sliding_N"].max() == pytest.approx(found.sliding.largest_N["F_A1"], rel=1e-14)
+    assert columns["F_A1_sliding_N"].max() == pytest.approx(result.sliding.largest_N["F_A1"], rel=1e-14)
     assert np.all(np.diff(columns["phi_deg"]) >= 0)

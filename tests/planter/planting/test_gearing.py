@@ -29,9 +29,9 @@ def at(name: str, phi_deg: float) -> Gearing:
 
 def side(name: str, phi_deg: float, quantity: str) -> float:
     """A quantity of side 1 from the equations of motion, in SI."""
-    found = device(name)
-    names = [entry["name"] for entry in found.sidecar["vectors"]["side"]]
-    lanes = found.cycle(found.prologue(found.design), np.array([np.radians(phi_deg)]))["side1"]
+    pair = device(name)
+    names = [entry["name"] for entry in pair.sidecar["vectors"]["side"]]
+    lanes = pair.cycle(pair.prologue(pair.design), np.array([np.radians(phi_deg)]))["side1"]
     return float(lanes[names.index(quantity), 0])
 
 
@@ -43,11 +43,11 @@ def polar(curve: PlottedPitchCurve, turned: float = 0.0) -> tuple[np.ndarray, np
     return angle[order], np.hypot(x, y)[order]
 
 
-def difference(one: PlottedPitchCurve, other: PlottedPitchCurve, turned: float) -> float:
+def difference(first: PlottedPitchCurve, other: PlottedPitchCurve, turned: float) -> float:
     """Largest difference in radius between a curve and another that was turned since [mm]."""
-    angle, radius = polar(one)
-    found = np.interp(angle, *polar(other, turned), period=2 * np.pi)
-    return float(np.abs(found - radius).max())
+    angle, radius = polar(first)
+    radii = np.interp(angle, *polar(other, turned), period=2 * np.pi)
+    return float(np.abs(radii - radius).max())
 
 
 def tangent(curve: PlottedPitchCurve) -> float:
@@ -66,25 +66,25 @@ def overlap(inner: PlottedPitchCurve, outer: PlottedPitchCurve) -> float:
 @pytest.mark.parametrize("name", MACHINES)
 @pytest.mark.parametrize("phi", ANGLES)
 def test_pairs_touch_on_the_centre_line(name: str, phi: float) -> None:
-    found = at(name, phi)
+    curves = at(name, phi)
     for pair, contact in zip(PAIRS, "PQ", strict=True):
-        inner, outer = (found.curves[i] for i in pair)
+        inner, outer = (curves.curves[i] for i in pair)
         for curve in (inner, outer):
-            assert np.abs(curve.points[:, 0] - found.contacts[contact]).max() < 1e-9
+            assert np.abs(curve.points[:, 0] - curves.contacts[contact]).max() < 1e-9
             assert np.abs(curve.points[:, -1] - curve.points[:, 0]).max() < 1e-9
-        along = (found.contacts[contact] - inner.centre) / np.hypot(*(outer.centre - inner.centre))
+        tangential = (curves.contacts[contact] - inner.centre) / np.hypot(*(outer.centre - inner.centre))
         line = (outer.centre - inner.centre) / np.hypot(*(outer.centre - inner.centre))
-        assert abs(along[0] * line[1] - along[1] * line[0]) < 1e-12
-        assert 0 < along @ line < 1
+        assert abs(tangential[0] * line[1] - tangential[1] * line[0]) < 1e-12
+        assert 0 < tangential @ line < 1
 
 
 @pytest.mark.parametrize("name", MACHINES)
 @pytest.mark.parametrize("phi", ANGLES)
 def test_pairs_have_a_common_tangent_and_do_not_cross(name: str, phi: float) -> None:
-    found = at(name, phi)
-    for inner, outer in ((found.curves[i], found.curves[j]) for i, j in PAIRS):
-        apart = abs(tangent(inner) - tangent(outer))
-        assert min(apart, np.pi - apart) < 1e-5
+    curves = at(name, phi)
+    for inner, outer in ((curves.curves[i], curves.curves[j]) for i, j in PAIRS):
+        difference = abs(tangent(inner) - tangent(outer))
+        assert min(difference, np.pi - difference) < 1e-5
         assert overlap(inner, outer) < 1e-4
 
 
@@ -94,8 +94,8 @@ def test_a_partner_that_is_turned_a_little_is_noticed(phi: float) -> None:
     c, s = np.cos(0.02), np.sin(0.02)
     points = np.array([[c, -s], [s, c]]) @ (outer.points - outer.centre[:, None]) + outer.centre[:, None]
     turned = replace(outer, points=points)
-    apart = abs(tangent(inner) - tangent(turned))
-    assert min(apart, np.pi - apart) > 1e-3 or overlap(inner, turned) > 1e-3
+    difference = abs(tangent(inner) - tangent(turned))
+    assert min(difference, np.pi - difference) > 1e-3 or overlap(inner, turned) > 1e-3
 
 
 @pytest.mark.parametrize("name", MACHINES)

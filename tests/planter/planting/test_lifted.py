@@ -15,14 +15,14 @@ NAMES = ("wang2017", "random 1", "random 2")
 @pytest.mark.parametrize("name", NAMES)
 def test_with_nothing_lifted_it_is_the_exact_model(name: str) -> None:
     device = machines.device(name)
-    turn, own = LiftedModel(device).turn(PHI), device.cycle(device.prologue(device.design), PHI)
-    for vector, mine, its in (
+    turn, side = LiftedModel(device).turn(PHI), device.cycle(device.prologue(device.design), PHI)
+    for vector, side_values, its in (
         ("side", turn.one, "side1"),
         ("side", turn.two, "side2"),
         ("totals", turn.totals, "totals"),
     ):
-        for row, entry in zip(own[its], device.sidecar["vectors"][vector], strict=True):
-            assert mine[entry["name"]] == pytest.approx(row, rel=1e-9, abs=1e-9)
+        for row, entry in zip(side[its], device.sidecar["vectors"][vector], strict=True):
+            assert side_values[entry["name"]] == pytest.approx(row, rel=1e-9, abs=1e-9)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -30,13 +30,13 @@ def test_with_nothing_lifted_it_is_the_exact_model(name: str) -> None:
 def test_the_motor_does_the_work_of_friction_and_the_support_feels_none_of_it(name: str, case: str) -> None:
     device = machines.device(name)
     model, phi = LiftedModel(device), cycle.sample_angles(5760)
-    own = model.turn(phi)
-    teeth = {"against": 1.0, **model.beyond(own, phi, 2e-3)} if case != "hinge" else {}
+    modelled = model.turn(phi)
+    teeth = {"against": 1.0, **model.beyond(modelled, phi, 2e-3)} if case != "hinge" else {}
     turn = model.turn(phi, {**teeth, **({"along_hinge": 1.0} if case != "teeth" else {})})
     speed = device.machine.si("speed_rpm")
     assert turn.motor_work == pytest.approx(turn.lost(speed), rel=2e-5)
-    assert turn.lost(speed) > own.lost(speed)
-    assert turn.totals["F_support"] == pytest.approx(own.totals["F_support"], abs=1e-9)
+    assert turn.lost(speed) > modelled.lost(speed)
+    assert turn.totals["F_support"] == pytest.approx(modelled.totals["F_support"], abs=1e-9)
     if case != "hinge":
         wrong = model.turn(phi, {name: -value if name.startswith("lead") else value for name, value in teeth.items()})
         assert wrong.joint("F_A1") != pytest.approx(turn.joint("F_A1"), rel=1e-4)
@@ -45,10 +45,12 @@ def test_the_motor_does_the_work_of_friction_and_the_support_feels_none_of_it(na
 
 def test_teeth_touch_within_half_a_base_pitch_of_the_pitch_point() -> None:
     model = LiftedModel(machines.device("wang2017"))
-    found = model.beyond(model.turn(PHI), PHI, 2e-3)
+    distances = model.beyond(model.turn(PHI), PHI, 2e-3)
     half = np.pi * 2e-3 * np.cos(np.radians(20)) / 2
     for tag in "PQ":
-        plus, minus = (found[f"lead_{tag}_{flank}"] * found[f"away_{tag}_{flank}"] for flank in ("plus", "minus"))
+        plus, minus = (
+            distances[f"lead_{tag}_{flank}"] * distances[f"away_{tag}_{flank}"] for flank in ("plus", "minus")
+        )
         assert plus == pytest.approx(-minus, abs=0)
         assert np.abs(plus).max() <= half
         assert plus.min() < -0.9 * half
@@ -56,10 +58,10 @@ def test_teeth_touch_within_half_a_base_pitch_of_the_pitch_point() -> None:
 
 
 def test_effects_are_told_and_only_of_the_exact_model() -> None:
-    found = {case.assumption: case for case in lifted.find_assumption_effects(machines.device("wang2017"))}
-    assert found["tooth friction inwards"].joints_N["F_O1"] > found["no tooth friction"].joints_N["F_O1"] > 1
-    assert all(case.support_N < 1e-9 for case in found.values())
-    assert found["teeth slide, module 2 mm"].friction_work_J > found["no tooth friction"].friction_work_J + 0.1
+    effects = {case.assumption: case for case in lifted.find_assumption_effects(machines.device("wang2017"))}
+    assert effects["tooth friction inwards"].joints_N["F_O1"] > effects["no tooth friction"].joints_N["F_O1"] > 1
+    assert all(case.support_N < 1e-9 for case in effects.values())
+    assert effects["teeth slide, module 2 mm"].friction_work_J > effects["no tooth friction"].friction_work_J + 0.1
     simulated = simulation.simulate(machines.device("wang2017"), 60, (), 3.0)
     assert "module 3 mm" in simulated.result.lifted[2].assumption
     with pytest.raises(InputError, match="--lift needs --model exact"):

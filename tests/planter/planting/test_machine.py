@@ -356,8 +356,8 @@ def test_a_refused_value_is_named_with_file_key_and_what_is_allowed(
     path = tampered(tmp_path, section, key, f"{key} = {value}")
     message = refusal(path)
     assert message.startswith(f"{path}: {section}.{key} = ")
-    given, _, reason = message.partition(" = ")[2].partition(": ")
-    assert given.replace('"', "") == value.replace('"', "")
+    stated_value, _, reason = message.partition(" = ")[2].partition(": ")
+    assert stated_value.replace('"', "") == value.replace('"', "")
     assert allowed in reason
 
 
@@ -435,8 +435,8 @@ def test_a_section_that_is_missing_or_no_table(tmp_path: Path) -> None:
     message = refusal(path)
     assert message.startswith(f"{path}: operation is missing")
     assert message.endswith("more problems)")
-    whole = re.sub(r"(?s)\n\[mass\].*?\n\[inertia\]", "\n[inertia]", examples.example("wang2017"))
-    path.write_text(f"mass = 3\n{whole}", encoding="utf-8")
+    remaining = re.sub(r"(?s)\n\[mass\].*?\n\[inertia\]", "\n[inertia]", examples.example("wang2017"))
+    path.write_text(f"mass = 3\n{remaining}", encoding="utf-8")
     assert refusal(path).startswith(f"{path}: mass = 3: it must be a table")
 
 
@@ -444,8 +444,8 @@ def test_every_problem_of_a_file_is_told_and_of_very_many_the_first(tmp_path: Pa
     path = tampered(tmp_path, "mass", "sun_kg", "sun_kg = -0.4\nextra = 1")
     path.write_text(path.read_text().replace('kind = "paper"', 'kind = "si"'), encoding="utf-8")
     message = refusal(path)
-    for told in ("mass.extra = 1", "; mass.sun_kg = -0.4", '; objective.kind = "si"'):
-        assert told in message
+    for fragment in ("mass.extra = 1", "; mass.sun_kg = -0.4", '; objective.kind = "si"'):
+        assert fragment in message
     assert message.count(str(path)) == 1
     assert "more problem" not in message
     path.write_text("x = 1\n", encoding="utf-8")
@@ -459,8 +459,13 @@ def test_every_number_that_does_not_fit_the_others_is_told(tmp_path: Path) -> No
         {"rise_delta_deg[0]": 300.0, "psi0_deg": 80.0, "tooth_friction_angle_deg": 30.0, "weight_range": 0.0,
          "weight_variance": 0.0},
     )  # fmt: skip
-    for told in ("cam.rise_delta_deg = ", "cam.psi0_deg = 80.0", "tooth_friction_angle_deg = 30.0", "objective.weight"):
-        assert told in message
+    for fragment in (
+        "cam.rise_delta_deg = ",
+        "cam.psi0_deg = 80.0",
+        "tooth_friction_angle_deg = 30.0",
+        "objective.weight",
+    ):
+        assert fragment in message
     assert message.count(": ") == 5
     message = refusal("wang2017", {"J56_about_A1_kg_m2": 1e-9, "J7_about_B1_kg_m2": 1e-9})
     assert message.count("at least mass times squared centroid distance") == 2
@@ -468,8 +473,8 @@ def test_every_number_that_does_not_fit_the_others_is_told(tmp_path: Path) -> No
     path = tampered(tmp_path, "bounds", "k6", None)
     path.write_text(path.read_text().replace("theta_deg = [", "thet_deg = [", 1), encoding="utf-8")
     message = refusal(path)
-    for told in ("bounds.k6 is missing", "bounds.theta_deg is missing", "bounds.thet_deg = "):
-        assert told in message
+    for fragment in ("bounds.k6 is missing", "bounds.theta_deg is missing", "bounds.thet_deg = "):
+        assert fragment in message
 
 
 def test_checks_of_a_section_that_are_not_marked_would_not_be_asked() -> None:
@@ -540,8 +545,8 @@ def test_a_refused_value_can_be_set_right_on_the_command_line(tmp_path: Path, ke
 
 def test_names_that_hold_dots_are_set_in_their_own_place() -> None:
     table = {"a.b": {"c_mm": 1.0}, "a": {"b": {"d_mm": 2.0}}}
-    found = paths.with_values(table, {("a.b", "c_mm"): 3.0})
-    assert found == {"a.b": {"c_mm": 3.0}, "a": {"b": {"d_mm": 2.0}}}
+    changed = paths.with_values(table, {("a.b", "c_mm"): 3.0})
+    assert changed == {"a.b": {"c_mm": 3.0}, "a": {"b": {"d_mm": 2.0}}}
 
 
 def test_a_large_file_is_refused_in_time_that_grows_with_its_size(tmp_path: Path) -> None:
@@ -678,8 +683,8 @@ def test_a_misspelt_family_gets_its_suggestion(tmp_path: Path) -> None:
 
 
 def test_files_of_other_kinds_are_told_by_name_and_by_content(tmp_path: Path) -> None:
-    own = "it must be one of compact, wang2017, wang2017-wide or the path of a .toml file"
-    assert refusal("shi2021") == f"shi2021: this is a built-in TOML file for planter clutch, but {own}"
+    hint = "it must be one of compact, wang2017, wang2017-wide or the path of a .toml file"
+    assert refusal("shi2021") == f"shi2021: this is a built-in TOML file for planter clutch, but {hint}"
     assert "built-in CSV file for planter synthesise, train" in refusal("sun2019-curve")
     path = tmp_path / "my.toml"
     path.write_text(examples.example("yu2023", suffix=".toml") + "\n[extra]\n", encoding="utf-8")

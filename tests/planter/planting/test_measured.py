@@ -46,10 +46,10 @@ def curve(machine: Machine, model: Model, degrees: np.ndarray) -> np.ndarray:
 
 def written(path: Path, model: Model, machine: Machine | None = None, **more: float) -> Path:
     """A measurement of the true machine: noise, an offset [N], a wrong zero of the angle [deg], a missing piece."""
-    own = machines.machine("wang2017").with_numbers(TRUE) if machine is None else machine
+    changed_machine = machines.machine("wang2017").with_numbers(TRUE) if machine is None else machine
     degrees = np.arange(0, 360, 1.5)
     degrees = degrees[(degrees < 300) | (degrees > 300 + more.get("missing", 0))]
-    force = curve(own, model, degrees + more.get("phase", 0.0)) + more.get("offset", 0.0)
+    force = curve(changed_machine, model, degrees + more.get("phase", 0.0)) + more.get("offset", 0.0)
     force = force + np.random.default_rng(int(more.get("seed", 4))).normal(0, NOISE, len(force))
     rows = "\n".join(f"{a},{f:.9f}" for a, f in zip(degrees, force, strict=True))
     path.write_text(f"# a made-up measurement\nangle [deg],force [N]\n{rows}\n", encoding="utf-8")
@@ -57,7 +57,7 @@ def written(path: Path, model: Model, machine: Machine | None = None, **more: fl
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> dict[Model, Calibrated]:
+def calibrations(tmp_path_factory: pytest.TempPathFactory) -> dict[Model, Calibrated]:
     """Fits to data of each model, with a piece missing, a wrong zero, and a second measurement at another speed."""
     folder, base = tmp_path_factory.mktemp("measured"), machines.machine("wang2017")
     results: dict[Model, Calibrated] = {}
@@ -71,12 +71,12 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[Model, Calibrated]:
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
-def test_fitted_intervals_contain_true_inputs(model: Model, found: dict[Model, Calibrated]) -> None:
-    result = found[model].result
-    wanted = {**TRUE, "phase_deg": 2.0}
+def test_fitted_intervals_contain_true_inputs(model: Model, calibrations: dict[Model, Calibrated]) -> None:
+    result = calibrations[model].result
+    truth = {**TRUE, "phase_deg": 2.0}
     assert result.rank == 3
     for entry in result.fitted:
-        assert entry.low95 <= wanted[entry.name] <= entry.high95
+        assert entry.low95 <= truth[entry.name] <= entry.high95
         assert entry.low95 < entry.value < entry.high95
         assert entry.high95 - entry.low95 < 0.6 * (entry.upper - entry.lower)
     assert result.noise_N == pytest.approx(NOISE, rel=0.4)
@@ -87,9 +87,9 @@ def test_fitted_intervals_contain_true_inputs(model: Model, found: dict[Model, C
     assert (result.starts, result.warnings) == (8, [])
 
 
-def test_wrong_model_explains_neither_data_nor_prediction(found: dict[Model, Calibrated]) -> None:
+def test_wrong_model_explains_neither_data_nor_prediction(calibrations: dict[Model, Calibrated]) -> None:
     for model, other in (("exact", "printed"), ("printed", "exact")):
-        result = found[model].result
+        result = calibrations[model].result
         assert result.models[other].outcome == "not explained"
         assert result.models[other].agreeing_starts > result.models[other].starts / 2
         assert result.prediction is not None
@@ -97,32 +97,32 @@ def test_wrong_model_explains_neither_data_nor_prediction(found: dict[Model, Cal
         assert result.prediction.rms_N[other] > 10 * NOISE
 
 
-def test_fitted_file_reproduces_fitted_force(found: dict[Model, Calibrated], tmp_path: Path) -> None:
-    own = found["exact"]
+def test_fitted_file_reproduces_fitted_force(calibrations: dict[Model, Calibrated], tmp_path: Path) -> None:
+    calibrated = calibrations["exact"]
     device = machines.device("wang2017")
-    present_fit(device.machine, own, ModelAssumptions.from_sidecar(device.sidecar).meanings, "carrier angle").write(
-        tmp_path
-    )
+    present_fit(
+        device.machine, calibrated, ModelAssumptions.from_sidecar(device.sidecar).meanings, "carrier angle"
+    ).write(tmp_path)
     machine = load(tmp_path / MACHINE_FILE)
     assert machine.origin("mass.planet_kg").startswith("calibrated (exact model")
-    degrees = np.degrees(own.fits["exact"].curve.phi) + own.result.fitted[2].value
+    degrees = np.degrees(calibrated.fits["exact"].curve.phi) + calibrated.result.fitted[2].value
     again = curve(machine, "exact", degrees)
-    assert again == pytest.approx(own.fits["exact"].curve(own.fits["exact"].values)[0], abs=1e-9)
+    assert again == pytest.approx(calibrated.fits["exact"].curve(calibrated.fits["exact"].values)[0], abs=1e-9)
     head = (tmp_path / "residuals.csv").read_text(encoding="utf-8")
     assert "phi_deg,measured_N,exact_N,printed_N" in head
-    assert own.result.statement in (tmp_path / "report.html").read_text(encoding="utf-8")
-    jsonschema.validate(own.result.table(), load_schema("calibrate"))
+    assert calibrated.result.statement in (tmp_path / "report.html").read_text(encoding="utf-8")
+    jsonschema.validate(calibrated.result.table(), load_schema("calibrate"))
 
 
 def test_curve_slopes_equal_differences(tmp_path: Path) -> None:
     chosen = Chosen.from_bounds(wang(), {**BOUNDS, "offset_N": (-5.0, 5.0), "cam.rise_delta_deg[0]": (120.0, 135.0)})
-    own = MeasuredCurve(wang(), chosen, read(written(tmp_path / "data.csv", "exact"), COLUMNS, 1.0), SUPPORT)
-    z = own.machine_values()
-    slopes = own(z)[1]
+    curve = MeasuredCurve(wang(), chosen, read(written(tmp_path / "data.csv", "exact"), COLUMNS, 1.0), SUPPORT)
+    z = curve.machine_values()
+    slopes = curve(z)[1]
     for i, width in enumerate(chosen.upper - chosen.lower):
         step = np.zeros_like(z)
         step[i] = 1e-6 * width
-        assert slopes[:, i] * width == pytest.approx((own(z + step)[0] - own(z - step)[0]) / 2e-6, abs=2e-6)
+        assert slopes[:, i] * width == pytest.approx((curve(z + step)[0] - curve(z - step)[0]) / 2e-6, abs=2e-6)
 
 
 def test_offset_is_detected_and_fitted(tmp_path: Path) -> None:
@@ -171,10 +171,10 @@ def test_reading_accepts_formats(way: str, tmp_path: Path) -> None:
         lines.append(line.replace(".", ",") if way == "decimal commas" else line)
     path = tmp_path / "data.csv"
     path.write_text("\n".join(filter(None, ["# comment", head, *lines])) + "\n", encoding="utf-8")
-    found = read(path, columns, speed)
-    assert found.phi == pytest.approx(np.radians(degrees), abs=1e-12)
-    assert found.values == pytest.approx(force, rel=1e-12)
-    assert found.used.all()
+    measurement = read(path, columns, speed)
+    assert measurement.phi == pytest.approx(np.radians(degrees), abs=1e-12)
+    assert measurement.values == pytest.approx(force, rel=1e-12)
+    assert measurement.used.all()
 
 
 def test_outlier_is_left_out_and_reported(tmp_path: Path) -> None:
@@ -182,10 +182,10 @@ def test_outlier_is_left_out_and_reported(tmp_path: Path) -> None:
     text = path.read_text(encoding="utf-8").splitlines()
     angle, force = text[40].split(",")
     path.write_text("\n".join([*text[:40], f"{angle},{float(force) + 60}", *text[41:]]) + "\n", encoding="utf-8")
-    found = read(path, COLUMNS, 1.0)
-    assert not found.used[38]
-    assert found.used.sum() == len(found.used) - 1
-    assert "1 of 239" in found.treatment[1]
+    measurement = read(path, COLUMNS, 1.0)
+    assert not measurement.used[38]
+    assert measurement.used.sum() == len(measurement.used) - 1
+    assert "1 of 239" in measurement.treatment[1]
 
 
 INVALID_COLUMNS = {
@@ -214,9 +214,11 @@ def test_invalid_calibration_options_exit_with_one_line(tmp_path: Path) -> None:
     assert "--quantity = weight is not a quantity" in refusal(*call, "--fit", "sun_kg=0.3:0.5", "--quantity", "weight")
 
 
-def test_measured_tables_fit_80_columns(found: dict[Model, Calibrated], capsys: pytest.CaptureFixture[str]) -> None:
+def test_measured_tables_fit_80_columns(
+    calibrations: dict[Model, Calibrated], capsys: pytest.CaptureFixture[str]
+) -> None:
     device = machines.device("wang2017")
-    present_fit(device.machine, found["exact"], {}, "carrier angle").show(Console(as_json=False))
+    present_fit(device.machine, calibrations["exact"], {}, "carrier angle").show(Console(as_json=False))
     assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 
@@ -265,11 +267,11 @@ def test_phase_is_found_from_any_start(bounds: tuple[float, float]) -> None:
     """A curve with two minima: a search from one phase ends in the wrong one."""
     degrees = np.arange(0, 360, 4.0)
     chosen = Chosen.from_bounds(wang(), {**ANYWHERE, "phase_deg": bounds})
-    own = MeasuredCurve(wang(), chosen, measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.4), SUPPORT)
-    noise = own.values - shifted(degrees, 37.0, 0.0, 1)
-    fit = fit_curve(own, starts=2)
-    assert np.degrees(own.period) == pytest.approx(180)
-    assert own.is_cyclic == (bounds[1] - bounds[0] >= 180)
+    curve = MeasuredCurve(wang(), chosen, measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.4), SUPPORT)
+    noise = curve.values - shifted(degrees, 37.0, 0.0, 1)
+    fit = fit_curve(curve, starts=2)
+    assert np.degrees(curve.period) == pytest.approx(180)
+    assert curve.is_cyclic == (bounds[1] - bounds[0] >= 180)
     assert (fit.agreeing, fit.is_settled) == (2, True)
     assert fit.rms <= np.sqrt(np.mean(noise**2))  # a global fit leaves no more than the truth does
     low, value, high = (np.degrees(end) % 180 for end in (fit.band(3)[0], fit.values[3], fit.band(3)[1]))
@@ -294,10 +296,10 @@ def test_curve_period_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     angle = np.linspace(0, 2 * np.pi, 720, endpoint=False)
     for parts, periodic in ((1, np.cos(angle)), (3, np.cos(6 * angle) + np.sin(9 * angle)), (1, 0 * angle + 4)):
         chosen = Chosen.from_bounds(wang(), {"phase_deg": (0.0, 200.0)})
-        own = MeasuredCurve(wang(), chosen, measurement(angles, 0 * angles, 1), SUPPORT)
-        monkeypatch.setattr(own, "sample", lambda _, curve=periodic: (curve, np.zeros((720, 1))))
-        assert np.degrees(own.period) == pytest.approx(360 / parts)
-        assert own.is_cyclic == (parts > 1)
+        measured_curve = MeasuredCurve(wang(), chosen, measurement(angles, 0 * angles, 1), SUPPORT)
+        monkeypatch.setattr(measured_curve, "sample", lambda _, curve=periodic: (curve, np.zeros((720, 1))))
+        assert np.degrees(measured_curve.period) == pytest.approx(360 / parts)
+        assert measured_curve.is_cyclic == (parts > 1)
 
 
 def outcome_of(
@@ -331,10 +333,10 @@ def test_bounds_without_true_phase_refute_model() -> None:
 
 def test_disagreeing_starts_are_not_settled() -> None:
     degrees = np.arange(0, 360, 2.0)
-    own = MeasuredCurve(
+    curve = MeasuredCurve(
         wang(), Chosen.from_bounds(wang(), ANYWHERE), measurement(degrees, shifted(degrees, 37.0, 0.4, 1), 0.1), SUPPORT
     )
-    fit = Fit(own, own.machine_values(), (1.0, 1.1, 1.2, 1.0))
+    fit = Fit(curve, curve.machine_values(), (1.0, 1.1, 1.2, 1.0))
     assert (fit.agreeing, fit.is_settled) == (2, False)
     assert calibration.judge_fit(fit, 4.0, Correlation(0.9, False, False)) == "not settled"
 

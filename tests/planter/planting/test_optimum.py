@@ -38,12 +38,12 @@ def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture
 def commented(tmp_path: Path) -> str:
     """A file of a stranger's: built in, with a comment more and an awkward text."""
-    own = tmp_path / "own.toml"
+    path = tmp_path / "own.toml"
     text = examples.text("compact", "planting")
     name = 'name = "mine \\"quoted\\" # no comment"'
     lines = [name if line.startswith("name =") else line for line in text.splitlines()]
-    own.write_text("\n".join(["# of my own", *lines, "# the end"]))
-    return str(own)
+    path.write_text("\n".join(["# of my own", *lines, "# the end"]))
+    return str(path)
 
 
 CASES = {
@@ -61,34 +61,34 @@ CASES = {
 @pytest.mark.parametrize("case", sampled(["a file with comments, numbers set"], CASES))
 def test_what_is_written_goes_back_into_every_command(case: str, commented: str, tmp_path: Path) -> None:
     source, options = CASES[case]
-    found = called("optimise", source or commented, *options, *SHORT, "--out", str(tmp_path / "out"))
+    result = called("optimise", source or commented, *options, *SHORT, "--out", str(tmp_path / "out"))
     written = str(tmp_path / "out" / "optimum.toml")
     model = ("--model", "printed") if "printed" in options else ()
-    assert called("simulate", written, *model)["objective"] == pytest.approx(found["objective"], rel=1e-12)
+    assert called("simulate", written, *model)["objective"] == pytest.approx(result["objective"], rel=1e-12)
     again = called("optimise", written, *model, *SHORT)
-    assert again["start_objective"] == pytest.approx(found["objective"], rel=1e-12)
-    assert again["objective"] <= found["objective"] * (1 + 1e-9)
+    assert again["start_objective"] == pytest.approx(result["objective"], rel=1e-12)
+    assert again["objective"] <= result["objective"] * (1 + 1e-9)
     assert called("validate", written)["valid"] is True
 
 
 def test_the_true_optimum_is_found_by_default() -> None:
     """Over 360 samples the design with k6 = 0.0308 seems better; its true objective is not."""
-    found = called("optimise", "wang2017", *SHORT[:4])
-    assert found["samples"] == "refined"
-    assert found["objective"] == pytest.approx(1.9044107, abs=1e-6)
-    assert found["design"]["k6"] == pytest.approx(0.03, abs=1e-9)
-    assert found["refined"]["objective"] == pytest.approx(found["objective"], rel=1e-12)
-    assert found["refined"]["range_N"] == pytest.approx(found["range_N"], rel=1e-12)
-    sampled, start = found["sampled"], called("simulate", "wang2017")
+    result = called("optimise", "wang2017", *SHORT[:4])
+    assert result["samples"] == "refined"
+    assert result["objective"] == pytest.approx(1.9044107, abs=1e-6)
+    assert result["design"]["k6"] == pytest.approx(0.03, abs=1e-9)
+    assert result["refined"]["objective"] == pytest.approx(result["objective"], rel=1e-12)
+    assert result["refined"]["range_N"] == pytest.approx(result["range_N"], rel=1e-12)
+    sampled, start = result["sampled"], called("simulate", "wang2017")
     assert sampled["samples"] == start["samples"]
-    assert found["start_objective"] == pytest.approx(start["refined"]["objective"], rel=1e-12)
-    design = [f"--set={name}={value!r}" for name, value in found["design"].items()]
+    assert result["start_objective"] == pytest.approx(start["refined"]["objective"], rel=1e-12)
+    design = [f"--set={name}={value!r}" for name, value in result["design"].items()]
     again = called("simulate", "wang2017", *design)
     assert sampled["objective"] == pytest.approx(again["objective"], rel=1e-12)
     assert sampled["range_N"] == pytest.approx(again["support_force"]["range_N"], rel=1e-12)
     other = called("optimise", "wang2017", *SHORT[:4], "--samples", "360")
     assert (other["samples"], other["sampled"]["objective"]) == (360, pytest.approx(other["objective"], rel=1e-12))
-    assert other["objective"] < sampled["objective"] < found["objective"] < other["refined"]["objective"]
+    assert other["objective"] < sampled["objective"] < result["objective"] < other["refined"]["objective"]
 
 
 @pytest.mark.long
@@ -96,9 +96,9 @@ def test_the_true_optimum_is_found_by_default() -> None:
 def test_every_seed_finds_the_true_optimum_in_a_minute(seed: int) -> None:
     before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
     command = [sys.executable, "-m", "planter", "optimise", "wang2017", "--seed", str(seed), "--json"]
-    found = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
-    assert found["objective"] == pytest.approx(1.9044107, abs=1e-6)
-    assert found["certificate"]["agreeing_starts"] == found["certificate"]["starts"]
+    result = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
+    assert result["objective"] == pytest.approx(1.9044107, abs=1e-6)
+    assert result["certificate"]["agreeing_starts"] == result["certificate"]["starts"]
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 60
 
 
@@ -110,8 +110,8 @@ def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
     text = design_presentation.format_optimum_file(machine, "exact", result, 360)
     back = file.Machine.read(tomllib.loads(text), "back")
     moved = {"design.R3_mm", "design.k6"}
-    own = machine.numbers()
-    assert {path for path, value in back.numbers().items() if value != own[path]} == moved
+    numbers = machine.numbers()
+    assert {path for path, value in back.numbers().items() if value != numbers[path]} == moved
     assert "R3_mm = 30.95  # was 30.916 mm" in text.splitlines()
     assert text.count("# was") == 2
     assert all(back.origin(path).startswith("optimised") for path in moved)
@@ -140,17 +140,17 @@ def test_an_interrupt_while_numbers_are_written_hands_the_optimum_over(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(ResultPresentation, "write_data", interrupt)
-    found = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
-    assert found["error"]["name"] == "Interrupted"
-    assert found["partial"]["certificate"]["kkt_residual"] < 1e-6
-    assert found["partial"]["cross"]
+    result = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
+    assert result["error"]["name"] == "Interrupted"
+    assert result["partial"]["certificate"]["kkt_residual"] < 1e-6
+    assert result["partial"]["cross"]
 
 
 def test_an_interrupt_while_figures_are_drawn_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ResultPresentation, "write", interrupt)
-    found = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
+    result = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
     summary = json.loads((tmp_path / "summary.json").read_text())
-    assert found["objective"] == summary["objective"]
+    assert result["objective"] == summary["objective"]
     assert "interrupted" not in summary
     assert (tmp_path / "optimum.toml").exists()
 
@@ -173,17 +173,17 @@ def test_the_best_so_far_is_saved_as_it_is_found(tmp_path: Path, monkeypatch: py
     saved: list[dict] = []
     write = design_presentation.write_partial
     monkeypatch.setattr(
-        design_presentation, "write_partial", lambda out, device, found, stopped=False: saved.append(dict(found))
-        or write(out, device, found, stopped)
+        design_presentation, "write_partial", lambda out, device, best, stopped=False: saved.append(dict(best))
+        or write(out, device, best, stopped)
     )  # fmt: skip
     options = ("--set", "individuals=10", "--set", "generations=6", "--samples", "60", "--starts", "2")
-    found = called("optimise", "wang2017", *options, "--out", str(tmp_path))
-    objectives = [one["objective"] for one in saved]
+    best = called("optimise", "wang2017", *options, "--out", str(tmp_path))
+    objectives = [entry["objective"] for entry in saved]
     assert len(objectives) > 1
     assert objectives == sorted(objectives, reverse=True)
-    assert objectives[-1] == pytest.approx(found["objective"], rel=1e-6)
-    assert found["objective"] <= objectives[-1]
-    assert saved[0]["design"].keys() == found["design"].keys()
+    assert objectives[-1] == pytest.approx(best["objective"], rel=1e-6)
+    assert best["objective"] <= objectives[-1]
+    assert saved[0]["design"].keys() == best["design"].keys()
     assert "finished" not in json.loads((tmp_path / "summary.json").read_text())
 
 

@@ -28,9 +28,9 @@ def test_built_in_machines_are_usual(name: str) -> None:
 )
 def test_validate_and_simulate_warn_of_a_wrong_unit(name: str, value: float, usual: str) -> None:
     setting = f"{name}={value!r}"
-    found = answer("validate", "wang2017", "--set", setting)
-    assert found["valid"] is True
-    (warning,) = found["warnings"]
+    result = answer("validate", "wang2017", "--set", setting)
+    assert result["valid"] is True
+    (warning,) = result["warnings"]
     assert warning.keys() == {"name", "message"}
     assert warning["name"] == "implausible_value"
     assert usual in warning["message"]

@@ -59,8 +59,8 @@ def by_arb(subject: Device, x: Array, sample: int) -> arb:
 
 
 def _by_arb(subject: Device, x: Array, turn: arb) -> arb:
-    own = [len(stage.names) for stage in subject.stages]
-    parts = np.cumsum([0, subject.size - sum(own), *own]).tolist()
+    lengths = [len(stage.names) for stage in subject.stages]
+    parts = np.cumsum([0, subject.size - sum(lengths), *lengths]).tolist()
     mounting, *parameters = ([arb(float(v)) for v in x[a:b]] for a, b in pairwise(parts))
     curves = [generated.module(f"array.curve_{stage.family}") for stage in subject.stages]
     hoisted = [
@@ -83,10 +83,10 @@ def holds(ball: Ball, value: arb) -> bool:
 
 @pytest.mark.parametrize("model", MODELS)
 def test_the_force_of_an_interval_library_is_enclosed(model: Model) -> None:
-    found = enclosed("wang2017", model).value[ANYWHERE]
+    enclosure = enclosed("wang2017", model).value[ANYWHERE]
     for seed in range(4):
         x = inside("wang2017", model, seed)
-        assert all(holds(found[i], by_arb(device("wang2017", model), x, i)) for i in ASKED)
+        assert all(holds(enclosure[i], by_arb(device("wang2017", model), x, i)) for i in ASKED)
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -96,8 +96,8 @@ def test_without_rounding_the_force_is_missed(model: Model, monkeypatch: pytest.
     exact = [by_arb(subject, x, i) for i in ASKED]
 
     def missed() -> int:
-        found = enclose_samples(EnclosedForce(subject), Space(x, x), COUNT)[0].value[ANYWHERE]
-        return sum(not holds(found[i], value) for i, value in zip(ASKED, exact, strict=True))
+        values = enclose_samples(EnclosedForce(subject), Space(x, x), COUNT)[0].value[ANYWHERE]
+        return sum(not holds(values[i], value) for i, value in zip(ASKED, exact, strict=True))
 
     assert missed() == 0
     for part, value in (("U", 0.0), ("SLACK", 0.0), ("GROWTH", 1.0), ("TINY", 0.0), ("LIBM", 0.0)):
@@ -110,13 +110,13 @@ def test_without_rounding_the_force_is_missed(model: Model, monkeypatch: pytest.
 @pytest.mark.parametrize("name", ["wang2017", "compact"])
 def test_force_and_slopes_of_the_whole_model_are_enclosed(name: str, model: Model) -> None:
     """The compiled kernels of the whole model, internal forces and all: the reduced one is the same."""
-    subject, found = device(name, model), enclosed(name, model)
+    subject, enclosure = device(name, model), enclosed(name, model)
     angles = 2 * np.pi * np.arange(COUNT // 2) / COUNT
     for seed in range(30):
         force, slopes = subject.support_slopes(subject.prologue(inside(name, model, seed)), angles)
-        assert_within(found.value[ANYWHERE], force)
-        felt = list(found.felt)
-        assert_within(found.gradient[ANYWHERE], slopes[:, 1:].T[felt])
+        assert_within(enclosure.value[ANYWHERE], force)
+        felt = list(enclosure.felt)
+        assert_within(enclosure.gradient[ANYWHERE], slopes[:, 1:].T[felt])
         gone = [k for k in range(subject.size) if k not in felt]
         assert np.abs(slopes[:, 1:].T[gone]).max(initial=0) < 1e-8
 
@@ -128,9 +128,9 @@ def assert_within(ball: Ball, value: Array) -> None:
 
 
 def test_the_enclosure_is_narrow() -> None:
-    found = enclosed("wang2017", "exact")
-    assert found.value.rad[CENTRE].max() < 1e-4
-    assert found.value.rad[ANYWHERE].max() < 0.05
+    enclosure = enclosed("wang2017", "exact")
+    assert enclosure.value.rad[CENTRE].max() < 1e-4
+    assert enclosure.value.rad[ANYWHERE].max() < 0.05
 
 
 def test_parameters_without_effect() -> None:
@@ -153,13 +153,13 @@ def problem(model: Model) -> tuple[proof.ObjectiveEnclosure, Array, Array, Array
 @pytest.mark.parametrize(("model", "count"), sampled([(model, 3) for model in MODELS], product(MODELS, [3, 12])))
 def test_bounds_hold_at_designs_of_a_box(model: Model, count: int) -> None:
     bounding, corner, lower, upper = problem(model)
-    found = bounding(lower, upper)
+    bounds = bounding(lower, upper)
     for seed in range(count):
         x = lower + np.random.default_rng(seed).random(len(lower)) * (upper - lower)
-        assert found.least <= bounding(x, x).reached
-    assert found.least <= bounding(corner, corner).reached
+        assert bounds.least <= bounding(x, x).reached
+    assert bounds.least <= bounding(corner, corner).reached
     open_ = upper > lower
-    assert ((found.slopes.low > 0) | (found.slopes.high < 0))[open_].sum() >= 5
+    assert ((bounds.slopes.low > 0) | (bounds.slopes.high < 0))[open_].sum() >= 5
 
 
 def shifted(name: str, lower: Array, upper: Array, without: tuple[str, ...], design: Array) -> BranchAndBound:
@@ -183,32 +183,32 @@ def test_a_small_box_is_proved_and_a_false_claim_of_no_effect_is_not() -> None:
 
 
 def test_the_command_gives_the_gap_that_it_reaches() -> None:
-    found = answer("optimise", "wang2017", *SHORT, "--prove", "--prove-seconds", "0")
-    told = found["proof"]
+    result = answer("optimise", "wang2017", *SHORT, "--prove", "--prove-seconds", "0")
+    proof = result["proof"]
     keys = {"objective", "lower_bound", "gap", "boxes", "seconds", "proved", "statement", "kind", "samples", "design"}
-    assert set(told) == keys
-    assert (told["kind"], told["samples"]) == ("sampled", found["samples"])
-    assert (told["objective"], told["design"]) == (found["objective"], found["design"])
-    assert told["proved"] == (told["gap"] <= 1e-6 * told["objective"])
-    assert not told["proved"]
-    assert told["lower_bound"] < told["objective"]
-    assert told["gap"] == pytest.approx(told["objective"] - told["lower_bound"], abs=1e-9)
-    assert told["statement"].startswith("not proved to 1e-06 of the objective in ")
+    assert set(proof) == keys
+    assert (proof["kind"], proof["samples"]) == ("sampled", result["samples"])
+    assert (proof["objective"], proof["design"]) == (result["objective"], result["design"])
+    assert proof["proved"] == (proof["gap"] <= 1e-6 * proof["objective"])
+    assert not proof["proved"]
+    assert proof["lower_bound"] < proof["objective"]
+    assert proof["gap"] == pytest.approx(proof["objective"] - proof["lower_bound"], abs=1e-9)
+    assert proof["statement"].startswith("not proved to 1e-06 of the objective in ")
 
 
 def test_the_true_optimum_is_not_claimed_by_a_sampled_proof() -> None:
     """Over the file's samples another design of the box is better: that one is the incumbent, and is named so."""
     options = ("--method", "ipopt", "--starts", "1", "--prove", "--prove-seconds", "0", "--set", f"samples={COUNT}")
-    found = answer("optimise", "wang2017", *options)
-    told = found["proof"]
-    assert found["samples"] == "refined"
-    assert (told["kind"], told["samples"]) == ("sampled", COUNT)
-    assert told["objective"] < found["sampled"]["objective"] - 1e-6
-    assert told["design"] != found["design"]
-    assert f"over {COUNT} samples" in told["statement"]
+    result = answer("optimise", "wang2017", *options)
+    proof = result["proof"]
+    assert result["samples"] == "refined"
+    assert (proof["kind"], proof["samples"]) == ("sampled", COUNT)
+    assert proof["objective"] < result["sampled"]["objective"] - 1e-6
+    assert proof["design"] != result["design"]
+    assert f"over {COUNT} samples" in proof["statement"]
     scored = answer("simulate", "wang2017", "--set", f"samples={COUNT}",
-                    *(f"--set={name}={value!r}" for name, value in told["design"].items()))  # fmt: skip
-    assert scored["objective"] == pytest.approx(told["objective"], rel=1e-12)
+                    *(f"--set={name}={value!r}" for name, value in proof["design"].items()))  # fmt: skip
+    assert scored["objective"] == pytest.approx(proof["objective"], rel=1e-12)
 
 
 def test_a_proof_is_made_where_it_is_asked_for() -> None:
@@ -225,10 +225,10 @@ def test_a_narrow_box_is_proved() -> None:
                        for name in base.design}  # fmt: skip
     subject = Device(type(base).read(table, "narrow"))
     seen: list[Progress] = []
-    found = optimisation.optimise(subject, "ipopt", str(COUNT), starts=1)
-    told = proof.add_proof(found, 60.0, seen.append).result.proof
-    assert told is not None
-    assert told.proved, told
-    assert 0 <= told.gap <= 1e-6 * told.objective
-    assert told.statement.startswith("proved: no design of the box is better than ")
+    optimum = optimisation.optimise(subject, "ipopt", str(COUNT), starts=1)
+    proved = proof.add_proof(optimum, 60.0, seen.append).result.proof
+    assert proved is not None
+    assert proved.proved, proved
+    assert 0 <= proved.gap <= 1e-6 * proved.objective
+    assert proved.statement.startswith("proved: no design of the box is better than ")
     assert str(seen[-1]).startswith("proof: ")

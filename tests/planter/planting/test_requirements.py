@@ -95,17 +95,17 @@ def test_values_are_those_of_the_path(entries: dict[str, dict], path: dict[str, 
 
 
 def test_nozzles_come_as_close_as_points_along_them(entries: dict[str, dict], path: dict[str, np.ndarray]) -> None:
-    every = slice(0, None, 50)
+    subset = slice(0, None, 50)
     travelled = 1e3 * -0.667 * path["phi"] / (40 * np.pi / 30)
     s = np.linspace(0, 1, 60)
     ends = []
     for tail, lag in (("", 0), ("_2", 1e3 * -0.667 * 60 / 40 / 2)):
         funnel = path[f"x_B1_mm{tail}"] + 1j * path[f"y_B1_mm{tail}"]
         tip = path[f"tip_x_mm{tail}"] - (travelled - lag) + 1j * path[f"tip_y_mm{tail}"]
-        ends.append(funnel[every, None] + s * (tip - funnel)[every, None])
-    apart = np.abs(ends[0][:, :, None] - ends[1][:, None, :]).min()
-    assert entries["nozzle_distance"].value == pytest.approx(apart, rel=0.02)
-    assert entries["nozzle_distance"].value <= apart
+        ends.append(funnel[subset, None] + s * (tip - funnel)[subset, None])
+    distance = np.abs(ends[0][:, :, None] - ends[1][:, None, :]).min()
+    assert entries["nozzle_distance"].value == pytest.approx(distance, rel=0.02)
+    assert entries["nozzle_distance"].value <= distance
 
 
 def test_the_leaving_halves_pass_the_seedling(entries: dict[str, dict], path: dict[str, np.ndarray]) -> None:
@@ -126,16 +126,16 @@ def test_the_leaving_halves_pass_the_seedling(entries: dict[str, dict], path: di
 def test_pitch_curves_bend_as_their_points_do(device: Device, entries: dict[str, dict]) -> None:
     from planter.planting.toothed import locate_pitch_curves
 
-    least, greatest = [], []
+    smallest, greatest = [], []
     for curve in locate_pitch_curves(device, device.design, samples=20_000).curves:
         x, y = curve.points[:, :-1]
         dx, dy = (np.roll(v, -1) - np.roll(v, 1) for v in (x, y))
         ddx, ddy = (4 * (np.roll(v, -1) - 2 * v + np.roll(v, 1)) for v in (x, y))
         bend = np.abs((dx * ddy - dy * ddx) / np.hypot(dx, dy) ** 3)
         smooth = np.abs(np.diff(bend, append=bend[0])) < 1e-3
-        least.append(bend[smooth].min())
+        smallest.append(bend[smooth].min())
         greatest.append(bend[smooth].max())
-    assert entries["pitch_curvature"].value == pytest.approx(min(least), rel=2e-3)
+    assert entries["pitch_curvature"].value == pytest.approx(min(smallest), rel=2e-3)
     assert entries["curvature_radius"].value == pytest.approx(1 / max(greatest), rel=2e-3)
 
 
@@ -163,8 +163,8 @@ def differences(measures: RequirementRows, x: np.ndarray, width: np.ndarray, ste
 
 
 def worst(measures: RequirementRows, x: np.ndarray, width: np.ndarray, slopes: np.ndarray) -> float:
-    found = differences(measures, x, width, 1e-5)
-    return float((np.abs(found - slopes).max(axis=1) / np.abs(found).max(axis=1).clip(1e-5)).max())
+    deviations = differences(measures, x, width, 1e-5)
+    return float((np.abs(deviations - slopes).max(axis=1) / np.abs(deviations).max(axis=1).clip(1e-5)).max())
 
 
 def test_gradients_are_exact_on_both_sides_of_the_joints(device: Device, measures: RequirementRows) -> None:
@@ -177,12 +177,12 @@ def test_gradients_are_exact_on_both_sides_of_the_joints(device: Device, measure
     def at(m: float) -> np.ndarray:
         return np.where(np.arange(len(width)) == m31, m, device.design)
 
-    def beside(m: float) -> float:
+    def build_device_with(m: float) -> float:
         x = at(m)
         return float(measures.at(x).angles[low] + x[device.names.index("alpha3_deg")] - np.pi / m)
 
-    joint = root_scalar(beside, x0=1.0, x1=1.05, xtol=1e-13).root
-    assert abs(beside(joint)) < 1e-9
+    joint = root_scalar(build_device_with, x0=1.0, x1=1.05, xtol=1e-13).root
+    assert abs(build_device_with(joint)) < 1e-9
     for aside in (-1e-3, 0.0, 1e-3):
         x = at(joint + aside)
         slopes = measures.slopes(x) * width
@@ -197,8 +197,8 @@ def test_hessians_are_the_derivatives_of_the_gradients(device: Device, measures:
     )
     exact = measures.curvature(x, weights) * np.outer(width, width)
     steps = np.eye(len(x)) * 1e-5 * width
-    found = np.array([(measures.slopes(x + e).T - measures.slopes(x - e).T) @ weights * width / 2e-5 for e in steps])
-    assert np.abs(found - exact).max() < 1e-5 * np.abs(exact).max()
+    slopes = np.array([(measures.slopes(x + e).T - measures.slopes(x - e).T) @ weights * width / 2e-5 for e in steps])
+    assert np.abs(slopes - exact).max() < 1e-5 * np.abs(exact).max()
 
 
 # --- as constraints -----------------------------------------------------------------------------------
@@ -212,9 +212,9 @@ def problem_of(device: Device) -> tuple[Problem, RequirementConstraints]:
 def test_a_point_that_keeps_them_is_found_and_the_margin_counts(device: Device) -> None:
     problem, constraints = problem_of(device)
     assert not problem.is_feasible(problem.start)
-    found = minimise_violation(problem, constraints, problem.start)
-    assert found.is_feasible
-    for entry in evaluate_requirements(constraints.measures, problem.design(found.u)):
+    point = minimise_violation(problem, constraints, problem.start)
+    assert point.is_feasible
+    for entry in evaluate_requirements(constraints.measures, problem.design(point.u)):
         assert entry.verdict == "pass", entry
 
 
@@ -222,21 +222,21 @@ def test_infeasible_says_which_where_and_how_much_and_relaxing_it_helps() -> Non
     """The list's own margin of the funnel's speed conflicts with the distance of the nozzles."""
     strict = machine.load(WIDE, {"funnel_speed_margin_m_s": 0.05})
     problem, constraints = problem_of(Device(strict))
-    least = find_feasible_or_nearest(problem, constraints, [problem.start])
-    assert not least.is_feasible
-    error = build_infeasibility_error(constraints, problem.design(least.u), least)
+    nearest = find_feasible_or_nearest(problem, constraints, [problem.start])
+    assert not nearest.is_feasible
+    error = build_infeasibility_error(constraints, problem.design(nearest.u), nearest)
     assert error.exit_code == 1
     assert len(error.violations) == 1
     broken = error.violations[0]
     assert broken.name in error.message
     assert f"{broken.amount:.6g}" in error.message
-    for share, kept in ((1.0, True), (0.9, False)):
+    for share, is_feasible in ((1.0, True), (0.9, False)):
         limit = broken.limit + share * (broken.relaxed - broken.limit)
         relaxed = strict.with_numbers({f"requirements.{broken.key}": limit})
         again, rows = problem_of(Device(relaxed))
         u = (error.design - again.box.origin) / again.box.unit
-        assert (rows.violation(again.design(u)) < 1e-6) is kept
-        assert (minimise_violation(again, rows, np.clip(u, 0, 1)).total < 1e-6) is kept
+        assert (rows.violation(again.design(u)) < 1e-6) is is_feasible
+        assert (minimise_violation(again, rows, np.clip(u, 0, 1)).total < 1e-6) is is_feasible
 
 
 def test_the_certificate_knows_the_multipliers_of_requirements(device: Device) -> None:
@@ -295,9 +295,9 @@ def test_a_machine_without_requirements_has_no_constraints() -> None:
 
 def test_the_largest_radius_of_curvature_that_may_be_asked_for_has_an_excess() -> None:
     """Its step in curvature is far below the rounding of the curvature that it bounds."""
-    asked = Device(machine.load("wang2017-wide", {"curvature_radius_min_mm": 1e15}))
-    rows = RequirementRows(asked)
-    excess = compute_bounds(rows).excess(rows.at(asked.design).values)
+    device = Device(machine.load("wang2017-wide", {"curvature_radius_min_mm": 1e15}))
+    rows = RequirementRows(device)
+    excess = compute_bounds(rows).excess(rows.at(device.design).values)
     assert np.isfinite(excess).all()
     assert excess.max() > 1e20
 
@@ -321,14 +321,14 @@ REFUSED = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_bad_requirements_are_refused_in_one_sentence(case: str, tmp_path: Path) -> None:
-    old, new, said = REFUSED[case]
+    old, new, message = REFUSED[case]
     text = examples.example(WIDE)
     assert old in text
     file = tmp_path / "my.toml"
     file.write_text(text.replace(old, new), encoding="utf-8")
     with pytest.raises(InputError) as caught:
         machine.load(file)
-    assert said in caught.value.message
+    assert message in caught.value.message
     assert "my.toml" in caught.value.message
     assert "\n" not in caught.value.message
 
@@ -339,9 +339,11 @@ def test_bad_requirements_are_refused_in_one_sentence(case: str, tmp_path: Path)
 def test_simulate_and_validate_report_them() -> None:
     keys = {"name", "value", "unit", "lower", "upper", "margin", "phi_deg"}
     for command in ("simulate", "validate"):
-        found = answer(command, WIDE)["requirements"]
-        assert [entry["name"] for entry in found] == [kind.name for kind in KINDS if kind.needs != ("points_mm",)]
-        assert all(keys <= set(entry) for entry in found)
+        requirements = answer(command, WIDE)["requirements"]
+        assert [entry["name"] for entry in requirements] == [
+            kind.name for kind in KINDS if kind.needs != ("points_mm",)
+        ]
+        assert all(keys <= set(entry) for entry in requirements)
     assert "requirements" not in answer("simulate", "wang2017")
 
 
@@ -351,8 +353,8 @@ def test_optimise_answers_infeasible_requirements_with_exit_code_1() -> None:
             "--set", "funnel_speed_margin_m_s=0.05")  # fmt: skip
     code, out, err = run(*call)
     assert code == 1
-    told = json.loads(out)
-    assert told["error"]["name"] == "Infeasible"
-    assert "funnel_speed" in told["error"]["message"]
-    assert {"name", "amount", "unit", "phi_deg"} <= set(told["partial"]["violations"][0])
+    answer = json.loads(out)
+    assert answer["error"]["name"] == "Infeasible"
+    assert "funnel_speed" in answer["error"]["message"]
+    assert {"name", "amount", "unit", "phi_deg"} <= set(answer["partial"]["violations"][0])
     assert "Traceback" not in err

@@ -25,8 +25,8 @@ FORCES = {"support_force", "joint_forces"}
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
 
-def names(drawn: set[str], *others: str) -> set[str]:
-    return {f"figures/{name}.{kind}" for name in drawn for kind in ("svg", "png")} | {*others}
+def names(figure_names: set[str], *other_names: str) -> set[str]:
+    return {f"figures/{name}.{kind}" for name in figure_names for kind in ("svg", "png")} | {*other_names}
 
 
 def written(folder: Path) -> dict[str, bytes]:
@@ -37,20 +37,20 @@ def written(folder: Path) -> dict[str, bytes]:
 
 def test_a_simulation_leaves_all_of_its_numbers_and_the_same_bytes_each_time(tmp_path: Path) -> None:
     device = Device(load("wang2017", {"forward_speed_m_s": -0.667}), "printed")
-    found = simulate(device, 24, [0.0, 100.0])
+    simulation = simulate(device, 24, [0.0, 100.0])
     for folder in ("one", "two"):
-        present_simulation(found).write(tmp_path / folder)
+        present_simulation(simulation).write(tmp_path / folder)
     first = written(tmp_path / "one")
     assert set(first) == names(MOTION | FORCES, "summary.json", "cycle.csv", "report.html")
     assert first == written(tmp_path / "two")
     summary = json.loads(first["summary.json"])
-    result = found.result.table()
+    result = simulation.result.table()
     assert {key: summary[key] for key in result} == json.loads(json.dumps(result))
     assert summary["provenance"] == files.provenance(device.machine)
     comments, columns = files.read_cycle_csv(tmp_path / "one" / "cycle.csv")
     assert "model: printed" in comments
     assert {k: v.tobytes() for k, v in columns.items()} == {
-        k: np.asarray(v, dtype=float).tobytes() for k, v in found.cycle.columns().items()
+        k: np.asarray(v, dtype=float).tobytes() for k, v in simulation.cycle.columns().items()
     }
 
 
@@ -60,13 +60,13 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     monkeypatch.setattr(pareto, "FRONT_POINTS", 2)
     monkeypatch.setattr(Device, "compile", lambda self, refined: None)  # not worth it for one start
     device = Device(load("wang2017"))
-    found = optimise(device, "ipopt", "60", starts=1)
+    optimum = optimise(device, "ipopt", "60", starts=1)
     numbers = {"summary.json", "cycle.csv", "optimum.toml"}
-    present_optimum(found, device).write_data(tmp_path)
+    present_optimum(optimum, device).write_data(tmp_path)
     assert set(written(tmp_path)) == numbers
-    present_optimum(found, device).write(tmp_path)
-    drawn = MOTION | FORCES | {"convergence"}
-    assert set(written(tmp_path)) == names(drawn, "report.html", *numbers)
+    present_optimum(optimum, device).write(tmp_path)
+    figure_names = MOTION | FORCES | {"convergence"}
+    assert set(written(tmp_path)) == names(figure_names, "report.html", *numbers)
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     _, columns = files.read_cycle_csv(tmp_path / "cycle.csv")
     assert len(columns["support_N"]) == 60
@@ -74,10 +74,10 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     assert summary["range_N"] < summary["start_range_N"]
     assert summary["provenance"]["seed"] == 0
     assert "front" not in summary
-    compromises = add_pareto_front(found)
+    compromises = add_pareto_front(optimum)
     present_optimum(compromises, device).write(tmp_path)
-    assert set(written(tmp_path)) == names(drawn | {"pareto"}, "report.html", *numbers)
-    ranges = [one.range_N for one in compromises.result.front]
+    assert set(written(tmp_path)) == names(figure_names | {"pareto"}, "report.html", *numbers)
+    ranges = [point.range_N for point in compromises.result.front]
     assert ranges == sorted(ranges)
     assert min(ranges) < summary["range_N"] * (1 + 1e-6)
 
@@ -85,12 +85,12 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
 def test_one_report_has_one_range_of_a_design(tmp_path: Path) -> None:
     """True extremes stand in table and figure; those of samples stand beside them, under their number."""
     device = Device(load("wang2017"))
-    found = simulate(device)
-    present_simulation(found).write(tmp_path)
+    simulation = simulate(device)
+    present_simulation(simulation).write(tmp_path)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    true = found.result.refined.range_N
+    true = simulation.result.refined.range_N
     assert f"{true:.6g}" in page
-    assert f"{found.result.samples} samples" in page
+    assert f"{simulation.result.samples} samples" in page
     phi = find_curve_angles(device, device.design)
     assert np.ptp(device.support(device.prologue(device.design), phi)) == pytest.approx(true, rel=1e-12)
 
@@ -105,9 +105,9 @@ def test_the_device_that_is_optimised_stays_as_it_is() -> None:
 
 def test_a_sensitivity_leaves_its_summary(tmp_path: Path) -> None:
     device = Device(load("wang2017"))
-    found = sensitivity(device, 24)
-    present_sensitivity(found, device).write(tmp_path)
-    result = found.table()
+    sensitivity_result = sensitivity(device, 24)
+    present_sensitivity(sensitivity_result, device).write(tmp_path)
+    result = sensitivity_result.table()
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert {key: summary[key] for key in result} == json.loads(json.dumps(result))
     assert summary["input"] == device.machine.table()

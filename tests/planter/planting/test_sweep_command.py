@@ -39,26 +39,26 @@ def done(tmp_path_factory: pytest.TempPathFactory, kernel_cache: None) -> tuple[
 
 
 def test_sweep_example_matches_schema(done: tuple[dict, Path]) -> None:
-    found, out = done
-    jsonschema.validate(found, load_schema("sweep"))
-    assert found["rows"] == 2 * 21 * 9 * 2
-    assert found["columns"][:4] == ["model", "operation.speed_rpm", "mass.planet_kg", "design.m31"]
-    assert (found["workers"], found["resumed"]) == (0, 0)
+    result, out = done
+    jsonschema.validate(result, load_schema("sweep"))
+    assert result["rows"] == 2 * 21 * 9 * 2
+    assert result["columns"][:4] == ["model", "operation.speed_rpm", "mass.planet_kg", "design.m31"]
+    assert (result["workers"], result["resumed"]) == (0, 0)
     summary = json.loads((out / "summary.json").read_text())
-    assert (summary["hash"], summary["plan"]["scheme"]) == (found["hash"], "grid")
+    assert (summary["hash"], summary["plan"]["scheme"]) == (result["hash"], "grid")
 
 
 def test_csv_and_parquet_have_equal_rows(done: tuple[dict, Path]) -> None:
-    found, out = done
+    result, out = done
     parquet = pyarrow.parquet.read_table(out / "rows.parquet")
     lines = (out / "rows.csv").read_text().splitlines()
     head = sum(line.startswith("#") for line in lines)
     csv = pyarrow.csv.read_csv(out / "rows.csv", read_options=pyarrow.csv.ReadOptions(skip_rows=head))
-    assert parquet.column_names == csv.column_names == found["columns"]
-    assert (parquet.num_rows, csv.num_rows) == (found["rows"],) * 2
+    assert parquet.column_names == csv.column_names == result["columns"]
+    assert (parquet.num_rows, csv.num_rows) == (result["rows"],) * 2
     for name in parquet.column_names:
         assert parquet[name].to_pylist() == csv[name].to_pylist()
-    for name, extent in found["envelope"].items():
+    for name, extent in result["envelope"].items():
         column = parquet[name].to_numpy()
         assert (extent["min"], extent["max"]) == (column.min(), column.max())
         assert np.isclose(extent["mean"], column.mean(), rtol=1e-12)
@@ -92,16 +92,18 @@ def test_sweep_page_shows_figures(done: tuple[dict, Path]) -> None:
 def test_repeated_sweep_writes_identical_files(tmp_path: Path) -> None:
     (tmp_path / "plan.toml").write_text(SMALL)
     command, out = ("sweep", str(tmp_path / "plan.toml"), "--out", str(tmp_path / "run")), tmp_path / "run"
-    found = answer(*command)
+    result = answer(*command)
     before = {out / name: (out / name).read_bytes() for name in ("rows.csv", "rows.parquet")}
     again = answer(*command)
-    assert (again["hash"], found["resumed"], again["resumed"]) == (found["hash"], 0, 1)
+    assert (again["hash"], result["resumed"], again["resumed"]) == (result["hash"], 0, 1)
     assert before == {path: path.read_bytes() for path in before}
 
 
 def test_concurrent_sweep_in_folder_is_rejected(tmp_path: Path) -> None:
     """Another plan that starts while the first one runs is refused at once and changes no byte of what is there."""
-    plans = [Plan.read(tomllib.loads(SMALL) | {"inputs": {"speed_rpm": one}}, "plan.toml") for one in ([35, 40], [60])]
+    plans = [
+        Plan.read(tomllib.loads(SMALL) | {"inputs": {"speed_rpm": speed}}, "plan.toml") for speed in ([35, 40], [60])
+    ]
     refusals = []
 
     def files() -> dict[str, tuple[int, int]]:
@@ -115,12 +117,12 @@ def test_concurrent_sweep_in_folder_is_rejected(tmp_path: Path) -> None:
             refusals.append(refused.value.message)
             assert files() == before
 
-    found = compute_sweep(plans[0], tmp_path, progress=start_another)
+    result = compute_sweep(plans[0], tmp_path, progress=start_another)
     assert str(tmp_path) in refusals[0]
     assert str(os.getpid()) in refusals[0]
     rows = pyarrow.parquet.read_table(tmp_path / "rows.parquet")
     assert rows["operation.speed_rpm"].to_pylist() == [35, 40]
-    assert compute_sweep(plans[0]).record.table()["hash"] == found.record.table()["hash"]
+    assert compute_sweep(plans[0]).record.table()["hash"] == result.record.table()["hash"]
 
 
 def test_folder_of_other_plan_exits_2(tmp_path: Path) -> None:
@@ -131,8 +133,8 @@ def test_folder_of_other_plan_exits_2(tmp_path: Path) -> None:
     (tmp_path / "plan.toml").write_text(SMALL.replace("45", "46"))
     assert "sweep.sqlite" in refusal("sweep", str(tmp_path / "plan.toml"), "--out", str(out))
     assert before == {path: path.read_bytes() for path in out.rglob("*") if path.is_file()}
-    found = answer("sweep", str(tmp_path / "plan.toml"), "--out", str(out), "--overwrite")
-    assert found["resumed"] == 0
+    result = answer("sweep", str(tmp_path / "plan.toml"), "--out", str(out), "--overwrite")
+    assert result["resumed"] == 0
     rows = pyarrow.parquet.read_table(out / "rows.parquet")
     assert rows["operation.speed_rpm"].to_pylist() == [35, 40, 46]
 
@@ -145,11 +147,11 @@ def test_sweep_tables_fit_80_columns() -> None:
 
 
 def test_list_shows_inputs_and_outputs() -> None:
-    found = answer("sweep", "--list", "wang2017")
-    jsonschema.validate(found, load_schema("sweep"))
-    assert found["choices"] == {"model": ["exact", "printed"]}
-    assert "radius" in found["inputs"]["design.R3_mm"]
-    assert "motor" in found["outputs"]["M_L_max_Nm"]
+    result = answer("sweep", "--list", "wang2017")
+    jsonschema.validate(result, load_schema("sweep"))
+    assert result["choices"] == {"model": ["exact", "printed"]}
+    assert "radius" in result["inputs"]["design.R3_mm"]
+    assert "motor" in result["outputs"]["M_L_max_Nm"]
 
 
 def test_sweep_without_plan_is_rejected() -> None:

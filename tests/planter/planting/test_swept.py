@@ -36,10 +36,10 @@ def machine(kernel_cache: None) -> Machine:
 
 def by_simulation(machine: Machine, model: str, point: np.ndarray, outputs: tuple[str, ...]) -> list[float]:
     """Outputs of a row by `planter simulate`: a machine of its own, all of its quantities."""
-    own = machine.with_numbers(dict(zip(INPUTS, map(float, point), strict=True)))
-    found = simulation.simulate(Device(own, "printed" if model == "printed" else "exact"))
-    columns = found.cycle.columns()
-    values = {"objective": found.result.objective}
+    changed = machine.with_numbers(dict(zip(INPUTS, map(float, point), strict=True)))
+    simulated = simulation.simulate(Device(changed, "printed" if model == "printed" else "exact"))
+    columns = simulated.cycle.columns()
+    values = {"objective": simulated.result.objective}
     for name in set(outputs) - {"objective"}:
         stem, kind, unit = name.rsplit("_", 2)
         key = {"N2": f"{stem}_N"}.get(unit, f"{stem}_{unit}")
@@ -53,8 +53,8 @@ def test_rows_are_the_turns_that_simulate_finds(machine: Machine, model: str) ->
     shares = np.random.default_rng(3).random((3, len(INPUTS)))
     low, high = np.array(list(INPUTS.values())).T
     points = low + shares * (high - low)
-    wanted = [by_simulation(machine, model, point, OUTPUTS) for point in points]
-    np.testing.assert_allclose(subject.evaluated(points, 1), wanted, rtol=1e-9, atol=1e-12)
+    expected = [by_simulation(machine, model, point, OUTPUTS) for point in points]
+    np.testing.assert_allclose(subject.evaluated(points, 1), expected, rtol=1e-9, atol=1e-12)
 
 
 def test_rows_do_not_hang_on_threads_or_on_their_neighbours(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -81,18 +81,18 @@ def test_the_mean_force_is_the_weight_whatever_is_varied(machine: Machine) -> No
     fine = machine.with_numbers({"objective.samples": 2000})
     subject = ROOM.subject(ROOM.frozen(fine), {}, inputs, ["support_mean_N"])
     points = np.array([[1.0, 0.3, 10.0], [1.4, 0.5, 80.0], [1.1, 0.4, 33.0]])
-    own = cycle.compute_weight(Device(machine))
+    weight = cycle.compute_weight(Device(machine))
     gravity, mass = machine.operation.gravity_m_s2, machine.mass
-    weights = own + gravity * (2 * (points[:, 0] - mass.planet_kg) + points[:, 1] - mass.sun_kg)
+    weights = weight + gravity * (2 * (points[:, 0] - mass.planet_kg) + points[:, 1] - mass.sun_kg)
     np.testing.assert_allclose(subject.evaluated(points, 1)[:, 0], weights, rtol=1e-7)
 
 
 def test_a_row_without_a_finite_turn_has_nothing(machine: Machine) -> None:
     subject = ROOM.subject(ROOM.frozen(machine), {}, {"mass.planet_kg": (1.0, 1.4)}, OUTPUTS)
-    found = subject.evaluated(np.array([[1.2], [1e308], [1.2]]), 1)
-    assert np.isnan(found[1]).all()
-    assert np.array_equal(found[0], found[2])
-    assert np.isfinite(found[0]).all()
+    rows = subject.evaluated(np.array([[1.2], [1e308], [1.2]]), 1)
+    assert np.isnan(rows[1]).all()
+    assert np.array_equal(rows[0], rows[2])
+    assert np.isfinite(rows[0]).all()
 
 
 @pytest.mark.parametrize("name", ["wang2017", "compact"])
@@ -113,8 +113,8 @@ def test_a_deviation_is_one_of_the_centre_distance_alone(name: str, kernel_cache
 def test_the_path_over_ground_is_that_of_simulate() -> None:
     """A machine that travels does not come back: the turn is the one from 0 to 360 deg."""
     machine = file.load("compact", {"objective.samples": 24})
-    own = machine.with_numbers({"operation.speed_rpm": 36.0})
-    path = simulation.simulate(Device(own)).cycle.columns()["tip_x_mm"]
+    changed = machine.with_numbers({"operation.speed_rpm": 36.0})
+    path = simulation.simulate(Device(changed)).cycle.columns()["tip_x_mm"]
     subject = ROOM.subject(ROOM.frozen(machine), {}, {"operation.speed_rpm": (35, 45)}, ["tip_x_range_mm"])
     np.testing.assert_allclose(subject.evaluated(np.array([[36.0]]), 1), [[np.ptp(path)]], rtol=1e-12)
 
@@ -136,11 +136,11 @@ REFUSED = {
 }
 
 
-@pytest.mark.parametrize(("change", "told"), REFUSED.values(), ids=REFUSED.keys())
-def test_a_plan_that_does_not_fit_the_machine_is_refused(change: dict, told: str) -> None:
+@pytest.mark.parametrize(("change", "message"), REFUSED.values(), ids=REFUSED.keys())
+def test_a_plan_that_does_not_fit_the_machine_is_refused(change: dict, message: str) -> None:
     with pytest.raises(InputError) as refused:
         Sweep(Plan.read(PLAN | change, "plan.toml"))
-    assert told in refused.value.message
+    assert message in refused.value.message
 
 
 CANNOT = {
@@ -150,11 +150,11 @@ CANNOT = {
 }
 
 
-@pytest.mark.parametrize(("inputs", "told"), CANNOT.values(), ids=CANNOT.keys())
-def test_ends_that_cannot_be_built_are_refused(inputs: dict, told: str) -> None:
+@pytest.mark.parametrize(("inputs", "message"), CANNOT.values(), ids=CANNOT.keys())
+def test_ends_that_cannot_be_built_are_refused(inputs: dict, message: str) -> None:
     with pytest.raises(InputError) as refused:
         Sweep(Plan.read(PLAN | {"inputs": inputs}, "plan.toml")).recipe.job().chunk(0, 1, 1)
-    assert told in refused.value.message
+    assert message in refused.value.message
 
 
 def test_machines_are_looked_for_beside_the_plan(tmp_path: Path, machine: Machine) -> None:
@@ -164,5 +164,5 @@ def test_machines_are_looked_for_beside_the_plan(tmp_path: Path, machine: Machin
     (tmp_path / "mine.toml").write_text(text)
     plan = Plan.read({"machine": ["wang2017", "mine.toml"], "inputs": {"speed_rpm": [40]},
                       "outputs": ["support_mean_N"]}, "plan.toml", tmp_path)  # fmt: skip
-    found = Sweep(plan).recipe.job().chunk(0, 2, 1)[:, 0]
-    assert np.isclose(found[1] - found[0], 2 * 0.1 * 9.81, rtol=1e-6)
+    rows = Sweep(plan).recipe.job().chunk(0, 2, 1)[:, 0]
+    assert np.isclose(rows[1] - rows[0], 2 * 0.1 * 9.81, rtol=1e-6)

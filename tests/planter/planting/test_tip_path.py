@@ -24,8 +24,8 @@ POINTS = [[-150.0, -100.0, 30.0], [60.0, -300.0, 5.0], [0.0, 0.0, 2.0]]
 def machine(*lines: str, drop: str = "", source: str = "wide.toml") -> Machine:
     """The wide machine with more lines among its requirements."""
     text = examples.example("wang2017-wide").replace("[requirements]", "[requirements]\n" + "\n".join(lines), 1)
-    kept = [line for line in text.splitlines() if not drop or not line.startswith(drop)]
-    return Machine.read(parse_toml("\n".join(kept), source), source)
+    kept_lines = [line for line in text.splitlines() if not drop or not line.startswith(drop)]
+    return Machine.read(parse_toml("\n".join(kept_lines), source), source)
 
 
 @pytest.fixture(scope="module")
@@ -46,37 +46,41 @@ def rows(measures: RequirementRows) -> list[int]:
 def test_the_distance_is_that_of_the_nearest_of_many_points(measures: RequirementRows) -> None:
     x = measures.device.design
     path = tip(measures.device, x)
-    wanted = [np.hypot(*(path - point[:2]).T).min() - point[2] for point in POINTS]
-    np.testing.assert_allclose(1e3 * measures.at(x).values[rows(measures)], wanted, atol=1e-4)
+    expected = [np.hypot(*(path - point[:2]).T).min() - point[2] for point in POINTS]
+    np.testing.assert_allclose(1e3 * measures.at(x).values[rows(measures)], expected, atol=1e-4)
 
 
 def test_slopes_and_curvature_are_those_of_differences(measures: RequirementRows) -> None:
-    device, mine = measures.device, rows(measures)
+    device, row = measures.device, rows(measures)
     x, width = device.design, device.upper - device.lower
-    slopes = measures.slopes(x)[mine] * width
+    slopes = measures.slopes(x)[row] * width
     weights = np.zeros(len(measures.rows))
-    weights[mine] = 1.0, -0.5, 0.3
+    weights[row] = 1.0, -0.5, 0.3
     bent = measures.curvature(x, weights) * np.outer(width, width)
     for j, step in enumerate(1e-5 * np.diag(width)):
-        there, back = (measures.at(x + sign * step).values[mine] for sign in (1, -1))
-        np.testing.assert_allclose(slopes[:, j], (there - back) / 2e-5, atol=2e-8)
+        forward, back = (measures.at(x + sign * step).values[row] for sign in (1, -1))
+        np.testing.assert_allclose(slopes[:, j], (forward - back) / 2e-5, atol=2e-8)
         up, down = (weights @ measures.slopes(x + sign * step) * width for sign in (1, -1))
         np.testing.assert_allclose(bent[j], (up - down) / 2e-5, atol=2e-5 * np.abs(bent).max())
     assert np.abs(slopes).max() > 1e-3
 
 
 def test_the_worst_point_is_told_by_its_number(measures: RequirementRows) -> None:
-    (found,) = [one for one in evaluate_requirements(measures, measures.device.design) if one.name == "tube_excess"]
-    assert (found.of, found.verdict) == ("point 3", "fail")
-    assert found.value == pytest.approx(1e3 * max(measures.at(measures.device.design).values[rows(measures)]))
+    (requirement,) = [
+        requirement
+        for requirement in evaluate_requirements(measures, measures.device.design)
+        if requirement.name == "tube_excess"
+    ]
+    assert (requirement.of, requirement.verdict) == ("point 3", "fail")
+    assert requirement.value == pytest.approx(1e3 * max(measures.at(measures.device.design).values[rows(measures)]))
 
 
 def test_points_in_a_csv_are_the_same_points(tmp_path: Path) -> None:
     lines = "\n".join(",".join(map(str, point)) for point in POINTS)
     (tmp_path / "path.csv").write_text(f"# wanted\nx_mm,y_mm,tube_mm\n{lines}\n")
-    found = machine('points_csv = "path.csv"', "tube_excess_max_mm = 0", source=str(tmp_path / "wide.toml"))
-    assert found.table()["requirements"]["points_mm"] == POINTS
-    assert "points_csv" not in found.table()["requirements"]
+    changed_machine = machine('points_csv = "path.csv"', "tube_excess_max_mm = 0", source=str(tmp_path / "wide.toml"))
+    assert changed_machine.table()["requirements"]["points_mm"] == POINTS
+    assert "points_csv" not in changed_machine.table()["requirements"]
 
 
 def test_the_documented_example_runs(tmp_path: Path) -> None:
@@ -85,9 +89,12 @@ def test_the_documented_example_runs(tmp_path: Path) -> None:
     text = examples.example("wang2017-wide").replace("[requirements]", more, 1)
     text = "\n".join(line for line in text.splitlines() if not line.startswith("soil_depth_mm"))
     (tmp_path / "mine.toml").write_text(text)
-    found = {one["name"]: one for one in answer("validate", str(tmp_path / "mine.toml"))["requirements"]}
-    assert found["tube_excess"]["of"].startswith("point ")
-    assert found["depth"]["value"] > 0
+    requirements = {
+        requirement["name"]: requirement
+        for requirement in answer("validate", str(tmp_path / "mine.toml"))["requirements"]
+    }
+    assert requirements["tube_excess"]["of"].startswith("point ")
+    assert requirements["depth"]["value"] > 0
 
 
 REFUSED = {
@@ -126,8 +133,8 @@ def test_a_soil_line_at_the_depths_level_is_the_same_soil(kernel_cache: None) ->
     width = deep.device.upper - deep.device.lower
     slope = level.slopes(x)[depth] * width
     for j, step in enumerate(1e-5 * np.diag(width)):
-        there, back = (level.at(x + sign * step).values[depth] for sign in (1, -1))
-        assert abs(slope[j] - (there - back) / 2e-5) < 1e-7
+        forward, back = (level.at(x + sign * step).values[depth] for sign in (1, -1))
+        assert abs(slope[j] - (forward - back) / 2e-5) < 1e-7
     assert np.abs(slope).max() > 1e-3
 
 
@@ -139,9 +146,12 @@ def test_a_soil_line_that_the_tip_never_reaches_is_told() -> None:
 
 @pytest.mark.long
 def test_a_robust_design_keeps_the_requirements(kernel_cache: None) -> None:
-    own = machine().with_numbers({"objective.samples": 60})
+    changed_machine = machine().with_numbers({"objective.samples": 60})
     settings = Settings(machines=2, starts=1)
-    found = find_robust(ROOM.build_robust(own, {}, {}, settings), settings, None)
-    device = Device(own)
-    values = {one.name: one.verdict for one in evaluate_requirements(RequirementRows(device), device.x(**found.design))}
+    robust = find_robust(ROOM.build_robust(changed_machine, {}, {}, settings), settings, None)
+    device = Device(changed_machine)
+    values = {
+        requirement.name: requirement.verdict
+        for requirement in evaluate_requirements(RequirementRows(device), device.x(**robust.design))
+    }
     assert "fail" not in values.values()

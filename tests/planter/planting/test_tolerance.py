@@ -35,42 +35,42 @@ OUTPUTS = (
 
 
 @pytest.fixture(scope="module")
-def held(kernel_cache: None) -> ResolvedMachine:
+def resolved(kernel_cache: None) -> ResolvedMachine:
     return ResolvedMachine("wang2017", {"objective.samples": 60})
 
 
 @pytest.fixture(scope="module")
-def spreads(held: ResolvedMachine) -> dict[str, Spread]:
-    return default_tolerances(held).spreads(held, "usual")
+def spreads(resolved: ResolvedMachine) -> dict[str, Spread]:
+    return default_tolerances(resolved).spreads(resolved, "usual")
 
 
 def subject(machine: Machine, spreads: dict[str, Spread], model: str = "exact") -> SampledOutputs:
-    ends = {name: (one.low, one.high) for name, one in spreads.items()}
+    ends = {name: (spread.low, spread.high) for name, spread in spreads.items()}
     return ROOM.subject(ROOM.frozen(machine), {"model": model}, ends, OUTPUTS)
 
 
 @pytest.mark.parametrize("model", sampled(["exact"], ["exact", "printed"]))
-def test_output_slopes_equal_differences(held: ResolvedMachine, spreads: dict[str, Spread], model: str) -> None:
-    own = subject(held.machine, spreads, model)
-    centre, steps = (np.array([getattr(one, key) for one in spreads.values()]) for key in ("centre", "std"))
+def test_output_slopes_equal_differences(resolved: ResolvedMachine, spreads: dict[str, Spread], model: str) -> None:
+    output_adapter = subject(resolved.machine, spreads, model)
+    centre, steps = (np.array([getattr(spread, key) for spread in spreads.values()]) for key in ("centre", "std"))
     steps = 1e-3 * steps
-    values, slopes = own.slopes(centre)
-    np.testing.assert_allclose(values, own.evaluated(centre[None], 1)[0], rtol=1e-9)
-    there, back = (own.evaluated(centre + sign * np.diag(steps), 1) for sign in (1, -1))
-    wanted = ((there - back) / (2 * steps[:, None])).T
-    size = np.abs(wanted * steps).max(axis=1, keepdims=True) / steps
-    np.testing.assert_array_less(np.abs(slopes - wanted), 2e-5 * size)
+    values, slopes = output_adapter.slopes(centre)
+    np.testing.assert_allclose(values, output_adapter.evaluated(centre[None], 1)[0], rtol=1e-9)
+    forward, back = (output_adapter.evaluated(centre + sign * np.diag(steps), 1) for sign in (1, -1))
+    expected = ((forward - back) / (2 * steps[:, None])).T
+    size = np.abs(expected * steps).max(axis=1, keepdims=True) / steps
+    np.testing.assert_array_less(np.abs(slopes - expected), 2e-5 * size)
 
 
-def test_first_order_bands_match_small_monte_carlo(held: ResolvedMachine, spreads: dict[str, Spread]) -> None:
-    own = subject(held.machine, spreads)
+def test_first_order_bands_match_small_monte_carlo(resolved: ResolvedMachine, spreads: dict[str, Spread]) -> None:
+    output_adapter = subject(resolved.machine, spreads)
     names, small = list(spreads), 0.01
-    centre, std = (np.array([getattr(one, key) for one in spreads.values()]) for key in ("centre", "std"))
-    _, slopes = own.slopes(centre)
+    centre, std = (np.array([getattr(spread, key) for spread in spreads.values()]) for key in ("centre", "std"))
+    _, slopes = output_adapter.slopes(centre)
     rng = np.random.default_rng(1)
     half = centre + small * std * rng.choice([-1.0, 1.0], (2000, len(names)))
-    found = own.evaluated(np.vstack([half, 2 * centre - half]), 2).std(axis=0)
-    np.testing.assert_allclose(found, small * first_order_std(slopes, list(spreads.values())), rtol=0.06)
+    deviations = output_adapter.evaluated(np.vstack([half, 2 * centre - half]), 2).std(axis=0)
+    np.testing.assert_allclose(deviations, small * first_order_std(slopes, list(spreads.values())), rtol=0.06)
 
 
 def test_default_tolerances_cover_workshop_and_speed(spreads: dict[str, Spread]) -> None:
@@ -89,8 +89,8 @@ def test_default_tolerances_cover_workshop_and_speed(spreads: dict[str, Spread])
 
 
 @pytest.fixture(scope="module")
-def robust(held: ResolvedMachine, spreads: dict[str, Spread]) -> RobustGoal:
-    return ROOM.build_robust(held.machine, {}, spreads, Settings(machines=16))
+def robust(resolved: ResolvedMachine, spreads: dict[str, Spread]) -> RobustGoal:
+    return ROOM.build_robust(resolved.machine, {}, spreads, Settings(machines=16))
 
 
 def test_robust_gradient_equals_differences(robust: RobustGoal) -> None:
@@ -99,8 +99,8 @@ def test_robust_gradient_equals_differences(robust: RobustGoal) -> None:
     for j in range(len(x)):
         step = np.zeros(len(x))
         step[j] = 1e-4 * width[j]
-        there, back = (robust.value(x + sign * step, 3.0)[0] for sign in (1, -1))
-        assert abs(slope[j] * width[j] - (there - back) / 2e-4) < 2e-6 * max(1.0, np.abs(slope * width).max())
+        forward, back = (robust.value(x + sign * step, 3.0)[0] for sign in (1, -1))
+        assert abs(slope[j] * width[j] - (forward - back) / 2e-4) < 2e-6 * max(1.0, np.abs(slope * width).max())
 
 
 def test_robust_gradient_depends_on_deviation(robust: RobustGoal) -> None:
@@ -110,63 +110,65 @@ def test_robust_gradient_depends_on_deviation(robust: RobustGoal) -> None:
 
 
 def test_robust_machines_agree_with_simulation(
-    robust: RobustGoal, held: ResolvedMachine, spreads: dict[str, Spread]
+    robust: RobustGoal, resolved: ResolvedMachine, spreads: dict[str, Spread]
 ) -> None:
     """The objective's mean is that of machines written down one by one, centre distances as they should be."""
-    kept = {name: one for name, one in spreads.items() if not name.startswith("deviation.")}
-    few = ROOM.build_robust(held.machine, {}, kept, Settings(machines=4))
-    size, machine, found = len(few.design), few.outputs.machine, []
+    few_spreads = {name: spread for name, spread in spreads.items() if not name.startswith("deviation.")}
+    few = ROOM.build_robust(resolved.machine, {}, few_spreads, Settings(machines=4))
+    size, machine, differences = len(few.design), few.outputs.machine, []
     for deviations in few.deviations:
         values = (deviations + np.concatenate([few.design, np.zeros(len(deviations) - size)])) / machine.scale
         paths = [machine.values[index].path for index in machine.moved]
         changes = {path: float(value) for path, value in zip(paths, values, strict=True)}
-        found.append(simulation.simulate(Device(held.machine.with_numbers(changes))).result.objective)
+        differences.append(simulation.simulate(Device(resolved.machine.with_numbers(changes))).result.objective)
     at = few.at(few.design)
-    np.testing.assert_allclose([at.mean, at.std], [np.mean(found), np.std(found)], rtol=1e-9)
+    np.testing.assert_allclose([at.mean, at.std], [np.mean(differences), np.std(differences)], rtol=1e-9)
 
 
-def test_robust_goal_without_tolerances_is_objective(held: ResolvedMachine) -> None:
-    none = ROOM.build_robust(held.machine, {}, {}, Settings(machines=3))
+def test_robust_goal_without_tolerances_is_objective(resolved: ResolvedMachine) -> None:
+    none = ROOM.build_robust(resolved.machine, {}, {}, Settings(machines=3))
     value, slope = none.value(none.design, 3.0)
-    wanted, gradient = CycleObjective(Device(held.machine)).gradient(none.design)
-    assert np.isclose(value, wanted, rtol=1e-12)
+    expected, gradient = CycleObjective(Device(resolved.machine)).gradient(none.design)
+    assert np.isclose(value, expected, rtol=1e-12)
     np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
 
 
-def test_rounding_has_no_deviation_slope(held: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
-    none = ROOM.build_robust(held.machine, {}, {}, Settings(machines=3))
-    found = none._differentiate
+def test_rounding_has_no_deviation_slope(resolved: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
+    none = ROOM.build_robust(resolved.machine, {}, {}, Settings(machines=3))
+    differentiate = none._differentiate
 
     def rounded(designs: Array) -> tuple[Array, Array]:
-        values, gradients = found(designs)
+        values, gradients = differentiate(designs)
         values[-1] = np.nextafter(values[-1], np.inf)
         return values, gradients
 
     monkeypatch.setattr(none, "_differentiate", rounded)
     value, slope = none.value(none.design, 3.0)
-    wanted, gradient = CycleObjective(Device(held.machine)).gradient(none.design)
-    assert np.isclose(value, wanted, rtol=1e-12)
+    expected, gradient = CycleObjective(Device(resolved.machine)).gradient(none.design)
+    assert np.isclose(value, expected, rtol=1e-12)
     np.testing.assert_allclose(slope, gradient, rtol=1e-9, atol=1e-14 * np.abs(gradient).max())
 
 
-def test_robust_design_improves_only_robust_objective(held: ResolvedMachine, spreads: dict[str, Spread]) -> None:
+def test_robust_design_improves_only_robust_objective(resolved: ResolvedMachine, spreads: dict[str, Spread]) -> None:
     settings = Settings(machines=32, starts=1)
-    found = find_robust(ROOM.build_robust(held.machine, {}, spreads, settings), settings, None)
-    assert found.objective == found.best_robust.robust
-    assert found.best_robust.robust <= min(found.best_nominal.robust, found.own.robust)
-    assert found.best_nominal.nominal <= min(found.best_robust.nominal, found.own.nominal) + 1e-9
-    device = Device(held.machine)
-    x = device.x(**found.design)
+    robust_result = find_robust(ROOM.build_robust(resolved.machine, {}, spreads, settings), settings, None)
+    assert robust_result.objective == robust_result.best_robust.robust
+    assert robust_result.best_robust.robust <= min(robust_result.best_nominal.robust, robust_result.own.robust)
+    assert (
+        robust_result.best_nominal.nominal <= min(robust_result.best_robust.nominal, robust_result.own.nominal) + 1e-9
+    )
+    device = Device(resolved.machine)
+    x = device.x(**robust_result.design)
     assert ((x >= device.lower - 1e-12) & (x <= device.upper + 1e-12)).all()
-    assert np.isclose(found.best_robust.mean + 3 * found.best_robust.std, found.objective)
+    assert np.isclose(robust_result.best_robust.mean + 3 * robust_result.best_robust.std, robust_result.objective)
 
 
-def test_tolerance_rows_do_not_depend_on_workers(held: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = ToleranceRequest(["support_range_N"], 2 * CHUNK + 1, 0, robust=None)
-    again = analyse_tolerances(held, {}, default_tolerances(held), "usual", asked, means=Means(2)).result
+def test_tolerance_rows_do_not_depend_on_workers(resolved: ResolvedMachine, monkeypatch: pytest.MonkeyPatch) -> None:
+    request = ToleranceRequest(["support_range_N"], 2 * CHUNK + 1, 0, robust=None)
+    again = analyse_tolerances(resolved, {}, default_tolerances(resolved), "usual", request, means=Means(2)).result
     monkeypatch.setattr("planter.sweeps.job.FEWEST", 3 * CHUNK)
     monkeypatch.setattr("planter.sweeps.job.count_cores", lambda: 3)
-    alone = analyse_tolerances(held, {}, default_tolerances(held), "usual", asked).result
+    alone = analyse_tolerances(resolved, {}, default_tolerances(resolved), "usual", request).result
     assert alone.hash == again.hash
     assert alone.outputs == again.outputs
 
@@ -184,41 +186,41 @@ INVALID_TOLERANCES = {
 
 
 @pytest.mark.parametrize(("table", "hint"), INVALID_TOLERANCES.values(), ids=INVALID_TOLERANCES.keys())
-def test_invalid_tolerances_are_rejected(held: ResolvedMachine, table: dict, hint: str) -> None:
+def test_invalid_tolerances_are_rejected(resolved: ResolvedMachine, table: dict, hint: str) -> None:
     with pytest.raises(InputError) as refused:
-        Tolerances.read({"tolerances": table}, "mine.toml").spreads(held, "mine.toml")
+        Tolerances.read({"tolerances": table}, "mine.toml").spreads(resolved, "mine.toml")
     assert hint in refused.value.message
     assert refused.value.message.startswith("mine.toml: ")
 
 
-def test_last_matching_tolerance_counts(held: ResolvedMachine) -> None:
+def test_last_matching_tolerance_counts(resolved: ResolvedMachine) -> None:
     table = {"mass.*": {"percent": 1}, "mass.planet_kg": {"plus_minus": 0.3}}
-    found = Tolerances.read({"tolerances": table}, "mine").spreads(held, "mine")
-    assert len(found) == 6
-    assert np.allclose([found["mass.planet_kg"].low, found["mass.planet_kg"].high], [0.9, 1.5])
+    spreads = Tolerances.read({"tolerances": table}, "mine").spreads(resolved, "mine")
+    assert len(spreads) == 6
+    assert np.allclose([spreads["mass.planet_kg"].low, spreads["mass.planet_kg"].high], [0.9, 1.5])
 
 
 @pytest.mark.usefixtures("blank_figures")
 def test_tolerance_command_writes_report(tmp_path: Path) -> None:
     few = ("--samples", "100", "--indices", "4", "--set", "objective.samples=24", "--no-robust")
-    found = answer("tolerance", "wang2017", *few, "--out", str(tmp_path))
-    assert found.items() <= json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")).items()
+    result = answer("tolerance", "wang2017", *few, "--out", str(tmp_path))
+    assert result.items() <= json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")).items()
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert all(label(name) in page for name in found["outputs"])
+    assert all(label(name) in page for name in result["outputs"])
     kinds = {path.stem.partition("-")[0] for path in (tmp_path / "figures").glob("*.svg")}
     assert kinds == {"outputs", "indices", "turn", "path"}
 
 
 @pytest.mark.long
-def test_tolerance_command_runs_documented_example(held: ResolvedMachine, tmp_path: Path) -> None:
+def test_tolerance_command_runs_documented_example(resolved: ResolvedMachine, tmp_path: Path) -> None:
     common = ("tolerance", "wang2017", "--samples", "500", "--indices", "16", "--set", "objective.samples=60")
-    found = answer(*common, "--tolerances", str(EXAMPLE), "--out", str(tmp_path))
-    jsonschema.validate(found, load_schema("tolerance"))
-    assert (found["rows"], found["index_rows"]) == (500, 16 * (len(found["inputs"]) + 2))
+    result = answer(*common, "--tolerances", str(EXAMPLE), "--out", str(tmp_path))
+    jsonschema.validate(result, load_schema("tolerance"))
+    assert (result["rows"], result["index_rows"]) == (500, 16 * (len(result["inputs"]) + 2))
     assert {"support_N", "M_L_Nm"} <= {path.stem.removeprefix("turn-") for path in (tmp_path / "figures").glob("*.svg")}
-    assert json.loads((tmp_path / "summary.json").read_text())["hash"] == found["hash"]
+    assert json.loads((tmp_path / "summary.json").read_text())["hash"] == result["hash"]
     again = answer(*common, "--tolerances", str(tmp_path / "tolerances.toml"), "--no-robust")
-    for name, band in found["outputs"].items():
+    for name, band in result["outputs"].items():
         assert np.isclose(again["outputs"][name]["std"], band["std"], rtol=1e-6)
     code, out, _ = run(*common, "--no-robust")
     assert code == 0

@@ -26,7 +26,7 @@ MACHINES = ("wang2017", "compact", "swapped")
 EVEN, ODD = 36, 37
 
 
-def made(name: str, model: Model) -> Device:
+def build_device(name: str, model: Model) -> Device:
     return Device(swapped.machine() if name == "swapped" else load(name), model)
 
 
@@ -35,7 +35,7 @@ def turns(name: str, model: Model, way: str, samples: int) -> CycleObjective:
     """Of a device of its own, since a device keeps the ways of its kernels."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PLANTER_KERNELS", way)
-        return CycleObjective(made(name, model), samples)
+        return CycleObjective(build_device(name, model), samples)
 
 
 def complex_objective(subject: CycleObjective, x: Array) -> complex:
@@ -55,7 +55,7 @@ def complex_slopes(subject: CycleObjective, x: Array) -> Array:
     return np.array([complex_objective(subject, x + step).imag / 1e-30 for step in steps])
 
 
-def drawn(device: Device, count: int, seed: int = 5) -> Array:
+def draw_designs(device: Device, count: int, seed: int = 5) -> Array:
     rng = np.random.default_rng(seed)
     return np.array([machines.design_near(device, rng) for _ in range(count)])
 
@@ -68,7 +68,7 @@ def test_value_and_gradient_against_complex_step(name: str, model: Model, sample
     subject = turns(name, model, "casadi-vm", samples)
     assert read_weights(subject.device.machine).kind == {"wang2017": "paper", "compact": "newton"}[name]
     width = subject.device.upper - subject.device.lower
-    for x in drawn(subject.device, 2):
+    for x in draw_designs(subject.device, 2):
         value, gradient = subject.gradient(x)
         expected = complex_slopes(subject, x) * width
         assert value == subject.value(x)
@@ -80,15 +80,15 @@ def test_value_and_gradient_against_complex_step(name: str, model: Model, sample
 def test_hessian_against_differences_of_the_gradient(name: str) -> None:
     subject = turns(name, "exact", "casadi-vm", EVEN)
     width = subject.device.upper - subject.device.lower
-    x = drawn(subject.device, 1)[0]
+    x = draw_designs(subject.device, 1)[0]
     step = 1e-5 * width
     columns = [
         (subject.gradient(x + h)[1] - subject.gradient(x - h)[1]) / (2 * h.sum()) for h in np.diag(step)
     ]  # fmt: skip
     expected = np.array(columns) * np.outer(width, width)
-    found = subject.hessian(x) * np.outer(width, width)
-    assert np.abs(found - found.T).max() <= 1e-12 * np.abs(found).max()
-    assert np.abs(found - expected).max() <= 1e-6 * np.abs(expected).max()
+    hessian = subject.hessian(x) * np.outer(width, width)
+    assert np.abs(hessian - hessian.T).max() <= 1e-12 * np.abs(hessian).max()
+    assert np.abs(hessian - expected).max() <= 1e-6 * np.abs(expected).max()
 
 
 @needs_compiler
@@ -99,9 +99,9 @@ def test_all_ways_give_the_same(name: str, model: Model, samples: int) -> None:
     assert [s.way for s in subjects] == list(WAYS)
     device = subjects[-1].device
     width = device.upper - device.lower
-    for x in (device.design, *drawn(device, 2)):
-        *others, (value, gradient) = [s.gradient(x) for s in subjects]
-        for other, slopes in others:
+    for x in (device.design, *draw_designs(device, 2)):
+        *other_results, (value, gradient) = [s.gradient(x) for s in subjects]
+        for other, slopes in other_results:
             assert other == pytest.approx(value, rel=1e-12)
             assert np.abs((slopes - gradient) * width).max() <= 1e-11 * np.abs(gradient * width).max()
         for subject in subjects:
@@ -113,20 +113,20 @@ def test_all_ways_give_the_same(name: str, model: Model, samples: int) -> None:
 def test_half_a_turn_is_enough_where_both_sides_are_the_same(samples: int) -> None:
     """An odd number of samples has no half: the whole turn is looked at."""
     subject = turns("wang2017", "exact", "lanes", samples)
-    whole = 2 * np.pi * np.arange(samples) / samples
+    angles = 2 * np.pi * np.arange(samples) / samples
     assert len(subject.angles) == (samples // 2 if samples % 2 == 0 else samples)
     device = subject.device
-    force = device.support(device.prologue(device.design), whole)
-    found = dict(zip(FIELDS, subject.many(device.design[None])[0], strict=True))
-    assert found["range_N"] == pytest.approx(np.ptp(force), rel=1e-12)
-    assert found["variance_N2"] == pytest.approx(force.var(), rel=1e-12)
-    assert found["mean_N"] == pytest.approx(force.mean(), rel=1e-12)
+    force = device.support(device.prologue(device.design), angles)
+    fields = dict(zip(FIELDS, subject.many(device.design[None])[0], strict=True))
+    assert fields["range_N"] == pytest.approx(np.ptp(force), rel=1e-12)
+    assert fields["variance_N2"] == pytest.approx(force.var(), rel=1e-12)
+    assert fields["mean_N"] == pytest.approx(force.mean(), rel=1e-12)
 
 
 @needs_compiler
 def test_many_designs_are_each_by_itself() -> None:
     fast, slow = (turns("compact", "exact", way, EVEN) for way in ("lanes", "casadi-vm"))
-    designs = drawn(fast.device, 7)
+    designs = draw_designs(fast.device, 7)
     rows = fast.many(designs)
     for quick, plain in zip(fast.many_gradients(designs), slow.many_gradients(designs), strict=True):
         assert np.abs(quick - plain).max() <= 1e-11 * np.abs(plain).max()
@@ -139,28 +139,28 @@ def test_many_designs_are_each_by_itself() -> None:
 def test_results_do_not_depend_on_what_came_before() -> None:
     """Memory is used again: a gradient after another design's value is that of its own design."""
     subject = turns("wang2017", "exact", "lanes", EVEN)
-    one, two = drawn(subject.device, 2)
-    value, gradient = subject.gradient(one)
-    kept = gradient.copy()
-    subject.value(two)
-    subject.gradient(two)
-    assert (gradient == kept).all()
-    again, slopes = subject.gradient(one)
-    assert (again, slopes.tolist()) == (value, kept.tolist())
-    assert subject.copy().gradient(one)[0] == value
+    first, second = draw_designs(subject.device, 2)
+    value, gradient = subject.gradient(first)
+    copied = gradient.copy()
+    subject.value(second)
+    subject.gradient(second)
+    assert (gradient == copied).all()
+    again, slopes = subject.gradient(first)
+    assert (again, slopes.tolist()) == (value, copied.tolist())
+    assert subject.copy().gradient(first)[0] == value
 
 
 @pytest.mark.parametrize("way", [pytest.param("lanes", marks=needs_compiler), "casadi-vm"])
 def test_threads_do_not_disturb_each_other(way: str) -> None:
     """Each has its own copy; copies share kernels."""
     subject = turns("wang2017", "exact", way, EVEN)
-    designs = drawn(subject.device, 60).reshape(4, 15, -1)
+    designs = draw_designs(subject.device, 60).reshape(4, 15, -1)
     alone = [[subject.gradient(x)[0] for x in part] for part in designs]
     with pytest.MonkeyPatch.context() as patch, ThreadPoolExecutor(4) as pool:
         patch.setenv("PLANTER_KERNELS", way)
         copies = [subject.copy() for _ in designs]
-        found = pool.map(lambda own, part: [own.gradient(x)[0] for x in part], copies, designs)
-        assert list(found) == alone
+        gradients = pool.map(lambda objective, part: [objective.gradient(x)[0] for x in part], copies, designs)
+        assert list(gradients) == alone
 
 
 @pytest.mark.parametrize("way", [pytest.param("lanes", marks=needs_compiler), "casadi-vm"])
@@ -168,11 +168,11 @@ def test_threads_may_share_one(way: str) -> None:
     """Memory is lent to each thread: values, gradients and streams of designs of eight threads are their own."""
     subject = turns("wang2017", "exact", way, EVEN)
     rounds = 40 if way == "lanes" else 2
-    designs = drawn(subject.device, 8)
+    designs = draw_designs(subject.device, 8)
 
     def run(x: Array) -> list[tuple[float, list[float], float]]:
-        found = [(*subject.gradient(x), subject.many(x[None])[0, 0]) for _ in range(rounds)]
-        return [(value, gradient.tolist(), other) for value, gradient, other in found]
+        results = [(*subject.gradient(x), subject.many(x[None])[0, 0]) for _ in range(rounds)]
+        return [(value, gradient.tolist(), other) for value, gradient, other in results]
 
     alone = [run(x) for x in designs]
     with ThreadPoolExecutor(8) as pool:
@@ -184,14 +184,14 @@ def test_streams_of_designs_on_several_threads(monkeypatch: pytest.MonkeyPatch) 
     """Chunks of one object on threads of their own are the rows that one thread finds; a failure names its chunk."""
     subject = turns("wang2017", "exact", "lanes", EVEN)
     monkeypatch.setattr(objective, "CHUNK", 3)
-    designs = drawn(subject.device, 40)
-    found = objective.evaluate_many(subject.device, designs, EVEN, threads=4)
-    assert np.array([found.objective, found.range_N, found.variance_N2, found.mean_N]).T.tolist() == (
+    designs = draw_designs(subject.device, 40)
+    values = objective.evaluate_many(subject.device, designs, EVEN, threads=4)
+    assert np.array([values.objective, values.range_N, values.variance_N2, values.mean_N]).T.tolist() == (
         subject.many(designs).tolist()
     )
     with_gradients = objective.evaluate_many(subject.device, designs, EVEN, threads=4, gradients=True)
     assert with_gradients.gradient is not None
-    assert with_gradients.objective == pytest.approx(found.objective, rel=1e-12)
+    assert with_gradients.objective == pytest.approx(values.objective, rel=1e-12)
     for x, value, gradient in zip(designs, with_gradients.objective, with_gradients.gradient, strict=True):
         alone = subject.gradient(x)
         assert (value, gradient.tolist()) == (alone[0], alone[1].tolist())
@@ -205,16 +205,16 @@ def test_streams_of_designs_on_several_threads(monkeypatch: pytest.MonkeyPatch) 
 def test_threads_without_memory_of_their_own_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     """The tampered case, held in step so that nothing is written at the same time: the other's design is found."""
     subject = turns("wang2017", "exact", "lanes", EVEN)
-    one, two = drawn(subject.device, 2)
+    first, second = draw_designs(subject.device, 2)
     cycles = subject._slopes
     assert cycles is not None
-    expected = subject.gradient(one)[0], subject.gradient(two)[0]
+    expected = subject.gradient(first)[0], subject.gradient(second)[0]
 
     def evaluate_both() -> tuple[float, float]:
         memory = cycles._lent.memory
-        memory.d[: len(one)] = one
+        memory.d[: len(first)] = first
         with ThreadPoolExecutor(1) as pool:
-            other = pool.submit(subject.gradient, two).result()[0]
+            other = pool.submit(subject.gradient, second).result()[0]
         cycles._run(*memory.arguments)
         return float(memory.outputs[0]), other
 
@@ -253,7 +253,7 @@ class TestRefused:
 
 @needs_compiler
 def test_nothing_is_said_where_all_goes_well(capfd: pytest.CaptureFixture[str]) -> None:
-    assert CycleObjective(made("wang2017", "exact"), EVEN).way == "lanes"
+    assert CycleObjective(build_device("wang2017", "exact"), EVEN).way == "lanes"
     assert capfd.readouterr() == ("", "")
 
 
@@ -262,7 +262,7 @@ def test_without_a_compiler_it_works_with_one_warning(
 ) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     monkeypatch.setattr(toolchain, "_warnings", [])
-    subject = CycleObjective(made("wang2017", "exact"), EVEN)
+    subject = CycleObjective(build_device("wang2017", "exact"), EVEN)
     assert subject.way == "casadi-vm"
     expected = turns("wang2017", "exact", "casadi-vm", EVEN)
     assert subject.gradient(subject.device.design)[0] == expected.gradient(subject.device.design)[0]
@@ -271,7 +271,7 @@ def test_without_a_compiler_it_works_with_one_warning(
 
 def test_pickled_turns_are_those_of_their_machine() -> None:
     """Another machine, model and number of samples than the built-in ones, and data that were changed afterwards."""
-    device = made("compact", "printed")
+    device = build_device("compact", "printed")
     device.data[device.size :] *= 1.01
     turns = CycleObjective(device, EVEN)
     again = pickle.loads(pickle.dumps(turns))
@@ -279,7 +279,7 @@ def test_pickled_turns_are_those_of_their_machine() -> None:
     assert (
         again.value(device.design)
         == turns.value(device.design)
-        != CycleObjective(made("compact", "printed"), EVEN).value(device.design)
+        != CycleObjective(build_device("compact", "printed"), EVEN).value(device.design)
     )
     alike = device.like(device.machine)
     assert alike.force is not device.force

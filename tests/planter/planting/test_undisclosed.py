@@ -39,8 +39,8 @@ def device(law: str = "cycloidal", model: str = "exact") -> Device:
 
 @pytest.fixture(scope="module")
 def force() -> CalibrationForce:
-    own = device()
-    return CalibrationForce(own, CalibrationInputs.with_events(own))
+    planting_device = device()
+    return CalibrationForce(planting_device, CalibrationInputs.with_events(planting_device))
 
 
 def test_every_input_is_one_of_the_machine_and_assumed(force: CalibrationForce) -> None:
@@ -88,45 +88,47 @@ def test_a_body_stays_a_body_whatever_its_mass(force: CalibrationForce) -> None:
     ),
 )
 def test_the_force_is_that_of_a_machine_with_these_inputs_and_its_slopes_are_slopes(law: str, model: str) -> None:
-    own = device(law, model)
-    force = CalibrationForce(own, CalibrationInputs.with_events(own))
+    planting_device = device(law, model)
+    force = CalibrationForce(planting_device, CalibrationInputs.with_events(planting_device))
     z = np.random.default_rng(5).random(len(force.inputs))
     curve = force(z)
     rows = force.inputs.table(z)
-    moved = Device(own.machine.with_numbers({row["name"]: row["value"] for row in rows}), own.model)
+    moved = Device(
+        planting_device.machine.with_numbers({row["name"]: row["value"] for row in rows}), planting_device.model
+    )
     turn = cycle.evaluate_cycle(moved, moved.prologue(moved.design), cycle.sample_angles(SAMPLES))
     assert curve.force == pytest.approx(turn.support[: len(curve.force)], rel=1e-9)
     assert np.sort(curve.push) == pytest.approx(np.sort(turn.sides[0]["F_E_N"]), rel=1e-8)
     step = 1e-6
     for k, unit in enumerate(np.eye(len(z))):
         ahead, behind = force(z + step * unit), force(z - step * unit)
-        for found, one, other in (
+        for computed, expected, other in (
             (curve.slopes, ahead.force, behind.force),
             (curve.push_slopes, ahead.push, behind.push),
         ):
-            scale = max(1.0, float(np.abs(found).max()))
-            assert found[:, k] == pytest.approx((one - other) / (2 * step), abs=3e-6 * scale)
+            scale = max(1.0, float(np.abs(computed).max()))
+            assert computed[:, k] == pytest.approx((expected - other) / (2 * step), abs=3e-6 * scale)
 
 
 def test_own_values_give_the_machine_s_own_force() -> None:
-    own = device("4-5-6-7 polynomial")
-    force = CalibrationForce(own, CalibrationInputs.wide(own))
+    planting_device = device("4-5-6-7 polynomial")
+    force = CalibrationForce(planting_device, CalibrationInputs.wide(planting_device))
     assert force(force.file_point()).force == pytest.approx(
-        own.support(own.prologue(own.design), cycle.sample_angles(SAMPLES))[:30]
+        planting_device.support(planting_device.prologue(planting_device.design), cycle.sample_angles(SAMPLES))[:30]
     )
 
 
 def test_what_is_attained_keeps_cap_and_contact_and_beats_its_starts(force: CalibrationForce) -> None:
     starts = [np.random.default_rng(seed).random(len(force.inputs)) for seed in range(3)]
-    found = find_largest_variance(force, 80.0, True, starts)
-    assert found is not None
-    assert found.range <= 80.5
-    assert found.push >= 0
-    assert found.variance > max(force(z).variance for z in starts if force(z).range <= 80)
+    largest = find_largest_variance(force, 80.0, True, starts)
+    assert largest is not None
+    assert largest.range <= 80.5
+    assert largest.push >= 0
+    assert largest.variance > max(force(z).variance for z in starts if force(z).range <= 80)
     free, tied = find_largest_range(force, False, starts), find_largest_range(force, True, starts)
     assert free is not None
     assert tied is not None
-    assert free.range >= tied.range - 1 > found.range
+    assert free.range >= tied.range - 1 > largest.range
 
 
 def test_slopes_of_what_is_made_small_are_slopes(force: CalibrationForce) -> None:
@@ -138,14 +140,14 @@ def test_slopes_of_what_is_made_small_are_slopes(force: CalibrationForce) -> Non
 
 
 def test_the_front_that_is_kept_rests_on_what_is_there() -> None:
-    kept = front.read_saved_front()
-    assert kept is not None
+    saved_front = front.read_saved_front()
+    assert saved_front is not None
     machine = file.load(PAPER)
-    assert kept["key"] == front.compute_key(machine, load_paper_points(PAPER)), (
+    assert saved_front["key"] == front.compute_key(machine, load_paper_points(PAPER)), (
         "python -m planter.planting.attainable_force"
     )
-    assert kept["key"] != front.compute_key(machine.with_numbers({"psi0_deg": -7.0}), load_paper_points(PAPER))
-    assert kept["key"] != front.compute_key(
+    assert saved_front["key"] != front.compute_key(machine.with_numbers({"psi0_deg": -7.0}), load_paper_points(PAPER))
+    assert saved_front["key"] != front.compute_key(
         machine, {**load_paper_points(PAPER), "theory": {"range_N": 1.0, "variance_N2": 1.0}}
     )
 
@@ -153,8 +155,8 @@ def test_the_front_that_is_kept_rests_on_what_is_there() -> None:
 @pytest.mark.parametrize("place", [0, -1])
 @pytest.mark.parametrize("contact", [0, 1])
 def test_points_of_the_front_are_what_their_inputs_give(contact: int, place: int) -> None:
-    one = front.read_saved_front()["fronts"][contact]
-    point = one["points"][place]
+    points = front.read_saved_front()["fronts"][contact]
+    point = points["points"][place]
     machine = with_flank(file.load(PAPER), point["flank"]).with_numbers(point["inputs"])
     subject = Device(machine, "exact")
     turn = cycle.evaluate_cycle(
@@ -162,16 +164,16 @@ def test_points_of_the_front_are_what_their_inputs_give(contact: int, place: int
     )
     assert np.ptp(turn.support) == pytest.approx(point["range_N"], rel=1e-8)
     assert turn.support.var() == pytest.approx(point["variance_N2"], rel=1e-8)
-    if one["contact"] == "cam pushing":
+    if points["contact"] == "cam pushing":
         assert turn.sides[0]["F_E_N"].min() >= 0
     json.dumps(point, allow_nan=False)
 
 
 def test_a_rippling_speed_gives_the_force_of_a_machine_at_that_speed() -> None:
-    own = machines.device("wang2017")
-    speeds = experiment.SpeedDependence.from_model(experiment.LiftedModel(own), 720)
+    device = machines.device("wang2017")
+    speeds = experiment.SpeedDependence.from_model(experiment.LiftedModel(device), 720)
     for rpm in (35.0, 45.0):
-        other = Device(own.machine.with_numbers({"speed_rpm": rpm}), "exact")
+        other = Device(device.machine.with_numbers({"speed_rpm": rpm}), "exact")
         force = other.support(other.prologue(other.design), cycle.sample_angles(720))
         assert speeds.weight + (rpm * np.pi / 30) ** 2 * speeds.a == pytest.approx(force, rel=1e-12)
     period = np.fft.fftfreq(720, 1 / 720)

@@ -25,15 +25,15 @@ def optimum(job: str, way: str, cores: int) -> dict:
         env={**os.environ, "PLANTER_KERNELS": way}, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, check=True,
         preexec_fn=lambda: os.sched_setaffinity(0, allowed),
     )  # fmt: skip
-    found: dict = json.loads(done.stdout)
-    return found
+    result: dict = json.loads(done.stdout)
+    return result
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("job", JOBS)
 def test_ways_and_cores_agree(job: str) -> None:
-    first, *others = [optimum(job, way, cores) for way, cores in zip(BACKENDS, (2, 1, 2), strict=True)]
-    for other in others:
+    first, *other_results = [optimum(job, way, cores) for way, cores in zip(BACKENDS, (2, 1, 2), strict=True)]
+    for other in other_results:
         assert other["objective"] == pytest.approx(first["objective"], rel=1e-9)
         assert other["certificate"]["kkt_residual"] < 1e-6
         assert other["certificate"]["agreeing_starts"] == first["certificate"]["agreeing_starts"]

@@ -89,25 +89,25 @@ def keys(content: dict[str, Any], kind: type) -> Iterator[str]:
 
 
 TAMPERINGS: dict[str, Callable[[dict[str, Any]], object]] = {
-    "a key too many": lambda found: found.update(surplus=1),
-    "a key missing": lambda found: found.pop(next(iter(found))),
-    "a text for a number": lambda found: found.update({next(keys(found, str | float | int | bool | list)): {}}),
+    "a key too many": lambda result: result.update(surplus=1),
+    "a key missing": lambda result: result.pop(next(iter(result))),
+    "a text for a number": lambda result: result.update({next(keys(result, str | float | int | bool | list)): {}}),
 }
 
 
 @pytest.mark.parametrize("command", CALLS)
 @pytest.mark.parametrize("tampering", TAMPERINGS.values(), ids=TAMPERINGS.keys())
 def test_tampered_outputs_do_not(command: str, tampering: Callable[[dict[str, Any]], object]) -> None:
-    found = json.loads(output(command))
-    tampering(found)
-    assert not fits(command, found)
+    result = json.loads(output(command))
+    tampering(result)
+    assert not fits(command, result)
 
 
 def test_a_unit_that_changes_is_noticed_deep_down() -> None:
-    found = json.loads(output("clutch geometry"))
-    other = copy.deepcopy(found)
+    result = json.loads(output("clutch geometry"))
+    other = copy.deepcopy(result)
     other["travel"][0]["printed_cm"] = other["travel"][0].pop("printed_mm")
-    assert fits("clutch geometry", found)
+    assert fits("clutch geometry", result)
     assert not fits("clutch geometry", other)
 
 

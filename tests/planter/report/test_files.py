@@ -24,11 +24,11 @@ def test_csv_reads_back_to_the_last_bit(tmp_path: Path) -> None:
     rng = np.random.default_rng(0)
     columns = {"phi_deg": np.array(NASTY), "a, b": rng.standard_normal(len(NASTY)), "n": np.arange(len(NASTY))}
     files.write_cycle_csv(path, ["machine: x", "two\nlines", ""], columns)
-    comments, found = files.read_cycle_csv(path)
+    comments, read_columns = files.read_cycle_csv(path)
     assert comments == ["machine: x", "two", "lines", ""]
-    assert list(found) == list(columns)
+    assert list(read_columns) == list(columns)
     for name, column in columns.items():
-        assert found[name].tobytes() == np.asarray(column, dtype=float).tobytes()
+        assert read_columns[name].tobytes() == np.asarray(column, dtype=float).tobytes()
 
 
 def test_csv_has_comments_then_one_header_then_numbers(tmp_path: Path) -> None:
@@ -54,8 +54,8 @@ def test_summary_is_json_with_all_digits(tmp_path: Path) -> None:
     path = tmp_path / "summary.json"
     summary = {"a": np.float64(1 / 3), "b": np.arange(3), "c": {"d": [np.int64(2), None, True, "φ"]}, "e": (0.1,)}
     files.write_summary(path, summary)
-    found = json.loads(path.read_text(encoding="utf-8"), parse_constant=pytest.fail)
-    assert found == {"a": 1 / 3, "b": [0, 1, 2], "c": {"d": [2, None, True, "φ"]}, "e": [0.1]}
+    read_summary = json.loads(path.read_text(encoding="utf-8"), parse_constant=pytest.fail)
+    assert read_summary == {"a": 1 / 3, "b": [0, 1, 2], "c": {"d": [2, None, True, "φ"]}, "e": [0.1]}
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, np.float64("nan"), np.array([1.0, -np.inf])])
@@ -77,7 +77,7 @@ def test_a_write_that_fails_leaves_the_old_file_alone(tmp_path: Path, monkeypatc
         with pytest.raises(InputError, match="No space left"):
             files.write_text(path, "new")
     assert path.read_text() == "old"
-    assert {one.name for one in tmp_path.iterdir()} == {path.name, ".planter.json"}
+    assert {entry.name for entry in tmp_path.iterdir()} == {path.name, ".planter.json"}
     files.write_text(path, "new")
     assert path.read_text() == "new"
 
@@ -104,27 +104,27 @@ def test_a_folder_that_cannot_be_written_is_bad_input(tmp_path: Path) -> None:
 def test_provenance_is_of_the_values_not_of_the_file(tmp_path: Path) -> None:
     copy = tmp_path / "copy.toml"
     copy.write_text("# another comment\n" + examples.example("wang2017"), encoding="utf-8")
-    own = files.provenance(file.load("wang2017"), seed=7)
-    assert files.provenance(file.load(copy), seed=7) == own
-    assert own["seed"] == 7
-    assert len(own["machine_sha256"]) == 64
-    assert {"planter", "casadi", "numpy", "python"} <= set(own)
+    provenance = files.provenance(file.load("wang2017"), seed=7)
+    assert files.provenance(file.load(copy), seed=7) == provenance
+    assert provenance["seed"] == 7
+    assert len(provenance["machine_sha256"]) == 64
+    assert {"planter", "casadi", "numpy", "python"} <= set(provenance)
     assert "seed" not in files.provenance(file.load("wang2017"))
 
 
 def test_provenance_tells_every_change_of_a_value() -> None:
-    own = files.provenance(file.load("wang2017"))
+    provenance = files.provenance(file.load("wang2017"))
     changed = files.provenance(file.load("wang2017", {"sun_kg": 0.40000000000000008}))
-    assert changed["machine_sha256"] != own["machine_sha256"]
+    assert changed["machine_sha256"] != provenance["machine_sha256"]
     assert changed["changed"] == ["mass.sun_kg"]
 
 
 def test_comments_hold_what_a_run_can_be_repeated_from() -> None:
-    found = file.load("wang2017", {"sun_kg": 0.5})
-    text = "\n".join(files.comments(found, "machine", ["model: exact"], seed=3))
+    machine = file.load("wang2017", {"sun_kg": 0.5})
+    text = "\n".join(files.comments(machine, "machine", ["model: exact"], seed=3))
     for part in ("machine: wang2017", "model: exact", "casadi", "command line: mass.sun_kg", "seed: 3"):
         assert part in text
-    assert files.provenance(found)["machine_sha256"] in text
+    assert files.provenance(machine)["machine_sha256"] in text
 
 
 def test_what_utf_8_has_no_bytes_for_is_escaped_and_heads_are_single_lines(tmp_path: Path) -> None:

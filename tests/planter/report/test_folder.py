@@ -27,17 +27,17 @@ def stopped(out: Path) -> None:
     raise KeyboardInterrupt
 
 
-def held(folder: Path) -> set[str]:
-    found = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
-    return found - {NAME, folder_lock.NAME}
+def list_files(folder: Path) -> set[str]:
+    files = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    return files - {NAME, folder_lock.NAME}
 
 
 def test_what_an_earlier_command_wrote_goes_and_empty_folders_with_it(tmp_path: Path) -> None:
     write(tmp_path, {"summary.json": "1", "figures/a.svg": "a", "figures/deep/b.svg": "b"})
     write(tmp_path, {"summary.json": "2", "cycle.csv": "c"})
-    assert held(tmp_path) == {"summary.json", "cycle.csv"}
+    assert list_files(tmp_path) == {"summary.json", "cycle.csv"}
     assert not (tmp_path / "figures").exists()
-    assert set(json.loads((tmp_path / NAME).read_text())["files"]) == held(tmp_path)
+    assert set(json.loads((tmp_path / NAME).read_text())["files"]) == list_files(tmp_path)
 
 
 def test_nothing_else_is_touched(tmp_path: Path) -> None:
@@ -46,21 +46,21 @@ def test_nothing_else_is_touched(tmp_path: Path) -> None:
     (tmp_path / "plan.csv").write_text("filled in since")
     read_text(tmp_path / "table.csv")
     write(tmp_path, {"summary.json": "2"})
-    assert held(tmp_path) == {"figures/own.svg", "plan.csv", "table.csv", "summary.json"}
+    assert list_files(tmp_path) == {"figures/own.svg", "plan.csv", "table.csv", "summary.json"}
 
 
 @pytest.mark.parametrize("name", ["../own.txt", "/{}", "link/own.txt", ""])
 def test_a_list_that_leads_out_of_the_folder_is_not_followed(tmp_path: Path, name: str) -> None:
-    own, out = tmp_path / "own.txt", tmp_path / "out"
-    own.write_text("own")
+    user_file, out = tmp_path / "own.txt", tmp_path / "out"
+    user_file.write_text("own")
     write(out, {"a.csv": "own"})
     (out / "link").symlink_to(tmp_path)
     listed = json.loads((out / NAME).read_text())
-    listed["files"][name.format(own)] = listed["files"]["a.csv"]
+    listed["files"][name.format(user_file)] = listed["files"]["a.csv"]
     (out / NAME).write_text(json.dumps(listed))
     write(out, {"b.csv": "b"})
-    assert own.read_text() == "own"
-    assert held(out) == {"b.csv"}
+    assert user_file.read_text() == "own"
+    assert list_files(out) == {"b.csv"}
 
 
 @pytest.mark.parametrize(
@@ -71,17 +71,17 @@ def test_a_broken_list_removes_nothing(tmp_path: Path, content: str) -> None:
     (tmp_path / NAME).write_text(content)
     (tmp_path / "own.txt").write_text("own")
     write(tmp_path, {"a.csv": "a"})
-    assert held(tmp_path) == {"own.txt", "a.csv"}
+    assert list_files(tmp_path) == {"own.txt", "a.csv"}
 
 
 def test_an_interrupted_command_removes_nothing_and_the_next_one_all(tmp_path: Path) -> None:
     write(tmp_path, {"old.csv": "old", "both.csv": "old"})
     with pytest.raises(KeyboardInterrupt):
         stopped(tmp_path)
-    assert held(tmp_path) == {"old.csv", "both.csv", "half.csv"}
+    assert list_files(tmp_path) == {"old.csv", "both.csv", "half.csv"}
     assert (tmp_path / "both.csv").read_text() == "new"
     write(tmp_path, {"last.csv": "last"})
-    assert held(tmp_path) == {"last.csv"}
+    assert list_files(tmp_path) == {"last.csv"}
 
 
 def test_a_command_may_go_on_from_files_of_an_earlier_one(tmp_path: Path) -> None:
@@ -89,8 +89,8 @@ def test_a_command_may_go_on_from_files_of_an_earlier_one(tmp_path: Path) -> Non
     with renewing(tmp_path):
         keep(tmp_path / "devices" / "a.json")
         write(tmp_path, {"summary.json": "1"})
-        assert held(tmp_path) == {"devices/a.json", "devices/b.json", "summary.json"}
-    assert held(tmp_path) == {"devices/a.json", "summary.json"}
+        assert list_files(tmp_path) == {"devices/a.json", "devices/b.json", "summary.json"}
+    assert list_files(tmp_path) == {"devices/a.json", "summary.json"}
 
 
 def test_single_files_are_listed_and_not_removed(tmp_path: Path) -> None:
@@ -98,7 +98,7 @@ def test_single_files_are_listed_and_not_removed(tmp_path: Path) -> None:
         files.write_text(tmp_path / "a.csv", "a")
     write(tmp_path, {"summary.json": "1"})
     write(tmp_path, {"cycle.csv": "2"})
-    assert held(tmp_path) == {"a.csv", "cycle.csv"}
+    assert list_files(tmp_path) == {"a.csv", "cycle.csv"}
     files.write_text(tmp_path / "a.csv", "b")
     assert (tmp_path / "a.csv").read_text() == "b"
 

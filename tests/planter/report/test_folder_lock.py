@@ -65,25 +65,25 @@ def test_a_second_thread_is_refused_too(tmp_path: Path) -> None:
 
 def test_owners_follow_one_another(tmp_path: Path) -> None:
     """Many at once, each of which tries until it is the owner: never two."""
-    owners, most = [], []
+    owners, largest = [], []
 
-    def own() -> None:
+    def own_folder() -> None:
         while True:
             try:
                 with folder_lock.lock_folder(tmp_path):
                     owners.append(1)
-                    most.append(len(owners))
+                    largest.append(len(owners))
                     owners.pop()
                     return
             except InputError:
                 continue
 
-    threads = [threading.Thread(target=own) for _ in range(8)]
+    threads = [threading.Thread(target=own_folder) for _ in range(8)]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    assert most == [1] * 8
+    assert largest == [1] * 8
 
 
 def test_a_file_of_the_user_is_neither_locked_nor_removed(tmp_path: Path) -> None:

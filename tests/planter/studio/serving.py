@@ -24,9 +24,9 @@ def studio(folder: Path, *arguments: str) -> Iterator[str]:
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
-            found = re.search(r"http://\S+", process.stdout.readline())
-            assert found, process.stderr.read() if process.stderr else ""
-            yield found[0].split("#")[0]
+            match = re.search(r"http://\S+", process.stdout.readline())
+            assert match, process.stderr.read() if process.stderr else ""
+            yield match[0].split("#")[0]
         finally:
             process.terminate()
 
@@ -34,9 +34,11 @@ def studio(folder: Path, *arguments: str) -> Iterator[str]:
 @contextmanager
 def line(address: str, origin: str | None = None) -> Iterator[ClientConnection]:
     """A page's live line."""
-    own = address.split("/", 3)
-    with connect(address.replace("http", "ws") + "live", origin=origin or f"http://{own[2]}", max_size=None) as found:
-        yield found
+    parts = address.split("/", 3)
+    with connect(
+        address.replace("http", "ws") + "live", origin=origin or f"http://{parts[2]}", max_size=None
+    ) as location:
+        yield location
 
 
 def answer(talk: ClientConnection, key: str, **message: Any) -> Any:
@@ -47,16 +49,16 @@ def answer(talk: ClientConnection, key: str, **message: Any) -> Any:
 
 def until(talk: ClientConnection, *keys: str) -> Any:
     """The next message that has one of some keys: what stands there."""
-    found = message_with(talk, *keys)
-    return next(found[key] for key in keys if key in found)
+    message = message_with(talk, *keys)
+    return next(message[key] for key in keys if key in message)
 
 
 def message_with(talk: ClientConnection, *keys: str) -> dict[str, Any]:
     """The next message that has one of some keys."""
     while True:
-        found: dict[str, Any] = json.loads(talk.recv(timeout=120))
-        if any(key in found for key in keys):
-            return found
+        message: dict[str, Any] = json.loads(talk.recv(timeout=120))
+        if any(key in message for key in keys):
+            return message
 
 
 @contextmanager

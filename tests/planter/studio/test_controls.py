@@ -25,19 +25,19 @@ SLOW = {"sun2019", "sun2019-corrected"}
 """Machines whose readings take so long that the ends of their numbers are not computed."""
 
 
-def shown(machine: Shown, values: Values, last: Sequence[Any] = ()) -> tuple[Any, ...]:
+def read_all(machine: Shown, values: Values, last: Sequence[Any] = ()) -> tuple[Any, ...]:
     """Return what is shown of a machine, the cheapest first, as far as it is the same as before."""
-    found: list[Any] = []
+    numbers: list[Any] = []
     for compute in (
-        lambda: [asdict(one) for one in machine.readings(values, machine.models[0])],
-        lambda: [asdict(one) for one in machine.checks(values, machine.models[0])],
-        lambda: [_drawing(one) for one in machine.scenes(values, machine.models[0])],
-        lambda: [asdict(one) for one in machine.details(values, machine.models[0])],
+        lambda: [asdict(reading) for reading in machine.readings(values, machine.models[0])],
+        lambda: [asdict(reading) for reading in machine.checks(values, machine.models[0])],
+        lambda: [_drawing(reading) for reading in machine.scenes(values, machine.models[0])],
+        lambda: [asdict(reading) for reading in machine.details(values, machine.models[0])],
     ):
-        found.append(compute())
-        if last and found[-1] != last[len(found) - 1]:
+        numbers.append(compute())
+        if last and numbers[-1] != last[len(numbers) - 1]:
             break
-    return tuple(found)
+    return tuple(numbers)
 
 
 def _drawing(scene: Scene) -> tuple[str, Any]:
@@ -49,19 +49,19 @@ def _drawing(scene: Scene) -> tuple[str, Any]:
 )
 def test_every_control_changes_something_shown(name: str) -> None:
     machine = opened(name)
-    own = {one.path: one.value for one in machine.controls}
-    before = shown(machine, own)
-    for one in machine.controls:
-        for end in (one.upper, one.lower):
-            moved = {**own, one.path: one.value + SHARE * (end - one.value)}
+    defaults = {control.path: control.value for control in machine.controls}
+    before = read_all(machine, defaults)
+    for control in machine.controls:
+        for end in (control.upper, control.lower):
+            moved = {**defaults, control.path: control.value + SHARE * (end - control.value)}
             try:
-                changed = shown(machine, moved, before) != before
+                changed = read_all(machine, moved, before) != before
             except PlanterError:
                 continue
             if changed:
                 break
         else:
-            pytest.fail(f"{name}: {one.path} changes nothing")
+            pytest.fail(f"{name}: {control.path} changes nothing")
 
 
 @pytest.mark.parametrize("name", [pytest.param("shi2021", marks=pytest.mark.long), "wang2017", "yu2023"])
@@ -70,13 +70,13 @@ def test_ends_of_controls_make_a_machine(name: str, tmp_path: Path) -> None:
     session.open({"name": name})
     machine = session.machine
     assert machine
-    own = {one.path: one.value for one in machine.controls}
-    ends = session.ends({"values": own})["ends"]
-    assert ends.keys() == own.keys()
+    defaults = {control.path: control.value for control in machine.controls}
+    ends = session.ends({"values": defaults})["ends"]
+    assert ends.keys() == defaults.keys()
     for path, pair in ends.items():
-        assert pair[0] <= own[path] <= pair[1]
+        assert pair[0] <= defaults[path] <= pair[1]
         for end in pair:
-            machine.readings({**own, path: end}, machine.models[0])
+            machine.readings({**defaults, path: end}, machine.models[0])
 
 
 def test_ends_follow_the_other_numbers(tmp_path: Path) -> None:
@@ -92,7 +92,7 @@ def test_ends_follow_the_other_numbers(tmp_path: Path) -> None:
 
 def test_controls_end_where_the_file_does(tmp_path: Path) -> None:
     """Limits of a key, those that hang on other keys, and numbers that can have no other value."""
-    clutch, pickup = ({one.path: one for one in opened(name).controls} for name in ("shi2021", "yu2023"))
+    clutch, pickup = ({control.path: control for control in opened(name).controls} for name in ("shi2021", "yu2023"))
     assert 89.9 < clutch["linkage.rack_phase_deg"].upper <= 90
     assert 163 > pickup["bars.L2_mm"].lower > 93.3377
     assert "law.phi1_far_deg" not in pickup

@@ -33,15 +33,15 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def address(folder: Path) -> Iterator[str]:
-    with studio(folder) as found:
-        yield found
+    with studio(folder) as address:
+        yield address
 
 
 def fetched(address: str) -> tuple[int, bytes, str]:
     """Status, content and policy of what stands at an address."""
     try:
-        with urllib.request.urlopen(address, timeout=10) as found:
-            return found.status, found.read(), found.headers["content-security-policy"]
+        with urllib.request.urlopen(address, timeout=10) as response:
+            return response.status, response.read(), response.headers["content-security-policy"]
     except urllib.error.HTTPError as error:
         return error.code, b"", ""
 
@@ -63,10 +63,13 @@ def motion(address: str) -> list[dict[str, Any]]:
 def test_what_is_written_is_what_the_command_writes(motion: list[dict[str, Any]], folder: Path, tmp_path: Path) -> None:
     changes = [word for name, value in VALUES.items() for word in ("--set", f"{name}={value}")]
     command("export", "motion", "wang2017", *changes, "--model", "printed", "--out", str(tmp_path))
-    own, known = folder / "exports" / "wang2017" / "motion-csv", {path.name: path for path in tmp_path.glob("[!.]*")}
-    assert {Path(one["path"]).name for one in motion} == known.keys()
-    table = next(name for name in known if name.endswith(".csv"))
-    assert (own / table).read_text().splitlines()[-361:] == known[table].read_text().splitlines()[-361:]
+    expected, motion_folder = (
+        folder / "exports" / "wang2017" / "motion-csv",
+        {path.name: path for path in tmp_path.glob("[!.]*")},
+    )
+    assert {Path(entry["path"]).name for entry in motion} == motion_folder.keys()
+    table = next(name for name in motion_folder if name.endswith(".csv"))
+    assert (expected / table).read_text().splitlines()[-361:] == motion_folder[table].read_text().splitlines()[-361:]
 
 
 def test_exports_leave_the_files_of_the_user(address: str, folder: Path, motion: list[dict[str, Any]]) -> None:
@@ -77,7 +80,7 @@ def test_exports_leave_the_files_of_the_user(address: str, folder: Path, motion:
         answer(talk, "opened", ask="open", name="wang2017")
         again = exported(talk, names=["motion-csv"], values=VALUES, model="printed")
     assert notes.read_text(encoding="utf-8") == "mine"
-    assert {one["path"] for one in again} == {one["path"] for one in motion}
+    assert {entry["path"] for entry in again} == {entry["path"] for entry in motion}
 
 
 def test_an_edited_file_of_a_machine_is_not_replaced(tmp_path: Path) -> None:
@@ -112,9 +115,9 @@ def test_what_was_written_can_be_fetched_and_nothing_else(
     address: str, folder: Path, motion: list[dict[str, Any]]
 ) -> None:
     (folder / "secret.toml").write_text("name = 'own'", encoding="utf-8")
-    for one in motion:
-        status, content, policy = fetched(f"{address}exports/{one['path']}")
-        assert (status, len(content)) == (200, one["bytes"])
+    for entry in motion:
+        status, content, policy = fetched(f"{address}exports/{entry['path']}")
+        assert (status, len(content)) == (200, entry["bytes"])
         assert policy.startswith("sandbox")
     outside = (
         "../secret.toml",
@@ -171,12 +174,12 @@ def test_a_name_of_a_machine_is_no_path_and_a_link_leads_nowhere(tmp_path: Path)
 def test_what_a_machine_offers_are_commands(source: str, tmp_path: Path) -> None:
     """Their words name a command, and its options are among those of the command."""
     for export in opened(source).exports:
-        found = typer.main.get_command(application())
+        command = typer.main.get_command(application())
         for word in export.words:
-            found = found.commands[word]  # type: ignore[attr-defined]
-        known = {option for one in found.params for option in one.opts}
-        told = export.command(tmp_path / "own.toml", tmp_path, "exact", {})
-        assert {word for word in told if word.startswith("--")} <= known
+            command = command.commands[word]  # type: ignore[attr-defined]
+        options = {option for parameter in command.params for option in parameter.opts}
+        command_line = export.command(tmp_path / "own.toml", tmp_path, "exact", {})
+        assert {word for word in command_line if word.startswith("--")} <= options
 
 
 @pytest.mark.long
@@ -184,9 +187,9 @@ def test_what_a_machine_offers_are_commands(source: str, tmp_path: Path) -> None
 def test_all_that_a_machine_offers_is_written(source: str, address: str) -> None:
     with line(address) as talk:
         offered = answer(talk, "opened", ask="open", name=source)["exports"]
-        for one in offered:
-            files = exported(talk, names=[one["name"]])
-            assert isinstance(files, list), (one["name"], files)
+        for offer in offered:
+            files = exported(talk, names=[offer["name"]])
+            assert isinstance(files, list), (offer["name"], files)
             assert files
             assert all(file["bytes"] for file in files)
 
@@ -198,8 +201,8 @@ def test_a_page_writes_what_is_ticked_and_links_it(address: str) -> None:
         page.get_by_label("cam:").check()
         page.get_by_label("radius of the roller").fill("6")
         page.get_by_role("button", name="Write").click()
-        drawn = page.locator("#written a", has_text=".dxf").first
-        expect(drawn).to_be_visible(timeout=60_000)
+        drawing_link = page.locator("#written a", has_text=".dxf").first
+        expect(drawing_link).to_be_visible(timeout=60_000)
         expect(page.locator("#export")).to_have_text("Write", timeout=60_000)
         page.get_by_label("cam:").uncheck()
         page.get_by_label("report:").check()

@@ -33,8 +33,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def address(folder: Path) -> Iterator[str]:
-    with studio(folder) as found:
-        yield found
+    with studio(folder) as address:
+        yield address
 
 
 def write_evil(folder: Path) -> Path:
@@ -90,8 +90,8 @@ def test_command_of_the_studio_imports_nothing_of_the_folder(tmp_path: Path, mon
         process = await workers.start_async_program("planter", "--version")
         return await process.communicate()
 
-    said, wrong = asyncio.run(printed())
-    assert said.startswith(b"planter"), wrong
+    output, wrong = asyncio.run(printed())
+    assert output.startswith(b"planter"), wrong
     assert not (tmp_path / "executed").exists()
 
 
@@ -141,9 +141,9 @@ def test_process_that_is_killed_is_replaced(tmp_path: Path) -> None:
         os.kill(session._process.pid, signal.SIGKILL)
         with pytest.raises(ComputationError, match="has ended"):
             await session.ask("file", opening, {"values": {}})
-        found = await session.ask("file", opening, {"values": {}})
+        process = await session.ask("file", opening, {"values": {}})
         await session.close()
-        return str(found.table()["file"])
+        return str(process.table()["file"])
 
     assert "shi2021" in asyncio.run(killed())
 
@@ -180,9 +180,9 @@ def test_every_exception_is_an_answer(error: Exception, tmp_path: Path, monkeypa
         raise error
 
     monkeypatch.setattr(Session, "seen", failing)
-    found = answer_request(Session(tmp_path, tmp_path), "seen", {"id": 7})
-    assert found.startswith(FAILED)
-    assert json.loads(found[1:])["id"] == 7
+    answer = answer_request(Session(tmp_path, tmp_path), "seen", {"id": 7})
+    assert answer.startswith(FAILED)
+    assert json.loads(answer[1:])["id"] == 7
 
 
 def test_memory_of_a_page_is_limited() -> None:

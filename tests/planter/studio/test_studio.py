@@ -29,8 +29,8 @@ IDLE_MS, RATE, REQUIREMENTS_MS = 33.0, 50.0, 150.0
 
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with studio(tmp_path_factory.mktemp("studio"), "wang2017-wide") as found:
-        yield found
+    with studio(tmp_path_factory.mktemp("studio"), "wang2017-wide") as address:
+        yield address
 
 
 @cache
@@ -41,8 +41,8 @@ def simulated(source: str, *arguments: str) -> dict:
 
 def status(address: str, **headers: str) -> int:
     try:
-        with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=10) as found:
-            return int(found.status)
+        with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=10) as response:
+            return int(response.status)
     except urllib.error.HTTPError as error:
         return error.code
 
@@ -62,13 +62,13 @@ def test_pages_of_other_hosts_are_refused(address: str) -> None:
 
 def test_files_are_those_of_the_studio_and_no_others(address: str) -> None:
     assert status(f"{address}view.js") == 200
-    others = ("../pyproject.toml", "%2e%2e/app.py", "app.py", "studio.html")
-    assert {status(f"{address}{path}") for path in others} <= {403, 404}
+    other_paths = ("../pyproject.toml", "%2e%2e/app.py", "app.py", "studio.html")
+    assert {status(f"{address}{path}") for path in other_paths} <= {403, 404}
 
 
 def test_a_page_may_run_its_own_scripts_alone(address: str) -> None:
-    with urllib.request.urlopen(address, timeout=10) as found:
-        policy, text = found.headers["content-security-policy"], found.read().decode("utf-8")
+    with urllib.request.urlopen(address, timeout=10) as response:
+        policy, text = response.headers["content-security-policy"], response.read().decode("utf-8")
     assert "default-src 'none'" in policy
     assert "unsafe" not in policy
     assert "<script>" not in text
@@ -80,11 +80,11 @@ def test_what_a_page_is_told_is_what_the_command_tells(address: str) -> None:
     with line(address) as talk:
         answer(talk, "opened", ask="open", name="wang2017")
         values = {"design.R3_mm": 30.8, "operation.speed_rpm": 38.0}
-        found = answer(talk, "readings", id=1, values=values, model="printed")
+        received = answer(talk, "readings", id=1, values=values, model="printed")
     result = simulate(Device(load("wang2017", values), "printed")).result
-    told = {one["name"]: one["value"] for one in found}
-    assert told["objective (31), 360 samples"] == pytest.approx(result.objective, rel=1e-12)
-    assert told["range of the support force, 360 samples"] == pytest.approx(result.support_force.range_N, rel=1e-12)
+    readings = {entry["name"]: entry["value"] for entry in received}
+    assert readings["objective (31), 360 samples"] == pytest.approx(result.objective, rel=1e-12)
+    assert readings["range of the support force, 360 samples"] == pytest.approx(result.support_force.range_N, rel=1e-12)
 
 
 def test_of_many_moves_the_last_is_shown_and_not_all_are_computed(address: str) -> None:
@@ -92,13 +92,13 @@ def test_of_many_moves_the_last_is_shown_and_not_all_are_computed(address: str) 
         answer(talk, "opened", ask="open", name="wang2017")
         for k in range(200):
             talk.send(json.dumps({"id": k, "values": {"design.R3_mm": 30.5 + 0.002 * k}}))
-        shown = []
-        while not shown or shown[-1] < 199:
-            found = json.loads(talk.recv(timeout=60))
-            if "scenes" in found:
-                shown.append(found["id"])
-    assert shown == sorted(shown)
-    assert len(shown) < 150
+        shown_values = []
+        while not shown_values or shown_values[-1] < 199:
+            message = json.loads(talk.recv(timeout=60))
+            if "scenes" in message:
+                shown_values.append(message["id"])
+    assert shown_values == sorted(shown_values)
+    assert len(shown_values) < 150
 
 
 def test_requirements_follow_when_the_hand_rests(address: str) -> None:
@@ -106,8 +106,10 @@ def test_requirements_follow_when_the_hand_rests(address: str) -> None:
         answer(talk, "opened", ask="open", name="wang2017-wide")
         talk.send(json.dumps({"id": 1, "values": {}}))
         checks = until(talk, "checks")
-    known = simulated("wang2017-wide")["requirements"]
-    assert [one["value"] for one in checks] == pytest.approx([one["value"] for one in known], rel=1e-9)
+    expected = simulated("wang2017-wide")["requirements"]
+    assert [requirement["value"] for requirement in checks] == pytest.approx(
+        [requirement["value"] for requirement in expected], rel=1e-9
+    )
 
 
 def test_ends_of_numbers_follow_when_the_hand_rests(address: str) -> None:
@@ -123,19 +125,22 @@ def test_details_are_those_of_the_command_in_both_models(address: str) -> None:
     with line(address) as talk:
         answer(talk, "opened", ask="open", name="wang2017")
         talk.send(json.dumps({"id": 1, "values": values}))
-        found = message_with(talk, "details")
-    known = {model: simulated("wang2017", "--set", "design.R3_mm=30.8", "--model", model)
+        details = message_with(talk, "details")
+    expected = {model: simulated("wang2017", "--set", "design.R3_mm=30.8", "--model", model)
              for model in ("exact", "printed")}  # fmt: skip
-    told = {table["title"]: table["rows"] for table in found["details"]}
-    motor = known["exact"]["designer"]["motor"]
-    assert told["Torque of the motor on the carrier"][0][1:] == pytest.approx([motor["max_Nm"], motor["max_phi_deg"]])
-    forces = [force["max_N"] for force in known["exact"]["designer"]["forces"]]
-    assert [row[1] for row in told["Peaks of forces, true extremes over a cycle"]] == pytest.approx(forces)
-    (beside,) = found["beside"]
-    readings = {one["name"]: one["value"] for one in beside["readings"]}
-    assert beside["model"] == "printed"
-    assert readings["objective (31), 360 samples"] == pytest.approx(known["printed"]["objective"], rel=1e-12)
-    assert [one["name"] for one in beside["course"]["curves"]][:2] == ["vertical support force", "torque of the motor"]
+    tables = {table["title"]: table["rows"] for table in details["details"]}
+    motor = expected["exact"]["designer"]["motor"]
+    assert tables["Torque of the motor on the carrier"][0][1:] == pytest.approx([motor["max_Nm"], motor["max_phi_deg"]])
+    forces = [force["max_N"] for force in expected["exact"]["designer"]["forces"]]
+    assert [row[1] for row in tables["Peaks of forces, true extremes over a cycle"]] == pytest.approx(forces)
+    (comparison,) = details["beside"]
+    readings = {reading["name"]: reading["value"] for reading in comparison["readings"]}
+    assert comparison["model"] == "printed"
+    assert readings["objective (31), 360 samples"] == pytest.approx(expected["printed"]["objective"], rel=1e-12)
+    assert [reading["name"] for reading in comparison["course"]["curves"]][:2] == [
+        "vertical support force",
+        "torque of the motor",
+    ]
 
 
 @pytest.mark.long
@@ -143,9 +148,9 @@ def test_a_search_ends_where_the_command_line_ends(address: str) -> None:
     with line(address) as talk:
         answer(talk, "opened", ask="open", name="wang2017")
         talk.send(json.dumps({"ask": "optimise", "values": {}, "model": "exact"}))
-        found = until(talk, "optimum", "error")
-    known = command("optimise", "wang2017")["design"]
-    assert found == pytest.approx({f"design.{name}": value for name, value in known.items()}, rel=1e-9)
+        optimum = until(talk, "optimum", "error")
+    expected = command("optimise", "wang2017")["design"]
+    assert optimum == pytest.approx({f"design.{name}": value for name, value in expected.items()}, rel=1e-9)
 
 
 def test_a_search_can_be_given_up(address: str) -> None:
@@ -252,9 +257,11 @@ def test_a_page_follows_a_hand(address: str) -> None:
         page.get_by_label("teeth", exact=True).uncheck()
         expect(page.locator("#drawings .teeth").first).to_be_hidden()
     changes = ((), ("--set", "design.R3_mm=30.8"), ("--model", "printed", "--at", "0"))
-    known = [simulated("wang2017-wide", *more) for more in changes]
-    assert [float(first), float(moved), float(printed)] == pytest.approx([one["objective"] for one in known], rel=1e-5)
-    assert force.endswith(f", printed {known[2]['at'][0]['support_N']:.5g} N")
+    expected = [simulated("wang2017-wide", *more) for more in changes]
+    assert [float(first), float(moved), float(printed)] == pytest.approx(
+        [result["objective"] for result in expected], rel=1e-5
+    )
+    assert force.endswith(f", printed {expected[2]['at'][0]['support_N']:.5g} N")
     assert hosts <= {address.split("/")[2]}
 
 

@@ -37,8 +37,8 @@ NONSENSE = (
 
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    with studio(tmp_path_factory.mktemp("studio"), "wang2017-wide") as found:
-        yield found
+    with studio(tmp_path_factory.mktemp("studio"), "wang2017-wide") as address:
+        yield address
 
 
 def test_nonsense_is_answered_in_a_sentence_and_nothing_is_lost(address: str) -> None:
@@ -49,17 +49,17 @@ def test_nonsense_is_answered_in_a_sentence_and_nothing_is_lost(address: str) ->
             sentence = message_with(talk, "error")["error"]
             assert "\n" not in sentence
             assert "Traceback" not in sentence
-        found = answer(talk, "scenes", id=2, values={"design.R3_mm": 30.8})
-        assert found
+        reply = answer(talk, "scenes", id=2, values={"design.R3_mm": 30.8})
+        assert reply
         assert answer(talk, "file", ask="file", values={}).count(opened["name"])
 
 
 def test_every_page_has_a_machine_of_its_own(address: str) -> None:
-    with line(address) as one, line(address) as two:
-        answer(one, "opened", ask="open", name="wang2017")
-        answer(two, "opened", ask="open", name="shi2021")
-        assert "design" in answer(one, "file", ask="file", values={"design.R3_mm": 30.8})
-        assert "sleeve" in answer(two, "file", ask="file", values={})
+    with line(address) as first, line(address) as second:
+        answer(first, "opened", ask="open", name="wang2017")
+        answer(second, "opened", ask="open", name="shi2021")
+        assert "design" in answer(first, "file", ask="file", values={"design.R3_mm": 30.8})
+        assert "sleeve" in answer(second, "file", ask="file", values={})
 
 
 def field(page: Page) -> str:
@@ -80,10 +80,10 @@ def test_a_line_that_breaks_is_mended_and_nothing_is_lost(address: str) -> None:
         page.fill('[data-path="design.R3_mm"] input[type="number"]', "30.8")
         page.keyboard.press("Tab")
         expect(objective).not_to_have_text(first)
-        moved, shown = objective.inner_text(), str(page.locator("body").get_attribute("data-shown"))
+        moved, title = objective.inner_text(), str(page.locator("body").get_attribute("data-shown"))
         lines[0].close()
         expect(page.locator("#said")).to_have_text("The studio does not answer; trying again.")
-        expect(page.locator("body")).not_to_have_attribute("data-shown", shown, timeout=60_000)
+        expect(page.locator("body")).not_to_have_attribute("data-shown", title, timeout=60_000)
         assert (field(page), objective.inner_text(), len(lines)) == ("30.8", moved, 2)
         expect(page.locator("#said")).to_have_text("")
         page.click("#undo")
@@ -98,7 +98,7 @@ def test_loaded_file_replaces_everything(address: str) -> None:
     """A file of the same name with another number; then one that is not valid TOML, which changes nothing."""
     text = example("wang2017").replace("R3_mm = 30.916", "R3_mm = 30.7  ")
     assert text != example("wang2017")
-    known = simulate(Device(load("wang2017", {"design.R3_mm": 30.7}))).result
+    expected = simulate(Device(load("wang2017", {"design.R3_mm": 30.7}))).result
     with page_of(address, "wang2017") as page:
         for path, value in (("design.R3_mm", "30.8"), ("mass.planet_kg", "1.5")):
             page.fill(f'[data-path="{path}"] input[type="number"]', value)
@@ -106,7 +106,7 @@ def test_loaded_file_replaces_everything(address: str) -> None:
         page.click("#keep")
         load_file(page, "own.toml", text)
         force = page.locator("#readings tbody tr", has_text="range of the support force").locator("td").nth(1)
-        expect(force).to_have_text(f"{known.support_force.range_N:.6g}", timeout=60_000)
+        expect(force).to_have_text(f"{expected.support_force.range_N:.6g}", timeout=60_000)
         assert (field(page), page.locator("#undo").is_disabled()) == ("30.7", True)
         expect(page.locator("#source option:checked")).to_have_text("own.toml (loaded)")
         expect(page.locator("#kept")).to_have_count(0)
@@ -114,7 +114,7 @@ def test_loaded_file_replaces_everything(address: str) -> None:
         expect(page.locator("#said")).to_contain_text("bad.toml: end of document: this is not valid TOML")
         page.fill('[data-path="design.R3_mm"] input[type="number"]', "30.53")
         page.keyboard.press("Tab")
-        expect(force).not_to_have_text(f"{known.support_force.range_N:.6g}", timeout=60_000)
+        expect(force).not_to_have_text(f"{expected.support_force.range_N:.6g}", timeout=60_000)
         assert page.locator("#said").inner_text() == ""
 
 

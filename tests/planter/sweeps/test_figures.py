@@ -16,7 +16,7 @@ SPEED = {"from": 35, "to": 45, "steps": 61}
 MASS = [1.0, 1.1, 1.4]
 
 
-def drawn(at_random: bool = False, **inputs: Any) -> SweepData:
+def draw_sweep(at_random: bool = False, **inputs: Any) -> SweepData:
     """The points of a grid, or 300 at random, over inputs as a plan has them."""
     named = {name: Axis.model_validate(to_axis_table(entry)) for name, entry in inputs.items()}
     axes = list(named.values())
@@ -29,11 +29,11 @@ def panels(rows: SweepData, values: Array) -> list[Axes]:
 
 
 def bands(axes: Axes) -> list[FillBetweenPolyCollection]:
-    return [one for one in axes.collections if isinstance(one, FillBetweenPolyCollection)]
+    return [collection for collection in axes.collections if isinstance(collection, FillBetweenPolyCollection)]
 
 
 def test_single_input_is_line_through_rows() -> None:
-    rows = drawn(speed=SPEED)
+    rows = draw_sweep(speed=SPEED)
     values = rows.points[:, 0] ** 3
     (axes,) = panels(rows, values)
     (line,) = axes.lines
@@ -42,7 +42,7 @@ def test_single_input_is_line_through_rows() -> None:
 
 
 def test_several_inputs_show_mean_and_extremes() -> None:
-    rows = drawn(speed=SPEED, mass=MASS)
+    rows = draw_sweep(speed=SPEED, mass=MASS)
     speed, mass = rows.points.T
     first, second = panels(rows, speed * mass)
     at = np.linspace(35, 45, 61)
@@ -54,24 +54,24 @@ def test_several_inputs_show_mean_and_extremes() -> None:
 
 
 def test_texts_do_not_add_a_band() -> None:
-    rows = drawn(model=["exact", "printed"], speed=SPEED)
+    rows = draw_sweep(model=["exact", "printed"], speed=SPEED)
     for axes in panels(rows, rows.points @ [1, 1]):
         assert len(axes.lines[0].get_xdata()) == 61
         assert bands(axes) == []
 
 
 def test_missing_result_is_a_gap() -> None:
-    rows = drawn(speed=SPEED)
+    rows = draw_sweep(speed=SPEED)
     values = np.where(rows.points[:, 0] == 40, np.nan, 1.0)
     (line,) = panels(rows, values)[0].lines
     assert np.flatnonzero(np.isnan(line.get_ydata())).tolist() == [30]
 
 
 def test_random_points_are_averaged_in_slices() -> None:
-    rows = drawn(at_random=True, speed={"from": 35, "to": 45}, mass=MASS)
+    rows = draw_sweep(at_random=True, speed={"from": 35, "to": 45}, mass=MASS)
     speed, _ = rows.points.T
     first, second = panels(rows, speed)
-    (steps,) = (one for one in first.patches if isinstance(one, StepPatch))
+    (steps,) = (patch for patch in first.patches if isinstance(patch, StepPatch))
     means, edges, _ = steps.get_data()
     assert str(SLICES) in first.get_xlabel()
     assert np.array_equal(edges, np.linspace(35, 45, SLICES + 1))
@@ -82,15 +82,15 @@ def test_random_points_are_averaged_in_slices() -> None:
 
 
 def test_single_random_input_is_line_through_rows() -> None:
-    rows = drawn(at_random=True, speed={"from": 35, "to": 45})
+    rows = draw_sweep(at_random=True, speed={"from": 35, "to": 45})
     (line,) = panels(rows, 2 * rows.points[:, 0])[0].lines
     order = np.sort(rows.points[:, 0])
     assert np.array_equal(line.get_xydata(), np.column_stack([order, 2 * order]))
 
 
 def test_map_has_cell_for_every_value() -> None:
-    rows = drawn(speed=SPEED, mass=MASS)
+    rows = draw_sweep(speed=SPEED, mass=MASS)
     figure = draw_map(rows, "speed", "mass", "out", rows.points[:, 0] * rows.points[:, 1])
     assert figure is not None
-    (mesh,) = (one for one in figure.axes[0].collections if isinstance(one, QuadMesh))
+    (mesh,) = (collection for collection in figure.axes[0].collections if isinstance(collection, QuadMesh))
     assert np.allclose(mesh.get_array(), np.outer(MASS, np.linspace(35, 45, 61)))

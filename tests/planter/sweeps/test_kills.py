@@ -38,7 +38,7 @@ class Killed:
 
     def __init__(self, folder: Path, recipe: Recipe, width: int) -> None:
         self.folder, self.recipe, self.width = folder, recipe, width
-        self.whole, _ = self.ended(self.started("whole"))
+        self.complete, _ = self.ended(self.started("whole"))
 
     def started(self, name: str) -> psutil.Popen:
         command = [sys.executable, "-c", FOUND, name, str(ROWS), str(self.width)]
@@ -51,9 +51,9 @@ class Killed:
     @staticmethod
     def ended(process: psutil.Popen) -> tuple[str, int]:
         """Hash of all rows, and how many chunks were there before."""
-        said = process.stdout.read()
+        output = process.stdout.read()
         assert process.wait() == 0
-        digest, resumed = said.split()
+        digest, resumed = output.split()
         return digest, int(resumed)
 
     def chunks(self, name: str) -> int:
@@ -69,9 +69,9 @@ class Killed:
         process.kill()
         process.wait()
         assert not psutil.wait_procs(workers, timeout=10)[1]
-        there = self.chunks(name)
+        finished = self.chunks(name)
         digest, resumed = self.ended(self.started(name))
-        assert (digest, resumed) == (self.whole, there)
+        assert (digest, resumed) == (self.complete, finished)
 
     def worker(self, name: str, rng: random.Random) -> None:
         """A worker killed by signal 9 at a random moment: another takes its chunk."""
@@ -79,7 +79,7 @@ class Killed:
         for victim in self.disturbed(process, name, rng)[:1]:
             with suppress(psutil.NoSuchProcess):
                 victim.kill()
-        assert self.ended(process)[0] == self.whole
+        assert self.ended(process)[0] == self.complete
 
     def disturbed(self, process: psutil.Popen, name: str, rng: random.Random) -> list[psutil.Process]:
         """The workers of a process at a random moment of its work."""
@@ -104,9 +104,9 @@ def turned(tmp_path_factory: pytest.TempPathFactory, kernel_cache: None) -> Kill
         "machine": "wang2017", "scheme": "sobol", "points": ROWS, "seed": 7, "outputs": ["support_range_N"],
         "inputs": {"model": ["exact", "printed"], "speed_rpm": {"from": 35, "to": 45}},
     }, "plan.toml")  # fmt: skip
-    asked = Sweep(plan)
-    asked.machines[0].machine = file.load("wang2017", {"objective.samples": 72})
-    return Killed(tmp_path_factory.mktemp("turned"), asked.recipe, width=1)
+    sweep = Sweep(plan)
+    sweep.machines[0].machine = file.load("wang2017", {"objective.samples": 72})
+    return Killed(tmp_path_factory.mktemp("turned"), sweep.recipe, width=1)
 
 
 @pytest.mark.parametrize("victim", ["driver", "worker"])

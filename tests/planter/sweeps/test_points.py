@@ -22,11 +22,11 @@ def test_grid_has_every_combination_once() -> None:
 
 
 def test_sequence_blocks_are_independent_of_start() -> None:
-    whole = SobolSequence(3, 5)(0, 64)
+    block = SobolSequence(3, 5)(0, 64)
     other = SobolSequence(3, 5)
-    assert np.array_equal(other(40, 64), whole[40:])
-    assert np.array_equal(other(8, 24), whole[8:24])
-    assert not np.array_equal(SobolSequence(3, 6)(0, 64), whole)
+    assert np.array_equal(other(40, 64), block[40:])
+    assert np.array_equal(other(8, 24), block[8:24])
+    assert not np.array_equal(SobolSequence(3, 6)(0, 64), block)
 
 
 def test_sobol_points_are_evenly_distributed() -> None:
@@ -66,11 +66,11 @@ WRONG = {
 }
 
 
-@pytest.mark.parametrize(("change", "told"), WRONG.values(), ids=WRONG.keys())
-def test_invalid_plan_is_rejected(change: dict, told: str) -> None:
+@pytest.mark.parametrize(("change", "message"), WRONG.values(), ids=WRONG.keys())
+def test_invalid_plan_is_rejected(change: dict, message: str) -> None:
     with pytest.raises(InputError) as refused:
         Plan.read(BASE | change, "plan.toml")
-    assert told in refused.value.message
+    assert message in refused.value.message
     assert refused.value.message.startswith("plan.toml: ")
 
 
@@ -81,8 +81,8 @@ def test_several_machines_become_first_input() -> None:
 
 
 @pytest.mark.parametrize(
-    "given", [[[1], [2]], [{"a": 1}], [1, "exact"], [True, False], [[]], [1, [2]], {"from": [1], "to": 2}, 3, None, "x"]
+    "value", [[[1], [2]], [{"a": 1}], [1, "exact"], [True, False], [[]], [1, [2]], {"from": [1], "to": 2}, 3, None, "x"]
 )
-def test_values_of_wrong_kind_are_rejected(given: object) -> None:
+def test_values_of_wrong_kind_are_rejected(value: object) -> None:
     with pytest.raises(InputError, match=r"plan\.toml: .*speed_rpm"):
-        Plan.read({"machine": "wang2017", "inputs": {"speed_rpm": given}}, "plan.toml")
+        Plan.read({"machine": "wang2017", "inputs": {"speed_rpm": value}}, "plan.toml")

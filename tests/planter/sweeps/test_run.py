@@ -38,9 +38,9 @@ def test_chunks_cover_every_row_once() -> None:
 def test_rows_are_equal_for_any_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     alone, by_two, by_three = (answered(squares(), means=Means(count)) for count in (1, 2, 3))
     monkeypatch.setattr(job, "FEWEST", ROWS + 1)
-    here = answered(squares())
-    assert [one[1].workers for one in (alone, by_two, by_three, here)] == [1, 2, 3, 0]
-    assert alone[0] == by_two[0] == by_three[0] == here[0]
+    serial = answered(squares())
+    assert [result[1].workers for result in (alone, by_two, by_three, serial)] == [1, 2, 3, 0]
+    assert alone[0] == by_two[0] == by_three[0] == serial[0]
 
 
 def test_small_job_starts_no_worker(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -152,6 +152,6 @@ def test_interrupt_keeps_finished_chunks(tmp_path: Path) -> None:
 
 def test_recipe_order_is_preserved() -> None:
     """Inputs are columns: what a worker reads must have them in the order in which they were asked."""
-    told = Recipe("a:b", {"speed": 1, "mass": 2})
-    assert list(json.loads(told.text)["arguments"]) == ["speed", "mass"]
-    assert told.question != Recipe("a:b", {"mass": 2, "speed": 1}).question
+    recipe = Recipe("a:b", {"speed": 1, "mass": 2})
+    assert list(json.loads(recipe.text)["arguments"]) == ["speed", "mass"]
+    assert recipe.question != Recipe("a:b", {"mass": 2, "speed": 1}).question

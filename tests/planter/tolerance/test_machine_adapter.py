@@ -32,11 +32,11 @@ def plain_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize("name", CASES)
 def test_rows_equal_single_machine_outputs(name: str) -> None:
     inputs, output = CASES[name]
-    held, machine = ResolvedMachine(name), load_machine(name)
-    frozen = json.loads(json.dumps(held.adapter.frozen(held.machine)))
-    nominal = held.adapter.nominal(held.machine)
+    resolved, machine = ResolvedMachine(name), load_machine(name)
+    frozen = json.loads(json.dumps(resolved.adapter.frozen(resolved.machine)))
+    nominal = resolved.adapter.nominal(resolved.machine)
     x = np.array([nominal[path] for path in inputs])
-    subject = held.adapter.subject(frozen, {}, {path: (nominal[path],) * 2 for path in inputs}, [output])
+    subject = resolved.adapter.subject(frozen, {}, {path: (nominal[path],) * 2 for path in inputs}, [output])
     (value,), slopes = subject.slopes(x)
     (term,) = subject.outputs[0].terms
     quantity = machine.find_quantity(term.name)
@@ -53,12 +53,12 @@ def test_rows_equal_single_machine_outputs(name: str) -> None:
 def test_file_changed_during_run_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(examples.text("shi2021", "clutch"), encoding="utf-8")
-    held = ResolvedMachine(str(path), {"crank_mm": 31.0})
-    frozen = held.adapter.frozen(held.machine)
-    assert held.adapter.thaw(frozen).numbers()["linkage.crank_mm"] == 31.0
+    resolved = ResolvedMachine(str(path), {"crank_mm": 31.0})
+    frozen = resolved.adapter.frozen(resolved.machine)
+    assert resolved.adapter.thaw(frozen).numbers()["linkage.crank_mm"] == 31.0
     path.write_text(path.read_text().replace("rod_mm = ", "rod_mm = 1"), encoding="utf-8")
     with pytest.raises(InputError):
-        held.adapter.thaw(frozen)
+        resolved.adapter.thaw(frozen)
 
 
 VARIED = {"bars.L1_mm": (90.0, 97.0)}
@@ -66,7 +66,7 @@ VARIED = {"bars.L1_mm": (90.0, 97.0)}
 
 def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
     """Alone, the range is least at an end of the bar's length; as a limit it binds where the needle shall reach far."""
-    held, machine = ResolvedMachine("yu2023"), load_machine("yu2023")
+    resolved, machine = ResolvedMachine("yu2023"), load_machine("yu2023")
     spreads = {"bars.L1_mm": Spread("normal", 93.2, 93.5)}
 
     def find_range(length: float) -> float:
@@ -76,14 +76,14 @@ def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
         return float(np.ptp(1e3 * response.values(at, machine.turn * np.arange(machine.samples) / machine.samples)))
 
     stated = Settings(1.0, 8, 1, sum_text="range x_S", ranges=VARIED)
-    free = held.adapter.robust(held.machine, {}, spreads, stated, None)
+    free = resolved.adapter.robust(resolved.machine, {}, spreads, stated, None)
     ends = [find_range(length) for length in VARIED["bars.L1_mm"]]
     best = 90.0 if ends[0] < ends[1] else 97.0
     assert free.design == pytest.approx({"L1_mm": best})
     assert free.best_robust.nominal == pytest.approx(min(ends), rel=1e-9)
     limit = (min(ends) + max(ends)) / 2
     upward = replace(stated, sum_text="-mean x_S", holds=(f"range x_S <= {limit!r}",))
-    bound = held.adapter.robust(held.machine, {}, spreads, upward, None)
+    bound = resolved.adapter.robust(resolved.machine, {}, spreads, upward, None)
     assert find_range(bound.design["L1_mm"]) <= limit * (1 + 1e-7)
 
 
@@ -97,7 +97,7 @@ def test_stated_sum_limit_and_ranges_make_a_robust_design() -> None:
     ],
 )
 def test_incomplete_robust_request_is_rejected(stated: Settings, part: str) -> None:
-    held = ResolvedMachine("yu2023")
+    resolved = ResolvedMachine("yu2023")
     with pytest.raises(InputError, match=part):
-        held.adapter.robust(held.machine, {}, {}, stated, None)
-    assert held.adapter.robust(held.machine, {}, {}, Settings(), None) is None
+        resolved.adapter.robust(resolved.machine, {}, {}, stated, None)
+    assert resolved.adapter.robust(resolved.machine, {}, {}, Settings(), None) is None

@@ -37,10 +37,10 @@ def crank(**bounds: tuple[float, float]) -> Machine:
 
 
 def robust_goal(machine: Machine, spreads: dict[str, Spread], hold: str = "") -> RobustGoal:
-    least = [resolve_measure(machine, measure) for measure in parse_sum("range F_Ox + 2 rms M_in")]
+    measures = [resolve_measure(machine, measure) for measure in parse_sum("range F_Ox + 2 rms M_in")]
     limits = [resolve_limit(machine, parse_limit(hold))] if hold else []
     bounds = DesignLimits(Goal(machine, (), limits, ANGLES, with_events=False)) if limits else None
-    return RobustGoal(replace(machine, objective=tuple(least)), spreads, SETTINGS, ANGLES, bounds)
+    return RobustGoal(replace(machine, objective=tuple(measures)), spreads, SETTINGS, ANGLES, bounds)
 
 
 def test_gradient_of_mean_and_deviation_agrees_with_differences() -> None:
@@ -70,18 +70,18 @@ def test_random_machines_agree_with_single_machines() -> None:
 
 def test_robust_design_is_better_with_tolerances_and_satisfies_limits() -> None:
     robust = robust_goal(crank(), SPREADS, "max s <= 245 mm")
-    found = find_robust(robust, SETTINGS, None)
-    assert found.best_robust.robust <= min(found.best_nominal.robust, found.own.robust) + 1e-9
-    assert found.objective == pytest.approx(found.best_robust.mean + 3 * found.best_robust.std)
+    robust_result = find_robust(robust, SETTINGS, None)
+    assert robust_result.best_robust.robust <= min(robust_result.best_nominal.robust, robust_result.own.robust) + 1e-9
+    assert robust_result.objective == pytest.approx(robust_result.best_robust.mean + 3 * robust_result.best_robust.std)
     assert isinstance(robust.limits, DesignLimits)
-    x = np.array([found.design["r_mm"], found.design["e_mm"]]) * robust.machine.scale
+    x = np.array([robust_result.design["r_mm"], robust_result.design["e_mm"]]) * robust.machine.scale
     assert robust.limits.violation(x) <= 1e-6
     assert robust.limits.violation(robust.design) > 1e-3
 
 
 def test_search_skips_designs_without_cycle() -> None:
-    found = find_robust(robust_goal(crank(l_mm=(20, 220)), SPREADS), SETTINGS, None)
-    assert found.design["l_mm"] > 61
+    robust_result = find_robust(robust_goal(crank(l_mm=(20, 220)), SPREADS), SETTINGS, None)
+    assert robust_result.design["l_mm"] > 61
     robust = robust_goal(crank(l_mm=(20, 220)), SPREADS)
     with pytest.raises(ComputationError, match="slider_crank"):
         robust.value(np.array([0.02]), 3.0)

@@ -26,10 +26,10 @@ def test_distributions_are_those_of_scipy(kind: str) -> None:
 def test_blocks_of_points_do_not_depend_on_start() -> None:
     spreads = [Spread("normal", -1, 1), Spread("uniform", 2, 8)]
     mixed = Saltelli(spreads, 64, 3)
-    whole = mixed.block(0, mixed.rows)
+    block = mixed.block(0, mixed.rows)
     assert mixed.rows == 4 * 64
-    assert np.array_equal(mixed.block(50, 200), whole[50:200])
-    a, b, first, second = whole.reshape(4, 64, 2)
+    assert np.array_equal(mixed.block(50, 200), block[50:200])
+    a, b, first, second = block.reshape(4, 64, 2)
     assert np.array_equal(first, np.column_stack([b[:, 0], a[:, 1]]))
     assert np.array_equal(second, np.column_stack([a[:, 0], b[:, 1]]))
     points = RandomPoints(spreads, 20_000, 3)
@@ -43,7 +43,7 @@ def test_additive_function_has_exact_indices() -> None:
     mixed = Saltelli(spreads, 4096, 1)
     rows = mixed.block(0, mixed.rows) @ weights
     shares = indices(["y"], list("abcd"), rows[:, None], 4096, 0)["y"]
-    parts = weights**2 * np.array([one.std for one in spreads]) ** 2
+    parts = weights**2 * np.array([spread.std for spread in spreads]) ** 2
     for name, part in zip("abcd", parts / parts.sum(), strict=True):
         assert abs(shares[name].first - part) < 0.01
         assert abs(shares[name].total - part) < 0.01
@@ -66,26 +66,28 @@ def test_ishigami_function_has_published_indices() -> None:
     mixed = Saltelli([Spread("uniform", -np.pi, np.pi)] * 3, 8192, 1)
     x, y, z = mixed.block(0, mixed.rows).T
     rows = np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
-    found = indices(["f"], list("xyz"), rows[:, None], 8192, 0)["f"]
+    sobol_indices = indices(["f"], list("xyz"), rows[:, None], 8192, 0)["f"]
     for name, first, total in (("x", 0.3139, 0.5576), ("y", 0.4424, 0.4424), ("z", 0.0, 0.2437)):
-        assert abs(found[name].first - first) < 0.02
-        assert abs(found[name].total - total) < 0.01
-        assert abs(found[name].total - total) < 2 * found[name].total_error + 1e-3
+        assert abs(sobol_indices[name].first - first) < 0.02
+        assert abs(sobol_indices[name].total - total) < 0.01
+        assert abs(sobol_indices[name].total - total) < 2 * sobol_indices[name].total_error + 1e-3
 
 
 def test_constant_output_has_zero_indices() -> None:
     mixed = Saltelli([Spread("uniform", 0, 1)], 64, 1)
-    found = indices(["f"], ["x"], np.full((mixed.rows, 1), 3.0), 64, 0)["f"]["x"]
-    assert (found.first, found.total, found.first_error) == (0, 0, 0)
+    sobol_indices = indices(["f"], ["x"], np.full((mixed.rows, 1), 3.0), 64, 0)["f"]["x"]
+    assert (sobol_indices.first, sobol_indices.total, sobol_indices.first_error) == (0, 0, 0)
 
 
 def test_bands_use_rows_with_results() -> None:
     rows = np.column_stack([np.arange(101.0), np.ones(101)])
     rows[7] = np.nan
     band = bands(["a", "b"], rows, np.array([50.0, 1.0]), None, [])["a"]
-    there = np.delete(np.arange(101.0), 7)
+    remaining = np.delete(np.arange(101.0), 7)
     assert (band.missing, band.nominal, band.first_order_std) == (1, 50, None)
-    assert np.allclose([band.mean, band.std, band.p5], [there.mean(), there.std(ddof=1), np.percentile(there, 5)])
+    assert np.allclose(
+        [band.mean, band.std, band.p5], [remaining.mean(), remaining.std(ddof=1), np.percentile(remaining, 5)]
+    )
     with pytest.raises(ComputationError, match="101 of 101 machines have no cycle"):
         bands(["a", "b"], np.full_like(rows, np.nan), np.zeros(2), None, [])
 

@@ -51,7 +51,7 @@ def lab(tmp_path: Path) -> Iterator[str]:
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=surroundings) as process:
         try:
             assert process.stderr is not None
-            address = next(found for line in process.stderr if (found := re.search(r"http://127\S+?:(\d+)/lab", line)))
+            address = next(match for line in process.stderr if (match := re.search(r"http://127\S+?:(\d+)/lab", line)))
             yield f"http://127.0.0.1:{address[1]}/lab/tree/book.ipynb?token=known&reset"
         finally:
             process.terminate()
@@ -61,11 +61,11 @@ def lab(tmp_path: Path) -> Iterator[str]:
 @pytest.mark.long
 def test_a_notebook_shows_the_machine_as_it_moves(lab: str) -> None:
     """Of both cells the drawing stands there with the model's own numbers, and plays."""
-    told = []
+    messages = []
     for model in ("exact", "printed"):
         device = Device(load("wang2017"), model)
         turn = cycle.evaluate_cycle(device, device.prologue(device.design), cycle.sample_angles(360)).columns()
-        told.append(f"carrier angle 0 deg, vertical support force {turn['support_N'][0]:.5g} N")
+        messages.append(f"carrier angle 0 deg, vertical support force {turn['support_N'][0]:.5g} N")
     with sync_playwright() as play, play.chromium.launch(executable_path=browser(), args=["--no-sandbox"]) as chromium:
         page = chromium.new_page()
         page.goto(lab)
@@ -75,7 +75,7 @@ def test_a_notebook_shows_the_machine_as_it_moves(lab: str) -> None:
         page.get_by_text("Run All Cells", exact=True).click()
         drawings = page.locator(".planter-view")
         expect(drawings).to_have_count(len(CELLS), timeout=120_000)
-        for k, words in enumerate(told):
+        for k, words in enumerate(messages):
             drawing = drawings.nth(k)
             expect(drawing.locator(".teeth")).to_have_count(7)
             expect(drawing.locator(".told")).to_have_text(words)

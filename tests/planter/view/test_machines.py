@@ -59,35 +59,35 @@ def test_the_needle_of_a_pick_up_ends_at_its_tip(picking: Scene) -> None:
 
 
 def test_a_body_stays_inside_the_polygon_that_lets_it_turn() -> None:
-    shown = clutch.build_rotor_scene(Rotor(5, 6, 0.05), "own")
-    for moment in range(0, shown.moments, 23):
-        at = placed(shown, moment)
+    scene = clutch.build_rotor_scene(Rotor(5, 6, 0.05), "own")
+    for moment in range(0, scene.moments, 23):
+        at = placed(scene, moment)
         assert Polygon(at["sleeve"][0]).buffer(1e-6).contains(Polygon(at["body"][0]))
-    tight = replace(shown, bodies=(shown.bodies[0], replace(shown.bodies[1], at=(0.0, 0.0))))
+    tight = replace(scene, bodies=(scene.bodies[0], replace(scene.bodies[1], at=(0.0, 0.0))))
     at = placed(tight, 23)
     assert not Polygon(at["sleeve"][0]).buffer(1e-6).contains(Polygon(at["body"][0]))
 
 
 def test_the_bars_of_a_linkage_meet_in_its_hinges() -> None:
-    found = synthesis.synthesise(poses.load_poses("sun2019-corrected"))
-    shown = mapping.linkage(found.linkages[0], found.poses, 1)
-    for moment in range(0, shown.moments, 17):
-        at = placed(shown, moment)
+    synthesised = synthesis.synthesise(poses.load_poses("sun2019-corrected"))
+    scene = mapping.linkage(synthesised.linkages[0], synthesised.poses, 1)
+    for moment in range(0, scene.moments, 17):
+        at = placed(scene, moment)
         arm = [Point(corner) for corner in at["arm"][0].coords]
         assert Point(at["crank"][0].coords[-1]).distance(arm[0]) < 1e-6
         assert Point(at["follower"][0].coords[-1]).distance(arm[1]) < 1e-6
 
 
 def test_the_gears_of_a_train_touch_and_its_arm_ends_at_the_tip() -> None:
-    given = poses.load_poses("sun2019-corrected")
-    shown = mapping.train(train.build_training(curve.load_curve("sun2019-curve"), 0.07, file=given))
-    assert shown is not None
-    for moment in range(0, shown.moments, 13):
-        at = placed(shown, moment)
+    pose_file = poses.load_poses("sun2019-corrected")
+    scene = mapping.train(train.build_training(curve.load_curve("sun2019-curve"), 0.07, file=pose_file))
+    assert scene is not None
+    for moment in range(0, scene.moments, 13):
+        at = placed(scene, moment)
         second, third = at["middle gears"]
         assert at["sun"][0].distance(second) < 0.25
         assert third.distance(at["planet and arm"][0]) < 0.25
-        tip = Point(shown.points[0].x[moment], shown.points[0].y[moment])
+        tip = Point(scene.points[0].x[moment], scene.points[0].y[moment])
         assert Point(at["planet and arm"][1].coords[-1]).distance(tip) < 1e-3
 
 
@@ -95,9 +95,9 @@ def test_the_gears_of_a_train_touch_and_its_arm_ends_at_the_tip() -> None:
 def arm(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     folder = tmp_path_factory.mktemp("own")
     assert derive([str(EXAMPLES / "transplanting_arm.py"), "--out", str(folder)]) == 0
-    found = compute_cycle(Model(load_machine(str(folder / "transplanting_arm.toml"))))
-    course = PlotAxis(found.angles_deg, "phi / deg", is_angle=True)
-    return own_scene("arm", course, found.seconds, found.columns, found.places)
+    cycle = compute_cycle(Model(load_machine(str(folder / "transplanting_arm.toml"))))
+    course = PlotAxis(cycle.angles_deg, "phi / deg", is_angle=True)
+    return own_scene("arm", course, cycle.seconds, cycle.columns, cycle.places)
 
 
 def test_the_bodies_of_a_mechanism_of_ones_own_keep_their_shape(arm: Scene) -> None:
@@ -119,11 +119,13 @@ def test_teeth_mesh_without_overlap_as_they_turn() -> None:
     """Gears of other numbers of teeth than drawn by default: their outlines touch and do not share an area."""
     order = ToothOrder(teeth=23)
     pair = cut_teeth(build_circle_pair(0.023, 0.023), order, "own", ("gear", "mate"))
-    shown = gears.build_scene(pair)
+    scene = gears.build_scene(pair)
     for moment in (0, 17, 101):
-        one, two = (Polygon(lines[0]) for lines in placed(shown, moment).values())
-        assert one.distance(two) < 0.02
-        assert one.intersection(two).area < 1e-3
-    turned = replace(shown.bodies[1], turn=shown.bodies[1].turn + 360 / 46)
-    one, two = (Polygon(lines[0]) for lines in placed(replace(shown, bodies=(shown.bodies[0], turned)), 17).values())
-    assert one.intersection(two).area > 1
+        first, second = (Polygon(lines[0]) for lines in placed(scene, moment).values())
+        assert first.distance(second) < 0.02
+        assert first.intersection(second).area < 1e-3
+    turned = replace(scene.bodies[1], turn=scene.bodies[1].turn + 360 / 46)
+    first, second = (
+        Polygon(lines[0]) for lines in placed(replace(scene, bodies=(scene.bodies[0], turned)), 17).values()
+    )
+    assert first.intersection(second).area > 1

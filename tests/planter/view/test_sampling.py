@@ -12,7 +12,7 @@ from planter.view.subject import opened
 
 def scenes(machine: str) -> list[Scene]:
     subject = opened(machine, {})
-    return list(subject.scenes({one.path: one.value for one in subject.controls}, subject.models[0]))
+    return list(subject.scenes({control.path: control.value for control in subject.controls}, subject.models[0]))
 
 
 def strayed(places: Array, values: Array, dense: Array, exact: Array) -> float:
@@ -21,21 +21,21 @@ def strayed(places: Array, values: Array, dense: Array, exact: Array) -> float:
 
 
 @pytest.mark.parametrize(
-    ("curve", "within"),
+    ("curve", "tolerance"),
     [(np.sin, 2 * TOLERANCE), (lambda t: np.abs(np.sin(7 * t)), 1e-2), (lambda t: np.sqrt(np.abs(t - 2)), 1e-2)],
 )
-def test_pieces_follow_a_curve(curve: Callable[[Array], Array], within: float) -> None:
+def test_pieces_follow_a_curve(curve: Callable[[Array], Array], tolerance: float) -> None:
     """Halved at most ROUNDS times, the pieces beside a corner are short enough to follow it within a hundredth."""
     dense, even = np.linspace(0.0, 2 * np.pi, 7001), np.linspace(0.0, 2 * np.pi, 37)
     places = refine_places(lambda t: [curve(t)], even)
-    assert strayed(places, curve(places), dense, curve(dense)) < within
-    assert strayed(even, curve(even), dense, curve(dense)) > within
+    assert strayed(places, curve(places), dense, curve(dense)) < tolerance
+    assert strayed(even, curve(even), dense, curve(dense)) > tolerance
 
 
 def test_a_jump_is_drawn_steep() -> None:
     places = refine_places(lambda t: [np.floor(t)], np.linspace(0.0, 2.5, 11))
-    beside = places[np.argsort(np.abs(places - 1.0))[:2]]
-    assert np.ptp(beside) < 0.25 / 64
+    neighbours = places[np.argsort(np.abs(places - 1.0))[:2]]
+    assert np.ptp(neighbours) < 0.25 / 64
     assert len(places) < 40
 
 

@@ -36,62 +36,69 @@ def device() -> Device:
 
 
 @pytest.fixture(scope="module")
-def shown(device: Device) -> Scene:
+def device_scene(device: Device) -> Scene:
     return build_scene(device, device.design)
 
 
-def unpacked(record: Any, told: Any) -> Array:
+def unpacked(record: Any, channel: Any) -> Array:
     """Series that a record tells, as the drawing's script reads it."""
     count = record["moments"]
-    if isinstance(told, float):
-        return np.full(count, told)
-    if "step" in told:
-        return told["from"] + told["step"] * np.arange(count)
-    every = np.frombuffer(base64.b64decode(record["data"]), dtype="<f4").reshape(-1, count)
-    return np.roll(every[told["series"]], -told["ahead"]).astype(float)
+    if isinstance(channel, float):
+        return np.full(count, channel)
+    if "step" in channel:
+        return channel["from"] + channel["step"] * np.arange(count)
+    values = np.frombuffer(base64.b64decode(record["data"]), dtype="<f4").reshape(-1, count)
+    return np.roll(values[channel["series"]], -channel["ahead"]).astype(float)
 
 
-def gaps(shown: Scene, moment: int) -> list[float]:
-    at = placed(shown, moment)
-    found = []
+def gaps(device_scene: Scene, moment: int) -> list[float]:
+    at = placed(device_scene, moment)
+    gaps = []
     for side in (1, 2):
         five, six = at[f"middle body, side {side}"]
-        found += [at["sun"][0].distance(five), six.distance(at[f"planet and nozzle, side {side}"][0])]
-    return found
+        gaps += [at["sun"][0].distance(five), six.distance(at[f"planet and nozzle, side {side}"][0])]
+    return gaps
 
 
 @pytest.mark.parametrize("moment", [0, 47, 133, 200, 291])
-def test_gears_touch_wherever_the_carrier_is(shown: Scene, moment: int) -> None:
-    assert max(gaps(shown, moment)) < TOUCHING
+def test_gears_touch_wherever_the_carrier_is(device_scene: Scene, moment: int) -> None:
+    assert max(gaps(device_scene, moment)) < TOUCHING
 
 
-def test_a_gear_drawn_at_a_wrong_place_does_not_touch(shown: Scene) -> None:
-    sun, carrier, *others = shown.bodies
+def test_a_gear_drawn_at_a_wrong_place_does_not_touch(device_scene: Scene) -> None:
+    sun, carrier, *other_bodies = device_scene.bodies
     moved = [replace(part, at=(part.at[0] + 0.2, part.at[1] + 0.2)) for part in carrier.parts]
-    wrong = replace(shown, bodies=(sun, replace(carrier, parts=moved), *others))
+    wrong = replace(device_scene, bodies=(sun, replace(carrier, parts=moved), *other_bodies))
     assert max(gaps(wrong, 47)) > TOUCHING
 
 
-def shared(shown: Scene, moment: int) -> tuple[float, float]:
+def shared(device_scene: Scene, moment: int) -> tuple[float, float]:
     """Largest area [mm2] and distance [mm] between teeth that mesh, of both sides."""
-    cut = [Polygon(points[0]) for line, points in shown.placed(slice(moment, moment + 1)) if line.look == "teeth"]
-    sun, *others = cut
-    meshing = [(sun, others[0]), (others[1], others[2]), (sun, others[3]), (others[4], others[5])]
+    cut = [
+        Polygon(points[0]) for line, points in device_scene.placed(slice(moment, moment + 1)) if line.look == "teeth"
+    ]
+    sun, *other_parts = cut
+    meshing = [
+        (sun, other_parts[0]),
+        (other_parts[1], other_parts[2]),
+        (sun, other_parts[3]),
+        (other_parts[4], other_parts[5]),
+    ]
     return max(a.intersection(b).area for a, b in meshing), max(a.distance(b) for a, b in meshing)
 
 
 @pytest.mark.parametrize("moment", [0, 47, 133, 200, 291])
-def test_teeth_mesh_wherever_the_carrier_is(shown: Scene, moment: int) -> None:
+def test_teeth_mesh_wherever_the_carrier_is(device_scene: Scene, moment: int) -> None:
     """Drawn outlines share no more, and are no farther apart, than they are thinned."""
-    area, distance = shared(shown, moment)
+    area, distance = shared(device_scene, moment)
     assert area < 1e-3
     assert distance < 1e3 * scene.WITHIN
 
 
-def test_a_gear_turned_by_half_a_tooth_does_not_mesh(shown: Scene) -> None:
-    sun, *others = shown.bodies
+def test_a_gear_turned_by_half_a_tooth_does_not_mesh(device_scene: Scene) -> None:
+    sun, *other_bodies = device_scene.bodies
     turned = replace(sun.parts[0], turn=sun.parts[0].turn + 180 / 31)
-    area, _ = shared(replace(shown, bodies=(replace(sun, parts=[turned]), *others)), 47)
+    area, _ = shared(replace(device_scene, bodies=(replace(sun, parts=[turned]), *other_bodies)), 47)
     assert area > 1
 
 
@@ -103,75 +110,77 @@ def test_where_no_teeth_can_be_made_the_pitch_curves_are_drawn(device: Device, m
     assert picture(plain) == picture(build_scene(device, device.design, toothed=False))
 
 
-def test_the_nozzle_ends_where_the_tip_is(device: Device, shown: Scene) -> None:
-    turn = cycle.evaluate_cycle(device, device.prologue(device.design), cycle.sample_angles(shown.moments)).columns()
-    carrier = shown.bodies[1]
+def test_the_nozzle_ends_where_the_tip_is(device: Device, device_scene: Scene) -> None:
+    turn = cycle.evaluate_cycle(
+        device, device.prologue(device.design), cycle.sample_angles(device_scene.moments)
+    ).columns()
+    carrier = device_scene.bodies[1]
     arm, planet = carrier.parts[0], carrier.parts[0].parts[1]
-    (_, _, phi), (x, y, own) = shown.pose(carrier), shown.pose(planet)
-    heading, at = np.radians(phi), np.radians(phi + own)
+    (_, _, phi), (x, y, rotation) = device_scene.pose(carrier), device_scene.pose(planet)
+    heading, at = np.radians(phi), np.radians(phi + rotation)
     length = device.machine.nozzle.tip_distance_mm
-    found = np.array([
+    tip = np.array([
         np.cos(heading) * x - np.sin(heading) * y + length * np.cos(at),
         np.sin(heading) * x + np.cos(heading) * y + length * np.sin(at),
     ])  # fmt: skip
     assert arm.turn == 0
-    assert found == pytest.approx(np.array([turn["tip_machine_x_mm"], turn["tip_y_mm"]]), abs=1e-9)
+    assert tip == pytest.approx(np.array([turn["tip_machine_x_mm"], turn["tip_y_mm"]]), abs=1e-9)
 
 
-def test_what_is_packed_comes_back_as_single_floats(shown: Scene) -> None:
-    record = packed(shown)
-    for body, told in zip(shown.all_bodies(), record["bodies"], strict=True):
-        for channel, one in zip(shown.pose(body), told, strict=True):
-            assert unpacked(record, one) == pytest.approx(channel.astype(np.float32), abs=1e-6)
-    for curve, one in zip(shown.curves, record["curves"], strict=True):
-        assert unpacked(record, one["values"]) == pytest.approx(curve.values.astype(np.float32), abs=1e-6)
+def test_what_is_packed_comes_back_as_single_floats(device_scene: Scene) -> None:
+    record = packed(device_scene)
+    for body, channels in zip(device_scene.all_bodies(), record["bodies"], strict=True):
+        for channel, channel_record in zip(device_scene.pose(body), channels, strict=True):
+            assert unpacked(record, channel_record) == pytest.approx(channel.astype(np.float32), abs=1e-6)
+    for curve, channel_values in zip(device_scene.curves, record["curves"], strict=True):
+        assert unpacked(record, channel_values["values"]) == pytest.approx(curve.values.astype(np.float32), abs=1e-6)
 
 
-def test_what_goes_on_evenly_is_told_by_its_step(shown: Scene) -> None:
-    assert packed(shown)["places"] == {"from": 0.0, "step": pytest.approx(1.0)}
-    bent = replace(shown, places=shown.places + 1e-6 * np.sin(shown.places))
+def test_what_goes_on_evenly_is_told_by_its_step(device_scene: Scene) -> None:
+    assert packed(device_scene)["places"] == {"from": 0.0, "step": pytest.approx(1.0)}
+    bent = replace(device_scene, places=device_scene.places + 1e-6 * np.sin(device_scene.places))
     assert "series" in packed(bent)["places"]
 
 
-def test_what_happens_again_half_a_cycle_later_is_packed_once(shown: Scene) -> None:
-    values = np.sin(np.linspace(0, 2 * np.pi, shown.moments, endpoint=False)) + 0.3
-    twins = [Curve("one", "", values), Curve("two", "", np.roll(values, shown.moments // 2))]
-    record = packed(replace(shown, bodies=(), points=(), forces=(), curves=twins, travel=None))
-    assert len(base64.b64decode(record["data"])) == 4 * shown.moments
+def test_what_happens_again_half_a_cycle_later_is_packed_once(device_scene: Scene) -> None:
+    values = np.sin(np.linspace(0, 2 * np.pi, device_scene.moments, endpoint=False)) + 0.3
+    twins = [Curve("one", "", values), Curve("two", "", np.roll(values, device_scene.moments // 2))]
+    record = packed(replace(device_scene, bodies=(), points=(), forces=(), curves=twins, travel=None))
+    assert len(base64.b64decode(record["data"])) == 4 * device_scene.moments
     assert unpacked(record, record["curves"][1]["values"]) == pytest.approx(twins[1].values, abs=1e-6)
 
 
-def test_a_page_grows_by_less_than_100_kB(shown: Scene) -> None:
-    block = Motion(shown)
+def test_a_page_grows_by_less_than_100_kB(device_scene: Scene) -> None:
+    block = Motion(device_scene)
     assert len(f"{block.html('s1')}{block.script}{block.style}".encode()) < 100_000
 
 
-def test_names_are_text_and_never_markup(shown: Scene) -> None:
-    curves = [replace(shown.curves[0], name="</script><b>bold</b>")]
-    text = Motion(replace(shown, title="<i>&", curves=curves)).html("s1")
+def test_names_are_text_and_never_markup(device_scene: Scene) -> None:
+    curves = [replace(device_scene.curves[0], name="</script><b>bold</b>")]
+    text = Motion(replace(device_scene, title="<i>&", curves=curves)).html("s1")
     assert "<i>" not in text
     assert "<b>" not in text
     assert text.count("</script>") == 1
 
 
-def test_the_picture_stands_without_a_script(shown: Scene) -> None:
-    svg = picture(shown)
-    assert svg.count("data-body") == sum(1 for _ in shown.all_bodies())
+def test_the_picture_stands_without_a_script(device_scene: Scene) -> None:
+    svg = picture(device_scene)
+    assert svg.count("data-body") == sum(1 for _ in device_scene.all_bodies())
     assert "<script" not in svg
 
 
-def moving_page(shown: Scene) -> str:
-    return page("A machine", [Section("Motion", [Motion(shown)])])
+def moving_page(device_scene: Scene) -> str:
+    return page("A machine", [Section("Motion", [Motion(device_scene)])])
 
 
-def test_the_policy_of_a_page_lets_its_own_script_run_alone(shown: Scene, tmp_path: Path) -> None:
+def test_the_policy_of_a_page_lets_its_own_script_run_alone(device_scene: Scene, tmp_path: Path) -> None:
     """A reader's browser moves the drawing; of a page whose script was changed it runs nothing."""
-    text = moving_page(shown)
+    text = moving_page(device_scene)
     (tmp_path / "own.html").write_text(text, encoding="utf-8")
-    told = re.search(r'class="told">([^<]*)<', page_after_scripts(tmp_path / "own.html", tmp_path / "profile"))
-    force = f"{shown.curves[0].values[0]:.5g}"
-    assert told
-    assert told[1] == f"carrier angle 0 deg, vertical support force {force} N"
+    match = re.search(r'class="told">([^<]*)<', page_after_scripts(tmp_path / "own.html", tmp_path / "profile"))
+    force = f"{device_scene.curves[0].values[0]:.5g}"
+    assert match
+    assert match[1] == f"carrier angle 0 deg, vertical support force {force} N"
     (tmp_path / "changed.html").write_text(text.replace("const SPEEDS", "const  SPEEDS"), encoding="utf-8")
     assert 'class="told"' not in page_after_scripts(tmp_path / "changed.html", tmp_path / "profile")
     still = page("A machine", [Section("Motion", [])])

@@ -18,13 +18,13 @@ UNIT = st.floats(0, 1)
 @given(st.lists(st.tuples(UNIT, UNIT), min_size=1, max_size=12, unique=True))
 def test_names_keep_apart_and_their_lines_do_not_cross(points: list[tuple[float, float]]) -> None:
     anchors = np.array(points)
-    found = place_labels(anchors, 0.05, 1.0)
+    labels = place_labels(anchors, 0.05, 1.0)
     for right in (False, True):
-        own = [index for index, place in enumerate(found) if place.right == right]
-        heights = [found[index].height for index in own]
+        side_labels = [index for index, place in enumerate(labels) if place.right == right]
+        heights = [labels[index].height for index in side_labels]
         assert all(abs(a - b) >= 0.05 - 1e-9 for a, b in combinations(heights, 2))
         assert all(0 <= height <= 1 for height in heights)
-        assert find_crossing(anchors[own], heights, 1.0 if right else 0.0) is None
+        assert find_crossing(anchors[side_labels], heights, 1.0 if right else 0.0) is None
 
 
 def test_a_crossing_is_noticed_and_taken_away() -> None:

@@ -30,16 +30,16 @@ def test_a_widget_holds_the_picture_and_the_record(device: Device) -> None:
     """What a notebook's page is sent is what a report's page holds."""
     from planter.planting.report.scene import build_scene
 
-    shown = simulate(device, 16).show()
+    widget = simulate(device, 16).show()
     seen = build_scene(device, device.design)
-    assert shown.picture == picture(seen)
-    assert shown.record == packed(seen) == device.show().record
+    assert widget.picture == picture(seen)
+    assert widget.record == packed(seen) == device.show().record
     with pytest.raises(InputError, match="nothing to show of a float"):
         show_object(1.0)
-    state = shown.get_state()
+    state = widget.get_state()
     assert "class Drawing" in state["_esm"]
     assert set(state) >= {"picture", "record", "_css"}
-    assert planter.show("wang2017").record == shown.record
+    assert planter.show("wang2017").record == widget.record
     with pytest.raises(InputError, match="one of exact, printed"):
         planter.show("wang2017", model="own")
 
@@ -56,8 +56,8 @@ def test_a_gif_moves_and_comes_back(device: Device) -> None:
 
 
 def test_the_command_writes_a_gif_where_it_is_told(tmp_path: Path) -> None:
-    told = answer("animate", "shi2021", "--seconds", "0.2", "--out", str(tmp_path))
-    assert told == {"file": str(tmp_path / "shi2021.gif"), "machine": "shi2021", "model": "exact"}
+    result = answer("animate", "shi2021", "--seconds", "0.2", "--out", str(tmp_path))
+    assert result == {"file": str(tmp_path / "shi2021.gif"), "machine": "shi2021", "model": "exact"}
     assert (tmp_path / "shi2021.gif").read_bytes().startswith(b"GIF89a")
     with pytest.raises(InputError, match=r"ends in \.gif"):
         animate("shi2021", {}, tmp_path / "moving.mp4")
@@ -71,25 +71,25 @@ def test_the_command_writes_a_gif_where_it_is_told(tmp_path: Path) -> None:
 def test_a_hand_on_any_control_changes_the_file_that_is_written(source: str, tmp_path: Path) -> None:
     """Fed back, the file holds the numbers that the hand set, and says that a hand set them."""
     machine = opened(source)
-    values = {one.path: one.value for one in machine.controls}
+    values = {control.path: control.value for control in machine.controls}
     moved = machine.controls[0]
     values[moved.path] += 0.01 * (moved.upper - moved.value)
     (tmp_path / "own.toml").write_text(machine.text(values), encoding="utf-8")
     again = opened(str(tmp_path / "own.toml"))
-    assert {one.path: one.value for one in again.controls} == pytest.approx(values, rel=1e-15)
+    assert {control.path: control.value for control in again.controls} == pytest.approx(values, rel=1e-15)
     assert "set by hand" in (tmp_path / "own.toml").read_text(encoding="utf-8")
 
 
 def test_a_device_with_other_numbers_is_that_of_the_other_file() -> None:
     """What is kept from the machine before changes nothing: speeds, masses and designs against a new device."""
     machine = opened("wang2017")
-    values = {one.path: one.value for one in machine.controls}
+    values = {control.path: control.value for control in machine.controls}
     machine.readings(values, "exact")
     values |= {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9}
-    own = Device(load("wang2017", {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9}))
-    found = {one.name: one.value for one in machine.readings(values, "exact")}
-    result = simulate(own).result
-    assert found["range of the support force, 360 samples"] == pytest.approx(result.support_force.range_N, rel=1e-12)
-    assert found["objective (31), 360 samples"] == pytest.approx(result.objective, rel=1e-12)
-    before = {one.name: one.value for one in opened("wang2017").readings({}, "exact")}
-    assert found["weight"] != pytest.approx(before["weight"])
+    device = Device(load("wang2017", {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9}))
+    readings = {control.name: control.value for control in machine.readings(values, "exact")}
+    result = simulate(device).result
+    assert readings["range of the support force, 360 samples"] == pytest.approx(result.support_force.range_N, rel=1e-12)
+    assert readings["objective (31), 360 samples"] == pytest.approx(result.objective, rel=1e-12)
+    before = {control.name: control.value for control in opened("wang2017").readings({}, "exact")}
+    assert readings["weight"] != pytest.approx(before["weight"])

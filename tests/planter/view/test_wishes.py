@@ -13,7 +13,7 @@ from planter.view.subject import Searching, Shown, Wishing, opened
 
 
 def values(machine: Shown) -> dict[str, float]:
-    return {one.path: one.value for one in machine.controls}
+    return {control.path: control.value for control in machine.controls}
 
 
 def wished(source: str, folder: Path) -> tuple[Shown, Shown]:
@@ -26,29 +26,31 @@ def wished(source: str, folder: Path) -> tuple[Shown, Shown]:
 
 def test_a_pick_up_on_its_own_path_is_the_same_and_follows_its_points(tmp_path: Path) -> None:
     """The law's gears come back from points on the path; a point that is drawn away takes the path along."""
-    machine, drawn = wished("yu2023", tmp_path)
-    known, found = ([one.value for one in each.readings(values(each), "exact")] for each in (machine, drawn))
-    assert found == pytest.approx(known, abs=1e-3)
-    moved = values(drawn)
-    x, y = drawn.handles[12]
+    machine, changed = wished("yu2023", tmp_path)
+    readings, changed_readings = (
+        [reading.value for reading in each.readings(values(each), "exact")] for each in (machine, changed)
+    )
+    assert changed_readings == pytest.approx(readings, abs=1e-3)
+    moved = values(changed)
+    x, y = changed.handles[12]
     moved[x], moved[y] = moved[x] + 2.0, moved[y] - 1.0
-    for numbers, passes in ((moved, True), (values(drawn), False)):
-        tip = drawn.scenes(numbers, "exact")[0].points[0]
-        apart = np.hypot(np.asarray(tip.x) - moved[x], np.asarray(tip.y) - moved[y]).min()
-        assert bool(apart < 0.5) == passes
+    for numbers, passes in ((moved, True), (values(changed), False)):
+        tip = changed.scenes(numbers, "exact")[0].points[0]
+        distance = np.hypot(np.asarray(tip.x) - moved[x], np.asarray(tip.y) - moved[y]).min()
+        assert bool(distance < 0.5) == passes
 
 
 def test_points_on_its_own_path_are_kept_by_a_planting_device(tmp_path: Path) -> None:
     """Within the whole radius of their tubes; drawn away, a point breaks the requirement that a search keeps."""
-    _, drawn = wished("wang2017-wide", tmp_path)
-    numbers = values(drawn)
-    kept = next(one for one in drawn.checks(numbers, "exact") if "tube" in one.name)
-    assert kept.value == pytest.approx(-10.0, abs=1e-3)
-    numbers[drawn.handles[2][0]] += 60.0
-    broken = next(one for one in drawn.checks(numbers, "exact") if "tube" in one.name)
+    _, changed = wished("wang2017-wide", tmp_path)
+    numbers = values(changed)
+    check = next(check for check in changed.checks(numbers, "exact") if "tube" in check.name)
+    assert check.value == pytest.approx(-10.0, abs=1e-3)
+    numbers[changed.handles[2][0]] += 60.0
+    broken = next(check for check in changed.checks(numbers, "exact") if "tube" in check.name)
     assert not broken.met
-    assert isinstance(drawn, Searching)
-    assert drawn.search == ("optimise",)
+    assert isinstance(changed, Searching)
+    assert changed.search == ("optimise",)
 
 
 def test_only_what_has_a_path_can_be_wished_one() -> None:
@@ -75,7 +77,7 @@ def test_a_path_of_no_use_is_refused(path: str, sentence: str, tmp_path: Path) -
     text = machine.wished(values(machine))
     start = text.index("[path]")
     rest = text[text.index("[", start + 6 + text[start + 6 :].index("]]")) :]
-    own = path.replace("POINTS", str(points)).replace("TWICE", str(twice))
-    (tmp_path / "own.toml").write_text(f"{text[:start]}[path]\n{own}\n\n{rest}", encoding="utf-8")
+    user_path = path.replace("POINTS", str(points)).replace("TWICE", str(twice))
+    (tmp_path / "own.toml").write_text(f"{text[:start]}[path]\n{user_path}\n\n{rest}", encoding="utf-8")
     with pytest.raises(InputError, match=sentence):
         load_pickup(tmp_path / "own.toml")

@@ -23,10 +23,10 @@ def strays(arcs: Arcs) -> float:
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
 @pytest.mark.parametrize("pieces", [5, 12])
 def test_arcs_stay_within_the_stated_deviation(tolerance: float, pieces: int) -> None:
-    found = fit_arcs(lobes(pieces), tolerance)
-    assert strays(found.arcs) <= found.deviation * (1 + 1e-3) + ROUNDING
-    assert 0.2 * tolerance < found.deviation <= tolerance
-    assert found.arcs.area == pytest.approx(EXACT.area, rel=tolerance / 0.02)
+    arcs = fit_arcs(lobes(pieces), tolerance)
+    assert strays(arcs.arcs) <= arcs.deviation * (1 + 1e-3) + ROUNDING
+    assert 0.2 * tolerance < arcs.deviation <= tolerance
+    assert arcs.arcs.area == pytest.approx(EXACT.area, rel=tolerance / 0.02)
 
 
 def test_arcs_have_the_signs_of_curvature() -> None:
@@ -52,14 +52,14 @@ def test_deviation_falls_with_the_cube_of_the_arcs() -> None:
 
 
 def test_circles_and_lines_are_single_arcs() -> None:
-    found = fit_arcs([Lobes(0, 1.2, depth=0), Lobes(1.2, 2.4, depth=0)], TOLERANCE, closed=False)
-    assert len(found.arcs.vertices) == 3
-    assert found.arcs.lengths.sum() == pytest.approx(2.4 * 0.03, rel=1e-14)
+    arcs = fit_arcs([Lobes(0, 1.2, depth=0), Lobes(1.2, 2.4, depth=0)], TOLERANCE, closed=False)
+    assert len(arcs.arcs.vertices) == 3
+    assert arcs.arcs.lengths.sum() == pytest.approx(2.4 * 0.03, rel=1e-14)
 
 
 def test_curve_of_points_is_followed() -> None:
-    found = fit_arcs([ClosedCurve("pitch", EXACT.at)], TOLERANCE)
-    assert strays(found.arcs) <= TOLERANCE
+    arcs = fit_arcs([ClosedCurve("pitch", EXACT.at)], TOLERANCE)
+    assert strays(arcs.arcs) <= TOLERANCE
 
 
 def test_wrong_side_and_moved_vertex_are_detected() -> None:
@@ -87,11 +87,11 @@ SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
 def test_circle_has_exact_area_length_and_points() -> None:
-    found = build_circle(0.7, (0.2, -0.3)).moved(1.1)
-    assert found.area == pytest.approx(np.pi * 0.7**2, rel=1e-14)
-    assert found.lengths.sum() == pytest.approx(2 * np.pi * 0.7, rel=1e-14)
+    arcs = build_circle(0.7, (0.2, -0.3)).moved(1.1)
+    assert arcs.area == pytest.approx(np.pi * 0.7**2, rel=1e-14)
+    assert arcs.lengths.sum() == pytest.approx(2 * np.pi * 0.7, rel=1e-14)
     centre = np.array([[0.2, -0.3]]) @ [[np.cos(1.1), np.sin(1.1)], [-np.sin(1.1), np.cos(1.1)]]
-    places = found.points(1e-5)
+    places = arcs.points(1e-5)
     np.testing.assert_allclose(np.hypot(*(places - centre).T), 0.7, rtol=1e-14)
     chords = np.hypot(*(np.roll(places, -1, axis=0) - places).T)
     assert (0.7 - np.sqrt(0.7**2 - (chords / 2) ** 2)).max() <= 1e-5
@@ -112,22 +112,22 @@ def test_reversed_polygon_has_negative_area() -> None:
 
 
 def test_open_curve_ends_at_the_last_vertex() -> None:
-    found = Arcs(SQUARE, np.array([1.0, 0, 0, 0]), closed=False)
-    assert found.lengths == pytest.approx([np.pi / 2, 1, 1])
-    np.testing.assert_array_equal(found.points(1e-3)[[0, -1]], SQUARE[[0, -1]])
+    arcs = Arcs(SQUARE, np.array([1.0, 0, 0, 0]), closed=False)
+    assert arcs.lengths == pytest.approx([np.pi / 2, 1, 1])
+    np.testing.assert_array_equal(arcs.points(1e-3)[[0, -1]], SQUARE[[0, -1]])
 
 
 def test_sampled_outline_agrees_with_pieces() -> None:
     pieces = lobes(5)
-    found = sample_outline(pieces, 64)
+    arcs = sample_outline(pieces, 64)
     ends = np.cumsum([piece.length for piece in pieces])
-    np.testing.assert_allclose(found.length[found.piece == 4][-1], ends[-1], rtol=1e-8)
-    np.testing.assert_allclose(found.length[64::65], ends, rtol=1e-8)
-    along = np.diff(found.place[found.piece == 2], axis=0)
-    across = found.normal[found.piece == 2][:-1] + found.normal[found.piece == 2][1:]
-    assert np.abs((along * across).sum(axis=1)).max() < 1e-3 * np.hypot(*along.T).max()
-    outwards = found.place + 1e-6 * found.normal
+    np.testing.assert_allclose(arcs.length[arcs.piece == 4][-1], ends[-1], rtol=1e-8)
+    np.testing.assert_allclose(arcs.length[64::65], ends, rtol=1e-8)
+    tangents = np.diff(arcs.place[arcs.piece == 2], axis=0)
+    across = arcs.normal[arcs.piece == 2][:-1] + arcs.normal[arcs.piece == 2][1:]
+    assert np.abs((tangents * across).sum(axis=1)).max() < 1e-3 * np.hypot(*tangents.T).max()
+    outwards = arcs.place + 1e-6 * arcs.normal
     assert (pieces[0].off(outwards) > 5e-7).all()
     radius = np.hypot(*outwards.T)
     assert (radius > pieces[0].polar(np.arctan2(outwards[:, 1], outwards[:, 0]))[0]).all()
-    assert set(found.columns()) == {"arc_length_mm", "x_mm", "y_mm", "normal_x", "normal_y", "curvature_per_mm"}
+    assert set(arcs.columns()) == {"arc_length_mm", "x_mm", "y_mm", "normal_x", "normal_y", "curvature_per_mm"}

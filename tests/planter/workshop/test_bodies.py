@@ -58,10 +58,10 @@ def test_a_solid_reads_back_valid_where_the_outline_is(tmp_path: Path, capfd: py
     reader = STEPControl_Reader()
     reader.ReadFile(str(tmp_path / "gear.step"))
     reader.TransferRoots()
-    shape, found = reader.OneShape(), GProp_GProps()
+    shape, properties = reader.OneShape(), GProp_GProps()
     assert BRepCheck_Analyzer(shape).IsValid()
-    BRepGProp.VolumeProperties_s(shape, found, 1e-9)
-    assert found.Mass() == pytest.approx(VOLUME * 1e9, rel=1e-5)
+    BRepGProp.VolumeProperties_s(shape, properties, 1e-9)
+    assert properties.Mass() == pytest.approx(VOLUME * 1e9, rel=1e-5)
     outer, splines = _splines(shape)
     assert splines == 2 * len(lobes())
     assert EXACT.off(outer / 1e3).max() < 2e-7

@@ -36,21 +36,21 @@ def profile(roller: float = ROLLER) -> Profile:
 
 
 def test_contour_of_eccentric_circle_is_a_circle() -> None:
-    found = profile()
-    outline = arcs.fit_arcs(found.pieces, 1e-6).arcs
+    cam_profile = profile()
+    outline = arcs.fit_arcs(cam_profile.pieces, 1e-6).arcs
     centre = np.array([0.0, OFFSET])
     np.testing.assert_allclose(np.hypot(*(outline.points(1e-6) - centre).T), PITCH - ROLLER, rtol=1e-9)
     assert len(outline.vertices) <= 2 * len(BREAKS)
     assert outline.area == pytest.approx(np.pi * (PITCH - ROLLER) ** 2, rel=1e-9)
-    assert found.check_clearance().value == pytest.approx(1 - ROLLER / PITCH, rel=1e-9)
-    for piece in found.pieces:
+    assert cam_profile.check_clearance().value == pytest.approx(1 - ROLLER / PITCH, rel=1e-9)
+    for piece in cam_profile.pieces:
         np.testing.assert_allclose(piece.curvature(np.array([0.3])), 1 / (PITCH - ROLLER), rtol=1e-9)
 
 
 def test_cam_pressure_angle_agrees_with_centres() -> None:
-    found = profile().find_largest("pressure")
-    assert found.value == pytest.approx(np.arcsin(OFFSET / PITCH), rel=1e-9)
-    assert found.place % np.pi == pytest.approx(np.pi / 2, abs=1e-6)
+    pressure = profile().find_largest("pressure")
+    assert pressure.value == pytest.approx(np.arcsin(OFFSET / PITCH), rel=1e-9)
+    assert pressure.place % np.pi == pytest.approx(np.pi / 2, abs=1e-6)
 
 
 def test_undercutting_roller_is_refused_with_angle() -> None:
@@ -62,10 +62,10 @@ def test_undercutting_roller_is_refused_with_angle() -> None:
 
 
 def test_a_roller_touches_the_disc_wherever_it_is() -> None:
-    found = profile()
-    disc = Polygon(arcs.fit_arcs(found.pieces, 1e-7).arcs.points(1e-8))
-    places = found.course(np.linspace(0, 2 * np.pi, 101))
-    gaps = [disc.distance(Point(x, y)) - ROLLER for x, y in zip(*(places[p] for p in found.pitch), strict=True)]
+    cam_profile = profile()
+    disc = Polygon(arcs.fit_arcs(cam_profile.pieces, 1e-7).arcs.points(1e-8))
+    places = cam_profile.course(np.linspace(0, 2 * np.pi, 101))
+    gaps = [disc.distance(Point(x, y)) - ROLLER for x, y in zip(*(places[p] for p in cam_profile.pitch), strict=True)]
     assert np.abs(gaps).max() < 2e-7
 
 
@@ -77,10 +77,10 @@ def test_a_mass_on_a_spring_lifts_off_where_inertia_outweighs_it(weight: float) 
         force: Array = preload + weight - mass * speed**2 * lift * np.sin(angles)
         return force
 
-    found = find_lift_off(push, 3.0)
-    assert found is not None
-    assert found.speed == pytest.approx(np.sqrt((preload + weight) / mass / lift), rel=1e-9)
-    assert found.angle == pytest.approx(np.pi / 2, abs=1e-4)
+    lift_off = find_lift_off(push, 3.0)
+    assert lift_off is not None
+    assert lift_off.speed == pytest.approx(np.sqrt((preload + weight) / mass / lift), rel=1e-9)
+    assert lift_off.angle == pytest.approx(np.pi / 2, abs=1e-4)
 
 
 def test_lift_off_of_permanent_and_missing_contact() -> None:

@@ -19,16 +19,16 @@ LINES = (
 
 
 def test_written_drawing_reads_back() -> None:
-    document, found = read_dxf(drawing.format_dxf(LINES))
+    document, entities = read_dxf(drawing.format_dxf(LINES))
     audit = document.audit()
     assert not audit.errors
     assert not audit.fixes
     assert (document.dxfversion, document.units, document.header["$MEASUREMENT"]) == ("AC1024", 4, 1)
-    assert {layer: [arcs.closed for arcs in lines] for layer, lines in found.items()} == {
+    assert {layer: [arcs.closed for arcs in lines] for layer, lines in entities.items()} == {
         "TEETH": [True], "BORE": [True], "KEYWAY": [True], "CENTRE": [False, False],
     }  # fmt: skip
-    np.testing.assert_allclose(found["TEETH"][0].vertices, TOOTHED.vertices, rtol=1e-15, atol=1e-18)
-    assert found["TEETH"][0].area == pytest.approx(TOOTHED.area, rel=1e-13)
+    np.testing.assert_allclose(entities["TEETH"][0].vertices, TOOTHED.vertices, rtol=1e-15, atol=1e-18)
+    assert entities["TEETH"][0].area == pytest.approx(TOOTHED.area, rel=1e-13)
     assert document.layers.get("CENTRE").dxf.linetype == "CENTER"
 
 
@@ -45,8 +45,8 @@ def test_same_curves_give_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def test_preview_has_the_arcs_of_the_drawing() -> None:
     hollow = DrawingLine("TEETH", TOOTHED)
-    told = drawing.format_svg([hollow, DrawingLine("BORE", build_circle(0.005))], "a < b")
-    assert "<title>a &lt; b</title>" in told
+    preview = drawing.format_svg([hollow, DrawingLine("BORE", build_circle(0.005))], "a < b")
+    assert "<title>a &lt; b</title>" in preview
     data = drawing.format_path(TOOTHED)
     sweeps = [int(arc.split()[4]) for arc in data.removesuffix("Z").split("A")[1:]]
     np.testing.assert_array_equal(sweeps, TOOTHED.bulges < 0)

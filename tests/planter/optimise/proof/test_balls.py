@@ -43,13 +43,13 @@ OPERATIONS: dict[str, Operation] = {
 
 def missed(name: str) -> int:
     """How many values at ends and within are outside of an operation's balls."""
-    ours, theirs, given = OPERATIONS[name]
-    found = ours(*given)
-    low, high = found.low, found.high
+    ours, theirs, arguments = OPERATIONS[name]
+    ball = ours(*arguments)
+    low, high = ball.low, ball.high
     count = 0
     for share in (-1.0, -0.3, 0.0, 1.0):
         for i in range(COUNT):
-            values = [arb(float(b.mid[i])) + arb(share) * arb(float(b.rad[i])) for b in given]
+            values = [arb(float(b.mid[i])) + arb(share) * arb(float(b.rad[i])) for b in arguments]
             value = theirs(*values)
             count += not (arb(float(low[i])) < value < arb(float(high[i])))
     return count
@@ -68,9 +68,9 @@ def test_without_its_rounding_a_ball_misses_some(name: str, monkeypatch: pytest.
 
 
 def test_a_sum_over_many_lanes_and_a_hull_hold_every_value() -> None:
-    whole = sum((arb(float(m)) for m in MID), arb(0))
-    found = Ball.exact(MID).sum()
-    assert arb(float(found.low)) < whole < arb(float(found.high))
+    total = sum((arb(float(m)) for m in MID), arb(0))
+    ball = Ball.exact(MID).sum()
+    assert arb(float(ball.low)) < total < arb(float(ball.high))
     assert (ONE.spread().low <= ONE.low.min()) & (ONE.spread().high >= ONE.high.max())
 
 

@@ -42,11 +42,11 @@ def enclosed(function: Function) -> Jet:
     return function(JetNamespace(space), space.parameters())
 
 
-def series(function: Function, x: Array, along: Array) -> list[arb]:
+def series(function: Function, x: Array, direction: Array) -> list[arb]:
     """Value, slope and half the bend of a function at a point in a direction."""
-    lines = [arb_series([float(a), float(v)], prec=3) for a, v in zip(x, along, strict=True)]
-    found = function(Series, lines)
-    return [found[n] for n in range(3)]
+    lines = [arb_series([float(a), float(v)], prec=3) for a, v in zip(x, direction, strict=True)]
+    values = function(Series, lines)
+    return [values[n] for n in range(3)]
 
 
 def holds(ball: Ball, value: arb) -> bool:
@@ -59,14 +59,14 @@ def missed(name: str, jet: Jet) -> int:
     rows, columns = packed_indices(len(jet.felt))
     for _ in range(60):
         x = LOWER + rng.random(3) * (UPPER - LOWER)
-        along = np.append(rng.integers(-2, 3, 2).astype(float), 0.0)
-        value, slope, bend = series(FUNCTIONS[name], x, along)
-        v = Ball.exact(along[list(jet.felt)])
+        direction = np.append(rng.integers(-2, 3, 2).astype(float), 0.0)
+        value, slope, bend = series(FUNCTIONS[name], x, direction)
+        v = Ball.exact(direction[list(jet.felt)])
         gradient = (jet.gradient[ANYWHERE][:, 0] * v).sum()
         twice = Ball.exact(np.where(rows == columns, 1.0, 2.0))
         quadratic = (jet.hessian[:, 0] * v[rows] * v[columns] * twice).sum()
-        found = (jet.value[ANYWHERE][0], value), (gradient, slope), (quadratic, 2 * bend)
-        count += sum(not holds(ball, part) for ball, part in found)
+        parts = (jet.value[ANYWHERE][0], value), (gradient, slope), (quadratic, 2 * bend)
+        count += sum(not holds(ball, part) for ball, part in parts)
     return count
 
 

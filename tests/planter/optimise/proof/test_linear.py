@@ -74,8 +74,8 @@ def test_a_singular_lane_alone_has_no_solution() -> None:
 def test_balls_are_solved_about_the_identity() -> None:
     rad = np.full(1, 0.01)
     matrix = [[Ball(np.full(1, float(i == j)), rad) for j in range(3)] for i in range(3)]
-    found = BallSolver(matrix).solve([Ball.exact(np.full(1, float(k))) for k in range(3)])
-    for ball, exact in zip(found, range(3), strict=True):
+    solution = BallSolver(matrix).solve([Ball.exact(np.full(1, float(k))) for k in range(3)])
+    for ball, exact in zip(solution, range(3), strict=True):
         assert ball.low[0] < exact < ball.high[0] < exact + 0.05
 
 
@@ -84,9 +84,9 @@ def meet(distances: Array) -> tuple[int, BallEquations]:
 
     def equations(q: Sequence[Ball], lanes: Integers) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:
         angle, height = q
-        one = Ball.exact(np.ones(1))
+        ball = Ball.exact(np.ones(1))
         return [angle.cos() - Ball.exact(distances[lanes]), angle.sin() - height], [
-            [-angle.sin(), one * Ball.exact(np.zeros(1))], [angle.cos(), -one],
+            [-angle.sin(), ball * Ball.exact(np.zeros(1))], [angle.cos(), -ball],
         ]  # fmt: skip
 
     return len(distances), equations
@@ -95,12 +95,12 @@ def meet(distances: Array) -> tuple[int, BallEquations]:
 @pytest.mark.parametrize(("distances", "is_rootless"), [((0.2, 0.9, -0.99), False), ((0.2, 1.01, 0.9), True)])
 def test_lanes_without_a_root_are_seen(distances: tuple[float, ...], is_rootless: bool) -> None:
     lanes, equations = meet(np.array(distances))
-    most = np.array([np.pi, 1e3])
-    assert has_rootless_lane(equations, -most, most, lanes) == is_rootless
+    upper = np.array([np.pi, 1e3])
+    assert has_rootless_lane(equations, -upper, upper, lanes) == is_rootless
 
 
 def test_a_domain_beside_its_root_is_rootless() -> None:
     lanes, equations = meet(np.array([0.5]))
-    most = np.array([1.0, 1e3])
-    assert has_rootless_lane(equations, -most, most, lanes)
-    assert not has_rootless_lane(equations, -most, 1.1 * most, lanes)
+    upper = np.array([1.0, 1e3])
+    assert has_rootless_lane(equations, -upper, upper, lanes)
+    assert not has_rootless_lane(equations, -upper, 1.1 * upper, lanes)

@@ -40,8 +40,8 @@ def force(x: Array) -> Array:
 
 
 def value(x: Array) -> float:
-    found = force(x)
-    return float(0.6 * np.ptp(found) + 0.4 * found.var())
+    enclosed_force = force(x)
+    return float(0.6 * np.ptp(enclosed_force) + 0.4 * enclosed_force.var())
 
 
 def bounding(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
@@ -53,12 +53,12 @@ def bounding(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
 def found_by_hand() -> Array:
     """Along the edge where the first parameter is largest and the second least, by a fine grid and golden sections."""
     edge = [np.array([UPPER[0], LOWER[1], x]) for x in np.linspace(LOWER[2], UPPER[2], 2001)]
-    near = min(edge, key=value)[2]
-    found = minimize_scalar(
-        lambda x: value(np.array([UPPER[0], LOWER[1], x])), bounds=(near - 1e-4, near + 1e-4), method="bounded",
+    smallest = min(edge, key=value)[2]
+    solution = minimize_scalar(
+        lambda x: value(np.array([UPPER[0], LOWER[1], x])), bounds=(smallest - 1e-4, smallest + 1e-4), method="bounded",
         options={"xatol": 1e-12},
     )  # fmt: skip
-    return np.array([UPPER[0], LOWER[1], found.x])
+    return np.array([UPPER[0], LOWER[1], solution.x])
 
 
 OPTIMUM = found_by_hand()
@@ -74,29 +74,29 @@ def test_samples_hold_the_response_on_both_sides_of_its_branches() -> None:
     for share in (1.0, 0.1):
         half = share * (UPPER - LOWER) / 2
         middle = (LOWER + UPPER) / 2
-        found = enclosures.enclose_samples(Bent(), Space(middle - half, middle + half), SAMPLES)[0].value[ANYWHERE]
+        samples = enclosures.enclose_samples(Bent(), Space(middle - half, middle + half), SAMPLES)[0].value[ANYWHERE]
         for _ in range(100):
             exact = force(middle + rng.uniform(-1, 1, 3) * half)[: SAMPLES // 2]
-            assert (found.low <= exact + 1e-14).all()
-            assert (exact - 1e-14 <= found.high).all()
+            assert (samples.low <= exact + 1e-14).all()
+            assert (exact - 1e-14 <= samples.high).all()
 
 
 def slopes_at_the_kink() -> Ball:
     """Of the sample at phi = 0 in x2, over a box in which |sin x2| has its kink."""
-    (found,) = enclosures.enclose_samples(Bent(), Space(LOWER, UPPER), SAMPLES)
-    return found.gradient[ANYWHERE][2, 0]
+    (samples,) = enclosures.enclose_samples(Bent(), Space(LOWER, UPPER), SAMPLES)
+    return samples.gradient[ANYWHERE][2, 0]
 
 
 def test_slopes_of_both_sides_of_a_branch_are_held() -> None:
-    found = slopes_at_the_kink()
-    assert found.low < -2 * UPPER[0] * np.cos(LOWER[2])
-    assert found.high > 2 * UPPER[0] * np.cos(UPPER[2])
+    slopes = slopes_at_the_kink()
+    assert slopes.low < -2 * UPPER[0] * np.cos(LOWER[2])
+    assert slopes.high > 2 * UPPER[0] * np.cos(UPPER[2])
 
 
 def test_one_side_of_a_branch_alone_does_not_hold_both(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Branches, "further", lambda self: (np.empty(0, dtype=int), np.empty((0, 0))))
-    found = slopes_at_the_kink()
-    assert found.low > -1 or found.high < 1
+    slopes = slopes_at_the_kink()
+    assert slopes.low > -1 or slopes.high < 1
 
 
 def test_bounds_of_objective_and_slopes_hold_at_random_designs() -> None:
@@ -104,22 +104,22 @@ def test_bounds_of_objective_and_slopes_hold_at_random_designs() -> None:
     for _ in range(20):
         middle = LOWER + rng.random(3) * (UPPER - LOWER)
         half = 0.05 * rng.random() * (UPPER - LOWER)
-        found = bounding(middle - half, middle + half)
-        assert value(middle) <= found.reached + 1e-14
+        bounds = bounding(middle - half, middle + half)
+        assert value(middle) <= bounds.reached + 1e-14
         for _ in range(20):
             x, y = (middle + rng.uniform(-1, 1, 3) * half for _ in range(2))
-            assert found.least <= value(x) + 1e-14
-            low, high = found.slopes.low, found.slopes.high
+            assert bounds.least <= value(x) + 1e-14
+            low, high = bounds.slopes.low, bounds.slopes.high
             step = y - x
-            most = np.where(step > 0, high, low) @ step
-            assert value(y) - value(x) <= most + 1e-13
+            largest = np.where(step > 0, high, low) @ step
+            assert value(y) - value(x) <= largest + 1e-13
 
 
 def test_the_optimum_is_proved() -> None:
-    found = proved()
-    assert BEST - 1e-6 <= found.least <= BEST + 1e-14
-    assert found.met >= BEST - 1e-9
-    assert 1 < found.boxes < 400
+    proof = proved()
+    assert BEST - 1e-6 <= proof.least <= BEST + 1e-14
+    assert proof.met >= BEST - 1e-9
+    assert 1 < proof.boxes < 400
 
 
 def test_a_box_without_its_optimum_is_not_taken_for_the_whole() -> None:
@@ -134,10 +134,10 @@ def test_a_box_without_its_optimum_is_not_taken_for_the_whole() -> None:
 @pytest.mark.parametrize("tamper", ["slopes", "least"])
 def test_a_wrong_sign_gives_a_bound_above_the_optimum(tamper: str) -> None:
     def wrong(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
-        found = bounding(lower, upper)
-        slopes = -found.slopes if tamper == "slopes" else found.slopes
-        least = found.least if tamper == "slopes" else 2 * found.reached - found.least
-        return enclosures.ObjectiveBounds(least, found.reached, slopes, found.looseness)
+        bounds = bounding(lower, upper)
+        slopes = -bounds.slopes if tamper == "slopes" else bounds.slopes
+        bound = bounds.least if tamper == "slopes" else 2 * bounds.reached - bounds.least
+        return enclosures.ObjectiveBounds(bound, bounds.reached, slopes, bounds.looseness)
 
     assert BranchAndBound(wrong, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 20.0).least > BEST
 
@@ -162,7 +162,7 @@ def test_a_root_is_enclosed_with_its_derivatives() -> None:
     def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
         return [a[0] ** 3 + x[0] * a[0] - x[1]], [[3 * a[0] ** 2 + x[0]]]
 
-    (found,), rng = enclose_roots(space, np.array([[0.8]]), residual), np.random.default_rng(6)
+    (root,), rng = enclose_roots(space, np.array([[0.8]]), residual), np.random.default_rng(6)
     for _ in range(100):
         p = LOWER + rng.random(3) * (upper - LOWER)
         a = float(np.roots([1, 0, p[0], -p[1]])[-1].real)
@@ -171,13 +171,13 @@ def test_a_root_is_enclosed_with_its_derivatives() -> None:
         second = -6 * a / slope * np.outer(first, first)
         second[0, :] -= first / slope
         second[:, 0] -= first / slope
-        assert within(found.value[ANYWHERE], a)
-        assert within(found.gradient[ANYWHERE][:, 0], first)
-        assert within(found.hessian[:, 0], second[np.tril_indices(2)])
-    assert found.value.rad[0, 0] < 1e-14
+        assert contains(root.value[ANYWHERE], a)
+        assert contains(root.gradient[ANYWHERE][:, 0], first)
+        assert contains(root.hessian[:, 0], second[np.tril_indices(2)])
+    assert root.value.rad[0, 0] < 1e-14
 
 
-def within(ball: Ball, value: Array | float) -> bool:
+def contains(ball: Ball, value: Array | float) -> bool:
     return bool(((ball.low <= value) & (value <= ball.high)).all())
 
 
@@ -192,7 +192,7 @@ def test_roots_of_two_equations_are_enclosed_in_every_lane() -> None:
         cos, sin = angle.cos(), angle.sin()
         return [radius * cos - x[0] - shift, radius * sin - x[1]], [[cos, -radius * sin], [sin, radius * cos]]
 
-    found, rng = enclose_roots(space, np.array([[1.2, 2.1], [0.5, 0.3]]), residual), np.random.default_rng(3)
+    roots, rng = enclose_roots(space, np.array([[1.2, 2.1], [0.5, 0.3]]), residual), np.random.default_rng(3)
     for _ in range(50):
         px, py = (lower + rng.random(2) * (upper - lower))[:, None] + np.array([lanes, 0 * lanes])
         r2, r = px**2 + py**2, np.hypot(px, py)
@@ -201,11 +201,11 @@ def test_roots_of_two_equations_are_enclosed_in_every_lane() -> None:
             (np.arctan2(py, px), (-py / r2, px / r2),
              (2 * px * py / r2**2, (py**2 - px**2) / r2**2, -2 * px * py / r2**2)),
         ]  # fmt: skip
-        for jet, (value, first, second) in zip(found, exact, strict=True):
-            assert within(jet.value[ANYWHERE], value)
-            assert within(jet.gradient[ANYWHERE], np.array(first))
-            assert within(jet.hessian, np.array(second))
-    assert max(jet.value.rad[0].max() for jet in found) < 1e-13
+        for jet, (value, first, second) in zip(roots, exact, strict=True):
+            assert contains(jet.value[ANYWHERE], value)
+            assert contains(jet.gradient[ANYWHERE], np.array(first))
+            assert contains(jet.hessian, np.array(second))
+    assert max(jet.value.rad[0].max() for jet in roots) < 1e-13
 
 
 def test_a_least_sample_among_choices_is_bounded_from_below() -> None:

@@ -23,7 +23,7 @@ def prove(means: Means) -> GlobalBound:
 
 @pytest.mark.fault
 def test_number_of_workers_changes_no_digit() -> None:
-    here = prove(AUTO)
-    assert here.proved
-    assert here.boxes > 100
-    assert prove(Means(1)) == prove(Means(2)) == here
+    serial = prove(AUTO)
+    assert serial.proved
+    assert serial.boxes > 100
+    assert prove(Means(1)) == prove(Means(2)) == serial

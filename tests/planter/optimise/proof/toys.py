@@ -35,6 +35,6 @@ def _bound(lower: Array, upper: Array) -> ObjectiveBounds:
     x, centre = Ball.between(lower, upper), lower + (upper - lower) / 2
     reach = x.power(2).nonnegative().sum() - Ball.exact(1.0)
     slopes = x * reach * Ball.exact(4.0) + Ball.exact(np.array([0.1, 0.0]))
-    least = reach.power(2).nonnegative() + x[0] * Ball.exact(0.1)
+    objective = reach.power(2).nonnegative() + x[0] * Ball.exact(0.1)
     reached = (centre @ centre - 1) ** 2 + 0.1 * centre[0]
-    return ObjectiveBounds(float(least.low), float(reached) + 1e-12, slopes, (upper - lower) * slopes.magnitude)
+    return ObjectiveBounds(float(objective.low), float(reached) + 1e-12, slopes, (upper - lower) * slopes.magnitude)

@@ -56,13 +56,13 @@ def opened(file: Path, width: int = 1280, trusted: bool = False) -> Iterator[tup
         play.chromium.launch(executable_path=browser(), args=["--no-sandbox"]) as chromium,
     ):
         page = chromium.new_context(viewport={"width": width, "height": 900}, bypass_csp=trusted).new_page()
-        told: list[str] = []
-        page.on("console", lambda message: told.append(message.text))
-        page.on("pageerror", lambda error: told.append(str(error)))
-        page.on("request", lambda request: told.append(request.url) if request.url != file.as_uri() else None)
+        messages: list[str] = []
+        page.on("console", lambda message: messages.append(message.text))
+        page.on("pageerror", lambda error: messages.append(str(error)))
+        page.on("request", lambda request: messages.append(request.url) if request.url != file.as_uri() else None)
         page.goto(file.as_uri())
         page.wait_for_selector("body[data-shown]", timeout=20_000)
-        yield page, told
+        yield page, messages
 
 
 def readings(page: Page) -> dict[str, float]:
@@ -79,68 +79,68 @@ def set_number(page: Page, path: str, value: str) -> None:
 @pytest.mark.parametrize("width", [1280, 390])
 def test_it_follows_a_hand_in_both_models_and_asks_nobody(page: Told, width: int) -> None:
     moves = {"design.R3_mm": 30.8, "mass.planet_kg": 1.5}
-    with opened(page.file, width) as (shown, told):
-        expect(shown.locator("#readings thead td")).to_have_text(["quantity", "A exact", "A printed", "unit"])
+    with opened(page.file, width) as (browser_page, messages):
+        expect(browser_page.locator("#readings thead td")).to_have_text(["quantity", "A exact", "A printed", "unit"])
         for path, value in moves.items():
-            set_number(shown, path, str(value))
-        found = [readings(shown)]
-        shown.select_option("#model", "printed")
-        found.append(readings(shown))
-        assert shown.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
-        shown.click("#reset")
-        found.append(readings(shown))
+            set_number(browser_page, path, str(value))
+        results = [readings(browser_page)]
+        browser_page.select_option("#model", "printed")
+        results.append(readings(browser_page))
+        assert browser_page.evaluate("() => document.documentElement.scrollWidth <= innerWidth")
+        browser_page.click("#reset")
+        results.append(readings(browser_page))
     cases = [("exact", moves), ("printed", moves), ("printed", {})]
-    for one, (model, values) in zip(found, cases, strict=True):
-        known = simulate(Device(load("wang2017-wide", values), model)).result  # type: ignore[arg-type]
-        assert one["objective (31), 360 samples"] == pytest.approx(known.objective, rel=1e-5)
-        assert one["largest support force, 360 samples"] == pytest.approx(known.support_force.max_N, rel=1e-5)
-    assert told == []
+    for result, (model, values) in zip(results, cases, strict=True):
+        expected = simulate(Device(load("wang2017-wide", values), model)).result  # type: ignore[arg-type]
+        assert result["objective (31), 360 samples"] == pytest.approx(expected.objective, rel=1e-5)
+        assert result["largest support force, 360 samples"] == pytest.approx(expected.support_force.max_N, rel=1e-5)
+    assert messages == []
 
 
 def test_its_picture_moves_with_the_numbers(page: Told) -> None:
     """Traces and gears change with the design; the frame stays."""
-    with opened(page.file) as (shown, told):
-        svg = shown.locator("svg.mechanism")
+    with opened(page.file) as (browser_page, messages):
+        svg = browser_page.locator("svg.mechanism")
         before = svg.inner_html(), svg.get_attribute("viewBox")
-        set_number(shown, "design.R3_mm", "30.6")
+        set_number(browser_page, "design.R3_mm", "30.6")
         after = svg.inner_html(), svg.get_attribute("viewBox")
-        shown.locator("input[aria-label='carrier angle']").fill("90")
-        told_at = shown.locator("output.told").inner_text()
+        browser_page.locator("input[aria-label='carrier angle']").fill("90")
+        told_at = browser_page.locator("output.told").inner_text()
     assert before[0] != after[0]
     assert before[1] == after[1]
-    known = simulate(Device(load("wang2017-wide", {"design.R3_mm": 30.6})), at_deg=[90.0]).result.at[0]
-    assert told_at == f"carrier angle 90 deg, vertical support force {known.support_N:.5g} N"
-    assert told == []
+    expected = simulate(Device(load("wang2017-wide", {"design.R3_mm": 30.6})), at_deg=[90.0]).result.at[0]
+    assert told_at == f"carrier angle 90 deg, vertical support force {expected.support_N:.5g} N"
+    assert messages == []
 
 
 def test_what_it_saves_is_a_machine_of_the_same_numbers(page: Told, tmp_path: Path) -> None:
     """A descent, then the file: `simulate` finds the objective of the page, and it is better than the first."""
     saved = tmp_path / "saved.toml"
-    with opened(page.file) as (shown, told):
-        set_number(shown, "operation.speed_rpm", "35")
-        first = readings(shown)["objective (31), 360 samples"]
-        shown.click("#optimise")
-        shown.wait_for_selector("body[data-optimum]")
-        expect(shown.locator("#said")).to_contain_text("Improved: objective")
-        objective = float(shown.locator("body").get_attribute("data-optimum") or "nan")
-        with shown.expect_download() as handed:
-            shown.click("#save")
+    with opened(page.file) as (browser_page, messages):
+        set_number(browser_page, "operation.speed_rpm", "35")
+        first = readings(browser_page)["objective (31), 360 samples"]
+        browser_page.click("#optimise")
+        browser_page.wait_for_selector("body[data-optimum]")
+        expect(browser_page.locator("#said")).to_contain_text("Improved: objective")
+        objective = float(browser_page.locator("body").get_attribute("data-optimum") or "nan")
+        with browser_page.expect_download() as handed:
+            browser_page.click("#save")
         handed.value.save_as(saved)
-    known = answer("simulate", str(saved))
-    assert known["objective"] == pytest.approx(objective, rel=1e-9)
+    expected = answer("simulate", str(saved))
+    assert expected["objective"] == pytest.approx(objective, rel=1e-9)
     assert objective < 0.99 * first
     assert load(str(saved)).numbers()["operation.speed_rpm"] == 35.0
     assert 'speed_rpm" = "assumed; set by hand"' in saved.read_text(encoding="utf-8")
-    assert told == []
+    assert messages == []
 
 
 @pytest.mark.long
 def test_it_is_fast(page: Told) -> None:
     """Measured three times, the best counts."""
-    with opened(page.file, trusted=True) as (shown, _):
-        runs = [shown.evaluate(MEASURED) for _ in range(3)]
-    least, late, gradient = (min(values) for values in zip(*runs, strict=True))
-    told = f"slider to picture {least:.1f} ms at best, {late:.1f} ms in the middle"
-    print(f"{len(page.html) / 1e3:.0f} kB, {told}, a gradient {gradient:.0f} us")
-    assert least <= 4 * PICTURE_MS
+    with opened(page.file, trusted=True) as (browser_page, _):
+        runs = [browser_page.evaluate(MEASURED) for _ in range(3)]
+    fastest, late, gradient = (min(values) for values in zip(*runs, strict=True))
+    sentence = f"slider to picture {fastest:.1f} ms at best, {late:.1f} ms in the middle"
+    print(f"{len(page.html) / 1e3:.0f} kB, {sentence}, a gradient {gradient:.0f} us")
+    assert fastest <= 4 * PICTURE_MS
     assert gradient <= 4 * GRADIENT_US

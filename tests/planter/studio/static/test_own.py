@@ -18,15 +18,15 @@ from planter.mechanism.show import MechanismView
 from tests.planter.studio.static.told import Told, written
 from tests.support import own
 from tests.support.cli import run
-from tests.support.wasm import Running, apart, needs_wasm
+from tests.support.wasm import Running, difference, needs_wasm
 
 CRANK, TRAIN = "slider_crank", "planetary_train"
 
 
 def designs(machine: MechanismView, count: int) -> list[dict[str, float]]:
     """Its own numbers, then some by lot near them."""
-    rng, known = np.random.default_rng(3), {one.path: one.value for one in machine.controls}
-    return [known, *({path: value * float(rng.uniform(0.95, 1.05)) for path, value in known.items()}
+    rng, defaults = np.random.default_rng(3), {control.path: control.value for control in machine.controls}
+    return [defaults, *({path: value * float(rng.uniform(0.95, 1.05)) for path, value in defaults.items()}
                      for _ in range(count))]  # fmt: skip
 
 
@@ -36,10 +36,10 @@ def test_its_program_finds_the_turn(name: str) -> None:
     machine = MechanismView(own.file(name))
     portable = machine.portable("exact")
     for values in designs(machine, 3):
-        found = portable.at(values, portable.seen)
-        singles = dict(zip(portable.singles, found["singles"], strict=True))
-        known = compute_cycle(Model(build_machine(machine.file.with_numbers(values))))
-        for key, quantity in known.result.quantities.items():
+        numbers = portable.at(values, portable.seen)
+        singles = dict(zip(portable.singles, numbers["singles"], strict=True))
+        expected = compute_cycle(Model(build_machine(machine.file.with_numbers(values))))
+        for key, quantity in expected.result.quantities.items():
             scale = max(abs(quantity.max), abs(quantity.min))
             assert singles[f"largest {key}"] == pytest.approx(quantity.max, abs=1e-12 * scale)
             assert singles[f"least {key}"] == pytest.approx(quantity.min, abs=1e-12 * scale)
@@ -50,7 +50,7 @@ def test_loops_that_do_not_close_are_no_machine() -> None:
     """A rod shorter than the crank: what is found is not finite, which a page says in a sentence."""
     machine = MechanismView(own.file(CRANK))
     portable = machine.portable("exact")
-    values = {one.path: one.value for one in machine.controls}
+    values = {control.path: control.value for control in machine.controls}
     with pytest.raises(NotFiniteError):
         portable.at(values | {"values.l_mm": 0.5 * values["values.r_mm"]}, portable.seen)
 
@@ -61,12 +61,12 @@ def test_webassembly_finds_the_same() -> None:
     portable = machine.portable("exact")
     running = Running(programs.build_webassembly(portable.programs))
     for values in designs(machine, 3):
-        known = portable.at(values, portable.seen)
-        found = running.vectors(portable.seen, data=known["data"])
-        assert found is not None
-        assert apart({key: found[key] for key in ("rows", "singles", "loops")}, {
-            key: known[key] for key in ("rows", "singles", "loops")}) < 1e-12  # fmt: skip
-    assert running.vectors(portable.seen, data=0.5 * np.ones(len(known["data"]))) is None
+        expected = portable.at(values, portable.seen)
+        results = running.vectors(portable.seen, data=expected["data"])
+        assert results is not None
+        assert difference({key: results[key] for key in ("rows", "singles", "loops")}, {
+            key: expected[key] for key in ("rows", "singles", "loops")}) < 1e-12  # fmt: skip
+    assert running.vectors(portable.seen, data=0.5 * np.ones(len(expected["data"]))) is None
 
 
 @needs_wasm

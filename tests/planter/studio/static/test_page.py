@@ -20,7 +20,7 @@ from tests.planter.studio.static.told import TWELVE, Told, assert_drawn
 from tests.support import pairs
 from tests.support.cli import run
 from tests.support.machines import with_flank
-from tests.support.wasm import Running, apart, needs_wasm
+from tests.support.wasm import Running, difference, needs_wasm
 
 pytestmark = needs_wasm
 
@@ -29,18 +29,18 @@ pytestmark = needs_wasm
 def test_its_readings_are_the_studio_s_to_twelve_digits(page: Told, model: str) -> None:
     machine = opened("wang2017-wide")
     for values in page.designs(6):
-        known = {one.name: one.value for one in machine.readings(values, model)}
-        assert page.readings(model, values) == pytest.approx(known, rel=TWELVE)
+        expected = {reading.name: reading.value for reading in machine.readings(values, model)}
+        assert page.readings(model, values) == pytest.approx(expected, rel=TWELVE)
 
 
 def test_a_changed_constant_of_its_functions_would_be_seen(page: Told) -> None:
     """One constant of the module, a thousandth more: some reading is wrong by more than twelve digits."""
     values = page.designs(1)[1]
-    known = page.readings("exact", values)
+    expected = page.readings("exact", values)
     start = np.array([load("wang2017-wide").si("mass.carrier_kg")]).tobytes()
     assert page.module.count(start) > 0
     changed = page.module.replace(start, (np.frombuffer(start) * 1.001).tobytes())
-    assert page.readings("exact", values, Running(changed)) != pytest.approx(known, rel=TWELVE)
+    assert page.readings("exact", values, Running(changed)) != pytest.approx(expected, rel=TWELVE)
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
@@ -55,14 +55,14 @@ def test_its_drawing_is_the_studio_s(page: Told, model: str) -> None:
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
 def test_its_slopes_are_those_of_the_compiled_turn(page: Told, model: str) -> None:
-    told = page.machine["models"][model]["descent"]
+    mechanism = page.machine["models"][model]["descent"]
     for values in page.designs(3):
         device = Device(load("wang2017-wide", values), model)  # type: ignore[arg-type]
         objective, gradient = CycleObjective(device).gradient(device.design)
         numbers = page.numbers(model, "descent", values)
-        assert numbers[told["objective"]] == pytest.approx(objective, rel=TWELVE)
-        found = numbers[told["gradient"] :][: len(gradient)]
-        assert np.abs(found - gradient).max() <= TWELVE * np.abs(gradient).max()
+        assert numbers[mechanism["objective"]] == pytest.approx(objective, rel=TWELVE)
+        results = numbers[mechanism["gradient"] :][: len(gradient)]
+        assert np.abs(results - gradient).max() <= TWELVE * np.abs(gradient).max()
 
 
 def test_it_runs_its_one_script_and_fetches_nothing(page: Told) -> None:
@@ -89,15 +89,15 @@ def test_other_families_flanks_masses_and_objectives_go_too() -> None:
     machine = PlantingView(Machine.read(base, "other.toml"))
     portable = machine.portable("exact")
     running = Running(programs.build_webassembly(portable.programs))
-    values = {one.path: one.lower + 0.3 * (one.upper - one.lower) for one in machine.controls}
+    values = {control.path: control.lower + 0.3 * (control.upper - control.lower) for control in machine.controls}
     for program in portable.programs:
-        known = portable.at(values, program)
-        found = running.vectors(program, **{key: known[key] for key in ("x", "c")})
-        assert found is not None
-        assert apart(found, known) < TWELVE
+        expected = portable.at(values, program)
+        results = running.vectors(program, **{key: expected[key] for key in ("x", "c")})
+        assert results is not None
+        assert difference(results, expected) < TWELVE
     singles = dict(zip(portable.singles, portable.at(values, portable.seen)["singles"], strict=True))
-    known = {one.name: one.value for one in machine.readings(values, "exact")}
-    assert {name: singles[name] for name in known} == pytest.approx(known, rel=TWELVE)
+    expected = {control.name: control.value for control in machine.readings(values, "exact")}
+    assert {name: singles[name] for name in expected} == pytest.approx(expected, rel=TWELVE)
 
 
 def refused(*arguments: str) -> str:
@@ -109,8 +109,8 @@ def refused(*arguments: str) -> str:
 
 @pytest.mark.parametrize("machine", ["yu2023", "shi2021", "sun2019"])
 def test_machines_that_no_page_can_compute_are_refused_in_a_sentence(tmp_path: Path, machine: str) -> None:
-    told = refused(machine, "--static", str(tmp_path / "page.html"))
-    assert told == f"planter: --static is not available for {machine}: such a machine is computed in Python only"
+    message = refused(machine, "--static", str(tmp_path / "page.html"))
+    assert message == f"planter: --static is not available for {machine}: such a machine is computed in Python only"
     assert list(tmp_path.iterdir()) == []
 
 

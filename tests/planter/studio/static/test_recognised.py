@@ -23,23 +23,23 @@ NAMES = ("wang2017-wide", "slider_crank")
 
 @cache
 def machine(name: str) -> Movable:
-    found = MechanismView(own.file(name)) if name == "slider_crank" else opened(name)
-    assert isinstance(found, Movable)
-    return found
+    machine = MechanismView(own.file(name)) if name == "slider_crank" else opened(name)
+    assert isinstance(machine, Movable)
+    return machine
 
 
-def drawn(name: str, count: int) -> tuple[list[Values], list[Scene]]:
+def draw_values(name: str, count: int) -> tuple[list[Values], list[Scene]]:
     """Designs near the machine's own, by lot, and what is drawn of them."""
     subject, rng = machine(name), np.random.default_rng(5)
-    designs = [{one.path: one.value + 0.2 * float(rng.uniform(-1, 1)) * (one.upper - one.value + 1e-3)
-                for one in subject.controls} for _ in range(count)]  # fmt: skip
+    designs = [{control.path: control.value + 0.2 * float(rng.uniform(-1, 1)) * (control.upper - control.value + 1e-3)
+                for control in subject.controls} for _ in range(count)]  # fmt: skip
     return designs, [subject.scenes(values, "exact")[0] for values in designs]
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_what_was_recognised_holds_for_other_designs(name: str) -> None:
     portable = machine(name).portable("exact")
-    designs, scenes = drawn(name, 4)
+    designs, scenes = draw_values(name, 4)
     plan = Recogniser(portable, designs[:3], scenes[:3]).plan()
     assert len(plan.channels) > 10
     vectors = portable.at(designs[3], portable.seen)
@@ -50,15 +50,15 @@ def test_what_was_recognised_holds_for_other_designs(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_readings_are_the_machine_s(name: str) -> None:
     subject, portable = machine(name), machine(name).portable("exact")
-    values = drawn(name, 1)[0][0]
+    values = draw_values(name, 1)[0][0]
     singles = dict(zip(portable.singles, portable.at(values, portable.seen)["singles"], strict=True))
-    known = {one.name: one.value for one in subject.readings(values, "exact")}
-    assert {key: singles[key] for key in known} == pytest.approx(known, rel=1e-12)
+    expected = {reading.name: reading.value for reading in subject.readings(values, "exact")}
+    assert {key: singles[key] for key in expected} == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_curve_that_follows_no_number_is_noticed() -> None:
     portable = machine("wang2017-wide").portable("exact")
-    designs, scenes = drawn("wang2017-wide", 3)
+    designs, scenes = draw_values("wang2017-wide", 3)
     strange = replace(scenes[1].curves[0], values=scenes[1].curves[0].values * (1 + 1e-6))
     tampered = [scenes[0], replace(scenes[1], curves=[strange, *scenes[1].curves[1:]]), scenes[2]]
     with pytest.raises(ComputationError, match=r"cannot follow its \['curves', 0, 'values'\]"):
@@ -68,19 +68,22 @@ def test_a_curve_that_follows_no_number_is_noticed() -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_file_written_line_by_line_is_that_of_planter(name: str) -> None:
     subject = machine(name)
-    told = file_template(subject)
-    values = {one.path: one.value for one in subject.controls}
+    template = file_template(subject)
+    values = {control.path: control.value for control in subject.controls}
     for count in (0, 1, len(values)):
-        moved = {one.path: one.value + 0.25 * (one.upper - one.value) for one in list(subject.controls)[:count]}
-        assert edited(told, moved) == subject.handed(values | moved)
+        moved = {
+            control.path: control.value + 0.25 * (control.upper - control.value)
+            for control in list(subject.controls)[:count]
+        }
+        assert edited(template, moved) == subject.handed(values | moved)
 
 
-def edited(told: dict[str, Any], moved: Values) -> str:
+def edited(template: dict[str, Any], moved: Values) -> str:
     """As the page's script does it."""
-    lines = list(told["lines"])
-    paths = sorted(moved, key=lambda path: -told["edits"][path][0]["from"])
-    edits = [{**edit, "value": repr(moved[path])} for path in paths for edit in told["edits"][path]]
-    for edit in sorted(edits, key=lambda one: -one["from"]):
+    lines = list(template["lines"])
+    paths = sorted(moved, key=lambda path: -template["edits"][path][0]["from"])
+    edits = [{**edit, "value": repr(moved[path])} for path in paths for edit in template["edits"][path]]
+    for edit in sorted(edits, key=lambda change: -change["from"]):
         lines[edit["from"] : edit["to"]] = [line.replace("{}", edit["value"], 1) for line in edit["lines"]]
     return "\n".join(lines) + "\n"
 

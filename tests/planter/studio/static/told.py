@@ -35,10 +35,10 @@ class Told:
 
     @cached_property
     def machine(self) -> dict[str, Any]:
-        found = re.search(r'<script type="application/json" id="machine">(.*?)</script>', self.html, re.DOTALL)
-        assert found
-        told: dict[str, Any] = json.loads(found[1])
-        return told
+        match = re.search(r'<script type="application/json" id="machine">(.*?)</script>', self.html, re.DOTALL)
+        assert match
+        machine: dict[str, Any] = json.loads(match[1])
+        return machine
 
     @cached_property
     def module(self) -> bytes:
@@ -50,21 +50,21 @@ class Told:
 
     def numbers(self, model: str, part: str, values: Values, running: Running | None = None) -> Array:
         """All numbers of a model's program, `seen` or `descent`, as the page's script runs it."""
-        told = self.machine["models"][model][part]
-        given = {one["at"]: values[one["path"]] * one["factor"] for one in told["inputs"]}
-        found = (running or self.running).run(told["name"], self.machine["programs"][told["name"]], given)
-        assert found is not None
-        return found
+        program = self.machine["models"][model][part]
+        inputs = {item["at"]: values[item["path"]] * item["factor"] for item in program["inputs"]}
+        results = (running or self.running).run(program["name"], self.machine["programs"][program["name"]], inputs)
+        assert results is not None
+        return results
 
     def readings(self, model: str, values: Values, running: Running | None = None) -> dict[str, float]:
         numbers = self.numbers(model, "seen", values, running)
-        return {one["name"]: numbers[one["at"]] for one in self.machine["models"][model]["readings"]}
+        return {output["name"]: numbers[output["at"]] for output in self.machine["models"][model]["readings"]}
 
     def designs(self, count: int) -> list[dict[str, float]]:
         """The page's own numbers, then some by lot within their ends."""
         rng, controls = np.random.default_rng(7), self.machine["controls"]
-        own = {one["path"]: one["value"] for one in controls}
-        return [own, *({one["path"]: float(rng.uniform(one["lower"], one["upper"])) for one in controls}
+        values = {control["path"]: control["value"] for control in controls}
+        return [values, *({c["path"]: float(rng.uniform(c["lower"], c["upper"])) for c in controls}
                        for _ in range(count))]  # fmt: skip
 
 
@@ -81,12 +81,12 @@ def assert_drawn(plan: Mapping[str, Any], numbers: Array, scene: Scene) -> None:
     for place, source in plan["channels"]:
         assert_same(taken(numbers, source), series(scene, place))
     for line in plan["outlines"]:
-        shown = (
+        page = (
             np.array([taken(numbers, row) for row in line["rows"]]).T
             if "rows" in line
             else np.array([[taken(numbers, source) for source in corner] for corner in line["corners"]])
         )
-        assert_same(shown, lines[line["number"]].points)
+        assert_same(page, lines[line["number"]].points)
     for number, x, y in plan["labels"]:
         label = scene.labels[number]
         assert_same(np.array([taken(numbers, x), taken(numbers, y)]), np.array([label.x, label.y]))
@@ -115,5 +115,5 @@ def series(scene: Any, place: Sequence[Any]) -> Array:
     return np.asarray((force.at.x, force.at.y, force.x, force.y)[rest[1]])
 
 
-def assert_same(found: Any, known: Array) -> None:
-    assert np.abs(found - known).max() <= TWELVE * max(np.abs(known).max(), 1.0)
+def assert_same(actual: Any, expected: Array) -> None:
+    assert np.abs(actual - expected).max() <= TWELVE * max(np.abs(expected).max(), 1.0)
