@@ -143,7 +143,7 @@ def _tabulate_misses(rows: Sequence[Missed], caption: str) -> Table:
 
 
 def _describe_train(result: TrainFound) -> Iterator[Section]:
-    yield from list_warning_sections([warning.message for warning in result.warnings])
+    yield from list_warning_sections(result.warnings)
     keys = ("slope_min", "slope_max", "ratio_min", "ratio_max", "carrier_bend_deg", "module_max_mm")
     values: dict[str, Cell] = {key: getattr(result, key) for key in keys}
     values |= {f"closure_error_{stage}_rad": error for stage, error in enumerate(result.closure_error_rad, 1)}

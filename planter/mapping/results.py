@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planter.records import Record
+from planter.records import Record, WarningRecord
 
 Pair = tuple[float, float]
 Four = tuple[float, float, float, float]
@@ -163,8 +163,8 @@ class SynthesisFound(Record):
 
 
 @dataclass(frozen=True)
-class Warned(Record):
-    """A warning about gears; `carrier_deg` is null if it concerns the whole turn."""
+class TrainWarning(WarningRecord):
+    """A warning about gears; `carrier_deg` is null if it concerns the whole cycle."""
 
     name: str
     carrier_deg: float | None
@@ -193,7 +193,7 @@ class TrainFound(Record):
     curvature_radius_min_mm: Four
     module_max_mm: float
     poses: list[Missed]
-    warnings: list[Warned]
+    warnings: list[TrainWarning]
 
 
 COMMANDS = {"synthesise": SynthesisFound, "train": TrainFound}

@@ -21,7 +21,7 @@ from planter.mapping.curve import AngleCurve
 from planter.mapping.dyads import Dyad, distinct, solve_dyads
 from planter.mapping.file import PoseFile
 from planter.mapping.nearest import find_misses
-from planter.mapping.results import Missed, TrainFound, Warned
+from planter.mapping.results import Missed, TrainFound, TrainWarning
 from planter.mapping.synthesis import miss_result, to_four
 from planter.numerics import piecewise
 from planter.numerics.arrays import TURN, to_degrees
@@ -169,7 +169,7 @@ LEAST_MODULE = 1e-3
 _MM = 1e3
 
 
-def warnings(train: Train) -> list[Warned]:
+def warnings(train: Train) -> list[TrainWarning]:
     """Return all warnings of a train."""
     return [*_sense(train), *_ratios(train), *_sharp(train), *_hollow(train)]
 
@@ -186,15 +186,15 @@ def _rooms(train: Train, gear: int) -> tuple[float, float]:
     return 1 / (DEDENDUM * sharpest), 1 / (ADDENDUM * hollowest) if hollowest > 0 else np.inf
 
 
-def _sense(train: Train) -> Iterator[Warned]:
+def _sense(train: Train) -> Iterator[TrainWarning]:
     if train.curve.sense > 0:
-        yield Warned(
+        yield TrainWarning(
             "sense", None,
             "the arm gains on the carrier: two external meshes turn it the other way, so that one mesh needs an idler",
         )  # fmt: skip
 
 
-def _ratios(train: Train) -> Iterator[Warned]:
+def _ratios(train: Train) -> Iterator[TrainWarning]:
     """Ratios that leave one gear of a stage a small pitch radius."""
     for extreme in train.curve.extremes:
         at = train.gears(np.array([extreme.angle]))
@@ -209,7 +209,7 @@ def _ratios(train: Train) -> Iterator[Warned]:
             )  # fmt: skip
 
 
-def _sharp(train: Train) -> Iterator[Warned]:
+def _sharp(train: Train) -> Iterator[TrainWarning]:
     """Pitch curves so sharp that the roots of ordinary teeth meet."""
     theta, kappa = train.curvatures
     for gear, name in enumerate(GEARS):
@@ -223,7 +223,7 @@ def _sharp(train: Train) -> Iterator[Warned]:
             )  # fmt: skip
 
 
-def _hollow(train: Train) -> Iterator[Warned]:
+def _hollow(train: Train) -> Iterator[TrainWarning]:
     """Pitch curves that are not convex, which a rack or hob cannot cut."""
     theta, kappa = train.curvatures
     for gear, name in enumerate(GEARS):
@@ -240,8 +240,8 @@ def _hollow(train: Train) -> Iterator[Warned]:
             )  # fmt: skip
 
 
-def _warning(name: str, angle: float, cause: str, consequence: str) -> Warned:
-    return Warned(name, to_degrees(angle), f"at carrier angle {to_degrees(angle):.5g} deg {cause}{consequence}")
+def _warning(name: str, angle: float, cause: str, consequence: str) -> TrainWarning:
+    return TrainWarning(name, to_degrees(angle), f"at carrier angle {to_degrees(angle):.5g} deg {cause}{consequence}")
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,6 @@ from planter.mechanism.results import (
     LimitResult,
     MachineValidation,
     MechanismOptimumResult,
-    MechanismWarning,
     QuantityHistory,
     QuantityStatistics,
 )
@@ -113,7 +112,7 @@ def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresen
 def present_validation(result: MachineValidation, source: str) -> ResultPresentation:
     """Return the presentation of a valid file: its limits and warnings."""
     design = f"; design values {', '.join(result.design)}" if result.design else ""
-    sections = [*_list_limits(result.holds or ()), *list_warning_sections(_format_warnings(result.warnings))]
+    sections = [*_list_limits(result.holds or ()), *list_warning_sections(result.warnings)]
     return ResultPresentation(f"{source}: valid{design}", result, sections)
 
 
@@ -180,7 +179,7 @@ def _draw_quantities(
 
 def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     result = cycle.result
-    yield from list_warning_sections(_format_warnings(result.warnings))
+    yield from list_warning_sections(result.warnings)
     meanings = {quantity.key: quantity.meaning for quantity in cycle.machine.results}
     head = ("quantity", MEANING, "min", "at / deg", "max", "at / deg", "mean", "rms", "unit")
     rows = [
@@ -260,10 +259,6 @@ def _list_limits(limits: Sequence[LimitResult]) -> Iterator[Section]:
     if limits:
         rows = [(limit.limit_on, limit.value, limit.limit, limit.active, limit.met) for limit in limits]
         yield Section("Limits", [Table(("limit", "value", "bound", "active", "satisfied"), rows)])
-
-
-def _format_warnings(warnings: Sequence[MechanismWarning]) -> list[str]:
-    return [f"{warning.message} ({warning.name})" for warning in warnings]
 
 
 def format_unit(quantity: QuantityStatistics | QuantityHistory) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from planter.engine.sensitivity import Direction
 from planter.engine.summary import CycleSummary
 from planter.optimise.proof.search import GlobalBound
-from planter.records import Record
+from planter.records import Record, WarningRecord
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class MechanismLawResult(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class MechanismWarning(Record):
+class MechanismWarning(WarningRecord):
     """A warning, with the angle at which it begins if it has one."""
 
     name: str

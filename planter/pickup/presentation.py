@@ -57,7 +57,7 @@ def present_pickup(outcome: PickupOutcome) -> ResultPresentation:
 
 
 def _list_sections(result: PickupFound) -> Iterator[Section]:
-    yield from list_warning_sections([warning.message for warning in result.warnings])
+    yield from list_warning_sections(result.warnings)
     table = result.table()
     del table["machine"], table["driven_by"]
     note = (

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from planter.records import Record
+from planter.records import Record, WarningRecord
 
 Pair = tuple[float, float]
 
@@ -82,7 +82,7 @@ class Demand(Record):
 
 
 @dataclass(frozen=True)
-class PickupWarning(Record):
+class PickupWarning(WarningRecord):
     """A warning, and the carrier angle at which its cause begins or is worst."""
 
     name: str

@@ -31,7 +31,6 @@ from planter.planting.results import (
     Lifted,
     OptimisationFound,
     PlantingCertificate,
-    PlantingWarning,
     RequirementResult,
     SimulationFound,
     Validation,
@@ -119,7 +118,7 @@ def present_sensitivity(result: SensitivityResult, device: Device) -> ResultPres
 def present_validation(result: Validation, source: str) -> ResultPresentation:
     """Return the presentation of a valid file: its requirements and warnings."""
     title = f"{source}: valid, design parameters {', '.join(result.design)}"
-    warnings = list_warning_sections(_format_warnings(result.warnings))
+    warnings = list_warning_sections(result.warnings)
     return ResultPresentation(title, result, [*_list_requirement_sections(result.requirements), *warnings])
 
 
@@ -187,7 +186,7 @@ def _list_comments(device: Device, x: Array, seed: int | None = None) -> list[st
 
 
 def _list_simulation_sections(result: SimulationFound, machine: Machine) -> Iterator[Section]:
-    yield from list_warning_sections(_format_warnings(result.warnings))
+    yield from list_warning_sections(result.warnings)
     sampled = {**result.support_force.table(), "objective": result.objective}
     columns = {TRUE: result.refined.table(), _name_sampling(result.samples): sampled}
     force = _tabulate_force(columns, tuple(FORCE_ROWS), [("weight", result.weight_N, None, "N")])
@@ -278,13 +277,6 @@ def _tabulate_assumption_effects(effects: Sequence[Lifted]) -> Table:
 
 def _tabulate_states(states: Sequence[DeviceState]) -> Table:
     return tabulate_angles([state.table() for state in states], "phi_deg")
-
-
-def _format_warnings(warnings: Sequence[PlantingWarning]) -> list[str]:
-    return [
-        ("" if warning.phi_deg is None else f"At {warning.phi_deg:.4g} deg: ") + f"{warning.message} ({warning.name})"
-        for warning in warnings
-    ]
 
 
 REQUIREMENT_HEAD = (

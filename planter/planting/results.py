@@ -12,7 +12,7 @@ from planter.mechanism.results import MachineValidation, MechanismCycleResult
 from planter.optimise.proof.search import GlobalBound
 from planter.planting.design_results import DesignersSummary
 from planter.planting.tooth_count_results import ToothCountResult
-from planter.records import Record
+from planter.records import Record, WarningRecord
 from planter.workshop.cam_results import Cam
 
 Design = dict[str, float]
@@ -22,12 +22,15 @@ Direction = list[dict[str, float]]
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlantingWarning(Record):
-    """Something that a user should know, with the carrier angle where it begins or is worst, if it has one."""
+class PlantingWarning(WarningRecord):
+    """A warning, with the carrier angle at which its cause begins or is worst, if it has one."""
 
     name: str
     phi_deg: float | None = None
     message: str
+
+    def __str__(self) -> str:
+        return ("" if self.phi_deg is None else f"At {self.phi_deg:.4g} deg: ") + super().__str__()
 
 
 @dataclass(frozen=True)

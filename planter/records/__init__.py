@@ -1,5 +1,5 @@
 """Results as records, the JSON schema of each, and how a notebook shows them."""
 
-from planter.records.record import Record
+from planter.records.record import Record, WarningRecord
 
-__all__ = ["Record"]
+__all__ = ["Record", "WarningRecord"]

@@ -147,6 +147,19 @@ class Record:
         return format_record(title.replace("`", "").rstrip("."), self.table())
 
 
+class WarningRecord(Record):
+    """A warning: its name, the angle [deg] at which its cause begins or is worst, if it has one, and its message.
+
+    Each kind of machine declares the fields, because each has its own key for the angle, between name and message.
+    """
+
+    name: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.message} ({self.name})"
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, Record):
         return value.table()

@@ -14,7 +14,7 @@ from planter import safe_text
 from planter.files.document import Document
 from planter.kernels import Array
 from planter.progress import Listener
-from planter.records import Record
+from planter.records import Record, WarningRecord
 from planter.report import bundle, files
 from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
 from planter.report.inputs import inputs, provenance_section
@@ -175,9 +175,9 @@ def describe_basis(
     return basis
 
 
-def list_warning_sections(messages: Sequence[str]) -> list[Section]:
+def list_warning_sections(warnings: Sequence[str | WarningRecord]) -> list[Section]:
     """Return a section of warnings, or nothing if there are none."""
-    return [Section("Warnings", [Items(messages, "warning")])] if messages else []
+    return [Section("Warnings", [Items([str(warning) for warning in warnings], "warning")])] if warnings else []
 
 
 def describe_violations(violated: Sequence[str], count: int, kind: str, separator: str = ", ") -> str:
