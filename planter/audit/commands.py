@@ -89,12 +89,13 @@ def _audit_user_paper(
 def _audit_built_in(
     console: Console, paper: str | None, numbers: Path | None, front: bool
 ) -> tuple[dict[str, Any], Any]:
-    from planter.audit import attainable_front, verdicts
+    from planter.audit import verdicts
+    from planter.audit.presentation import search_front
     from planter.kernels import generated
 
     if numbers is not None:
         raise InputError(f"--numbers {numbers} needs the Python file of a paper")
     result = verdicts.audit(paper)
     if front:
-        result["front"] = attainable_front.search_front(paper, console.progress)
+        result["front"] = search_front(paper, console.progress)
     return result, generated.sidecar("audit_mathml")

@@ -19,7 +19,12 @@ from ezdxf.entities.lwpolyline import LWPolyline
 from ezdxf.filemanagement import read
 
 from planter.bench import casadi_backends, measurement, mechanisms
-from planter.bench.array_backends import build_jax_contender, build_numpy_contender, build_stacked_contender
+from planter.bench.array_backends import (
+    build_jax_contender,
+    build_numpy_contender,
+    build_stacked_contender,
+    build_sympy_contender,
+)
 from planter.bench.casadi_backends import build_c_contender, build_fast_c_contender, build_virtual_machine
 from planter.bench.case import Absent, BenchmarkCase, Contender
 from planter.bench.measurement import Peak, Times, check_agreement, time_calls
@@ -39,7 +44,6 @@ from planter.bench.results import (
     TaskTimes,
     WayTimes,
 )
-from planter.bench.sympy_backend import build_sympy_contender
 from planter.gear_geometry import cutting, pitch_curves
 from planter.gear_geometry.cutting import ToothOrder
 from planter.kernels import Array

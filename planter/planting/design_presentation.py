@@ -19,7 +19,13 @@ from planter.mechanism.presentation import list_sensitivity_sections
 from planter.optimise.range_variance import Sampling
 from planter.optimise.response import list_breakpoints
 from planter.planting import cycle
-from planter.planting.design_results import DesignersSummary, compare_peaks, describe_design, list_design_tables
+from planter.planting.design_results import (
+    DesignersSummary,
+    compare_peaks,
+    describe_design,
+    list_design_tables,
+    list_tooth_count_blocks,
+)
 from planter.planting.file import Machine
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
@@ -35,7 +41,6 @@ from planter.planting.results import (
     SimulationFound,
     Validation,
 )
-from planter.planting.tooth_count_results import list_tooth_count_blocks
 from planter.planting.toothed import compute_ratios, locate_pitch_curves
 from planter.report import files
 from planter.report.html import Block, Cell, Folded, Keys, Section, Table, Text

@@ -22,15 +22,17 @@ from planter.numerics.arrays import LastCallCache
 from planter.planting import angle_functions as pitch
 from planter.planting.angle_functions import (
     CYCLE_CELLS,
+    DISTANCE_EPS,
     PITCH_CELLS,
+    SIDE_OFFSET,
     AngleExtreme,
     AngleFunction,
+    NozzleMotion,
     Soil,
     TipCycle,
     locate_tip_cycle,
 )
 from planter.planting.model import Device
-from planter.planting.nozzle_motion import DISTANCE_EPS, SIDE_OFFSET, NozzleMotion
 from planter.planting.requirements_section import BY_NAME, SOIL_LINE, RequirementKind
 
 ABSOLUTE = ("release_tilt", "soil_tilt", "ground_speed_ratio", "catching_tilt")

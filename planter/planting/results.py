@@ -10,8 +10,7 @@ from planter.engine.sensitivity import SensitivityResult
 from planter.measured.findings import MeasuredFound
 from planter.mechanism.results import MachineValidation, MechanismCycleResult
 from planter.optimise.proof.search import GlobalBound
-from planter.planting.design_results import DesignersSummary
-from planter.planting.tooth_count_results import ToothCountResult
+from planter.planting.design_results import DesignersSummary, ToothCountResult
 from planter.records import Record, WarningRecord
 from planter.workshop.cam_results import Cam
 

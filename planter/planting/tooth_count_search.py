@@ -20,10 +20,10 @@ from planter.optimise.optimiser import Method
 from planter.optimise.range_variance import Sampling
 from planter.parallel.task import AUTO, Means
 from planter.planting import optimisation
+from planter.planting.design_results import ToothCountCandidate, ToothCountGear, ToothCountResult, ToothCountStage
 from planter.planting.model import Device
 from planter.planting.optimisation import DeviceOptimum, Optimisation, OptimisationInterrupted, Table
 from planter.planting.requirements import RequirementConstraints
-from planter.planting.tooth_count_results import ToothCountCandidate, ToothCountGear, ToothCountResult, ToothCountStage
 from planter.planting.tooth_counts import (
     PitchLengthConstraints,
     PitchLengthRange,

@@ -1,6 +1,6 @@
 """Commands of the planting device."""
 
-from planter.planting.commands import analysis, calibrate, design
+from planter.planting.commands import analysis, design
 from planter.terminal.options import joined
 
-app = joined(analysis.app, calibrate.app, design.app)
+app = joined(analysis.app, design.app)

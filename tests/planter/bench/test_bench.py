@@ -19,7 +19,12 @@ from pydantic import TypeAdapter
 
 from planter import workers
 from planter.bench import mechanisms, tasks
-from planter.bench.array_backends import DESIGNS_PER_ARRAY, build_jax_contender, build_numpy_contender
+from planter.bench.array_backends import (
+    DESIGNS_PER_ARRAY,
+    build_jax_contender,
+    build_numpy_contender,
+    build_sympy_contender,
+)
 from planter.bench.casadi_backends import build_kernel_contender, build_virtual_machine
 from planter.bench.case import Absent, BenchmarkCase, Contender
 from planter.bench.measurement import (
@@ -50,7 +55,6 @@ from planter.bench.results import (
     WayTimes,
     choose_settings,
 )
-from planter.bench.sympy_backend import build_sympy_contender
 from planter.errors import ComputationError
 from planter.kernels import Kernel, backends, toolchain
 from planter.planting.simulation import compute_objective_gradient
