@@ -72,22 +72,22 @@ def test_the_gallery_runs(page: Path, monkeypatch: pytest.MonkeyPatch, capsys: p
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
-def test_commands_and_options_that_pages_name_are_there(page: Path, helps: dict[str, str]) -> None:
+def test_commands_and_options_on_pages_exist(page: Path, helps: dict[str, str]) -> None:
     for words in called(page.read_text(encoding="utf-8")):
         assert not unknown(words, helps), words
 
 
-def test_a_command_or_option_that_there_is_not_is_noticed(helps: dict[str, str]) -> None:
+def test_unknown_command_or_option_is_detected(helps: dict[str, str]) -> None:
     assert unknown(["simulat", "wang2017"], helps) == ["simulat"]
     assert unknown(["simulate", "wang2017", "--att", "0"], helps) == ["--att"]
 
 
-def test_every_command_has_its_place(helps: dict[str, str]) -> None:
+def test_every_command_has_a_page(helps: dict[str, str]) -> None:
     listed = {line.split()[0] for line in run("--help")[1].splitlines() if re.match(r"  [a-z]+ ", line)}
     assert {name.split()[0] for name in helps} == listed
 
 
-def test_every_column_is_on_its_page() -> None:
+def test_every_column_is_documented() -> None:
     page = formats.page()
     assert not [
         meaning.name
@@ -96,7 +96,7 @@ def test_every_column_is_on_its_page() -> None:
     ]
 
 
-def test_every_command_has_an_example_that_there_is(helps: dict[str, str]) -> None:
+def test_every_command_has_an_existing_example(helps: dict[str, str]) -> None:
     calls, printed = commands.examples()
     assert calls.keys() == helps.keys()
     assert printed < calls.keys()
@@ -105,18 +105,18 @@ def test_every_command_has_an_example_that_there_is(helps: dict[str, str]) -> No
         assert not unknown(call.split()[1:], helps), call
 
 
-def test_what_an_example_prints_is_shown() -> None:
+def test_example_output_is_shown() -> None:
     assert commands.printed("planter explain F_E").startswith("F_E [N], symbol, planting")
     with pytest.raises(RuntimeError, match="NAME = F_Ezz"):
         commands.printed("planter explain F_Ezz")
 
 
 @pytest.mark.long
-def test_every_example_that_is_shown_runs() -> None:
+def test_every_shown_example_runs() -> None:
     assert commands.page().count("$ planter ") == len(commands.examples()[0])
 
 
-def test_every_public_name_is_on_its_page() -> None:
+def test_every_public_name_is_documented() -> None:
     page = names.page() + "".join(map(reference.page, reference.PAGES))
     for package in (planter, derive):
         for name, member in names.public(package).items():
@@ -124,7 +124,7 @@ def test_every_public_name_is_on_its_page() -> None:
             assert not callable(member) or member.__doc__, name
 
 
-def test_every_key_of_a_file_is_on_its_page() -> None:
+def test_every_file_key_is_documented() -> None:
     page = keys.page()
     assert "| `mass.sun_kg` | kg | mass of the sun | greater than 0 | 0.4 | assumed |" in page
     assert "| `cam.rise_delta_deg` | deg |" in page
@@ -143,7 +143,7 @@ def test_drawings_have_a_row_for_every_symbol_of_every_machine() -> None:
     assert "| `a1` | centre distance of stage 1 | m |  | `a1_mm` |" in page
 
 
-def test_every_model_is_on_its_page_with_its_assumptions() -> None:
+def test_every_model_is_documented_with_assumptions() -> None:
     page = models.page()
     assert set(generated.names()) - set(models.names()) == {"audit", "audit_mathml"}
     for name in models.names():
@@ -151,12 +151,12 @@ def test_every_model_is_on_its_page_with_its_assumptions() -> None:
         assert all(f"* {assumption}" in page for assumption in generated.sidecar(name).get("assumptions", ()))
 
 
-def test_figures_that_pages_show_are_made() -> None:
+def test_figures_on_pages_are_generated() -> None:
     text = "".join(path.read_text(encoding="utf-8") for path in DOCS.glob("*.md"))
     assert set(re.findall(r"\(made/theory-(\w+)\.svg\)", text)) == figures.FIGURES.keys()
 
 
-def test_every_work_is_on_its_page_with_its_doi() -> None:
+def test_every_work_is_documented_with_doi() -> None:
     page = works.page()
     for key, fields in load_references().works.items():
         assert fields["title"].replace("^", "\\^") in page, key
@@ -169,7 +169,7 @@ def test_findings_name_every_equation_at_fault_and_no_other() -> None:
     assert listed == {entry["equation"] for entry in record["equations"] if entry["verdict"] in findings.FAULT}
 
 
-def test_findings_say_what_they_hang_on() -> None:
+def test_findings_name_their_conditions() -> None:
     record: dict[str, Any] = copy.deepcopy(dict(verdicts.load_verdicts()))
     at_fault = next(entry for entry in record["equations"] if entry["verdict"] == "misprint" and not entry["fragile"])
     before = findings.page(record).count("one character of the text as read")

@@ -122,7 +122,7 @@ def writings(source: str) -> Iterator[tuple[int, str]]:
                 yield node.lineno, node.attr
 
 
-def test_only_one_module_writes_results() -> None:
+def test_results_are_written_by_a_single_module() -> None:
     result = scan(writings, WRITERS)
     assert not {name: places for name, places in result.items() if name not in {*WRITING, WAY_OUT}}
     assert not WRITING.keys() - result.keys(), "exceptions that are not needed any more"
@@ -131,7 +131,7 @@ def test_only_one_module_writes_results() -> None:
 @pytest.mark.parametrize(
     "source", ["path.write_text(x)", "Path(out).write_bytes(x)", "shutil.rmtree(x)", "os.replace(a, b)"]
 )
-def test_a_writer_beside_the_way_out_is_noticed(source: str) -> None:
+def test_other_writer_is_detected(source: str) -> None:
     assert list(writings(source))
     assert not list(writings("files.write_text(path, x)\ntext.replace(a, b)"))
 
@@ -142,7 +142,7 @@ def test_a_writer_beside_the_way_out_is_noticed(source: str) -> None:
     "os.open(path, 0)",
     "await socket.receive_json()", "Path(files(source)).with_name(name); there.read_text()", "read = Path.read_text",
 ])  # fmt: skip
-def test_a_reader_beside_the_door_is_noticed(source: str) -> None:
+def test_other_reader_is_detected(source: str) -> None:
     assert list(readings(source))
 
 
@@ -151,5 +151,5 @@ def test_a_reader_beside_the_door_is_noticed(source: str) -> None:
     "json.dumps(x)",
     "kind.open(source)", "load(path)",
 ])  # fmt: skip
-def test_what_reads_no_file_of_a_user_is_allowed(source: str) -> None:
+def test_allowed_readers_read_no_user_files(source: str) -> None:
     assert not list(readings(source))

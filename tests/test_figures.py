@@ -27,7 +27,7 @@ def test_every_figure_of_a_page_has_a_record(page: str) -> None:
 @pytest.mark.parametrize(
     "command", [pytest.param(name, marks=[pytest.mark.long] * (name in SLOW)) for name in figures.listed()["commands"]]
 )
-def test_records_are_what_commands_print(command: str) -> None:
+def test_records_equal_command_output(command: str) -> None:
     values = figures.kept()
     for path, value in figures.measured(command).items():
         field = figures.fields()[path]

@@ -58,7 +58,7 @@ def modules() -> Iterator[tuple[str, Path]]:
                 yield path.relative_to(ROOT / "planter").as_posix(), path
 
 
-def test_components_of_angles_are_taken_by_hand_only_where_it_is_said_what_for() -> None:
+def test_angle_components_by_hand_have_reasons() -> None:
     assert {name for name, path in modules() if set(called(path.read_text(encoding="utf-8")))} == BY_HAND.keys()
 
 
@@ -67,7 +67,7 @@ def test_a_formula_by_hand_is_noticed(text: str) -> None:
     assert set(called(text))
 
 
-def test_what_only_names_them_is_not() -> None:
+def test_names_alone_do_not_count() -> None:
     assert not set(called('found["cos"]\n"sin(x)"\ncosine(2)\n'))
 
 

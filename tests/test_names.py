@@ -53,17 +53,17 @@ def test_clean_module_has_no_findings() -> None:
         ("A beam of constant section.", "Of constant section.", "fragment"),
     ],
 )
-def test_tampered_module_has_one_finding(before: str, after: str, check: str) -> None:
+def test_tampered_module_has_a_single_finding(before: str, after: str, check: str) -> None:
     assert before in CLEAN
     assert count(CLEAN.replace(before, after, 1)) == {"planter.engine": {check: 1}}
 
 
-def test_classes_of_one_name_are_counted_each() -> None:
+def test_classes_of_equal_names_are_all_counted() -> None:
     assert count(CLEAN, CLEAN) == {"planter.engine": {"duplicate": 2}}
     assert count(CLEAN, CLEAN, path="tests/module_{}.py") == {}
 
 
-def test_rise_in_one_package_is_not_paid_by_another() -> None:
+def test_rise_is_not_offset_by_another_package() -> None:
     before = {"planter.engine": {"vague": 2}, "planter.report": {"vague": 5}}
     assert find_rises(before, {"planter.engine": {"vague": 3}, "planter.report": {"vague": 1}}) == {
         "planter.engine vague": (2, 3)

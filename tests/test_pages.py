@@ -39,7 +39,7 @@ def tables(text: str) -> Iterator[str]:
 
 @pytest.mark.long
 @pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
-def test_what_a_page_tells_to_type_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_commands_on_pages_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copytree(DOCS / "examples", tmp_path / "docs" / "examples")
     monkeypatch.chdir(tmp_path)
     left = set(LONGER)
@@ -53,14 +53,14 @@ def test_what_a_page_tells_to_type_runs(page: Path, tmp_path: Path, monkeypatch:
             Path(target).write_text(out, encoding="utf-8")
 
 
-def test_tables_that_pages_show_are_read() -> None:
+def test_tables_on_pages_are_read() -> None:
     blocks = [block for page in PAGES for block in tables(page.read_text(encoding="utf-8"))]
     assert blocks
     for block in blocks:
         assert tomllib.loads(block)
 
 
-def test_calls_and_tables_are_found() -> None:
+def test_calls_and_tables_are_recognised() -> None:
     text = (
         'Take\n\n    planter example a > b.toml   # one\n    planter turn b --least "range F"\n\n    [law]\n    p = 1\n'
     )

@@ -32,7 +32,7 @@ def failures(text: str) -> int:
 
 
 @pytest.mark.parametrize("text", [TEXT, CHINESE], ids=["English", "Chinese"])
-def test_pictures_are_those_that_are_drawn(text: str) -> None:
+def test_pictures_equal_drawn_ones(text: str) -> None:
     names = set(re.findall(r"docs/pictures/([\w.]+)", text))
     assert names == set(PICTURES) == {path.name for path in FOLDER.iterdir()}
     assert sum(path.stat().st_size for path in FOLDER.iterdir()) < 1_000_000
@@ -41,12 +41,12 @@ def test_pictures_are_those_that_are_drawn(text: str) -> None:
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=[pytest.mark.long] * (name != "symbols.png")) for name in PICTURES]
 )
-def test_picture_is_what_its_command_draws(name: str, tmp_path: Path) -> None:
+def test_picture_equals_command_output(name: str, tmp_path: Path) -> None:
     assert difference(draw_picture(name, tmp_path), FOLDER / name) < 2
     assert difference(FOLDER / name, FOLDER / ("gears.png" if name != "gears.png" else "clutch.png")) > 2
 
 
-def test_first_lines_print_what_is_shown() -> None:
+def test_first_lines_print_shown_output() -> None:
     assert failures(TEXT) == 0
     assert failures(TEXT.replace("range 3.13 N", "range 3.14 N")) == 1
 

@@ -74,7 +74,7 @@ def test_missing_unit_is_noticed() -> None:
 
 
 @pytest.mark.parametrize("cls", reference.SPLIT)
-def test_every_member_has_one_entry(cls: type) -> None:
+def test_every_member_has_a_single_entry(cls: type) -> None:
     entries = [name for page in reference.PAGES for name in reference.names(page)]
     assert len(entries) == len(set(entries))
     prefix = f"derive.{cls.__name__}."

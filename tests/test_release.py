@@ -94,7 +94,7 @@ def test_every_file_has_a_licence_by_the_rules_of_reuse() -> None:
     assert (ROOT / "LICENSES" / "Apache-2.0.txt").read_bytes() == (ROOT / "LICENSE").read_bytes()
 
 
-def test_the_licences_of_all_that_is_installed_are_listed() -> None:
+def test_licences_of_all_dependencies_are_listed() -> None:
     rows = [line.split(" | ") for line in licences.PAGE.read_text(encoding="utf-8").splitlines() if " | " in line]
     listed = {
         canonicalize_name(name.strip("| ")): (licence_text, licence) for name, licence_text, licence, *_ in rows[1:]
@@ -110,7 +110,7 @@ def test_the_licences_of_all_that_is_installed_are_listed() -> None:
             assert tuple(licence_text) == listed[name]
 
 
-def test_the_sdist_holds_all_that_the_wheel_is_made_of(tmp_path: Path) -> None:
+def test_sdist_contains_all_wheel_sources(tmp_path: Path) -> None:
     folder = os.environ.get("PLANTER_DIST")
     sdist = next((ROOT / folder).glob("*.tar.gz")) if folder else build(ROOT, "sdist", tmp_path)
     with tarfile.open(sdist) as archive:
@@ -124,7 +124,7 @@ def test_the_sdist_holds_all_that_the_wheel_is_made_of(tmp_path: Path) -> None:
     assert content(again) == content(direct)
 
 
-def test_workflows_run_on_three_systems_and_name_targets_that_there_are() -> None:
+def test_workflows_cover_three_systems_and_existing_targets() -> None:
     assert WORKFLOWS
     systems = {
         system
@@ -142,18 +142,18 @@ def test_workflows_run_on_three_systems_and_name_targets_that_there_are() -> Non
     }
 
 
-def test_a_target_that_there_is_not_is_noticed() -> None:
+def test_missing_target_is_detected() -> None:
     assert set(list_actions("jobs: {one: {steps: [{run: make tset PYTHON=python}]}}")) - targets() == {"tset"}
 
 
-def test_the_oldest_versions_are_those_that_are_allowed() -> None:
+def test_oldest_versions_are_allowed_minimum() -> None:
     pinned = pins("constraints-oldest.txt")
     assert not too_high(pinned)
     assert too_high(pinned | {"typer": "0.99.0"}) == ["typer: 0.99.0, not 0.18"]
 
 
 @pytest.mark.parametrize("name", ["constraints.txt", "constraints-oldest.txt"])
-def test_what_is_pinned_is_what_is_allowed(name: str) -> None:
+def test_pinned_versions_are_allowed(name: str) -> None:
     pinned = pins(name)
     for requirement in list_requirements(("derive", "notebook", "studio", "parquet")):
         assert requirement.specifier.contains(pinned[canonicalize_name(requirement.name)]), requirement

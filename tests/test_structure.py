@@ -93,7 +93,7 @@ UPWARD = {
 
 
 @pytest.mark.parametrize("text", UPWARD.values(), ids=UPWARD.keys())
-def test_upward_import_is_found(text: str, tmp_path: Path) -> None:
+def test_upward_import_is_detected(text: str, tmp_path: Path) -> None:
     module = "general/__init__" if "size\n" in text and "def" not in text else "general/tool"
     graph = build_graph(tmp_path, {
         "__init__": "", "general/__init__": "", "machine/__init__": "size = 1\n", "machine/model": "size = 1\n",
@@ -103,7 +103,7 @@ def test_upward_import_is_found(text: str, tmp_path: Path) -> None:
     assert not graph.list_upward_imports([["machine"], ["general"]])
 
 
-def test_import_cycle_within_a_function_is_found(tmp_path: Path) -> None:
+def test_import_cycle_within_function_is_detected(tmp_path: Path) -> None:
     first, second = "from root.b import y\nx = 1\n", "y = 1\ndef f():\n    from root.a import x\n"
     assert set(build_graph(tmp_path, {"__init__": "", "a": first, "b": second}).find_cycle()) == {"root.a", "root.b"}
 
@@ -124,7 +124,7 @@ STARTS = {
 }
 
 
-def test_processes_start_in_one_place() -> None:
+def test_processes_start_in_a_single_place() -> None:
     """Python is started isolated by `planter.workers`, foreign programs by `planter.kernels.builds`, and no others."""
     for path in (ROOT / "planter").rglob("*.py"):
         if path.relative_to(ROOT / "planter").as_posix() not in STARTERS:

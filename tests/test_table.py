@@ -609,7 +609,7 @@ def _quick() -> Any:
 
 @pytest.mark.usefixtures("blank_figures")
 @pytest.mark.parametrize(("capability", "machine"), _cells())
-def test_number_of_a_cell_equals_that_of_another_route(capability: str, machine: str, tmp_path: Path) -> None:
+def test_cell_numbers_equal_independent_route(capability: str, machine: str, tmp_path: Path) -> None:
     check, column = CELLS[capability], COLUMNS[machine]
     if (capability, machine) in REFUSED:
         with pytest.raises(AssertionError, match="planter: ") as caught:
@@ -623,7 +623,7 @@ def test_number_of_a_cell_equals_that_of_another_route(capability: str, machine:
 @pytest.mark.usefixtures("blank_figures")
 @pytest.mark.parametrize("machine", FREE)
 @pytest.mark.parametrize("capability", WITHOUT_A_TURN)
-def test_free_motion_has_what_needs_no_turn(capability: str, machine: str, tmp_path: Path) -> None:
+def test_free_motion_supports_commands_without_cycle(capability: str, machine: str, tmp_path: Path) -> None:
     column = Column(machine, "", "")
     if capability == "explain":
         entries = answer("explain", column.source)["values"]

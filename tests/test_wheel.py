@@ -31,7 +31,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return next(folder.glob("planter-*.whl"))
 
 
-def test_the_wheel_ships_generated_code_and_machines_and_the_derivation(wheel: Path) -> None:
+def test_wheel_contains_generated_code_and_derivation(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     assert {"planter/generated/planting_exact.py", "planter/generated/planting_exact.json"} <= names
     assert {"planter/planting/examples/wang2017.toml", "planter/exports/machine.c", "planter/py.typed"} <= names
@@ -39,7 +39,7 @@ def test_the_wheel_ships_generated_code_and_machines_and_the_derivation(wheel: P
     assert not [name for name in names if name.startswith(("generated/", "tests/"))]
 
 
-def test_the_wheel_derives_a_file_of_a_users_own(wheel: Path, tmp_path: Path) -> None:
+def test_wheel_derives_user_file(wheel: Path, tmp_path: Path) -> None:
     """Unpacked, far from the checkout; what it writes is what the checkout writes."""
     zipfile.ZipFile(wheel).extractall(tmp_path / "site")
     example = Path(shutil.copy(ROOT / "docs" / "examples" / "slider_crank.py", tmp_path))
@@ -147,7 +147,7 @@ def test_every_example_is_run_here() -> None:
     assert {path.stem for path in EXAMPLES.glob("*.py")} == {*MECHANISMS, *OTHERS}
 
 
-def test_a_file_of_ones_own_is_derived_and_evaluated_from_the_wheel(environment: Path, examples: Path) -> None:
+def test_user_file_runs_from_wheel(environment: Path, examples: Path) -> None:
     content = read(run(examples, environment / "planter", "derive", "slider_crank.py", "--out", "alone", "--json"))
     assert {Path(name).stem for name in content["files"]} == {"slider_crank", "__init__"}
     assert len(content["files"]) == 6
@@ -175,9 +175,7 @@ def test_an_example_moves_by_itself_from_the_wheel(name: str, environment: Path,
 
 
 @pytest.mark.long
-def test_the_examples_paper_is_tried_and_its_gears_are_derived_from_the_wheel(
-    environment: Path, examples: Path
-) -> None:
+def test_example_paper_and_gears_run_from_wheel(environment: Path, examples: Path) -> None:
     trial = ("slider_crank_paper.py", "--numbers", "slider_crank_numbers.toml", "--out", "trial", "--json")
     result = read(run(examples, environment / "planter", "audit", *trial))
     verdicts = [entry["verdict"] for entry in result["equations"]]

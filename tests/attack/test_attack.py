@@ -86,7 +86,7 @@ def test_the_corpus_ends_in_sentences(command: tuple[str, ...]) -> None:
         handed(content, ".csv" if command in TABLES.values() else ".toml", *command)
 
 
-def test_a_path_of_one_point_less_is_told_without_a_warning_of_a_library() -> None:
+def test_path_too_short_is_refused_without_warnings() -> None:
     """Its gears have a stretch of no length, which once was divided by."""
     lines = examples.example("yu2023-path").splitlines()
     handed("\n".join([*lines[:13], *lines[14:]]).encode(), ".csv", "pickup")
@@ -95,21 +95,21 @@ def test_a_path_of_one_point_less_is_told_without_a_warning_of_a_library() -> No
 @seed(SEED)
 @share
 @given(found=spoiled(often(MACHINES, [name for name, room in MACHINES.items() if room in SLOW])))
-def test_machine_files_that_are_spoiled_end_in_sentences_or_results(damaged: Spoiled) -> None:
+def test_spoiled_machine_files_give_results_or_sentences(damaged: Spoiled) -> None:
     handed(damaged.content, ".toml", *TAKERS[MACHINES[damaged.name]])
 
 
 @seed(SEED)
 @share
 @given(found=spoiled(often(TABLES, [name for name in TABLES if name in SLOW])))
-def test_tables_that_are_spoiled_end_in_sentences_or_results(damaged: Spoiled) -> None:
+def test_spoiled_tables_give_results_or_sentences(damaged: Spoiled) -> None:
     handed(damaged.content, ".csv", *TABLES[damaged.name])
 
 
 @seed(SEED)
 @share
 @given(call=CALLS)
-def test_words_that_are_none_end_in_sentences_or_results(call: tuple[str, ...]) -> None:
+def test_nonsense_arguments_end_in_sentences(call: tuple[str, ...]) -> None:
     assert_ends_properly(*call)
 
 
@@ -131,7 +131,7 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
 
 
-def test_an_attack_that_gets_through_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_successful_attack_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
 
     def broken(device: object) -> object:
         raise KeyError("mass")

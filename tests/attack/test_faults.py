@@ -67,7 +67,7 @@ def test_optimised_python_says_the_same(flag: str, expected: str) -> None:
 @posix
 @pytest.mark.long
 @pytest.mark.parametrize("closed", [(0,), (1,), (2,), (0, 1, 2)])
-def test_streams_that_are_closed_are_done_without(closed: tuple[int, ...], tmp_path: Path) -> None:
+def test_closed_streams_are_tolerated(closed: tuple[int, ...], tmp_path: Path) -> None:
     done = called(*SIMULATE, "--out", str(tmp_path), before=lambda: [os.close(stream) for stream in closed])
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
@@ -76,7 +76,7 @@ def test_streams_that_are_closed_are_done_without(closed: tuple[int, ...], tmp_p
 
 @posix
 @pytest.mark.parametrize("room", [4000, pytest.param(60_000, marks=pytest.mark.long)])
-def test_a_disk_that_takes_no_more_is_told_in_one_line(room: int, tmp_path: Path) -> None:
+def test_full_disk_is_reported_in_a_single_line(room: int, tmp_path: Path) -> None:
     import resource
 
     def limited() -> None:
@@ -93,7 +93,7 @@ def test_a_disk_that_takes_no_more_is_told_in_one_line(room: int, tmp_path: Path
 
 
 @as_a_user
-def test_a_folder_that_may_only_be_read_is_told_in_one_line(tmp_path: Path) -> None:
+def test_read_only_folder_is_reported_in_a_single_line(tmp_path: Path) -> None:
     tmp_path.chmod(0o500)
     done = called(*SIMULATE, "--out", str(tmp_path / "out"))
     tmp_path.chmod(0o700)
@@ -101,7 +101,7 @@ def test_a_folder_that_may_only_be_read_is_told_in_one_line(tmp_path: Path) -> N
 
 
 @pytest.mark.long
-def test_eight_at_once_say_what_one_says(expected: str, tmp_path: Path) -> None:
+def test_eight_processes_agree(expected: str, tmp_path: Path) -> None:
     """In one folder, with one cache of compiled functions."""
     variables = {**os.environ, "PYTHONPATH": str(ROOT), "PLANTER_CACHE": str(tmp_path / "cache")}
     variables.pop("PLANTER_KERNELS", None)
@@ -116,7 +116,7 @@ def test_eight_at_once_say_what_one_says(expected: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_search_that_was_killed_starts_again_in_its_folder(tmp_path: Path) -> None:
+def test_killed_search_restarts_in_same_folder(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "planter", "optimise", "wang2017", "--json", "--out", str(tmp_path)]
     first = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     limit = time.monotonic() + 120

@@ -41,7 +41,7 @@ def make_pipe(path: Path) -> None:
     (command, make) for command in TAKERS for make in (make_text, make_device, make_pipe)
     if not (command in ("audit", "derive") and make is make_text)  # that is a Python file, and run as one
 ])  # fmt: skip
-def test_a_file_that_is_none_is_refused(
+def test_invalid_file_is_refused(
     command: str, make: Callable[[Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -67,7 +67,7 @@ def test_the_machine_of_a_plan_is_read_with_limits(name: str, tmp_path: Path, mo
 
 
 @pytest.mark.parametrize("content", TEXTS.values(), ids=TEXTS.keys())
-def test_no_text_is_parsed_that_is_too_deep_or_too_large(content: str) -> None:
+def test_no_parser_gets_too_deep_or_too_large_text(content: str) -> None:
     for parse in (text.parse_toml, text.parse_json):
         with pytest.raises(InputError, match=r"own: .*(nested|too many)|valid JSON"):
             parse(content, "own")
@@ -78,7 +78,7 @@ def test_no_text_is_parsed_that_is_too_deep_or_too_large(content: str) -> None:
     '{"a": ' + "[" * 3000, '{"a": ' + "9" * 5000 + "}", '{"a": 18446744073709551616}', '{"a": "\x00"}', "\ud800",
     '{"a": [' + "1," * 60_000 + "1]}", '{"' + "a" * 300 + '": 1}', " " * 1_000_001,
 ])  # fmt: skip
-def test_no_json_comes_in_that_nothing_can_take(message: str) -> None:
+def test_no_json_input_is_unusable(message: str) -> None:
     with pytest.raises(InputError):
         text.parse_json(message, "the message")
 
@@ -89,7 +89,7 @@ def test_json_comes_in_whole() -> None:
 
 
 @pytest.mark.parametrize("words", [["x" * 20_000], ["--set"] * 20_000])
-def test_a_command_line_that_nobody_types_is_refused(words: list[str]) -> None:
+def test_nonsense_command_line_is_refused(words: list[str]) -> None:
     with pytest.raises(InputError):
         text.check_arguments(words)
 

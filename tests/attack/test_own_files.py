@@ -79,7 +79,7 @@ def walk(command: typer.core.TyperGroup, *words: str) -> Iterator[tuple[str, set
             yield " ".join((*words, name)), {option for parameter in inner.params for option in parameter.opts}
 
 
-def test_every_command_that_writes_is_tried() -> None:
+def test_every_writing_command_is_covered() -> None:
     options = dict(walk(typer.main.get_command(application())))
     writing = {name for name, known_options in options.items() if known_options & {"--out", "--static"}}
     assert writing == {name for name, known_options in options.items() if "--overwrite" in known_options}
@@ -116,7 +116,7 @@ NAMES = (
 
 
 @pytest.mark.parametrize("name", NAMES, ids=ascii)
-def test_any_name_becomes_that_of_a_file(name: str, tmp_path: Path) -> None:
+def test_any_name_becomes_a_file_name(name: str, tmp_path: Path) -> None:
     path = tmp_path / f"{file_name(name)}.gif"
     path.touch()
     assert path.parent == tmp_path
@@ -166,7 +166,7 @@ def test_derived_files_replace_only_derived_ones(tmp_path: Path) -> None:
     assert not list(strays(tmp_path, {**changed, "notes.py": "1"}))
 
 
-def test_lists_of_derivation_and_results_are_one(tmp_path: Path) -> None:
+def test_manifests_of_derivation_and_results_are_equal(tmp_path: Path) -> None:
     """What one of them wrote is known to the other, and neither removes it."""
     add(tmp_path, {"own.py": "1"})
     files.write_text(tmp_path / "own.py", "2")

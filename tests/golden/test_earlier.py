@@ -42,7 +42,7 @@ def test_damaged_chunk_of_an_earlier_store_is_computed_again(folder: Path) -> No
     assert result["resumed"] == 0
 
 
-def test_earlier_store_of_another_question_is_kept(folder: Path) -> None:
+def test_earlier_store_of_another_plan_is_not_changed(folder: Path) -> None:
     before = (folder / "sweep" / "sweep.sqlite").read_bytes()
     plan = folder / "plan.toml"
     plan.write_text(plan.read_text(encoding="utf-8").replace("[30, 40, 50]", "[30, 40, 51]"), encoding="utf-8")
@@ -59,7 +59,7 @@ def test_tolerance_goes_on_from_an_earlier_store(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("pair", [None, ("limacon", "limacon")])
-def test_compared_device_of_an_earlier_folder_is_kept(folder: Path, pair: tuple[str, str] | None) -> None:
+def test_compared_device_of_earlier_folder_is_reused(folder: Path, pair: tuple[str, str] | None) -> None:
     store = comparison.ComparisonStore(folder / "compare" / "devices", load("wang2017-wide"), starts=1, seed=0)
     assert (store.load(pair) or {}).get("objective")
     swapped = folder / "compare" / "devices" / "sine+limacon.json"
@@ -73,7 +73,7 @@ def test_optimum_of_an_earlier_version_simulates(folder: Path) -> None:
 
 
 @needs_compiler
-def test_program_for_earlier_c_runs_with_that_of_today(folder: Path) -> None:
+def test_program_for_earlier_c_runs_with_current_code(folder: Path) -> None:
     answer("export", "c", "wang2017", "--out", "c")
     sources = [str(folder / "wang2017_main.c"), "c/wang2017.c"]
     subprocess.run([path_of("gcc"), *STRICT, "-Ic", "-o", "program", *sources, "-lm"], check=True)

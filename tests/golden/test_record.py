@@ -57,7 +57,7 @@ def test_changed_number_key_and_text_are_noticed() -> None:
     assert record.compare(KEPT["wang2017.export_c"], KEPT["wang2017.export_c"] | {text: "0"}, {})[0]
 
 
-def test_long_lists_are_told_apart_by_order(tmp_path: Path) -> None:
+def test_long_lists_are_distinguished_by_order(tmp_path: Path) -> None:
     numbers = [float(i**2) for i in range(20)]
     swapped = [*numbers[:3], numbers[4], numbers[3], *numbers[5:]]
     first, second = (record.flatten({"x": x}, tmp_path) for x in (numbers, swapped))

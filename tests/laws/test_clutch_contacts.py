@@ -91,7 +91,7 @@ def touching(name: str, count: int = 60) -> Iterator[Values]:
 
 
 @pytest.mark.parametrize("name", CONTACTS)
-def test_a_force_along_the_normal_acts_as_the_slope_of_the_distance(name: str) -> None:
+def test_normal_force_acts_along_slope_of_distance(name: str) -> None:
     """Virtual work: without friction the generalised force is the normal force times the gap's gradient."""
     model, _ = CONTACTS[name]
     acted = 0
@@ -106,7 +106,7 @@ def test_a_force_along_the_normal_acts_as_the_slope_of_the_distance(name: str) -
 
 
 @pytest.mark.parametrize("name", CONTACTS)
-def test_power_of_the_contact_is_what_it_stores_and_loses(name: str) -> None:
+def test_contact_power_is_stored_plus_lost(name: str) -> None:
     """Of all its forces, friction too, on the coordinates as they move."""
     model, _ = CONTACTS[name]
     noticed = 0
@@ -176,13 +176,13 @@ def imbalance(values: Values, dropped: str = "") -> float:
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_energy_grows_by_what_is_given_less_what_is_lost(seed: int) -> None:
+def test_energy_grows_by_supplied_less_lost(seed: int) -> None:
     """What contacts take of the coordinates and do not lose, they store."""
     assert imbalance(moving(seed)) < 1e-12
 
 
 @pytest.mark.parametrize("dropped", [*GIVEN, *LOST])
-def test_a_power_that_is_left_out_is_noticed(dropped: str) -> None:
+def test_missing_power_is_detected(dropped: str) -> None:
     assert max(imbalance(moving(seed), dropped) for seed in range(5)) > 1e-9
 
 
@@ -203,7 +203,7 @@ LINK: Values = {"l_AB": 0.013, "l_BC": 0.05, "l_AC": 0.043, "k": 0.4, "gamma": 1
                 "link_end": 0.03, "link_speed": 1.3}  # fmt: skip
 
 
-def test_the_linkage_closes_and_its_rate_is_the_slope_of_its_way() -> None:
+def test_linkage_closes_and_rate_is_slope_of_path() -> None:
     moved = 0
     for t in np.linspace(-0.02, 0.2, 45):
         values = LINK | {"t": t}

@@ -84,7 +84,7 @@ def closure_gap(family: str, seed: int, stretched: float = 1.0) -> float:
 
 
 @every_curve
-def test_one_turn_for_one_turn(family: str, seed: int) -> None:
+def test_both_gears_turn_equally_per_cycle(family: str, seed: int) -> None:
     assert closure_gap(family, seed) < 1e-12
     assert contact(family, seed, np.array([TURN]))["turned"][0] == pytest.approx(TURN, abs=1e-12)
 
@@ -109,7 +109,7 @@ def test_rotation_is_the_integral_of_the_ratio(family: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("family", [f for f, seed in pairs.EVERY_CURVE if seed == 1 and pairs.stage(f, 1).terms])
-def test_tail_of_the_series_is_the_error_of_a_shorter_one(family: str) -> None:
+def test_series_tail_equals_error_of_shorter_series(family: str) -> None:
     parameters, terms = pairs.parameters(family, 1), pairs.stage(family, 1).terms
     series = np.abs(pairs.stage(family, 1).prologue(parameters=parameters)["hoisted"][1:, 0])
     assert series[-1] < SERIES_TOLERANCE
@@ -118,7 +118,7 @@ def test_tail_of_the_series_is_the_error_of_a_shorter_one(family: str) -> None:
     assert terms > short
 
 
-def test_a_series_of_three_lobes_is_not_cut_between_its_terms() -> None:
+def test_series_of_three_lobes_is_not_cut_between_terms() -> None:
     """Only every third coefficient is there: the last one alone says nothing about the tail."""
     parameters = np.array([0.03, 1e-9, 0.0, 0.012, 1.0])
     stage = pairs.stage_of("fourier", parameters)
@@ -165,7 +165,7 @@ def test_at_another_distance_they_do_not_roll(family: str, seed: int) -> None:
 
 
 @every_curve
-def test_arcs_that_have_rolled_off_are_equal(family: str, seed: int) -> None:
+def test_rolled_arcs_are_equal(family: str, seed: int) -> None:
     for end in (joint(family, seed), 5.0, TURN):
         t, weights = panels(family, seed, end)
         first, second = (np.abs(tangent) for tangent in tangents(family, seed, t, 1.0))
@@ -300,7 +300,7 @@ def test_convexity_limits_are_where_the_least_curvature_vanishes(family: str, m:
     assert hollowness(family, at(limit * 1.003)) < -1e-4
 
 
-def test_fourier_has_no_closed_form_and_turns_hollow_by_its_curvature() -> None:
+def test_fourier_becomes_concave_by_curvature() -> None:
     assert CLOSED == ["eccentric_circle", "ellipse", "limacon", "sine"]
 
     def hollow(swing: float, *shape: float) -> float:
@@ -316,7 +316,7 @@ def test_fourier_has_no_closed_form_and_turns_hollow_by_its_curvature() -> None:
 
 
 @every_curve
-def test_a_curve_of_a_size_has_that_size(family: str, seed: int) -> None:
+def test_sized_curve_has_requested_size(family: str, seed: int) -> None:
     """Mean radius over the polar angle and swing of the ratio, from the deformed curve itself."""
     size = pairs.size(family, seed)
     t, weights = panels(family, seed)
@@ -376,7 +376,7 @@ def test_a_radius_below_zero_between_the_joints_is_named() -> None:
 
 SOME_PAIRS = [pair for i, pair in enumerate(pairs.PAIRS) if i % 6 == 1 or i == 20]
 """Every family once in each stage, beside another."""
-every_pair = pytest.mark.parametrize(("one", "two"), sampled(pairs.PAIRS, SOME_PAIRS))
+every_pair = pytest.mark.parametrize(("first", "second"), sampled(pairs.PAIRS, SOME_PAIRS))
 
 
 def device_gap(device: Device, moving: kinematics.Machine) -> float:

@@ -185,14 +185,14 @@ def rates_gap(name: str, speed: float) -> float:
 
 
 @every_machine
-def test_rates_of_the_train_agree_with_differences_beside_joints(name: str) -> None:
+def test_train_rates_agree_with_differences_off_breakpoints(name: str) -> None:
     speed = machines.machine(name).si("speed_rpm")
     assert rates_gap(name, speed) < 1e-7
     assert rates_gap(name, speed * (1 + 1e-6)) > 1e-6
 
 
 @every_machine
-def test_swing_agrees_with_differences_beside_joints(name: str) -> None:
+def test_swing_agrees_with_differences_off_breakpoints(name: str) -> None:
     """Angles are the model's; its rates are inside it, so they are the independent ones that its forces agree with."""
     device, machine = machines.device(name), machines.machine(name)
     for phi, step in beside_joints(name):
@@ -205,7 +205,7 @@ def test_swing_agrees_with_differences_beside_joints(name: str) -> None:
 
 @every_machine
 @both_stages
-def test_slopes_of_pitch_curves_agree_with_differences_beside_joints(name: str, stage: int) -> None:
+def test_pitch_curve_slopes_agree_with_differences(name: str, stage: int) -> None:
     device = machines.device(name)
     for joint, side in product((0.0, np.pi / parameters(device, stage)[-1]), (1, -1)):
         contact_values = contact(device, stage, samples(joint, side * STEP))

@@ -58,7 +58,7 @@ def test_support_force_is_weight_and_rate_of_momentum(name: str) -> None:
 @pytest.mark.parametrize(
     "path", ["mass.planet_kg", "nozzle.C2_mm[2]", "centroid.middle_angle_deg", "design.theta_deg", "cam.opening_deg"]
 )
-def test_momentum_shows_a_number_off_by_one_percent(path: str) -> None:
+def test_momentum_detects_error_of_1_percent(path: str) -> None:
     assert momentum_gap(machines.device("wang2017"), machines.tampered("wang2017", path)) > 1e-5
 
 
@@ -123,7 +123,7 @@ def test_work_shows_the_sliding_of_another_machine() -> None:
 
 
 @every_machine
-def test_the_models_own_loss_is_force_times_sliding(name: str) -> None:
+def test_model_loss_is_force_times_sliding(name: str) -> None:
     phi, _ = panels(name)
     outputs = model.cycle(machines.device(name), phi)
     loss = outputs.side1["F_E_loss"] + outputs.side2["F_E_loss"]
@@ -144,7 +144,7 @@ def test_no_friction_no_input_work(name: str) -> None:
 
 
 @every_machine
-def test_the_frame_feels_half_turns(name: str) -> None:
+def test_frame_force_repeats_every_half_turn(name: str) -> None:
     phi, device = angles(), machines.device(name)
     now, later = (model.cycle(device, angle) for angle in (phi, phi + np.pi))
     for key, values in now.totals.items():
@@ -153,7 +153,7 @@ def test_the_frame_feels_half_turns(name: str) -> None:
         assert values == pytest.approx(later.side2[key], abs=1e-9), key
 
 
-def test_one_side_alone_has_no_half_turn_symmetry() -> None:
+def test_single_side_has_no_half_turn_symmetry() -> None:
     device = machines.device("wang2017")
     side = model.cycle(device, np.array([1.0, 1.0 + np.pi])).side1
     assert abs(np.diff(side["F_B1y"])[0]) > 1
@@ -163,7 +163,7 @@ def test_one_side_alone_has_no_half_turn_symmetry() -> None:
 @pytest.mark.parametrize(
     "path", ["design.gamma_deg", "design.A6_mm", "centroid.sun_radius_mm", "inertia.J7_about_B1_kg_m2"]
 )
-def test_what_leaves_the_common_centroid_leaves_the_support_force(name: str, path: str) -> None:
+def test_support_force_depends_on_common_centroid_only(name: str, path: str) -> None:
     """Shafts of the two sides lie opposite each other: where they are does not matter, nor does any inertia."""
     both = machines.device(name), Device(machines.tampered(name, path))
     base, changed = (model.cycle(device, angles(50)).totals for device in both)
@@ -206,7 +206,7 @@ def test_without_a_spring_the_roller_would_have_to_be_pulled() -> None:
 
 
 @every_machine
-def test_cam_friction_opposes_sliding_within_its_cone(name: str) -> None:
+def test_cam_friction_opposes_sliding_within_cone(name: str) -> None:
     phi, machine = angles(), machines.machine(name)
     side = model.cycle(machines.device(name), phi).side1
     x, z = kinematics.Device(machine).side(phi).sliding

@@ -43,7 +43,7 @@ forks = pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this syst
         "return None",
     ],
 )
-def test_a_fault_is_one_change(fault: str) -> None:
+def test_mutant_has_a_single_change(fault: str) -> None:
     assert [fault in mutated(FAULTY, m) for m in mutants(FAULTY)].count(True) == 1
 
 
@@ -52,14 +52,14 @@ def test_words_are_left_alone() -> None:
     assert not any("x is <= 0" in mutated(FAULTY, m) for m in mutants(FAULTY, writes=True))
 
 
-def test_signs_are_exchanged_in_text_that_is_a_programme() -> None:
+def test_signs_are_exchanged_in_program_text() -> None:
     source = "text = '{0} + {1} < 1.0'"
     assert not mutants(source)
     exchanged = {mutated(source, m, writes=True).split("'")[1] for m in mutants(source, writes=True)}
     assert exchanged == {"{1} + {1} < 1.0", "{0} - {1} < 1.0", "{0} + {0} < 1.0", "{0} + {1} <= 1.0", "{0} + {1} < 0.0"}
 
 
-def test_every_fault_has_a_name_of_its_own_without_line_numbers() -> None:
+def test_mutants_have_unique_names_without_line_numbers() -> None:
     names = [m.name for m in mutants(FAULTY)]
     assert len(set(names)) == len(names)
     assert [m.name for m in mutants("\n\n" + FAULTY)] == names
@@ -72,7 +72,7 @@ def test_the_sample_is_large_and_tests_are_there() -> None:
     assert all(room.job(trial).tests for room in ROOMS.values() for trial in room.sample)
 
 
-def test_what_is_called_equivalent_is_a_mutant_and_has_its_reason() -> None:
+def test_equivalent_mutants_exist_and_have_reasons() -> None:
     assert set(equivalent()) <= {trial.name for room in ROOMS.values() for trial in room.every}
     assert all(equivalent().values())
 
@@ -92,7 +92,7 @@ def test_nearly_every_fault_is_caught(name: str) -> None:
 @pytest.mark.long
 @forks
 @pytest.mark.parametrize("name", ROOMS)
-def test_nothing_is_caught_in_sound_modules(name: str) -> None:
+def test_sound_modules_are_not_caught(name: str) -> None:
     (answer,) = answers([ROOMS[name].sound(ROOMS[name].paths[0])])
     assert not answer.by
     assert 2 * answer.seconds < ROOMS[name].seconds
@@ -100,7 +100,7 @@ def test_nothing_is_caught_in_sound_modules(name: str) -> None:
 
 @pytest.mark.long
 @forks
-def test_what_runs_for_ever_is_caught() -> None:
+def test_endless_mutant_is_caught() -> None:
     """And a module that cannot be loaded."""
     tests = ("tests/derive/test_quantities.py",)
     endless, broken = (Job("derive.quantity", text, tests, seconds=2) for text in ("while True: pass", "1 / 0"))

@@ -62,7 +62,7 @@ def test_accelerations_and_multipliers_have_all_digits_in_print() -> None:
             assert abs(acceleration - mp.mpf(printed)) <= mp.mpf("1e-27") * max(1, abs(mp.mpf(printed)))
 
 
-def test_a_datum_that_is_off_in_its_last_digit_is_seen() -> None:
+def test_error_in_last_digit_is_detected() -> None:
     with mp.workdps(40):
         data = as_written()
         data[0] += mp.mpf("1e-5")
@@ -83,7 +83,7 @@ def test_the_angles_at_the_end_are_those_of_the_reference() -> None:
     assert own.deviation("seven angles over their size", run.states[:7, -1] / size, END / size) < 1e-9
 
 
-def test_what_is_left_is_the_error_of_the_reference() -> None:
+def test_remaining_error_equals_reference() -> None:
     """Without projection, at the least tolerance there is, the angles are the same to a hundredth of the deviation."""
     dynamics = own.dynamics("andrews")
 
@@ -96,7 +96,7 @@ def test_what_is_left_is_the_error_of_the_reference() -> None:
     assert own.deviation("without projection, from the reference", free, END) < 2e-9
 
 
-def test_the_forces_of_the_joints_keep_every_body_in_its_motion() -> None:
+def test_joint_forces_balance_every_body() -> None:
     """At the start crank and rod lie in line; momentum of all bodies follows from the forces of the ground alone."""
     run = own.dynamics("andrews").run(np.linspace(0, 0.01, 5), 1e-11)
     masses = own.file("andrews").values

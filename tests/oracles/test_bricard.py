@@ -68,7 +68,7 @@ SYSTEM = m.system()
 TIMES = np.linspace(0, 10, 101)
 
 
-def test_it_is_held_once_too_often_and_says_where() -> None:
+def test_redundant_constraint_is_reported_with_place() -> None:
     for text in (AT_THE_END, IN_THE_MIDDLE):
         dynamics = own.dynamics(text, "bricard")
         start = dynamics.start()
@@ -82,7 +82,7 @@ def test_it_is_held_once_too_often_and_says_where() -> None:
         assert set(run.undetermined) <= motion.results.keys()
 
 
-def test_energy_stays_and_both_ways_to_open_it_move_alike() -> None:
+def test_energy_is_conserved_and_both_loop_cuts_agree() -> None:
     runs = [own.dynamics(text, "bricard").run(TIMES, 1e-10) for text in (AT_THE_END, IN_THE_MIDDLE)]
     for run in runs:
         total = run.results["kinetic"] + run.results["potential"]

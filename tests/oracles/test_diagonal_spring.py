@@ -64,7 +64,7 @@ def test_rest_and_eigenvalues_are_those_of_the_benchmark(damping: float, printed
     assert second == pytest.approx(first.conjugate(), rel=1e-12)
 
 
-def test_a_spring_that_is_stiffer_by_a_millionth_is_seen() -> None:
+def test_stiffness_error_of_a_millionth_is_detected() -> None:
     four_bar = own.dynamics(FOUR_BAR, "four_bar", c_N_s_m=0.0, k_N_m=25.000025)
     roots = eigenvalues(four_bar, equilibrium(four_bar))
     assert np.abs(roots[0] - FREE) > 1e-8

@@ -124,7 +124,7 @@ def test_a_spinning_top_nods_as_elliptic_functions_say() -> None:
     assert own.deviation("energy", energy, energy[0]) < 1e-11 * energy[0]
 
 
-def test_a_top_that_spins_a_little_slower_is_seen() -> None:
+def test_slightly_slower_top_is_detected() -> None:
     times = np.linspace(0, 1, 41)
     run = own.dynamics(TOP, "top", spin_rad_s=139.9999).run(times, 1e-12)
     assert np.abs(np.cos(run.states[1]) - exact_tilt(times)).max() > 1e-8

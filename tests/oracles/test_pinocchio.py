@@ -241,7 +241,7 @@ def test_all_joint_forces_agree(name: str) -> None:
 
 
 @pytest.mark.parametrize("path", [p for p in machines.machine("wang2017").numbers() if p.startswith("mass.")])
-def test_a_mass_off_by_one_percent_shows(path: str) -> None:
+def test_mass_error_of_a_percent_is_detected(path: str) -> None:
     case = at("wang2017", 1.0, numbers=machines.tampered("wang2017", path))
     assert worst(case) > 1e3 * TOLERANCE
 
@@ -257,12 +257,12 @@ def test_a_mass_off_by_one_percent_shows(path: str) -> None:
         "inertia.J56_about_A1_kg_m2",
     ],
 )
-def test_a_centroid_or_an_inertia_off_by_one_percent_shows(path: str) -> None:
+def test_centroid_or_inertia_error_of_a_percent_is_detected(path: str) -> None:
     case = at("wang2017", np.radians(165), numbers=machines.tampered("wang2017", path))
     assert worst(case) > 1e3 * TOLERANCE
 
 
-def test_a_cam_force_turned_by_one_degree_shows() -> None:
+def test_cam_force_turned_by_a_degree_is_detected() -> None:
     assert worst(at("wang2017", 1.0, cam_turned=np.radians(1))) > 1e3 * TOLERANCE
 
 

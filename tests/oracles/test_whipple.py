@@ -55,7 +55,7 @@ def test_the_matrices_are_those_in_print() -> None:
     assert own.deviation("damping at rest", still.damping[:2, :2], np.zeros((2, 2))) < 1e-12
 
 
-def test_a_trail_that_is_off_by_a_micrometre_is_seen() -> None:
+def test_trail_error_of_a_micrometre_is_detected() -> None:
     assert np.abs(about(0.0, c_m=0.080001).inertia[:2, :2] - M).max() > 1e-6
 
 
@@ -87,7 +87,7 @@ def test_eigenvalues_are_those_in_print(speed: int) -> None:
     assert max(np.abs(computed - printed_value).min() for printed_value in printed) < 1e-9 * size
 
 
-def test_what_is_ignored_does_not_act_back() -> None:
+def test_ignored_coordinate_has_no_influence() -> None:
     at = about(5.0)
     assert at.stiffness[:, 2:] == pytest.approx(0, abs=1e-10)
     assert at.damping[:2, 2] == pytest.approx(0, abs=1e-10)

@@ -65,7 +65,7 @@ def test_planter_is_light_to_import() -> None:
     assert not {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"} & set(loaded)
 
 
-def test_a_command_loads_what_it_needs() -> None:
+def test_commands_import_only_their_needs() -> None:
     """What all commands are put together of knows no numbers: help, completion and refusals come at once."""
     script = "import sys; from planter.cli.app import application; application(); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
@@ -94,7 +94,7 @@ def test_every_name_is_there_and_no_room_has_it() -> None:
 
 
 @pytest.mark.parametrize(("name", "member"), list(members()), ids=[name for name, _ in members()])
-def test_every_name_is_explained_with_its_units(name: str, member: object) -> None:
+def test_every_public_name_is_documented_with_units(name: str, member: object) -> None:
     assert not unexplained(member), name
 
 
@@ -147,7 +147,7 @@ def calls() -> dict[str, Callable[[Device], object]]:
 
 
 @pytest.mark.parametrize("call", calls().values(), ids=calls().keys())
-def test_a_device_that_is_handed_in_stays_as_it_is(call: Callable[[Device], object]) -> None:
+def test_passed_device_is_not_changed(call: Callable[[Device], object]) -> None:
     device = Device(load_machine("wang2017"))
     before = state(device)
     call(device)
@@ -183,7 +183,7 @@ def test_rows_become_frames(device: Device) -> None:
         simulation.result.work.to_frame()
 
 
-def test_a_frame_without_pandas_is_one_sentence(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_pandas_is_refused_in_a_sentence(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(InputError, match=r"pip install 'planter\[notebook\]'"):
         planter.simulate(device, 24).to_frame()

@@ -29,7 +29,7 @@ def test_line_is_single_and_limited() -> None:
     assert long.endswith("it must be short")
 
 
-def test_error_message_is_one_line() -> None:
+def test_error_message_is_a_single_line() -> None:
     message = InputError(f"no\nsuch.toml: {'k' * 100_000}\x1b is wrong").message
     assert message.isprintable()
     assert len(message) <= safe_text.MAX_LENGTH

@@ -50,7 +50,7 @@ def _runs(pid: int) -> bool:
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="processes are looked up in /proc")
-def test_busy_worker_ends_with_its_parent(tmp_path: Path) -> None:
+def test_busy_worker_ends_with_parent(tmp_path: Path) -> None:
     task = _squares(mark=str(tmp_path / "at work"), wait_s=600.0)
     code = PARENT.format(root=str(ROOT), module=JOBS, arguments=task.arguments)
     parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
@@ -83,7 +83,7 @@ def test_worker_takes_no_module_of_the_user(module: str, tmp_path: Path, monkeyp
     assert pickle.loads(answer) == 3.0 if is_jobs else b"no machine is open" in answer
 
 
-def test_worker_that_is_late_or_says_too_much_is_ended() -> None:
+def test_late_or_verbose_worker_is_ended() -> None:
     late = Worker(JOBS, _squares(wait_s=600.0).to_bytes())
     with pytest.raises(TimeoutError):
         late.ask(pickle.dumps(1), limit_s=0.5)

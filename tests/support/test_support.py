@@ -94,7 +94,7 @@ def test_both_number_systems_give_the_same_motion(name: str) -> None:
                 assert np.asarray(first).item() == pytest.approx(float(second), rel=1e-12, abs=1e-13)
 
 
-def test_the_ellipse_closes_at_its_own_centre_distance() -> None:
+def test_ellipse_closes_at_centre_distance() -> None:
     """A second way to a known result: at twice the semi-axis the mate of a focal ellipse is the same ellipse."""
     device = kinematics.Device(machines.machine("wang2017"))
     assert device.gear6.distance == pytest.approx(2 * device["design.A6_mm"], rel=1e-15)

@@ -76,7 +76,7 @@ def test_it_has_the_keys_of_the_contract(audit: dict[str, Any]) -> None:
         assert sum(sum(s[part].values()) for s in audit["summary"].values()) == len(audit[part])
 
 
-def test_equations_are_those_that_were_committed(audit: dict[str, Any]) -> None:
+def test_equations_equal_committed_ones(audit: dict[str, Any]) -> None:
     committed = generated.sidecar("audit")
     assert audit["equations"] == [e for p in PAPERS for e in committed["equations"] if e["paper"] == p]
     for paper, summary in audit["summary"].items():
@@ -85,7 +85,7 @@ def test_equations_are_those_that_were_committed(audit: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize("paper", sampled(["shi2021", "yu2023"], PAPERS))
-def test_one_paper_is_a_part_of_the_whole(paper: str, audit: dict[str, Any]) -> None:
+def test_single_paper_equals_part_of_all(paper: str, audit: dict[str, Any]) -> None:
     partial = answer(paper)
     assert list(partial["summary"]) == [paper]
     for part in ("equations", "laws", "numbers", "causes", "references", "claims", "consequences"):
@@ -93,7 +93,7 @@ def test_one_paper_is_a_part_of_the_whole(paper: str, audit: dict[str, Any]) -> 
 
 
 @pytest.mark.parametrize(("name", "hint"), [("wang2016", "wang2017"), ("Yu2023", "yu2023"), ("", ""), ("moby", "")])
-def test_another_paper_is_refused_in_one_sentence(name: str, hint: str) -> None:
+def test_unknown_paper_is_refused_in_a_sentence(name: str, hint: str) -> None:
     message = refusal(name)
     assert all(paper in message for paper in PAPERS)
     assert ("did you mean " + hint in message) == bool(hint)
@@ -201,7 +201,7 @@ def test_as_many_hits_as_assumed_inputs_are_not_enough() -> None:
     assert find_entry(rows, "shi2021", "travel at 20 deg, printed formula")["verdict"] == "not recomputable"
 
 
-def test_a_disclosed_input_that_turns_out_to_be_assumed_changes_the_verdict() -> None:
+def test_assumed_input_changes_the_verdict() -> None:
     table = copy.deepcopy(numbers.load_numbers())
     table["assumed"]["shi2021"]["shaft_flats_mm"] = table["disclosed"]["shi2021"].pop("shaft_flats_mm")
     entry = find_entry(
@@ -223,19 +223,19 @@ def test_equal_at_the_printed_precision(printed: str, value: float, same: bool) 
     assert numbers.equals_printed(printed, value) is same
 
 
-def test_every_formula_is_used_and_every_number_has_one() -> None:
+def test_formulas_and_numbers_correspond() -> None:
     table = numbers.load_numbers()
     used = {number.by for number in numbers.list_numbers(table)} | {row["by"] for row in table["claim"]}
     used |= {row[key] for row in table["headline"] for key in ("as_printed", "as_derived")}
     assert FORMULAS.keys() - {MEASURE} == used
 
 
-def test_quantities_are_told_apart(audit: dict[str, Any]) -> None:
+def test_quantities_are_distinguished(audit: dict[str, Any]) -> None:
     names = [(e["paper"], e["quantity"]) for e in audit["numbers"]]
     assert len(names) == len(set(names))
 
 
-def test_numbers_that_one_sign_explains_are_one_cause(audit: dict[str, Any]) -> None:
+def test_numbers_with_same_sign_error_share_a_cause(audit: dict[str, Any]) -> None:
     (cause,) = [c for c in audit["causes"] if c["numbers"]]
     assert (cause["paper"], cause["cause"]) == ("sun2019", "sign of 10 in pose 1")
     cured = [e for e in audit["numbers"] if e["cured_by"]]
@@ -273,7 +273,7 @@ def test_numbers_without_a_last_digit_are_not_rounded(text: str) -> None:
     assert Rounded(text).rounding == 0.0
 
 
-def test_trials_that_cannot_show_interactions_are_told(audit: dict[str, Any]) -> None:
+def test_designs_without_interactions_are_reported(audit: dict[str, Any]) -> None:
     """Nine runs have 8 degrees of freedom: 6 for main effects, 2 for the rest; three interactions would take 12."""
     (claim,) = [c for c in audit["claims"] if "interact" in c["claim"]]
     assert (claim["value"], claim["holds"]) == (-10.0, False)
@@ -283,7 +283,7 @@ def test_trials_that_cannot_show_interactions_are_told(audit: dict[str, Any]) ->
     assert FORMULAS["freedom of interactions over what they take"](inputs) == 0
 
 
-def test_a_slip_that_is_put_right_is_none() -> None:
+def test_corrected_error_disappears() -> None:
     table = copy.deepcopy(numbers.load_numbers())
     table["disclosed"]["sun2019"]["pose 1"][2] = -10
     found_now = numbers.judge_numbers("sun2019", table)
@@ -291,7 +291,7 @@ def test_a_slip_that_is_put_right_is_none() -> None:
     assert sum(e["verdict"] == "not reproduced" for e in found_now) <= 1
 
 
-def test_another_slip_is_found_as_such() -> None:
+def test_other_error_is_identified() -> None:
     table = copy.deepcopy(numbers.load_numbers())
     table["disclosed"]["sun2019"]["pose 1"][2] = -10
     table["disclosed"]["sun2019"]["pose 4"][1] *= -1
@@ -348,7 +348,7 @@ def conditions(poses: np.ndarray) -> np.ndarray:
     ])  # fmt: skip
 
 
-def test_the_dyad_that_made_the_poses_is_found() -> None:
+def test_synthesised_dyad_is_recovered() -> None:
     rng = np.random.default_rng(4)
     for _ in range(10):
         poses = poses_of((12.0, -7.0), rng.uniform(-80, 80, 5))
@@ -405,7 +405,7 @@ def corner_path(lead: float) -> np.ndarray:
     return np.array([(y * np.cos(turn) - across) / np.sin(turn), y])
 
 
-def test_the_corner_stays_at_its_width_from_both_sliding_corners() -> None:
+def test_corner_has_constant_distance_from_sliding_corners() -> None:
     """C by its path; A and B by their own rules: |AC| = |BC| = R, both on their sides, 36 deg between them."""
     side = 1 / np.sqrt(3)
     path = corner_path(np.radians(24))
@@ -425,7 +425,7 @@ def test_the_corner_stays_at_its_width_from_both_sliding_corners() -> None:
     assert formulas.axis_offset(inputs) == pytest.approx(0, abs=1e-12)
 
 
-def test_the_ellipse_of_the_path_is_that_of_its_places() -> None:
+def test_path_ellipse_equals_ellipse_of_points() -> None:
     path, h = corner_path(np.radians(24)), 1e-4
     at = [path @ [np.cos(t), np.sin(t)] for t in np.radians(90) + h * np.array([-1, 0, 1])]
     (dx, dy), (ddx, ddy) = (at[2] - at[0]) / (2 * h), (at[2] - 2 * at[1] + at[0]) / h**2
@@ -436,7 +436,7 @@ def test_the_ellipse_of_the_path_is_that_of_its_places() -> None:
     assert axes != pytest.approx(np.linalg.svd(corner_path(np.radians(24.1)), compute_uv=False), rel=1e-5)
 
 
-def test_contact_ratio_of_a_spur_pair_is_the_textbook_one() -> None:
+def test_spur_contact_ratio_equals_textbook() -> None:
     """20 teeth each, module 2, 20 deg, no helix: 1.557 (path of contact over base pitch)."""
     inputs = {"L1_mm": 90, "gamma_deg": 150, "centre_distance_mm": 40, "normal_module_mm": 2, "teeth_1": 20,
            "teeth_2": 20, "face_width_mm": 10, "normal_pressure_angle_deg": 20, "addendum_coefficient": 1}  # fmt: skip

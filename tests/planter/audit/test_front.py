@@ -10,7 +10,7 @@ from tests.support.cli import answer, refusal
 TABLE1 = {"theory": (122.17, 1907.32), "experiment": (147.03, 1033.23)}
 
 
-def test_the_front_is_told_with_the_table_s_points_and_files(tmp_path: Path) -> None:
+def test_front_is_reported_with_table_points_and_files(tmp_path: Path) -> None:
     front = answer("audit", "wang2017", "--front", "--out", str(tmp_path))["front"]
     assert load_paper_points("wang2017") == {row: {"range_N": r, "variance_N2": v} for row, (r, v) in TABLE1.items()}
     assert {row["name"]: (row["range_N"], row["variance_N2"]) for row in front["table"]} == TABLE1

@@ -39,7 +39,7 @@ def result(folder: Path) -> Any:
     return answer("audit", str(paper), "--numbers", str(numbers), "--out", str(folder / "trial"))
 
 
-def test_the_example_is_judged_with_what_is_planted_in_it(result: Any) -> None:
+def test_example_is_judged_with_planted_errors(result: Any) -> None:
     jsonschema.validate(result, load_schema("audit"))
     wrong = {e["equation"]: e["verdict"] for e in result["equations"] if e["verdict"] != "confirmed"}
     assert wrong == {"2": "misprint", "4": "misprint", "5": "incomplete"}
@@ -53,14 +53,14 @@ def test_the_example_is_judged_with_what_is_planted_in_it(result: Any) -> None:
     assert summary["numbers"] == {"consistent": 2, "not reproduced": 1, "reproduced": 6}
 
 
-def test_the_stroke_is_that_of_the_geometry(result: Any) -> None:
+def test_stroke_equals_geometry(result: Any) -> None:
     """An offset slider-crank: its ends are where crank and rod lie in line."""
     ends = [((200 + sign * 50) ** 2 - 10**2) ** 0.5 for sign in (1, -1)]
     stroke = next(n["recomputed"] for n in result["numbers"] if n["quantity"] == "range s")
     assert stroke == pytest.approx(ends[0] - ends[1], rel=1e-12)
 
 
-def test_assumed_inputs_are_told_where_a_number_can_feel_them(result: Any) -> None:
+def test_assumed_inputs_are_listed_for_dependent_numbers(result: Any) -> None:
     felt = {n["quantity"]: n["assumed_inputs"] for n in result["numbers"]}
     assert felt["max abs F_Ax"] == felt["mean P_guide"] == ["mu = 0.1"]
     assert felt["max s"] == felt["beta at 90"] == []
@@ -89,7 +89,7 @@ def test_a_row_of_numbers_holds_for_the_values_of_each(result: Any) -> None:
     assert rows[1]["recomputed"] == pytest.approx(4 * rows[0]["recomputed"], rel=1e-12)
 
 
-def test_verdicts_stand_beside_the_file_and_the_page_in_out(folder: Path, result: Any) -> None:
+def test_verdicts_are_in_file_and_page(folder: Path, result: Any) -> None:
     written = {path.name for path in (folder / "generated").iterdir()}
     assert written >= {"audit.json", "audit_mathml.json", "AUDIT.md", "slider_crank.toml", "slider_crank.py"}
     text = (folder / "trial" / "report.html").read_text(encoding="utf-8")
@@ -131,7 +131,7 @@ def numbers(folder: Path, change: tuple[str, str]) -> Path:
         (("{ omega_rpm = [300, 600] }", "{ omega_rpm = [300, 600], r = [1, 2] }"), r"number\[3\]\.each\.r"),
     ],
 )
-def test_a_number_that_cannot_be_meant_is_refused_by_its_place(
+def test_meaningless_number_is_refused_with_place(
     folder: Path, result: Any, change: tuple[str, str], message: str
 ) -> None:
     source = numbers(folder, change)
@@ -160,7 +160,7 @@ def test_a_number_that_cannot_be_meant_is_refused_by_its_place(
         (("[assumed]", "[asumed]"), "did you mean assumed?"),
     ],
 )
-def test_a_file_of_numbers_that_is_none_is_refused(folder: Path, change: tuple[str, str], message: str) -> None:
+def test_invalid_numbers_file_is_refused(folder: Path, change: tuple[str, str], message: str) -> None:
     source = numbers(folder, change)
     with pytest.raises(InputError) as error:
         list(user_paper.list_rows(user_paper.read_numbers_file(source), source, "p", folder))
@@ -168,7 +168,7 @@ def test_a_file_of_numbers_that_is_none_is_refused(folder: Path, change: tuple[s
 
 
 @pytest.mark.long
-def test_wrong_equation_without_claim_is_one_line(folder: Path) -> None:
+def test_wrong_equation_without_claim_has_a_single_line(folder: Path) -> None:
     text = (folder / "slider_crank_paper.py").read_text(encoding="utf-8")
     claim = '    m.balance(bodies["rod"], "moment"),\n'
     assert text.count(claim) == 1
@@ -182,7 +182,7 @@ def test_wrong_equation_without_claim_is_one_line(folder: Path) -> None:
     jsonschema.validate(result, load_schema("audit"))
 
 
-def test_number_that_cannot_be_computed_is_one_line(folder: Path, result: Any) -> None:
+def test_number_without_value_has_a_single_line(folder: Path, result: Any) -> None:
     """A rod that is shorter than the crank: the loop does not close."""
     source = numbers(folder, ('printed = "249.8"', 'printed = "249.8"\nwith = { l_mm = 20 }'))
     papers = {"invented2026": {"model": "slider_crank"}}
@@ -193,7 +193,7 @@ def test_number_that_cannot_be_computed_is_one_line(folder: Path, result: Any) -
     assert others_judged == [(number["quantity"], number["recomputed"]) for number in result["numbers"][1:]]
 
 
-def test_another_paper_is_not_taken_for_this_one(folder: Path) -> None:
+def test_other_paper_is_not_confused(folder: Path) -> None:
     source = numbers(folder, ("[disclosed]", 'paper = "invented2025"\n[disclosed]'))
     papers: dict[str, Any] = {"invented2026": {}, "another": {}}
     with pytest.raises(InputError, match=r"paper = 'invented2025': did you mean invented2026\?"):
@@ -210,7 +210,7 @@ def test_another_paper_is_not_taken_for_this_one(folder: Path) -> None:
         (("q.e - q.r", "q.ee - q.r"), "line 20: AttributeError: there is no quantity ee"),
     ],
 )
-def test_a_paper_that_raises_is_told_by_the_users_line(folder: Path, change: tuple[str, str], message: str) -> None:
+def test_error_raised_by_paper_names_user_line(folder: Path, change: tuple[str, str], message: str) -> None:
     text = (folder / "slider_crank_paper.py").read_text(encoding="utf-8")
     assert change[0] in text
     (folder / "wrong_paper.py").write_text(text.replace(*change), encoding="utf-8")
@@ -220,7 +220,7 @@ def test_a_paper_that_raises_is_told_by_the_users_line(folder: Path, change: tup
     assert message in err
 
 
-def test_what_goes_with_other_papers_is_refused(folder: Path) -> None:
+def test_options_of_other_papers_are_refused(folder: Path) -> None:
     source = str(folder / "slider_crank_numbers.toml")
     assert "--numbers" in refusal("audit", "wang2017", "--numbers", source)
     assert "--front needs one of the papers" in refusal("audit", str(folder / "slider_crank_paper.py"), "--front")

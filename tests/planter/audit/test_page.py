@@ -49,7 +49,7 @@ def test_the_folder_holds_summary_and_page(tmp_path: Path, audit: dict[str, Any]
     assert all(entry["quantity"] in page_text for entry in audit["numbers"])
 
 
-def test_a_folder_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+def test_unwritable_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
     code, out, err = run("yu2023", "--out", str(tmp_path / "file" / "there"))
     assert (code, out, err.count("\n")) == (2, "", 1)
@@ -63,7 +63,7 @@ def test_texts_on_the_page_are_escaped() -> None:
     assert "<script" not in text
 
 
-def test_an_equation_on_trial_shows_all_that_was_found() -> None:
+def test_equation_article_shows_all_findings() -> None:
     term = {"term": "m*g", "max_abs": 2.5, "unit": "N", "share_of_largest": 0.25}
     entry = {
         "paper": "p", "equation": "1'", "claims": "x < y", "legibility": "printed", "verdict": "contradicted",

@@ -91,7 +91,7 @@ def test_another_print_makes_no_number_equal() -> None:
     assert all(now[key] not in ("reproduced", "consistent") for key in was)
 
 
-def test_every_formula_depends_on_what_it_reads() -> None:
+def test_formulas_depend_on_their_inputs() -> None:
     """Other inputs give other values: of each formula, at least for one of the numbers or statements that use it."""
     table = numbers.load_numbers()
     other = changed(table)
@@ -158,7 +158,7 @@ def test_another_input_changes_whether_a_statement_holds(claim: str, change: dic
     [(0.0, "= 0", True), (1e-6, "= 0", False), (3.0, "= 3", True), (0.05, "< 0.05", False), (-1e-12, ">= 0", True),
      (-1e-6, ">= 0", False), (1e-12, "<= 0", True), (0.0, "> 0", False)],
 )  # fmt: skip
-def test_what_a_measure_must_be(value: float, must: str, holds: bool) -> None:
+def test_measures_satisfy_their_definitions(value: float, must: str, holds: bool) -> None:
     assert verdicts.meets(value, must) is holds
 
 
@@ -193,7 +193,7 @@ def missed(support: Callable[[np.ndarray], np.ndarray]) -> float:
     return float(abs(first + third - second).max())
 
 
-def test_the_mismatch_is_that_of_the_curve_and_a_circle_has_none() -> None:
+def test_mismatch_equals_curve_and_vanishes_for_circle() -> None:
     assert formulas.mismatch(inputs()) == pytest.approx(missed(reach), rel=1e-4)
     assert missed(lambda directions: np.full(len(directions), 0.5)) == 0
 
@@ -214,7 +214,7 @@ def test_the_least_play_lets_the_polygon_turn_and_less_does_not() -> None:
 # ---- trials --------------------------------------------------------------------------------------------------------
 
 
-def test_welch_s_test_is_that_of_samples_with_these_means_and_deviations() -> None:
+def test_welch_test_equals_test_of_samples() -> None:
     rng = np.random.default_rng(5)
     first, second = rng.normal(1, 2, 5), rng.normal(4, 1, 5)
     arguments = inputs(first=[first.mean(), first.std(ddof=1)], second=[second.mean(), second.std(ddof=1)], repeats=5)
@@ -275,7 +275,7 @@ def test_assembly_and_crank_of_a_known_linkage(crank: list[int], sides: list[int
         assert of_poses("largest reversal between neighbouring poses", poses) == 0
 
 
-def test_the_largest_reversal_is_where_the_coupler_outruns_the_crank() -> None:
+def test_largest_reversal_is_where_coupler_outruns_crank() -> None:
     """By hand from places of the moving hinge: neighbours in the order of the crank angles."""
     table = numbers.load_numbers()["disclosed"]["sun2019"]
     for first, sign in ((10, 1), (-10, -1)):
@@ -319,7 +319,7 @@ def test_the_inverse_chain_finds_bars_law_and_path(p: float, dwell: list[float])
     assert inverse.path_error(inputs(**values)) < 1e-9
 
 
-def test_the_path_of_the_law_is_that_of_complex_numbers() -> None:
+def test_law_path_equals_complex_arithmetic() -> None:
     t = np.linspace(0, 2 * np.pi, 721)
     path = inverse.of_law(inputs(**LAW), t)
     by_hand = pickups.arm(t, p=0.35)
@@ -328,7 +328,7 @@ def test_the_path_of_the_law_is_that_of_complex_numbers() -> None:
     assert path.tip != pytest.approx(pickups.tips(t, by_hand + 1e-9), abs=1e-14)
 
 
-def test_angles_found_are_those_of_the_triangle() -> None:
+def test_recovered_angles_equal_triangle() -> None:
     """By half-angle formulas, from the three sides at places on the way out and back."""
     angles = inverse.invert_tip_path(
         inputs(**LAW), path := inverse.of_law(inputs(**LAW), np.linspace(0, 6.28, 315)).tip
@@ -340,7 +340,7 @@ def test_angles_found_are_those_of_the_triangle() -> None:
     assert (np.diff(angles.phi1[:150]) > 0).all()
 
 
-def test_extremes_of_the_spline_are_not_beyond_those_of_its_places() -> None:
+def test_spline_extremes_stay_within_samples() -> None:
     """By dense places of a spline of its own, laid over chord length."""
     t = 2 * np.pi * np.arange(26) / 25
     places = pickups.tips(t, pickups.arm(t, p=0.35))
@@ -354,7 +354,7 @@ def test_extremes_of_the_spline_are_not_beyond_those_of_its_places() -> None:
     assert extremes != pytest.approx([93.3377, 163.0], rel=1e-6)
 
 
-def test_a_path_that_the_bars_cannot_draw_is_not_given_back() -> None:
+def test_unreachable_path_is_not_inverted() -> None:
     small = inputs(**{**LAW, "centre_distance_mm": 10})
     t = np.linspace(0, 2 * np.pi, 720, endpoint=False)
 
@@ -381,7 +381,7 @@ def test_the_triangle_of_the_carrier_closes() -> None:
 # ---- contact load --------------------------------------------------------------------------------------------------
 
 
-def test_largest_load_is_that_of_the_motion() -> None:
+def test_largest_load_equals_motion() -> None:
     """The modal equation of motion, integrated: N = F - m1 y''."""
     values = {"shaft_flats_mm": 20, "tip_radius_mm": 10.5, "input_speed_rpm": 45, "load_torque_Nm": 1.2,
              "overhang_mm": 60, "elastic_modulus_GPa": 206, "density_kg_m3": 7850,
@@ -410,7 +410,7 @@ def entry_of(entries: list[dict[str, Any]], quantity: str) -> dict[str, Any]:
     return entry
 
 
-def test_a_consequence_has_both_sides_and_its_grounds(audit: dict[str, Any]) -> None:
+def test_consequences_have_both_sides_and_reasons(audit: dict[str, Any]) -> None:
     keys = {"paper", "about", "quantity", "unit", "printed", "as_printed", "as_derived", "rests_on", "assumed_inputs",
             "statement"}  # fmt: skip
     equations = {(e["paper"], e["equation"]): e["verdict"] for e in audit["equations"]}
@@ -424,7 +424,7 @@ def test_a_consequence_has_both_sides_and_its_grounds(audit: dict[str, Any]) -> 
             )
 
 
-def test_the_force_of_both_models_stands_beside_the_table(audit: dict[str, Any]) -> None:
+def test_forces_of_both_models_are_compared_with_table(audit: dict[str, Any]) -> None:
     consequences = [e for e in audit["consequences"] if e["about"] == "support force over a turn"]
     values = {e["quantity"]: (e["printed"], e["as_printed"], e["as_derived"]) for e in consequences}
     assert values["range"] == pytest.approx((122.17, 92.79, 3.13), abs=5e-3)
@@ -432,7 +432,7 @@ def test_the_force_of_both_models_stands_beside_the_table(audit: dict[str, Any])
     assert values["objective"] == pytest.approx((0.6 * 122.17 + 0.4 * 1907.32, 211.33, 1.987), abs=5e-3)
 
 
-def test_broken_laws_measured_here_are_those_that_were_committed(audit: dict[str, Any]) -> None:
+def test_measured_broken_laws_equal_committed_ones(audit: dict[str, Any]) -> None:
     """The models run here, and the chain as it was judged: the same violations on two grids of angles."""
     laws = {e["law"]: e for e in audit["laws"]}
     by_law = {e["quantity"].partition(":")[0]: e for e in audit["consequences"] if e["about"] == "law"}
@@ -450,7 +450,7 @@ def test_broken_laws_measured_here_are_those_that_were_committed(audit: dict[str
     )
 
 
-def test_each_optimum_is_the_best_of_the_three_designs_in_its_own_model(audit: dict[str, Any]) -> None:
+def test_each_optimum_is_best_in_same_model(audit: dict[str, Any]) -> None:
     objectives = [e for e in audit["consequences"] if e["about"] == "objective of a design" and e["unit"] == ""]
     assert len(objectives) == 3
     assert min(objectives, key=lambda e: e["as_printed"])["quantity"] == "the optimum of the equations as printed"
@@ -462,7 +462,7 @@ def test_each_optimum_is_the_best_of_the_three_designs_in_its_own_model(audit: d
     assert ("worse" if worth > paper_value else "better") in change["statement"].partition(" than ")[0]
 
 
-def test_the_score_of_a_design_is_that_of_its_turn() -> None:
+def test_design_score_equals_cycle() -> None:
     machine = force.both("wang2017")
     for model in machine.devices:
         device = machine.devices[model]
@@ -471,14 +471,14 @@ def test_the_score_of_a_design_is_that_of_its_turn() -> None:
         assert machine.support_with(model, {}) == pytest.approx(turn.support, rel=1e-12)
 
 
-def test_what_the_force_feels_is_seen() -> None:
+def test_force_dependencies_are_detected() -> None:
     teeth = ["contact.tooth_friction_angle_deg", "contact.pressure_angle_deg"]
     assert force.felt("wang2017", "printed", teeth, 0.1) < 1e-9
     assert force.felt("wang2017", "printed", ["mass.planet_kg"], 0.1) > 1
     assert force.felt("wang2017", "exact", ["contact.cam_friction_angle_deg"], 0.1) < 1e-9
 
 
-def test_without_faults_nothing_follows(audit: dict[str, Any]) -> None:
+def test_no_faults_have_no_consequences(audit: dict[str, Any]) -> None:
     table = numbers.load_numbers()
     sound = copy.deepcopy({part: audit[part] for part in ("equations", "laws", "numbers")})
     for entry in sound["equations"]:

@@ -10,7 +10,7 @@ ROOT = Path(__file__).parents[3]
 README = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
 
 
-def test_the_table_of_the_papers_is_that_of_the_audit() -> None:
+def test_paper_table_equals_audit() -> None:
     page = (ROOT / "generated" / "AUDIT.md").read_text(encoding="utf-8").split("\n## ")[0]
     rows = [line for line in page.splitlines() if line.startswith("| ")]
     assert len(rows) == 5

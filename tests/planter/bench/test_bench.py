@@ -143,7 +143,7 @@ def _built(builder: tasks.Builder, case: BenchmarkCase, work: str) -> Contender:
 @pytest.mark.parametrize(
     "builder", [build_virtual_machine, build_numpy_contender, build_sympy_contender, build_kernel_contender]
 )
-def test_a_way_gives_the_objective_that_simulate_gives(case: BenchmarkCase, builder: tasks.Builder) -> None:
+def test_ways_agree_with_simulate_on_objective(case: BenchmarkCase, builder: tasks.Builder) -> None:
     expected, _ = compute_objective_gradient(case.device, case.turns.samples)
     assert _built(builder, case, "cycle").call(case.device.design) == pytest.approx(expected, rel=1e-10)
 
@@ -153,7 +153,7 @@ def test_a_way_gives_the_objective_that_simulate_gives(case: BenchmarkCase, buil
     [build_virtual_machine, build_numpy_contender, pytest.param(build_sympy_contender, marks=pytest.mark.long),
      build_kernel_contender],
 )  # fmt: skip
-def test_a_way_gives_the_gradient_that_simulate_gives(case: BenchmarkCase, builder: tasks.Builder) -> None:
+def test_ways_agree_with_simulate_on_gradient(case: BenchmarkCase, builder: tasks.Builder) -> None:
     expected, gradient = compute_objective_gradient(case.device, case.turns.samples)
     way = _built(builder, case, "cycle+gradient")
     again, actual = way.call(case.device.design)
@@ -194,7 +194,7 @@ def tampered(builder: tasks.Builder, change: Callable[..., object]) -> tasks.Bui
 
 
 @pytest.mark.parametrize("work", ["cycle", "cycle+gradient"])
-def test_a_way_that_is_wrong_is_not_timed(monkeypatch: pytest.MonkeyPatch, work: str) -> None:
+def test_wrong_way_is_not_timed(monkeypatch: pytest.MonkeyPatch, work: str) -> None:
     def off(result: object) -> object:
         return result * (1 + 1e-9) if isinstance(result, float) else (result[0], -result[1])  # type: ignore[index]
 
@@ -213,14 +213,14 @@ def test_a_way_that_is_wrong_is_not_timed(monkeypatch: pytest.MonkeyPatch, work:
     [1.0 + 1e-9, math.nan, math.inf, (1.0, np.zeros(2)), np.ones(2)],
     ids=["off", "nan", "inf", "more", "shape"],
 )
-def test_what_counts_as_disagreement(wrong: object) -> None:
+def test_disagreement_threshold(wrong: object) -> None:
     right, other = Contender(lambda x: 1.0, ""), Contender(lambda x: wrong, "")
     with pytest.raises(Disagreement, match="w: b"):
         check_agreement("w", {"a": right, "b": other}, [np.zeros(1)])
     assert check_agreement("w", {"a": right, "b": Contender(lambda x: 1.0 + 1e-11, "")}, [np.zeros(1)])["b"] < 2e-11
 
 
-def test_the_clock_takes_turns_and_gives_a_new_design_at_every_call() -> None:
+def test_clock_alternates_and_uses_new_designs() -> None:
     seen: list[tuple[str, int]] = []
 
     def called(name: str) -> Callable[[int], None]:
@@ -233,12 +233,12 @@ def test_the_clock_takes_turns_and_gives_a_new_design_at_every_call() -> None:
     assert all(len(taken.seconds) == 3 for taken in times.values())
 
 
-def test_a_slot_holds_more_calls_of_what_is_fast() -> None:
+def test_slot_has_more_calls_of_faster_ways() -> None:
     times = time_calls({"fast": lambda _: None, "slow": lambda _: sum(range(20_000))}, itertools.count(), 2, 0.002)
     assert times["slow"].quartiles().calls < times["fast"].quartiles().calls == 2 * MOST_CALLS
 
 
-def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: BenchmarkCase) -> None:
+def test_missing_packages_are_named(monkeypatch: pytest.MonkeyPatch, case: BenchmarkCase) -> None:
     for name in ("jax", "sympy"):
         monkeypatch.setitem(__import__("sys").modules, name, None)
     contenders, skipped = tasks.list_contenders("cycle", case, choose_settings(quick=True))
@@ -248,7 +248,7 @@ def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch, case: B
     assert reasons["lambdify"] == "sympy is not installed"
 
 
-def test_without_a_compiler_its_ways_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_compiler_names_skipped_ways(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "")
     contenders, skipped = tasks.list_contenders(
         "cycle", BenchmarkCase(), choose_settings(quick=True, ways=["casadi-c", "casadi-vm", "lanes"])
@@ -293,7 +293,7 @@ def test_no_way_beats_the_peak(case: BenchmarkCase) -> None:
     assert 0 < table.rates[0].share_of_peak < 1
 
 
-def test_a_process_that_fails_is_an_error() -> None:
+def test_failing_process_is_an_error() -> None:
     with pytest.raises(ComputationError, match=r"ended with 1: .*nothing like that"):
         _run(workers.python_command("raise ValueError('nothing like that')"))
 
@@ -341,7 +341,7 @@ def test_gears_are_drawn_truly_and_who_is_missing_is_named(
 
 
 @pytest.mark.long
-def test_gears_are_made_faster_with_fewer_vertices_and_nearer_than_by_ncgears(case: BenchmarkCase) -> None:
+def test_gears_are_faster_and_closer_than_ncgears(case: BenchmarkCase) -> None:
     pytest.importorskip("ncgears", reason="ncgears is not installed: pip install 'planter[bench]'")
     timed, other = tasks.run_task("gears", case, replace(choose_settings(), pairs=1)).ways
     assert (timed.way, other.way) == ("planter", "ncgears")
@@ -352,7 +352,7 @@ def test_gears_are_made_faster_with_fewer_vertices_and_nearer_than_by_ncgears(ca
     assert timed.drawn.deviation_um < other.drawn.deviation_um
 
 
-def test_a_mechanism_of_ones_own_is_timed_where_all_agree() -> None:
+def test_user_mechanism_is_timed_if_ways_agree() -> None:
     """Its gradient is that of differences, and the ways that are not there say why."""
     settings = choose_settings(works=["four-bar"], ways=["numpy", "casadi-vm", "lanes"], rounds=1)
     result = tasks.run_task("four-bar", None, settings)

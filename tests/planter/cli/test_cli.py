@@ -61,7 +61,7 @@ def test_both_models_share_kinematics_and_differ_in_forces() -> None:
     assert not same & {"F_E_N", "M_Q_Nm", "support_N", "M_L_Nm", "F_B1x_N"}
 
 
-def test_the_printed_model_warns_of_teeth_that_pull_and_the_exact_one_does_not() -> None:
+def test_only_printed_model_warns_of_pulling_teeth() -> None:
     assert answer("simulate", "wang2017")["warnings"] == []
     warnings = answer("simulate", "wang2017", "--model", "printed")["warnings"]
     assert [w["name"] for w in warnings] == ["tooth_contact_P", "tooth_contact_Q"]
@@ -76,7 +76,7 @@ def test_a_weak_spring_loses_the_roller_at_an_angle() -> None:
     assert at["at"][0]["F_E_N"] < 0
 
 
-def test_a_design_outside_its_bounds_is_simulated_with_a_warning() -> None:
+def test_design_outside_bounds_is_simulated_with_warning() -> None:
     result = answer("simulate", "wang2017", "--set", "R3_mm=32")
     assert result["design"]["R3_mm"] == 32
     assert "R3_mm = 32 lies outside its bounds [30.46, 31.01]" in result["warnings"][-1]["message"]
@@ -89,7 +89,7 @@ def test_settings_and_speed() -> None:
     assert heavier["weight_N"] == pytest.approx((9.975 + 1) * 9.81)
 
 
-def test_sensitivity_names_what_does_not_matter() -> None:
+def test_sensitivity_names_parameters_without_effect() -> None:
     result = answer("sensitivity", "wang2017")
     today = {"samples", "objective", "gradient", "effective_parameters", "insensitive"}
     assert result.keys() == today | {"machine", "kind", "least", "scaled", "combinations"}
@@ -144,7 +144,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_input_is_refused_in_one_sentence(case: str) -> None:
+def test_bad_input_is_refused_in_a_sentence(case: str) -> None:
     arguments, sentence = BAD[case]
     assert re.search(sentence, refusal(*arguments))
 
@@ -160,7 +160,7 @@ def test_bad_input_is_refused_in_one_sentence(case: str) -> None:
         ("simulate", "wang2017", "--speed-rpm", "1,5"),
     ],
 )
-def test_a_call_that_cannot_be_understood_is_refused_in_one_sentence(arguments: tuple[str, ...]) -> None:
+def test_misunderstood_call_is_refused_in_a_sentence(arguments: tuple[str, ...]) -> None:
     message = refusal(*arguments)
     assert message.startswith("planter: ")
     assert not message.startswith("planter: :")
@@ -224,7 +224,7 @@ def test_optimise_has_the_keys_of_the_contract_and_improves() -> None:
     assert all(bounds[name][0] <= value <= bounds[name][1] for name, value in result["design"].items())
 
 
-def test_a_folder_used_again_keeps_no_figures_of_the_command_before(simulated: Path, tmp_path: Path) -> None:
+def test_reused_folder_has_no_earlier_figures(simulated: Path, tmp_path: Path) -> None:
     folder = shutil.copytree(simulated, tmp_path / "run")
     (folder / "notes.txt").write_text("own")
     assert list(folder.glob("figures/*.svg"))
@@ -259,7 +259,7 @@ def test_help_says_where_names_stand_and_lists_every_choice(arguments: tuple[str
         assert word in words
 
 
-def test_a_target_that_there_is_not_and_a_decimal_comma_are_answered_with_what_is_right() -> None:
+def test_unknown_target_and_decimal_comma_get_hints() -> None:
     assert "did you mean table1?" in refusal("calibrate", "wang2017", "--target", "table2")
     assert "with a decimal point: 0.4" in refusal("validate", "wang2017", "--set", "sun_kg=0,4")
 
@@ -278,14 +278,14 @@ def test_a_target_that_there_is_not_and_a_decimal_comma_are_answered_with_what_i
         (("train", "sun2019"), "sun2019-curve or the path of a .csv file"),
     ],
 )
-def test_strange_input_is_refused_in_one_short_printable_sentence(arguments: tuple[str, ...], hint: str) -> None:
+def test_strange_input_is_refused_in_a_printable_sentence(arguments: tuple[str, ...], hint: str) -> None:
     message = refusal(*arguments)
     assert hint in message
     assert message.isprintable()
     assert len(message) < 1600
 
 
-def test_a_file_name_that_is_no_utf_8_is_no_obstacle(tmp_path: Path) -> None:
+def test_non_utf_8_file_name_is_accepted(tmp_path: Path) -> None:
     path = os.fsencode(tmp_path) + b"/w\xff.toml"
     with open(path, "w", encoding="utf-8") as file_:
         file_.write(examples.example("compact"))

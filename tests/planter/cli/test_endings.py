@@ -37,7 +37,7 @@ def _hears_interrupts() -> None:
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_during_the_imports_ends_in_one_line(number: signal.Signals, code: int) -> None:
+def test_signal_during_imports_ends_in_a_single_line(number: signal.Signals, code: int) -> None:
     done = subprocess.run(
         [sys.executable, "-c", SLOW_IMPORT, "simulate", "wang2017", "--json", str(int(number))],
         cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=_hears_interrupts,
@@ -65,7 +65,7 @@ cli.main()
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_outside_a_command_is_told_too(number: signal.Signals) -> None:
+def test_signal_outside_a_command_is_reported(number: signal.Signals) -> None:
     done = subprocess.run(
         [sys.executable, "-c", BETWEEN, "--json", str(int(number))],
         cwd=ROOT, capture_output=True, text=True, check=False, preexec_fn=_hears_interrupts,
@@ -90,7 +90,7 @@ cli.main()
         product((signal.SIGINT, signal.SIGTERM), (0.1, 0.3, 0.6)),
     ),
 )
-def test_a_signal_at_any_time_leaves_one_object(number: signal.Signals, delay: float) -> None:
+def test_signal_at_any_time_leaves_a_single_object(number: signal.Signals, delay: float) -> None:
     call = subprocess.Popen(
         [sys.executable, "-c", BEGUN, *SIMULATE[3:]], cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         text=True, preexec_fn=_hears_interrupts,
@@ -108,7 +108,7 @@ def test_a_signal_at_any_time_leaves_one_object(number: signal.Signals, delay: f
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_interrupted_search_keeps_its_best_design(number: signal.Signals, code: int, tmp_path: Path) -> None:
+def test_interrupted_search_returns_best_design(number: signal.Signals, code: int, tmp_path: Path) -> None:
     search = subprocess.Popen(
         [sys.executable, "-m", "planter", "optimise", "wang2017", "--method", "ga", "--json", "--out", str(tmp_path)],
         cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=_hears_interrupts,
@@ -127,7 +127,7 @@ def test_interrupted_search_keeps_its_best_design(number: signal.Signals, code: 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is always full")
 @pytest.mark.parametrize("arguments", [("simulate", "wang2017"), ("simulate", "wang2017", "--json"), ("--help",)])
-def test_a_full_standard_output_is_told_in_one_line(arguments: tuple[str, ...]) -> None:
+def test_full_standard_output_is_reported_in_a_single_line(arguments: tuple[str, ...]) -> None:
     with open("/dev/full", "w") as full:
         done = subprocess.run(
             [sys.executable, "-m", "planter", *arguments], cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True,
@@ -137,7 +137,7 @@ def test_a_full_standard_output_is_told_in_one_line(arguments: tuple[str, ...]) 
     assert done.stderr == "planter: standard output: this cannot be written (No space left on device)\n"
 
 
-def test_a_reader_that_goes_away_is_no_error_to_tell() -> None:
+def test_closed_reader_is_not_an_error() -> None:
     read, write = os.pipe()
     os.close(read)
     done = subprocess.run(SIMULATE, cwd=ROOT, stdout=write, stderr=subprocess.PIPE, text=True, check=False)

@@ -51,12 +51,12 @@ def check_outcome(machine: str, path: str, value: float) -> None:
 
 
 @pytest.mark.parametrize("machine", MACHINES)
-def test_no_number_is_so_small_that_its_square_vanishes(machine: str) -> None:
+def test_no_number_has_a_vanishing_square(machine: str) -> None:
     load, _ = MACHINES[machine]
     assert [path for path in load(machine, {}).numbers() if not refuses(load, machine, path, 1e-308)] == []
 
 
-def test_speed_at_which_a_turn_takes_for_ever_is_refused() -> None:
+def test_endless_cycle_speed_is_refused() -> None:
     with pytest.raises(InputError, match="omega_rpm"):
         own.file("slider_crank", omega_rpm=1e-308)
 

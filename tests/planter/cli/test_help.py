@@ -23,7 +23,7 @@ def commands(text: str) -> set[str]:
     return set(re.findall(r"^    planter ([a-z]+)", text, re.MULTILINE))
 
 
-def test_topics_are_listed_and_told() -> None:
+def test_topics_are_listed_and_printed() -> None:
     assert set(answer("help")["topics"]) == TOPICS == set(list_topics())
     for topic in TOPICS:
         result = answer("help", topic)
@@ -31,12 +31,12 @@ def test_topics_are_listed_and_told() -> None:
         assert max(map(len, result["text"].splitlines())) <= 125
 
 
-def test_a_topic_that_there_is_not_is_refused_with_what_is_meant() -> None:
+def test_unknown_topic_is_refused_with_suggestion() -> None:
     assert "did you mean units?" in refusal("help", "unit")
     assert "it must be one of completion, environment" in refusal("help", "zzz")
 
 
-def test_commands_that_topics_name_are_there() -> None:
+def test_commands_in_topics_exist() -> None:
     command_names = commands(
         "\n".join(f"    planter {line.split()[0]}" for line in run("--help")[1].splitlines() if line[2:3].isalpha())
     )
@@ -53,13 +53,13 @@ def test_summaries_of_commands_are_whole_sentences(group: tuple[str, ...]) -> No
     assert not {name: text for name, text in summaries.items() if not text.endswith(".") or text.endswith("...")}
 
 
-def test_variables_that_the_page_names_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_variables_on_page_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "PLANTER_KERNELS" in answer("help", "environment")["text"]
     monkeypatch.setenv("PLANTER_KERNELS", backends.BACKENDS[-1])
     assert backends.list_allowed() == backends.BACKENDS[-1:]
 
 
-def test_the_shell_is_told_how_a_word_goes_on() -> None:
+def test_shell_completion_continues_words() -> None:
     variables = {"_PLANTER_COMPLETE": "complete_bash", "COMP_WORDS": "planter simu", "COMP_CWORD": "1"}
     done = subprocess.run(
         [sys.executable, "-c", "import sys; sys.argv[0] = 'planter'; from planter.cli import main; main()"],

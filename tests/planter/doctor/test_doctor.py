@@ -54,7 +54,7 @@ def ways_of(result: dict) -> dict[str, tuple[str, bool]]:  # type: ignore[type-a
 
 
 @needs_compiler
-def test_it_says_what_is_there_and_compiles_nothing(folder: Path) -> None:
+def test_doctor_reports_without_compiling(folder: Path) -> None:
     result = examined()
     assert result["versions"]["planter"] == planter.__version__
     assert result["versions"]["casadi"] == ca.CasadiMeta.version()
@@ -71,7 +71,7 @@ def test_it_says_what_is_there_and_compiles_nothing(folder: Path) -> None:
 
 
 @needs_compiler
-def test_what_is_compiled_is_seen_and_so_is_damage(folder: Path) -> None:
+def test_compiled_and_damaged_libraries_are_reported(folder: Path) -> None:
     kernel = Device(load("wang2017")).force.response.values_kernel
     kernel.compile()
     result = examined()
@@ -89,7 +89,7 @@ def test_what_is_compiled_is_seen_and_so_is_damage(folder: Path) -> None:
 
 
 @needs_compiler
-def test_a_library_that_is_refused_is_named(folder: Path) -> None:
+def test_refused_library_is_named(folder: Path) -> None:
     kernel = Device(load("wang2017")).force.response.values_kernel
     kernel.compile()
     (path,) = folder.iterdir()
@@ -115,7 +115,7 @@ def test_a_compiler_of_several_words(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (compiler["flags"], compiler["vector_bits"]) == (plain["flags"], plain["vector_bits"])
 
 
-def test_a_compiler_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_silent_compiler_is_reported(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     silent = tmp_path / "silent"
     silent.write_text("#!/bin/sh\nsleep 300\nexit\n")
     silent.chmod(0o755)
@@ -127,7 +127,7 @@ def test_a_compiler_that_does_not_answer(tmp_path: Path, monkeypatch: pytest.Mon
 
 
 @needs_compiler
-def test_it_builds_if_it_is_told_to(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_build_option_builds(monkeypatch: pytest.MonkeyPatch) -> None:
     """With the functions that take seconds left out."""
     monkeypatch.setattr(examination, "Device", Device)
     quick = examination._used
@@ -139,7 +139,7 @@ def test_it_builds_if_it_is_told_to(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not any("not compiled yet" in a["missing"] for a in result["advice"])
 
 
-def test_without_a_compiler_it_says_what_to_do(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_compiler_has_advice(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     result = examined()
     assert "planter[compiler]" in result["advice"][0]["do"]
@@ -149,9 +149,7 @@ def test_without_a_compiler_it_says_what_to_do(monkeypatch: pytest.MonkeyPatch) 
 
 
 @needs_compiler
-def test_the_bundled_compiler_takes_its_place_and_its_first_use_takes_longer(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bundled_compiler_is_used_with_slow_first_use(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     cc = path_of("gcc")
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.delenv(compiler.CACHE_VARIABLE, raising=False)
@@ -165,7 +163,7 @@ def test_the_bundled_compiler_takes_its_place_and_its_first_use_takes_longer(
 
 
 @pytest.mark.parametrize("place", ["/dev/null/cache", "open"])
-def test_a_folder_that_cannot_be_used(place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unusable_folder_is_reported(place: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "open").mkdir()
     (tmp_path / "open").chmod(0o777)
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / place))
@@ -176,14 +174,14 @@ def test_a_folder_that_cannot_be_used(place: str, tmp_path: Path, monkeypatch: p
 
 
 @needs_compiler
-def test_a_limit_that_was_set_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_set_limit_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PLANTER_KERNELS", "casadi-c")
     result = examined()
     assert {way for way, _ in ways_of(result).values()} == {"casadi-c"}
     assert any("PLANTER_KERNELS" in a["missing"] for a in result["advice"])
 
 
-def test_clang_is_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_clang_is_recognised(monkeypatch: pytest.MonkeyPatch) -> None:
     if platform.machine() != "x86_64":
         pytest.skip("the vector library of x86-64")
     monkeypatch.setenv("CC", path_of("clang"))
@@ -191,7 +189,7 @@ def test_clang_is_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @needs_compiler
-def test_what_is_foreseen_is_what_happens(kernel_cache: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_forecast_equals_outcome(kernel_cache: None, monkeypatch: pytest.MonkeyPatch) -> None:
     device = Device(load("wang2017"))
     for limit in backends.BACKENDS:
         monkeypatch.setenv("PLANTER_KERNELS", limit)

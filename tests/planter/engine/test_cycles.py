@@ -119,7 +119,7 @@ def compare(path: Path) -> float:
     return float(max(np.abs(a - b).max() / np.abs(b).max() for a, b in pairs))
 
 
-def test_record_of_python_is_that_of_c() -> None:
+def test_python_struct_equals_c_struct() -> None:
     path = build(read_text() + "long measure_record(void) { return sizeof(cycle); }")
     (measure_record,) = toolchain.load_functions(path, "measure_record")
     assert measure_record() == ctypes.sizeof(_Cycle)

@@ -152,7 +152,7 @@ def test_angle_of_a_corner_has_no_gradient_and_is_refused(curve: str) -> None:
         goal.evaluate(machine.design)
 
 
-def test_search_returns_to_the_arm_that_drew_the_path(tmp_path: Path) -> None:
+def test_search_recovers_arm_from_drawn_path(tmp_path: Path) -> None:
     """The path is a polygon of the true one: what is left is its height over the chords, by their number."""
     changed_machine = build_machine(own.file("transplanting_arm", p_mm=250, n_mm=-80))
     phi = np.linspace(0, 2 * np.pi, 72, endpoint=False)
@@ -163,7 +163,7 @@ def test_search_returns_to_the_arm_that_drew_the_path(tmp_path: Path) -> None:
     assert result.objective < 0.05
 
 
-def test_limit_on_the_distance_is_kept(tmp_path: Path) -> None:
+def test_distance_limit_is_satisfied(tmp_path: Path) -> None:
     """Between two places of the curve that are equally near the distance has a corner, which a scan just misses."""
     curve = write_ellipse(tmp_path / "path.csv", 0.5, 0.4)
     machine = build_machine(own.file("transplanting_arm")).with_moved({"p_mm": (200.0, 280.0), "n_mm": (-140.0, -40.0)})
@@ -202,7 +202,7 @@ def test_path_of_a_planting_tip_is_an_output_of_sweeps(tmp_path: Path) -> None:
     assert slope == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-5)
 
 
-def test_file_names_its_curve_as_seen_from_its_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_curve_path_is_relative_to_machine_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """So does an optimum in another folder, by the whole path."""
     source = own.generated("transplanting_arm")
     text = (source / "transplanting_arm.toml").read_text(encoding="utf-8").split("[turn]")[0]
@@ -235,7 +235,7 @@ def test_file_names_its_curve_as_seen_from_its_folder(tmp_path: Path, monkeypatc
         (f"{TIP} p.csv", "x_mm,y_mm\n1,a\n1,2\n", "line 2, column y_mm"),
     ],
 )
-def test_what_is_no_distance_is_refused(
+def test_invalid_distance_is_refused(
     text: str, content: str, part: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "p.csv").write_text(content, encoding="utf-8")

@@ -29,7 +29,7 @@ def machine(**values: float) -> Machine:
     return build_machine(own.file("slider_crank", "", **values))
 
 
-def test_reduced_inertia_is_that_of_the_kinetic_energy() -> None:
+def test_reduced_inertia_equals_kinetic_energy() -> None:
     """Of rod and slider without friction, by their velocities over that of the crank."""
     driven = DrivenMachine(machine(mu=0.0), MOTOR, ["M_in"])
     r, rod, e, c, m_r, m_s, inertia = 0.05, 0.2, 0.01, 0.08, 0.8, 1.5, 0.004
@@ -54,7 +54,7 @@ def test_laws_hold_at_an_acceleration() -> None:
     assert abs(result.quantities["M_in_Nm"].max - plain.quantities["M_in_Nm"].max) > 0.1
 
 
-def test_an_acceleration_is_one_of_an_angle() -> None:
+def test_acceleration_requires_an_angle() -> None:
     q = quantities("phi | rad | angle\nomega | rad/s | speed\neps | rad/s2 | acceleration\nslow | m/s2 | none")
     with pytest.raises(MechanismError, match="which is lacking"):
         Mechanism("free", q, acceleration=q.eps)
@@ -62,7 +62,7 @@ def test_an_acceleration_is_one_of_an_angle() -> None:
         Mechanism("driven", q, angle=q.phi, speed=q.omega, acceleration=q.slow)
 
 
-def test_motor_gives_to_friction_what_it_takes() -> None:
+def test_motor_work_equals_friction_loss() -> None:
     drive = drive_machine(own.machine("slider_crank"), MOTOR, turns=2, samples=720)
     turn, result = drive.turn, drive.result
     assert turn.omega[-1] == pytest.approx(turn.omega[0], rel=1e-9)
@@ -92,7 +92,7 @@ def test_a_heavy_flywheel_keeps_the_speed() -> None:
     assert max(quantity.change for quantity in results[1].quantities.values() if quantity.unit == "N") < 1e-3
 
 
-def test_what_cannot_be_driven_is_refused() -> None:
+def test_undrivable_machine_is_refused() -> None:
     base = machine()
     with pytest.raises(InputError, match=r"acceleration=q\.eps"):
         DrivenMachine(replace(base, acceleration=None), MOTOR)

@@ -83,7 +83,7 @@ def test_size_without_a_measure_over_a_cycle_is_refused(machine: Machine) -> Non
         resolve_measure(machine, parse_measure("mean abs F_Ox", "quantity"))
 
 
-def test_limit_on_a_jump_is_kept_at_the_dead_centres() -> None:
+def test_jump_limit_holds_at_dead_centres() -> None:
     """Friction reverses where crank and rod are in line: the force beside these angles, by the closed form of both."""
     machine = build_machine(own.file("slider_crank")).with_moved({"r_mm": (30.0, 70.0), "e_mm": (5.0, 15.0)})
     rod = float(machine.data[machine.find_index("l_mm")])
@@ -105,7 +105,7 @@ def test_limit_on_a_jump_is_kept_at_the_dead_centres() -> None:
     assert goal.evaluate(optimum.x) <= min(allowed) + 1e-9
 
 
-def test_a_condition_that_never_holds_reaches_nothing(machine: Machine) -> None:
+def test_never_true_condition_gives_empty_measure(machine: Machine) -> None:
     goal = build(machine, "max s", "abs M_in while s <= 1 <= 3", "M_in while s >= 1 <= 1e6")
     assert goal.evaluate_limit(machine.design, goal.limits[0]) is None
     assert goal.evaluate_limit(machine.design, goal.limits[1]) is not None

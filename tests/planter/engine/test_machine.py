@@ -68,7 +68,7 @@ def test_samples_are_in_the_units_of_their_keys() -> None:
     np.testing.assert_allclose(sampled.values * quantity.factor, si, rtol=1e-13)
 
 
-def test_a_machine_is_loaded_by_its_file() -> None:
+def test_machine_loads_by_file() -> None:
     path = own.generated("slider_crank") / "slider_crank.toml"
     built = load_machine(str(path), {"r_mm": 55.0})
     assert built.data[built.find_index("r_mm")] == pytest.approx(0.055)
@@ -83,7 +83,7 @@ def test_unknown_names_are_refused_with_close_ones() -> None:
         load_machine("nowhere.toml")
 
 
-def test_a_dead_point_is_named_with_its_angle() -> None:
+def test_dead_point_is_named_with_angle() -> None:
     built = machine("slider_crank")
     data = built.data.copy()
     data[built.find_index("l_mm")] = 0.5 * data[built.find_index("r_mm")]

@@ -51,7 +51,7 @@ TEXTS = {
 
 
 @pytest.mark.parametrize(("text", "measure"), TEXTS.items(), ids=TEXTS.keys())
-def test_measure_has_its_meaning_in_sum_and_limit(text: str, measure: Measure) -> None:
+def test_measure_has_meaning_in_sum_and_limit(text: str, measure: Measure) -> None:
     if measure.kind != "all":
         assert parse_sum(f"{text} + max G") == (measure, Measure("max", "G"))
     if measure.weight == 1 and (measure.kind, "<=") not in (("min", "<="),):
@@ -143,7 +143,7 @@ def test_refusal_names_word_and_character(text: str, parts: list[str]) -> None:
      ("F <= 3 parsecs", "parsecs"), ("F <= 3 <= 4", "character 8"),
      ("mean F while y <= 3", "a limit is missing")],
 )  # fmt: skip
-def test_limit_refuses_what_cannot_be_one(text: str, part: str) -> None:
+def test_invalid_limit_is_refused(text: str, part: str) -> None:
     with pytest.raises(InputError, match=": ") as caught:
         parse_limit(text)
     assert part in caught.value.message
@@ -155,7 +155,7 @@ def test_time_belongs_to_single_measures() -> None:
         parse_sum("x at 2 s")
 
 
-def test_distance_is_a_name_that_reads_back() -> None:
+def test_distance_name_round_trips() -> None:
     for text in CURVES:
         (term,) = parse_sum(f"max {text}")
         distance = parse_distance(term.name)

@@ -61,7 +61,7 @@ def test_derivatives_are_those_of_differences(build: object) -> None:
     np.testing.assert_allclose(hessian, second, rtol=1e-5, atol=1e-6 * np.abs(second).max())
 
 
-def test_an_extremum_is_that_of_a_dense_grid() -> None:
+def test_extremum_equals_dense_grid() -> None:
     node = ExtremumNode(machine(), ["beta"], Extremum("beta", -1))
     grid = TURN * np.arange(7200) / 7200
     beta = FixedNodes(machine(), ["beta"], grid)(machine().design).values[0]
@@ -104,7 +104,7 @@ def test_no_result_jumps_where_forces_are_continuous(name: str) -> None:
     assert bool(largest) == (name in ("yu2023", "shi2021"))
 
 
-def test_jumps_follow_friction_that_the_design_changes() -> None:
+def test_jumps_follow_changed_friction() -> None:
     """The guide's friction is mu N: without it nothing jumps, and small friction makes jumps in proportion."""
     rubbing = machine("slider_crank", "mu")
     nodes = JumpNodes(rubbing, ["F_Ox"])
@@ -140,7 +140,7 @@ def test_parts_of_a_cycle_are_those_of_a_dense_grid() -> None:
     np.testing.assert_allclose(ends, 180.0, rtol=1e-12)
 
 
-def test_conditions_that_hold_everywhere_or_nowhere() -> None:
+def test_conditions_true_everywhere_or_nowhere() -> None:
     always = SpanNodes(machine(), ["s"], [MeasureCondition("s", 1, 1e4)])(machine().design)
     assert always.weights.sum() == pytest.approx(1, rel=1e-12)
     assert not always.is_empty

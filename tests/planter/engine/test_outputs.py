@@ -97,7 +97,7 @@ def test_outputs_are_called_after_quantity_measure_and_unit() -> None:
     assert outputs["F_Ox_rms_N"].meaning.endswith(": root mean square over a turn")
 
 
-def test_every_measure_is_an_output_by_its_text() -> None:
+def test_every_measure_text_is_an_output() -> None:
     """A plain measure is that of its name; others are those of a goal, and have its slopes."""
     texts = ("rms M_in", "jump F_Ox [N]", "abs beta where s is least", "min M_in while s <= 0.2 m", "beta at 90 [deg]")
     outputs = SampledOutputs(slider_crank(), INPUTS, ["M_in_rms_Nm", *texts], ANGLES)
@@ -118,7 +118,7 @@ def test_every_measure_is_an_output_by_its_text() -> None:
     [("jumb F_Ox", "did you mean jump"), ("jump F_Oxx", "did you mean F_Ox"), ("jump F_Ox [mm]", "it is in N"),
      ("s at 2 s", "an angle drives it"), ("F_Ox_rmss_N", "did you mean F_Ox_rms_N"), ("mean abs s", "takes no abs")],
 )  # fmt: skip
-def test_what_is_no_output_is_refused(name: str, part: str) -> None:
+def test_invalid_output_is_refused(name: str, part: str) -> None:
     with pytest.raises(InputError, match=part):
         find_output(slider_crank(), name)
 
@@ -133,7 +133,7 @@ def test_what_is_no_output_is_refused(name: str, part: str) -> None:
         "max abs F_Ax + 2 work M_in - work P_guide",
     ],
 )
-def test_objective_is_the_sum_that_the_file_minimises(objective: str) -> None:
+def test_objective_equals_sum_in_file(objective: str) -> None:
     """Sums of plain measures come from the samples, those with clauses from the machine's goal: both are a goal's."""
     machine = replace(slider_crank(), objective=parse_sum(objective))
     outputs = SampledOutputs(machine, INPUTS, ["objective"], ANGLES)
@@ -152,7 +152,7 @@ def test_objective_is_the_sum_that_the_file_minimises(objective: str) -> None:
     assert np.isnan(outputs.evaluated(np.array([[5000.0, *points[0, 1:]]]), 1)).all()
 
 
-def test_variance_is_that_of_what_the_objective_is_made_of() -> None:
+def test_variance_equals_components_of_objective() -> None:
     machine = replace(slider_crank(), objective=parse_sum("range F_Ox + 2 std M_in"))
     names = list_outputs(machine)
     assert [name for name in names if "variance" in name] == ["F_Ox_variance_N2"], "no unit is called N m squared"

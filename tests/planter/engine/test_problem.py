@@ -50,7 +50,7 @@ def test_sums_of_range_and_spread_are_curves(
     assert isinstance(build(arm, text, *limits), CurveProblem if is_curve else GoalProblem)
 
 
-def test_quantities_that_jump_are_no_curves() -> None:
+def test_jumping_quantities_are_not_curves() -> None:
     """Friction of the guide reverses at the dead centres: the force jumps there."""
     assert isinstance(build(own.machine("slider_crank"), "range F_Ox"), GoalProblem)
 
@@ -61,7 +61,7 @@ def test_machine_without_bounds_is_refused(arm: Machine) -> None:
 
 
 @pytest.mark.parametrize("text", ["2 range gamma + 3 variance gamma", "range F_Ox + 0.5 std F_Ox", "std gamma"])
-def test_objective_is_that_of_the_measures(arm: Machine, text: str) -> None:
+def test_objective_equals_measures(arm: Machine, text: str) -> None:
     """Angles are in degrees in results: the sum is that of measures over the same samples, then over dense ones."""
     measures = [resolve_measure(arm, measure) for measure in parse_sum(text)]
     for sampling, count, tolerance in ((48, 48, 1e-12), ("refined", 20_000, 1e-6)):
@@ -70,7 +70,7 @@ def test_objective_is_that_of_the_measures(arm: Machine, text: str) -> None:
 
 
 @pytest.mark.parametrize("sampling", ["refined", 48])
-def test_optimum_is_no_worse_than_that_of_the_smooth_programme(arm: Machine, sampling: Sampling) -> None:
+def test_optimum_is_not_worse_than_smooth_programme(arm: Machine, sampling: Sampling) -> None:
     measures = [resolve_measure(arm, measure) for measure in parse_sum("range F_Ox + 0.3 std F_Ox")]
     count, spec = None if sampling == "refined" else sampling, SearchSpec(sampling, starts=2)
     goal = Goal(arm, measures, (), count, with_events=False)

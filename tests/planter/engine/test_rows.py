@@ -30,7 +30,7 @@ def spread(data: Array, share: float, count: int) -> Array:
     return data * (1 + share * np.random.default_rng(5).uniform(-1, 1, (count, len(data))))
 
 
-def test_a_row_is_the_machine_alone_and_none_where_it_has_a_dead_point() -> None:
+def test_rows_equal_single_machine_or_dead_point() -> None:
     file = own.file("slider_crank")
     machine = build_machine(file)
     d = spread(machine.data, 0.2, 24)
@@ -59,7 +59,7 @@ def test_digits_do_not_depend_on_threads_and_neighbours() -> None:
         np.testing.assert_array_equal(rows.evaluate(d[start:stop], measure), values[start:stop])
 
 
-def test_rows_that_cannot_close_cost_no_more_than_twice(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_open_loops_cost_at_most_twice(monkeypatch: pytest.MonkeyPatch) -> None:
     machine = build_machine(own.file("slider_crank"))
     loops = machine.loops
     assert loops is not None
@@ -87,7 +87,7 @@ def test_rows_that_cannot_close_cost_no_more_than_twice(monkeypatch: pytest.Monk
     assert slow < 2 * usual
 
 
-def test_a_lane_that_halves_its_step_keeps_its_digits() -> None:
+def test_halved_steps_do_not_change_digits() -> None:
     """A crank that nearly stretches out needs small steps there: alone, and beside others, the same ones."""
     machine = build_machine(own.file("slider_crank"))
     loops = machine.loops
@@ -113,7 +113,7 @@ def test_rows_are_the_same_without_a_compiler(monkeypatch: pytest.MonkeyPatch) -
     np.testing.assert_allclose(plain, compiled, rtol=1e-12)
 
 
-def test_an_average_needs_a_cycle_that_repeats() -> None:
+def test_average_requires_periodic_cycle() -> None:
     machine = build_machine(belt(Fraction(1, 2)))
     block = next(MachineRows(machine, ["F_Ox", "chi_dot"], ANGLES).blocks(machine.data[None]))
     assert not block.failed.any()

@@ -25,7 +25,7 @@ def build(source: str, text: str) -> tuple[Machine, list[Measure]]:
 
 
 @pytest.mark.parametrize(("text", "samples"), [(TRUE, None), (SAMPLED, 60)])
-def test_gradient_is_that_of_central_differences(text: str, samples: int | None) -> None:
+def test_gradient_equals_central_differences(text: str, samples: int | None) -> None:
     machine, objective = build("slider_crank", text)
     paths = ("values.r_mm", "values.omega_rpm", "values.mu")
     machine = machine.with_moved(dict.fromkeys(paths, (0.0, 1.0)))
@@ -57,7 +57,7 @@ def test_directions_without_effect_leave_the_curves() -> None:
     assert np.linalg.norm(slopes @ vector) > 0.9 * np.linalg.norm(slopes, 2)
 
 
-def test_what_is_missing_is_refused_plainly() -> None:
+def test_missing_objective_is_refused() -> None:
     machine = own.machine("slider_crank")
     with pytest.raises(InputError, match=r"objective\.least is missing"):
         compute_objective_sensitivity(machine)

@@ -76,13 +76,13 @@ def test_cam_peaks_are_those_of_the_lift() -> None:
     assert 2 * np.pi * motor.mean_Nm == pytest.approx(result.work["guide_J"], rel=1e-9)
 
 
-def test_a_quantity_that_does_not_repeat_has_no_mean(crank: Machine) -> None:
+def test_nonperiodic_quantity_has_no_mean(crank: Machine) -> None:
     changed = {peak.name: peak for peak in summarise(crank, {"M_in_Nm", "F_Ox_N"}).peaks}
     assert changed["M_in"].mean is changed["F_O"].rms is None
     assert changed["F_Oy"].mean is not None
 
 
-def test_what_grows_over_a_turn_is_largest_at_its_end() -> None:
+def test_growing_quantity_is_largest_at_end() -> None:
     peaks = {peak.name: peak for peak in summarise(load_machine("yu2023")).peaks}
     assert (peaks["phi1"].max_phi_deg, peaks["phi1"].max - peaks["phi1"].min) == pytest.approx((360.0, 360.0))
     assert peaks["y_S"].max_phi_deg < 360.0

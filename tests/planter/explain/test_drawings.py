@@ -32,7 +32,7 @@ def without_reason(changed_machine: LabelledMachine) -> list[str]:
 
 
 @pytest.mark.parametrize("source", MACHINES)
-def test_every_length_angle_and_point_is_drawn_or_it_is_said_why_not(source: str) -> None:
+def test_every_dimension_is_drawn_or_has_a_reason(source: str) -> None:
     changed_machine = open_machine(source)
     assert not without_reason(changed_machine)
     names = {symbol.name for symbol in machine.list_geometry(changed_machine.package)}
@@ -45,7 +45,7 @@ def test_every_length_angle_and_point_is_drawn_or_it_is_said_why_not(source: str
     ]
 
 
-def test_a_symbol_that_is_forgotten_is_noticed() -> None:
+def test_forgotten_symbol_is_detected() -> None:
     machine = open_machine("wang2017")
     train = machine.labelled.sheets[0]
     fewer = replace(train, marks=[mark for mark in train.marks if "a1" not in mark.names])
@@ -85,7 +85,7 @@ def geometry_values(machine: LabelledMachine) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("source", MACHINES)
-def test_lengths_and_angles_measure_what_the_file_gives(source: str) -> None:
+def test_drawn_dimensions_equal_file_values(source: str) -> None:
     machine = open_machine(source)
     sizes, values = measured(list(machine.labelled.sheets)), geometry_values(machine)
     both = sorted(sizes.keys() & values.keys())
@@ -93,7 +93,7 @@ def test_lengths_and_angles_measure_what_the_file_gives(source: str) -> None:
     assert {name: sizes[name] for name in both} == pytest.approx({name: values[name] for name in both}, rel=1e-9)
 
 
-def test_lengths_and_angles_of_a_device_measure_what_a_simulation_gives() -> None:
+def test_drawn_device_dimensions_equal_simulation() -> None:
     (at,) = answer("simulate", "wang2017", "--samples", "36", "--at", "40")["at"]
     sheets = list(open_machine("wang2017").labelled.sheets)
     sizes = measured(sheets[:2])
@@ -139,7 +139,7 @@ def test_marks_of_the_polygon_lie_on_it() -> None:
     assert (axes[0] / major) ** 2 + (axes[1] / minor) ** 2 == pytest.approx(1)
 
 
-def test_a_machine_is_drawn_beside_its_table(tmp_path: Path) -> None:
+def test_machine_is_drawn_with_table(tmp_path: Path) -> None:
     result = answer("explain", "shi2021", "--set", "crank_mm=14.5", "--out", str(tmp_path))
     assert {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.name[0] != "."} >= set(
         result["files"]
@@ -157,7 +157,7 @@ def test_units_of_lengths_and_angles_are_known() -> None:
     assert {units.unit(key) for key in ("a_mm", "a_deg")} < machine.GEOMETRIC
 
 
-def test_poses_without_a_linkage_say_that_there_is_none(tmp_path: Path) -> None:
+def test_poses_without_linkage_are_reported(tmp_path: Path) -> None:
     pose = "[[pose]]\nx_mm = {}\ny_mm = {}\nphi_deg = {}\n"
     file = tmp_path / "three.toml"
     text = "".join(pose.format(*row) for row in ((0, 0, 0), (50, 10, 30), (80, 60, 70)))

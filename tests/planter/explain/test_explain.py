@@ -34,14 +34,14 @@ def numeric_keys(node: Any) -> Iterator[str]:
             yield from numeric_keys(value)
 
 
-def test_every_key_of_every_schema_that_carries_a_number_is_explained() -> None:
+def test_every_numeric_schema_key_is_explained() -> None:
     keys = {key for command in schema.load_result_types() for key in numeric_keys(load_schema(command))}
     assert len(keys) > 200
     assert keys <= named()
     assert "made_up_N" not in named()
 
 
-def test_every_symbol_of_every_model_is_explained_with_its_own_words() -> None:
+def test_every_model_symbol_is_explained() -> None:
     meanings = {(meaning.name, meaning.meaning) for meaning in dictionary.collect_meanings()}
     for name in generated.names():
         for vector in generated.sidecar(name).get("vectors", {}).values():
@@ -72,7 +72,7 @@ CALLS = (
 @pytest.mark.parametrize(
     "call", [pytest.param(call, marks=[] if i == 0 else pytest.mark.long) for i, call in enumerate(CALLS)]
 )
-def test_every_column_that_a_command_writes_is_explained(call: tuple[str, ...], tmp_path: Path) -> None:
+def test_every_written_column_is_explained(call: tuple[str, ...], tmp_path: Path) -> None:
     code, _, err = run(*call, "--out", str(tmp_path))
     assert code == 0, err
     written = list(tmp_path.rglob("*.csv"))
@@ -103,7 +103,7 @@ class Recorder(dict[str, Any]):
         return super().__getitem__(key)
 
 
-def test_figures_read_the_columns_that_their_table_says(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_figures_read_their_declared_columns(monkeypatch: pytest.MonkeyPatch) -> None:
     device = machines.device("wang2017")
     x, taken = device.design, design_presentation._compute_columns(device, device.design)
     read_columns: dict[str, set[str]] = {}
@@ -135,7 +135,7 @@ def test_a_name_has_unit_source_place_figures_and_verdict() -> None:
     assert curve.meaning.startswith("radius of the eccentric circle")
 
 
-def test_several_meanings_are_all_told_with_their_machines() -> None:
+def test_all_meanings_are_listed_with_machines() -> None:
     machines_ = {meaning.machine for meaning in dictionary.explain_name("mu").meanings}
     assert {"planting", "clutch"} <= machines_
     assert all("machine" in meaning for meaning in answer("explain", "mu")["meanings"])

@@ -17,7 +17,7 @@ def path() -> str:
     return str(own.generated("cam_follower") / "cam_follower.toml")
 
 
-def test_values_quantities_and_functions_are_those_of_the_sidecar(path: str, tmp_path: Path) -> None:
+def test_explanations_equal_sidecar(path: str, tmp_path: Path) -> None:
     result = answer("explain", path, "--set", "h_mm=15", "--out", str(tmp_path))
     sidecar = own.file("cam_follower").model.sidecar
     assert [value["name"] for value in result["values"]] == [entry["name"] for entry in sidecar["vectors"]["data"]]
@@ -35,7 +35,7 @@ def test_values_quantities_and_functions_are_those_of_the_sidecar(path: str, tmp
 
 
 @pytest.mark.parametrize(("key", "kind"), [("h_mm", "value"), ("values.h_mm", "value"), ("N_cam_N", "quantity")])
-def test_a_key_has_its_meaning(path: str, key: str, kind: str) -> None:
+def test_key_has_a_meaning(path: str, key: str, kind: str) -> None:
     (meaning,) = answer("explain", path, key)["meanings"]
     assert meaning["kind"] == kind
 
@@ -46,7 +46,7 @@ def test_unknown_keys_are_refused_with_close_ones(path: str) -> None:
     assert "there is no such machine" in refusal("explain", "nowhere.toml", "h_mm")
 
 
-def test_drawing_names_lengths_that_follow_their_values() -> None:
+def test_drawing_names_lengths_with_values() -> None:
     """Of the slider-crank's lengths h is as long as a distance by chance, l_0 and wall are seen nowhere."""
     place = own.generated("slider_crank") / "slider_crank.toml"
     sheet = sheets.draw(str(place), {})

@@ -136,7 +136,7 @@ def test_without_an_objective_there_are_quantities_alone(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize("command", ["c", "cuda", "motion", "fmu"])
-def test_free_motion_is_refused_in_one_sentence(command: str, tmp_path: Path) -> None:
+def test_free_motion_export_is_refused(command: str, tmp_path: Path) -> None:
     path = own.generated("manipulator") / "manipulator.toml"
     out = tmp_path / "m.fmu" if command == "fmu" else tmp_path
     message = refusal("export", command, str(path), "--out", str(out))

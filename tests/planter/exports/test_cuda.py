@@ -18,7 +18,7 @@ from tests.support.lanes import needs_compiler
 
 @needs_threads
 @needs_compiler
-def test_cuda_objective_equals_that_of_c(tmp_path: Path) -> None:
+def test_cuda_objective_equals_c(tmp_path: Path) -> None:
     name = "slider_crank"
     owner, crank = machine(name), library(name)
     designs = owner.design + np.outer([0.0, 0.2, -0.3], owner.upper - owner.design)

@@ -84,7 +84,7 @@ def test_motion_has_quantities_and_places_of_points(tmp_path: Path) -> None:
     np.testing.assert_allclose(columns["x_rod__slot"].values, expected["s"], atol=1e-14)
 
 
-def test_motion_of_a_drive_that_turns_backwards_goes_on_in_time(tmp_path: Path) -> None:
+def test_backward_drive_motion_runs_forward_in_time(tmp_path: Path) -> None:
     owner = load_machine(str(machine_file("cam_follower")), {"omega_rpm": -60.0})
     columns = {column.name: column.values for column in build_motion(owner, 1, 8).columns}
     assert columns["time"][-1] == pytest.approx(1.0)

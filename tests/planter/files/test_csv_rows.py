@@ -61,7 +61,7 @@ def test_long_texts_are_cut_in_complaints() -> None:
 
 
 @pytest.mark.parametrize("header", ["x_mm,y_mm", "carrier_deg,relative_deg", "A,Y"])
-def test_a_huge_cell_is_one_sentence_in_every_command(header: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
+def test_huge_cell_is_refused_by_every_command(header: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
     path = tmp_path / "huge.csv"
     path.write_text(f"{header}\n1,{'1' * 200_000}\n2,3\n")
     command = {"x_mm,y_mm": ["pickup"], "carrier_deg,relative_deg": ["train"], "A,Y": ["clutch", "field"]}[header]

@@ -22,7 +22,7 @@ def test_units_in_si(text: str, si: float) -> None:
     [("N m", "J", True), ("kN", "kg m/s2", True), ("MPa", "N/mm2", True), ("W", "N m/s", True), ("rpm", "deg/s", True),
      ("N", "N m", False), ("deg", "1", False), ("1/s", "rad/s", False), ("mm", "kg", False), ("%", "", True)],
 )  # fmt: skip
-def test_kinds_are_told_apart(first: str, other: str, same: bool) -> None:
+def test_kinds_are_distinguished(first: str, other: str, same: bool) -> None:
     assert measured(first).same_kind(measured(other)) is same
 
 
@@ -32,6 +32,6 @@ def test_a_square_is_in_the_square_of_the_unit() -> None:
 
 
 @pytest.mark.parametrize("text", ["furlong", "kmin", "N+m", "Nm", "mmm"])
-def test_what_is_no_unit_is_named(text: str) -> None:
+def test_invalid_unit_is_named(text: str) -> None:
     with pytest.raises(ValueError, match="is no unit"):
         measured(text)

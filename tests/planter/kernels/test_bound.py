@@ -81,7 +81,7 @@ class TestNumbers:
         assert bound()["y"].tolist() == [[16]]
 
     @needs_compiler
-    def test_it_takes_what_is_compiled_later_and_keeps_its_arrays(self) -> None:
+    def test_bound_kernel_uses_later_compilation_in_place(self) -> None:
         kernel, angles = wave(), PHI.copy()
         bound = kernel.bind(phi=angles, x=np.array([2.0, 3.0]))
         slow, outputs = bound()["y"].copy(), bound.outputs
@@ -95,7 +95,7 @@ class TestNumbers:
         bound()
         assert values[0] == pytest.approx(2 * np.sin(PHI + 1) + 3, rel=1e-15)
 
-    def test_a_device_without_a_compiler_and_with_one(self, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_device_with_and_without_compiler_agree(self, way: str, monkeypatch: pytest.MonkeyPatch) -> None:
         device = Device(load("wang2017"))
         at, phi = device.prologue(device.design), np.linspace(0, 3, 30)[None]
         kernel = compiled(device.force.response.slopes_kernel, way)
@@ -141,7 +141,7 @@ class TestRefused:
 
     @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
     @pytest.mark.parametrize("name", ["phi", "x"])
-    def test_what_is_no_number_at_a_call(self, way: str, name: str, bad: float) -> None:
+    def test_non_finite_argument_is_refused_at_call(self, way: str, name: str, bad: float) -> None:
         inputs = {"phi": PHI.copy(), "x": np.array([2.0, 3.0])}
         bound = compiled(wave(), way).bind(**inputs)
         bound()
@@ -174,7 +174,7 @@ class TestRefused:
             pool.submit(bound).result()
         bound()
 
-    def test_each_thread_binds_its_own(self, way: str) -> None:
+    def test_threads_bind_separately(self, way: str) -> None:
         kernel = compiled(wave(), way)
 
         def run(number: int) -> bool:
@@ -218,7 +218,7 @@ def shortest(call: Callable[[], object]) -> float:
 
 
 @needs_compiler
-def test_it_costs_little_beside_the_loop() -> None:
+def test_bound_call_overhead_is_small() -> None:
     radius: Array = np.array([0.05])
     angles = np.linspace(0, 2 * np.pi, 360)
     kernel = build_kernel({"x": r * ca.cos(phi)}, [phi, r])

@@ -66,9 +66,7 @@ def started(tmp_path: Path, then: str) -> subprocess.Popen[str]:
 
 
 @pytest.mark.parametrize(("then", "code"), [("", 0), ("raise SystemExit(3)", 3), ("raise KeyboardInterrupt", -2)])
-def test_a_process_that_ends_leaves_nothing_and_says_nothing(
-    then: str, code: int, folder: Path, tmp_path: Path
-) -> None:
+def test_finished_process_leaves_no_files_or_output(then: str, code: int, folder: Path, tmp_path: Path) -> None:
     began = time.monotonic()
     process = started(tmp_path, then)
     output, wrong = process.communicate(timeout=60)
@@ -82,7 +80,7 @@ def test_a_process_that_ends_leaves_nothing_and_says_nothing(
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="elsewhere what is left goes by its age")
-def test_what_a_killed_process_left_goes_with_the_next_build(folder: Path, tmp_path: Path) -> None:
+def test_next_build_removes_files_of_killed_process(folder: Path, tmp_path: Path) -> None:
     process = started(tmp_path, "time.sleep(100)")
     assert process.stdout is not None
     process.stdout.readline()
@@ -99,7 +97,7 @@ def test_what_a_killed_process_left_goes_with_the_next_build(folder: Path, tmp_p
 
 
 @pytest.mark.parametrize(("age", "stays"), [(60, True), (2 * builds.ABANDONED_S, False)])
-def test_what_another_system_left_goes_by_its_age(age: float, stays: bool, folder: Path) -> None:
+def test_files_of_other_systems_expire(age: float, stays: bool, folder: Path) -> None:
     """On a disk that several share, a number is no process of ours."""
     toolchain.cache_folder()
     other = folder / f"{builds.PREFIX}-0123456789ab-1-1-abc"
@@ -117,7 +115,7 @@ def test_a_folder_of_another_kind_stays(folder: Path) -> None:
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork")
-def test_a_forked_child_leaves_its_parent_s_build_alone(folder: Path, tmp_path: Path) -> None:
+def test_forked_child_does_not_disturb_parent_build(folder: Path, tmp_path: Path) -> None:
     then = "import os, sys\nif (child := os.fork()) == 0:\n    sys.exit()\nos.waitpid(child, 0)\n"
     then += "import pathlib\nprint(len(list(pathlib.Path(os.environ['PLANTER_CACHE']).iterdir())))"
     output, _ = started(tmp_path, then).communicate(timeout=60)
@@ -131,7 +129,7 @@ class TestFullDisk:
             with pytest.raises(CompilerError, match="there is no space for compiled functions in"):
                 toolchain.build_library("twice", SOURCE + f"// {number}\n", ())
 
-    def test_compilers_that_say_so_are_not_called_again(
+    def test_failing_compilers_are_not_retried(
         self, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
         calls = tmp_path / "calls"
@@ -141,7 +139,7 @@ class TestFullDisk:
         assert len(calls.read_text().splitlines()) == 1
         assert left(folder) == []
 
-    def test_a_library_that_has_no_room_leaves_nothing(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_full_disk_leaves_no_library(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         def full(path: Path, content: bytes) -> int:
             path.touch()
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
@@ -152,12 +150,12 @@ class TestFullDisk:
         assert left(folder) == []
         self.full(1)
 
-    def test_an_error_in_a_source_says_nothing_of_others(self) -> None:
+    def test_source_error_does_not_blame_others(self) -> None:
         with pytest.raises(CompilerError, match=r"did not compile wrong: .*error"):
             toolchain.build_library("wrong", "double wrong(double x) { return y; }\n", ())
         assert toolchain.build_library("twice", SOURCE, ()).exists()
 
-    def test_kernels_work_with_one_warning(
+    def test_kernels_work_with_a_single_warning(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
         monkeypatch.setattr(toolchain, "_warnings", [])
@@ -172,7 +170,7 @@ class TestFullDisk:
         ]
 
 
-def test_a_compilation_that_takes_too_long(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slow_compilation_is_given_up(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(toolchain, "TIMEOUT_S", 0.5)
     monkeypatch.setenv("CC", str(compiler_that("sleep 100; exit", tmp_path)))
     with pytest.raises(CompilerError, match=r"slow-cc did not compile twice within 0\.5 s"):

@@ -94,7 +94,7 @@ STRANGE = {
 
 class TestLibrary:
     @pytest.mark.parametrize("case", STRANGE)
-    def test_it_is_refused_with_one_warning(self, case: str, caplog: pytest.LogCaptureFixture) -> None:
+    def test_unsafe_folder_is_refused_with_a_single_warning(self, case: str, caplog: pytest.LogCaptureFixture) -> None:
         path = compiled()
         assert way(square()) == "lanes"
         change, reason = STRANGE[case]
@@ -105,7 +105,9 @@ class TestLibrary:
         assert message.startswith(f"{path} is not loaded: it {reason}")
         assert not backends.is_compiled(square().work)
 
-    def test_that_of_another_user(self, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    def test_folder_of_another_user_is_refused(
+        self, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    ) -> None:
         path = compiled()
         owned_by_another(monkeypatch, path)
         assert way(square()) == "casadi-vm"
@@ -113,7 +115,7 @@ class TestLibrary:
             f"planter: slower without compiled functions: {path} is not loaded: it belongs to another user"
         ]
 
-    def test_each_has_its_warning(self, caplog: pytest.LogCaptureFixture) -> None:
+    def test_each_folder_has_a_warning(self, caplog: pytest.LogCaptureFixture) -> None:
         x = ca.SX.sym("x")
         kernels = [Kernel(ca.Function(name, [x], [x**3], ["x"], ["y"]), lanes=["x"]) for name in ("one", "two")]
         for kernel in kernels:
@@ -124,7 +126,7 @@ class TestLibrary:
         assert "/one-" in first
         assert "/two-" in second
 
-    def test_one_without_the_function_does_nothing(self, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    def test_library_without_function_is_ignored(self, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
         """A whole library with its true digest, under another's name: nothing in it has run."""
         path, trace = compiled(), tmp_path / "trace"
         other = f'#include <stdio.h>\n__attribute__((constructor)) void f(void) {{ fclose(fopen("{trace}", "w")); }}\n'
@@ -139,7 +141,7 @@ class TestLibrary:
         toolchain.load_library(wrong)
         assert trace.exists()
 
-    def test_one_that_only_names_the_function(self, caplog: pytest.LogCaptureFixture) -> None:
+    def test_library_naming_only_the_function_is_ignored(self, caplog: pytest.LogCaptureFixture) -> None:
         path = compiled()
         wrong = toolchain.build_library("other", 'const char *f(void) { return "square"; }\n', toolchain.OPTIMISED)
         shutil.copy(wrong, path)
@@ -149,7 +151,7 @@ class TestLibrary:
 
 class TestFolder:
     @pytest.mark.parametrize(("mode", "above"), [(0o777, 0o755), (0o770, 0o755), (0o700, 0o777), (0o700, 0o775)])
-    def test_one_that_others_may_write(
+    def test_library_writable_by_others_is_refused(
         self, mode: int, above: int, folder: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
         monkeypatch.setattr(toolchain, "_is_private_group", lambda group: False)
@@ -172,7 +174,7 @@ class TestFolder:
         monkeypatch.setattr(toolchain, "_is_private_group", lambda group: group == folder.parent.stat().st_gid)
         assert way(square()) == "lanes"
 
-    def test_one_of_another_user(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_library_of_another_user_is_refused(self, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         compiled()
         for place in (folder, folder.parent):
             with monkeypatch.context() as patch:
@@ -180,7 +182,7 @@ class TestFolder:
                 with pytest.raises(RefusedFileError, match=f"open to other users: {place} belongs to another user"):
                     toolchain.cache_folder()
 
-    def test_a_link_is_followed_to_what_is_judged(self, folder: Path, tmp_path: Path) -> None:
+    def test_link_target_is_judged(self, folder: Path, tmp_path: Path) -> None:
         """Whoever moves his cache to another disk keeps it; what is loaded is where the link led."""
         (tmp_path / "disk").mkdir()
         folder.parent.symlink_to("disk")
@@ -198,7 +200,7 @@ def test_a_relative_folder_of_the_desktop_s_does_not_count(value: str, monkeypat
     assert toolchain.cache_path() == Path("/d/.cache/planter")
 
 
-def test_what_is_written_is_the_user_s_alone(folder: Path) -> None:
+def test_written_files_are_private(folder: Path) -> None:
     before = os.umask(0)
     try:
         path = compiled()

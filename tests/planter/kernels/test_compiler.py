@@ -77,13 +77,13 @@ class TestSeveralWords:
         square().compile()
         assert not (tmp_path / "touched").exists()
 
-    def test_a_path_with_a_space_is_one_word(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_path_with_space_is_a_single_word(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("CC", str(script(tmp_path, 'exec cc "$@"')))
         square().compile()
         assert toolchain.find_compiler().words == ()
 
     @pytest.mark.parametrize(("name", "message"), [(" ", "CC is empty"), ("cc 'x", "cannot be read: No closing")])
-    def test_words_that_are_none(self, name: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_invalid_words_are_refused(self, name: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("CC", name)
         with pytest.raises(CompilerError, match=message):
             toolchain.find_compiler()
@@ -106,16 +106,14 @@ class TestFlags:
         assert self.flags(warned, tmp_path / "warns", monkeypatch) == plain != ()
 
     @pytest.mark.parametrize("fails", ["exit 1", ":"])
-    def test_a_flag_that_is_warned_of_is_not_taken(
-        self, fails: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_flag_with_warning_is_not_used(self, fails: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         warned = 'for word; do [ "$word" = -Werror ] && { echo "unused: $2" >&2; exit 1; }; done'
         text = f'[ "$1" = --version ] && exit; {warned}; {fails}'
         assert self.flags(text, tmp_path, monkeypatch) == ()
 
 
 @needs_compiler
-def test_asking_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_query_leaves_no_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Some compilers write beside what they are told to write to, when that is no file."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "temporary").mkdir()

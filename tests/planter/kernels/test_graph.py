@@ -57,7 +57,7 @@ class TestSelects:
 
 
 @needs_compiler
-def test_truth_of_numbers_that_are_neither_one_nor_zero() -> None:
+def test_truth_of_other_numbers() -> None:
     """For CasADi as for C, what is not zero is true: logic of 0.5 and -3 is that of ones."""
     p, q = ca.SX.sym("p"), ca.SX.sym("q")
     outputs = {"both": ca.logic_and(p, q), "either": ca.logic_or(p, q), "neither": ca.logic_not(ca.logic_or(p, q)),
@@ -93,7 +93,7 @@ class TestWhatVaries:
         rows, _ = both(unsummed(task), PHI, [[0.3], [2.0]], 0.7)
         assert total["one"][0, 0] == pytest.approx(rows["one"].sum(), rel=1e-13)
 
-    def test_what_all_lanes_share_stands_before_the_loop(self) -> None:
+    def test_invariants_precede_the_loop(self) -> None:
         graph = LaneGraph.of(work("phi x y", FORCE, [phi, x, y], "phi").function, ["phi"])
         outside, inside = print_function(graph, summed=False).split("for (long i")
         assert "turned_cos(" in outside
@@ -122,7 +122,7 @@ def test_a_matrix_for_each_lane(summed: bool) -> None:
 
 
 @needs_compiler
-def test_constants_inputs_and_nothing_as_outputs() -> None:
+def test_constants_and_inputs_as_outputs() -> None:
     outputs = {
         "fixed": ca.SX([-2.5, 0.0, -0.0, 1e-300]),
         "same": phi,
@@ -136,7 +136,7 @@ def test_constants_inputs_and_nothing_as_outputs() -> None:
 
 
 @needs_compiler
-def test_what_occurs_twice_is_computed_once() -> None:
+def test_repeated_expression_is_computed_once() -> None:
     twice = {"one": ca.sin(phi) * x[0], "two": ca.sin(phi) + x[0] * ca.sin(phi)}
     task = work("phi x", twice, [phi, x], "phi")
     loop = print_function(LaneGraph.of(task.function, ["phi"]), summed=False)
@@ -173,14 +173,14 @@ NO_FORM = {
 
 
 @pytest.mark.parametrize("case", NO_FORM)
-def test_what_has_no_such_form_says_why(case: str) -> None:
+def test_unsupported_form_has_a_reason(case: str) -> None:
     function, varying, reason = NO_FORM[case]
     with pytest.raises(NotPrintableError, match=reason):
         LaneGraph.of(function, [varying])
 
 
 @needs_compiler
-def test_what_has_no_such_form_is_evaluated_in_another_way(capfd: pytest.CaptureFixture[str]) -> None:
+def test_unsupported_form_uses_another_backend(capfd: pytest.CaptureFixture[str]) -> None:
     kernel = Kernel(_solver(), lanes=["p"])
     kernel.compile()
     assert kernel.way == "casadi-c"

@@ -21,7 +21,7 @@ def build_backend(summed: bool) -> tuple[backends.LaneBackend, ca.Function]:
 
 
 @pytest.mark.parametrize("summed", [False, True])
-def test_it_gives_what_the_loop_gives(summed: bool) -> None:
+def test_interface_equals_loop(summed: bool) -> None:
     way, function = build_backend(summed)
     expected = way([PHI[None], np.array([[0.3], [2.0]])], len(PHI))
     for value, reference in zip(function(PHI, [0.3, 2.0]), expected, strict=True):
@@ -35,7 +35,7 @@ def test_names_and_shapes() -> None:
     assert [function.size_out(i) for i in range(2)] == [(9, 1), (9, 2)]
 
 
-def test_results_that_are_not_wanted() -> None:
+def test_unrequested_results_are_skipped() -> None:
     """A graph that uses one output hands out no memory for the other."""
     _, function = build_backend(summed=False)
     inputs = ca.MX.sym("given", 2)
@@ -60,7 +60,7 @@ def test_inside_a_solver() -> None:
     assert at == pytest.approx([0.7, -0.2], rel=1e-12)
 
 
-def test_only_what_runs_in_lanes_has_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_lane_kernels_have_the_interface(monkeypatch: pytest.MonkeyPatch) -> None:
     kernel = Kernel(work("phi x", OUTPUTS, [phi, x], "phi").function, lanes=["phi"])
     assert kernel.interface(9) is None
     kernel.compile()

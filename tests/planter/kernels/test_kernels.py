@@ -42,7 +42,7 @@ def test_a_scalar_does_not_fill_a_vector(kernel: Kernel, x: object) -> None:
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_a_number_that_is_not_finite_is_refused(kernel: Kernel, bad: float) -> None:
+def test_non_finite_number_is_refused(kernel: Kernel, bad: float) -> None:
     with pytest.raises(CallError, match="f: input x is not finite"):
         kernel(phi=0.5, x=[1.0, bad])
 
@@ -64,7 +64,7 @@ def test_a_failed_root_is_an_error() -> None:
         kernel(start=1.0, p=4.0)
 
 
-def test_ctrl_c_inside_a_call_waits_for_its_end(kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupt_during_call_waits_for_end(kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
     kernel(phi=0.5, x=[1.0, 2.0])
     call = kernel._way._calls[1]  # type: ignore[attr-defined]
@@ -112,7 +112,7 @@ class TestCompiled:
         assert kernel.way == "lanes"
         assert kernel(phi=[0.5, 1.5], x=[2.0, 3.0])["y"] == pytest.approx(2 * np.sin([[0.5, 1.5]]) + 3, rel=1e-15)
 
-    def test_without_lanes_it_is_casadi_s_own_code(self) -> None:
+    def test_kernel_without_lanes_uses_casadi_code(self) -> None:
         x = ca.SX.sym("x")
         kernel = Kernel(ca.Function("square", [x], [x**2], ["x"], ["y"]))
         kernel.compile()
@@ -160,7 +160,7 @@ class TestCompiled:
         assert kernel(x=[3.0])["y"][0, 0] == 9
         assert backends.is_compiled(kernel.work)
 
-    def test_settled_it_is_evaluated_one_way(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_settled_kernel_has_a_single_backend(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("PLANTER_CACHE", str(tmp_path))
         x = ca.SX.sym("x")
         kernel = Kernel(ca.Function("settled", [x], [x**2], ["x"], ["y"]), lanes=["x"])
@@ -169,7 +169,7 @@ class TestCompiled:
         assert kernel.way == "lanes"
         kernel.settle()
 
-    def test_a_kept_one_is_there_at_once(self, kernel: Kernel) -> None:
+    def test_cached_kernel_is_available_at_once(self, kernel: Kernel) -> None:
         kernel.compile()
         other = Kernel(kernel.function, lanes=["phi"])
         other.compile(wait=False)
@@ -197,7 +197,7 @@ def test_a_pickled_kernel_is_the_same_function(kernel: Kernel) -> None:
     assert again(**inputs)["y"].tolist() == kernel(**inputs)["y"].tolist()
 
 
-def test_a_bound_kernel_says_what_to_pickle(kernel: Kernel) -> None:
+def test_bound_kernel_suggests_pickling_kernel(kernel: Kernel) -> None:
     bound = kernel.bind(phi=np.zeros((1, 2)), x=np.ones((2, 1), order="F"))
     with pytest.raises(TypeError, match="pickle the kernel"):
         pickle.dumps(bound)

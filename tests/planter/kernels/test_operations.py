@@ -97,11 +97,11 @@ def ways_of(
 
 
 @pytest.mark.parametrize("name", SINGLE)
-def test_of_one_number(name: str, ways_of: tuple[backends.Backend, backends.Backend]) -> None:
+def test_unary_operations(name: str, ways_of: tuple[backends.Backend, backends.Backend]) -> None:
     check(name, single(), ways_of[0], list(SINGLE).index(name), SINGLE[name][1])
 
 
-def test_floor_of_what_is_no_angle(ways_of: tuple[backends.Backend, backends.Backend]) -> None:
+def test_floor_of_non_angles(ways_of: tuple[backends.Backend, backends.Backend]) -> None:
     """Without a vector instruction for it, numbers beyond 32 bits are left as they are; else they have their floor."""
     actual = evaluated(single(), ways_of[0], BEYOND)[f"y{list(SINGLE).index('floor')}"][0]
     assert (actual == np.floor(BEYOND)).all() or (actual == BEYOND).all()

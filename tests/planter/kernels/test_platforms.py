@@ -34,7 +34,7 @@ def test_the_system_decides(system: str, expected: Platform, monkeypatch: pytest
     assert compiler.current_platform() is expected
 
 
-def test_a_process_apart_is_one_that_ctrl_c_does_not_reach(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_background_process_ignores_interrupt(monkeypatch: pytest.MonkeyPatch) -> None:
     """On Windows a group of its own, elsewhere a session."""
     monkeypatch.setattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 512, raising=False)
     for system, expected in (("win32", {"creationflags": 512}), ("linux", {"start_new_session": True})):
@@ -43,7 +43,7 @@ def test_a_process_apart_is_one_that_ctrl_c_does_not_reach(monkeypatch: pytest.M
 
 
 @needs_compiler
-def test_a_library_that_another_process_holds_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_library_locked_by_another_process_is_used(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Windows lets nobody replace what is loaded: who comes second takes what the first has built."""
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
 
@@ -57,7 +57,7 @@ def test_a_library_that_another_process_holds_is_used(tmp_path: Path, monkeypatc
 
 @needs_compiler
 @pytest.mark.parametrize(("system", "suffix"), [(LINUX, ".so"), (MACOS, ".dylib"), (WINDOWS, ".dll")])
-def test_a_library_is_kept_under_the_systems_name(
+def test_library_name_follows_system(
     system: Platform, suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PLANTER_CACHE", str(tmp_path / "cache"))
@@ -73,7 +73,7 @@ def commands(system: Platform, command: tuple[str, ...] = ("cc",), folder: Path 
     ]
 
 
-def test_code_has_no_place_of_its_own_but_on_windows() -> None:
+def test_code_is_position_independent_except_on_windows() -> None:
     assert ["-fPIC" in commands(system)[0] for system in (LINUX, MACOS, WINDOWS)] == [True, True, False]
 
 
@@ -87,7 +87,7 @@ def test_a_library_says_where_others_find_it() -> None:
         assert ("-lm" in link) == (system is not WINDOWS)
 
 
-def test_a_path_of_windows_stays_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_windows_path_stays_a_single_word(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiler, "current_platform", lambda: WINDOWS)
     assert compiler._split_words(r'"C:\Program Files\llvm\clang.exe" -target x') == [
         r"C:\Program Files\llvm\clang.exe", "-target", "x",
@@ -162,7 +162,7 @@ class TestWithoutACompiler:
         (message,) = [record.getMessage() for record in caplog.records]
         assert f"prepares itself, once: this takes about {compiler.preparation_time_s()} s" in message
 
-    def test_prepared_it_says_nothing(
+    def test_prepared_compiler_is_silent(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
     ) -> None:
         as_bundled(monkeypatch, self.cc)
@@ -171,13 +171,13 @@ class TestWithoutACompiler:
         toolchain.build_library("twice", INNER, ())
         assert not caplog.records
 
-    def test_a_compiler_that_cc_names_comes_first(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_compiler_in_cc_has_priority(self, monkeypatch: pytest.MonkeyPatch) -> None:
         as_bundled(monkeypatch, self.cc)
         monkeypatch.setenv("CC", "no-such-compiler")
         with pytest.raises(toolchain.CompilerError, match="no-such-compiler"):
             toolchain.find_compiler()
 
-    def test_without_the_extra_there_is_none(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_no_compiler_without_extra(self, monkeypatch: pytest.MonkeyPatch) -> None:
         as_bundled(monkeypatch)
         with pytest.raises(toolchain.CompilerError, match="there is no C compiler 'cc'"):
             toolchain.find_compiler()

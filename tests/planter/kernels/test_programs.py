@@ -33,7 +33,7 @@ def running() -> Running:
     return Running(programs.build_webassembly([program()]))
 
 
-def test_a_program_finds_what_its_formulas_say() -> None:
+def test_program_equals_formulas() -> None:
     values = program()(x=np.array([2.0, 0.5]))
     assert values["a"] == pytest.approx([2, 4, 6, 0.5, 0.25, 0.125], rel=1e-15)
     line = 6 * ANGLES + 0.5
@@ -41,7 +41,7 @@ def test_a_program_finds_what_its_formulas_say() -> None:
     assert values["singles"] == pytest.approx([line.max(), np.sin(ANGLES).sum()], rel=1e-12)
 
 
-def test_vectors_stand_one_after_another() -> None:
+def test_vectors_are_consecutive() -> None:
     printed_program = program()
     ends = np.cumsum(list(printed_program.sizes.values()))
     assert list(printed_program.offsets.values()) == [0, *ends[:-1]]
@@ -50,7 +50,7 @@ def test_vectors_stand_one_after_another() -> None:
 
 
 @needs_wasm
-def test_webassembly_finds_the_same_and_needs_nothing(running: Running) -> None:
+def test_webassembly_equals_formulas_without_imports(running: Running) -> None:
     printed_program = program()
     assert list(running.module.imports) == []
     for x in ([0.7, -1.3], [2.0, 0.5], [-1e3, 1e-3]):
@@ -60,7 +60,7 @@ def test_webassembly_finds_the_same_and_needs_nothing(running: Running) -> None:
 
 
 @needs_wasm
-def test_its_sine_and_cosine_are_right_far_from_zero_too(running: Running) -> None:
+def test_sine_and_cosine_are_accurate_far_from_zero(running: Running) -> None:
     sines = running.vectors(program())
     assert sines is not None
     sine, cosine, _ = sines["rows"].reshape(3, -1)
@@ -69,19 +69,19 @@ def test_its_sine_and_cosine_are_right_far_from_zero_too(running: Running) -> No
 
 
 @needs_wasm
-def test_what_is_not_finite_is_told(running: Running) -> None:
+def test_non_finite_result_is_reported(running: Running) -> None:
     assert running.vectors(program(), x=np.array([np.inf, 1.0])) is None
     assert running.vectors(program(), x=np.array([1e308, 1e308])) is None
     assert running.vectors(program(), x=np.array([1.0, 1.0])) is not None
 
 
-def test_without_the_compiler_a_sentence_says_what_brings_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_compiler_error_names_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiler, "bundled_command", lambda target="": ())
     with pytest.raises(CompilerError, match=r"pip install 'planter\[compiler\]'"):
         programs.build_webassembly([program()])
 
 
-def test_the_text_is_c_of_loops_and_of_what_calls_them() -> None:
+def test_text_is_loops_in_c() -> None:
     text = print_programs([program()])
     assert set(text) == {LOOPS_FILE, MAIN_FILE}
     assert "void demo_rows(long lanes" in text[LOOPS_FILE]

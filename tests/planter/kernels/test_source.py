@@ -135,7 +135,7 @@ def test_a_device_s_kernels_are_vector_instructions(march: str, model: Model, tm
 @on_x86_64
 @needs_disassembler
 @pytest.mark.parametrize("march", ["x86-64", "native"])
-def test_a_loop_with_a_call_that_has_no_vector_form_is_seen(march: str, tmp_path: Path) -> None:
+def test_loop_with_scalar_call_is_detected(march: str, tmp_path: Path) -> None:
     force = ca.if_else(phi > x[0], ca.sin(phi) * ca.sqrt(x[1]), ca.cos(phi)) * phi
     good = work("phi x", {"y": force}, [phi, x], "phi")
     bad = work("phi x", {"y": force + ca.fmod(phi, x[1])}, [phi, x], "phi")
@@ -146,7 +146,7 @@ def test_a_loop_with_a_call_that_has_no_vector_form_is_seen(march: str, tmp_path
 
 @on_x86_64
 @needs_disassembler
-def test_sine_and_cosine_that_are_not_kept_apart_are_seen(tmp_path: Path) -> None:
+def test_unseparated_sine_and_cosine_are_detected(tmp_path: Path) -> None:
     """A compiler merges them into one call, and the loop is no vector loop any more."""
     task = work("phi", {"y": ca.sin(phi) * ca.cos(phi) + phi}, [phi], "phi")
     assert _arithmetic(_object(task, "x86-64", tmp_path))["xmm"] > 0

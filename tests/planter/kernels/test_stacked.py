@@ -20,7 +20,7 @@ def build_function() -> ca.Function:
 
 @pytest.mark.parametrize("summed", [False, True])
 @pytest.mark.parametrize("compiled", [False, True])
-def test_a_stack_is_its_calls(summed: bool, compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stack_equals_single_calls(summed: bool, compiled: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     if not compiled:
         monkeypatch.setattr(backends, "select_fastest", backends.build_virtual_machine)
     rng, calls, lanes = np.random.default_rng(2), 3, 7

@@ -54,7 +54,7 @@ class TestCache:
         assert first.stat().st_mtime_ns == written
         assert twice(first) == 8
 
-    def test_another_source_flag_name_or_processor_is_another_library(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_library_path_depends_on_all_inputs(self, monkeypatch: pytest.MonkeyPatch) -> None:
         path = toolchain.library_path("twice", SOURCE, ("-O3",))
         other_paths = [
             toolchain.library_path("twice", SOURCE.replace("2.0", "3.0"), ("-O3",)),
@@ -72,7 +72,7 @@ class TestCache:
         monkeypatch.setattr(toolchain, "find_compiler", lambda: newer)
         assert toolchain.library_path("twice", SOURCE, ()) != path
 
-    def test_what_is_linked_belongs_to_it(self, tmp_path: Path) -> None:
+    def test_linked_library_belongs_to_user(self, tmp_path: Path) -> None:
         inner = library()
         outer = toolchain.build_library(
             "outer", "double twice(double); double outer(double x) { return twice(x); }", (), (inner,)
@@ -113,7 +113,7 @@ class TestCache:
             library("double twice(double x) { return y; }\n")
         assert list(self.folder.iterdir()) == []
 
-    def test_two_processes_that_start_together(self) -> None:
+    def test_concurrent_processes_build_once(self) -> None:
         program = (
             "from pathlib import Path; import sys, time; from planter.kernels import toolchain\n"
             "source = Path(sys.argv[1]).read_text()\n"
@@ -131,7 +131,7 @@ class TestCache:
         assert [p.name for p in self.folder.iterdir()] == [path.name]
         assert twice(path) == 8
 
-    def test_a_folder_that_others_may_write_is_refused(self) -> None:
+    def test_folder_writable_by_others_is_refused(self) -> None:
         library()
         self.folder.chmod(0o777)
         with pytest.raises(CompilerError, match="is open to other users"):
@@ -145,17 +145,17 @@ class TestCache:
             library()
 
     @as_a_user
-    def test_a_folder_that_cannot_be_written(self) -> None:
+    def test_unwritable_folder_is_reported(self) -> None:
         self.folder.mkdir(mode=0o500)
         with pytest.raises(CompilerError, match="cannot be written"):
             library()
 
-    def test_a_folder_that_cannot_be_made(self, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_uncreatable_folder_is_reported(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("PLANTER_CACHE", "/dev/null/cache")
         with pytest.raises(CompilerError, match="no folder for compiled functions"):
             library()
 
-    def test_a_disk_that_forbids_execution(self) -> None:
+    def test_disk_without_execution_is_reported(self) -> None:
         path = self.folder.parent / "no.so"
         path.write_text("this is no library")
         with pytest.raises(CompilerError, match="cannot be loaded"):
@@ -191,7 +191,7 @@ def test_a_user_without_a_home(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("name", ["", "no-such-compiler", "false", __file__])
-def test_a_compiler_that_is_none(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_invalid_compiler_is_ignored(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", name)
     with pytest.raises(CompilerError, match=r"compiler|CC is empty"):
         toolchain.find_compiler()
@@ -294,13 +294,13 @@ class TestWithout:
 
     @pytest.mark.parametrize("case", ["CC is empty", pytest.param("no folder", marks=pytest.mark.long),
                                       pytest.param("a folder open to all", marks=pytest.mark.long)])  # fmt: skip
-    def test_one_warning(self, case: str, objective: float, tmp_path: Path) -> None:
+    def test_single_warning(self, case: str, objective: float, tmp_path: Path) -> None:
         output, messages = run_and_warn([sys.executable, "-m", "planter"], WITHOUT[case](tmp_path))
         assert len(messages) == 1
         assert messages[0].startswith("planter: slower without compiled functions: ")
         assert output["objective"] == pytest.approx(objective, rel=1e-9)
 
-    def test_one_warning_where_nothing_can_be_loaded(self, objective: float, kernel_cache: None) -> None:
+    def test_single_warning_for_unloadable_library(self, objective: float, kernel_cache: None) -> None:
         output, messages = run_and_warn([sys.executable, "-c", UNLOADABLE], {})
         assert len(messages) == 1
         assert "cannot be loaded" in messages[0]

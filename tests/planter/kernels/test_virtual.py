@@ -44,20 +44,20 @@ class TestWhatIsKept:
         assert list(list_calls(kernel)) == list(COUNTS)[-len(list_calls(kernel)) :]
         assert len(list_calls(kernel)) > 1
 
-    def test_without_a_bound_all_would_be_kept(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_cache_without_bound_would_grow(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(backends, "CACHE_BYTES", 10**12)
         for count in COUNTS:
             called(kernel, count)
         assert len(list_calls(kernel)) == 87
         assert sum(call.bytes for call in list_calls(kernel).values()) > 3 * 3_000_000
 
-    def test_the_last_is_kept_whatever_its_size(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_last_entry_stays_at_any_size(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(backends, "CACHE_BYTES", 1)
         for count in (5, 7):
             called(kernel, count)
             assert list(list_calls(kernel)) == [count]
 
-    def test_what_is_used_again_stays(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_reused_entry_stays(self, kernel: Kernel, monkeypatch: pytest.MonkeyPatch) -> None:
         for count in (5, 6):
             called(kernel, count)
         monkeypatch.setattr(backends, "CACHE_BYTES", sum(call.bytes for call in list_calls(kernel).values()) + 10)
@@ -73,7 +73,7 @@ class TestWhatIsKept:
         assert list(list_calls(kernel)) == [5]
 
 
-def test_threads_compute_at_the_same_time_in_memory_of_their_own(kernel: Kernel) -> None:
+def test_threads_compute_concurrently_in_separate_memory(kernel: Kernel) -> None:
     """All meet inside a call: with memory, or a lock, that they share they would not, or find another's numbers."""
     meeting = threading.Barrier(4, timeout=30)
     angles = np.random.default_rng(1).uniform(size=(4, 300))

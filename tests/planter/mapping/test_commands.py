@@ -75,7 +75,7 @@ def test_synthesis_has_the_keys_of_the_contract() -> None:
     assert reversal["deg"] == pytest.approx(31.2514291, abs=1e-6)
 
 
-def test_built_in_poses_are_those_of_the_print_and_the_corrected_ones() -> None:
+def test_built_in_poses_are_printed_and_corrected() -> None:
     printed, corrected = load_poses("sun2019"), load_poses("sun2019-corrected")
     assert printed.poses[0, 2] == -corrected.poses[0, 2]
     assert np.array_equal(printed.poses[1:], corrected.poses[1:])
@@ -90,7 +90,7 @@ def test_the_print_has_four_dyads_and_six_linkages() -> None:
     assert [link["dyads"] for link in result["linkages"]] == [[1, 2], [1, 3], [1, 4], [2, 3], [2, 4], [3, 4]]
 
 
-def test_a_set_value_is_that_of_another_file() -> None:
+def test_set_value_equals_edited_file() -> None:
     changed = answer("synthesise", "sun2019", "--set", "pose[0].phi_deg=-10")
     assert changed["dyads"] == corrected()["dyads"]
 
@@ -171,7 +171,7 @@ def test_train_against_poses() -> None:
 
 
 @pytest.mark.usefixtures("blank_figures")
-def test_the_closest_curve_is_one_for_the_train(tmp_path: Path) -> None:
+def test_closest_curve_suits_the_train(tmp_path: Path) -> None:
     code, _, err = run("synthesise", "sun2019-corrected", "--out", str(tmp_path))
     assert code == 0, err
     result = json.loads((tmp_path / "summary.json").read_text())
@@ -288,7 +288,7 @@ def test_curves_of_other_kinds_are_suspected(rows: list, message: str, tmp_path:
     assert message in refusal("train", curve_file(tmp_path / "other.csv", rows))
 
 
-def test_files_of_the_other_kind_say_what_they_are_for(tmp_path: Path) -> None:
+def test_wrong_kind_of_file_is_explained(tmp_path: Path) -> None:
     path = curve_file(tmp_path / "curve.csv", TURN)
     assert "poses are read from a TOML file" in refusal("synthesise", path)
     assert "poses are read from a TOML file" in refusal("train", "sun2019-curve", "--poses", path)
@@ -296,7 +296,7 @@ def test_files_of_the_other_kind_say_what_they_are_for(tmp_path: Path) -> None:
     assert "this is a .toml file, but it must be a .csv file" in refusal("train", str(tmp_path / "poses.toml"))
 
 
-def test_a_curve_that_turns_back_is_no_success(tmp_path: Path) -> None:
+def test_reversing_curve_is_not_a_success(tmp_path: Path) -> None:
     path = curve_file(tmp_path / "back.csv", [(0, 0), (100, -90), (200, -60), (300, -250), (360, -360)])
     code, out, err = run("train", path, "--json")
     assert code == 1

@@ -22,7 +22,7 @@ def matched(common: list, points: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_four_real_points_are_found(seed: int) -> None:
+def test_four_real_points_are_recovered(seed: int) -> None:
     points = np.random.default_rng(seed).normal(size=(4, 3))
     common = common_points(*pencil(points))
     assert [f.is_real for f in common] == [True] * 4
@@ -30,7 +30,7 @@ def test_four_real_points_are_found(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_complex_points_are_found_in_pairs(seed: int) -> None:
+def test_complex_points_come_in_pairs(seed: int) -> None:
     rng = np.random.default_rng(seed)
     first, other = rng.normal(size=(2, 3)) + 1j * rng.normal(size=(2, 3))
     points = np.array([first, first.conj(), other, other.conj()])
@@ -47,7 +47,7 @@ def test_points_on_the_axes_of_the_plane_are_no_exception(column: int) -> None:
     assert matched(common_points(*pencil(points)), points) < 1e-10
 
 
-def test_points_above_each_other_are_told_apart() -> None:
+def test_vertical_points_are_distinguished() -> None:
     points = np.array([[0.3, 1, 1], [0.3, -2, 1], [1, 0.4, 1], [1, 5, 1.0]])
     assert matched(common_points(*pencil(points)), points) < 1e-10
 

@@ -88,7 +88,7 @@ def test_the_arm_must_not_turn_more_than_once() -> None:
         build_path_curve(LINKAGE, too_far)
 
 
-def test_turns_are_added_so_that_the_curve_falls() -> None:
+def test_turns_are_added_for_falling_curve() -> None:
     assert unwrap_rotations(np.radians([10, -100, 120, -350])) == pytest.approx(np.radians([10, -100, -240, -350]))
     assert unwrap_rotations(np.radians([10, 100, -120]), 1) == pytest.approx(np.radians([10, 100, 240]))
 
@@ -105,13 +105,13 @@ def closest() -> Nearest:
     return find_nearest(DYADS[0], si(CORRECTED))
 
 
-def test_closest_curve_is_monotone_and_within_its_slopes(closest: Nearest) -> None:
+def test_closest_curve_is_monotone_within_slopes(closest: Nearest) -> None:
     slopes = closest.curve.slopes(np.linspace(0, TURN, 100001))[0]
     assert slopes.min() > 0.1 - 1e-6
     assert slopes.max() < 10 + 1e-6
 
 
-def test_poses_that_do_not_conflict_are_met_exactly(closest: Nearest) -> None:
+def test_compatible_poses_are_met_exactly(closest: Nearest) -> None:
     off = [m.tip + m.hinge for m in closest.misses]
     assert max(off[k] for k in (0, 1, 4)) < 1e-9
     assert min(off[k] for k in (2, 3)) > 1e-3
@@ -159,7 +159,7 @@ def test_no_other_monotone_turn_is_closer(closest: Nearest) -> None:
     assert min(solutions) > best * (1 - 1e-3)
 
 
-def test_poses_that_allow_it_are_passed_exactly() -> None:
+def test_achievable_poses_are_passed_exactly() -> None:
     """A carrier that makes whole turns under an arm that swings: the miss is rounding, in every pose."""
     dyad = Dyad(np.array([-0.2, -0.05]), np.array([0.1, 0.0]), 0.1)
     theta, phi = np.radians([0, 70, 150, 230, 300]), np.radians([0, 10, 5, -10, -5])

@@ -38,7 +38,7 @@ def seeds_with(count: int) -> list[int]:
 
 
 @pytest.mark.parametrize("count", [0, 2, 4])
-def test_random_poses_have_none_two_or_four_dyads(count: int) -> None:
+def test_random_poses_have_zero_two_or_four_dyads(count: int) -> None:
     seeds = seeds_with(count)
     assert len(seeds) == 4
     for seed in seeds:
@@ -57,7 +57,7 @@ def test_a_moved_hinge_misses() -> None:
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_none_is_missing(seed: int) -> None:
+def test_no_dyad_is_missing(seed: int) -> None:
     """Against roots of a general solver from many starts, which knows nothing of mapping or conics."""
     poses = random_poses(seed)
     place, turn = poses[:, 0] + 1j * poses[:, 1], np.exp(1j * poses[:, 2])
@@ -110,7 +110,7 @@ def test_kinematic_inversion_swaps_the_hinges(seed: int) -> None:
         assert other.vector == pytest.approx([*dyad.centre, *dyad.point, dyad.radius], rel=1e-8)
 
 
-def test_roots_with_gamma_zero_are_found() -> None:
+def test_roots_with_zero_gamma_are_included() -> None:
     """A basis of the null space whose third vector is not needed for a dyad: there the patent would divide by zero."""
     poses = random_poses(seeds_with(4)[1])
     scale = Scale.from_poses(poses)
@@ -159,7 +159,7 @@ def test_printed_dyads_and_hinges(number: int) -> None:
     assert hinges[3] == pytest.approx(fourth, abs=6e-5)
 
 
-def test_the_first_pose_as_printed_gives_none_of_them() -> None:
+def test_printed_first_pose_has_no_dyads() -> None:
     solution = solve_dyads(si([(235, 120, 10), *CORRECTED[1:]]))
     assert len(solution.dyads) == 4
     for point, _, _, _, _ in PRINTED.values():
@@ -214,7 +214,7 @@ def test_fewer_poses_leave_a_family(count: int) -> None:
     assert worst(poses, dyads) < 1e-10
 
 
-def test_members_of_the_family_of_four_poses_pass_any_fifth_that_one_of_them_passes() -> None:
+def test_family_members_share_a_fifth_pose() -> None:
     poses = si(CORRECTED)
     members, _ = find_family(poses[:4])
     both = solve_dyads(poses).dyads
@@ -235,14 +235,14 @@ def test_repeated_poses_count_once() -> None:
         find_family(poses[[0, 0]])
 
 
-def test_a_body_that_only_shifts_has_no_dyads() -> None:
+def test_pure_translation_has_no_dyads() -> None:
     poses = random_poses(4)
     poses[:, 2] = 0.3
     assert count_free_parameters(poses) == 1
     assert find_family(poses) == ([], [])
 
 
-def test_a_body_that_only_turns_takes_every_point_round_the_pole() -> None:
+def test_pure_rotation_has_every_point_about_the_pole() -> None:
     """But for the point at the pole itself, which keeps its distance from everything."""
     poses = random_poses(4)
     poses[:, :2] = (0.1, 0.2)
@@ -252,7 +252,7 @@ def test_a_body_that_only_turns_takes_every_point_round_the_pole() -> None:
     assert max(min(np.hypot(*(d.centre - (0.1, 0.2))), np.hypot(*d.point)) for d in dyads) < 1e-6
 
 
-def test_a_body_that_shifts_on_a_circle_takes_every_point_along() -> None:
+def test_circular_translation_has_every_point() -> None:
     turn = np.array([0.1, 1.0, 2.5, 3.0, 5.0])
     poses = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
     dyads, _ = find_family(poses)
@@ -269,7 +269,7 @@ def on_a_dyad(seed: int, count: int, noise: float = 0.0) -> tuple[np.ndarray, np
     return dyad, np.column_stack([tip.real, tip.imag, phi])
 
 
-def test_more_poses_on_one_dyad_give_it_back() -> None:
+def test_extra_poses_recover_the_dyad() -> None:
     dyad, poses = on_a_dyad(1, 9)
     solution = fit_dyads(poses)
     best = min(solution.dyads, key=lambda d: misses(poses, d.vector).max())
@@ -290,7 +290,7 @@ def test_more_poses_are_fitted_by_least_squares() -> None:
         assert cost(best + 1e-5 * direction) > cost(best)
 
 
-def test_cardan_motion_takes_a_whole_circle_of_points_along_lines() -> None:
+def test_cardan_motion_has_a_circle_of_line_points() -> None:
     """Cardan circles: five poses in general, and yet a family, the conics having a curve in common."""
     turn = np.array([0.2, 0.9, 1.7, 2.6, 4.0])
     poses = np.column_stack([0.1 * np.cos(turn), 0 * turn, turn])

@@ -28,7 +28,7 @@ def named(train: Train) -> set[str]:
     return {warning.name for warning in trains.warnings(train)}
 
 
-def test_the_readme_s_own_example_is_told_of_its_cusp() -> None:
+def test_readme_example_warns_of_cusp() -> None:
     result = answer("train", "sun2019-curve", "--crank-mm", "101.6")
     by_name: dict[str, list] = {}
     for warning in result["warnings"]:
@@ -46,12 +46,12 @@ def test_the_readme_s_own_example_is_told_of_its_cusp() -> None:
     assert result["module_max_mm"] == pytest.approx(min(result["curvature_radius_min_mm"]) / 1.25)
 
 
-def test_gentle_gears_are_told_nothing() -> None:
+def test_gentle_gears_have_no_warnings() -> None:
     assert trains.warnings(harmonic(0.1)) == []
     assert named(harmonic(0.6)) != set()
 
 
-def test_each_warning_comes_with_what_it_warns_of() -> None:
+def test_each_warning_has_a_cause() -> None:
     for swing in np.linspace(0.1, 0.95, 12):
         train = harmonic(float(swing))
         at = train.gears(np.linspace(0, TURN, 2001))
@@ -60,7 +60,7 @@ def test_each_warning_comes_with_what_it_warns_of() -> None:
         assert ("hollow pitch curve" in named(train)) == (not all(train.convex))
 
 
-def test_the_largest_module_is_where_the_curve_of_roots_or_tips_folds() -> None:
+def test_largest_module_is_where_offset_curve_folds() -> None:
     """A curve beside another one, d away, has a cusp where the radius of curvature is d: it stops there."""
     train = harmonic(0.9)
     dense = np.linspace(0, TURN, 100_001)
@@ -89,7 +89,7 @@ def test_tables_and_page_say_the_warnings(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "summary.json").read_text())["warnings"][0]["carrier_deg"] > 0
 
 
-def test_a_rising_curve_is_told_its_idler() -> None:
+def test_rising_curve_warns_of_idler() -> None:
     theta = np.linspace(0, TURN, 73)
     rising = Train(AngleCurve(theta, theta + 0.1 * np.sin(theta), 1), A)
     (message,) = trains.warnings(rising)

@@ -55,7 +55,7 @@ def test_types_after_grashof(kind: str) -> None:
 
 
 @pytest.mark.parametrize("seed", range(30))
-def test_reach_is_where_the_triangle_of_coupler_and_follower_closes(seed: int) -> None:
+def test_reach_limit_closes_the_triangle(seed: int) -> None:
     frame, crank, coupler, follower = np.random.default_rng(seed).uniform(0.05, 0.2, 4)
     crank, follower = min(crank, follower), max(crank, follower)
     lengths = frame, crank, coupler, follower
@@ -83,7 +83,7 @@ def test_circuits_are_closed_and_apart(kind: str) -> None:
         assert seen == {circuit}
 
 
-def test_transmission_angle_is_that_of_the_triangle() -> None:
+def test_transmission_angle_equals_triangle() -> None:
     frame, crank, coupler, follower = LINKAGES["crank-rocker"]
     linkage = bar(*LINKAGES["crank-rocker"])
     path = linkage.path(1)
@@ -102,7 +102,7 @@ def test_assemblies_are_mirror_images_in_the_diagonal() -> None:
     assert (up[1] - up[0]) / line == pytest.approx(np.conj((down[1] - down[0]) / line), abs=1e-12)
 
 
-def test_rate_of_the_arm_is_that_of_the_closed_loop() -> None:
+def test_arm_rate_equals_closed_loop() -> None:
     theta, step = np.linspace(0, TURN, 20), 1e-5
     ones = np.ones(20)
     phi = PATENT.arm_angle(theta, ones)
@@ -130,7 +130,7 @@ def trace(linkage: FourBar, circuit: int, steps: list[int]) -> np.ndarray:
     return np.column_stack([path.tip.T, path.phi])[steps]
 
 
-def test_poses_along_a_path_have_no_defects_and_swapped_ones_have() -> None:
+def test_ordered_poses_have_no_defects() -> None:
     linkage = bar(*LINKAGES["crank-rocker"])
     poses = trace(linkage, 1, [10, 90, 170, 250, 330])
     wrong = defects(linkage, standings(linkage, poses))
@@ -139,7 +139,7 @@ def test_poses_along_a_path_have_no_defects_and_swapped_ones_have() -> None:
     assert defects(linkage, standings(linkage, poses[[0, 2, 1, 3, 4]])).order
 
 
-def test_branch_defect_of_a_crank_that_does_not_turn_round() -> None:
+def test_branch_defect_of_rocking_crank() -> None:
     linkage = bar(*LINKAGES["non-grashof"])
     assert not defects(linkage, standings(linkage, trace(linkage, 1, [20, 60, 100, 140]))).branch
     both = defects(linkage, standings(linkage, trace(linkage, 1, [20, 100, 200, 300])))
@@ -161,14 +161,14 @@ def test_order_round_a_turn() -> None:
     assert in_order([0.0, 2.0, 1.0, 3.0]) == 0
 
 
-def test_an_arm_at_rest_can_be_passed_in_one_sense() -> None:
+def test_resting_arm_is_passable_in_a_single_sense() -> None:
     theta = np.radians([10, 80, 200, 300])
     assert reversals(theta, np.zeros(4)) == []
     turn = one_turn(theta, np.zeros(4))
     assert np.degrees(turn.falls) == pytest.approx([70, 120, 100, 70])
 
 
-def test_an_arm_that_is_faster_than_the_carrier_turns_back() -> None:
+def test_arm_faster_than_carrier_reverses() -> None:
     """From 80 to 110 deg the carrier turns by 30, the arm by 50: by 20 deg it turns back."""
     theta, phi = np.radians([10, 80, 110, 300]), np.radians([0, 0, 50, 0])
     (reversal,) = reversals(theta, phi)
@@ -183,7 +183,7 @@ def test_whole_turns_of_the_given_angles_do_not_matter() -> None:
     assert [(r.start, r.end, round(r.angle, 9)) for r in shifted] == [(1, 2, round(np.radians(20), 9))]
 
 
-def test_two_arm_angles_at_one_carrier_angle_are_no_turn() -> None:
+def test_two_arm_angles_at_a_carrier_angle_conflict() -> None:
     (reversal,) = reversals(np.radians([10, 80, 80, 300]), np.radians([0, 0, -20, 0]))
     assert np.degrees(reversal.angle) == pytest.approx(20)
 

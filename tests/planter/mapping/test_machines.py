@@ -49,7 +49,7 @@ def values_of(machine: Machine, angles: np.ndarray = ANGLES, x: np.ndarray | Non
 
 
 @pytest.mark.parametrize("number", [1, 2, 4], ids=["double crank", "crank rocker", "another"])
-def test_a_linkage_moves_as_the_room_s_own(number: int) -> None:
+def test_linkage_equals_package_linkage(number: int) -> None:
     linkage = find_linkages(file_of(PRINTED).poses)[1][number - 1]
     bar, values = linkage.bar, values_of(linkage_machine(number))
     phi = bar.arm_angle(ANGLES, np.full(len(ANGLES), linkage.standings[0].assembly))
@@ -62,7 +62,7 @@ def test_a_linkage_moves_as_the_room_s_own(number: int) -> None:
     np.testing.assert_allclose(values["transmission"], bar.transmission(ANGLES, phi), rtol=0, atol=1e-11)
 
 
-def test_a_linkage_passes_its_poses_and_keeps_its_lengths() -> None:
+def test_linkage_passes_poses_with_constant_lengths() -> None:
     file = load_poses("sun2019-corrected")
     linkage = find_linkages(file.poses)[1][0]
     visited = [k for k, standing in enumerate(linkage.standings) if standing.assembly == linkage.standings[0].assembly]
@@ -72,7 +72,7 @@ def test_a_linkage_passes_its_poses_and_keeps_its_lengths() -> None:
     np.testing.assert_allclose(rod, linkage.bar.follower.radius, rtol=1e-12)
 
 
-def test_other_poses_give_the_linkage_that_is_synthesised_from_them() -> None:
+def test_other_poses_give_their_synthesis() -> None:
     machine = load_machine("sun2019-corrected")
     data = machine.data.copy()
     data[3:6] += [0.003, -0.002, np.radians(1)]
@@ -100,7 +100,7 @@ def test_derivatives_are_those_of_differences(machine: Callable[[], Machine]) ->
         assert (np.abs(slopes[:, :, column] - difference).max(axis=1) <= allowed).all()
 
 
-def test_a_train_turns_its_arm_by_the_curve() -> None:
+def test_train_turns_arm_by_curve() -> None:
     file, machine = load_poses("sun2019"), load_machine("sun2019")
     train = Train(load_curve("sun2019-curve"), 0.07)
     values, gears = values_of(machine), train.gears(ANGLES)
@@ -119,7 +119,7 @@ def test_a_train_turns_its_arm_by_the_curve() -> None:
     np.testing.assert_allclose(values["r1"] + values["r2"], 0.07, rtol=1e-14)
 
 
-def test_the_tip_s_velocity_is_its_rate() -> None:
+def test_tip_velocity_is_rate_of_position() -> None:
     for machine in (linkage_machine(2), load_machine("sun2019", {"carrier_speed_rpm": 30.0})):
         response, angles = MachineResponse(machine, ["d1", "d2", "v1", "v2"]), np.array([0.3, 2.1, 4.4])
         point = response.at(machine.design)
@@ -158,7 +158,7 @@ def test_poses_without_a_turning_linkage_are_refused() -> None:
         build_linkage(file_of(PRINTED, 7))
 
 
-def test_a_curve_that_no_train_has_is_refused() -> None:
+def test_impossible_train_curve_is_refused() -> None:
     with pytest.raises(InputError, match=r"\[curve\] point 17: relative_deg"):
         load_machine("sun2019", {"curve.relative_deg[16]": -340.0})
     with pytest.raises(ComputationError, match="slope of the angle curve reaches zero"):

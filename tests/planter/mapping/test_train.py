@@ -74,7 +74,7 @@ def test_arcs_of_mating_curves_are_equal() -> None:
 
 
 @pytest.mark.parametrize("gear", range(4))
-def test_curvature_is_that_of_the_points(gear: int) -> None:
+def test_curvature_equals_points(gear: int) -> None:
     """By the circle through three neighbours on the polar curve."""
     train, step = harmonic(0.6), 2e-3
     theta = np.linspace(0.3, 6, 25)
@@ -135,19 +135,19 @@ def test_carrier_bends_by_the_cosine_rule() -> None:
         DEFAULT.bend(0.1401)
 
 
-def test_printed_split_parameter_is_near_that_of_the_assumed_points() -> None:
+def test_printed_split_parameter_is_near_assumed_points() -> None:
     """The patent prints 0.968 for points that it does not disclose."""
     assert DEFAULT.x_s == pytest.approx(0.968, abs=2e-3)
     assert DEFAULT.x_s != pytest.approx(0.968, abs=5e-4)
 
 
-def test_a_curve_that_stops_is_refused_with_its_angle() -> None:
+def test_stopping_curve_is_refused_with_angle() -> None:
     theta = np.linspace(0, TURN, 361)
     with pytest.raises(ComputationError, match=r"reaches zero at carrier angle 1[67]\d"):
         Train(AngleCurve(theta, -theta - 1.01 * np.sin(theta)), A)
 
 
-def test_a_rising_curve_has_the_gears_of_the_falling_one() -> None:
+def test_rising_curve_has_gears_of_falling_curve() -> None:
     curve = DEFAULT.curve
     mirrored = Train(AngleCurve(curve.carrier, -curve.relative, 1), A)
     assert mirrored.x_s == pytest.approx(DEFAULT.x_s, rel=1e-13)

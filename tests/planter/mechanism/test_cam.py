@@ -19,7 +19,7 @@ def model() -> Model:
     return Model(own.machine(NAME))
 
 
-def test_curvature_and_pressure_angle_are_those_of_a_harmonic_lift(model: Model) -> None:
+def test_curvature_and_pressure_angle_of_harmonic_lift(model: Model) -> None:
     phi = np.linspace(0, 2 * np.pi, 50)
     profile = cam.build_profile(model, 0.008, "0", "y_0 + s").course(phi)
     h, y = 0.014, 0.038 + 0.014 * (1 - np.cos(phi)) / 2
@@ -47,7 +47,7 @@ def test_it_lifts_off_where_the_spring_and_gravity_give_in(model: Model) -> None
     assert lift_off.angle == pytest.approx(np.pi, abs=1e-4)
 
 
-def test_centre_of_the_roller_is_that_of_the_stated_follower() -> None:
+def test_roller_centre_equals_stated_follower() -> None:
     place = str(own.generated(NAME) / f"{NAME}.toml")
     stated, message = (
         answer("cam", place, "--roller-mm", "8", *more) for more in ((), ("--y", "y_0+s", "--force", "N_cam"))
@@ -79,5 +79,5 @@ def test_the_command_writes_a_disc(tmp_path: Path) -> None:
         (("--y", "s"), "undercuts the contour"),
     ],
 )
-def test_bad_input_is_one_sentence(options: tuple[str, ...], message: str) -> None:
+def test_bad_input_is_refused_in_a_sentence(options: tuple[str, ...], message: str) -> None:
     assert message in refusal("cam", str(own.generated(NAME) / f"{NAME}.toml"), "--roller-mm", "8", *options)

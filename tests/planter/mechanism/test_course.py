@@ -33,7 +33,7 @@ def test_of_few_samples_the_extreme_is_theirs() -> None:
     assert evaluate_measure("max s", samples=7) != pytest.approx(LIFT, rel=1e-3)
 
 
-def test_a_quantity_feels_what_it_can_depend_on_and_nothing_else() -> None:
+def test_quantities_depend_only_on_their_inputs() -> None:
     cam, crank = own.file("cam_follower"), own.file("slider_crank")
     assert printed.find_dependencies(cam, "s") == {"h_mm"}
     assert {"mu", "m_s_kg", "k_N_m", "omega_rpm"} <= printed.find_dependencies(cam, "N_cam")
@@ -41,7 +41,7 @@ def test_a_quantity_feels_what_it_can_depend_on_and_nothing_else() -> None:
     assert "mu" in printed.find_dependencies(crank, "F_Ax")
 
 
-def test_a_motion_is_measured_at_a_time_and_over_one() -> None:
+def test_motion_is_measured_at_a_time_and_over_a_span() -> None:
     file = own.file("manipulator")
     run = own.dynamics("manipulator").run(np.linspace(0, 0.4, 4001), 1e-11)
     x = run.results["x_G"]
@@ -63,6 +63,6 @@ def test_a_turn_has_angles_and_a_motion_times(name: str, text: str, until: float
 
 
 @pytest.mark.parametrize("text", ["s", "2 max s", "most s", "max s at 3", "max s + min s"])
-def test_what_is_no_single_measure_is_refused(text: str) -> None:
+def test_ambiguous_measure_is_refused(text: str) -> None:
     with pytest.raises(InputError, match=r"n\.quantity = .*: .*it must be MEASURE"):
         parse_measure(text, "n.quantity =")

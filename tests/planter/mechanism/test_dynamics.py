@@ -116,7 +116,7 @@ def test_the_same_by_a_loop_and_with_constraints_twice(folder: Path) -> None:
         assert np.ptp(total) < 1e-8
 
 
-def test_a_motion_that_leaves_its_constraint_would_be_seen(folder: Path) -> None:
+def test_constraint_drift_is_detected(folder: Path) -> None:
     """Without projection the drift is far above what a projected motion shows."""
     free_motion = dynamics(folder, "held")
 
@@ -139,7 +139,7 @@ def test_rest_and_small_motions_are_those_of_the_textbook(folder: Path) -> None:
         assert np.sort(eigenvalues(free_motion, rest).imag) == pytest.approx([-rate, rate], rel=1e-9)
 
 
-def test_a_rolling_disc_weighs_one_and_a_half(folder: Path) -> None:
+def test_rolling_disc_has_effective_mass_of_1_5(folder: Path) -> None:
     """A spring on the hub of a disc that rolls: w^2 = k / (3 m / 2), and a damper takes the energy."""
     times = np.linspace(0, 2, 41)
     run = dynamics(folder, "disc").run(times, 1e-11)
@@ -150,7 +150,7 @@ def test_a_rolling_disc_weighs_one_and_a_half(folder: Path) -> None:
     assert np.all(np.diff(total) < 0)
 
 
-def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
+def test_command_prints_and_writes(folder: Path, tmp_path: Path) -> None:
     result = answer("move", str(folder / "held.toml"), "--until", "0.5", "--rest", "--out", str(tmp_path / "run"))
     jsonschema.validate(result, load_schema("move"))
     assert result["energy"]["most_J"] - result["energy"]["least_J"] < 1e-6
@@ -177,7 +177,7 @@ def test_changed_start_is_reported(folder: Path) -> None:
 
 
 @pytest.mark.parametrize("stiff", [False, True])
-def test_motion_that_would_not_end_is_given_up(folder: Path, stiff: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_endless_motion_is_given_up(folder: Path, stiff: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("planter.mechanism.dynamics.CHECK_INTERVAL", 500)
     rod = dynamics(folder, "swing", g_m_s2=1e15)
     with pytest.raises(ComputationError, match="evaluations"):

@@ -46,7 +46,7 @@ def energy_of_the_arm(values: dict[str, np.ndarray], phi: np.ndarray) -> np.ndar
     return total
 
 
-def test_the_motor_of_the_arm_gives_what_the_energy_takes() -> None:
+def test_arm_motor_power_equals_energy() -> None:
     phi = np.linspace(0.3, 0.5, 2001)
     values = Model(own.machine("transplanting_arm"))(phi)
     slope = np.gradient(energy_of_the_arm(values, phi), phi, edge_order=2)[10:-10]
@@ -63,7 +63,7 @@ def test_without_friction_the_cam_carries_mass_weight_and_spring() -> None:
     assert values["M_in"] == pytest.approx(push * slope, abs=1e-12)
 
 
-def test_the_roller_lifts_off_above_the_speed_where_nothing_is_left() -> None:
+def test_roller_lifts_off_above_computed_speed() -> None:
     """At the top of the lift: m (g - h omega^2 / 2) + F_0 + k h = 0."""
     rpm = np.sqrt(2 / 0.014 * (G + (22 + 1800 * 0.014) / 0.65)) * 30 / np.pi
     top = np.array([np.pi])
@@ -87,7 +87,7 @@ def test_a_turn_warns_where_the_cam_would_have_to_pull() -> None:
     assert f"would have to pull from {off:.6g} to {360 - off:.6g} deg" in warning.message
 
 
-def test_a_pull_between_two_samples_or_all_over_the_turn_is_told() -> None:
+def test_pull_between_samples_is_reported() -> None:
     rpm = np.sqrt(2 / 0.014 * (G + (22 + 1800 * 0.014) / 0.65)) * 30 / np.pi
     model = Model(own.machine("cam_follower", mu=0.0, omega_rpm=rpm * 1.00001))
     assert model(np.radians([179.0, 181.0]))["N_cam"].min() > 0
@@ -119,7 +119,7 @@ def test_the_planet_turns_as_pitch_curves_roll() -> None:
     assert values["M_Q"] == pytest.approx(torque, abs=1e-12)
 
 
-def test_pitch_curves_that_do_not_roll_break_a_law() -> None:
+def test_non_rolling_pitch_curves_break_a_law() -> None:
     text = (own.EXAMPLES / "planetary_train.py").read_text().replace("2 * atan2(q.k", "2 * atan2(-q.k")
     laws = {
         law.law: law.violation for law in compute_cycle(Model(own.machine(text, "planetary_train")), 90).result.laws
@@ -142,7 +142,7 @@ def pulls(angles: np.ndarray) -> np.ndarray:
     return motors - np.array([(3.2 * 0.19 + 1.9 * 0.42) * G * np.cos(shoulder) + low, low])
 
 
-def test_the_manipulator_rests_and_swings_as_its_matrices_say() -> None:
+def test_manipulator_rest_and_swing_equal_matrices() -> None:
     dynamics = own.dynamics("manipulator")
     rest = equilibrium(dynamics)
     expected = scipy.optimize.fsolve(pulls, np.radians([-40, 75]), xtol=1e-14)
@@ -155,7 +155,7 @@ def test_the_manipulator_rests_and_swings_as_its_matrices_say() -> None:
     assert np.sort_complex(roots) == pytest.approx(np.sort_complex(scipy.linalg.eigvals(flow)), abs=1e-6)
 
 
-def test_the_manipulators_dampers_take_what_its_motors_and_weights_give() -> None:
+def test_manipulator_dampers_dissipate_supplied_work() -> None:
     times = np.linspace(0, 1, 2001)
     run = own.dynamics("manipulator").run(times, 1e-10)
     power = run.results["M_1"] * run.states[2] + run.results["M_2"] * run.states[3]

@@ -55,7 +55,7 @@ UNIVERSAL = 'universal("two", two, one, joint, X, Y)'
 BODIES = ("one", "two", "three", "four", "five")
 
 
-def test_joints_of_space_keep_momentum_and_work_nothing() -> None:
+def test_spatial_joints_conserve_momentum_and_do_no_work() -> None:
     run = own.dynamics(SPACE.replace("UNIVERSAL", UNIVERSAL), "space").run(np.linspace(0, 0.3, 7), 1e-10)
     assert run.undetermined == ()
     joints = {"x": ("one", "three"), "y": ("one", "three"), "z": ("three", "five")}
@@ -71,7 +71,7 @@ def test_joints_of_space_keep_momentum_and_work_nothing() -> None:
     assert own.deviation("energy less the push's work", energy - work, energy[0]) < 1e-8
 
 
-def test_a_joint_that_carries_less_than_its_coordinates_say_is_found_out() -> None:
+def test_joint_with_missing_reaction_is_detected() -> None:
     loose = own.dynamics(SPACE.replace("UNIVERSAL", 'ball("two", two, one, joint)'), "space")
     with pytest.raises(ComputationError, match=r"the joints do not allow the motion of the coordinates: .*moment"):
         loose.run(np.linspace(0, 0.1, 3), 1e-8)
@@ -84,7 +84,7 @@ def test_a_joint_of_space_in_the_plane_is_refused() -> None:
         m.cylinder("C", body, m.ground, m.O, X)
 
 
-def test_friction_that_follows_its_own_force_is_refused_in_free_motion() -> None:
+def test_self_dependent_friction_is_refused_in_free_motion() -> None:
     q = quantities("m | kg | mass | 1\nmu | 1 | friction | 0.2\ng | m/s2 | free fall | 9.81")
     m = Mechanism("sledge", q, gravity=q.g)
     place = m.point("P", m.O, m.world, m.coordinate("x", "m", "place"))

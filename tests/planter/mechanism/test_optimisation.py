@@ -80,12 +80,12 @@ def test_restart_forgets_earlier_designs(file: Path) -> None:
     assert after != alone == close(second)
 
 
-def test_jump_of_what_does_not_jump_is_not_minimised(file: Path) -> None:
+def test_jump_of_smooth_quantity_is_not_minimised(file: Path) -> None:
     with pytest.raises(InputError, match="jump s: s does not jump at the machine's own design"):
         optimise_machine(build_machine(load(file)), "jump s")
 
 
-def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
+def test_optimum_equals_closed_form(file: Path) -> None:
     """The stroke of a crank and rod with offset e: sqrt((l+r)^2 - e^2) - sqrt((l-r)^2 - e^2); the least at r = 30."""
     optimum = optimise_machine(
         build_machine(load(file)), "range s", ["s at 0 >= 170"], spec=SearchSpec(starts=2), means=Means(1)
@@ -97,7 +97,7 @@ def test_an_optimum_is_that_of_the_closed_form(file: Path) -> None:
     assert optimum.holds[0].value >= 170 - 1e-4
 
 
-def test_an_optimum_under_a_limit_is_that_of_a_dense_grid(file: Path) -> None:
+def test_limited_optimum_equals_dense_grid(file: Path) -> None:
     machine = load(file)
     optimum = optimise_machine(build_machine(machine), "max abs M_in", ["s at 180 >= 100"], spec=SearchSpec(starts=2))
     best = np.inf
@@ -114,7 +114,7 @@ def test_an_optimum_under_a_limit_is_that_of_a_dense_grid(file: Path) -> None:
     assert peak == pytest.approx(optimum.result.objective, rel=1e-5)
 
 
-def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) -> None:
+def test_infeasible_limit_is_named_with_reached_value(file: Path) -> None:
     with pytest.raises(
         ComputationError, match=r"no design within the bounds satisfies s at 180 >= 500: the best .* reaches 1"
     ):
@@ -133,13 +133,13 @@ def test_a_limit_that_no_design_keeps_is_named_with_what_is_reached(file: Path) 
         ("range s", "max s >= 3", "only max <=, min >=, range <= and jump <= are limits"),
     ],
 )
-def test_what_cannot_be_meant_is_refused(file: Path, objective: str, hold: str | None, message: str) -> None:
+def test_invalid_goal_is_refused(file: Path, objective: str, hold: str | None, message: str) -> None:
     with pytest.raises(InputError, match=message):
         optimise_machine(build_machine(load(file)), objective, [hold] if hold else [], spec=SearchSpec(starts=1))
 
 
 @pytest.mark.usefixtures("blank_figures")
-def test_the_command_writes_an_optimum_that_the_commands_take(file: Path, tmp_path: Path) -> None:
+def test_command_writes_reusable_optimum(file: Path, tmp_path: Path) -> None:
     out = tmp_path / "best"
     result = answer("optimise", str(file), "--least", "range F_Ox", "--starts", "2", "--out", str(out))
     jsonschema.validate(result, load_schema("optimise least"))
@@ -156,7 +156,7 @@ def test_the_command_writes_an_optimum_that_the_commands_take(file: Path, tmp_pa
         (["--front", "--hold", "s at 0 >= 170"], "--front does not apply to press under limits"),
     ],
 )
-def test_options_that_do_not_apply_are_refused(file: Path, options: list[str], reason: str) -> None:
+def test_irrelevant_options_are_refused(file: Path, options: list[str], reason: str) -> None:
     assert reason in refusal("optimise", str(file), "--least", "range s", *options)
 
 
@@ -171,7 +171,7 @@ SUM = '[objective]\nleast = "range s + max abs M_in while s >= 0.15 m"\n'
 LIMITS = ["s at 0 >= 0.233 m", "F_Ox where s is greatest >= -1 kN"]
 
 
-def test_the_file_brings_its_own_goal(file: Path, tmp_path: Path) -> None:
+def test_file_objective_is_used(file: Path, tmp_path: Path) -> None:
     """A turn reports the file's limits; the optimum satisfies them, and prices agree with a limit that is moved."""
     goal = f"{SUM}[requirements]\nhold = {LIMITS}\n"
     source = with_goal(file, tmp_path, goal)

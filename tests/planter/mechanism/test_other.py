@@ -13,7 +13,7 @@ from planter.report.files import read_cycle_csv
 from tests.support.cli import answer, refusal
 
 
-def test_a_pick_up_is_simulated_as_its_own_command_has_it() -> None:
+def test_pickup_simulation_equals_pickup_command() -> None:
     result = answer("simulate", "yu2023", "--at", "30", "--samples", "360")
     state = answer("pickup", "yu2023", "--at", "30")["at"][0]
     at = result["at"][0]["quantities"]
@@ -25,7 +25,7 @@ def test_a_pick_up_is_simulated_as_its_own_command_has_it() -> None:
     assert result["repeats_after_turns"] == 1
 
 
-def test_sensitivity_of_a_linkage_is_that_of_differences() -> None:
+def test_linkage_sensitivity_equals_differences() -> None:
     result = answer("sensitivity", "sun2019-corrected", "--least", "X_f at 40", "--all", "--samples", "24")
     machine = load_machine("sun2019-corrected")
     key = max(result["scaled"], key=lambda name: abs(result["scaled"][name]))
@@ -56,7 +56,7 @@ def test_a_place_of_a_pick_up_is_fitted_to_data(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("blank_figures")
-def test_cycle_of_a_clutch_ends_where_its_link_is_back(tmp_path: Path) -> None:
+def test_clutch_cycle_ends_where_link_returns(tmp_path: Path) -> None:
     result = answer("simulate", "shi2021", "--samples", "24", "--speed-rpm", "2", "--out", str(tmp_path))
     _, columns = read_cycle_csv(tmp_path / "values.csv")
     machine = load_machine("shi2021", speed_rpm=2.0)
@@ -69,7 +69,7 @@ def test_cycle_of_a_clutch_ends_where_its_link_is_back(tmp_path: Path) -> None:
     assert "set on the command line" in page
 
 
-def test_what_does_not_apply_is_refused() -> None:
+def test_irrelevant_options_are_refused() -> None:
     motor = ("--stall-Nm", "1", "--idle-rpm", "60", "--flywheel-kgm2", "1")
     assert "no torque of a motor" in refusal("drive", "yu2023", *motor)
     assert "--lift does not apply to yu2023" in refusal("simulate", "yu2023", "--lift")

@@ -54,7 +54,7 @@ def belt_machine(ratio: Fraction, more: str = "") -> Machine:
 
 
 @pytest.mark.parametrize("ratio", [Fraction(1, 2), Fraction(-5, 4)])
-def test_turn_reports_what_does_not_repeat(ratio: Fraction) -> None:
+def test_nonperiodic_quantities_are_reported(ratio: Fraction) -> None:
     result = compute_cycle(Model(belt_machine(ratio))).result
     jsonschema.validate(result.table(), load_schema("turn"))
     assert {"chi_deg", "M_in_Nm", "P_M_in_W", "F_Ox_N"} <= result.not_repeating.keys()
@@ -75,7 +75,7 @@ def test_turn_with_whole_ratio_repeats() -> None:
     assert result.work["M_in_J"] == pytest.approx(0, abs=1e-12)
 
 
-def test_turn_reports_a_length_that_grows() -> None:
+def test_growing_length_is_reported() -> None:
     result = compute_cycle(Model(belt_machine(Fraction(1), CORD))).result
     assert result.not_repeating == {"cord_mm": pytest.approx(100 * np.pi)}
     assert result.repeats_after_turns is None
@@ -91,7 +91,7 @@ def test_turn_whose_next_turn_fails_gives_no_means() -> None:
     assert "left" in result.warnings[0].message
 
 
-def test_averages_of_what_does_not_repeat_are_refused() -> None:
+def test_averages_of_nonperiodic_quantities_are_refused() -> None:
     source, half = belt(Fraction(1, 2), CORD), belt_machine(Fraction(1, 2), CORD)
     with pytest.raises(ComputationError, match="M_in"):
         printed.evaluate_measure(source, parse_measure("rms M_in", "a"), None, None)
@@ -107,7 +107,7 @@ def test_averages_of_what_does_not_repeat_are_refused() -> None:
     assert rows[0] == pytest.approx([np.nan, 0.981, np.pi], nan_ok=True)
 
 
-def test_contact_of_a_turn_that_does_not_repeat() -> None:
+def test_contact_of_nonperiodic_cycle() -> None:
     """A force that is negative at both ends of the turn is so in two stretches, none of which passes its end."""
     more = "from sympy import sin\nN = m.report('N_c', 'N', 'contact', q.m * q.g * (sin(chi) - Rational(1, 2)))\n"
     machine = belt_machine(Fraction(1, 2), more)

@@ -143,7 +143,7 @@ def test_a_small_box_of_a_four_bar_is_proved() -> None:
     assert bounds.lower_bound <= goal.evaluate(corner) * (1 + 1e-12)
 
 
-def test_friction_that_may_turn_proves_nothing_by_slopes() -> None:
+def test_possible_friction_reversal_disables_slope_proof() -> None:
     """Where the sign of a sliding speed is open, the objective may jump: no direction only rises or falls."""
     file = own.file("slider_crank", e_mm=0.0)
     machine = build_machine(file)
@@ -163,7 +163,7 @@ def bound_arm(objective: str, *limits: str) -> ObjectiveBounds:
     return bounding(*find_box(file))
 
 
-def test_boxes_that_violate_a_limit_hold_no_design() -> None:
+def test_boxes_violating_a_limit_are_empty() -> None:
     objective, machine = "range F_Ox + rms M_in", build_machine(own.file("transplanting_arm"))
     greatest = Goal(machine, parse_sum("max M_in"), (), COUNT).evaluate(machine.design)
     free = bound_arm(objective)
@@ -212,7 +212,7 @@ OPEN = {"a_mm": 60.0, "b_mm": 110.0, "c_mm": 80.0, "d_mm": 180.0}
 """A four-bar whose crank and frame are longer than the other bars: it does not close at 180 deg."""
 
 
-def test_boxes_are_bounded_at_once_as_one_by_one() -> None:
+def test_batched_boxes_equal_single_boxes() -> None:
     boxes = [move({}), move(OPEN), move({"a_mm": 40.0, "k_N_m": 300.0}), find_box(own.file("transplanting_arm"), 0.2)]
     for box, result in zip(boxes, bound_at_once(*boxes), strict=True):
         (alone,) = bound_at_once(box)
@@ -268,7 +268,7 @@ def write_arm() -> str:
     return str(path)
 
 
-def test_optimise_proves_a_mechanism_of_ones_own() -> None:
+def test_optimise_proves_user_mechanism() -> None:
     result = answer("optimise", write_arm(), "--starts", "1", "--prove", "--prove-seconds", "30")
     proof = result["proof"]
     keys = {"objective", "lower_bound", "gap", "boxes", "seconds", "proved", "statement", "kind", "samples", "design"}
@@ -291,7 +291,7 @@ def test_objective_of_a_proof_is_over_samples_alone() -> None:
 
 
 @pytest.mark.parametrize("bound", [3.5, None])
-def test_a_page_tells_a_proof_with_and_without_a_bound(bound: float | None) -> None:
+def test_page_shows_proof_with_and_without_bound(bound: float | None) -> None:
     proof = GlobalBound(
         kind="sampled", samples=COUNT, design={"k_N_m": 641.5}, objective=4.0, lower_bound=bound,
         gap=None if bound is None else 0.5, boxes=7, seconds=1.0, proved=False, statement="not proved",
@@ -314,7 +314,7 @@ def test_objectives_without_a_proof_are_refused_first() -> None:
         assert reason in text
 
 
-def test_a_design_without_an_enclosure_keeps_its_search() -> None:
+def test_design_without_enclosure_returns_search_result() -> None:
     """The sliding speed of the follower is zero at the first sample, whose contact has no bound over a box."""
     folder = own.generated("cam_follower")
     result = answer("optimise", str(folder / "cam_follower.toml"), "--least", "rms N_cam", "--samples", "8", "--starts",

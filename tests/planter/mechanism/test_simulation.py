@@ -15,7 +15,7 @@ from tests.support import own
 from tests.support.cli import answer
 
 
-def test_simulate_and_turn_are_one_command() -> None:
+def test_simulate_and_turn_are_the_same_command() -> None:
     path = str(own.generated("slider_crank") / "slider_crank.toml")
     options = (path, "--samples", "12", "--speed-rpm", "250", "--at", "90")
     assert answer("simulate", *options) == answer("turn", *options)

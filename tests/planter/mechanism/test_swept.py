@@ -30,7 +30,7 @@ def test_rows_are_the_turns_of_the_mechanism() -> None:
     assert len(np.unique(rows[:, 0])) == 4
 
 
-def test_text_of_a_measure_is_an_output_with_its_unit() -> None:
+def test_measure_text_is_an_output_with_unit() -> None:
     sweep = Sweep(plan(outputs=["jump F_Ox", "M_in_rms_Nm", "rms M_in"], inputs={"mu": [0.0, 0.1]}))
     assert sweep.outputs == ["jump F_Ox [N]", "M_in_rms_Nm", "rms M_in [N m]"]
     none, some = sweep.recipe.job().chunk(0, 2, 1)
@@ -40,7 +40,7 @@ def test_text_of_a_measure_is_an_output_with_its_unit() -> None:
         Sweep(plan(outputs=["jumpp F_Ox"]))
 
 
-def test_a_row_whose_loop_does_not_close_has_nothing() -> None:
+def test_row_with_open_loop_is_empty() -> None:
     sweep = Sweep(plan(inputs={"r_mm": [60, 5000]}))
     rows = sweep.recipe.job().chunk(0, 2, 1)
     assert np.isfinite(rows[0]).all()
@@ -63,12 +63,12 @@ def test_unknown_output_is_named(outputs: list[str], hint: str) -> None:
     assert hint in caught.value.message
 
 
-def test_unknown_key_of_an_input_has_the_known_ones_beside_it() -> None:
+def test_unknown_input_key_suggests_known_ones() -> None:
     with pytest.raises(InputError, match=r"inputs\.r_mm\.points") as caught:
         plan(inputs={"r_mm": {"from": 40, "to": 60, "points": 3}})
     assert "steps" in caught.value.message
 
 
-def test_what_is_no_mechanism_is_not_taken() -> None:
+def test_non_mechanism_is_not_accepted() -> None:
     assert not ROOM.takes("wang2017")
     assert not ROOM.takes("nowhere.toml")

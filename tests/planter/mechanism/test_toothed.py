@@ -47,7 +47,7 @@ def test_round_gears_have_the_ratio_of_their_turning() -> None:
     np.testing.assert_allclose([c.length for c in pair.curves], 2 * np.pi * np.array([0.02, 0.04]), rtol=1e-9)
 
 
-def test_radii_that_do_not_roll_on_each_other_are_refused() -> None:
+def test_non_rolling_radii_are_refused() -> None:
     with pytest.raises(InputError, match="closes at 60 mm between the axes, but they are 59"):
         mesh(ROUND.format(radius=1.05), name="own").pair()
 

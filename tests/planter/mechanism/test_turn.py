@@ -76,7 +76,7 @@ def test_angles_are_those_of_freudensteins_equation(folder: Path) -> None:
     assert np.sin(angles) == pytest.approx(np.sin(rocker_angle(phi, 0.04, 0.11, 0.08, 0.12)), abs=1e-12)
 
 
-def test_the_motor_gives_what_the_energy_takes(folder: Path) -> None:
+def test_motor_work_equals_energy(folder: Path) -> None:
     """Nothing but the rocker has mass: M omega = d/dt of J gamma_dot^2/2, differentiated by central differences."""
     step, phi = 1e-4, np.radians(np.arange(0.0, 360.0, 10.0))
     mechanism = model(folder)
@@ -91,7 +91,7 @@ def test_the_motor_gives_what_the_energy_takes(folder: Path) -> None:
     assert mechanism(phi)["M_in"] == pytest.approx(slope, rel=1e-8, abs=1e-9)
 
 
-def test_a_loop_that_cannot_close_names_the_angle_up_to_which_it_does(folder: Path) -> None:
+def test_open_loop_names_last_closed_angle(folder: Path) -> None:
     """Where the crank's end is as far from D as coupler and rocker reach together."""
     a, b, c, d = 0.04, 0.06, 0.08, 0.12
     limit = np.degrees(np.arccos((a**2 + d**2 - (b + c) ** 2) / (2 * a * d)))
@@ -110,13 +110,13 @@ def test_a_dead_point_is_named(folder: Path) -> None:
         model(folder, a_mm=80.0, b_mm=120.0)(np.radians(np.arange(0.0, 360.0)))
 
 
-def test_a_start_at_the_other_assembly_is_kept(folder: Path) -> None:
+def test_start_in_other_assembly_stays_there(folder: Path) -> None:
     """A coordinate never jumps from one assembly to the other along the turn."""
     values = model(folder)(np.radians(np.arange(0.0, 360.0)))
     assert np.abs(np.diff(values["gamma"])).max() < 0.05
 
 
-def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
+def test_command_prints_and_writes(folder: Path, tmp_path: Path) -> None:
     file = folder / "generated" / "four_bar.toml"
     result = answer("turn", str(file), "--samples", "45", "--out", str(tmp_path / "run"), "--set", "omega_rad_s=20")
     jsonschema.validate(result, load_schema("turn"))
@@ -137,7 +137,7 @@ def test_the_command_tells_and_writes(folder: Path, tmp_path: Path) -> None:
         ("a_mm = 40  # crank", "[values] lacks a_mm (crank)"),
     ],
 )
-def test_a_missing_value_is_named_with_its_meaning(folder: Path, text: str, message: str) -> None:
+def test_missing_value_is_named_with_meaning(folder: Path, text: str, message: str) -> None:
     file = folder / "generated" / "less.toml"
     file.write_text((folder / "generated" / "four_bar.toml").read_text().replace(text, ""), encoding="utf-8")
     with pytest.raises(InputError) as error:
@@ -145,7 +145,7 @@ def test_a_missing_value_is_named_with_its_meaning(folder: Path, text: str, mess
     assert message in error.value.message
 
 
-def test_a_misspelt_value_gets_its_suggestion(folder: Path) -> None:
+def test_misspelt_value_gets_suggestion(folder: Path) -> None:
     file = folder / "generated" / "more.toml"
     text = (folder / "generated" / "four_bar.toml").read_text()
     file.write_text(text.replace("[turn]", "[bounds]\nbb_mm = [1, 2]\n[turn]"), encoding="utf-8")
@@ -153,7 +153,7 @@ def test_a_misspelt_value_gets_its_suggestion(folder: Path) -> None:
         load(file)
 
 
-def test_functions_that_are_not_there_are_missed(folder: Path) -> None:
+def test_missing_functions_are_reported(folder: Path) -> None:
     file = folder / "generated" / "lost.toml"
     text = (folder / "generated" / "four_bar.toml").read_text()
     file.write_text(text.replace('functions = "four_bar"', 'functions = "five_bar"'), encoding="utf-8")
@@ -161,7 +161,7 @@ def test_functions_that_are_not_there_are_missed(folder: Path) -> None:
         load(file)
 
 
-def test_a_mass_below_nothing_is_refused(folder: Path) -> None:
+def test_negative_mass_is_refused(folder: Path) -> None:
     with pytest.raises(InputError, match=r"values\.m_c_kg = -1.*: it must not be negative"):
         model(folder, m_c_kg=-1.0)
 

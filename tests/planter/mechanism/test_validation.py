@@ -48,7 +48,7 @@ def test_built_in_machine_is_valid(name: str) -> None:
     assert answer("validate", name)["valid"] is True
 
 
-def test_value_beyond_its_bounds_is_named() -> None:
+def test_value_outside_bounds_is_named() -> None:
     (warning,) = validate_machine(load_machine(_source(SLIDER_CRANK), {"r_mm": 81.0})).warnings
     assert "r_mm = 81" in warning.message
     assert "[30, 80]" in warning.message
@@ -64,7 +64,7 @@ def test_limit_of_the_file_is_compared(limit: float, met: bool, tmp_path: Path) 
     assert result["holds"][0]["value"] == pytest.approx(travel, rel=1e-6)
 
 
-def test_loop_that_does_not_close_fails() -> None:
+def test_open_loop_fails() -> None:
     outcome = CliRunner().invoke(application(), ["validate", _source(SLIDER_CRANK), "--set", "l_mm=45"])
     assert outcome.exit_code == 1
     assert not outcome.stdout
@@ -75,7 +75,7 @@ def test_free_motion_is_valid() -> None:
     assert (result["valid"], result["warnings"]) == (True, [])
 
 
-def test_start_off_the_constraints_is_told() -> None:
+def test_start_off_constraints_is_reported() -> None:
     """Andrews' mechanism closes for the stated start alone: with another link its joints begin elsewhere."""
     mechanism = file.load(_source("andrews"), {})
     assert validate_free_motion(mechanism).warnings == []

@@ -21,7 +21,7 @@ def test_wrap_angle_with_other_period() -> None:
 @pytest.mark.parametrize(
     ("angle", "degrees"), [(TURN, 0.0), (-TURN, 0.0), (-np.pi / 2, 270.0), (TURN + 1, 180 / np.pi)]
 )
-def test_to_degrees_stays_within_one_revolution(angle: float, degrees: float) -> None:
+def test_to_degrees_stays_within_a_revolution(angle: float, degrees: float) -> None:
     assert to_degrees(angle) == pytest.approx(degrees, abs=1e-12)
 
 

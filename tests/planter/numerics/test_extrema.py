@@ -22,7 +22,7 @@ def test_smooth_extremum_is_exact_to_rounding(place: float) -> None:
     assert (upside_down.place, upside_down.value) == (result.place, -result.value)
 
 
-def test_kink_is_found_within_tolerance() -> None:
+def test_kink_is_located_within_tolerance() -> None:
     result = extrema.find_maximum(lambda x: -np.abs(x - 100.0371), np.linspace(100, 101, 11))
     assert result.value == pytest.approx(0.0, abs=1e-8 * 0.1)
 

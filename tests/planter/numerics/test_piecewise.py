@@ -29,7 +29,7 @@ def rates(phi: Array) -> tuple[Array, Array]:
     return functions(phi)[1], np.array([-np.sin(phi + 0.3), zero, zero])
 
 
-def test_extrema_include_one_sided_values() -> None:
+def test_extrema_include_values_of_both_sides() -> None:
     sine, ramp, level = PiecewiseFunctions(functions, BREAKS).extremes(np.array([0, 1, 2]), rates)
     assert sine[1].place == pytest.approx(np.pi / 2 - 0.3, abs=1e-12)
     assert [extremum.value for extremum in sine] == pytest.approx([-1, 1], abs=1e-15)

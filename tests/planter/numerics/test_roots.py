@@ -16,7 +16,7 @@ def cubic(x: Array) -> tuple[Array, Array]:
     return x**3 - 8, 3 * x**2
 
 
-def test_roots_are_found_in_brackets() -> None:
+def test_roots_lie_in_their_brackets() -> None:
     low, high = np.array([0.0, 1.9, 2.0]), np.array([3.0, 50.0, 2.5])
     result = find_bracketed_roots(cubic, low, high, (cubic(low)[0], cubic(high)[0]))
     assert result == pytest.approx([2.0, 2.0, 2.0], rel=1e-15)

@@ -10,7 +10,7 @@ SHARES = DesignBox.shares(("a", "b", "c"), LOWER, UPPER, np.array([0.0, 0.9, 2.0
 PLAIN = DesignBox.plain(("a", "b", "c"), LOWER, UPPER, np.array([0.0, 0.9, 2.0]))
 
 
-def test_shares_run_from_0_to_1_and_plain_variables_are_the_design():
+def test_box_coordinates_run_from_0_to_1():
     assert (SHARES.bottom.tolist(), SHARES.top.tolist()) == ([0, 0, 0], [1, 1, 1])
     assert (PLAIN.bottom.tolist(), PLAIN.top.tolist()) == (LOWER.tolist(), UPPER.tolist())
     x = np.array([0.1, 0.5, 3.0])
@@ -33,7 +33,7 @@ def test_the_start_is_the_design_taken_into_the_box(box):
 
 
 @pytest.mark.parametrize("box", [SHARES, PLAIN])
-def test_snapping_moves_what_is_near_a_bound_and_nothing_else(box):
+def test_snapping_moves_only_values_near_bounds(box):
     u = np.array([box.bottom[0] + 1e-6, (box.bottom + box.top)[1] / 2, box.top[2] - 1e-6])
     assert (box.snapped(u, 1e-5) == [box.bottom[0], u[1], box.top[2]]).all()
     assert (box.snapped(u, 1e-7) == u).all()

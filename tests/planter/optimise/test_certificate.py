@@ -67,7 +67,7 @@ def test_a_solver_stopped_after_three_iterations_fails(optimum):
     assert kkt_residual(problem, programme.point(stopped.z)) > STATIONARITY_TOLERANCE
 
 
-def test_multipliers_say_what_a_bound_costs():
+def test_multipliers_are_prices_of_bounds():
     """Giving way by 1e-4 of the box saves multiplier times 1e-4."""
     problem = toys.problem("refined")
     u = search_locally(problem, problem.start).u
@@ -89,7 +89,7 @@ def test_third_harmonic_shares_of_tied_peaks():
     assert kkt_residual(problem, u + 1e-3) > STATIONARITY_TOLERANCE
 
 
-def test_clarke_at_a_kink_that_holds_the_optimum():
+def test_clarke_conditions_at_an_optimal_kink():
     """Variance over 12 samples; the corner on a sample: neither one-sided gradient is zero, their mixture is."""
     problem = over_turn(toys.corner(), toys.VARIANCE, 12)
     u = search_locally(problem, problem.start).u

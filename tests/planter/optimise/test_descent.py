@@ -78,7 +78,7 @@ def test_a_corner_agrees_with_a_search_of_the_line(kind, sampling, weights):
     assert best.stationary
 
 
-def test_an_optimum_on_a_kink_is_found_and_lies_on_it():
+def test_optimum_on_a_kink_is_located():
     problem = over_turn(toys.corner(), toys.VARIANCE, 12)
     optimum = search_locally(problem, problem.start)
     assert optimum.stationary
@@ -89,7 +89,7 @@ def test_an_optimum_on_a_kink_is_found_and_lies_on_it():
 @pytest.mark.parametrize(
     ("sampling", "side"), [(16, 21), (17, 41), ("refined", 15), pytest.param("refined", 41, marks=pytest.mark.long)]
 )
-def test_two_parameters_with_a_moving_corner_agree_with_a_search_of_the_plane(sampling, side):
+def test_two_parameter_corner_equals_plane_search(sampling, side):
     """The corner's place depends on both, not linearly; many kinks, peaks that tie: no point of a grid is better."""
     problem = over_turn(toys.bent(), toys.PAPER, sampling)
     starts = [np.array([a, b]) for a in (0.2, 0.8) for b in (0.2, 0.8)]
@@ -107,7 +107,7 @@ def test_two_parameters_with_a_moving_corner_agree_with_a_search_of_the_plane(sa
         product([361, 90, "refined"], ["paper", "newton"], ["exact", "printed"]),
     ),
 )
-def test_the_machine_is_optimised_within_its_bounds(sampling, kind, model):
+def test_machine_is_optimised_within_bounds(sampling, kind, model):
     problem = toys.problem(sampling, Weights(0.6, 0.4, kind), model)
     optimum = search_locally(problem, problem.start)
     assert optimum.stationary
@@ -130,7 +130,7 @@ def test_a_refined_optimum_does_not_depend_on_a_grid():
         assert fine.evaluate(neighbour).objective > fine.evaluate(optimum.u).objective
 
 
-def test_insensitive_parameters_keep_the_design_of_the_machine_file():
+def test_insensitive_parameters_do_not_move():
     problem = toys.problem(90)
     optimum = search_locally(problem, problem.point(np.full(len(problem.free), 0.9)))
     names = problem.box.names

@@ -88,7 +88,7 @@ def test_both_ways_end_at_the_same_minimum(device: Device, monkeypatch: pytest.M
     assert max(fast[1], slow[1]) < 1e-8
 
 
-def test_without_compiled_kernels_there_are_no_compiled_functions() -> None:
+def test_no_compiled_functions_without_compiled_kernels() -> None:
     assert epigraph.compile_epigraph(programme(Device(file.load("wang2017")))) is None
 
 

@@ -36,7 +36,7 @@ def test_directions_span_the_null_space():
     assert np.linalg.matrix_rank(columns, tol=1e-9 * np.linalg.norm(columns)) == insensitivity.effective_parameters
 
 
-def test_a_product_of_two_parameters_is_one():
+def test_product_of_two_parameters_is_a_single_direction():
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 4)
     toy = Toy(phi, x, x[0] * x[1] * ca.cos(phi) + x[3] * ca.sin(phi), lower=[1, 1, 1, 1], upper=[2, 3, 2, 2])
     insensitivity = find_insensitivity(toy, np.array([1.5, 2.0, 1.5, 1.5]), 24)

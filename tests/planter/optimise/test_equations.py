@@ -67,7 +67,7 @@ def test_points_are_taken_onto_equations_to_rounding() -> None:
         assert np.abs(problem.onto(reached) - reached).max() < 1e-14
 
 
-def test_coordinates_on_bounds_stay_there_if_the_others_can_do_it_alone() -> None:
+def test_coordinates_at_bounds_stay_if_others_suffice() -> None:
     box = DesignBox.shares(NAMES, np.array([-1.0, -1.0, -1.0]), UPPER, np.zeros(3))
     start = np.array([0.0, 0.5, 0.6])
     reached = project_onto_equations(box, sphere(), start)
@@ -75,7 +75,7 @@ def test_coordinates_on_bounds_stay_there_if_the_others_can_do_it_alone() -> Non
     assert np.linalg.norm(box.at(reached)) == pytest.approx(1.5, rel=1e-14)
 
 
-def test_a_step_stops_at_its_bounds_and_the_others_take_over() -> None:
+def test_step_stops_at_bounds_and_others_continue() -> None:
     slopes, miss = np.array([[1.0, 1.0, 0.0]]), np.array([1.0])
     step = compute_short_step(slopes, miss, np.full(3, -1.0), np.array([0.2, 1.0, 1.0]))
     assert step == pytest.approx([0.2, 0.8, 0.0])
@@ -83,14 +83,14 @@ def test_a_step_stops_at_its_bounds_and_the_others_take_over() -> None:
     assert short == pytest.approx([0.2, 0.3, 0.0])
 
 
-def test_where_no_point_keeps_them_the_nearest_found_is_told() -> None:
+def test_infeasible_equations_return_nearest_point() -> None:
     box = DesignBox.shares(NAMES, LOWER, UPPER, np.zeros(3))
     reached = project_onto_equations(box, sphere(9.0), np.array([0.7, 0.6, 0.9]))
     assert np.abs(box.at(reached)).max() <= 2
     assert abs(np.linalg.norm(box.at(reached)) - 9) > 1
 
 
-def test_rows_of_several_constraints_stand_one_after_another() -> None:
+def test_joined_constraints_are_stacked() -> None:
     parts, x, weights = (halfspace(), sphere()), np.array([0.3, -0.2, 0.9]), np.array([0.7, -1.3])
     joined = JoinedConstraints(parts)
     assert joined.values(x) == pytest.approx(np.concatenate([part.values(x) for part in parts]))
@@ -132,7 +132,7 @@ def test_a_population_lives_on_them() -> None:
         assert np.linalg.norm(problem.design(point.u)) == pytest.approx(1.5, rel=1e-12)
 
 
-def test_what_may_not_give_way_is_held_while_the_rest_gives() -> None:
+def test_fixed_constraints_hold_while_others_relax() -> None:
     """No point of the sphere has a >= 1.7: it comes as near as 1.5, and the sphere stays."""
     far = rows(X[0], [1.7], [np.inf], "far")
     constraint = Held(X, ca.sumsqr(X), (np.array([2.25]),) * 2, [NamedConstraint("sphere")], np.arange(1))
@@ -144,7 +144,7 @@ def test_what_may_not_give_way_is_held_while_the_rest_gives() -> None:
     assert not nearest.is_feasible
 
 
-def test_what_equations_hold_is_not_without_effect() -> None:
+def test_constrained_parameters_have_an_effect() -> None:
     """The first toy's parameter does not move a force that has none of it: held, it is determined."""
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 3)
     toy = toys.Toy(phi, x, x[0] * ca.cos(phi), lower=-np.ones(3), upper=np.ones(3))

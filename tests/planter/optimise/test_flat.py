@@ -35,7 +35,7 @@ def nearest_on_the_ray(problem) -> np.ndarray:
     return shares[((shares - problem.start) ** 2).sum(axis=1).argmin()]
 
 
-def test_searches_that_end_apart_tell_the_same_design():
+def test_distant_searches_report_the_same_design():
     problem = over_turn(scaled(), toys.RANGE, "refined")
     ends = [search_locally(problem, np.array(start)).u for start in STARTS]
     assert max(np.abs(end - ends[0]).max() for end in ends) > 1e-2
@@ -53,7 +53,7 @@ def test_the_rule_keeps_constraints(limit):
     assert max(np.abs(u - optima[0]).max() for u in optima) < 1e-5
 
 
-def test_what_is_felt_is_not_moved():
+def test_sensitive_parameters_do_not_move():
     problem = over_turn(toys.third_harmonic(), toys.RANGE, "refined")
     u = search_locally(problem, np.array([0.9])).u
     assert result.select_nearest_optimum(problem, u) == pytest.approx(u, abs=0)

@@ -71,7 +71,7 @@ def test_tournament_prefers_the_better_parent(settings):
     assert breed(settings).mean() == pytest.approx(0.5, abs=4 * np.sqrt(0.25 / 4000))
 
 
-def test_crossover_exchanges_what_follows_one_point(settings):
+def test_crossover_exchanges_tail_after_a_point(settings):
     """A child of different parents changes its value once; every cut, 1 to 11, is equally frequent."""
     children = breed(settings, crossover=1.0)
     steps = children[:, 1:] != children[:, :-1]

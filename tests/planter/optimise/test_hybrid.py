@@ -53,7 +53,7 @@ def test_number_of_workers_changes_no_bit(results):
     assert optima[-1].best == alone.history["ipopt"][-1][1]
 
 
-def test_the_certificate_tells_optima_from_others(results):
+def test_certificate_distinguishes_optima(results):
     for method in ("ipopt", "hybrid"):
         certificate = results[method].certificate
         assert certificate.kkt_residual < 1e-6
@@ -63,7 +63,7 @@ def test_the_certificate_tells_optima_from_others(results):
     assert (results["ga"].certificate.starts, results["ga"].certificate.spread) == (0, 0.0)
 
 
-def test_what_does_not_matter_is_named(results):
+def test_insensitive_parameters_are_named(results):
     optimum = results["hybrid"]
     assert optimum.effective_parameters == 7
     named = [[name for entry in direction for name in entry] for direction in optimum.insensitive]
@@ -110,7 +110,7 @@ def test_an_interrupt_hands_over_the_best_so_far(method):
     assert caught.value.partial["objective"] == best.objective
 
 
-def test_an_interrupt_before_anything_was_found_has_nothing_to_hand_over(monkeypatch):
+def test_early_interrupt_has_no_result(monkeypatch):
     def stop(*_):
         raise KeyboardInterrupt
 

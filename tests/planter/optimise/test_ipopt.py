@@ -28,7 +28,7 @@ class Circle:
         return np.diag([2 * weight, 12 * weight * z[1] ** 2]) + 2 * multipliers[0] * np.eye(2)
 
 
-def test_a_known_optimum_and_its_multiplier(capfd):
+def test_known_optimum_and_multiplier(capfd):
     solution = ipopt.solve_program(Circle(), np.array([0.3, 0.4]))
     assert solution.converged
     assert solution.z == pytest.approx([np.sqrt(0.5), 0], abs=1e-6)
@@ -36,7 +36,7 @@ def test_a_known_optimum_and_its_multiplier(capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_it_stops_when_told():
+def test_callback_stops_the_search():
     solution = ipopt.solve_program(Circle(), np.array([0.3, 0.4]), most_iterations=3)
     assert not solution.converged
     assert solution.iterations == 3
@@ -44,7 +44,7 @@ def test_it_stops_when_told():
 
 @pytest.mark.parametrize("name", ["f", "gradient", "g", "jacobian", "hessian"])
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
-def test_what_a_function_raises_comes_out(name, error, monkeypatch):
+def test_errors_of_functions_are_raised(name, error, monkeypatch):
     def broken(*_):
         raise error("from inside")
 

@@ -55,7 +55,7 @@ def test_a_response_without_events_has_no_joints():
     assert len(find_breakpoints(toy, toy.prologue(toy.design)).angles) == 0
 
 
-def test_newton_finds_roots_that_plain_newton_misses():
+def test_safeguarded_newton_locates_all_roots():
     def arctan(x):
         return np.arctan(x - 0.3), 1 / (1 + (x - 0.3) ** 2)
 

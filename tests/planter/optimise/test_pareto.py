@@ -61,7 +61,7 @@ def test_caps_without_an_optimum_are_left_out(monkeypatch):
 
 
 @pytest.mark.parametrize("sampling", [40, "refined"])
-def test_a_design_that_is_best_in_both_is_the_whole_front(sampling):
+def test_design_best_in_both_is_the_front(sampling):
     """(2 + x) cos phi: range and variance are least at the same bound."""
     phi, x = ca.SX.sym("phi"), ca.SX.sym("x", 1)
     (only,) = pareto.trace_pareto_front(

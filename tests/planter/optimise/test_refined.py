@@ -54,7 +54,7 @@ def test_a_corner_is_a_peak_where_the_slope_changes_sign():
     "response", [toys.planting(), toys.bent(), toys.corner(-4.0)], ids=["machine", "bent", "corner"]
 )
 @pytest.mark.parametrize("share", [0.3, 0.62])
-def test_derivatives_of_peaks_kinks_and_variance_agree_with_differences(response, share):
+def test_peak_and_variance_derivatives_equal_differences(response, share):
     width = response.upper - response.lower
     x = response.lower + share * width
     rows = ContinuousCycle(response).local(x)

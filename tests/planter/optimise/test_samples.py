@@ -11,12 +11,12 @@ from tests.planter.optimise.toys import difference
 
 
 @pytest.mark.parametrize(("samples", "count"), [(360, 180), (361, 361), (90, 45)])
-def test_only_samples_that_differ_are_taken(samples, count):
+def test_only_different_samples_are_used(samples, count):
     assert len(sample_angles(samples, np.pi)) == count
 
 
 @pytest.mark.parametrize("samples", [90, 91])
-def test_a_half_turn_tells_what_all_samples_would(samples):
+def test_half_turn_equals_all_samples(samples):
     response = toys.planting()
     force = response.value(response.prologue(response.design), 2 * np.pi * np.arange(samples) / samples)
     look = SampledCycle(response, samples).look(response.design)
@@ -92,7 +92,7 @@ def test_pinned_samples_move_with_their_joint_smoothly(response):
     assert found_bends == pytest.approx(bends, abs=1e-6 * np.abs(bends).max())
 
 
-def test_a_sample_on_a_joint_stands_in_the_conditions_with_both_gradients():
+def test_sample_at_breakpoint_has_both_gradients():
     toy = toys.corner()
     turn = SampledCycle(toy, 12)
     on = turn.conditions(np.array([np.pi / 6]))

@@ -25,7 +25,7 @@ def limited(toy, row, limit):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_a_quadratic_programme_satisfies_its_conditions(seed):
+def test_quadratic_programme_satisfies_conditions(seed):
     """Stationarity, signs and complementarity, with a Hessian that leaves two variables to the rows."""
     rng = np.random.default_rng(seed)
     n, m = 8, 30
@@ -47,7 +47,7 @@ def test_a_quadratic_programme_without_a_point_has_no_minimum():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_a_model_made_convex_keeps_the_steps_that_its_normals_hold(seed):
+def test_convexified_model_has_same_constrained_steps(seed):
     rng = np.random.default_rng(seed)
     hessian, normals = rng.normal(size=(6, 6)), rng.normal(size=(3, 6))
     hessian = hessian + hessian.T
@@ -62,7 +62,7 @@ def test_a_model_made_convex_keeps_the_steps_that_its_normals_hold(seed):
 
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("share", [0.2, 0.7])
-def test_a_constrained_linear_force_agrees_with_linear_programming(seed, share):
+def test_constrained_linear_force_equals_linear_programme(seed, share):
     toy, constant, slopes = toys.linear(seed)
     free = over_turn(toy, toys.RANGE, SAMPLES)
     best = free.design(sqp.minimise_by_sqp(free, free.start).u)
@@ -81,7 +81,7 @@ def test_a_constrained_linear_force_agrees_with_linear_programming(seed, share):
     assert certificate.kkt_residual(problem, neighbour) > 1e-6
 
 
-def test_a_price_that_is_too_low_is_raised_until_the_constraints_are_kept(monkeypatch):
+def test_low_penalty_is_raised_until_feasible(monkeypatch):
     monkeypatch.setattr(sqp, "PENALTY", 1e-6)
     toy, _, _ = toys.linear(2)
     free = over_turn(toy, toys.RANGE, SAMPLES)

@@ -100,7 +100,7 @@ def test_a_moved_point_fails(problem: Problem, optimum: np.ndarray, j: int) -> N
     assert kkt_residual(problem, moved) > STATIONARITY_TOLERANCE
 
 
-def test_a_kept_point_that_is_not_optimal_fails(problem: Problem) -> None:
+def test_feasible_point_without_optimality_fails(problem: Problem) -> None:
     x = np.array([1.5, 1.5, 0.5])
     u = (x - problem.box.origin) / problem.box.unit
     assert problem.is_feasible(u)
@@ -119,7 +119,7 @@ def test_a_wrong_multiplier_fails(problem: Problem, optimum: np.ndarray, field: 
     assert check_conditions(problem, optimum, replace(m, **{field: wrong})).worst > STATIONARITY_TOLERANCE
 
 
-def test_an_inequality_may_not_push_to_its_other_side(problem: Problem) -> None:
+def test_inequality_multiplier_has_a_sign(problem: Problem) -> None:
     """At the start of the product's valley its multiplier would have to be positive: the certificate gives it none."""
     x = np.array([1.0, 2.0, 0.5])
     u = (x - problem.box.origin) / problem.box.unit
@@ -128,7 +128,7 @@ def test_an_inequality_may_not_push_to_its_other_side(problem: Problem) -> None:
     assert check_conditions(problem, u, m).stationarity > 1e-3
 
 
-def test_the_programme_has_no_ends_and_its_derivatives_are_exact(problem: Problem) -> None:
+def test_programme_is_unbounded_with_exact_derivatives(problem: Problem) -> None:
     u = problem.within(np.array([0.6, 0.4, 0.3]))
     programme = Epigraph(problem, problem.local(u), u)
     assert len(programme.start) == len(programme.lower) == 3
@@ -146,7 +146,7 @@ def test_the_programme_has_no_ends_and_its_derivatives_are_exact(problem: Proble
     assert programme.hessian(u, 0.8, weights) == pytest.approx(hessian, rel=1e-6, abs=1e-6)
 
 
-def test_what_cannot_be_kept_is_found_by_its_least_violation(problem: Problem) -> None:
+def test_infeasible_problem_minimises_violation(problem: Problem) -> None:
     """a + b = 3 allows no product above 9/4. For 11/4 the sum alone gives way, to 2 sqrt(11/4)."""
     hard = toy(problem.box.unit[0] == 1, limit=2.75)
     nearest = find_feasible_or_nearest(hard, hard.constraints, sample_starts(hard, 2, 0))
@@ -187,7 +187,7 @@ class Partial(SymbolicFunction):
         return super().value(x)
 
 
-def test_starts_that_lead_nowhere_are_left_out() -> None:
+def test_failed_starts_are_left_out() -> None:
     x = ca.SX.sym("x", 2)
     function = Partial(x, (x[0] - 0.7) ** 2 + x[1] ** 2 + 1)
     problem = Problem(

@@ -53,7 +53,7 @@ def test_value_gradient_and_hessian(weights: Weights) -> None:
 
 
 @pytest.mark.parametrize("weights", [PAPER, NEWTON])
-def test_the_spread_in_graphs_is_that_in_arrays(weights: Weights) -> None:
+def test_graph_variance_equals_array_variance(weights: Weights) -> None:
     x, at = ca.MX.sym("x", 3), np.array([0.7, 1.3, -0.4])
     computed, slopes, _ = weighed(weights, x, at)
     f, g = ca.MX.sym("f", 12), ca.MX.sym("g", 12, 3)

@@ -25,7 +25,7 @@ def two_workers() -> Iterator[list[PlanterError]]:
         yield [answer.content for answer in sorted(under_way)]
 
 
-def test_killed_worker_is_replaced_and_its_job_repeated(tmp_path: Path) -> None:
+def test_killed_worker_is_replaced_and_job_repeated(tmp_path: Path) -> None:
     killing = replace(SQUARES, arguments={"fatal": 3, "mark": str(tmp_path / "killed")})
     with Jobs(killing, range(7), Means(2)) as under_way:
         assert list(under_way.in_order()) == EXPECTED
@@ -34,7 +34,7 @@ def test_killed_worker_is_replaced_and_its_job_repeated(tmp_path: Path) -> None:
     assert (tmp_path / "killed").exists()
 
 
-def test_job_that_kills_every_worker_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_job_killing_every_worker_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(jobs, "MAX_LOST_PROCESSES", 2)
     killing = replace(SQUARES, arguments={"fatal": 1})
     with Jobs(killing, [1], Means(1)) as under_way, pytest.raises(ComputationError, match="2 worker processes ended"):

@@ -58,7 +58,7 @@ def test_keys_and_values_of_the_built_in_law() -> None:
     assert result["locking_arcs"]["end_radii_mm"][0] == pytest.approx(radius)
 
 
-def test_a_path_in_a_file_a_csv_alone_and_the_built_in_one_agree(tmp_path: Path) -> None:
+def test_path_sources_agree(tmp_path: Path) -> None:
     files = [answer(by_path(tmp_path)), answer(str(tmp_path / "points.csv")), answer("yu2023-path")]
     for other in files[1:]:
         assert {k: other[k] for k in KEYS} == {k: files[0][k] for k in KEYS}
@@ -184,12 +184,12 @@ def test_rounded_points_still_show_the_dwell(decimals: int, allowed: float, tmp_
         assert result["dwell"][key] == pytest.approx(exact["dwell"][key], abs=allowed)
 
 
-def test_a_tolerance_that_hides_the_dwell_is_named(tmp_path: Path) -> None:
+def test_tolerance_hiding_the_dwell_is_named(tmp_path: Path) -> None:
     message = refusal(by_path(tmp_path, **{"[path]\ncsv": "[path]\ntolerance_mm = 1e-9\ncsv"}))
     assert "tolerance_mm = 1e-09 is too small" in message
 
 
-def test_an_arm_that_turns_back_is_refused_by_its_angle(tmp_path: Path) -> None:
+def test_reversing_arm_is_refused_with_angle(tmp_path: Path) -> None:
     message = refusal("yu2023", "--set", "p=1.2", "--out", str(tmp_path / "out"))
     assert "yu2023: law: this cannot be a pair of gears: at t = 180 deg" in message
     assert "slope -0.2" in message

@@ -32,7 +32,7 @@ def points(folder: Path, x: NDArray, y: NDArray, name: str = "mine.csv") -> str:
 
 
 @pytest.mark.parametrize("out", [False, True])
-def test_a_bean_is_refused_by_angle_and_place_whether_files_are_wanted_or_not(out: bool, tmp_path: Path) -> None:
+def test_bean_shape_is_refused_with_and_without_files(out: bool, tmp_path: Path) -> None:
     path = points(tmp_path, BEAN, BEAN_Y)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -44,7 +44,7 @@ def test_a_bean_is_refused_by_angle_and_place_whether_files_are_wanted_or_not(ou
     assert not (tmp_path / "out").exists()
 
 
-def test_a_sun_without_room_for_teeth_is_refused_with_radius_and_ratio(tmp_path: Path) -> None:
+def test_small_sun_is_refused_with_radius_and_ratio(tmp_path: Path) -> None:
     message = refusal(points(tmp_path, *EIGHT))
     assert "the pitch radius of the sun is 2.288 mm (total ratio 7.59" in message
     assert "by point 21" in message
@@ -78,7 +78,7 @@ def test_a_path_round_the_origin_is_no_traceback(tmp_path: Path) -> None:
     assert "goes round the origin" in refusal(points(tmp_path, r * np.cos(T) + 30, r * np.sin(T)))
 
 
-def test_velocities_that_jump_at_the_dwell_are_told_with_their_size() -> None:
+def test_velocity_jumps_at_dwell_are_reported_with_size() -> None:
     train = built_in()
     warnings = {warning["name"]: warning for warning in answer("yu2023")["warnings"] if "velocity" in warning["name"]}
     assert {name: warning["t_deg"] for name, warning in warnings.items()} == pytest.approx(
@@ -94,7 +94,7 @@ def test_velocities_that_jump_at_the_dwell_are_told_with_their_size() -> None:
     assert 'ends = "smooth"' in warnings["velocity jumps at the dwell's start"]["message"]
 
 
-def test_a_path_with_a_dwell_is_told_of_its_jumps_and_one_without_is_not(tmp_path: Path) -> None:
+def test_only_path_with_dwell_warns_of_jumps(tmp_path: Path) -> None:
     names = [warning["name"] for warning in answer("yu2023-path")["warnings"]]
     assert sum("velocity jumps" in name for name in names) == 2
     names = [warning["name"] for warning in answer(points(tmp_path, *ELLIPSE))["warnings"]]
@@ -104,7 +104,7 @@ def test_a_path_with_a_dwell_is_told_of_its_jumps_and_one_without_is_not(tmp_pat
 TEETH = np.array([0.002, 1.2, 1.3, np.radians(20)])
 
 
-def test_each_limit_is_broken_by_what_breaks_it_alone() -> None:
+def test_each_limit_is_violated_alone() -> None:
     good = {"R1": 0.02, "R2": 0.03, "kappa1": 50.0, "kappa2": 30.0}
     cases = {
         ("sun", "radius"): {"R1": 0.0026}, ("intermediate gear", "radius"): {"R2": 0.0024},
@@ -117,7 +117,7 @@ def test_each_limit_is_broken_by_what_breaks_it_alone() -> None:
     assert not model.violates_limits({k: np.array([v]) for k, v in good.items()}, TEETH)
 
 
-def test_an_arm_that_only_just_stands_still_is_refused_as_one() -> None:
+def test_nearly_resting_arm_is_refused() -> None:
     assert "at t = 0 deg from the farthest tip the arm stands still" in refusal("yu2023", "--set", "p=-1")
 
 
@@ -136,7 +136,7 @@ def test_locking_arcs_of_low_teeth_make_no_noise() -> None:
     assert result["locking_arcs"] is not None
 
 
-def test_check_passes_the_built_in_and_refuses_it_with_teeth_that_are_too_large() -> None:
+def test_gear_check_refuses_too_large_teeth() -> None:
     machine = load_pickup("yu2023")
     gears.check_gears(machine, build_train(machine))
     huge = load_pickup("yu2023", {"noncircular_stage.m_mm": 25})
@@ -145,7 +145,7 @@ def test_check_passes_the_built_in_and_refuses_it_with_teeth_that_are_too_large(
 
 
 @pytest.mark.usefixtures("blank_figures")
-def test_a_contact_ratio_without_value_is_left_out_and_told(tmp_path: Path) -> None:
+def test_missing_contact_ratio_is_reported(tmp_path: Path) -> None:
     """Points rounded to whole mm make pitch curves hollow here and there."""
     rounded = np.round([[float(c) for c in line.split(",")] for line in _path_csv().splitlines()[3:]])
     (tmp_path / "coarse.csv").write_text("x_mm,y_mm\n" + "".join(f"{x:.0f},{y:.0f}\n" for x, y in rounded))
@@ -174,7 +174,7 @@ def test_teeth_end_where_a_gentle_path_leaves_them_no_room(tmp_path: Path) -> No
     assert result["round_trip_error_rad"] < 1e-5
 
 
-def test_the_turn_of_the_teeth_is_that_of_the_arm_where_the_slope_jumps() -> None:
+def test_tooth_rotation_equals_arm_at_slope_jumps() -> None:
     train: PickupTrain = built_in()
     assert train.toothed == train.driven
     assert train.meshes(np.radians([0, 209.9, 240, 270.1])).tolist() == [True, True, False, True]

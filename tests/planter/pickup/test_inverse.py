@@ -43,7 +43,7 @@ def test_a_dense_path_gives_the_law_back(offset: float) -> None:
     assert [inversion.law.dwell.start - START, inversion.law.dwell.end - END] == pytest.approx([0, 0], abs=1e-9)
 
 
-def test_the_error_falls_at_the_order_of_the_spline_away_from_joints_and_extremes() -> None:
+def test_error_falls_at_spline_order() -> None:
     errors = [error(invert_samples(count, 0.37), AWAY) for count in (60, 120, 240)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert (orders > 3.5).all()
@@ -52,7 +52,7 @@ def test_the_error_falls_at_the_order_of_the_spline_away_from_joints_and_extreme
 
 
 @pytest.mark.parametrize(("p", "start", "end"), [(0.2, 200, 290), (-0.3, 100, 140), (0.3, 20, 60), (0.0, 300, 350)])
-def test_dwells_anywhere_are_found_from_the_path(p: float, start: float, end: float) -> None:
+def test_dwells_are_recovered_from_the_path(p: float, start: float, end: float) -> None:
     law = {"p": p, "start": np.radians(start), "end": np.radians(end)}
     inversion = invert_samples(1200, 0.2, **law)
     assert error(inversion, **law) < 1e-6
@@ -116,7 +116,7 @@ def test_a_path_with_two_far_points_is_refused() -> None:
         invert_path(lobes)
 
 
-def test_a_path_round_the_sun_is_refused_whatever_its_extremes() -> None:
+def test_path_around_the_sun_is_refused() -> None:
     t = steps(200)
     for r in (0.15 + 0.03 * np.cos(2 * t), 0.15 + 0.03 * np.cos(t)):
         for sense in (1, -1):

@@ -42,7 +42,7 @@ def inside(train: PickupTrain, count: int = 300) -> np.ndarray:
     return train.samples(count + 2)[1:-1]
 
 
-def test_the_arm_gains_one_turn(train: PickupTrain) -> None:
+def test_arm_gains_a_revolution_per_cycle(train: PickupTrain) -> None:
     t = np.linspace(-3, 3, 50)
     assert train.law.arm(t + 2 * np.pi) - train.law.arm(t) == pytest.approx(2 * np.pi, abs=1e-12)
     assert train.integral(lambda x: train.law.slopes(x)[0]) == pytest.approx(2 * np.pi, abs=1e-9)
@@ -57,7 +57,7 @@ def test_slopes_are_derivatives(train: PickupTrain) -> None:
         assert slope == pytest.approx(train.law.slopes(t)[order + 1], abs=1e-3)
 
 
-def test_pitch_curves_touch_on_the_centre_line_with_a_common_tangent_and_equal_arcs(train: PickupTrain) -> None:
+def test_pitch_curves_roll_without_slip(train: PickupTrain) -> None:
     sun, middle, d1, d2 = contacts(train, inside(train))
     assert np.abs(sun.imag).max() < 1e-15
     assert np.abs(sun - middle).max() < 1e-15
@@ -80,7 +80,7 @@ def test_curvatures_obey_euler_and_savary(train: PickupTrain) -> None:
     )
 
 
-def test_curvature_is_that_of_three_neighbouring_points() -> None:
+def test_curvature_equals_three_neighbouring_points() -> None:
     train, h = TRAINS["yu2023"], 1e-3
     t = inside(train, 50)
     for gear, sign in (("1", 1), ("2", -1)):
@@ -90,7 +90,7 @@ def test_curvature_is_that_of_three_neighbouring_points() -> None:
         assert bent == pytest.approx(train.pitch(t)[f"kappa{gear}"], rel=1e-4)
 
 
-def test_tip_and_its_velocity(train: PickupTrain) -> None:
+def test_tip_and_velocity(train: PickupTrain) -> None:
     t, h = np.concatenate([inside(train), np.radians([220, 240, 260])]), 1e-6
     build_result = train.motion(t)
     place = train.geometry.L1 * np.exp(1j * (train.phi5_far + t))
@@ -110,7 +110,7 @@ def test_triangle_closes(train: PickupTrain) -> None:
     assert np.angle(middle / planet) == pytest.approx(g.beta1)
 
 
-def test_distance_has_its_extremes_where_the_bars_are_in_line(train: PickupTrain) -> None:
+def test_distance_extremes_are_at_stretched_bars(train: PickupTrain) -> None:
     g, build_result = train.geometry, train.motion(np.linspace(0, 2 * np.pi, 5001))["L3"]
     ends = train.motion(np.array([0.0, train.nearest_angle]))["L3"]
     assert ends == pytest.approx([g.L1 + g.L2, g.L2 - g.L1], abs=1e-12)
@@ -131,7 +131,7 @@ def test_in_the_dwell_the_tip_turns_with_the_carrier(train: PickupTrain) -> None
     assert (np.abs(train.motion(outside)["L3"] - build_result["L3"][0]) > 1e-5).all()
 
 
-def test_locking_arcs_are_one_circle_about_the_sun_while_they_act(train: PickupTrain) -> None:
+def test_locking_arcs_are_a_circle_about_the_sun(train: PickupTrain) -> None:
     arcs, dwell = compute_locking_arcs(train), train.law.dwell
     convex, concave = locking_arcs(train, arcs)
     radius = float(train.law.arm(np.array([dwell.start]))[0])
@@ -152,7 +152,7 @@ def _from_pitch_curve(train: PickupTrain, place: np.ndarray, end: int, sense: in
     return float(np.hypot(curve["x2"] - place[0], curve["y2"] - place[1]).min())
 
 
-def test_locking_arcs_hold_both_ways_where_those_of_the_smaller_end_radius_do_not() -> None:
+def test_locking_arcs_hold_in_both_directions() -> None:
     """A horn on either side of the line of centres, as the intermediate gear's tips are there in the dwell."""
     train = TRAINS["yu2023"]
     arcs = compute_locking_arcs(train)
@@ -164,7 +164,7 @@ def test_locking_arcs_hold_both_ways_where_those_of_the_smaller_end_radius_do_no
         compute_horn_reaches(build_rolling(train), min(arcs.ends), addendum)
 
 
-def test_the_arcs_that_are_drawn_are_those_of_the_gears(train: PickupTrain) -> None:
+def test_drawn_arcs_equal_gear_arcs(train: PickupTrain) -> None:
     """By carrier angles here, by arc lengths of the rolling curves there."""
     arcs, addendum = compute_locking_arcs(train), train.teeth[2] * train.teeth[0]
     assert arcs.radius == pytest.approx(compute_arc_radius(build_rolling(train), addendum), rel=1e-8)
@@ -173,7 +173,7 @@ def test_the_arcs_that_are_drawn_are_those_of_the_gears(train: PickupTrain) -> N
     )
 
 
-def test_a_dwell_that_no_arcs_would_hold_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dwell_without_arcs_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     def nothing(*_: object) -> float:
         raise GeometryError("no horn")
 
@@ -191,7 +191,7 @@ def test_law_and_path_drive_the_same_train() -> None:
     assert np.abs(by_law.tip(t) - by_path.tip(t)).max() < 5e-5
 
 
-def test_the_built_in_law_is_the_one_of_the_reference() -> None:
+def test_built_in_law_equals_reference() -> None:
     t = np.linspace(-7, 9, 400)
     train = TRAINS["yu2023"]
     assert np.abs(train.law.arm(t) - arm(t)).max() < 1e-13

@@ -49,7 +49,7 @@ def values_of(machine: Machine, angles: np.ndarray = ANGLES) -> dict[str, np.nda
     return {quantity.name: row for quantity, row in zip(machine.quantities, rows, strict=True)}
 
 
-def test_motion_is_that_of_the_train(source: str) -> None:
+def test_motion_equals_train(source: str) -> None:
     pickup, train, machine = train_of(source)
     values, expected = values_of(machine), train.motion(ANGLES)
     entry = CellEntry(train, Cell.from_pickup(pickup)).place(ANGLES).T
@@ -71,7 +71,7 @@ def test_gears_are_those_of_the_train(source: str) -> None:
     np.testing.assert_allclose(values["R1"] + values["R2"], train.geometry.a1, rtol=1e-14)
 
 
-def test_the_tip_is_that_of_complex_numbers() -> None:
+def test_tip_equals_complex_arithmetic() -> None:
     values = values_of(train_of("yu2023")[2])
     np.testing.assert_allclose(np.column_stack([values["x_S"], values["y_S"]]), tips(ANGLES, arm(ANGLES)), atol=1e-13)
 

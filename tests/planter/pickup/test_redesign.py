@@ -80,7 +80,7 @@ def test_value_points_are_moved_until_the_requirements_hold(moved) -> None:
     assert min(curves["kappa1"].min(), curves["kappa2"].min()) > 0
 
 
-def test_what_is_fixed_stays(moved) -> None:
+def test_fixed_points_stay(moved) -> None:
     assert moved.train.geometry == TRAIN.geometry
     assert moved.train.law.dwell == TRAIN.law.dwell
     assert moved.points[0] == pytest.approx(moved.points_before[0], abs=1e-9)
@@ -89,20 +89,20 @@ def test_what_is_fixed_stays(moved) -> None:
     assert abs(distance[0] - np.hypot(*moved.points_before[15])) > 1e-4
 
 
-def test_the_inverse_chain_finds_the_new_law_from_its_path(moved) -> None:
+def test_inverse_recovers_new_law_from_path(moved) -> None:
     inversion = invert_path(moved.train.tip(steps(4096)))
     t = np.linspace(0, 2 * np.pi, 1000)
     assert np.abs(inversion.law.arm(t) - moved.train.law.arm(t)).max() < 1e-8
 
 
-def test_a_design_that_holds_everything_is_left_alone() -> None:
+def test_feasible_design_is_not_changed() -> None:
     easy = load_pickup("yu2023", {"push_deg": 80, "swing_deg": 40})
     moved = redesign_path(easy, TRAIN)
     assert moved.iterations == 0
     assert moved.train.law is TRAIN.law
 
 
-def test_targets_that_exclude_each_other_are_not_held() -> None:
+def test_conflicting_targets_are_not_satisfied() -> None:
     """A push angle of 90 deg is a swing of 50, not 60; the least violation lies between."""
     moved = redesign_path(load_pickup("yu2023", {"swing_deg": 60}), TRAIN)
     assert not moved.holds
@@ -121,7 +121,7 @@ def test_the_search_sees_the_programme_as_it_is(programme: Epigraph) -> None:
     assert programme.g_upper[-1] == programme.g_lower[-1] == 0
 
 
-def test_the_optimum_is_certified_and_what_holds_it_is_named(moved) -> None:
+def test_optimum_is_certified_with_active_constraints(moved) -> None:
     assert moved.certificate.kkt_residual < STATIONARITY_TOLERANCE
     names = [constraint.name for constraint in moved.certificate.active_constraints]
     assert set(names) <= {*NAMES, PINNED.name}

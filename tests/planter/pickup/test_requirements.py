@@ -33,7 +33,7 @@ def test_printed_numbers() -> None:
     assert g.a1 > g.a2
 
 
-def test_contact_ratio_grows_with_the_addendum_and_falls_with_the_module() -> None:
+def test_contact_ratio_follows_addendum_and_module() -> None:
     t = TRAIN.samples(200)
     by_addendum = np.array([TRAIN.contact_ratio(t, addendum=ha) for ha in (1.0, 1.1, 1.2, 1.3)])
     by_module = np.array([TRAIN.contact_ratio(t, module=m / 1000) for m in (1.5, 2, 2.5, 3)])
@@ -42,7 +42,7 @@ def test_contact_ratio_grows_with_the_addendum_and_falls_with_the_module() -> No
     assert np.abs(by_addendum[2] - 2).max() < 0.15
 
 
-def test_contact_ratio_is_that_of_the_circles_of_curvature() -> None:
+def test_contact_ratio_equals_osculating_circles() -> None:
     """External spur gears on those circles, from their tip and base circles (ISO 21771)."""
     t, angle, m = TRAIN.samples(50), np.radians(20), 0.002
     radii = [1 / TRAIN.pitch(t)[key] for key in ("kappa1", "kappa2")]
@@ -92,7 +92,7 @@ def test_a_needle_pushed_deeper_than_the_path_turns_is_noticed() -> None:
     assert by_name(turned)["straight entry"].value != pytest.approx(by_name()["straight entry"].value)
 
 
-def test_clearance_of_an_upright_needle_is_that_of_a_trapezium() -> None:
+def test_upright_needle_clearance_equals_trapezium() -> None:
     """Tip corner against the inclined wall, by similar triangles, at the pick."""
     cell = Cell.from_pickup(MACHINE)
     corner = entry().needle(0.0)[0]
@@ -125,7 +125,7 @@ def test_a_hollow_pitch_curve_is_noticed() -> None:
     assert not (requirements["sun's pitch curve convex"].holds and requirements["intermediate gear's convex"].holds)
 
 
-def test_a_path_has_the_requirements_of_its_law() -> None:
+def test_path_has_requirements_of_law() -> None:
     requirements, other = by_name(), by_name(built_in("yu2023-path"))
     for name in ("push angle", "entry depth", "straight entry", "needle to tray"):
         assert other[name].value == pytest.approx(requirements[name].value, abs=5e-3)

@@ -45,7 +45,7 @@ def test_slopes_are_the_derivatives_of_the_angle() -> None:
         assert LAW.slopes(t)[upper] == pytest.approx(numeric, abs=2e-5)
 
 
-def test_slope_and_its_rate_are_continuous_and_the_slope_ends_at_zero() -> None:
+def test_slope_and_rate_are_continuous_and_end_at_zero() -> None:
     for joint in LAW.joints():
         inside = LAW.slopes(np.array([joint - 1e-9, joint + 1e-9]))
         assert inside[0, 0] == pytest.approx(inside[0, 1], abs=1e-6)
@@ -54,13 +54,13 @@ def test_slope_and_its_rate_are_continuous_and_the_slope_ends_at_zero() -> None:
     assert ends[:2] == pytest.approx(np.zeros((2, 2)), abs=1e-9)
 
 
-def test_beyond_the_transitions_the_law_is_the_paper_s_own() -> None:
+def test_law_outside_transitions_equals_paper() -> None:
     t = np.linspace(LAW.joints()[1], LAW.joints()[2], 100)
     assert LAW.slopes(t)[0] == pytest.approx(LAW.mean_on_teeth * (1 + P * np.cos(t)), rel=1e-12)
 
 
 @pytest.mark.usefixtures("blank_figures")
-def test_the_command_tells_no_jump_and_where_no_teeth_can_drive(tmp_path: Path) -> None:
+def test_command_reports_no_jump_and_undriven_angles(tmp_path: Path) -> None:
     result = answer(smooth_file(tmp_path), "--at", "200", "--at", "0")
     names = [warning["name"] for warning in result["warnings"]]
     assert not any("velocity" in name for name in names)
@@ -77,7 +77,7 @@ def test_the_command_tells_no_jump_and_where_no_teeth_can_drive(tmp_path: Path) 
     assert np.abs(np.diff(ring)).max() < 100
 
 
-def test_the_built_in_law_keeps_its_jump() -> None:
+def test_built_in_law_still_jumps() -> None:
     assert any("velocity" in warning["name"] for warning in answer("yu2023")["warnings"])
 
 
@@ -85,6 +85,6 @@ def test_smooth_ends_and_moved_points_do_not_go_together(tmp_path: Path) -> None
     assert 'law.ends = "smooth" cannot be used' in refusal(smooth_file(tmp_path), "--optimise")
 
 
-def test_a_slope_that_cannot_rise_smoothly_is_told_apart() -> None:
+def test_unsmoothable_slope_is_distinguished() -> None:
     assert LAW.rises
     assert not SmoothLaw(1.5, Dwell(START, END), TRANSITION).rises

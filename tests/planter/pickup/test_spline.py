@@ -15,7 +15,7 @@ POINTS = load_pickup("yu2023-path").points
 CURVE = PathSpline(POINTS)
 
 
-def test_the_curve_passes_its_points_and_is_the_periodic_cubic_over_chords() -> None:
+def test_curve_is_periodic_cubic_through_points() -> None:
     assert np.abs(CURVE(CURVE.knots[:-1]) - POINTS).max() < 1e-15
     ring = np.vstack([POINTS, POINTS[:1]])
     chords = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(ring, axis=0).T))])
@@ -47,7 +47,7 @@ def test_a_value_point_is_dragged_and_others_stay() -> None:
     assert np.abs(moved(moved.knots[:-1])[15] - POINTS[15]).max() < 1e-15
 
 
-def test_a_control_point_is_dragged_and_moves_its_four_spans_alone() -> None:
+def test_dragged_control_point_moves_four_spans() -> None:
     old = CURVE.controls[7]
     moved = CURVE.with_control(7, old + np.array([0.003, 0.0]))
     change = np.hypot(*(moved.points - POINTS).T)
@@ -75,7 +75,7 @@ def test_ripple_below_the_tolerance_is_no_extreme() -> None:
     assert len(PathSpline(points).extremes(1e-12)) > 2
 
 
-def test_ripple_of_many_points_is_taken_off_in_one_go() -> None:
+def test_ripple_is_removed_in_a_single_pass() -> None:
     """A step that looks at every extreme anew for each that goes would take an hour here."""
     rng, count = np.random.default_rng(3), 40_000
     ripple = 0.01 * rng.random(count) * np.cos(np.pi * np.arange(count))
@@ -89,7 +89,7 @@ def test_ripple_of_many_points_is_taken_off_in_one_go() -> None:
 
 @pytest.mark.parametrize("closed", [True, False])
 @pytest.mark.parametrize("seed", range(20))
-def test_what_stands_out_is_what_is_left_when_the_least_pair_goes_again_and_again(seed: int, closed: bool) -> None:
+def test_prominent_extrema_equal_repeated_removal(seed: int, closed: bool) -> None:
     rng = np.random.default_rng(seed)
     values = rng.integers(0, 50, 2 * rng.integers(1, 15)) / 50
     values[::2] += 0.2

@@ -21,7 +21,7 @@ def written(folder: Path, lines: str) -> Path:
     return path
 
 
-def test_each_point_is_a_requirement_with_the_distance_to_the_nearest_of_many_points(tmp_path: Path) -> None:
+def test_each_point_is_a_distance_requirement(tmp_path: Path) -> None:
     machine = file.load_pickup(written(tmp_path, f"points_mm = {POINTS}"))
     train = build_train(machine)
     path = 1000 * train.tip(np.linspace(0, 2 * np.pi, 50_001))
@@ -52,7 +52,7 @@ def test_a_point_on_the_path_is_passed(tmp_path: Path) -> None:
     assert requirement.holds
 
 
-def test_a_csv_beside_the_file_and_its_figure(tmp_path: Path) -> None:
+def test_csv_next_to_file_and_figure(tmp_path: Path) -> None:
     lines = "\n".join(",".join(map(str, point)) for point in POINTS)
     (tmp_path / "path.csv").write_text(f"x_mm,y_mm,tube_mm\n{lines}\n")
     result = answer("pickup", str(written(tmp_path, 'points_csv = "path.csv"')))
@@ -62,7 +62,7 @@ def test_a_csv_beside_the_file_and_its_figure(tmp_path: Path) -> None:
     ]
 
 
-def test_what_is_no_point_is_refused(tmp_path: Path) -> None:
+def test_invalid_point_is_refused(tmp_path: Path) -> None:
     message = refusal("pickup", str(written(tmp_path, "points_mm = [[1, 2]]")))
     assert "tip_path.points_mm[0]" in message
     with pytest.raises(InputError, match="there is no such file"):

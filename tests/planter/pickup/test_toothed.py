@@ -41,7 +41,7 @@ def test_the_built_in_pick_up(tmp_path: Path) -> None:
     assert {path.stem for path in (tmp_path / "figures").glob("*.png")} == {"assembly", "dwell", "loose", "lands"}
 
 
-def test_so_many_teeth_have_a_module_of_their_own_and_axes_may_be_farther_apart() -> None:
+def test_tooth_count_determines_module_and_spacing() -> None:
     result = answer("gears", "yu2023", "--teeth", "24", "--addendum", "1", "--centre-error-mm", "0.1")["intermittent"]
     assert result["pitches"] == pytest.approx(24, rel=1e-14)
     assert max(result["slack_deg"]) < 0.05
@@ -63,11 +63,11 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("options", "message"), REFUSED.values(), ids=REFUSED.keys())
-def test_what_cannot_be_is_told_in_a_sentence(options: tuple[str, ...], message: str) -> None:
+def test_impossible_gears_are_refused_in_a_sentence(options: tuple[str, ...], message: str) -> None:
     assert message in refusal("gears", "yu2023", *options)
 
 
-def test_a_law_that_comes_to_rest_smoothly_is_refused(tmp_path: Path) -> None:
+def test_smoothly_resting_law_is_refused(tmp_path: Path) -> None:
     from planter.files import examples
 
     text = examples.example("yu2023", "pickup").replace("# ends = ", "ends = ").replace("# transition_deg", "transition_deg")  # fmt: skip # noqa: E501

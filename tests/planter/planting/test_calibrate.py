@@ -50,7 +50,7 @@ def fits(force: CalibrationForce, target: dict[str, float], pushing: bool = Fals
     return sorted(fit_from_starts(force, target, pushing, starts, np.ones(3)), key=lambda fit: fit.rank)
 
 
-def test_a_target_that_the_model_can_reach_is_reached_and_one_out_of_reach_is_not(force: CalibrationForce) -> None:
+def test_reachable_target_is_reached_and_other_missed(force: CalibrationForce) -> None:
     hidden = np.random.default_rng(33).uniform(0.2, 0.8, len(force.inputs))
     target = force(hidden).figures()
     best = fits(force, target)[0]
@@ -74,7 +74,7 @@ def test_the_nearest_fit_is_nearer_and_keeps_target_and_contact(force: Calibrati
     assert worse.rank > met[0].rank
 
 
-def test_the_printed_model_meets_the_table_and_the_exact_model_does_not(calibrated: CalibrationFound) -> None:
+def test_printed_model_meets_table_and_exact_does_not(calibrated: CalibrationFound) -> None:
     printed, exact = calibrated.models["printed"], calibrated.models["exact"]
     assert calibrated.met
     assert printed.met
@@ -101,9 +101,7 @@ def test_the_result_has_the_keys_of_the_contract(calibrated: CalibrationFound) -
     assert calibrated.events == pytest.approx({"rise_begins_deg": 160, "fall_begins_deg": 280})
 
 
-def test_a_machine_with_the_fitted_inputs_gives_what_was_reached(
-    calibrated: CalibrationFound, machine: Machine
-) -> None:
+def test_fitted_machine_reproduces_reached_values(calibrated: CalibrationFound, machine: Machine) -> None:
     fitted = calibration.with_flank(machine, calibrated.choices[FLANK]).with_numbers(
         {f.name: f.value for f in calibrated.fitted}
     )
@@ -120,7 +118,7 @@ def test_a_machine_with_the_fitted_inputs_gives_what_was_reached(
             assert statistics.range_N == pytest.approx(calibrated.other_model.range_N, rel=1e-9)
 
 
-def test_the_machine_that_is_handed_in_stays_as_it_is(calibrated: CalibrationFound, machine: Machine) -> None:
+def test_calibrated_machine_is_not_changed(calibrated: CalibrationFound, machine: Machine) -> None:
     assert machine == file.load("wang2017")
     assert machine.cam.flank != calibrated.choices[FLANK]
 
@@ -131,7 +129,7 @@ def test_fitted_inputs_are_a_machine(force: CalibrationForce) -> None:
 
 
 @pytest.mark.parametrize("met", [True, False])
-def test_the_first_line_and_the_page_say_whether_the_target_is_met(
+def test_terminal_and_page_report_whether_target_is_met(
     met: bool, calibrated: CalibrationFound, machine: Machine, capsys: pytest.CaptureFixture[str]
 ) -> None:
     presented = calibrated if met else replace(calibrated, **vars(calibrated.models["exact"]), model="exact")

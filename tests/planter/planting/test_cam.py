@@ -68,7 +68,7 @@ def test_the_unrolled_cam_touches_the_roller_everywhere(face: cam.EndFace) -> No
     assert np.abs(off).max() < 3e-7
 
 
-def test_the_pressure_angle_in_the_dwells_is_that_of_the_rocker(face: cam.EndFace) -> None:
+def test_dwell_pressure_angle_equals_rocker(face: cam.EndFace) -> None:
     angles = np.degrees(face.at(face.radius).course(np.radians([10.0, 200.0]))["pressure"])
     machine = face.device.machine.cam
     np.testing.assert_allclose(angles, [abs(machine.psi0_deg), machine.psi0_deg + machine.opening_deg], rtol=1e-12)
@@ -83,7 +83,7 @@ def test_the_part_is_as_steep_as_the_running_device_finds_it(changes: dict[str, 
     assert designer.cam_pressure_angle_max_deg == pytest.approx(np.degrees(steepest.value), rel=1e-9)
 
 
-def test_at_the_speed_of_lift_off_the_force_vanishes_and_grows_from_the_square_of_the_speed(device: Device) -> None:
+def test_force_vanishes_at_lift_off_speed_squared(device: Device) -> None:
     push, speed = cam.build_push(device), device.machine.si("speed_rpm")
     lift_off = find_lift_off(push, speed)
     assert lift_off is not None
@@ -96,7 +96,7 @@ def test_at_the_speed_of_lift_off_the_force_vanishes_and_grows_from_the_square_o
     np.testing.assert_allclose(low_force, device.side(device.design, angles)["F_E"], rtol=1e-12)
 
 
-def test_the_command_writes_what_it_says(tmp_path: Path) -> None:
+def test_command_writes_listed_files(tmp_path: Path) -> None:
     result = answer("cam", "wang2017", "--roller-mm", "5", "--out", str(tmp_path))
     assert all((tmp_path / name).is_file() for name in result["files"])
     assert json.loads((tmp_path / "summary.json").read_text())["roller"] == result["roller"]
@@ -135,5 +135,5 @@ def test_a_solid_reads_back_valid(tmp_path: Path, capfd: pytest.CaptureFixture[s
         (("--roller-mm", "5", "--force", "F_E"), "--force is for a mechanism of your own"),
     ],
 )
-def test_bad_input_is_one_sentence(options: tuple[str, ...], message: str) -> None:
+def test_bad_input_is_refused_in_a_sentence(options: tuple[str, ...], message: str) -> None:
     assert message in refusal("cam", "wang2017", *options)

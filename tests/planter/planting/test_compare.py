@@ -67,7 +67,7 @@ def resumed(tmp_path_factory: pytest.TempPathFactory) -> tuple[dict, dict[str, i
 
 
 @pytest.mark.fault
-def test_nothing_is_lost_and_nothing_done_twice(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
+def test_resumed_comparison_is_complete_without_repeats(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
     result, before, out, message = resumed
     after = {path.name: path.stat().st_mtime_ns for path in (out / "devices").glob("*.json")}
     assert set(after) == {f"{PAIR}.json", "narrow.json"}
@@ -98,7 +98,7 @@ def test_keys_and_ranks(resumed: tuple[dict, dict[str, int], Path, str]) -> None
 
 
 @pytest.mark.long
-def test_two_pairs_are_ranked_by_what_they_reach() -> None:
+def test_two_pairs_are_ranked_by_objective() -> None:
     result = answer("compare", "wang2017", "--starts", "1", "--pair", "ellipse+ellipse", "--pair", PAIR)
     assert len(result["devices"]) == 2
     feasible = [entry["feasible"] for entry in result["devices"]]
@@ -116,15 +116,13 @@ def test_another_question_is_not_answered_from_the_folder(resumed: tuple[dict, d
     assert ComparisonStore(out / "devices", file.load("wang2017", {"sun_kg": 0.41}), 1, 0).load(pair) is None
 
 
-def test_devices_that_change_places_are_not_read(
-    resumed: tuple[dict, dict[str, int], Path, str], tmp_path: Path
-) -> None:
+def test_devices_changing_places_are_not_read(resumed: tuple[dict, dict[str, int], Path, str], tmp_path: Path) -> None:
     pair = ("eccentric_circle", "ellipse")
     shutil.copy(resumed[2] / "devices" / f"{'+'.join(pair)}.json", tmp_path / "narrow.json")
     assert ComparisonStore(tmp_path, file.load("wang2017"), 1, 0).load(None) is None
 
 
-def test_the_own_design_is_the_described_one(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
+def test_machine_design_equals_described_design(resumed: tuple[dict, dict[str, int], Path, str]) -> None:
     """The families' own parameters, put into a machine of these families, make the same objective."""
     from planter.optimise.continuous_cycle import ContinuousCycle
 
@@ -138,7 +136,7 @@ def test_the_own_design_is_the_described_one(resumed: tuple[dict, dict[str, int]
 
 
 @pytest.mark.parametrize("family", families.list_families())
-def test_described_curves_have_the_size_and_the_swing_they_are_given(family: str) -> None:
+def test_described_curves_have_requested_size_and_swing(family: str) -> None:
     paper_device = file.load(box.REFERENCE)
     device = Device(box.build_pair_machine(paper_device, (family, family)))
     swings = []
@@ -153,7 +151,7 @@ def test_described_curves_have_the_size_and_the_swing_they_are_given(family: str
     assert families.find_family(f"{family}-relative") == family
 
 
-def test_a_conflict_is_told_and_the_proposal_is_kept() -> None:
+def test_conflict_is_reported_with_feasible_proposal() -> None:
     strict = file.load(box.REFERENCE, {"funnel_speed_margin_m_s": 0.05})
     comparison = compare_families(strict, starts=1, pairs=[("ellipse", "ellipse")])
     entry = comparison.devices[0]
@@ -201,7 +199,7 @@ def test_unsettled_pairs_are_ranked_apart_in_80_columns(capsys: pytest.CaptureFi
     assert output.index("Settled pairs") < output.index("Not settled") < output.index("lacks a KKT residual")
 
 
-def test_a_pair_is_settled_only_with_a_small_residual_and_a_start_that_agrees() -> None:
+def test_settled_requires_small_residual_and_agreement() -> None:
     problem = SimpleNamespace(scale=1.0)
 
     def minimum(objective: float, residual: float) -> LocalMinimum:
@@ -226,7 +224,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_bad_calls_are_one_sentence(case: str) -> None:
+def test_bad_calls_are_refused_in_a_sentence(case: str) -> None:
     arguments, message = BAD[case]
     assert message in refusal("compare", "wang2017", *arguments)
 

@@ -57,7 +57,7 @@ def on_threads(device: Device, folder: Path, *changes: tuple[str, str]) -> Path:
 @pytest.mark.parametrize(
     ("name", "model", "samples"), [("wang2017", "exact", 360), ("compact", "printed", 37), ("swapped", "exact", 90)]
 )
-def test_the_text_finds_what_the_virtual_machine_finds(name: str, model: Model, samples: int, tmp_path: Path) -> None:
+def test_cuda_text_equals_virtual_machine(name: str, model: Model, samples: int, tmp_path: Path) -> None:
     planting_device = device(name, model)
     batches, designs = (
         cuda.Batches(build_machine(planting_device), on_threads(planting_device, tmp_path), samples),
@@ -122,7 +122,7 @@ def test_on_a_graphics_processor(tmp_path: Path) -> None:
     assert (np.abs(values - reference) <= EQUAL * np.abs(reference)).all()
 
 
-def test_without_its_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_missing_compiler_is_reported(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("PATH", "")
     with pytest.raises(CompilerError, match="there is no CUDA compiler"):
         cuda.build_library(build_machine(device("wang2017")), tmp_path)

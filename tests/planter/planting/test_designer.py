@@ -33,7 +33,7 @@ def with_teeth(machine: Machine, **changes: float) -> Machine:
 
 
 @pytest.mark.parametrize("name", ["wang2017", "compact", "random 1", "random 3"])
-def test_no_dense_turn_goes_beyond_the_peaks_and_some_angle_of_it_comes_near(name: str) -> None:
+def test_dense_cycle_stays_within_peaks_and_reaches_them(name: str) -> None:
     device, designer = summarise_machine(name)
     turn = cycle.evaluate_cycle(device, device.prologue(device.design), PHI)
     side, totals = turn.sides[0], turn.totals
@@ -64,13 +64,13 @@ def test_the_motor_s_mean_torque_does_the_work_of_friction(name: str) -> None:
     assert 2 * math.pi * designer.motor.mean_Nm == pytest.approx(simulation.compute_work(device).friction_J, rel=1e-8)
 
 
-def test_the_printed_model_has_a_summary_without_what_it_does_not_report() -> None:
+def test_printed_summary_omits_unreported_quantities() -> None:
     _, designer = summarise_machine("wang2017", "printed")
     assert not [force for force in designer.forces if force.name.startswith("hinge")]
     assert min(force.min_N for force in designer.forces if force.name == "F_NP") < -50
 
 
-def test_gears_that_are_nearly_circles_are_those_of_a_textbook() -> None:
+def test_nearly_circular_gears_equal_textbook() -> None:
     """Stage 2 of almost equal circles: sizes, and stress by the textbook's formulas at the largest normal force."""
     base = with_teeth(machines.machine("wang2017"))
     wide = {**base.bounds, "k6": (1e-9, 0.1), "m61": (0.9, 1.5)}
@@ -93,7 +93,7 @@ def test_gears_that_are_nearly_circles_are_those_of_a_textbook() -> None:
     )
 
 
-def test_stress_along_the_turn_is_that_of_the_formulas_at_each_contact() -> None:
+def test_stress_equals_contact_formulas() -> None:
     device = Device(with_teeth(machines.machine("wang2017")))
     stage_summary = summary.summarise_design(device, device.design).stages[0]
     side = device.side(device.design, PHI[:-1:4])
@@ -135,7 +135,7 @@ def test_only_a_cam_whose_acceleration_jumps_gives_shocks() -> None:
     assert 0 < len(kept_event.rows) <= 16
 
 
-def test_what_is_missing_is_told() -> None:
+def test_missing_gear_values_are_reported() -> None:
     base = machines.machine("wang2017")
     assert "module" in summarise_machine("wang2017")[1].notes[0]
     only = Machine.read({**base.table(), "gears": {"module_mm": 2.0}}, "own")

@@ -77,7 +77,7 @@ BAD_GEOMETRY = {
 
 
 @pytest.mark.parametrize("case", BAD_GEOMETRY)
-def test_geometry_that_cannot_be_built_is_named(case: str, tmp_path: Path) -> None:
+def test_impossible_geometry_is_named(case: str, tmp_path: Path) -> None:
     changes, sentence = BAD_GEOMETRY[case]
     with pytest.raises(InputError) as caught:
         Device(file.load(edited(tmp_path, *changes)))
@@ -145,7 +145,7 @@ def _generated_beside(folder: Path, family: PitchCurve) -> None:
 
 
 @pytest.mark.usefixtures("with_new_family")
-def test_a_new_family_changes_nothing_else(tmp_path: Path) -> None:
+def test_new_family_changes_no_others(tmp_path: Path) -> None:
     """One class in one file makes a device: names, closure, rotation, gradients, size and requirements come along."""
     size = Size(mean_radius=0.0307, swing=0.1, deformation=1.26)
     R, b, _ = Sizing("exponential").parameters(size)
@@ -177,13 +177,13 @@ def mean_ratio(R: float, b: float, distance: float, u: np.ndarray) -> float:
     return float(np.mean(r / (distance - r)))
 
 
-def test_without_its_file_there_is_no_such_family(tmp_path: Path) -> None:
+def test_missing_family_file_removes_family(tmp_path: Path) -> None:
     assert "exponential" not in FAMILIES
     with pytest.raises(InputError, match=r'stage2.family = "exponential": it must be one of'):
         Device(file.load(edited(tmp_path, (r'^family = "ellipse"', 'family = "exponential"'))))
 
 
-def test_a_radius_beyond_the_centre_distance_is_named_with_its_angle() -> None:
+def test_radius_beyond_centre_distance_is_named_with_angle() -> None:
     """A stage whose prologue is told a centre distance that is too short."""
     stage = Device(file.load("wang2017")).stages[1]
     from planter.gear_geometry.stage import StageCandidate

@@ -39,7 +39,7 @@ def imbalance(model: DrivenMachine, at: SpeedHistory, more: float = 0.0) -> floa
 
 
 @pytest.mark.parametrize("name", ["wang2017", "random 1", "random 3"])
-def test_what_the_motor_gives_is_stored_or_lost(name: str) -> None:
+def test_motor_work_is_stored_or_lost(name: str) -> None:
     model = driven(name)
     at = model.run(SPEED, 1, 120)
     assert np.ptp(at.omega) > 1e-2 * SPEED
@@ -55,7 +55,7 @@ def test_at_constant_speed_it_is_the_exact_model() -> None:
     assert report.values["F_support"] == pytest.approx(device.support(device.prologue(device.design), PHI), abs=1e-11)
 
 
-def test_at_a_speed_that_changes_it_is_the_model_whose_assumptions_are_lifted() -> None:
+def test_varying_speed_equals_relaxed_model() -> None:
     device, rate = machines.device("wang2017"), 3 * np.sin(PHI)
     speed = np.full_like(PHI, device.machine.si("operation.speed_rpm"))
     lifted = LiftedModel(device).turn(PHI, {"speed_rate": rate})
@@ -64,7 +64,7 @@ def test_at_a_speed_that_changes_it_is_the_model_whose_assumptions_are_lifted() 
     assert state.values["F_support"] == pytest.approx(lifted.totals["F_support"], abs=1e-11)
 
 
-def test_a_turn_that_repeats_itself_gives_to_friction_what_the_motor_gives() -> None:
+def test_periodic_cycle_balances_motor_and_friction() -> None:
     drive = drive_device(machines.device("wang2017"), MOTOR, turns=2, samples=720)
     turn, result = drive.drive.turn, drive.result
     assert turn.omega[-1] == pytest.approx(turn.omega[0], rel=1e-9)
@@ -101,14 +101,14 @@ def test_a_motor_too_weak_stalls_at_an_angle() -> None:
         drive_device(machines.device("wang2017"), replace(MOTOR, stall=0.05, flywheel=0.01))
 
 
-def test_what_a_motor_cannot_be_is_refused() -> None:
+def test_invalid_motor_is_refused() -> None:
     with pytest.raises(InputError, match="--flywheel-kgm2 = -1: it must be greater than 0"):
         replace(MOTOR, flywheel=-1.0)
     with pytest.raises(InputError, match="drives the exact model"):
         drive_device(machines.device("wang2017", "printed"), MOTOR)
 
 
-def test_the_command_and_its_files(tmp_path: Path) -> None:
+def test_command_and_files(tmp_path: Path) -> None:
     motor = ("--stall-Nm", "6", "--idle-rpm", "42", "--flywheel-kgm2", "0.1")
     result = answer("drive", "compact", *motor, "--turns", "2", "--samples", "90", "--out", str(tmp_path / "run"))
     jsonschema.validate(result, load_schema("drive"))

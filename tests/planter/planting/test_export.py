@@ -66,7 +66,7 @@ NATIVE = ("-O3", "-march=native", "-ffast-math")
         ("compact", "exact", "clang", ("-O1",)),
     ],
 )
-def test_the_program_finds_what_simulate_finds(
+def test_program_equals_simulate(
     name: str, model: Model, compiler: str, flags: tuple[str, ...], tmp_path: Path
 ) -> None:
     files = [Path(p) for p in answer("export", "c", name, "--model", model, "--out", str(tmp_path))["files"]]
@@ -119,7 +119,7 @@ def test_another_design_is_another_number(tmp_path: Path) -> None:
     assert numbers(built(files, "gcc", "-O0"))["objective"] != pytest.approx(before, rel=1e-3)
 
 
-def test_sides_that_are_exchanged_are_seen(tmp_path: Path) -> None:
+def test_exchanged_sides_are_detected(tmp_path: Path) -> None:
     device = Device(load("wang2017"))
     files = written(device, tmp_path)
     second = "q + WANG2017_SIDE * angles"
@@ -148,10 +148,10 @@ def test_names_are_identifiers() -> None:
     ]  # fmt: skip
 
 
-def test_a_folder_that_cannot_be_written_is_refused() -> None:
+def test_unwritable_folder_is_refused() -> None:
     assert "/dev/null/x" in refusal("export", "c", "wang2017", "--out", "/dev/null/x")
 
 
-def test_every_built_in_machine_has_a_name_of_its_own() -> None:
+def test_built_in_machines_have_unique_names() -> None:
     names = [build_name(build_machine(Device(load(n), m))) for n in examples.names("planting", ".toml") for m in MODELS]
     assert len(set(names)) == len(names)

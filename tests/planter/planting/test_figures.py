@@ -139,14 +139,14 @@ def test_no_text_is_cut_off(name: str) -> None:
     assert outside(FIGURES[name]()) == []
 
 
-def test_a_text_that_is_cut_off_is_found() -> None:
+def test_cut_text_is_detected() -> None:
     figure = FIGURES["pareto"]()
     figure.text(0.98, 0.5, "much too far to the right")
     assert outside(figure) == ["much too far to the right"]
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_every_axis_says_its_unit(name: str) -> None:
+def test_every_axis_has_a_unit(name: str) -> None:
     labels = [label for axes in FIGURES[name]().axes for label in (axes.get_xlabel(), axes.get_ylabel()) if label]
     units = (" / N", " / N²", " / mm", " / deg", " / (rad/s)", " / 1")
     counts = ("evaluations of the objective", "best objective")
@@ -164,7 +164,7 @@ def test_the_same_data_give_the_same_bytes(name: str) -> None:
     assert "<dc:date>" not in first
 
 
-def test_what_was_written_before_changes_nothing() -> None:
+def test_earlier_figures_have_no_influence() -> None:
     figure = FIGURES["tip path"]()
     first = figures.svg(figure)
     assert style.png(figure) == style.png(FIGURES["tip path"]())
@@ -218,7 +218,7 @@ def test_both_files_are_saved(tmp_path: Path) -> None:
     assert {path.name for path in tmp_path.iterdir()} == {"convergence.svg", "convergence.png", ".planter.json"}
 
 
-def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nowhere"):
         figures.save(FIGURES["convergence"](), tmp_path / "nowhere", "convergence")
 
@@ -235,7 +235,7 @@ def test_support_force_shows_both_models_and_the_weight() -> None:
     assert to_hex(line(axes, "exact").get_color()) != to_hex(line(axes, "printed").get_color())
 
 
-def test_a_flat_curve_is_shown_again_on_its_own_scale() -> None:
+def test_flat_curve_is_repeated_on_a_zoomed_axis() -> None:
     common, zoomed = figures.draw_support_force(CYCLES, 97.86).axes
     assert np.array_equal(data(zoomed, "exact"), CYCLES["exact"])
     assert [line.get_label() for line in zoomed.get_lines()] == ["exact", "weight"]
@@ -303,7 +303,7 @@ def test_tip_path_is_the_nozzle_end_at_every_angle() -> None:
     assert axes.get_aspect() == 1
 
 
-def test_nozzle_is_drawn_at_twelve_angles_with_its_point_at_the_tip() -> None:
+def test_nozzle_is_drawn_at_twelve_angles() -> None:
     columns = turn()
     (axes,) = figures.draw_tip_path(columns).axes
     outlines = [np.asarray(p.get_xy()) for p in axes.findobj(Polygon) if p.get_gid() == "nozzle"]
@@ -396,7 +396,7 @@ def test_a_search_without_history_is_left_out() -> None:
     assert axes.get_lines() == []
 
 
-def test_convergence_is_logarithmic_where_that_helps() -> None:
+def test_convergence_is_logarithmic_where_useful() -> None:
     near_points, far = [(1, 2.0), (10, 1.9)], [(1, 2000.0), (900, 1.9)]
     (axes,) = figures.convergence({"ga": near_points}).axes
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
@@ -404,7 +404,7 @@ def test_convergence_is_logarithmic_where_that_helps() -> None:
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
 
 
-def test_the_front_is_what_nothing_beats() -> None:
+def test_front_is_nondominated() -> None:
     rng = np.random.default_rng(3)
     points = rng.integers(0, 12, (60, 2)).astype(float)
     front = nondominated(points)

@@ -28,7 +28,7 @@ def test_every_law_of_the_textbook_is_there() -> None:
 
 
 @pytest.mark.parametrize("law", ORDERS)
-def test_a_law_is_that_of_the_textbook_with_its_slopes(law: str) -> None:
+def test_flank_law_equals_textbook_with_slopes(law: str) -> None:
     x = np.linspace(0.001, 0.999, 333)
     values = Kernel(functions.build_flank_function(law), lanes=["x"])(x=x)
     book = kinematics.flank(law, Jet(np, x, np.ones_like(x), np.zeros_like(x)))
@@ -56,7 +56,7 @@ def test_true_extremes_are_those_of_a_dense_cycle(law: str) -> None:
     assert look.variance == pytest.approx(force[:-1].var(), rel=1e-4)
 
 
-def test_a_law_that_jumps_is_not_optimised() -> None:
+def test_jumping_law_is_not_optimised() -> None:
     with pytest.raises(InputError, match=r'compact: cam.flank = "harmonic": .*without such jumps'):
         objective.build_problem(device("harmonic"))
     objective.build_problem(device("cycloidal"))

@@ -133,12 +133,12 @@ def test_every_version_is_tried() -> None:
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_fmpy_finds_nothing_wrong(unit: str, written: dict[str, Path]) -> None:
+def test_fmpy_accepts_the_unit(unit: str, written: dict[str, Path]) -> None:
     assert validation.validate_fmu(str(written[unit])) == []
 
 
 @pytest.mark.parametrize("unit", UNITS)
-def test_a_turn_is_that_of_simulate(unit: str, written: dict[str, Path]) -> None:
+def test_cycle_equals_simulate(unit: str, written: dict[str, Path]) -> None:
     """By FMPy's own simulation, to 1e-10 of the largest number of each quantity; another speed is seen."""
     owner = device(UNITS[unit][0])
     output_names = ["phi", *names(owner)]
@@ -183,9 +183,7 @@ def own_speed() -> float:
 
 
 @both_versions
-def test_it_starts_at_an_angle_and_turns_as_fast_as_it_is_told(
-    unit: str, written: dict[str, Path], tmp_path: Path
-) -> None:
+def test_unit_starts_at_given_angle_and_speed(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
     with running(written[unit], tmp_path / "unit", phi_start=1.0, speed=3.0) as slave:
         assert slave.get("phi") == 1.0
         slave.raw.doStep(0.0, 0.25)
@@ -232,7 +230,7 @@ def test_a_state_is_saved_and_restored(unit: str, written: dict[str, Path], tmp_
 
 
 @both_versions
-def test_what_cannot_be_is_refused(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
+def test_invalid_request_is_refused(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
     with running(written[unit], tmp_path / "unit") as slave:
         for wrong in ({"speed": float("nan")}, {"phi": 1.0}):
             with pytest.raises(fmpy.fmi1.FMICallException):
@@ -250,7 +248,7 @@ def test_what_cannot_be_is_refused(unit: str, written: dict[str, Path], tmp_path
         assert np.isfinite(slave.get("F_support"))
 
 
-def test_the_description_says_what_the_sidecar_says(written: dict[str, Path]) -> None:
+def test_description_equals_sidecar(written: dict[str, Path]) -> None:
     owner = device("exact")
     description = fmpy.read_model_description(str(written["exact"]))
     assert "speed is prescribed" in description.description
@@ -287,7 +285,7 @@ def test_ranges_are_those_of_the_file(path: str, expected: tuple[Any, Any]) -> N
 
 
 @both_versions
-def test_its_sources_compile_without_a_warning(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
+def test_sources_compile_without_warnings(unit: str, written: dict[str, Path], tmp_path: Path) -> None:
     """Those that the unit holds, by another compiler's flags."""
     with zipfile.ZipFile(written[unit]) as zipped:
         zipped.extractall(tmp_path)
@@ -295,7 +293,7 @@ def test_its_sources_compile_without_a_warning(unit: str, written: dict[str, Pat
     subprocess.run(command, check=True, capture_output=True, text=True)
 
 
-def test_nothing_but_the_interface_is_seen(written: dict[str, Path], tmp_path: Path) -> None:
+def test_only_the_interface_is_exported(written: dict[str, Path], tmp_path: Path) -> None:
     with zipfile.ZipFile(written["exact"]) as zipped:
         library = zipped.extract("binaries/linux64/wang2017.so", tmp_path)
     raw = ctypes.CDLL(library)
@@ -308,7 +306,7 @@ class TestCommand:
     def _quick(self, quick: None) -> None:
         """Only one library, and fast."""
 
-    def test_the_same_bytes_each_time_and_its_record(self, written: dict[str, Path], tmp_path: Path) -> None:
+    def test_file_is_reproducible_and_recorded(self, written: dict[str, Path], tmp_path: Path) -> None:
         result = answer("export", "fmu", "wang2017", "--out", str(tmp_path / "a.fmu"))
         jsonschema.validate(result, load_schema("export fmu"))
         assert (result["platforms"], result["inputs"]) == (["linux64"], 1)

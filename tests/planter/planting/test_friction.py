@@ -49,7 +49,7 @@ def unexplained(teeth: ToothedTurn, turn: LiftedCycle) -> float:
 
 
 @pytest.mark.parametrize("name", ORDERS)
-def test_the_motor_gives_what_the_teeth_lose_at_every_angle(name: str) -> None:
+def test_motor_work_equals_tooth_loss_at_every_angle(name: str) -> None:
     teeth = cut_gears(name)
     convention, sliding = teeth.turn(), teeth.shared
     assert unexplained(teeth, sliding) < 1e-11
@@ -118,7 +118,7 @@ def reversed_(lifting: Lifting, names: tuple[str, ...]) -> Lifting:
     return {name: -value if name.startswith(names) else value for name, value in lifting.items()}
 
 
-def test_friction_along_the_sliding_or_on_the_wrong_side_breaks_the_laws() -> None:
+def test_wrong_friction_direction_breaks_the_laws() -> None:
     teeth = cut_gears("wang2017")
     right = teeth.lifting(teeth.equal)
     reversed_turn = teeth.turn(reversed_(right, ("lead", "away")))
@@ -151,7 +151,7 @@ def shared_at_random(bearing: BearingPairs, rng: np.random.Generator) -> SharedL
 
 
 @pytest.mark.parametrize("name", ORDERS)
-def test_no_sharing_leaves_the_range_that_is_told(name: str) -> None:
+def test_any_load_sharing_stays_within_reported_range(name: str) -> None:
     teeth, rng = cut_gears(name), np.random.default_rng(5)
     bounds = summary.compute_maximum_forces(teeth)
     near_range, far = (
@@ -173,7 +173,7 @@ def test_no_sharing_leaves_the_range_that_is_told(name: str) -> None:
     assert bounds["F_A1"] < 1.1 * near_range.largest_N["F_A1"]
 
 
-def test_losses_grow_with_friction_and_their_growth_is_of_the_next_order() -> None:
+def test_losses_grow_with_friction_beyond_first_order() -> None:
     """To first order a loss is that of the frictionless normal force: halving the friction halves what is left."""
     teeth = cut_gears("wang2017")
     per_friction = []
@@ -184,7 +184,7 @@ def test_losses_grow_with_friction_and_their_growth_is_of_the_next_order() -> No
     assert abs(per_friction[0] / per_friction[2] - 1) < 1e-3
 
 
-def test_integrals_stop_at_jumps_and_extremes_look_at_both_sides_of_them() -> None:
+def test_integrals_split_at_jumps() -> None:
     jumps = np.array([0.3, 0.3 + 1e-9, 1.7, 4.0])
     angles = Angles.between(jumps)
 
@@ -199,7 +199,7 @@ def test_integrals_stop_at_jumps_and_extremes_look_at_both_sides_of_them() -> No
     assert late.mean(saw(late.phi)) != pytest.approx(1.4**2 / 2 / np.pi, abs=1e-5)
 
 
-def test_the_result_tells_all_of_it() -> None:
+def test_result_reports_all_losses() -> None:
     teeth = cut_gears("wang2017")
     rubbing = summary.compute_friction(teeth.device, teeth.x, teeth.stages)
     result = rubbing.result

@@ -89,7 +89,7 @@ def test_pairs_have_a_common_tangent_and_do_not_cross(name: str, phi: float) -> 
 
 
 @pytest.mark.parametrize("phi", ANGLES)
-def test_a_partner_that_is_turned_a_little_is_noticed(phi: float) -> None:
+def test_slightly_turned_partner_is_detected(phi: float) -> None:
     inner, outer = at("wang2017", phi).curves[:2]
     c, s = np.cos(0.02), np.sin(0.02)
     points = np.array([[c, -s], [s, c]]) @ (outer.points - outer.centre[:, None]) + outer.centre[:, None]

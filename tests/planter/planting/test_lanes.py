@@ -26,7 +26,7 @@ def device(name: str, model: Model) -> Device:
     return Device(swapped.machine() if name == "swapped" else load(name), model)
 
 
-def test_the_swapped_machine_is_another_function_of_another_machine() -> None:
+def test_swapped_machine_has_different_functions() -> None:
     first, other = (device(name, "exact") for name in ("wang2017", "swapped"))
     assert [s.family for s in first.stages] == [s.family for s in reversed(other.stages)]
     assert first.force.response.values_kernel.work.loop != other.force.response.values_kernel.work.loop

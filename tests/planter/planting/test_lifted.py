@@ -13,7 +13,7 @@ NAMES = ("wang2017", "random 1", "random 2")
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_with_nothing_lifted_it_is_the_exact_model(name: str) -> None:
+def test_model_without_relaxation_equals_exact_model(name: str) -> None:
     device = machines.device(name)
     turn, side = LiftedModel(device).turn(PHI), device.cycle(device.prologue(device.design), PHI)
     for vector, side_values, its in (
@@ -27,7 +27,7 @@ def test_with_nothing_lifted_it_is_the_exact_model(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("case", ["teeth", "hinge", "both"])
-def test_the_motor_does_the_work_of_friction_and_the_support_feels_none_of_it(name: str, case: str) -> None:
+def test_friction_work_is_motor_work_without_support_effect(name: str, case: str) -> None:
     device = machines.device(name)
     model, phi = LiftedModel(device), cycle.sample_angles(5760)
     modelled = model.turn(phi)
@@ -57,7 +57,7 @@ def test_teeth_touch_within_half_a_base_pitch_of_the_pitch_point() -> None:
         assert plus.max() > 0.9 * half
 
 
-def test_effects_are_told_and_only_of_the_exact_model() -> None:
+def test_effects_are_reported_for_exact_model_only() -> None:
     effects = {case.assumption: case for case in lifted.find_assumption_effects(machines.device("wang2017"))}
     assert effects["tooth friction inwards"].joints_N["F_O1"] > effects["no tooth friction"].joints_N["F_O1"] > 1
     assert all(case.support_N < 1e-9 for case in effects.values())

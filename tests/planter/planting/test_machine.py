@@ -43,13 +43,13 @@ def refusal(source: str | Path, changes: dict[str, float] | None = None) -> str:
 # --- what is read ----------------------------------------------------------------------------------
 
 
-def test_built_in_machines_load_under_their_own_names() -> None:
+def test_built_in_machines_load_under_their_names() -> None:
     assert {"wang2017", "compact"} <= set(examples.names("planting"))
     for name in examples.names("planting"):
         assert load(name).name == name
 
 
-def test_wang2017_weighs_what_its_source_says() -> None:
+def test_wang2017_has_weight_of_source() -> None:
     mass = load("wang2017").mass
     halves = 4 * (mass.half_C1_kg + mass.half_C2_kg)
     total = mass.sun_kg + mass.carrier_kg + 2 * (mass.middle_kg + mass.planet_kg) + halves
@@ -62,7 +62,7 @@ def test_every_value_of_the_file_is_in_the_machine() -> None:
     assert machine == read
 
 
-def test_a_machine_survives_its_own_table_and_pickle() -> None:
+def test_machine_survives_table_and_pickle() -> None:
     machine = load("compact", {"sun_kg": 0.3})
     assert Machine.model_validate(machine.table()).table() == machine.table()
     copy = pickle.loads(pickle.dumps(machine))
@@ -100,7 +100,7 @@ def test_the_second_machine_differs_in_masses_speed_cam_and_box() -> None:
     assert (other.stage1, other.stage2) == (paper.stage1, paper.stage2)
 
 
-def test_the_design_of_a_built_in_machine_lies_in_its_box() -> None:
+def test_built_in_design_is_within_bounds() -> None:
     for machine in map(load, examples.names("planting")):
         for name, (lower, upper) in machine.bounds.items():
             assert lower <= machine.design[name] <= upper, (machine.name, name)
@@ -136,7 +136,7 @@ def test_si_values(path: str, si: float) -> None:
 
 
 @pytest.mark.parametrize("path", ["mass", "cam.flank", "nozzle.hinge_A_mm", "nozzle.hinge_A_mm[3]", "no_such_kg"])
-def test_si_of_what_is_no_number_is_refused(path: str) -> None:
+def test_si_of_non_number_is_refused(path: str) -> None:
     with pytest.raises(InputError, match=re.escape(f"wang2017: {path}:")):
         load("wang2017").si(path)
 
@@ -171,7 +171,7 @@ def test_origin_is_the_closest_entry(path: str, origin: str) -> None:
     assert load("wang2017").origin(path) == origin
 
 
-def test_nothing_but_what_the_paper_discloses_is_passed_off_as_the_papers() -> None:
+def test_only_disclosed_values_are_marked_paper() -> None:
     machine = load("wang2017")
     disclosed = {"design", "bounds", "genetic_algorithm"}
     from_paper = {path for path in machine.numbers() if machine.origin(path).startswith("paper")}
@@ -213,7 +213,7 @@ def test_origin_entries_may_be_paths_with_and_without_quotes(tmp_path: Path) -> 
         ("speed_rpm", "operation.speed_rpm"),
     ],
 )
-def test_a_change_changes_that_number_alone(name: str, path: str) -> None:
+def test_change_affects_only_the_named_number(name: str, path: str) -> None:
     before, after = load("wang2017"), load("wang2017", {name: 33.25})
     changed = {key for key, value in after.numbers().items() if value != before.numbers()[key]}
     assert changed == {path}
@@ -260,14 +260,14 @@ def test_changes_add_up() -> None:
         ("rise_delta_deg[1]", 120.0, ["cam.rise_delta_deg = [130.0, 120.0] (set", "start < end"]),
     ],
 )
-def test_changes_that_are_refused(name: str, value: float, words: list[str]) -> None:
+def test_invalid_changes_are_refused(name: str, value: float, words: list[str]) -> None:
     message = refusal("wang2017", {name: value})
     assert message.startswith("wang2017: ")
     for word in words:
         assert word in message
 
 
-def test_an_ambiguous_name_lists_what_it_may_mean(tmp_path: Path) -> None:
+def test_ambiguous_name_lists_candidates(tmp_path: Path) -> None:
     path = tampered(tmp_path, "design", "m31", "m31 = 1.5\nsun_kg = 2.0")
     path.write_text(path.read_text().replace("[bounds]", "[bounds]\nsun_kg = [1, 3]\n#"), encoding="utf-8")
     message = refusal(path, {"sun_kg": 1.0})
@@ -350,7 +350,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("section", "key", "value", "allowed"), REFUSED)
-def test_a_refused_value_is_named_with_file_key_and_what_is_allowed(
+def test_refused_value_names_file_key_and_rule(
     tmp_path: Path, section: str, key: str, value: str, allowed: str
 ) -> None:
     path = tampered(tmp_path, section, key, f"{key} = {value}")
@@ -429,7 +429,7 @@ def test_both_weights_zero_is_refused(tmp_path: Path) -> None:
     assert f"{path}: objective.weight_range = 0.0: it must be above 0" in message
 
 
-def test_a_section_that_is_missing_or_no_table(tmp_path: Path) -> None:
+def test_missing_or_malformed_section_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "my.toml"
     path.write_text('name = "x"\ndescription = ""\nmass = 3\n', encoding="utf-8")
     message = refusal(path)
@@ -440,7 +440,7 @@ def test_a_section_that_is_missing_or_no_table(tmp_path: Path) -> None:
     assert refusal(path).startswith(f"{path}: mass = 3: it must be a table")
 
 
-def test_every_problem_of_a_file_is_told_and_of_very_many_the_first(tmp_path: Path) -> None:
+def test_file_problems_are_all_listed_up_to_a_limit(tmp_path: Path) -> None:
     path = tampered(tmp_path, "mass", "sun_kg", "sun_kg = -0.4\nextra = 1")
     path.write_text(path.read_text().replace('kind = "paper"', 'kind = "si"'), encoding="utf-8")
     message = refusal(path)
@@ -452,7 +452,7 @@ def test_every_problem_of_a_file_is_told_and_of_very_many_the_first(tmp_path: Pa
     assert re.search(r"x = 1.*is missing.*\(and \d+ more problems\)$", refusal(path))
 
 
-def test_every_number_that_does_not_fit_the_others_is_told(tmp_path: Path) -> None:
+def test_every_inconsistent_number_is_reported(tmp_path: Path) -> None:
     """Twice in one section, in two sections, and in what several sections make together."""
     message = refusal(
         "wang2017",
@@ -477,7 +477,7 @@ def test_every_number_that_does_not_fit_the_others_is_told(tmp_path: Path) -> No
         assert fragment in message
 
 
-def test_checks_of_a_section_that_are_not_marked_would_not_be_asked() -> None:
+def test_unmarked_section_checks_are_not_run() -> None:
     """The tampered case of the one before."""
 
     class Marked(Section):
@@ -508,7 +508,7 @@ def test_checks_of_a_section_that_are_not_marked_would_not_be_asked() -> None:
         ("requirements.curvature_radius_min_mm", 1e20, "it must be at most 1e+15"),
     ],
 )
-def test_a_number_too_large_or_too_small_to_compute_with_is_named(name: str, value: float, allowed: str) -> None:
+def test_extreme_numbers_are_named(name: str, value: float, allowed: str) -> None:
     assert f"{name} = {value!r} (set on the command line): {allowed}" in refusal("wang2017-wide", {name: value})
 
 
@@ -520,7 +520,7 @@ def test_a_number_too_large_or_too_small_to_compute_with_is_named(name: str, val
         ("centroid", "planet_xy_mm", "[20,5, -6,0]", "a list of 2 numbers (decimals are written with a point)"),
     ],
 )
-def test_what_is_probably_meant_is_said(tmp_path: Path, section: str, key: str, value: str, words: str) -> None:
+def test_probable_meaning_is_suggested(tmp_path: Path, section: str, key: str, value: str, words: str) -> None:
     assert words in refusal(tampered(tmp_path, section, key, f"{key} = {value}"))
 
 
@@ -543,13 +543,13 @@ def test_a_refused_value_can_be_set_right_on_the_command_line(tmp_path: Path, ke
     assert f".{key} = " in refusal(path, {"carrier_kg": 3.0})
 
 
-def test_names_that_hold_dots_are_set_in_their_own_place() -> None:
+def test_names_with_dots_are_set_in_place() -> None:
     table = {"a.b": {"c_mm": 1.0}, "a": {"b": {"d_mm": 2.0}}}
     changed = paths.with_values(table, {("a.b", "c_mm"): 3.0})
     assert changed == {"a.b": {"c_mm": 3.0}, "a": {"b": {"d_mm": 2.0}}}
 
 
-def test_a_large_file_is_refused_in_time_that_grows_with_its_size(tmp_path: Path) -> None:
+def test_large_file_is_refused_in_linear_time(tmp_path: Path) -> None:
     path = tampered(tmp_path, "design", "m31", "m31 = 1.5\n" + "\n".join(f"n{i} = {i}" for i in range(4000)))
     text = path.read_text().replace("\n[origin]\n", "\n[origin]\n" + "".join(f'n{i} = "paper"\n' for i in range(4000)))
     path.write_text(text, encoding="utf-8")
@@ -574,7 +574,7 @@ def test_memory_does_not_grow_with_the_square_of_the_depth(tmp_path: Path) -> No
 # --- files that are refused ------------------------------------------------------------------------
 
 
-def test_a_misspelt_built_in_name_gets_the_close_match_and_the_list() -> None:
+def test_misspelt_built_in_name_gets_suggestions() -> None:
     message = refusal("wang2071")
     assert message.startswith("wang2071: ")
     assert "did you mean wang2017?" in message
@@ -583,7 +583,7 @@ def test_a_misspelt_built_in_name_gets_the_close_match_and_the_list() -> None:
         examples.example("compac")
 
 
-def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+def test_unreadable_files_are_refused(tmp_path: Path) -> None:
     assert refusal(tmp_path / "none.toml") == f"{tmp_path / 'none.toml'}: there is no such file"
     assert refusal("none.toml") == "none.toml: there is no such file"
     assert "this is a directory" in refusal(tmp_path)
@@ -605,7 +605,7 @@ def test_a_file_without_permission_is_refused(tmp_path: Path, monkeypatch: pytes
     assert "cannot be read (Permission denied)" in message
 
 
-def test_a_huge_file_is_refused_and_one_at_the_limit_is_not(tmp_path: Path) -> None:
+def test_huge_file_is_refused_and_limit_accepted(tmp_path: Path) -> None:
     path = tmp_path / "my.toml"
     text = examples.example("compact") + "#"
     path.write_text(text + "x" * (1_000_000 - len(text)), encoding="utf-8")
@@ -614,7 +614,7 @@ def test_a_huge_file_is_refused_and_one_at_the_limit_is_not(tmp_path: Path) -> N
     assert refusal(path) == f"{path}: the file is too large, it must not exceed 1000000 bytes"
 
 
-def test_text_that_is_not_utf_8_is_refused_with_its_line(tmp_path: Path) -> None:
+def test_non_utf_8_text_is_refused_with_line(tmp_path: Path) -> None:
     path = tmp_path / "my.toml"
     path.write_bytes(b'name = "x"\ndescription = "\xff"\n')
     assert refusal(path) == f"{path}: line 2 is not UTF-8 text, which it must be"
@@ -639,7 +639,7 @@ def test_text_that_is_not_utf_8_is_refused_with_its_line(tmp_path: Path) -> None
         ('name = "' + "a.[{" * 100 + '" # ' + "[[[" * 100 + "\nx = 1,20", ["line 2", "with a decimal point: 1.20"]),
     ],
 )
-def test_broken_toml_is_refused_with_its_place(tmp_path: Path, text: str, words: list[str]) -> None:
+def test_broken_toml_is_refused_with_place(tmp_path: Path, text: str, words: list[str]) -> None:
     path = tmp_path / "my.toml"
     path.write_text(text, encoding="utf-8")
     message = refusal(path)
@@ -661,7 +661,7 @@ def test_control_characters_of_a_file_do_not_reach_the_message(tmp_path: Path) -
     assert "no such key" in message
 
 
-def test_a_name_is_one_line_without_control_characters(tmp_path: Path) -> None:
+def test_name_is_a_single_printable_line(tmp_path: Path) -> None:
     for name in ("a\\nb", "a\\u001b[31m", "\\u202eabc"):
         path = tmp_path / "my.toml"
         path.write_text(examples.example("compact").replace('name = "compact"', f'name = "{name}"'), encoding="utf-8")
@@ -676,13 +676,13 @@ def test_raw_control_characters_are_refused_with_their_line(tmp_path: Path) -> N
     assert refusal(path) == f"{path}: line 2 holds the control character '\\x1b', which it must not"
 
 
-def test_a_misspelt_family_gets_its_suggestion(tmp_path: Path) -> None:
+def test_misspelt_family_gets_suggestion(tmp_path: Path) -> None:
     path = tampered(tmp_path, "stage1", "family", 'family = "elipse"')
     with pytest.raises(InputError, match=r'stage1.family = "elipse": did you mean ellipse\?'):
         Device(load(path))
 
 
-def test_files_of_other_kinds_are_told_by_name_and_by_content(tmp_path: Path) -> None:
+def test_files_of_other_kinds_are_recognised(tmp_path: Path) -> None:
     hint = "it must be one of compact, wang2017, wang2017-wide or the path of a .toml file"
     assert refusal("shi2021") == f"shi2021: this is a built-in TOML file for planter clutch, but {hint}"
     assert "built-in CSV file for planter synthesise, train" in refusal("sun2019-curve")

@@ -14,7 +14,7 @@ ANGLES = np.linspace(0.0, np.pi, 9)
 
 
 @pytest.mark.parametrize("name", ["wang2017", "compact"])
-def test_the_support_force_is_that_of_the_device(name: str) -> None:
+def test_support_force_equals_device(name: str) -> None:
     machine, device = load_machine(name), Device(file.load(name))
     response, at = MachineResponse(machine, ["F_support"]), device.prologue(device.design)
     values, slopes = response.slopes(response.at(machine.design), ANGLES)

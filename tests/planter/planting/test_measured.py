@@ -203,7 +203,7 @@ def test_invalid_columns_are_rejected(case: str, tmp_path: Path) -> None:
         read(written(tmp_path / "data.csv", "exact"), columns, 1.0)
 
 
-def test_invalid_calibration_options_exit_with_one_line(tmp_path: Path) -> None:
+def test_invalid_calibration_options_exit_with_a_line(tmp_path: Path) -> None:
     data = str(written(tmp_path / "data.csv", "exact"))
     call = ("calibrate", "wang2017", "--data", data, "--column", "force", "--angle", "angle")
     assert "add --fit" in refusal(*call)
@@ -263,7 +263,7 @@ def shifted(degrees: np.ndarray, phase: float, noise: float, seed: int, rho: flo
 
 
 @pytest.mark.parametrize("bounds", [(0.0, 360.0), (-150.0, -140.0)])
-def test_phase_is_found_from_any_start(bounds: tuple[float, float]) -> None:
+def test_phase_is_recovered_from_any_start(bounds: tuple[float, float]) -> None:
     """A curve with two minima: a search from one phase ends in the wrong one."""
     degrees = np.arange(0, 360, 4.0)
     chosen = Chosen.from_bounds(wang(), {**ANYWHERE, "phase_deg": bounds})
@@ -279,7 +279,7 @@ def test_phase_is_found_from_any_start(bounds: tuple[float, float]) -> None:
     assert value == pytest.approx(37.0, abs=2 * (high - low))
 
 
-def test_negative_phase_moves_into_its_period() -> None:
+def test_negative_phase_moves_into_period() -> None:
     degrees = np.arange(0, 360, 4.0)
     data = measurement(degrees, shifted(degrees, 179.9, 0.01, 1), 0.01)
     chosen = Chosen.from_bounds(

@@ -34,7 +34,7 @@ def test_a_turn_has_the_bits_of_simulate(model: Model, tmp_path: Path) -> None:
     assert columns["time_s"][-1] == pytest.approx(60 / device.machine.operation.speed_rpm, rel=1e-14)
 
 
-def test_turns_follow_one_another() -> None:
+def test_cycles_are_consecutive() -> None:
     """Forces repeat, angles go on; time is angle over speed, and another speed is another time."""
     motion = build_motion(build_machine(Device(load("wang2017", {"operation.speed_rpm": 30.0}))), turns=3, samples=24)
     columns = {column.name: column.values for column in motion.columns}
@@ -60,5 +60,5 @@ def test_every_format_is_written(form: str, tmp_path: Path) -> None:
     [(("--turns", "0"), "between 1 and 555 with 360 samples"), (("--turns", "99999"), "--turns = 99999"),
      (("--samples", "4"), "between 8 and")],
 )  # fmt: skip
-def test_what_cannot_be_is_refused(arguments: tuple[str, ...], message: str, tmp_path: Path) -> None:
+def test_invalid_request_is_refused(arguments: tuple[str, ...], message: str, tmp_path: Path) -> None:
     assert message in refusal("export", "motion", "wang2017", *arguments, "--out", str(tmp_path))

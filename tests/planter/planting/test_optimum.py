@@ -59,7 +59,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", sampled(["a file with comments, numbers set"], CASES))
-def test_what_is_written_goes_back_into_every_command(case: str, commented: str, tmp_path: Path) -> None:
+def test_optimum_file_works_in_every_command(case: str, commented: str, tmp_path: Path) -> None:
     source, options = CASES[case]
     result = called("optimise", source or commented, *options, *SHORT, "--out", str(tmp_path / "out"))
     written = str(tmp_path / "out" / "optimum.toml")
@@ -71,7 +71,7 @@ def test_what_is_written_goes_back_into_every_command(case: str, commented: str,
     assert called("validate", written)["valid"] is True
 
 
-def test_the_true_optimum_is_found_by_default() -> None:
+def test_default_search_reaches_true_optimum() -> None:
     """Over 360 samples the design with k6 = 0.0308 seems better; its true objective is not."""
     result = called("optimise", "wang2017", *SHORT[:4])
     assert result["samples"] == "refined"
@@ -102,7 +102,7 @@ def test_every_seed_finds_the_true_optimum_in_a_minute(seed: int) -> None:
     assert resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before < 60
 
 
-def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
+def test_optimum_file_has_all_inputs_and_marks_changes(tmp_path: Path) -> None:
     changes = {"sun_kg": 0.5, "nozzle.hinge_A_mm[0]": 31.0}
     machine = file.load("wang2017", changes)
     design = {**machine.design, "R3_mm": 30.95, "k6": 0.04}
@@ -121,7 +121,7 @@ def test_every_input_is_carried_and_what_moved_is_told(tmp_path: Path) -> None:
     assert back.origin("nozzle.hinge_A_mm[1]") == "assumed"
 
 
-def test_a_value_at_its_bound_stays_within_it() -> None:
+def test_value_at_bound_stays_within_bounds() -> None:
     machine = file.load("wang2017")
     upper = machine.bounds["R3_mm"][1]
     design = {**machine.design, "R3_mm": np.nextafter(upper, 99)}
@@ -136,9 +136,7 @@ def interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
-def test_an_interrupt_while_numbers_are_written_hands_the_optimum_over(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_interrupt_while_writing_returns_optimum(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ResultPresentation, "write_data", interrupt)
     result = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
     assert result["error"]["name"] == "Interrupted"
@@ -146,7 +144,7 @@ def test_an_interrupt_while_numbers_are_written_hands_the_optimum_over(
     assert result["partial"]["cross"]
 
 
-def test_an_interrupt_while_figures_are_drawn_loses_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_interrupt_while_drawing_loses_no_data(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ResultPresentation, "write", interrupt)
     result = called("optimise", "wang2017", *SHORT, "--out", str(tmp_path), code=130)
     summary = json.loads((tmp_path / "summary.json").read_text())
@@ -166,7 +164,7 @@ def test_an_interrupt_after_the_search_hands_the_optimum_over(monkeypatch: pytes
     assert caught.value.partial["certificate"]["kkt_residual"] < 1e-6
 
 
-def test_the_best_so_far_is_saved_as_it_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_best_so_far_is_saved_during_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from planter.engine import search
 
     monkeypatch.setattr(search, "INTERVAL_S", 0.0)
@@ -187,9 +185,7 @@ def test_the_best_so_far_is_saved_as_it_is_found(tmp_path: Path, monkeypatch: py
     assert "finished" not in json.loads((tmp_path / "summary.json").read_text())
 
 
-def test_a_folder_that_cannot_be_written_is_told_before_the_search(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_unwritable_folder_is_reported_before_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from planter.planting import optimisation
 
     monkeypatch.setattr(optimisation, "optimise", interrupt)

@@ -170,7 +170,7 @@ def shifted(name: str, lower: Array, upper: Array, without: tuple[str, ...], des
     return BranchAndBound(bounding, np.where(gone, design, lower), np.where(gone, design, upper), 0.0)
 
 
-def test_a_small_box_is_proved_and_a_false_claim_of_no_effect_is_not() -> None:
+def test_small_box_is_proved_and_false_claim_is_not() -> None:
     """The claim that the sun's deformation has no effect takes the optimum out of the box."""
     bounding, corner, lower, upper = problem("exact")
     best = bounding(corner, corner).reached
@@ -182,7 +182,7 @@ def test_a_small_box_is_proved_and_a_false_claim_of_no_effect_is_not() -> None:
     assert false.least > best
 
 
-def test_the_command_gives_the_gap_that_it_reaches() -> None:
+def test_command_reports_reached_gap() -> None:
     result = answer("optimise", "wang2017", *SHORT, "--prove", "--prove-seconds", "0")
     proof = result["proof"]
     keys = {"objective", "lower_bound", "gap", "boxes", "seconds", "proved", "statement", "kind", "samples", "design"}

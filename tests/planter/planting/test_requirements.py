@@ -61,7 +61,7 @@ def path(device: Device) -> dict[str, np.ndarray]:
 # --- what they measure: against dense samples of the motion -------------------------------------------
 
 
-def test_every_requirement_is_reported_with_its_margin(entries: dict[str, dict]) -> None:
+def test_every_requirement_has_a_margin(entries: dict[str, dict]) -> None:
     assert list(entries) == [kind.name for kind in KINDS if kind.needs != ("points_mm",)]
     for entry in entries.values():
         rooms = [entry.value - entry.lower] if entry.lower is not None else []
@@ -139,7 +139,7 @@ def test_pitch_curves_bend_as_their_points_do(device: Device, entries: dict[str,
     assert entries["curvature_radius"].value == pytest.approx(1 / max(greatest), rel=2e-3)
 
 
-def test_contact_ratio_of_circles_is_the_textbook_one() -> None:
+def test_circle_contact_ratio_equals_textbook() -> None:
     """Two gears of 31 teeth, module 2 mm, 20 deg: the path of contact over the base pitch, with tip and base radii."""
     import casadi as ca
 
@@ -209,7 +209,7 @@ def problem_of(device: Device) -> tuple[Problem, RequirementConstraints]:
     return problem_with(device, "refined", constraints), constraints
 
 
-def test_a_point_that_keeps_them_is_found_and_the_margin_counts(device: Device) -> None:
+def test_feasible_point_satisfies_margins(device: Device) -> None:
     problem, constraints = problem_of(device)
     assert not problem.is_feasible(problem.start)
     point = minimise_violation(problem, constraints, problem.start)
@@ -218,7 +218,7 @@ def test_a_point_that_keeps_them_is_found_and_the_margin_counts(device: Device) 
         assert entry.verdict == "pass", entry
 
 
-def test_infeasible_says_which_where_and_how_much_and_relaxing_it_helps() -> None:
+def test_infeasibility_error_suggests_sufficient_limit() -> None:
     """The list's own margin of the funnel's speed conflicts with the distance of the nozzles."""
     strict = machine.load(WIDE, {"funnel_speed_margin_m_s": 0.05})
     problem, constraints = problem_of(Device(strict))
@@ -279,7 +279,7 @@ def test_search_for_any_sum_satisfies_the_requirements(device: Device, goal: str
     assert all(price > 0 for price in prices.values())
 
 
-def test_vary_is_refused_beside_requirements() -> None:
+def test_vary_conflicts_with_requirements() -> None:
     assert "[requirements]" in refusal("optimise", WIDE, "--least", "max M_L", "--vary", "mass.planet_kg=1:2")
 
 
@@ -293,7 +293,7 @@ def test_a_machine_without_requirements_has_no_constraints() -> None:
         RequirementRows(plain)
 
 
-def test_the_largest_radius_of_curvature_that_may_be_asked_for_has_an_excess() -> None:
+def test_huge_curvature_radius_limit_has_an_excess() -> None:
     """Its step in curvature is far below the rounding of the curvature that it bounds."""
     device = Device(machine.load("wang2017-wide", {"curvature_radius_min_mm": 1e15}))
     rows = RequirementRows(device)
@@ -320,7 +320,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_bad_requirements_are_refused_in_one_sentence(case: str, tmp_path: Path) -> None:
+def test_bad_requirements_are_refused_in_a_sentence(case: str, tmp_path: Path) -> None:
     old, new, message = REFUSED[case]
     text = examples.example(WIDE)
     assert old in text
@@ -348,7 +348,7 @@ def test_simulate_and_validate_report_them() -> None:
 
 
 @pytest.mark.long
-def test_optimise_answers_infeasible_requirements_with_exit_code_1() -> None:
+def test_infeasible_requirements_exit_with_code_1() -> None:
     call = ("optimise", WIDE, "--method", "ipopt", "--starts", "1", "--samples", "36", "--json",
             "--set", "funnel_speed_margin_m_s=0.05")  # fmt: skip
     code, out, err = run(*call)

@@ -35,7 +35,7 @@ def written(folder: Path) -> dict[str, bytes]:
     }
 
 
-def test_a_simulation_leaves_all_of_its_numbers_and_the_same_bytes_each_time(tmp_path: Path) -> None:
+def test_simulation_files_are_complete_and_reproducible(tmp_path: Path) -> None:
     device = Device(load("wang2017", {"forward_speed_m_s": -0.667}), "printed")
     simulation = simulate(device, 24, [0.0, 100.0])
     for folder in ("one", "two"):
@@ -54,9 +54,7 @@ def test_a_simulation_leaves_all_of_its_numbers_and_the_same_bytes_each_time(tmp
     }
 
 
-def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_optimisation_writes_optimum_and_optional_front(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pareto, "FRONT_POINTS", 2)
     monkeypatch.setattr(Device, "compile", lambda self, refined: None)  # not worth it for one start
     device = Device(load("wang2017"))
@@ -82,7 +80,7 @@ def test_an_optimisation_leaves_the_optimum_and_a_front_where_one_is_asked_for(
     assert min(ranges) < summary["range_N"] * (1 + 1e-6)
 
 
-def test_one_report_has_one_range_of_a_design(tmp_path: Path) -> None:
+def test_report_has_a_single_range_per_design(tmp_path: Path) -> None:
     """True extremes stand in table and figure; those of samples stand beside them, under their number."""
     device = Device(load("wang2017"))
     simulation = simulate(device)
@@ -95,7 +93,7 @@ def test_one_report_has_one_range_of_a_design(tmp_path: Path) -> None:
     assert np.ptp(device.support(device.prologue(device.design), phi)) == pytest.approx(true, rel=1e-12)
 
 
-def test_the_device_that_is_optimised_stays_as_it_is() -> None:
+def test_optimised_device_is_not_changed() -> None:
     device = Device(load("wang2017"))
     before = device.constants.copy()
     optimise(device, "ipopt", "60", starts=1)
@@ -103,7 +101,7 @@ def test_the_device_that_is_optimised_stays_as_it_is() -> None:
     assert (device.constants == before).all()
 
 
-def test_a_sensitivity_leaves_its_summary(tmp_path: Path) -> None:
+def test_sensitivity_writes_summary(tmp_path: Path) -> None:
     device = Device(load("wang2017"))
     sensitivity_result = sensitivity(device, 24)
     present_sensitivity(sensitivity_result, device).write(tmp_path)
@@ -113,7 +111,7 @@ def test_a_sensitivity_leaves_its_summary(tmp_path: Path) -> None:
     assert summary["input"] == device.machine.table()
 
 
-def test_a_folder_that_is_a_file_is_bad_input(tmp_path: Path) -> None:
+def test_folder_occupied_by_file_is_refused(tmp_path: Path) -> None:
     occupied = tmp_path / "occupied"
     occupied.write_text("a file")
     device = Device(load("wang2017"))

@@ -48,7 +48,7 @@ def by_simulation(machine: Machine, model: str, point: np.ndarray, outputs: tupl
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
-def test_rows_are_the_turns_that_simulate_finds(machine: Machine, model: str) -> None:
+def test_rows_equal_simulate(machine: Machine, model: str) -> None:
     subject = ROOM.subject(ROOM.frozen(machine), {"model": model}, INPUTS, OUTPUTS)
     shares = np.random.default_rng(3).random((3, len(INPUTS)))
     low, high = np.array(list(INPUTS.values())).T
@@ -87,7 +87,7 @@ def test_the_mean_force_is_the_weight_whatever_is_varied(machine: Machine) -> No
     np.testing.assert_allclose(subject.evaluated(points, 1)[:, 0], weights, rtol=1e-7)
 
 
-def test_a_row_without_a_finite_turn_has_nothing(machine: Machine) -> None:
+def test_row_without_finite_cycle_is_empty(machine: Machine) -> None:
     subject = ROOM.subject(ROOM.frozen(machine), {}, {"mass.planet_kg": (1.0, 1.4)}, OUTPUTS)
     rows = subject.evaluated(np.array([[1.2], [1e308], [1.2]]), 1)
     assert np.isnan(rows[1]).all()
@@ -96,7 +96,7 @@ def test_a_row_without_a_finite_turn_has_nothing(machine: Machine) -> None:
 
 
 @pytest.mark.parametrize("name", ["wang2017", "compact"])
-def test_a_deviation_is_one_of_the_centre_distance_alone(name: str, kernel_cache: None) -> None:
+def test_deviation_changes_only_centre_distance(name: str, kernel_cache: None) -> None:
     """Centres stand apart by as much more, and the angles over a turn are the same."""
     machine = ROOM.build(file.load(name))
     response = MachineResponse(machine, ["phi52", "phi72", "F_B1x"])
@@ -110,7 +110,7 @@ def test_a_deviation_is_one_of_the_centre_distance_alone(name: str, kernel_cache
     assert np.ptp(after[2] - before[2]) > 1e-6
 
 
-def test_the_path_over_ground_is_that_of_simulate() -> None:
+def test_path_over_ground_equals_simulate() -> None:
     """A machine that travels does not come back: the turn is the one from 0 to 360 deg."""
     machine = file.load("compact", {"objective.samples": 24})
     changed = machine.with_numbers({"operation.speed_rpm": 36.0})
@@ -137,7 +137,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("change", "message"), REFUSED.values(), ids=REFUSED.keys())
-def test_a_plan_that_does_not_fit_the_machine_is_refused(change: dict, message: str) -> None:
+def test_plan_not_matching_machine_is_refused(change: dict, message: str) -> None:
     with pytest.raises(InputError) as refused:
         Sweep(Plan.read(PLAN | change, "plan.toml"))
     assert message in refused.value.message
@@ -151,13 +151,13 @@ CANNOT = {
 
 
 @pytest.mark.parametrize(("inputs", "message"), CANNOT.values(), ids=CANNOT.keys())
-def test_ends_that_cannot_be_built_are_refused(inputs: dict, message: str) -> None:
+def test_impossible_range_ends_are_refused(inputs: dict, message: str) -> None:
     with pytest.raises(InputError) as refused:
         Sweep(Plan.read(PLAN | {"inputs": inputs}, "plan.toml")).recipe.job().chunk(0, 1, 1)
     assert message in refused.value.message
 
 
-def test_machines_are_looked_for_beside_the_plan(tmp_path: Path, machine: Machine) -> None:
+def test_machine_path_is_relative_to_plan(tmp_path: Path, machine: Machine) -> None:
     from planter.files import examples
 
     text = examples.example("wang2017").replace("planet_kg = 1.20", "planet_kg = 1.30")

@@ -43,7 +43,7 @@ def rows(measures: RequirementRows) -> list[int]:
     return [k for k, row in enumerate(measures.rows) if row.kind.name == "tube_excess"]
 
 
-def test_the_distance_is_that_of_the_nearest_of_many_points(measures: RequirementRows) -> None:
+def test_distance_equals_nearest_dense_point(measures: RequirementRows) -> None:
     x = measures.device.design
     path = tip(measures.device, x)
     expected = [np.hypot(*(path - point[:2]).T).min() - point[2] for point in POINTS]
@@ -65,7 +65,7 @@ def test_slopes_and_curvature_are_those_of_differences(measures: RequirementRows
     assert np.abs(slopes).max() > 1e-3
 
 
-def test_the_worst_point_is_told_by_its_number(measures: RequirementRows) -> None:
+def test_worst_point_is_named_by_number(measures: RequirementRows) -> None:
     (requirement,) = [
         requirement
         for requirement in evaluate_requirements(measures, measures.device.design)
@@ -105,7 +105,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("text", "place", "allowed"), REFUSED.values(), ids=REFUSED.keys())
-def test_points_that_are_none_are_refused_with_their_place(tmp_path: Path, text: str, place: str, allowed: str) -> None:
+def test_invalid_points_are_refused_with_place(tmp_path: Path, text: str, place: str, allowed: str) -> None:
     (tmp_path / "path.csv").write_text(text)
     with pytest.raises(InputError) as refused:
         machine('points_csv = "path.csv"', "tube_excess_max_mm = 0", source=str(tmp_path / "wide.toml"))
@@ -113,7 +113,7 @@ def test_points_that_are_none_are_refused_with_their_place(tmp_path: Path, text:
     assert allowed in refused.value.message
 
 
-def test_points_need_one_place_and_a_limit_its_points() -> None:
+def test_points_and_limit_require_each_other() -> None:
     with pytest.raises(InputError, match="points_mm or in a CSV, not in both"):
         machine(f"points_mm = {POINTS}", 'points_csv = "path.csv"')
     with pytest.raises(InputError, match="points_mm is missing: tube_excess is limited"):
@@ -138,7 +138,7 @@ def test_a_soil_line_at_the_depths_level_is_the_same_soil(kernel_cache: None) ->
     assert np.abs(slope).max() > 1e-3
 
 
-def test_a_soil_line_that_the_tip_never_reaches_is_told() -> None:
+def test_unreached_soil_line_is_reported() -> None:
     far = RequirementRows(Device(machine("soil_line_mm = -900", drop="soil_depth_mm")))
     with pytest.raises(ComputationError, match="never reaches the soil with soil_line_mm = -900"):
         far.at(far.device.design)

@@ -227,7 +227,7 @@ def test_tolerance_command_runs_documented_example(resolved: ResolvedMachine, tm
     assert max(map(len, map(str.rstrip, out.splitlines()))) <= 80
 
 
-def test_invalid_tolerance_options_exit_with_one_line() -> None:
+def test_invalid_tolerance_options_exit_with_a_line() -> None:
     assert "--indices = 100" in refusal("tolerance", "wang2017", "--indices", "100")
     assert "--choose model=correct:" in refusal("tolerance", "wang2017", "--choose", "model=correct")
     assert "--no-robust" in refusal("tolerance", "wang2017", "--least", "rms M_L", "--no-robust")

@@ -113,7 +113,7 @@ def test_price_is_the_derivative_of_the_optimum() -> None:
     assert second.price_per_module_mm == second.price_per_tooth == 0
 
 
-def test_total_price_is_that_of_the_missing_tooth() -> None:
+def test_total_price_equals_missing_tooth() -> None:
     """To first order: the free optimum has a part of a tooth more."""
     teeth = optimisation().result.teeth
     missing = teeth.stages[0].z - teeth.stages[0].free_teeth
@@ -277,7 +277,7 @@ def test_uncuttable_teeth_report_reason() -> None:
         ("--module1 2 --prove", "--prove cannot be used with --module"),
     ],
 )
-def test_invalid_options_exit_with_one_line(options: str, message: str) -> None:
+def test_invalid_options_exit_with_a_line(options: str, message: str) -> None:
     done = CliRunner().invoke(application(), ["optimise", "wang2017", *options.split()])
     assert (done.exit_code, done.stdout) == (2, "")
     assert len(done.stderr.strip().splitlines()) == 1

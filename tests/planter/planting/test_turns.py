@@ -136,7 +136,7 @@ def test_many_designs_are_each_by_itself() -> None:
 
 
 @needs_compiler
-def test_results_do_not_depend_on_what_came_before() -> None:
+def test_results_do_not_depend_on_history() -> None:
     """Memory is used again: a gradient after another design's value is that of its own design."""
     subject = turns("wang2017", "exact", "lanes", EVEN)
     first, second = draw_designs(subject.device, 2)
@@ -164,7 +164,7 @@ def test_threads_do_not_disturb_each_other(way: str) -> None:
 
 
 @pytest.mark.parametrize("way", [pytest.param("lanes", marks=needs_compiler), "casadi-vm"])
-def test_threads_may_share_one(way: str) -> None:
+def test_threads_may_share_an_objective(way: str) -> None:
     """Memory is lent to each thread: values, gradients and streams of designs of eight threads are their own."""
     subject = turns("wang2017", "exact", way, EVEN)
     rounds = 40 if way == "lanes" else 2
@@ -202,7 +202,7 @@ def test_streams_of_designs_on_several_threads(monkeypatch: pytest.MonkeyPatch) 
 
 
 @needs_compiler
-def test_threads_without_memory_of_their_own_are_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_threads_sharing_memory_are_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     """The tampered case, held in step so that nothing is written at the same time: the other's design is found."""
     subject = turns("wang2017", "exact", "lanes", EVEN)
     first, second = draw_designs(subject.device, 2)
@@ -233,7 +233,7 @@ class TestRefused:
                     call(bad)
 
     @pytest.mark.parametrize("bad", [np.nan, np.inf])
-    def test_what_is_no_number(self, way: str, bad: float) -> None:
+    def test_non_finite_design_is_refused(self, way: str, bad: float) -> None:
         subject = turns("wang2017", "exact", way, EVEN)
         x = subject.device.design.copy()
         x[3] = bad
@@ -252,12 +252,12 @@ class TestRefused:
 
 
 @needs_compiler
-def test_nothing_is_said_where_all_goes_well(capfd: pytest.CaptureFixture[str]) -> None:
+def test_successful_run_is_silent(capfd: pytest.CaptureFixture[str]) -> None:
     assert CycleObjective(build_device("wang2017", "exact"), EVEN).way == "lanes"
     assert capfd.readouterr() == ("", "")
 
 
-def test_without_a_compiler_it_works_with_one_warning(
+def test_missing_compiler_gives_a_single_warning(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")

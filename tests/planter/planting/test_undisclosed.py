@@ -43,14 +43,14 @@ def force() -> CalibrationForce:
     return CalibrationForce(planting_device, CalibrationInputs.with_events(planting_device))
 
 
-def test_every_input_is_one_of_the_machine_and_assumed(force: CalibrationForce) -> None:
+def test_every_input_is_assumed_in_the_machine(force: CalibrationForce) -> None:
     inputs, machine = force.inputs, force.device.machine
     assert len(inputs.find_constants(force.device)) == len(inputs) + 1 > 15
     assert (inputs.lower < inputs.upper).all()
     assert all(machine.origin(path).startswith("assumed") for path in inputs.paths)
 
 
-def test_flanks_begin_at_the_events_that_the_paper_gives(force: CalibrationForce) -> None:
+def test_flanks_begin_at_paper_events(force: CalibrationForce) -> None:
     assert {k: round(np.degrees(v), 9) for k, v in compute_flank_angles(force.device).items()} == {
         "fall": 280,
         "rise": 160,
@@ -63,13 +63,13 @@ def test_flanks_begin_at_the_events_that_the_paper_gives(force: CalibrationForce
     assert begun["cam.rise_delta_deg[1]"] - begun["cam.rise_delta_deg[0]"] == pytest.approx(15)
 
 
-def test_events_that_are_not_half_a_turn_apart_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_events_not_half_a_turn_apart_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(load_calibration_data()["events"]["seen"][0], "carrier_deg", 103)
     with pytest.raises(ValueError, match="half a turn apart"):
         compute_flank_angles(device())
 
 
-def test_a_body_stays_a_body_whatever_its_mass(force: CalibrationForce) -> None:
+def test_inertia_stays_physical_for_any_mass(force: CalibrationForce) -> None:
     for seed in range(20):
         rows = {
             row["name"]: row["value"]
@@ -87,7 +87,7 @@ def test_a_body_stays_a_body_whatever_its_mass(force: CalibrationForce) -> None:
         product(["modified sine", "4-5-6-7 polynomial"], ["exact", "printed"]),
     ),
 )
-def test_the_force_is_that_of_a_machine_with_these_inputs_and_its_slopes_are_slopes(law: str, model: str) -> None:
+def test_force_equals_rebuilt_machine_with_slopes(law: str, model: str) -> None:
     planting_device = device(law, model)
     force = CalibrationForce(planting_device, CalibrationInputs.with_events(planting_device))
     z = np.random.default_rng(5).random(len(force.inputs))
@@ -110,7 +110,7 @@ def test_the_force_is_that_of_a_machine_with_these_inputs_and_its_slopes_are_slo
             assert computed[:, k] == pytest.approx((expected - other) / (2 * step), abs=3e-6 * scale)
 
 
-def test_own_values_give_the_machine_s_own_force() -> None:
+def test_machine_values_give_machine_force() -> None:
     planting_device = device("4-5-6-7 polynomial")
     force = CalibrationForce(planting_device, CalibrationInputs.wide(planting_device))
     assert force(force.file_point()).force == pytest.approx(
@@ -118,7 +118,7 @@ def test_own_values_give_the_machine_s_own_force() -> None:
     )
 
 
-def test_what_is_attained_keeps_cap_and_contact_and_beats_its_starts(force: CalibrationForce) -> None:
+def test_attained_points_satisfy_cap_and_contact(force: CalibrationForce) -> None:
     starts = [np.random.default_rng(seed).random(len(force.inputs)) for seed in range(3)]
     largest = find_largest_variance(force, 80.0, True, starts)
     assert largest is not None
@@ -131,7 +131,7 @@ def test_what_is_attained_keeps_cap_and_contact_and_beats_its_starts(force: Cali
     assert free.range >= tied.range - 1 > largest.range
 
 
-def test_slopes_of_what_is_made_small_are_slopes(force: CalibrationForce) -> None:
+def test_slopes_of_minimised_sums_equal_differences(force: CalibrationForce) -> None:
     search = VarianceSearch(force, 40.0, True)
     w = search.start(np.random.default_rng(1).random(len(force.inputs)))
     _, slopes = search.cost(w, 0.3)
@@ -139,7 +139,7 @@ def test_slopes_of_what_is_made_small_are_slopes(force: CalibrationForce) -> Non
     assert slopes == pytest.approx(steps, rel=1e-4, abs=1e-5)
 
 
-def test_the_front_that_is_kept_rests_on_what_is_there() -> None:
+def test_saved_front_matches_current_code() -> None:
     saved_front = front.read_saved_front()
     assert saved_front is not None
     machine = file.load(PAPER)
@@ -154,7 +154,7 @@ def test_the_front_that_is_kept_rests_on_what_is_there() -> None:
 
 @pytest.mark.parametrize("place", [0, -1])
 @pytest.mark.parametrize("contact", [0, 1])
-def test_points_of_the_front_are_what_their_inputs_give(contact: int, place: int) -> None:
+def test_front_points_equal_their_inputs(contact: int, place: int) -> None:
     points = front.read_saved_front()["fronts"][contact]
     point = points["points"][place]
     machine = with_flank(file.load(PAPER), point["flank"]).with_numbers(point["inputs"])
@@ -169,7 +169,7 @@ def test_points_of_the_front_are_what_their_inputs_give(contact: int, place: int
     json.dumps(point, allow_nan=False)
 
 
-def test_a_rippling_speed_gives_the_force_of_a_machine_at_that_speed() -> None:
+def test_rippling_speed_equals_machine_at_speed() -> None:
     device = machines.device("wang2017")
     speeds = experiment.SpeedDependence.from_model(experiment.LiftedModel(device), 720)
     for rpm in (35.0, 45.0):

@@ -103,7 +103,7 @@ def test_tampered_outputs_do_not(command: str, tampering: Callable[[dict[str, An
     assert not fits(command, result)
 
 
-def test_a_unit_that_changes_is_noticed_deep_down() -> None:
+def test_changed_unit_is_detected_at_depth() -> None:
     result = json.loads(output("clutch geometry"))
     other = copy.deepcopy(result)
     other["travel"][0]["printed_cm"] = other["travel"][0].pop("printed_mm")
@@ -111,7 +111,7 @@ def test_a_unit_that_changes_is_noticed_deep_down() -> None:
     assert not fits("clutch geometry", other)
 
 
-def test_schema_command_prints_schema_or_suggests_one() -> None:
+def test_schema_command_prints_or_suggests() -> None:
     assert answer("schema", "clutch", "geometry") == load_schema("clutch geometry")
     assert answer("schema")["commands"] == sorted(schema.load_result_types())
     assert "did you mean clutch geometry" in refusal("schema", "clutch", "geometri")

@@ -31,21 +31,21 @@ def test_csv_reads_back_to_the_last_bit(tmp_path: Path) -> None:
         assert read_columns[name].tobytes() == np.asarray(column, dtype=float).tobytes()
 
 
-def test_csv_has_comments_then_one_header_then_numbers(tmp_path: Path) -> None:
+def test_csv_has_comments_header_and_numbers(tmp_path: Path) -> None:
     path = tmp_path / "cycle.csv"
     files.write_cycle_csv(path, ["one", "two"], {"phi_deg": [0.0, 0.5], "support_N": [0.1, 97.85]})
     assert path.read_bytes() == b"# one\n# two\nphi_deg,support_N\n0.0,0.1\n0.5,97.85\n"
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_csv_refuses_what_is_not_finite(tmp_path: Path, bad: float) -> None:
+def test_csv_refuses_non_finite_values(tmp_path: Path, bad: float) -> None:
     with pytest.raises(ComputationError, match="support_N is not finite in row 1"):
         files.write_cycle_csv(tmp_path / "c.csv", [], {"phi_deg": [0.0, 1.0], "support_N": [1.0, bad]})
     assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("columns", [{}, {"a": [1.0], "b": [1.0, 2.0]}, {"a": [[1.0, 2.0]]}])
-def test_csv_refuses_columns_that_make_no_table(tmp_path: Path, columns: dict[str, list[float]]) -> None:
+def test_csv_refuses_unequal_columns(tmp_path: Path, columns: dict[str, list[float]]) -> None:
     with pytest.raises(ComputationError, match=r"columns .* shapes"):
         files.write_cycle_csv(tmp_path / "c.csv", [], columns)
 
@@ -65,7 +65,7 @@ def test_summary_refuses_nan_and_names_the_key(tmp_path: Path, bad: object) -> N
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_write_that_fails_leaves_the_old_file_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failed_write_leaves_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "summary.json"
     files.write_text(path, "old")
 
@@ -88,7 +88,7 @@ def test_a_folder_is_made_and_left_empty(tmp_path: Path) -> None:
     assert list(folder.iterdir()) == []
 
 
-def test_a_folder_that_cannot_be_written_is_bad_input(tmp_path: Path) -> None:
+def test_unwritable_folder_is_refused(tmp_path: Path) -> None:
     occupied = tmp_path / "occupied"
     occupied.write_text("a file")
     for folder in (occupied, occupied / "below", "a\0b"):
@@ -112,14 +112,14 @@ def test_provenance_is_of_the_values_not_of_the_file(tmp_path: Path) -> None:
     assert "seed" not in files.provenance(file.load("wang2017"))
 
 
-def test_provenance_tells_every_change_of_a_value() -> None:
+def test_provenance_depends_on_every_value() -> None:
     provenance = files.provenance(file.load("wang2017"))
     changed = files.provenance(file.load("wang2017", {"sun_kg": 0.40000000000000008}))
     assert changed["machine_sha256"] != provenance["machine_sha256"]
     assert changed["changed"] == ["mass.sun_kg"]
 
 
-def test_comments_hold_what_a_run_can_be_repeated_from() -> None:
+def test_comments_are_sufficient_to_repeat_a_run() -> None:
     machine = file.load("wang2017", {"sun_kg": 0.5})
     text = "\n".join(files.comments(machine, "machine", ["model: exact"], seed=3))
     for part in ("machine: wang2017", "model: exact", "casadi", "command line: mass.sun_kg", "seed: 3"):
@@ -127,7 +127,7 @@ def test_comments_hold_what_a_run_can_be_repeated_from() -> None:
     assert files.provenance(machine)["machine_sha256"] in text
 
 
-def test_what_utf_8_has_no_bytes_for_is_escaped_and_heads_are_single_lines(tmp_path: Path) -> None:
+def test_unencodable_text_is_escaped_in_single_lines(tmp_path: Path) -> None:
     files.write_summary(tmp_path / "summary.json", {"source": "w\udcff.csv"})
     assert json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")) == {"source": "w\udcff.csv"}
     files.write_cycle_csv(tmp_path / "cycle.csv", ["data: w\udcff\x1b[31m\u2028x"], {"a\nb": [1.0]})

@@ -32,7 +32,7 @@ def list_files(folder: Path) -> set[str]:
     return files - {NAME, folder_lock.NAME}
 
 
-def test_what_an_earlier_command_wrote_goes_and_empty_folders_with_it(tmp_path: Path) -> None:
+def test_earlier_files_and_empty_folders_are_removed(tmp_path: Path) -> None:
     write(tmp_path, {"summary.json": "1", "figures/a.svg": "a", "figures/deep/b.svg": "b"})
     write(tmp_path, {"summary.json": "2", "cycle.csv": "c"})
     assert list_files(tmp_path) == {"summary.json", "cycle.csv"}
@@ -40,7 +40,7 @@ def test_what_an_earlier_command_wrote_goes_and_empty_folders_with_it(tmp_path: 
     assert set(json.loads((tmp_path / NAME).read_text())["files"]) == list_files(tmp_path)
 
 
-def test_nothing_else_is_touched(tmp_path: Path) -> None:
+def test_other_files_are_not_touched(tmp_path: Path) -> None:
     write(tmp_path, {"figures/a.svg": "a", "plan.csv": "as written", "table.csv": "read"})
     (tmp_path / "figures" / "own.svg").write_text("own")
     (tmp_path / "plan.csv").write_text("filled in since")
@@ -50,7 +50,7 @@ def test_nothing_else_is_touched(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["../own.txt", "/{}", "link/own.txt", ""])
-def test_a_list_that_leads_out_of_the_folder_is_not_followed(tmp_path: Path, name: str) -> None:
+def test_manifest_leading_outside_is_not_followed(tmp_path: Path, name: str) -> None:
     user_file, out = tmp_path / "own.txt", tmp_path / "out"
     user_file.write_text("own")
     write(out, {"a.csv": "own"})
@@ -67,14 +67,14 @@ def test_a_list_that_leads_out_of_the_folder_is_not_followed(tmp_path: Path, nam
     "content",
     ["", "[]", '{"files": 3}', "{", "[" * 100_000, '{"files": {"own.txt": 1}}', '{"files": {"a\\u0000b": ""}}'],
 )
-def test_a_broken_list_removes_nothing(tmp_path: Path, content: str) -> None:
+def test_broken_manifest_removes_no_files(tmp_path: Path, content: str) -> None:
     (tmp_path / NAME).write_text(content)
     (tmp_path / "own.txt").write_text("own")
     write(tmp_path, {"a.csv": "a"})
     assert list_files(tmp_path) == {"own.txt", "a.csv"}
 
 
-def test_an_interrupted_command_removes_nothing_and_the_next_one_all(tmp_path: Path) -> None:
+def test_interrupted_command_leaves_cleanup_to_next(tmp_path: Path) -> None:
     write(tmp_path, {"old.csv": "old", "both.csv": "old"})
     with pytest.raises(KeyboardInterrupt):
         stopped(tmp_path)
@@ -84,7 +84,7 @@ def test_an_interrupted_command_removes_nothing_and_the_next_one_all(tmp_path: P
     assert list_files(tmp_path) == {"last.csv"}
 
 
-def test_a_command_may_go_on_from_files_of_an_earlier_one(tmp_path: Path) -> None:
+def test_command_may_continue_from_earlier_files(tmp_path: Path) -> None:
     write(tmp_path, {"devices/a.json": "a", "devices/b.json": "b"})
     with renewing(tmp_path):
         keep(tmp_path / "devices" / "a.json")
@@ -123,7 +123,7 @@ def link_to_result(path: Path) -> None:
 
 
 @pytest.mark.parametrize("make", [write_own, edit_result, link_elsewhere, link_to_result])
-def test_only_what_planter_wrote_is_replaced(tmp_path: Path, make: Callable[[Path], None]) -> None:
+def test_only_files_of_planter_are_replaced(tmp_path: Path, make: Callable[[Path], None]) -> None:
     path = tmp_path / "out" / "summary.json"
     path.parent.mkdir()
     make(path)
@@ -148,9 +148,7 @@ def test_the_same_content_is_no_change(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("step", ["list", "file"])
-def test_a_kill_between_list_and_file_leaves_nothing_unknown(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str
-) -> None:
+def test_kill_between_manifest_and_file_is_safe(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str) -> None:
     write(tmp_path, {"summary.json": "1"})
 
     def killed(part: Path, path: Path) -> None:

@@ -63,7 +63,7 @@ def test_a_second_thread_is_refused_too(tmp_path: Path) -> None:
     assert len(errors) == 1
 
 
-def test_owners_follow_one_another(tmp_path: Path) -> None:
+def test_owners_take_turns(tmp_path: Path) -> None:
     """Many at once, each of which tries until it is the owner: never two."""
     owners, largest = [], []
 

@@ -78,7 +78,7 @@ def test_ids_are_unique_and_references_resolve(optimisation: Optimisation, drawi
     assert set(references) <= set(ids)
 
 
-def test_page_loads_and_runs_nothing(page: str) -> None:
+def test_page_loads_and_runs_no_resources(page: str) -> None:
     assert re.findall(r"""(?:src|href)=["'](?!#)[^"']*|url\((?!#)[^)]*|@import""", page) == []
     elements = {e.tag.rpartition("}")[2] for e in tree(page).iter()}
     assert "svg" in elements
@@ -161,7 +161,7 @@ def test_simulation_shows_warnings_forces_and_assumptions() -> None:
     assert "Warnings" not in clean
 
 
-def test_page_of_second_machine_has_its_inputs() -> None:
+def test_page_of_second_machine_has_inputs() -> None:
     simulation = simulate(Device(load("compact")), 24)
     page = replace(present_simulation(simulation), motions=tuple).page({})
     assert "forward_speed_m_s \N{MINUS SIGN}0.5 m/s" in words(page)

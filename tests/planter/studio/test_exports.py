@@ -60,7 +60,7 @@ def motion(address: str) -> list[dict[str, Any]]:
         return exported(talk, names=["motion-csv"], values=VALUES, model="printed")
 
 
-def test_what_is_written_is_what_the_command_writes(motion: list[dict[str, Any]], folder: Path, tmp_path: Path) -> None:
+def test_export_equals_command(motion: list[dict[str, Any]], folder: Path, tmp_path: Path) -> None:
     changes = [word for name, value in VALUES.items() for word in ("--set", f"{name}={value}")]
     command("export", "motion", "wang2017", *changes, "--model", "printed", "--out", str(tmp_path))
     expected, motion_folder = (
@@ -111,9 +111,7 @@ def test_a_file_in_the_place_of_a_folder_is_reported(address: str, folder: Path,
     standing.unlink()
 
 
-def test_what_was_written_can_be_fetched_and_nothing_else(
-    address: str, folder: Path, motion: list[dict[str, Any]]
-) -> None:
+def test_only_exported_files_can_be_fetched(address: str, folder: Path, motion: list[dict[str, Any]]) -> None:
     (folder / "secret.toml").write_text("name = 'own'", encoding="utf-8")
     for entry in motion:
         status, content, policy = fetched(f"{address}exports/{entry['path']}")
@@ -151,7 +149,7 @@ def test_an_export_can_be_given_up(address: str) -> None:
         ({"names": ["report"], "values": {"design.R3_mm": 0}}, "must be between"),
     ],
 )
-def test_what_is_not_offered_is_not_written(tmp_path: Path, message: dict[str, Any], sentence: str) -> None:
+def test_unoffered_export_is_not_written(tmp_path: Path, message: dict[str, Any], sentence: str) -> None:
     session = Session(tmp_path, tmp_path / "scratch")
     session.open({"name": "wang2017"})
     with pytest.raises(InputError, match=sentence):
@@ -171,7 +169,7 @@ def test_a_name_of_a_machine_is_no_path_and_a_link_leads_nowhere(tmp_path: Path)
 
 
 @pytest.mark.parametrize("source", MACHINES)
-def test_what_a_machine_offers_are_commands(source: str, tmp_path: Path) -> None:
+def test_offered_exports_are_commands(source: str, tmp_path: Path) -> None:
     """Their words name a command, and its options are among those of the command."""
     for export in opened(source).exports:
         command = typer.main.get_command(application())
@@ -184,7 +182,7 @@ def test_what_a_machine_offers_are_commands(source: str, tmp_path: Path) -> None
 
 @pytest.mark.long
 @pytest.mark.parametrize("source", MACHINES)
-def test_all_that_a_machine_offers_is_written(source: str, address: str) -> None:
+def test_every_offered_export_is_written(source: str, address: str) -> None:
     with line(address) as talk:
         offered = answer(talk, "opened", ask="open", name=source)["exports"]
         for offer in offered:
@@ -195,7 +193,7 @@ def test_all_that_a_machine_offers_is_written(source: str, address: str) -> None
 
 
 @pytest.mark.long
-def test_a_page_writes_what_is_ticked_and_links_it(address: str) -> None:
+def test_page_writes_and_links_selected_exports(address: str) -> None:
     with page_of(address, "wang2017") as page:
         page.get_by_text("Write files").click()
         page.get_by_label("cam:").check()

@@ -80,7 +80,7 @@ def test_file_of_the_folder_leads_to_no_code_outside(link: bool, tmp_path: Path)
     explicit.open({"name": "own.toml"})
 
 
-def test_command_of_the_studio_imports_nothing_of_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_studio_imports_no_user_modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("json", "numpy", "planter", "casadi"):
         (tmp_path / f"{name}.py").write_text(EVIL.format(mark=str(tmp_path / "executed")), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -118,7 +118,7 @@ def test_surrogate_in_an_id_does_not_silence_a_page(address: str) -> None:
         assert answer(talk, "scenes", id=2, values={})
 
 
-def test_numbers_that_are_not_finite_are_null() -> None:
+def test_non_finite_numbers_are_null() -> None:
     assert json.loads(_format_answer({"a": [1.0, float("nan")], "b": {"c": float("inf")}})) == {
         "a": [1.0, None], "b": {"c": None},
     }  # fmt: skip
@@ -130,7 +130,7 @@ async def remote_session(folder: Path) -> RemoteSession:
     return session
 
 
-def test_process_that_is_killed_is_replaced(tmp_path: Path) -> None:
+def test_killed_process_is_replaced(tmp_path: Path) -> None:
     """The next request opens the same machine in another one."""
 
     async def killed() -> str:
@@ -148,7 +148,7 @@ def test_process_that_is_killed_is_replaced(tmp_path: Path) -> None:
     assert "shi2021" in asyncio.run(killed())
 
 
-def test_request_that_takes_too_long_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_slow_request_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """By the limit of time, or when the page opens something else."""
 
     async def given_up() -> None:

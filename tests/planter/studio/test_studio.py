@@ -66,7 +66,7 @@ def test_files_are_those_of_the_studio_and_no_others(address: str) -> None:
     assert {status(f"{address}{path}") for path in other_paths} <= {403, 404}
 
 
-def test_a_page_may_run_its_own_scripts_alone(address: str) -> None:
+def test_page_runs_only_local_scripts(address: str) -> None:
     with urllib.request.urlopen(address, timeout=10) as response:
         policy, text = response.headers["content-security-policy"], response.read().decode("utf-8")
     assert "default-src 'none'" in policy
@@ -75,7 +75,7 @@ def test_a_page_may_run_its_own_scripts_alone(address: str) -> None:
     assert "style=" not in text
 
 
-def test_what_a_page_is_told_is_what_the_command_tells(address: str) -> None:
+def test_page_readings_equal_command(address: str) -> None:
     """Readings of the model and numbers that were asked for, to the last digits of `simulate`."""
     with line(address) as talk:
         answer(talk, "opened", ask="open", name="wang2017")
@@ -87,7 +87,7 @@ def test_what_a_page_is_told_is_what_the_command_tells(address: str) -> None:
     assert readings["range of the support force, 360 samples"] == pytest.approx(result.support_force.range_N, rel=1e-12)
 
 
-def test_of_many_moves_the_last_is_shown_and_not_all_are_computed(address: str) -> None:
+def test_only_the_last_of_many_moves_is_shown(address: str) -> None:
     with line(address) as talk:
         answer(talk, "opened", ask="open", name="wang2017")
         for k in range(200):
@@ -175,7 +175,7 @@ def test_a_search_can_be_given_up(address: str) -> None:
         ({"text": "x" * (LARGEST + 1)}, "at most 1000000 characters"),
     ],
 )
-def test_what_cannot_be_opened_is_told_in_a_sentence(tmp_path: Path, message: dict[str, str], sentence: str) -> None:
+def test_unopenable_file_is_refused_in_a_sentence(tmp_path: Path, message: dict[str, str], sentence: str) -> None:
     (tmp_path / "inside").mkdir()
     (tmp_path / "own.toml").write_text("name = 'own'", encoding="utf-8")
     session = Session(tmp_path / "inside", tmp_path / "scratch")

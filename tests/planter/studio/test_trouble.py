@@ -41,7 +41,7 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         yield address
 
 
-def test_nonsense_is_answered_in_a_sentence_and_nothing_is_lost(address: str) -> None:
+def test_nonsense_is_refused_without_loss(address: str) -> None:
     with line(address) as talk:
         opened = answer(talk, "opened", ask="open", name="wang2017")
         for message in NONSENSE:
@@ -54,7 +54,7 @@ def test_nonsense_is_answered_in_a_sentence_and_nothing_is_lost(address: str) ->
         assert answer(talk, "file", ask="file", values={}).count(opened["name"])
 
 
-def test_every_page_has_a_machine_of_its_own(address: str) -> None:
+def test_every_page_has_a_separate_machine(address: str) -> None:
     with line(address) as first, line(address) as second:
         answer(first, "opened", ask="open", name="wang2017")
         answer(second, "opened", ask="open", name="shi2021")
@@ -66,7 +66,7 @@ def field(page: Page) -> str:
     return page.locator('[data-path="design.R3_mm"] input[type="number"]').input_value()
 
 
-def test_a_line_that_breaks_is_mended_and_nothing_is_lost(address: str) -> None:
+def test_broken_connection_recovers_without_loss(address: str) -> None:
     """As when a laptop sleeps: the page says so, comes back by itself, and goes on with the numbers that it had."""
     lines: list[WebSocketRoute] = []
 
@@ -118,7 +118,7 @@ def test_loaded_file_replaces_everything(address: str) -> None:
         assert page.locator("#said").inner_text() == ""
 
 
-def test_reload_keeps_what_was_moved(address: str) -> None:
+def test_reload_restores_moved_controls(address: str) -> None:
     """Machine, model, numbers and the steps back; numbers of a file that has changed since are its own."""
     with page_of(address, "wang2017") as page:
         page.select_option("#source", "wang2017-wide")
@@ -148,7 +148,7 @@ def test_reload_keeps_what_was_moved(address: str) -> None:
 
 
 @pytest.mark.long
-def test_a_page_says_that_its_studio_was_started_anew(tmp_path: Path) -> None:
+def test_page_reports_restarted_studio(tmp_path: Path) -> None:
     """It tells where to go on, and what was moved."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))

@@ -38,7 +38,7 @@ def test_sobol_points_are_evenly_distributed() -> None:
     assert (points[:, 2] == 0).sum() == 512
 
 
-def test_latin_hypercube_has_one_row_per_slice() -> None:
+def test_latin_hypercube_has_a_row_per_slice() -> None:
     latin = Latin([RANGE, RANGE], CHUNK + 50, 1)
     for start, stop in ((0, CHUNK), (CHUNK, CHUNK + 50)):
         slices = np.floor((latin.block(start, stop) + 2) / 8 * (stop - start)).astype(int)

@@ -119,7 +119,7 @@ def test_damaged_chunk_is_recomputed(tmp_path: Path) -> None:
     assert (again, done.resumed) == (first, 3)
 
 
-def test_file_that_is_no_store_is_rejected(tmp_path: Path) -> None:
+def test_invalid_store_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "kept.sqlite"
     path.write_text("no database " * 100)
     with pytest.raises(InputError, match=path.name):

@@ -68,7 +68,7 @@ def test_random_machines_agree_with_single_machines() -> None:
     assert robust.nominal(robust.design)[0] != pytest.approx(values[0], rel=1e-6)
 
 
-def test_robust_design_is_better_with_tolerances_and_satisfies_limits() -> None:
+def test_robust_design_improves_within_limits() -> None:
     robust = robust_goal(crank(), SPREADS, "max s <= 245 mm")
     robust_result = find_robust(robust, SETTINGS, None)
     assert robust_result.best_robust.robust <= min(robust_result.best_nominal.robust, robust_result.own.robust) + 1e-9

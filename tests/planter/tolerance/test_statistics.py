@@ -52,7 +52,7 @@ def test_additive_function_has_exact_indices() -> None:
     assert np.isclose(slopes[0] ** 2, parts.sum())
 
 
-def test_single_input_has_index_one() -> None:
+def test_single_input_has_full_index() -> None:
     mixed = Saltelli([Spread("uniform", 0, 2), Spread("normal", -1, 1)], 256, 1)
     rows = mixed.block(0, mixed.rows)[:, :1] ** 2
     shares = indices(["y"], ["a", "b"], rows, 256, 0)["y"]

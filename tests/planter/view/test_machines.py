@@ -51,14 +51,14 @@ def test_locking_arcs_lie_on_each_other_in_the_dwell(picking: Scene) -> None:
     assert np.ptp(np.concatenate(radii)) < 1e-6
 
 
-def test_the_needle_of_a_pick_up_ends_at_its_tip(picking: Scene) -> None:
+def test_pickup_needle_ends_at_tip(picking: Scene) -> None:
     tip = picking.points[0]
     for moment in (0, 100, 250):
         bar = placed(picking, moment)["arm and needle"][0]
         assert Point(bar.coords[-1]).distance(Point(tip.x[moment], tip.y[moment])) < 1e-9
 
 
-def test_a_body_stays_inside_the_polygon_that_lets_it_turn() -> None:
+def test_rotor_stays_inside_polygon() -> None:
     scene = clutch.build_rotor_scene(Rotor(5, 6, 0.05), "own")
     for moment in range(0, scene.moments, 23):
         at = placed(scene, moment)
@@ -68,7 +68,7 @@ def test_a_body_stays_inside_the_polygon_that_lets_it_turn() -> None:
     assert not Polygon(at["sleeve"][0]).buffer(1e-6).contains(Polygon(at["body"][0]))
 
 
-def test_the_bars_of_a_linkage_meet_in_its_hinges() -> None:
+def test_linkage_bars_meet_in_hinges() -> None:
     synthesised = synthesis.synthesise(poses.load_poses("sun2019-corrected"))
     scene = mapping.linkage(synthesised.linkages[0], synthesised.poses, 1)
     for moment in range(0, scene.moments, 17):
@@ -78,7 +78,7 @@ def test_the_bars_of_a_linkage_meet_in_its_hinges() -> None:
         assert Point(at["follower"][0].coords[-1]).distance(arm[1]) < 1e-6
 
 
-def test_the_gears_of_a_train_touch_and_its_arm_ends_at_the_tip() -> None:
+def test_train_gears_touch_and_arm_ends_at_tip() -> None:
     pose_file = poses.load_poses("sun2019-corrected")
     scene = mapping.train(train.build_training(curve.load_curve("sun2019-curve"), 0.07, file=pose_file))
     assert scene is not None
@@ -100,7 +100,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     return own_scene("arm", course, cycle.seconds, cycle.columns, cycle.places)
 
 
-def test_the_bodies_of_a_mechanism_of_ones_own_keep_their_shape(arm: Scene) -> None:
+def test_user_mechanism_bodies_are_rigid(arm: Scene) -> None:
     """Distances between the points of a body are the same at every moment; the path of its loop closes."""
     for chain in arm.chains:
         at = np.array([[arm.points[k].x, arm.points[k].y] for k in chain.points])
@@ -109,7 +109,7 @@ def test_the_bodies_of_a_mechanism_of_ones_own_keep_their_shape(arm: Scene) -> N
     assert {chain.name for chain in arm.chains} >= {"crank", "coupler"}
 
 
-def test_a_point_that_leaves_its_body_is_noticed(arm: Scene) -> None:
+def test_point_leaving_body_is_detected(arm: Scene) -> None:
     chain = arm.chains[0]
     first, second = (arm.points[k] for k in chain.points[:2])
     assert np.ptp(np.hypot(second.x + 0.01 * second.y - first.x, second.y - first.y)) > 1e-9

@@ -44,7 +44,7 @@ def test_a_straight_line_needs_no_more() -> None:
     assert refine_places(lambda t: [3 * t, 0 * t], places) == pytest.approx(places)
 
 
-def test_clutch_curve_meets_its_zeros() -> None:
+def test_clutch_curve_meets_zeros() -> None:
     """The body needs no more than its width wherever a vertex points at a side: every 12 deg."""
     (scene,) = scenes("shi2021")
     (curve,) = scene.curves
@@ -68,7 +68,7 @@ def test_tip_paths_of_linkages_are_smooth() -> None:
         assert (np.diff(scene.times) > 0).all()
 
 
-def test_slope_of_pick_up_jumps_where_its_dwell_begins() -> None:
+def test_pickup_slope_jumps_at_dwell_start() -> None:
     (scene,) = scenes("yu2023")
     slope = next(curve for curve in scene.curves if curve.name.startswith("slope"))
     jump = int(np.argmax(np.abs(np.diff(slope.values))))

@@ -127,7 +127,7 @@ def test_the_nozzle_ends_where_the_tip_is(device: Device, device_scene: Scene) -
     assert tip == pytest.approx(np.array([turn["tip_machine_x_mm"], turn["tip_y_mm"]]), abs=1e-9)
 
 
-def test_what_is_packed_comes_back_as_single_floats(device_scene: Scene) -> None:
+def test_packed_series_unpack_as_single_floats(device_scene: Scene) -> None:
     record = packed(device_scene)
     for body, channels in zip(device_scene.all_bodies(), record["bodies"], strict=True):
         for channel, channel_record in zip(device_scene.pose(body), channels, strict=True):
@@ -136,13 +136,13 @@ def test_what_is_packed_comes_back_as_single_floats(device_scene: Scene) -> None
         assert unpacked(record, channel_values["values"]) == pytest.approx(curve.values.astype(np.float32), abs=1e-6)
 
 
-def test_what_goes_on_evenly_is_told_by_its_step(device_scene: Scene) -> None:
+def test_uniform_series_is_packed_as_step(device_scene: Scene) -> None:
     assert packed(device_scene)["places"] == {"from": 0.0, "step": pytest.approx(1.0)}
     bent = replace(device_scene, places=device_scene.places + 1e-6 * np.sin(device_scene.places))
     assert "series" in packed(bent)["places"]
 
 
-def test_what_happens_again_half_a_cycle_later_is_packed_once(device_scene: Scene) -> None:
+def test_half_cycle_repetition_is_packed_once(device_scene: Scene) -> None:
     values = np.sin(np.linspace(0, 2 * np.pi, device_scene.moments, endpoint=False)) + 0.3
     twins = [Curve("one", "", values), Curve("two", "", np.roll(values, device_scene.moments // 2))]
     record = packed(replace(device_scene, bodies=(), points=(), forces=(), curves=twins, travel=None))
@@ -173,7 +173,7 @@ def moving_page(device_scene: Scene) -> str:
     return page("A machine", [Section("Motion", [Motion(device_scene)])])
 
 
-def test_the_policy_of_a_page_lets_its_own_script_run_alone(device_scene: Scene, tmp_path: Path) -> None:
+def test_page_policy_allows_only_local_script(device_scene: Scene, tmp_path: Path) -> None:
     """A reader's browser moves the drawing; of a page whose script was changed it runs nothing."""
     text = moving_page(device_scene)
     (tmp_path / "own.html").write_text(text, encoding="utf-8")

@@ -55,7 +55,7 @@ def test_a_gif_moves_and_comes_back(device: Device) -> None:
     assert image.info["loop"] == 0
 
 
-def test_the_command_writes_a_gif_where_it_is_told(tmp_path: Path) -> None:
+def test_command_writes_gif_to_given_path(tmp_path: Path) -> None:
     result = answer("animate", "shi2021", "--seconds", "0.2", "--out", str(tmp_path))
     assert result == {"file": str(tmp_path / "shi2021.gif"), "machine": "shi2021", "model": "exact"}
     assert (tmp_path / "shi2021.gif").read_bytes().startswith(b"GIF89a")
@@ -68,7 +68,7 @@ def test_the_command_writes_a_gif_where_it_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("source", MACHINES)
-def test_a_hand_on_any_control_changes_the_file_that_is_written(source: str, tmp_path: Path) -> None:
+def test_every_control_changes_the_written_file(source: str, tmp_path: Path) -> None:
     """Fed back, the file holds the numbers that the hand set, and says that a hand set them."""
     machine = opened(source)
     values = {control.path: control.value for control in machine.controls}
@@ -80,7 +80,7 @@ def test_a_hand_on_any_control_changes_the_file_that_is_written(source: str, tmp
     assert "set by hand" in (tmp_path / "own.toml").read_text(encoding="utf-8")
 
 
-def test_a_device_with_other_numbers_is_that_of_the_other_file() -> None:
+def test_changed_device_equals_changed_file() -> None:
     """What is kept from the machine before changes nothing: speeds, masses and designs against a new device."""
     machine = opened("wang2017")
     values = {control.path: control.value for control in machine.controls}

@@ -24,7 +24,7 @@ def wished(source: str, folder: Path) -> tuple[Shown, Shown]:
     return machine, opened(str(folder / "wished.toml"))
 
 
-def test_a_pick_up_on_its_own_path_is_the_same_and_follows_its_points(tmp_path: Path) -> None:
+def test_pickup_on_same_path_is_unchanged_and_follows_points(tmp_path: Path) -> None:
     """The law's gears come back from points on the path; a point that is drawn away takes the path along."""
     machine, changed = wished("yu2023", tmp_path)
     readings, changed_readings = (
@@ -40,7 +40,7 @@ def test_a_pick_up_on_its_own_path_is_the_same_and_follows_its_points(tmp_path: 
         assert bool(distance < 0.5) == passes
 
 
-def test_points_on_its_own_path_are_kept_by_a_planting_device(tmp_path: Path) -> None:
+def test_planting_device_stays_within_path_tubes(tmp_path: Path) -> None:
     """Within the whole radius of their tubes; drawn away, a point breaks the requirement that a search keeps."""
     _, changed = wished("wang2017-wide", tmp_path)
     numbers = values(changed)
@@ -53,7 +53,7 @@ def test_points_on_its_own_path_are_kept_by_a_planting_device(tmp_path: Path) ->
     assert changed.search == ("optimise",)
 
 
-def test_only_what_has_a_path_can_be_wished_one() -> None:
+def test_only_machines_with_paths_accept_wishes() -> None:
     assert not isinstance(opened("shi2021"), Wishing)
     still = opened("wang2017")
     assert isinstance(still, Wishing)

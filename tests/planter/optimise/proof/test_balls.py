@@ -61,7 +61,7 @@ def test_a_ball_holds_every_value(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", OPERATIONS)
-def test_without_its_rounding_a_ball_misses_some(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ball_without_rounding_misses_values(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     for part, value in (("U", 0.0), ("SLACK", 0.0), ("GROWTH", 1.0), ("TINY", 0.0), ("LIBM", 0.0)):
         monkeypatch.setattr(intervals, part, value)
     assert missed(name) > 0
@@ -78,7 +78,7 @@ def zero(rad: float) -> Array:
     return Ball(np.array([0.1]), np.array([rad]))
 
 
-def test_what_has_no_bound_is_refused() -> None:
+def test_unbounded_operation_is_refused() -> None:
     with pytest.raises(Unbounded, match="a denominator may vanish"):
         zero(0.2).inverse()
     with pytest.raises(Unbounded, match="the argument of a root may vanish"):

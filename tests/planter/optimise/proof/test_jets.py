@@ -93,7 +93,7 @@ def test_a_wrong_sign_is_noticed() -> None:
     assert missed("waves", Jet(jet.space, jet.felt, jet.value, jet.gradient, -jet.hessian)) > 0
 
 
-def test_a_box_that_is_too_small_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_small_box_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     """Widths that are forgotten leave values outside."""
     space = Space(LOWER, UPPER)
     space.half = space.half / 10

@@ -59,7 +59,7 @@ def test_solutions_are_enclosed_with_two_derivatives() -> None:
     assert count_misses() == 0
 
 
-def test_a_solution_without_its_mixed_terms_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_solution_without_mixed_terms_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(roots, "sum_products", lambda first, *_: first[0] * first[1])
     assert count_misses() > 0
 
@@ -99,7 +99,7 @@ def test_lanes_without_a_root_are_seen(distances: tuple[float, ...], is_rootless
     assert has_rootless_lane(equations, -upper, upper, lanes) == is_rootless
 
 
-def test_a_domain_beside_its_root_is_rootless() -> None:
+def test_domain_next_to_root_is_rootless() -> None:
     lanes, equations = meet(np.array([0.5]))
     upper = np.array([1.0, 1e3])
     assert has_rootless_lane(equations, -upper, upper, lanes)

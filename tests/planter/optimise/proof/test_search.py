@@ -69,7 +69,7 @@ def proved(box: tuple[Array, Array] = (LOWER, UPPER), seconds: float = 60.0, goa
     return BranchAndBound(bounding, *box, floor=0.0).run(BEST - goal, seconds)
 
 
-def test_samples_hold_the_response_on_both_sides_of_its_branches() -> None:
+def test_samples_enclose_both_sides_of_branches() -> None:
     rng = np.random.default_rng(2)
     for share in (1.0, 0.1):
         half = share * (UPPER - LOWER) / 2
@@ -87,13 +87,13 @@ def slopes_at_the_kink() -> Ball:
     return samples.gradient[ANYWHERE][2, 0]
 
 
-def test_slopes_of_both_sides_of_a_branch_are_held() -> None:
+def test_slopes_enclose_both_sides_of_a_branch() -> None:
     slopes = slopes_at_the_kink()
     assert slopes.low < -2 * UPPER[0] * np.cos(LOWER[2])
     assert slopes.high > 2 * UPPER[0] * np.cos(UPPER[2])
 
 
-def test_one_side_of_a_branch_alone_does_not_hold_both(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_single_side_does_not_enclose_both(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Branches, "further", lambda self: (np.empty(0, dtype=int), np.empty((0, 0))))
     slopes = slopes_at_the_kink()
     assert slopes.low > -1 or slopes.high < 1
@@ -122,7 +122,7 @@ def test_the_optimum_is_proved() -> None:
     assert 1 < proof.boxes < 400
 
 
-def test_a_box_without_its_optimum_is_not_taken_for_the_whole() -> None:
+def test_box_without_optimum_is_not_the_total() -> None:
     """The bound of a part is above the optimum of the whole; a false optimum that is too high is never proved."""
     part = proved((LOWER, np.array([UPPER[0] - 0.1, *UPPER[1:]])))
     assert part.least > BEST + 1e-3
@@ -142,7 +142,7 @@ def test_a_wrong_sign_gives_a_bound_above_the_optimum(tamper: str) -> None:
     assert BranchAndBound(wrong, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 20.0).least > BEST
 
 
-def test_what_has_no_bound_is_halved_and_time_ends_a_search() -> None:
+def test_unbounded_box_is_halved_until_time_ends() -> None:
     def partly(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
         if (upper - lower)[0] > 0.3:
             raise Unbounded("a denominator may vanish")
@@ -153,7 +153,7 @@ def test_what_has_no_bound_is_halved_and_time_ends_a_search() -> None:
     assert hurried.least == 0.0
 
 
-def test_a_root_is_enclosed_with_its_derivatives() -> None:
+def test_root_is_enclosed_with_derivatives() -> None:
     """a^3 + x0 a = x1: derivatives by those of the implicit function."""
     upper = LOWER + (UPPER - LOWER) / 4
     space = Space(LOWER, upper)
@@ -219,7 +219,7 @@ def test_a_least_sample_among_choices_is_bounded_from_below() -> None:
     assert wrong > -1.0 - 1e-9, "what is taken for a largest sample is no bound of a least one"
 
 
-def test_a_root_that_may_not_be_there_is_refused() -> None:
+def test_uncertain_root_is_refused() -> None:
     space = Space(np.array([-1.0]), np.array([1.0]))
     (x,) = space.parameters()
     with pytest.raises(Unbounded):

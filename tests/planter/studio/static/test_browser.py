@@ -97,7 +97,7 @@ def test_it_follows_a_hand_in_both_models_and_asks_nobody(page: Told, width: int
     assert messages == []
 
 
-def test_its_picture_moves_with_the_numbers(page: Told) -> None:
+def test_picture_moves_with_numbers(page: Told) -> None:
     """Traces and gears change with the design; the frame stays."""
     with opened(page.file) as (browser_page, messages):
         svg = browser_page.locator("svg.mechanism")
@@ -113,7 +113,7 @@ def test_its_picture_moves_with_the_numbers(page: Told) -> None:
     assert messages == []
 
 
-def test_what_it_saves_is_a_machine_of_the_same_numbers(page: Told, tmp_path: Path) -> None:
+def test_saved_file_is_a_machine_of_same_numbers(page: Told, tmp_path: Path) -> None:
     """A descent, then the file: `simulate` finds the objective of the page, and it is better than the first."""
     saved = tmp_path / "saved.toml"
     with opened(page.file) as (browser_page, messages):

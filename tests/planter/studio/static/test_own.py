@@ -31,7 +31,7 @@ def designs(machine: MechanismView, count: int) -> list[dict[str, float]]:
 
 
 @pytest.mark.parametrize("name", [CRANK, TRAIN])
-def test_its_program_finds_the_turn(name: str) -> None:
+def test_program_equals_cycle(name: str) -> None:
     """Extremes of every result and the course of each drawn one, loops closed in the same assembly."""
     machine = MechanismView(own.file(name))
     portable = machine.portable("exact")
@@ -46,7 +46,7 @@ def test_its_program_finds_the_turn(name: str) -> None:
         assert singles["sound"] == 1
 
 
-def test_loops_that_do_not_close_are_no_machine() -> None:
+def test_open_loops_are_no_machine() -> None:
     """A rod shorter than the crank: what is found is not finite, which a page says in a sentence."""
     machine = MechanismView(own.file(CRANK))
     portable = machine.portable("exact")
@@ -70,7 +70,7 @@ def test_webassembly_finds_the_same() -> None:
 
 
 @needs_wasm
-def test_its_page_holds_no_place_of_this_computer_and_nothing_to_improve(tmp_path: Path) -> None:
+def test_page_has_no_local_paths_and_no_search(tmp_path: Path) -> None:
     own.file(CRANK)
     page: Told = written(tmp_path, str(own.generated(CRANK) / f"{CRANK}.toml"))
     assert page.machine["search"] is None
@@ -79,7 +79,7 @@ def test_its_page_holds_no_place_of_this_computer_and_nothing_to_improve(tmp_pat
     assert json.dumps(page.machine["models"]["exact"]["plan"])
 
 
-def test_a_mechanism_that_no_angle_drives_is_refused(tmp_path: Path) -> None:
+def test_undriven_mechanism_is_refused(tmp_path: Path) -> None:
     file = own.generated("manipulator") / "manipulator.toml"
     code, out, err = run("studio", str(file), "--static", str(tmp_path / "page.html"))
     assert (code, out, err.count("\n")) == (2, "", 1)

@@ -26,14 +26,14 @@ pytestmark = needs_wasm
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
-def test_its_readings_are_the_studio_s_to_twelve_digits(page: Told, model: str) -> None:
+def test_readings_equal_studio_to_twelve_digits(page: Told, model: str) -> None:
     machine = opened("wang2017-wide")
     for values in page.designs(6):
         expected = {reading.name: reading.value for reading in machine.readings(values, model)}
         assert page.readings(model, values) == pytest.approx(expected, rel=TWELVE)
 
 
-def test_a_changed_constant_of_its_functions_would_be_seen(page: Told) -> None:
+def test_changed_constant_is_detected(page: Told) -> None:
     """One constant of the module, a thousandth more: some reading is wrong by more than twelve digits."""
     values = page.designs(1)[1]
     expected = page.readings("exact", values)
@@ -44,7 +44,7 @@ def test_a_changed_constant_of_its_functions_would_be_seen(page: Told) -> None:
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
-def test_its_drawing_is_the_studio_s(page: Told, model: str) -> None:
+def test_drawing_equals_studio(page: Told, model: str) -> None:
     """Every series, place, outline and label that follows numbers, at designs that it was not built at."""
     machine = opened("wang2017-wide")
     plan = page.machine["models"][model]["plan"]
@@ -54,7 +54,7 @@ def test_its_drawing_is_the_studio_s(page: Told, model: str) -> None:
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
-def test_its_slopes_are_those_of_the_compiled_turn(page: Told, model: str) -> None:
+def test_slopes_equal_compiled_cycle(page: Told, model: str) -> None:
     mechanism = page.machine["models"][model]["descent"]
     for values in page.designs(3):
         device = Device(load("wang2017-wide", values), model)  # type: ignore[arg-type]
@@ -65,7 +65,7 @@ def test_its_slopes_are_those_of_the_compiled_turn(page: Told, model: str) -> No
         assert np.abs(results - gradient).max() <= TWELVE * np.abs(gradient).max()
 
 
-def test_it_runs_its_one_script_and_fetches_nothing(page: Told) -> None:
+def test_page_runs_a_single_script_and_fetches_no_files(page: Told) -> None:
     policy = re.search(r'http-equiv="Content-Security-Policy" content="([^"]*)"', page.html)
     assert policy
     parts = dict(part.strip().split(" ", 1) for part in policy[1].split(";"))
@@ -108,7 +108,7 @@ def refused(*arguments: str) -> str:
 
 
 @pytest.mark.parametrize("machine", ["yu2023", "shi2021", "sun2019"])
-def test_machines_that_no_page_can_compute_are_refused_in_a_sentence(tmp_path: Path, machine: str) -> None:
+def test_uncomputable_machines_are_refused_in_a_sentence(tmp_path: Path, machine: str) -> None:
     message = refused(machine, "--static", str(tmp_path / "page.html"))
     assert message == f"planter: --static is not available for {machine}: such a machine is computed in Python only"
     assert list(tmp_path.iterdir()) == []
@@ -118,6 +118,6 @@ def test_another_kind_of_file_is_refused(tmp_path: Path) -> None:
     assert "ends in .html" in refused("--static", str(tmp_path / "page.pdf"))
 
 
-def test_without_the_compiler_it_says_what_brings_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_compiler_names_remedy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiler, "bundled_command", lambda target="": ())
     assert "pip install 'planter[compiler]'" in refused("--static", str(tmp_path / "page.html"))

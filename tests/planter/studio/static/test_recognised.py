@@ -37,7 +37,7 @@ def draw_values(name: str, count: int) -> tuple[list[Values], list[Scene]]:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_was_recognised_holds_for_other_designs(name: str) -> None:
+def test_recognised_formulas_hold_for_other_designs(name: str) -> None:
     portable = machine(name).portable("exact")
     designs, scenes = draw_values(name, 4)
     plan = Recogniser(portable, designs[:3], scenes[:3]).plan()
@@ -56,7 +56,7 @@ def test_readings_are_the_machine_s(name: str) -> None:
     assert {key: singles[key] for key in expected} == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_curve_that_follows_no_number_is_noticed() -> None:
+def test_curve_following_no_number_is_detected() -> None:
     portable = machine("wang2017-wide").portable("exact")
     designs, scenes = draw_values("wang2017-wide", 3)
     strange = replace(scenes[1].curves[0], values=scenes[1].curves[0].values * (1 + 1e-6))
@@ -66,7 +66,7 @@ def test_a_curve_that_follows_no_number_is_noticed() -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_file_written_line_by_line_is_that_of_planter(name: str) -> None:
+def test_file_written_by_line_equals_planter(name: str) -> None:
     subject = machine(name)
     template = file_template(subject)
     values = {control.path: control.value for control in subject.controls}
@@ -88,7 +88,7 @@ def edited(template: dict[str, Any], moved: Values) -> str:
     return "\n".join(lines) + "\n"
 
 
-def test_modules_become_one_script_of_scopes() -> None:
+def test_modules_become_a_single_scoped_script() -> None:
     modules = {
         "one": "export const digits = (x) => x;\nconst own = 1;\nexport class Two {}\nexport default { own };\n",
         "two": 'import { digits, Two } from "./one.js";\nexport async function three() { return digits(new Two()); }\n',
