@@ -14,7 +14,7 @@ SLOW = figures.listed()["slow"]
 
 @pytest.mark.parametrize("page", PAGES)
 def test_pages_have_the_recorded_figures(page: str) -> None:
-    assert figures.renewed(page, figures.kept()) == (ROOT / page).read_text(encoding="utf-8")
+    assert figures.renewed(page, figures.read_saved()) == (ROOT / page).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize("page", WHOLE)
@@ -28,10 +28,10 @@ def test_every_figure_of_a_page_has_a_record(page: str) -> None:
     "command", [pytest.param(name, marks=[pytest.mark.long] * (name in SLOW)) for name in figures.listed()["commands"]]
 )
 def test_records_equal_command_output(command: str) -> None:
-    values = figures.kept()
+    values = figures.read_saved()
     for path, value in figures.measured(command).items():
         field = figures.fields()[path]
-        assert field.shown({path: value}) == field.shown(values), path
+        assert field.format_values({path: value}) == field.format_values(values), path
 
 
 def test_changed_figures_are_noticed() -> None:

@@ -154,12 +154,12 @@ def check_simulate(column: Column, folder: Path) -> None:
 @row("simulate")
 def check_summary(column: Column, folder: Path) -> None:
     designer = command("simulate", column.source, "--samples", str(SAMPLES), "--at", str(ANGLE))["designer"]
-    peaks = {one["name"]: one for one in (*designer.get("peaks", ()), *designer.get("forces", ()))}
+    peaks = {entry["name"]: entry for entry in (*designer.get("peaks", ()), *designer.get("forces", ()))}
     if designer["motor"] is not None and column.quantity in ("M_L", "M_in"):
         peak, place = designer["motor"]["max_Nm"], designer["motor"]["max_phi_deg"]
     else:
-        one = peaks[column.quantity]
-        peak, place = one.get("max", one.get("max_N")), one["max_phi_deg"]
+        entry = peaks[column.quantity]
+        peak, place = entry.get("max", entry.get("max_N")), entry["max_phi_deg"]
     nearby = np.radians(place + np.append(np.linspace(-2, 2, 81), [-1e-7, 1e-7]))
     close(peak, column.rows(nearby).max(), 1e-5)
     assert column.rows().max() <= peak * (1 + 1e-9) + 1e-9
@@ -268,7 +268,7 @@ def check_calibrate(column: Column, folder: Path) -> None:
     words = ("--data", str(path), "--column", "curve", "--angle", "angle", "--quantity", column.key)
     words += ("--model", "exact") if column.name in OF_A_DEVICE else ()
     result = answer("calibrate", column.source, *words, "--fit", f"{column.value}={low!r}:{high!r}")
-    (fitted,) = (one for one in result["fitted"] if one["name"] == column.value)
+    (fitted,) = (entry for entry in result["fitted"] if entry["name"] == column.value)
     close(fitted["value"], truth, 1e-5)
 
 
@@ -459,7 +459,7 @@ def _written(column: Column, folder: Path, language: str) -> str:
     if column.is_own:
         answer("derive", str(own.EXAMPLES / f"{column.name}.py"), "--target", language, "--out", str(folder))
         return "\n".join(file.read_text(encoding="utf-8") for file in (folder / language).rglob("*.*"))
-    target = next(one for one in built_in() if one.name == language)
+    target = next(target for target in built_in() if target.name == language)
     return "\n".join(texts([SYSTEMS[column.name]()], [], [target]).values())
 
 

@@ -47,9 +47,9 @@ def test_wheel_derives_user_file(wheel: Path, tmp_path: Path) -> None:
     for site, out in ((tmp_path / "site", "there"), (ROOT, "here")):
         clean = os.environ | {"PYTHONPATH": str(site)}
         subprocess.run([*command, str(tmp_path / out)], cwd=tmp_path, env=clean, check=True, stdout=subprocess.DEVNULL)
-    asked = [sys.executable, "-c", "import derive; print(derive.__file__)"]
+    query = [sys.executable, "-c", "import derive; print(derive.__file__)"]
     clean = os.environ | {"PYTHONPATH": str(tmp_path / "site")}
-    process = subprocess.run(asked, cwd=tmp_path, env=clean, check=True, capture_output=True, text=True).stdout
+    process = subprocess.run(query, cwd=tmp_path, env=clean, check=True, capture_output=True, text=True).stdout
     assert Path(process.strip()).is_relative_to(tmp_path / "site")
     written = [{p.relative_to(tmp_path / out): p.read_bytes() for p in (tmp_path / out).rglob("*.*")}
                for out in ("there", "here")]  # fmt: skip

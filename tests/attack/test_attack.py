@@ -94,14 +94,14 @@ def test_path_too_short_is_refused_without_warnings() -> None:
 
 @seed(SEED)
 @share
-@given(found=spoiled(often(MACHINES, [name for name, room in MACHINES.items() if room in SLOW])))
+@given(damaged=spoiled(often(MACHINES, [name for name, room in MACHINES.items() if room in SLOW])))
 def test_spoiled_machine_files_give_results_or_sentences(damaged: Spoiled) -> None:
     handed(damaged.content, ".toml", *TAKERS[MACHINES[damaged.name]])
 
 
 @seed(SEED)
 @share
-@given(found=spoiled(often(TABLES, [name for name in TABLES if name in SLOW])))
+@given(damaged=spoiled(often(TABLES, [name for name in TABLES if name in SLOW])))
 def test_spoiled_tables_give_results_or_sentences(damaged: Spoiled) -> None:
     handed(damaged.content, ".csv", *TABLES[damaged.name])
 

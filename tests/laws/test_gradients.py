@@ -37,7 +37,7 @@ def smooth_point(device: Device, rng: np.random.Generator) -> tuple[float, Array
     """A random angle and design, away from joints and from changes of flank."""
     while True:
         phi, design = rng.uniform(0, 2 * np.pi), machines.design_near(device, rng)
-        if not joints.beside(device, design, phi, AWAY):
+        if not joints.distance_from_breakpoints(device, design, phi, AWAY):
             return phi, design
 
 

@@ -73,7 +73,7 @@ def test_the_sample_is_large_and_tests_are_there() -> None:
 
 
 def test_equivalent_mutants_exist_and_have_reasons() -> None:
-    assert set(equivalent()) <= {trial.name for room in ROOMS.values() for trial in room.every}
+    assert set(equivalent()) <= {trial.name for room in ROOMS.values() for trial in room.list_trials}
     assert all(equivalent().values())
 
 

@@ -74,7 +74,7 @@ class Sentence:
         """Return a page's text with this sentence's fields as the values have them; line breaks stay."""
         match = self.find(text)
         for index, field in reversed(list(enumerate(self.fields, 1))):
-            text = text[: match.start(index)] + field.shown(values) + text[match.end(index) :]
+            text = text[: match.start(index)] + field.format_values(values) + text[match.end(index) :]
         return text
 
 

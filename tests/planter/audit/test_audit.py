@@ -476,7 +476,7 @@ def test_sums_of_squares_are_those_of_the_columns_and_add_up() -> None:
         parts = [rows[f"{response}, sum of squares, {source}"] for source in columns]
         assert parts == pytest.approx(by_hand, rel=1e-9)
         assert sum(parts) == pytest.approx(rows[f"{response}, sum of squares, total"], rel=1e-12)
-        for factor, squares in zip("ABC", by_hand, strict=False):  # for two and two degrees of freedom P = 1/(1 + F)
-            assert rows[f"{response}, F of {factor}"] == pytest.approx(squares / by_hand[3], rel=1e-9)
+        for factor, expected in zip("ABC", by_hand, strict=False):  # for two and two degrees of freedom P = 1/(1 + F)
+            assert rows[f"{response}, F of {factor}"] == pytest.approx(expected / by_hand[3], rel=1e-9)
             chance = 1 / (1 + rows[f"{response}, F of {factor}"])
             assert rows[f"{response}, P of {factor}"] == pytest.approx(chance, rel=1e-9)

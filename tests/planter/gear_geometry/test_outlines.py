@@ -90,7 +90,7 @@ def test_swept_rack_converges_quadratically_to_outline() -> None:
 
 
 def test_shifted_rack_leaves_another_outline() -> None:
-    assert swept(circle(31, Rack(2e-3)), 3, steps=200, beside=5e-6) > 1e-3
+    assert swept(circle(31, Rack(2e-3)), 3, steps=200, offset=5e-6) > 1e-3
 
 
 @pytest.mark.long

@@ -202,7 +202,7 @@ def test_threads_do_not_disturb_each_other(convergence: str) -> None:
 def test_matplotlib_is_imported_by_the_first_figure() -> None:
     script = (
         "import sys; from planter.report import files, html;"
-        "from planter.planting.report import figures, page;"
+        "from planter.planting.report import figures; import planter.planting.design_presentation;"
         "before = 'matplotlib' in sys.modules; figures.convergence({'ga': [(1, 2.0)]});"
         "print(before, 'matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
     )

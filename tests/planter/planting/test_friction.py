@@ -69,20 +69,20 @@ def off(teeth: ToothedTurn, turn: LiftedCycle, stage: int) -> float:
     """
     tag = MESHES[stage]
     picked = np.flatnonzero(teeth.angles.weights)[7::61]
-    side = {key: values[picked] for key, values in turn.one.items()}
+    sampled = {key: values[picked] for key, values in turn.one.items()}
     rates = {
         "sun": 0.0,
-        "middle": speed(teeth) + side["F_P_power"] / side["M_P"],
-        "planet": side["Omega"],
+        "middle": speed(teeth) + sampled["F_P_power"] / sampled["M_P"],
+        "planet": sampled["Omega"],
     }
     inner, outer = (("sun", "middle"), ("middle", "planet"))[stage]
     turning = np.broadcast_to(rates[inner] - rates[outer], len(picked))
-    side = np.where(side[f"M_{tag}"] >= 0, *SIDES)
+    side = np.where(sampled[f"M_{tag}"] >= 0, *SIDES)
     friction = np.tan(teeth.device.machine.si(FRICTION))
     mesh = teeth.stages[stage].mesh
     gamma = teeth.x[teeth.device.names.index("gamma_deg")]
     line = teeth.angles.phi[picked] + np.pi / 2 + stage * gamma
-    at = mesh.rolled(side[f"t{stage + 1}"])
+    at = mesh.rolled(sampled[f"t{stage + 1}"])
     faced = mesh.facing(at)
     points = Contacts(mesh, faced).points
     worst = 0.0
@@ -93,16 +93,16 @@ def off(teeth: ToothedTurn, turn: LiftedCycle, stage: int) -> float:
         normals = arms / np.hypot(*arms)
         normals = normals * -side[k] * np.sign(normals[1])
         velocities = turning[k] * np.array([-arms[1], arms[0]])
-        each = side[f"F_N{tag}"][k] / corners.shape[1]
+        each = sampled[f"F_N{tag}"][k] / corners.shape[1]
         forces = each * (normals - friction * velocities / np.hypot(*velocities))
         total = forces.sum(axis=1) @ np.array([1, 1j]) * np.exp(1j * line[k])
         from_outer = corners - np.array([[mesh.pair.distance], [0.0]])
         moment = from_outer[1] @ forces[0] - from_outer[0] @ forces[1]
         rubbed = friction * each * np.hypot(*velocities).sum()
         differences = (
-            total - side[f"F_{tag}x"][k] - 1j * side[f"F_{tag}y"][k],
-            moment - side[f"M_{tag}"][k],
-            rubbed - side[f"F_{tag}_loss"][k],
+            total - sampled[f"F_{tag}x"][k] - 1j * sampled[f"F_{tag}y"][k],
+            moment - sampled[f"M_{tag}"][k],
+            rubbed - sampled[f"F_{tag}_loss"][k],
         )
         worst = max(worst, *map(abs, differences))
     return worst

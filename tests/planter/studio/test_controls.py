@@ -45,7 +45,7 @@ def _drawing(scene: Scene) -> tuple[str, Any]:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(one, marks=pytest.mark.long) if one in SLOW else one for one in MACHINES]
+    "name", [pytest.param(name, marks=pytest.mark.long) if name in SLOW else name for name in MACHINES]
 )
 def test_every_control_changes_something_shown(name: str) -> None:
     machine = opened(name)

@@ -96,7 +96,9 @@ SWAPPED = (
 )
 
 
-@pytest.mark.parametrize("statements", [*((one,) for one in TAMPERED.values()), SWAPPED], ids=[*TAMPERED, "swapped"])
+@pytest.mark.parametrize(
+    "statements", [*((statement,) for statement in TAMPERED.values()), SWAPPED], ids=[*TAMPERED, "swapped"]
+)
 def test_tampered_store_is_rejected(tmp_path: Path, statements: tuple[str, ...]) -> None:
     path, recipe = tmp_path / "kept.sqlite", squares()
     first, _ = answered(recipe, path, Means(1))
