@@ -1,9 +1,9 @@
 """Functions of an angle with two derivatives: their extremes and crossings, motion of the nozzle, pitch curves.
 
 Extremes are searched for on a grid and refined to rounding by Newton's method in brackets. Curvature and contact ratio
-are functions along the two segments that each pitch curve is deformed in. A segment has the parameter u from 0 to pi, t = u/m
-in the first and t = 2 pi - u/m2 in the second, so that the curvature, which jumps where they meet, has its extremes
-inside a segment or at its ends.
+are functions along the two segments that each pitch curve is deformed in. A segment has the parameter u from 0 to pi,
+t = u/m in the first and t = 2 pi - u/m2 in the second, so that the curvature, which jumps where they meet, has its
+extremes inside a segment or at its ends.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ class TipCycle:
 
     @property
     def soil_ends(self) -> tuple[float, float, float]:
-        """Where the tip enters the soil and leaves it, and the soil's level, where there is any."""
+        """Angles at which the tip enters the soil and leaves it, and the level of the soil, if there is any."""
         assert self.enter is not None
         assert self.leave is not None
         assert self.soil is not None
@@ -132,7 +132,7 @@ class TipCycle:
 
 @dataclass(frozen=True)
 class Soil:
-    """Where the soil stands [m]: so far above the lowest tip point, or at a level of the machine's frame."""
+    """Level of the soil [m], relative to the lowest point of the tip or in the machine's frame."""
 
     depth: float | None = None
     line: float | None = None

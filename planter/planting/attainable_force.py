@@ -159,7 +159,7 @@ def load_front(name: str, points: PaperPoints, progress: Listener | None = None)
 
 
 def read_saved_front() -> Front | None:
-    """Return the saved front, None if there is none."""
+    """Return the saved front, or None if it is missing."""
     file = files("planter.planting").joinpath(FRONT_FILE)
     return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
 

@@ -29,7 +29,7 @@ AXES = 4
 Known = Mapping[str, ca.SX]
 
 
-class Rows:
+class DeviceColumns:
     """Expressions in the carrier angle, the design, the machine's data, and what a prologue finds: `inputs`."""
 
     def __init__(self, device: Device) -> None:
@@ -37,7 +37,7 @@ class Rows:
 
     @cached_property
     def plotted(self) -> Known:
-        """What is drawn of a turn, in shown units."""
+        """Quantities of a cycle that are drawn, in display units."""
         values, phi = self._quantities, self.inputs[0]
         turned = phi / units.factor("phi_deg")
         return {
@@ -49,7 +49,7 @@ class Rows:
 
     @property
     def sampled(self) -> Sequence[ca.SX]:
-        """What of a turn the readings take, in shown units."""
+        """Quantities of a cycle that the readings use, in display units."""
         return [self._quantities[key] for key in TOLD]
 
     def outlines(self, stage: int) -> Sequence[ca.SX]:
@@ -90,7 +90,7 @@ class Rows:
 
     @cached_property
     def _mounting(self) -> dict[str, ca.SX]:
-        """How the gears are mounted: the design's first entries, and the centre distances [SI]."""
+        """Mounting of the gears: the design's first entries, and the centre distances [SI]."""
         _, x, _, h = self.inputs
         mounting = dict(zip(self.device.formulas.entries("mounting"), ca.vertsplit(x), strict=False))
         return mounting | {f"a{k}": h[place] for k, place in enumerate(cycle.find_distance_indices(self.device), 1)}
@@ -106,7 +106,7 @@ class Rows:
 
 
 def place(device: Device, path: str) -> int:
-    """Where a number of the file stands in the machine's data."""
+    """Return the index of a number of the file in the machine's data."""
     return [entry["shown"] for entry in device.sidecar["vectors"]["machine"]].index(path)
 
 
@@ -123,7 +123,7 @@ INPUTS = ("x", "c", "h", "rows", "told")
 class Singles:
     """Numbers of the design, the data and the prologue, and of rows side by side: `inputs`, in the order of INPUTS."""
 
-    def __init__(self, rows: Rows, moments: int) -> None:
+    def __init__(self, rows: DeviceColumns, moments: int) -> None:
         self.rows, self.device = rows, rows.device
         samples = self.device.machine.objective.samples
         sizes = [symbol.shape for symbol in rows.inputs[1:]]
@@ -190,7 +190,7 @@ NOTES = (
 
 def build_portable(device: Device, moments: int, corners: int) -> Portable:
     """The programs: `moments` of a turn, pitch curves of `corners` points, the last one the first again."""
-    rows = Rows(device)
+    rows = DeviceColumns(device)
     singles = Singles(rows, moments)
     return Portable(
         inputs=_inputs(device),
@@ -212,7 +212,7 @@ def _inputs(device: Device) -> list[Input]:
     ]
 
 
-def _seen(rows: Rows, singles: Singles, moments: int, corners: int) -> Program:
+def _seen(rows: DeviceColumns, singles: Singles, moments: int, corners: int) -> Program:
     device, prologue = rows.device, rows.device.functions.prologue_function
     x, c = prologue.mx_in()
     data = {
@@ -229,8 +229,8 @@ def _seen(rows: Rows, singles: Singles, moments: int, corners: int) -> Program:
     ])  # fmt: skip
 
 
-def _lanes(rows: Rows, over: str, name: str, values: Iterable[ca.SX]) -> ProgramStep:
-    """Rows over what stands in the place of the carrier angle."""
+def _lanes(rows: DeviceColumns, over: str, name: str, values: Iterable[ca.SX]) -> ProgramStep:
+    """Rows over a quantity instead of the carrier angle."""
     rows_of_values = ca.cse(ca.vertcat(*values))
     f = ca.Function(f"{rows.device.model}_{name}", rows.inputs, [rows_of_values], [over, "x", "c", "h"], [name])
     return ProgramStep(f, (over,))

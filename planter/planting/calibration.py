@@ -143,7 +143,7 @@ class LawFits:
 
 
 def _search_best_fit(force: CalibrationForce, figures: Figures) -> ForceFit:
-    """With a cam that only pushes, where the target is met so, else with one that may pull."""
+    """Return the fit with a cam that only pushes if it meets the target, otherwise with one that may pull."""
     equal = np.ones(len(figures))
     candidates: list[ForceFit] = []
     for pushing in (True, False):
@@ -242,7 +242,7 @@ def _sample_support(device: Device) -> Array:
 
 
 def _search_largest_range(force: CalibrationForce) -> LargestRange:
-    """Of the law and the events of the exact model's fit; `planter audit --front` tries all laws and wider bounds."""
+    """Return the largest ranges for law and events of the exact model's fit; `planter audit --front` tries all laws."""
     points = [find_largest_range(force, pushing, _draw_starts(force)) for pushing in (True, False)]
     return LargestRange(*(None if point is None else point.range for point in points))
 

@@ -39,7 +39,7 @@ class EndFace:
         self.radius = device.machine.si("base_radius_mm")
 
     def section(self, station: float) -> Section:
-        """What the generated functions tell of a section at a distance from the cam's axis [m]."""
+        """Quantities of the generated functions in a section at a distance from the cam's axis [m]."""
         roller = np.array([self.roller, station])
         hoisted = self._prologue(machine=self.device.constants, roller=roller)[HOISTED]
 

@@ -33,7 +33,7 @@ class DeviceQuantity:
 
 
 def list_device_quantities(sidecar: Mapping[str, Any]) -> list[DeviceQuantity]:
-    """Those of side 1, those of side 2, those of both, in the order of `Device.cycle`."""
+    """Return the columns of side 1, of side 2, and of both, in the order of `Device.cycle`."""
     vectors = sidecar["vectors"]
     return [
         *_build_quantities(vectors["side"], 1),
@@ -87,7 +87,7 @@ class DeviceCycleTable:
         return self.totals["support_N"]
 
     def columns(self) -> Columns:
-        """Everything as one table: the angle, side 1, side 2 with `_2` in the names, totals."""
+        """Return all columns: the angle, side 1, side 2 with `_2` in the names, totals."""
         second = {name_second_side(key): values for key, values in self.sides[1].items()}
         return {"phi_deg": np.degrees(self.phi), **self.sides[0], **second, **self.totals}
 
@@ -128,7 +128,7 @@ def find_centre_distances(device: Device, at: DesignPoint) -> Array:
 
 
 def find_distance_indices(device: Device) -> list[int]:
-    """Where the centre distances of both stages stand in what a prologue finds."""
+    """Return the indices of the centre distances of both stages in the prologue."""
     return [0, 1 + device.stages[0].terms]
 
 

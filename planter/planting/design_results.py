@@ -67,7 +67,7 @@ class StageFound(Record):
 
 @dataclass(frozen=True)
 class DesignersSummary(Record):
-    """What a designer sizes motor, bearings, gears and cam by; `shocks` is empty where nothing jumps."""
+    """Loads for which motor, bearings, gears and cam are sized; `shocks` is empty if nothing jumps."""
 
     motor: MotorTorque
     holding_torque_max_Nm: float

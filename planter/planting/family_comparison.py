@@ -29,7 +29,7 @@ from planter.version import __version__
 
 LAYOUT = 3
 """Of the files of finished devices: those of another are not gone on from."""
-Work = tuple[str, str] | None
+PairTask = tuple[str, str] | None
 """A pair of families; None for the machine's own box."""
 
 
@@ -58,7 +58,7 @@ def compare_families(
     begun, machine = time.perf_counter(), add_requirements(own)
     chosen = list(list_pairs() if pairs is None else pairs)
     store = ComparisonStore(None if out is None else files.output_folder(out / "devices"), own, starts, seed)
-    tasks: list[Work] = [None, *chosen]
+    tasks: list[PairTask] = [None, *chosen]
     done = {task: store.load(task) for task in tasks} if resume else dict.fromkeys(tasks)
     todo = [task for task in tasks if done[task] is None]
     finished = len(tasks) - len(todo)
@@ -97,22 +97,22 @@ class ComparisonStore:
         question = [LAYOUT, machine.table(), add_requirements(machine).table(), starts, seed, __version__]
         self._question = json.dumps(question, sort_keys=True)
 
-    def _hash(self, task: Work) -> str:
+    def _hash(self, task: PairTask) -> str:
         return hashlib.sha256(f"{_name(task)} {self._question}".encode()).hexdigest()
 
-    def _is_earlier(self, task: Work, saved: dict[str, Any]) -> bool:
+    def _is_earlier(self, task: PairTask, saved: dict[str, Any]) -> bool:
         """Return whether a file of the layout whose hash left the pair out answers the question for this pair."""
         stages = (saved["found"].get("stage1"), saved["found"].get("stage2"))
         question_hash = hashlib.sha256(self._question.encode()).hexdigest()
         return saved.get("asked") == question_hash and stages == (task or (None, None))
 
-    def save(self, task: Work, entry: dict[str, Any]) -> None:
+    def save(self, task: PairTask, entry: dict[str, Any]) -> None:
         """Write the entry of a task."""
         if self.folder is not None:
             files.write_summary(self.folder / f"{_name(task)}.json", {"asked": self._hash(task), "found": entry})
 
-    def load(self, task: Work) -> dict[str, Any] | None:
-        """Return the entry of a task for the same question, None if there is none or its file is damaged."""
+    def load(self, task: PairTask) -> dict[str, Any] | None:
+        """Return the entry of a task for the same question, or None if it is missing or its file is damaged."""
         if self.folder is None:
             return None
         try:
@@ -126,7 +126,7 @@ class ComparisonStore:
         return entry
 
 
-def _name(task: Work) -> str:
+def _name(task: PairTask) -> str:
     return "narrow" if task is None else "+".join(task)
 
 

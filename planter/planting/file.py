@@ -39,7 +39,7 @@ _ROUNDING = 1e-12
 
 
 class OperationSection(Section):
-    """How the device is run; the machine travels at `forward_speed_m_s`, of either sign."""
+    """Operating conditions; the machine travels at `forward_speed_m_s`, of either sign."""
 
     speed_rpm: Positive
     gravity_m_s2: NotNegative
@@ -175,7 +175,7 @@ class GearsSection(Section):
 
 
 class ForceObjectiveSection(Section):
-    """What is made small: weight_range * range + weight_variance * spread of the support force.
+    """Objective to be minimised: weight_range * range + weight_variance * spread of the support force.
 
     The spread is the population variance (N2) for kind "paper", equation (31) of Wang et al. (2017), and the
     standard deviation (N) for kind "newton". `samples` angles over a turn.

@@ -39,7 +39,7 @@ class Functions:
 
     @property
     def stage_titles(self) -> list[str]:
-        """What the families of both stages are called."""
+        """Names of the families of both stages."""
         return [stage.sidecar["title"] for stage in self._stages]
 
     @cached_property
@@ -76,7 +76,7 @@ class Functions:
 
     @cached_property
     def _dynamics_tangent(self) -> ca.Function:
-        """What the dynamics hoist, and its Jacobians in the mounting, in both stages' parameters and their series."""
+        """Return the invariants of the dynamics and their Jacobians in mounting, stages' parameters and series."""
         inputs = self._dynamics.sx_in()
         mounting, parameters1, series1, parameters2, series2, _ = inputs
         hoisted = self._dynamics(*inputs)
@@ -117,7 +117,7 @@ class Functions:
         return [phi, mounting, *packed, self.c, dynamics]
 
     def side(self, phi: ca.SX) -> ca.SX:
-        """What the sidecar lists of a side, at its carrier angle."""
+        """Return the quantities that the sidecar lists of a side, at its carrier angle."""
         return self._lane(*self.lane_inputs(phi))
 
     @cached_property
@@ -177,7 +177,7 @@ class FlankBreakpoint:
 
 @cache
 def find_flank_breakpoints(name: str, positions: tuple[float, ...]) -> tuple[FlankBreakpoint, ...]:
-    """Those of some positions in [0, 1] where a law, at rest before and after, is not smooth: jumps up to order 2."""
+    """Return the positions in [0, 1] at which a law, at rest before and after, is not smooth: jumps up to order 2."""
     x = ca.SX.sym("x")
     derivatives = [build_flank_function(name)(x)[SECOND]]
     for _ in range(2):

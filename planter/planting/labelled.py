@@ -148,7 +148,7 @@ def _closed_roller(device: Device) -> Array:
 
 
 def _half(device: Device, at: At) -> list[Mark]:
-    """What swings about the hinge; places are those with the nozzle closed."""
+    """Return the parts that swing about the hinge, at their positions with the nozzle closed."""
     cam, nozzle = device.machine.cam, device.machine.nozzle
     hinge_x, _, hinge_z = nozzle.hinge_A_mm
     hinge = np.array([hinge_x, hinge_z])

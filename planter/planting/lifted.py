@@ -49,7 +49,7 @@ class LiftedCycle:
         """Work of the motor over a turn [J]."""
         return float(self.totals["M_L"].mean() * 2 * np.pi)
 
-    def lost(self, speed: float) -> float:
+    def friction_loss(self, speed: float) -> float:
         """Work lost to friction over a turn [J], at cams and teeth of both sides."""
         losses = ("F_E_loss", "F_P_loss", "F_Q_loss")
         return float(sum(side[name].mean() for side in (self.one, self.two) for name in losses) * 2 * np.pi / speed)
@@ -113,8 +113,8 @@ class LiftedModel:
             rows[self.inputs.index(name)] = values
         return rows
 
-    def beyond(self, turn: LiftedCycle, phi: Array, module: float) -> dict[str, Array]:
-        """Where teeth that nobody has drawn bear, as inputs of both flanks of both meshes, (n,) each.
+    def locate_contacts(self, turn: LiftedCycle, phi: Array, module: float) -> dict[str, Array]:
+        """Return contact points of teeth of unknown outline, as inputs of both flanks of both meshes, (n,) each.
 
         One pair of teeth bears at a time, from half a base pitch before the pitch point to half behind it; the place on
         the pitch curve counts from its joint at t = 0.
@@ -147,7 +147,7 @@ class LiftedModel:
 
 
 def find_assumption_effects(device: Device, module_mm: float = MODULE_MM) -> list[Lifted]:
-    """What lifting each assumption alone does to the largest joint forces and to the work over a turn."""
+    """Return the effect of relaxing each assumption alone on the largest joint forces and on the work of a cycle."""
     model, phi = LiftedModel(device), cycle.sample_angles(SAMPLES)
     modelled = model.turn(phi)
     speed = device.machine.si("operation.speed_rpm")
@@ -157,7 +157,7 @@ def find_assumption_effects(device: Device, module_mm: float = MODULE_MM) -> lis
         "tooth friction inwards": model.turn(phi, changes=inward),
         "no tooth friction": model.turn(phi, changes={"contact.tooth_friction_angle_deg": 0.0}),
         f"teeth slide, module {module_mm:g} mm": model.turn(
-            phi, {"against": 1.0, **model.beyond(modelled, phi, module_mm * 1e-3)}
+            phi, {"against": 1.0, **model.locate_contacts(modelled, phi, module_mm * 1e-3)}
         ),
         "cam rubs along the hinge": model.turn(phi, {"along_hinge": 1.0}),
     }
@@ -169,7 +169,7 @@ def find_assumption_effects(device: Device, module_mm: float = MODULE_MM) -> lis
             largest_N={joint: float(turn.joint(joint).max()) for joint in JOINTS},
             as_modelled_N={joint: float(modelled.joint(joint).max()) for joint in JOINTS},
             motor_work_J=turn.motor_work,
-            friction_work_J=turn.lost(speed),
+            friction_work_J=turn.friction_loss(speed),
         )
         for name, turn in cases.items()
     ]

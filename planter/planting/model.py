@@ -94,7 +94,7 @@ class Device:
 
     @property
     def constants(self) -> Array:
-        """What the model takes beside the design (c,) [SI units]: the rest of `data`."""
+        """Inputs of the model other than the design (c,) [SI units]: the rest of `data`."""
         return self.data[self.size :]
 
     @property
@@ -206,7 +206,7 @@ class Device:
         return Kernel(ca.Function("hoisting", f.mx_in(), [f(*f.mx_in())], ["x", "c"], ["h"]))
 
     def prologue(self, x: Array, c: Array | None = None) -> DesignPoint:
-        """What of a turn hangs on the design x (p,) [SI] alone, with its derivatives: made once, used at all angles.
+        """Return the invariants of a cycle for a design x (p,) [SI] with their derivatives, which all angles share.
 
         `c` are data of a machine that differs from the device's own in nothing else.
         """

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 
 def read_weights(machine: Machine) -> Weights:
-    """Of range and spread of the support force, as the machine file has them."""
+    """Return the weights of range and spread of the support force in the machine file."""
     settings = machine.objective
     return Weights(settings.weight_range, settings.weight_variance, settings.kind)
 
@@ -78,7 +78,7 @@ def evaluate_true_extremes(device: Device, x: Array) -> TrueExtremes:
 
 
 def evaluate_samples(device: Device, x: Array) -> SampledScore:
-    """The objective of a design x (p,) [SI] over the machine file's samples, and what it is made of."""
+    """Return the objective of a design x (p,) [SI] over the machine file's samples, and its parts."""
     samples = device.machine.objective.samples
     look = SampledCycle(device.force, samples).look(x)
     return SampledScore(
@@ -127,15 +127,15 @@ class CycleObjective:
 
     @property
     def way(self) -> str:
-        """How a turn is evaluated: `lanes`, or the fastest of the other ways that there is."""
+        """Backend that evaluates a cycle: `lanes`, or the fastest available one of the others."""
         return self._outputs.rows.find_slopes(1).kernel.way
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """As its device and samples: where it is loaded, memory and compiled functions are its own."""
+        """Return device and samples for pickling: a loaded copy has memory and compiled functions of its own."""
         return CycleObjective, (self.device, self.samples)
 
     def copy(self) -> CycleObjective:
-        """The same with memory of its own."""
+        """Return a copy with separate memory."""
         return CycleObjective(self.device, self.samples)
 
     @cached_property
@@ -240,7 +240,7 @@ class Batch:
 
     @property
     def _columns(self) -> dict[str, Array]:
-        """What each design has, by name: all but the gradient."""
+        """Return the results of each design by name, without the gradient."""
         return {name: getattr(self, name) for name in FIELDS}
 
     def to_frame(self) -> DataFrame:

@@ -72,7 +72,7 @@ def build_constrained_problem(
 def find_feasible_point(
     task: Problem, required: RequirementConstraints | None, seed: int, lengths: PitchLengthConstraints | None = None
 ) -> Array:
-    """A point u (p,) that keeps the constraints of a problem.
+    """Return a point u (p,) that satisfies the constraints of a problem.
 
     Raises InfeasibleRequirementsError, with the least violation, if there is none, ComputationError if not even
     one with the lengths was found.
@@ -88,7 +88,7 @@ def find_feasible_point(
 
 
 def search_from_design(task: Problem, x: Array) -> LocalMinimum:
-    """The local minimum beside a design x (p,)."""
+    """Return the local minimum that a local search from a design x (p,) reaches."""
     return search_locally(task, select_start(task, task.box.point(x)))
 
 
@@ -300,7 +300,7 @@ def optimise(
 
 
 def add_pareto_front(optimisation: Optimisation, progress: Listener | None = None) -> Optimisation:
-    """The same with the front of range and variance: its designs, from least range to least variance."""
+    """Return the optimum with the Pareto front from the smallest range to the smallest variance."""
     device = optimisation.devices[optimisation.result.model]
     front = pareto.trace_pareto_front(device.force, optimisation.optimum.sampling, pareto.FRONT_POINTS, progress)
     points = [
@@ -311,7 +311,7 @@ def add_pareto_front(optimisation: Optimisation, progress: Listener | None = Non
 
 
 def evaluate_in_both_models(device: Device, optimum: DeviceOptimum) -> Optimisation:
-    """An optimum beside the design it started from, and both in both models."""
+    """Return an optimum and the design it started from, evaluated in both models."""
     sampling, record = optimum.sampling, optimum.build_record(device.scale)
     devices: dict[str, Device] = {
         model: device if model == device.model else Device(device.machine, model) for model in MODELS

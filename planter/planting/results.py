@@ -141,7 +141,7 @@ class DeviceState(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Lifted(Record):
-    """What lifting one assumption of the exact model does over a turn.
+    """Effect of relaxing one assumption of the exact model over a cycle.
 
     `support_N` and `joints_N` are the largest changes of the support force and of the sizes of the joint forces.
     """
@@ -192,7 +192,7 @@ class Validation(Record):
 
 @dataclass(frozen=True)
 class DeviceEvaluationCounts(Record):
-    """How often the objective was evaluated: its value, its gradient, its Hessian."""
+    """Numbers of evaluations of the objective, its gradient, and its Hessian."""
 
     objective: int
     gradient: int
@@ -220,7 +220,7 @@ class HeldRequirement(Record):
 
 @dataclass(frozen=True)
 class PlantingCertificate(Record):
-    """How sure an optimum is; requirements that hold it where the file has any."""
+    """Certificate of an optimum, with its active requirements if the file has any."""
 
     kkt_residual: float
     active_bounds: list[HeldBound]
@@ -337,7 +337,7 @@ class OtherModel(Record):
 
 @dataclass(frozen=True)
 class Distance(Record):
-    """How far fitted inputs are from the machine's own, and from what is usual.
+    """Distance of fitted inputs from the machine's own, and unusual values.
 
     `rms_share` is in widths of the bounds; `at_bounds` are inputs on a bound; `unusual` says what no such machine has.
     """
@@ -359,7 +359,7 @@ class CalibrationTradeoff(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class ModelFitted(Record):
-    """What a calibration found for one model; `front` holds the best misses where the target is not met.
+    """Result of a calibration for one model; `front` has the best misses if the target is not met.
 
     `least_push_N` is the least force of the cam on the roller over the turn: below zero it would have to pull.
     """
@@ -440,7 +440,7 @@ class NarrowBox(Record):
 
 @dataclass(frozen=True)
 class Proposal(Record):
-    """What every pair breaks, and limits that the nearest pair keeps but for `violation`, in steps."""
+    """Requirements that every pair violates; limits that the nearest pair satisfies but for `violation`, in steps."""
 
     conflicting: list[str]
     limits: dict[str, float]

@@ -68,7 +68,7 @@ def list_point_handles(machine: Machine) -> list[tuple[str, str]]:
 
 
 def find_point_bounds(machine: Machine) -> dict[str, tuple[float, float]]:
-    """How far the numbers of the points can be moved, by path."""
+    """Return the ranges of the points' numbers by path."""
     bounds = {}
     for k, (x, y, tube) in enumerate(_list_points(machine)):
         bounds[f"{POINTS}[{k}][0]"] = (x - REACH_MM, x + REACH_MM)
@@ -209,7 +209,7 @@ class PlantingView:
         return written(self.machine, changed(self.machine, values))
 
     def portable(self, model: str) -> Portable:
-        """What a page needs to compute the device by itself."""
+        """Return the data from which a page computes the device by itself."""
         from planter.planting.browser_programs import build_portable
         from planter.planting.report.scene import CORNERS, MOMENTS
 

@@ -254,7 +254,7 @@ def compute_objective_gradient(device: Device, samples: int) -> tuple[float, Arr
 
 
 def validate(device: Device) -> Validation:
-    """What is to be told of a machine whose file and gears have passed every check."""
+    """Return requirements and warnings of a machine whose file and gears have passed every check."""
     machine = device.machine
     return Validation(
         machine=machine.name, valid=True, design=list(device.names), requirements=evaluate_device_requirements(device),

@@ -55,7 +55,7 @@ class ToothCountSearch:
         """Return the numbers that no permitted neighbour on one stage improves; the bounds must permit some."""
         ranges = compute_length_ranges(self.constraints)
         lengths = self.constraints.lengths(self.free)
-        counts = tuple(bounds.nearest(length) for bounds, length in zip(ranges, lengths, strict=True))
+        counts = tuple(bounds.find_tooth_count(length) for bounds, length in zip(ranges, lengths, strict=True))
         while True:
             choices = [counts, *generate_neighbours(counts, ranges)]
             self._evaluate([choice for choice in choices if choice not in self.candidates])

@@ -190,7 +190,7 @@ class PitchLengthRange:
         first = math.ceil(self.shortest * (1 - LENGTH_TOLERANCE) / self.pitch)
         return range(first, math.floor(self.longest * (1 + LENGTH_TOLERANCE) / self.pitch) + 1)
 
-    def nearest(self, length: float) -> int:
+    def find_tooth_count(self, length: float) -> int:
         """Return the permitted tooth number that is nearest to a length [m]."""
         return min(self.teeth, key=lambda z: abs(z * self.pitch - length))
 

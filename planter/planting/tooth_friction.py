@@ -42,7 +42,7 @@ class Angles:
     weights: Array
 
     @classmethod
-    def between(cls, jumps: Array) -> Angles:
+    def from_jumps(cls, jumps: Array) -> Angles:
         """Between jumps (m,) of either of two sides that are half a turn distinct."""
         folded = np.unique(np.mod(jumps, np.pi))
         distinct = folded[np.diff(folded, append=folded[0] + np.pi) > 10 * ASIDE]
@@ -82,7 +82,7 @@ class ToothedTurn:
         """Angles between which no pair of teeth that bears comes, goes or passes the pitch point, and nothing else
         jumps."""
         breakpoints = response.find_breakpoints(self.device.force, self.device.prologue(self.x)).angles
-        return Angles.between(np.concatenate([breakpoints, *self._changes()]))
+        return Angles.from_jumps(np.concatenate([breakpoints, *self._changes()]))
 
     def _changes(self) -> Iterator[Array]:
         """Angles (m,) at which pairs of teeth that bear come, go, and pass the pitch point, of each stage."""
@@ -121,11 +121,11 @@ class ToothedTurn:
             for k, stage in enumerate(self.stages, 1)
         )
 
-    def sliding(self, loads: Sequence[SharedLoad], friction: float | None = None) -> LiftedCycle:
+    def evaluate_sliding(self, loads: Sequence[SharedLoad], friction: float | None = None) -> LiftedCycle:
         """Friction against the sliding, with loads that are shared out at P and at Q."""
-        return self.turn(self.lifting(loads), friction)
+        return self.turn(self.compute_lifting(loads), friction)
 
-    def lifting(self, loads: Sequence[SharedLoad]) -> Lifting:
+    def compute_lifting(self, loads: Sequence[SharedLoad]) -> Lifting:
         """Return the model's inputs for loads that are shared out at P and at Q."""
         values: dict[str, Array | float] = {"against": 1.0}
         for tag, load in zip(MESHES, loads, strict=True):
@@ -136,7 +136,7 @@ class ToothedTurn:
     @cached_property
     def shared(self) -> LiftedCycle:
         """Friction against the sliding, all pairs in contact bearing the same."""
-        return self.sliding(self.equal)
+        return self.evaluate_sliding(self.equal)
 
     @cached_property
     def equal(self) -> list[SharedLoad]:
@@ -180,8 +180,8 @@ def compute_friction(device: Device, x: Array, stages: Sequence[ToothedPair]) ->
         "without": teeth.without,
         "convention": teeth.turn(),
         "sliding": teeth.shared,
-        "nearest": teeth.sliding([mesh.nearest for mesh in bearings]),
-        "farthest": teeth.sliding([mesh.farthest for mesh in bearings]),
+        "nearest": teeth.evaluate_sliding([mesh.nearest for mesh in bearings]),
+        "farthest": teeth.evaluate_sliding([mesh.farthest for mesh in bearings]),
     }
     support = [turn.totals["F_support"] for turn in turns.values()]
     sampled = cycle.compute_statistics(
@@ -226,8 +226,8 @@ def compute_maximum_forces(teeth: ToothedTurn) -> dict[str, float]:
     """
     first, second = teeth.bearings
     pairs = [[first.alone(i), second.alone(j)] for i in range(first.pairs) for j in range(second.pairs)]
-    equal = teeth.lifting(teeth.equal)
-    alone = [teeth.turn(teeth.lifting(loads), behind=equal) for loads in pairs]
+    equal = teeth.compute_lifting(teeth.equal)
+    alone = [teeth.turn(teeth.compute_lifting(loads), behind=equal) for loads in pairs]
     bounds = {name: max(float(_size(turn, name).max()) for turn in alone) for name in (*JOINTS, *NORMAL)}
     return bounds | {name: _bound_shared_force(teeth.shared, alone, name) for name in JOINTS if name in TOTALS}
 

@@ -128,7 +128,7 @@ class PlantingGearTrain:
     def scaled(self) -> bool:
         return any(stage.sized.scale != 1 for stage in self.stages)
 
-    def placed(self) -> list[PlacedGear]:
+    def place_gears(self) -> list[PlacedGear]:
         """The four gears of side 1 where they are while the carrier is at 0, each with its shaft's mark.
 
         The marks are the directions of x: the frame's for the sun, the middle body's for gears 5 and 6, which share a
@@ -150,13 +150,13 @@ class PlantingGearTrain:
         return gears
 
     def _turned(self, stage: int, t: float) -> float:
-        """How far the mate of a stage has turned where the inner gear is in contact at t."""
+        """Return the rotation of a stage's mating gear while the inner gear is in contact at t."""
         pair, parameters = self.device.stages[stage], self.device.of_stage(stage, self.x)
         hoisted = pair.prologue(parameters=parameters)["hoisted"]
         return float(pair.contact(t=np.array([t]), parameters=parameters, hoisted=hoisted)["turned"][0, 0])
 
     def change(self) -> Scaled | None:
-        """What the scaling does to the machine; None where nothing was scaled."""
+        """Return the effect of the scaling on the machine, or None if nothing was scaled."""
         if not self.scaled:
             return None
         paths = [self._tip(x) for x in (self.device.design, self.x)]
@@ -185,7 +185,7 @@ def cut_gear_set(
     train = cut_gear_train(device, orders)
     provenance = files.provenance(device.machine)
     friction = compute_friction(device, train.x, train.stages)
-    return GearSet(device.machine.name, train.stages, train.placed(), train.change(), provenance, friction)
+    return GearSet(device.machine.name, train.stages, train.place_gears(), train.change(), provenance, friction)
 
 
 def cut_gear_train(device: Device, orders: Sequence[ToothOrder], design: Array | None = None) -> PlantingGearTrain:

@@ -228,7 +228,7 @@ class CalibrationForce:
 
     @property
     def way(self) -> str:
-        """How the force is evaluated."""
+        """Backend that evaluates the force."""
         return self._kernel.way
 
     def file_point(self) -> Array:

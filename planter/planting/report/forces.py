@@ -116,7 +116,7 @@ def _curves(axes: Axes, cycles: Mapping[str, Curve], before: Mapping[str, Curve]
 
 
 def _bars(axes: Axes, cycles: Mapping[str, Curve], reference: Mapping[str, tuple[float, float]]) -> None:
-    """From the smallest to the largest force: those of the models, then those of the reference."""
+    """Draw bars from the smallest to the largest force: those of the models, then those of the reference."""
     extremes = {label: (float(force.max()), float(force.min())) for label, (_, force) in cycles.items()}
     rows = extremes | dict(reference)
     for row, (label, (high, low)) in enumerate(rows.items()):

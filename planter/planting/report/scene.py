@@ -25,7 +25,7 @@ WITHIN = 0.025 * DEFAULT_MODULE
 
 
 def build_tooth_outlines(device: Device, x: Array) -> tuple[Body, ...]:
-    """Those of sun, gear 5, gear 6 and planet gear of a design x (p,) in SI; none where they cannot be made.
+    """Return the outlines of sun, gear 5, gear 6 and planet gear of a design x (p,) in SI; none if they cannot be cut.
 
     Each is turned about its gear's axis as it stands on side 1 while the carrier is at 0.
     """
@@ -40,7 +40,7 @@ def build_tooth_outlines(device: Device, x: Array) -> tuple[Body, ...]:
             (Outline(1e3 * simplify_outline(build_polygon(gear), WITHIN), "teeth", shade=shade),),
             turn=float(np.degrees(place.angle)),
         )
-        for shade, (gear, place) in enumerate(zip(gears, train.placed(), strict=True))
+        for shade, (gear, place) in enumerate(zip(gears, train.place_gears(), strict=True))
     )
 
 
@@ -97,7 +97,7 @@ def _sun(gears: Gearing, cut: Sequence[Body]) -> Body:
 
 
 def _side(device: Device, gears: Gearing, columns: dict[str, Array], cut: Sequence[Body], side: int) -> Body:
-    """What a side carries, its gears cut, seen from the carrier; side 2 is the same half a turn round."""
+    """Return the body of a side, with cut gears, seen from the carrier; side 2 is rotated by half a revolution."""
     a1, b1 = gears.centres["A1"], gears.centres["B1"]
     mounted = float(columns["alpha_deg"][0])
     planet_rotation = -columns["alpha_deg"] - columns["phi_deg"]
@@ -121,7 +121,7 @@ def _side(device: Device, gears: Gearing, columns: dict[str, Array], cut: Sequen
 
 
 def _delay_side(values: Array, side: int) -> Array:
-    """What a side does: side 2 what side 1 did half a turn before."""
+    """Return the motion of a side; side 2 follows side 1 half a revolution later."""
     return np.roll(values, 0 if side == 1 else MOMENTS // 2)
 
 
@@ -135,7 +135,7 @@ def _nozzle(device: Device) -> list[Outline]:
 
 
 def _corner(device: Device, columns: dict[str, Array]) -> Array:
-    """Where the view across the nozzle ends: right of all that moves."""
+    """Return the position of the view across the nozzle, right of all moving bodies."""
     hinge_x, _, hinge_z = device.machine.nozzle.hinge_A_mm
     right = float(np.max(columns["tip_machine_x_mm"])) + device.machine.nozzle.tip_distance_mm - hinge_x
     return np.array([right, float(np.max(columns["y_B1_mm"])) - hinge_z])

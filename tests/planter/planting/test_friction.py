@@ -120,13 +120,13 @@ def reversed_(lifting: Lifting, names: tuple[str, ...]) -> Lifting:
 
 def test_wrong_friction_direction_breaks_the_laws() -> None:
     teeth = cut_gears("wang2017")
-    right = teeth.lifting(teeth.equal)
+    right = teeth.compute_lifting(teeth.equal)
     reversed_turn = teeth.turn(reversed_(right, ("lead", "away")))
     assert unexplained(teeth, reversed_turn) < 1e-11
     assert lost(reversed_turn).max() < 0
     assert off(teeth, reversed_turn, 0) > 1
     assert off(teeth, teeth.turn(reversed_(right, ("lead",))), 0) > 1
-    assert off(teeth, teeth.sliding([bearing.nearest for bearing in teeth.bearings]), 0) > 0.1
+    assert off(teeth, teeth.evaluate_sliding([bearing.nearest for bearing in teeth.bearings]), 0) > 0.1
     assert off(teeth, teeth.turn(), 0) > 1
 
 
@@ -136,7 +136,7 @@ def test_without_friction_it_is_the_exact_model() -> None:
     pressure = {"contact.pressure_angle_deg": float(np.degrees(teeth.stages[0].order.pressure_angle))}
     device = Device(machine.with_numbers({FRICTION: 0.0, **pressure}))
     exact = device.cycle(device.prologue(teeth.x), teeth.angles.phi)
-    sliding_turn = teeth.sliding(teeth.equal, friction=0.0)
+    sliding_turn = teeth.evaluate_sliding(teeth.equal, friction=0.0)
     for vector, its, side in (("side", "side1", sliding_turn.one), ("totals", "totals", sliding_turn.totals)):
         for entry, row in zip(device.sidecar["vectors"][vector], exact[its], strict=True):
             assert side[entry["name"]] == pytest.approx(row, rel=1e-12, abs=1e-12 * max(1, np.abs(row).max()))
@@ -155,12 +155,12 @@ def test_any_load_sharing_stays_within_reported_range(name: str) -> None:
     teeth, rng = cut_gears(name), np.random.default_rng(5)
     bounds = summary.compute_maximum_forces(teeth)
     near_range, far = (
-        summary.summarise_turn(teeth, teeth.sliding([getattr(bearing, contact) for bearing in teeth.bearings]))
+        summary.summarise_turn(teeth, teeth.evaluate_sliding([getattr(bearing, contact) for bearing in teeth.bearings]))
         for contact in ("nearest", "farthest")
     )
     for _ in range(6):
         first, second = (
-            teeth.lifting([shared_at_random(bearing, rng) for bearing in teeth.bearings]) for _ in range(2)
+            teeth.compute_lifting([shared_at_random(bearing, rng) for bearing in teeth.bearings]) for _ in range(2)
         )
         turn = teeth.turn(first, behind=second)
         cycle_summary = summary.summarise_turn(teeth, turn)
@@ -178,7 +178,7 @@ def test_losses_grow_with_friction_beyond_first_order() -> None:
     teeth = cut_gears("wang2017")
     per_friction = []
     for angle in (1e-3, 5e-4, 2.5e-4):
-        cycle_summary = summary.summarise_turn(teeth, teeth.sliding(teeth.equal, friction=angle))
+        cycle_summary = summary.summarise_turn(teeth, teeth.evaluate_sliding(teeth.equal, friction=angle))
         per_friction.append(cycle_summary.lost_J["stage 1"] / np.tan(angle))
     assert per_friction[0] - per_friction[1] == pytest.approx(2 * (per_friction[1] - per_friction[2]), rel=2e-2)
     assert abs(per_friction[0] / per_friction[2] - 1) < 1e-3
@@ -186,7 +186,7 @@ def test_losses_grow_with_friction_beyond_first_order() -> None:
 
 def test_integrals_split_at_jumps() -> None:
     jumps = np.array([0.3, 0.3 + 1e-9, 1.7, 4.0])
-    angles = Angles.between(jumps)
+    angles = Angles.from_jumps(jumps)
 
     def saw(phi: Array) -> Array:
         return np.mod(phi - 0.3, np.pi) * (np.mod(phi - 0.3, np.pi) < 1.4)
@@ -195,7 +195,7 @@ def test_integrals_split_at_jumps() -> None:
     assert np.ptp(angles.phi) < TURN
     assert angles.mean(saw(angles.phi)) == pytest.approx(1.4**2 / 2 / np.pi, abs=1e-14)
     assert saw(angles.phi).max() == pytest.approx(1.4, abs=2e-8)
-    late = Angles.between(jumps[:2])
+    late = Angles.from_jumps(jumps[:2])
     assert late.mean(saw(late.phi)) != pytest.approx(1.4**2 / 2 / np.pi, abs=1e-5)
 
 

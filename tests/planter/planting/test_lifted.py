@@ -31,11 +31,11 @@ def test_friction_work_is_motor_work_without_support_effect(name: str, case: str
     device = machines.device(name)
     model, phi = LiftedModel(device), cycle.sample_angles(5760)
     modelled = model.turn(phi)
-    teeth = {"against": 1.0, **model.beyond(modelled, phi, 2e-3)} if case != "hinge" else {}
+    teeth = {"against": 1.0, **model.locate_contacts(modelled, phi, 2e-3)} if case != "hinge" else {}
     turn = model.turn(phi, {**teeth, **({"along_hinge": 1.0} if case != "teeth" else {})})
     speed = device.machine.si("speed_rpm")
-    assert turn.motor_work == pytest.approx(turn.lost(speed), rel=2e-5)
-    assert turn.lost(speed) > modelled.lost(speed)
+    assert turn.motor_work == pytest.approx(turn.friction_loss(speed), rel=2e-5)
+    assert turn.friction_loss(speed) > modelled.friction_loss(speed)
     assert turn.totals["F_support"] == pytest.approx(modelled.totals["F_support"], abs=1e-9)
     if case != "hinge":
         wrong = model.turn(phi, {name: -value if name.startswith("lead") else value for name, value in teeth.items()})
@@ -45,7 +45,7 @@ def test_friction_work_is_motor_work_without_support_effect(name: str, case: str
 
 def test_teeth_touch_within_half_a_base_pitch_of_the_pitch_point() -> None:
     model = LiftedModel(machines.device("wang2017"))
-    distances = model.beyond(model.turn(PHI), PHI, 2e-3)
+    distances = model.locate_contacts(model.turn(PHI), PHI, 2e-3)
     half = np.pi * 2e-3 * np.cos(np.radians(20)) / 2
     for tag in "PQ":
         plus, minus = (
