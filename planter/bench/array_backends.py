@@ -33,6 +33,7 @@ BUILT = "generated array code, one array over the angles"
 
 
 def build_numpy_contender(case: BenchmarkCase, work: str) -> Contender:
+    """Return array code in NumPy. Raises Absent for a Hessian."""
     if work == "cycle":
         return Contender(Plain(case).value, BUILT)
     if work == "cycle+gradient":
@@ -60,16 +61,19 @@ class Plain:
         self.steps = STEP * (case.device.upper - case.device.lower)
 
     def value(self, x: Array) -> float:
+        """Return the objective of a design x (p,)."""
         h = self.case.invariants(x)
         share = self.code.share(np, self.case.lanes, x, h, self.case.constants)
         return self.case.build_objective(self.case.add_sides(share)).value
 
     def gradient(self, x: Array) -> tuple[float, Array]:
+        """Return the objective of a design x (p,) and its gradient (p,)."""
         value = self.value(x)
         moved = [self.value(x + step) for step in np.diag(self.steps)]
         return value, (np.array(moved) - value) / self.steps
 
     def stacked_gradient(self, x: Array) -> tuple[float, Array]:
+        """Return objective and gradient (p,), with all steps of the differences in one array."""
         value, *moved = self._values(np.vstack([x, x + np.diag(self.steps)]))
         return float(value), (np.array(moved) - value) / self.steps
 
@@ -145,13 +149,16 @@ class Forms:
         return dict(sorted(forms.items(), reverse=True)) if share_first else forms
 
     def share(self, x: Any, h: Any) -> Any:
+        """Return the force from the share of one side at each lane."""
         return self.case.add_sides(self.code.share(self.np, self.lanes, x, h, self.constants))
 
     def both(self, x: Any, h: Any) -> Any:
+        """Return the force from both sides at half the lanes."""
         half = tuple(self.lanes.reshape(2, -1))
         return self.code.force(self.np, half, x, h, self.constants)
 
     def objective(self, force: Any) -> Any:
+        """Return the objective of a force."""
         settings = self.case.objective
         spread = settings.weighted(force.var(), self.np.sqrt)
         return settings.weight_range * (force.max() - force.min()) + spread
@@ -232,6 +239,7 @@ BUILT = "lambdify with cse over the needed steps, one array over the angles"
 
 
 def build_sympy_contender(case: BenchmarkCase, work: str) -> Contender:
+    """Return SymPy's `lambdify`. Raises Absent if it is not installed or cannot do the task."""
     try:
         sympy = importlib.import_module("sympy")
     except ModuleNotFoundError:
@@ -283,11 +291,13 @@ class Symbolic:
         self.share = self._traced()
 
     def value(self, x: Array) -> float:
+        """Return the objective of a design x (p,)."""
         h = self.case.invariants(x)
         (share,) = self._value(self.case.lanes, x, h, self.case.constants)
         return self.case.build_objective(self.case.add_sides(share)).value
 
     def gradient(self, x: Array) -> tuple[float, Array]:
+        """Return the objective of a design x (p,) and its gradient (p,)."""
         h, dh = self.case.prologue(x)
         share, *slopes = self._slopes(self.case.lanes, x, h, self.case.constants)
         turn = self.case.build_objective(self.case.add_sides(share))

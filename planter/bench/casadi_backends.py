@@ -100,11 +100,13 @@ class Graphs:
         self.lanes = ca.DM(case.lanes).T
 
     def value(self) -> ca.Function:
+        """Return the function from a design to its objective."""
         h = self.response.machine.prologue(self.d)
         share = self._mapped(self.response.values_kernel)(self.lanes, self.d, h)
         return ca.Function("peer_value", [self.x], [self._objective(self._folded(share))])
 
     def gradient(self) -> ca.Function:
+        """Return the function from a design to its objective and gradient."""
         force, rows, _ = self._slopes()
         gradient = ca.mtimes(rows, self._tiled(self._weights(force)).T)
         return ca.Function("peer_slopes", [self.x], [self._objective(force), ca.densify(gradient)])
@@ -167,6 +169,7 @@ def _sum(terms: Sequence[ca.MX]) -> ca.MX:
 
 
 def build_kernel_contender(case: BenchmarkCase, work: str) -> Contender:
+    """Return the kernels of planter. Raises Absent if they are evaluated otherwise here."""
     turns = case.turns
     if turns.way != "lanes":
         raise Absent(f"this machine evaluates turns by {turns.way}")

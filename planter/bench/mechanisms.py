@@ -158,6 +158,7 @@ def build_jax_contender(case: MechanismCase) -> Contender:
 
 
 def build_sympy_contender(case: MechanismCase) -> Contender:
+    """Raise Absent, since SymPy cannot do this task."""
     raise Absent("eliminations with pivots, written out, outgrow the expressions of SymPy")
 
 

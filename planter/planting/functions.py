@@ -110,6 +110,7 @@ class Functions:
         return ca.substitute(outputs, [self.h], [h]), [self.phi, self.x, self.c, curves]
 
     def lane_inputs(self, phi: ca.SX) -> list[ca.SX]:
+        """Return the inputs of the lane function at a carrier angle."""
         mounting, *parameters = ca.vertsplit(self.x, self._split)
         sizes = [s.prologue.function.size1_out(0) for s in self._stages]
         *curves, dynamics = ca.vertsplit(self.h, np.cumsum([0, *sizes, self._dynamics.size1_out(0)]).tolist())

@@ -138,7 +138,7 @@ class Device:
         return device
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """As its machine, model and numbers: where it is loaded it is built, and compiled if it was."""
+        """Return machine, model and numbers for pickling: loading builds the device, compiled if it was."""
         return _restore_device, (self.machine, self.model, self.compiled, self.data)
 
     def compile(self, refined: bool = False) -> None:

@@ -154,6 +154,7 @@ class PitchCurveEnclosure:
     outputs: Sequence[Jet]
 
     def contact(self, xp: JetNamespace, t: Jet, _parameters: Any, _outputs: Any) -> tuple[Jet, ...]:
+        """Return the contact of the stage at an angle t, with derivatives."""
         options = {"sine_series": _sine_series} if len(self.hoisted) > 1 else {}
         contact: tuple[Jet, ...] = self.module.contact(xp, t, self.parameters, self.hoisted, **options)
         return contact

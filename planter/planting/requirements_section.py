@@ -76,7 +76,7 @@ SOIL_LINE = "soil_line_mm"
 
 
 class Limited(Section):
-    """What the section knows of itself; its fields are made from the catalogue."""
+    """Base of the section of requirements, whose fields are built from the catalogue."""
 
     @check
     def _limits_are_usable(self) -> Problems:

@@ -200,6 +200,7 @@ def simulate(
 
 
 def check_samples(samples: int) -> int:
+    """Return a number of samples. Raises InputError if it is too small or too large."""
     if not FEWEST_SAMPLES <= samples <= MOST_SAMPLES:
         allowed = f"it must be between {FEWEST_SAMPLES} and {MOST_SAMPLES}"
         raise InputError.for_value("--samples", samples, allowed)

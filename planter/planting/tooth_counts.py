@@ -136,15 +136,18 @@ class PitchLengthConstraints(Constraints):
         return [curve.at(x[at]).value for curve, at in zip(self.curves, self.parameter_indices, strict=True)]
 
     def values(self, x: Array) -> Array:
+        """Return the scaled pitch lengths of a design x (p,)."""
         return np.array(self.lengths(x)) / LENGTH_SCALE
 
     def slopes(self, x: Array) -> Array:
+        """Return the Jacobian of the scaled pitch lengths in a design x (p,)."""
         rows = np.zeros((len(self.curves), len(x)))
         for row, curve, at in zip(rows, self.curves, self.parameter_indices, strict=True):
             row[at] = curve.at(x[at]).gradient / LENGTH_SCALE
         return rows
 
     def curvature(self, x: Array, weights: Array) -> Array:
+        """Return the weighted sum (p, p) of the Hessians of the scaled pitch lengths at a design x (p,)."""
         total = np.zeros((len(x), len(x)))
         for weight, curve, at in zip(weights, self.curves, self.parameter_indices, strict=True):
             total[np.ix_(at, at)] += weight / LENGTH_SCALE * curve.at(x[at]).hessian

@@ -57,6 +57,7 @@ class Angles:
         return cls(np.concatenate([half, half + np.pi]), np.tile(panel_weights, 2) / (2 * np.pi))
 
     def mean(self, values: Array) -> float:
+        """Return the mean over a cycle of values (n,) at the angles."""
         return float(self.weights @ values)
 
 

@@ -238,7 +238,7 @@ MEASURES: dict[str, tuple[str, str, Callable[[BothModels, Model], float]]] = {
 
 
 def _objective(machine: BothModels, figures: Mapping[str, float]) -> Entry:
-    """How the objective weighs the paper's own numbers: the sum of a force and its square depends on the unit."""
+    """Return the share of the variance in the objective, which depends on the unit, for the paper's numbers."""
     objective = read_weights(machine.machine)
     spread = objective.spread(figures["variance_N2"])[0]
     share, in_kilonewton = (100 * spread / (spread + objective.weight_range * figures["range_N"] * scale)
@@ -262,7 +262,7 @@ def _tooth_angles(machine: BothModels, row: Mapping[str, Any]) -> Entry:
 
 
 def _parameters(machine: BothModels) -> Entry:
-    """How many combinations of the design parameters the force feels at the optimum of either model."""
+    """Return the number of parameter combinations on which the force depends at the optimum of either model."""
     unfelt = machine.optima["exact"].insensitive
     printed, exact = (float(machine.optima[model].effective_parameters) for model in ("printed", "exact"))
     statement = (
@@ -274,7 +274,7 @@ def _parameters(machine: BothModels) -> Entry:
 
 
 def _fit(row: Mapping[str, Any]) -> Entry:
-    """What the disclosed numbers can settle of the undisclosed inputs, and where that is found."""
+    """Return what the disclosed numbers determine of the undisclosed inputs, and the command that computes it."""
     fitted, targets = _calibration(row["target"])
     return _entry(
         "undisclosed inputs", "inputs that a fit to the paper's theory has to find", "", float(fitted), None,
