@@ -15,7 +15,7 @@ class Progress:
     """Progress of a task: `done` of `total` steps, such as generations, starts or figures, are complete.
 
     `best` is the smallest objective so far if the task is a search; `remaining` [s] is extrapolated from the steps so
-    far, None if there are none.
+    far, None before the first step.
 
     >>> print(Progress("ga", "generation", 20, 200, best=1.9, remaining=27.0))
     ga: generation 20 of 200, best objective 1.9, about 27 s left

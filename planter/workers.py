@@ -1,4 +1,4 @@
-"""The one place where this project starts Python: worker processes, and commands of its own.
+"""The one place where this project starts Python: worker processes, and commands of planter.
 
 Such a process is isolated: the standard library comes first, then the paths of this process, so that no file of the
 current folder, and none that PYTHONPATH names, is taken for a module of the library. Foreign programs, such as
@@ -68,8 +68,8 @@ class WorkerEndedError(ComputationError):
 class Worker:
     """A process that answers messages, bytes each, one after another: `main` of an importable module calls `serve`.
 
-    It works on one thread, is not reached by Ctrl-C, and ends with this process. `first` is a message that has no
-    answer of its own; it is sent before the others.
+    It works on one thread, is not reached by Ctrl-C, and ends with this process. `first` is a message without
+    a separate answer; it is sent before the others.
     """
 
     def __init__(self, module: str, first: bytes, longest_answer: int | None = None) -> None:
@@ -113,7 +113,7 @@ class Worker:
             timer.cancel()
 
     def kill(self) -> None:
-        """Kill the process; whoever waits for its answer is told so. Any thread may call this."""
+        """Kill the process; a caller that waits for its answer gets an error. Any thread may call this."""
         self._process.kill()
 
     def end(self) -> None:

@@ -31,7 +31,7 @@ def audit(
         str | None,
         typer.Argument(
             metavar="[PAPER|FILE]",
-            help="a Python file that states a paper of your own (it is run: only use files you trust), or "
+            help="a Python file that states your paper (it is run: only use files you trust), or "
             "one of the papers, by its short name",
             show_default=False,
         ),
@@ -47,17 +47,17 @@ def audit(
 
     Without a file these are the papers that the built-in machines come from.
 
-    `planter audit slider_crank_paper.py --numbers slider_crank_numbers.toml --out trial` judges a paper of your own;
-    the verdicts are also written to generated/ beside its file, with the functions that its numbers are computed by.
+    `planter audit slider_crank_paper.py --numbers slider_crank_numbers.toml --out trial` judges your paper;
+    the verdicts are also written to generated/ next to its file, with the functions that its numbers are computed by.
 
     The numbers are tables [[number]]: place = "Table 2, row 3"; quantity = "max F_Ax" (or min, range, mean, rms,
     variance, with abs before the name if wanted; "M_in at 90", in deg, "x_G at 0.5 s" of a mechanism that moves by
     itself); unit = "N"; printed = "412.6", as text, for its digits are its precision. What else they may say: with =
     { omega_rpm = 600 }, values that it holds for; each = { phi = [0, 90] }, for a row of numbers, printed a list then
-    and {phi} replaced in place and quantity; samples, if extremes and means are those of so many samples; until_s, of
-    a free motion; needs, inputs that are unknown; reading. Before them [disclosed] holds values that the paper gives,
-    [assumed] such that it does not give, both by the keys of generated/NAME.toml; every other value is that of the
-    mechanism's table.
+    and {phi} replaced in place and quantity; samples, if extremes and means are computed from a number of samples;
+    until_s, of a free motion; needs, inputs that are unknown; reading. Before them [disclosed] holds values that the
+    paper gives, [assumed] such that it does not give, both by the keys of generated/NAME.toml; every other value is
+    that of the mechanism's table.
     """
     console = Console(as_json)
     with console.outcome():

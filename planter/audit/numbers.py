@@ -1,6 +1,6 @@
 """Audit of printed numbers: each is recomputed from what its paper discloses, and judged by rule.
 
-A paper's numbers stand in a file `NAME.toml` of a package's `printed`. [disclosed] holds inputs that the paper gives,
+A paper's numbers are in a file `NAME.toml` of a package's `printed`. [disclosed] holds inputs that the paper gives,
 [assumed] inputs that it does not give. Every [[number]] holds the printed text (its digits are its precision), the
 formula `by` which it is computed, and that formula's own arguments `with`. An input with a decimal point is rounded as
 it is printed, a whole number is exact. `each` makes a row of numbers: lists of one

@@ -310,7 +310,7 @@ FrontTable = Mapping[str, Any]
 
 
 def search_front(paper: str | None, progress: Listener | None) -> FrontTable:
-    """Return the front of a paper. Raises InputError if the paper has none."""
+    """Return the front of a paper. Raises InputError if the paper has no front."""
     papers = [name for name in numbers.list_papers() if name in FRONTS]
     if paper not in papers:
         raise InputError(f"--front needs one of the papers {', '.join(papers)}")

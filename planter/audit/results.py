@@ -41,8 +41,8 @@ class ReadingVerdict(Record):
 class EquationResult(Record):
     """A printed equation: verdict, smallest corrections, missing and unexplained terms, the conditions of the verdict.
 
-    The verdict is `not judged` if judging it raises an error; `finding` is the reason. `domain` says where an
-    equation does not hold that holds wherever the machine uses it; it is empty for any other.
+    The verdict is `not judged` if judging it raises an error; `finding` is the reason. `domain` says outside which
+    range an equation is wrong although the machine does not leave it; it is empty for any other.
 
     `answer` is the reading that is taken of what the paper leaves open: the kindest one to all equations that share it.
     """

@@ -262,7 +262,7 @@ def derive_example(example: str, folder: Path) -> None:
 
 @contextmanager
 def prepare_derivation() -> Iterator[Start]:
-    """Yield `python -m derive` in a copy of the checkout, which stays unchanged. Raises Absent if there is none."""
+    """Yield `python -m derive` in a copy of the checkout, which stays unchanged. Raises Absent if it is missing."""
     source = find_checkout()
     with tempfile.TemporaryDirectory(prefix="planter-") as folder:
         copy = Path(folder)

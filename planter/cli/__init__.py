@@ -50,7 +50,7 @@ def _called() -> int:
 
 
 def _hint() -> str:
-    """What is probably meant where an option's number has a decimal comma."""
+    """Return the probable meaning of an option's number with a decimal comma."""
     from planter import safe_text
 
     pointed = (safe_text.replace_decimal_comma(argument.rpartition("=")[2]) for argument in sys.argv[1:])

@@ -40,7 +40,7 @@ FileArgument = Annotated[
     Path, typer.Argument(metavar="FILE", help="a Python file, or a folder of such files", show_default=False)
 ]
 FolderOption = Annotated[
-    Path | None, typer.Option("--out", help="folder to write to [default: generated, beside FILE]", show_default=False)
+    Path | None, typer.Option("--out", help="folder to write to [default: generated, next to FILE]", show_default=False)
 ]
 TargetOption = Annotated[
     list[str] | None,
@@ -106,7 +106,7 @@ def list_topics() -> list[str]:
 
 
 def read_topic(topic: str) -> str:
-    """Return the page of a topic. Raises InputError for a name that has none."""
+    """Return the page of a topic. Raises InputError for an unknown name."""
     from planter.files import paths
 
     allowed = list_topics()

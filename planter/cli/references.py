@@ -56,7 +56,7 @@ def cite_works(name: str) -> list[Cited]:
         return [cite_work(key) for key in (OWN, *index.commands[name])]
     names = [*index.works, *index.commands]
     hint = paths.suggest_names(name, names, "planter cite lists the works and commands")
-    raise InputError.for_value("NAME", name, f"it is no work and no command that rests on one, {hint}")
+    raise InputError.for_value("NAME", name, f"it is neither a work nor a command based on one, {hint}")
 
 
 def cite_work(key: str) -> Cited:

@@ -64,7 +64,7 @@ WAIT_S = 20
 
 
 def examine_compiler() -> CompilerFound | NoCompilerFound:
-    """Return the C compiler, or the reason why there is none."""
+    """Return the C compiler, or the reason why it is missing."""
     try:
         cc = find_compiler()
     except CompilerError as reason:

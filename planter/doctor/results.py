@@ -46,7 +46,7 @@ class NoCompilerFound(Record):
 
 @dataclass(frozen=True)
 class Cache(Record):
-    """The folder of compiled functions, and what is wrong with it; null where there is none, or nothing wrong."""
+    """The folder of compiled functions, and what is wrong with it; null if it is missing or intact."""
 
     folder: str | None
     exists: bool
@@ -69,7 +69,7 @@ class KernelFound(Record):
 
 @dataclass(frozen=True)
 class Cuda(Record):
-    """The compiler for graphics processors and its version, null where there is none, and the processors."""
+    """The compiler for graphics processors and its version, null if it is missing, and the processors."""
 
     compiler: str | None
     version: str | None
@@ -87,7 +87,7 @@ class Extra(Record):
 
 @dataclass(frozen=True)
 class Advice(Record):
-    """What is missing, and what to do about it."""
+    """A missing part, and how to install it."""
 
     missing: str
     do: str

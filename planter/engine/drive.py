@@ -220,7 +220,7 @@ class DrivenMachine:
     def acceleration(self, phi: Array, omega: Array) -> Array:
         """Return that of the drive [rad/s2], (n,), at angles and speeds (n,): the torques on its shaft balance.
 
-        Raises ComputationError if there is none.
+        Raises ComputationError if it does not exist.
         """
         solution = self._accelerating(phi=phi, omega=omega, q=self._coordinates(phi), **self._fixed)
         rate, step = solution["rate"][0], solution["step"][0]
@@ -278,7 +278,7 @@ class DrivenMachine:
     def settle(self, start: float, samples: int) -> SpeedHistory:
         """Return the turn that ends at the speed at which it begins, sought from a speed [rad/s] on.
 
-        Raises ComputationError where there is none, and as `run` does.
+        Raises ComputationError if it does not exist, and as `run` does.
         """
 
         def missed(speed: float) -> float:

@@ -80,7 +80,7 @@ def _convert(machine: Machine, bound: Bound, display: Unit) -> Bound:
     unit = measured(bound.unit)
     if not unit.same_kind(display):
         allowed = f"it must be a unit such as {display.text}" if display.text else "it is a number without a unit"
-        raise InputError(f"{machine.source}: {bound}: {bound.unit} is no unit of {bound.names[0]}; {allowed}")
+        raise InputError(f"{machine.source}: {bound}: {bound.unit} is not a unit of {bound.names[0]}; {allowed}")
     return replace(bound, number=bound.number * (unit.factor / display.factor), unit=display.text)
 
 

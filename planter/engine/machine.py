@@ -44,7 +44,7 @@ class Value:
     """A number that a machine takes; `path` is its place in the machine's file and ends in the unit there.
 
     `source` says where the symbol is from, such as an equation of a paper.
-    `limits` are the least and the greatest number that the file may hold, in its unit, None if there is none.
+    `limits` are the least and the greatest number that the file may hold, in its unit, None if the file has no limits.
     """
 
     name: str
@@ -437,7 +437,7 @@ def check_samples(samples: int | None, fewest: int = 4) -> None:
 
 
 def find_machine_package(source: str) -> ModuleType | None:
-    """Return the plug-in module `machines` that takes a source, None if there is none.
+    """Return the plug-in module `machines` that takes a source, or None.
 
     Such a module has `takes(source)` and `load(source, changes, **choices)`.
     """

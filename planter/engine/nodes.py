@@ -379,7 +379,7 @@ class SpanNodes(MovingNodes):
     def _spans(self, point: DesignPoint) -> tuple[Array, Integers, Array]:
         """Return begin and end of all parts (s, 2), the conditions that end them, and by how much the grid misses all.
 
-        There are no parts where the conditions hold everywhere or nowhere on the grid.
+        The list is empty if the conditions hold everywhere or nowhere on the grid.
         """
         excess, _, _ = self._excess(point, self.grid)
         inside = excess <= 0

@@ -72,7 +72,7 @@ class ProvableObjective:
         return result
 
     def bound_boxes(self, boxes: Sequence[tuple[Array, Array]]) -> list[ObjectiveBounds | Unbounded]:
-        """Return the bounds over each of some boxes, or why it has none."""
+        """Return the bounds over each of some boxes, or the reason why it is unbounded."""
         batches = [boxes[k : k + self.batch] for k in range(0, len(boxes), self.batch)]
         with np.errstate(all="ignore"):
             return [result for batch in batches for result in self._bound_batch(batch)]

@@ -39,7 +39,7 @@ class SensitivityResult(Record):
     `objective` and `gradient` are those of true extremes (`kind` "true") or of a number of `samples` ("sampled"); an
     extreme that two angles share has the gradient of one. `scaled` is the gradient times the width of each value's
     bounds, or the size of a value without. The curves are those of the quantities in `least`, in parts of their
-    ranges, over so many `samples`; `combinations` are those that they depend on, the strongest first.
+    ranges, over `samples` samples; `combinations` are those that they depend on, the strongest first.
     """
 
     samples: int

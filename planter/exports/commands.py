@@ -152,7 +152,7 @@ def fmu(
 ) -> None:
     """Write a co-simulation unit (FMI).
 
-    The drive's speed goes in; its angle, all motions and forces come out. The speed is an input; loads do not slow the
+    The drive's speed goes in; its angle, all motions and forces are outputs. The speed is given; loads do not slow the
     drive (one-way coupling). Design and machine data are tunable parameters. The unit holds its C
     sources, a library for Linux and, with planter[compiler] installed, one for Windows.
 

@@ -1,1 +1,1 @@
-"""Files that a user hands in: text, tables, units, values with their origins, every failure one sentence."""
+"""Files of users: text, tables, units, values with their origins, every failure one sentence."""

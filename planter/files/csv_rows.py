@@ -57,9 +57,7 @@ class Table:
         index = self.header.index(name)
         cells = [row[index] for row in self.rows]
         if "" in cells:
-            raise InputError(
-                f"{self.place(cells.index(''), name)}: nothing stands there: fill it in, or leave the line out"
-            )
+            raise InputError(f"{self.place(cells.index(''), name)}: it is empty: fill it in, or leave the line out")
         return cells
 
     def numbers(self, name: str, largest: float = LARGEST) -> list[float]:
@@ -179,7 +177,7 @@ def _check_header(header: Sequence[str], place: str, columns: Sequence[str]) -> 
         raise InputError(f"{place}: column {header.index('') + 1} has no name, but every column must have one")
     twice = next((name for i, name in enumerate(header) if name in header[:i]), None)
     if twice is not None:
-        raise InputError(f"{place}: the header names {twice} twice, but every column must have a name of its own")
+        raise InputError(f"{place}: the header names {twice} twice, but the names of columns must differ")
     if _all_numbers(header):
         raise InputError(f"{place}: the header holds numbers, but it must name the columns")
 

@@ -234,7 +234,7 @@ def _refuse_constant(name: str) -> NoReturn:
 
 @contextmanager
 def _opened(path: str | Path) -> Iterator[BufferedReader]:
-    """Open a file for reading. Raises OSError, and InputError where it is no regular file any more."""
+    """Open a file for reading. Raises OSError, and InputError if it is not a regular file any more."""
     with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _NO_WAITING)) as file:
         _check_mode(os.fstat(file.fileno()).st_mode, path)
         yield file

@@ -164,7 +164,7 @@ def measured(text: str) -> Unit:
 def _parse_factor(text: str) -> tuple[float, Dimension, float]:
     match = _FACTOR.fullmatch(text)
     if match is None:
-        raise ValueError(f"{text} is no unit")
+        raise ValueError(f"{text} is not a unit")
     name, power = "deg" if match[1] == "°" else match[1], float(match[2] or 1)
     if name in _BASE:
         return (*_BASE[name], power)
@@ -172,4 +172,4 @@ def _parse_factor(text: str) -> tuple[float, Dimension, float]:
     if prefix in _PREFIXES and base in _PREFIXED:
         factor, dimension = _BASE[base]
         return _PREFIXES[prefix] * factor, dimension, power
-    raise ValueError(f"{name} is no unit")
+    raise ValueError(f"{name} is not a unit")

@@ -59,7 +59,7 @@ def guard_fork(lock: Any) -> None:
 
 
 def _renew_locks() -> None:
-    """Open the locks of all cached properties: what their holders computed in the parent is computed anew here."""
+    """Renew the locks of all cached properties: the child computes the values that another thread was computing."""
     for held_object in gc.get_objects():
         if type(held_object) is cached_property:
             vars(held_object)["lock"] = threading.RLock()
@@ -196,7 +196,7 @@ BACKENDS = ("lanes", "casadi-c", "casadi-vm")
 
 
 class Backend(Protocol):
-    """How a function is evaluated."""
+    """A way to evaluate a function."""
 
     name: str
 
@@ -223,7 +223,7 @@ class LaneBackend:
         return self.results(outputs)
 
     def memory(self, count: int) -> list[Array]:
-        """What the loop writes to: a row for each element of an output, column by column, over the lanes."""
+        """Return the memory of the loop's results: a row per element of an output, by columns, over the lanes."""
         columns = 1 if self.work.summed else count
         return [np.empty((height * width, columns)) for height, width in self._shapes]
 
@@ -294,7 +294,7 @@ def build_lane_backend(work: LaneTask) -> Backend:
 
 
 def library_path(work: LaneTask, way: str) -> Path:
-    """Where the library of a way, `lanes` or `casadi-c`, is kept, whether it is there or not. Raises CompilerError."""
+    """Return the path of the library of a way, `lanes` or `casadi-c`, existing or not. Raises CompilerError."""
     return toolchain.library_path(*_library_source(work, way))
 
 

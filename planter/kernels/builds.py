@@ -1,4 +1,4 @@
-"""Compilers at work, each in a folder of its own inside the cache.
+"""Running compilers, each in a separate folder inside the cache.
 
 A folder goes when its build ends, also if the process ends during it, on a daemon thread. It is named by the system and
 the process that made it, so that the next build removes what a process that was killed has left.
@@ -36,7 +36,7 @@ Process = subprocess.Popen[bytes]
 
 
 class _OpenBuilds:
-    """What has to go when the process ends."""
+    """The folders that are removed when the process ends."""
 
     processes: set[Process]
     folders: set[Path]
@@ -75,9 +75,9 @@ def run_program(
     folder: Path | None = None,
     variables: Mapping[str, str] = MappingProxyType({}),
 ) -> subprocess.CompletedProcess[bytes]:
-    """What a command says, in English; a folder is where it may leave something for a while.
+    """Return the output of a command, in English; `folder` holds its temporary files.
 
-    `variables` stand in its environment beside those of this process.
+    `variables` are added to the environment of this process.
 
     Raises OSError, CalledProcessError, or TimeoutExpired; in all cases nothing of it goes on running.
     """
@@ -104,7 +104,7 @@ def run_program(
 
 
 def _kill_group(process: Process) -> None:
-    """With all that it started itself."""
+    """Kill a process together with its descendants."""
     try:
         if hasattr(os, "killpg"):
             os.killpg(process.pid, signal.SIGKILL)
@@ -161,9 +161,9 @@ def _is_abandoned(path: Path) -> bool:
 
 @cache
 def _identify_system() -> str:
-    """Tells apart systems, times they were started, and containers, which number processes by themselves.
+    """Return a name of the system, its start time and its container, since each numbers processes separately.
 
-    Where that is not known, every process counts as a system of its own.
+    If they are unknown, every process counts as a separate system.
     """
     try:
         boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii")

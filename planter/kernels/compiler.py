@@ -1,7 +1,7 @@
 """The C compiler: how it is called, its version, the flags that it accepts, and what a shared library needs.
 
-Where there is none, the extra `compiler` brings one: clang, with headers and libraries of many systems, as `zig cc`. On
-its first use for a system it builds its own libraries, and stores them beside the compiled functions.
+Without a C compiler, the extra `compiler` provides one: clang, with headers and libraries of many systems, as `zig cc`.
+On its first use for a system it builds its libraries, and stores them next to the compiled functions.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ CACHE_VARIABLE = "ZIG_GLOBAL_CACHE_DIR"
 
 
 def bundled_command(target: str = THIS_SYSTEM) -> tuple[str, ...]:
-    """How it is called, for another system by its target; nothing where the extra is not installed."""
+    """Return the words that call the bundled compiler, for another system by its target; empty without the extra."""
     spec = importlib.util.find_spec("ziglang")
     if spec is None or spec.origin is None:
         return ()
@@ -81,12 +81,12 @@ def bundled_command(target: str = THIS_SYSTEM) -> tuple[str, ...]:
 
 
 def bundled_variables(cache: Path) -> dict[str, str]:
-    """What it is to find in its environment: where the user names no folder for what it builds, it is in our cache."""
+    """Return variables of its environment: it builds its libraries in the cache unless the user names a folder."""
     return {CACHE_VARIABLE: os.environ.get(CACHE_VARIABLE) or str(cache / "zig")}
 
 
 def preparation_time_s(target: str = THIS_SYSTEM) -> int:
-    """How long its first use for a target takes [s], about."""
+    """Return the approximate time of its first use for a target [s]."""
     return PREPARATION_S.get(target, PREPARATION_S[THIS_SYSTEM])
 
 
@@ -115,14 +115,14 @@ ORDER_FLAGS = ("-fschedule-insns", "-fsched-pressure", "--param=sched-pressure-a
 
 
 class CompilerError(Exception):
-    """Nothing can be compiled, kept or loaded here; the message says why."""
+    """Error of a compiler, a stored library, or loading; the message has the reason."""
 
 
 @dataclass(frozen=True)
 class Compiler:
     """A C compiler: its path, its version in a line, which of `MACHINE_FLAGS` it takes, and which of `ORDER_FLAGS`.
 
-    `words` are those that stand behind the path whenever it is called: `cc` of `python -m ziglang cc`; `bundled` says
+    `words` follow the path in every call: `cc` of `python -m ziglang cc`; `bundled` says
     whether it is the one of the extra `compiler`.
     """
 
@@ -154,7 +154,7 @@ def find_compiler() -> Compiler:
 
 @cache
 def _probe_compiler(name: str | tuple[str, ...], _search: str | None) -> Compiler | str:
-    """A compiler, or why there is none: each is asked once, also one that does not answer.
+    """Return a compiler, or the reason why it cannot be used; each is probed once, even if it fails.
 
     A name is one of the user's, words are those of the bundled compiler.
     """
@@ -191,7 +191,7 @@ def _split_command(name: str) -> list[str]:
 
 
 def _split_words(name: str) -> list[str]:
-    """As a shell would part them; on Windows a backslash is part of a path."""
+    """Split words as a shell does; on Windows a backslash is part of a path."""
     if current_platform() is WINDOWS:
         return [word.strip('"') for word in shlex.split(name, posix=False)]
     return shlex.split(name)
@@ -218,7 +218,7 @@ def _succeeds(command: list[str], *arguments: str, folder: Path) -> bool:
 def _run_compiler(
     command: list[str], *arguments: str, folder: Path | None = None
 ) -> subprocess.CompletedProcess[bytes]:
-    """What a compiler says; a folder is where it may leave something for a while."""
+    """Return the output of a compiler; `folder` holds its temporary files."""
     return builds.run_program(
         [*command, *arguments], PROBE_TIMEOUT_S, folder, bundled_variables(folder) if folder else {}
     )

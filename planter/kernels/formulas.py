@@ -1,4 +1,4 @@
-"""Generated models whose functions stand on their own, called by names, over any number of lanes."""
+"""Generated models of independent functions, called with named arguments, over any number of lanes."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Formulas:
         return dict(zip(self.outputs(stage), result, strict=True))
 
     def at(self, stage: str, **inputs: object) -> dict[str, float]:
-        """The same for a single lane, as numbers."""
+        """Return the results for a single lane, as numbers."""
         return {name: float(value[0]) for name, value in self(stage, **inputs).items()}
 
     def _hoisted(self, inputs: Mapping[str, object]) -> Array:

@@ -24,7 +24,7 @@ from planter.files.text import check_regular, parse_json, read_json
 
 @cache
 def _package() -> str:
-    """In a wheel the generated code is part of this package; in a checkout it stands beside it."""
+    """Return the package of the generated code: in a wheel a part of `planter`, in a checkout a package next to it."""
     return "planter.generated" if importlib.util.find_spec("planter.generated") else "generated"
 
 
@@ -39,20 +39,20 @@ def _places() -> dict[str, Traversable]:
 
 @cache
 def module(name: str, folder: Path | None = None) -> ModuleType:
-    """A generated module, from a folder of one's own if that is given. Raises InputError where there is none."""
+    """Return a generated module, from `folder` if given. Raises InputError if it does not exist."""
     if folder is not None:
         return _from_file(folder.joinpath(*name.split(".")).with_suffix(".py"))
     return importlib.import_module(f"{_holder(name)}.{name}")
 
 
 def text(name: str) -> str:
-    """The text of a generated module. Raises InputError where there is none."""
+    """Return the text of a generated module. Raises InputError if it does not exist."""
     return _places()[_holder(name)].joinpath(f"{name}.py").read_text(encoding="utf-8")
 
 
 @cache
 def sidecar(name: str, folder: Path | None = None) -> dict[str, Any]:
-    """What is written beside a generated module. Raises InputError where there is none."""
+    """Return the JSON sidecar of a generated module. Raises InputError if it does not exist."""
     if folder is not None:
         return read_json(folder / f"{name}.json")
     return parse_json(_places()[_holder(name)].joinpath(f"{name}.json").read_text(encoding="utf-8"), name)

@@ -27,9 +27,9 @@ from planter.kernels.lane_source import print_prototype
 
 
 def build_finite_check(arrays: Sequence[Array]) -> Callable[[], int]:
-    """Says at each call which of some contiguous arrays, from 1, is the first that is not finite; 0 if all are.
+    """Return a check: the number, from 1, of the first of some contiguous arrays that is not finite; 0 if all are.
 
-    Who calls it keeps the arrays.
+    The caller must keep the arrays alive.
     """
     try:
         look = _load_finite_check()
@@ -106,12 +106,12 @@ class Kernel:
         self._compiling: threading.Thread | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """As its function: where it is loaded it is evaluated by the virtual machine until it is compiled there."""
+        """Pickle the function only: a loaded kernel uses the virtual machine until it is compiled there."""
         return Kernel, (self.function, self.lanes, self.work.summed, self.work.few_passes)
 
     @property
     def way(self) -> str:
-        """How the function is evaluated now: `lanes`, `casadi-c` or `casadi-vm`."""
+        """Name of the current backend: `lanes`, `casadi-c` or `casadi-vm`."""
         return self._way.name
 
     @property
@@ -254,7 +254,7 @@ class BoundKernel:
         )
 
     def __call__(self) -> dict[str, Array]:
-        """The outputs at what stands in the inputs now."""
+        """Return the outputs at the current content of the inputs."""
         if self._kernel._way is not self._way or get_ident() != self._thread:
             self._attend()
         if not self._run():
@@ -267,7 +267,7 @@ class BoundKernel:
         self._prepare()
 
     def _prepare(self) -> None:
-        """For the way in which the kernel is evaluated now."""
+        """Prepare the call for the current backend of the kernel."""
         self._way = self._kernel._way
         self._run: Callable[[], bool] = self._by_a_call
         if isinstance(self._way, backends.LaneBackend):

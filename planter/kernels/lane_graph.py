@@ -173,7 +173,7 @@ def _check_printable(function: ca.Function, lanes: Sequence[str]) -> None:
 
 
 def _expand_function(function: ca.Function, most: int | None) -> ca.Function:
-    """The function as scalar operations, at most so many, with equal subexpressions once."""
+    """Return a function as at most `most` scalar operations, with equal subexpressions computed once."""
     try:
         flat = function if function.is_a("SXFunction") else function.expand()
     except RuntimeError as error:

@@ -4,7 +4,7 @@
 
 An input that varies has a row of `lanes` numbers for each of its elements, one that does not its elements column by
 column; an output has a row for each element or, summed, the sum of each over the lanes. A CasADi solver can call the
-loop for a fixed number of lanes without Python, by an external function printed beside it: there matrices are
+loop for a fixed number of lanes without Python, by an external function printed after it, in which matrices are
 column-major, so inputs and outputs that vary are (lanes, rows).
 
 A compiler merges `sin(x)` and `cos(x)` into one call that no vector library has, and every call makes it spill all
@@ -13,7 +13,7 @@ x = k pi + r with |r| <= pi/2, k pi subtracted in parts (Cody and Waite, Softwar
 Functions, 1980), then Taylor's series in r, whose first omitted term is below 1e-17. WebAssembly, which has no fused
 multiply-add, takes parts of pi so short that their products with k are exact. Elsewhere both are library calls,
 separated by a zero that the compiler cannot see through. Floor has no vector instruction before SSE4.1; there it is
-taken by way of integers, and larger numbers, which are no angles, are left as they are.
+taken by way of integers, and numbers too large to be angles are not changed.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ TERMS = 11
 
 @dataclass(frozen=True)
 class _Arithmetic:
-    """How a b + c is written, and what `within` gives back."""
+    """Rules for printing a b + c and the result of `within`."""
 
     multiply_add: str
     within: str
@@ -150,7 +150,7 @@ def print_function(graph: LaneGraph, summed: bool) -> str:
 
 
 def _print_stores(graph: LaneGraph) -> Iterable[str]:
-    """Assignments of the loop; a result is stored as soon as it is there, so that it need not be kept."""
+    """Assignments of the loop; a result is stored as soon as it is computed, which frees its register."""
     waiting: dict[str, list[OutputStore]] = {}
     for store in graph.stores:
         waiting.setdefault(store.value, []).append(store)

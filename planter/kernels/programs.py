@@ -40,7 +40,7 @@ class ProgramStep:
 
 
 class Program:
-    """Steps that take what is `given` or what a step before has found; each of their functions has a name of its own.
+    """Steps whose inputs are `given` or results of earlier steps; their functions have different names.
 
     All vectors are flat: what varies over lanes row by row, other matrices column by column. Inside a program a name
     belongs to one vector alone.
@@ -55,20 +55,20 @@ class Program:
             self.sizes |= {key: f.numel_out(key) * self.count(step) for key in f.name_out()}
 
     def count(self, step: ProgramStep) -> int:
-        """How many lanes a step has."""
+        """Number of lanes of a step."""
         counts = {self.sizes[name] // step.function.numel_in(name) for name in step.lanes}
         assert len(counts) <= 1, f"{step.function.name()}: lanes of different numbers"
         return counts.pop() if counts else 1
 
     @cached_property
     def offsets(self) -> dict[str, int]:
-        """Where each vector begins, all of them one after another: what is given first."""
+        """Offsets of the vectors, which are consecutive, the given ones first."""
         ends = np.cumsum([0, *self.sizes.values()]).tolist()
         return dict(zip(self.sizes, ends, strict=False))
 
     @property
     def size(self) -> int:
-        """How many numbers all vectors have together."""
+        """Total length of all vectors."""
         return sum(self.sizes.values())
 
     @cached_property
@@ -151,7 +151,7 @@ FILE_FLAGS = {LOOPS_FILE: ("-ffinite-math-only", "-fno-signed-zeros", "-fno-math
 
 
 def build_webassembly(programs: Sequence[Program]) -> bytes:
-    """The module. Raises CompilerError where there is none, NotPrintableError for what has no form in C."""
+    """Return the module. Raises CompilerError, or NotPrintableError for operations without a form in C."""
     command = compiler.bundled_command(WASM_TARGET)
     if not command:
         raise CompilerError("planter[compiler] is not installed: pip install 'planter[compiler]'")

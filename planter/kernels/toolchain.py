@@ -32,7 +32,7 @@ class RefusedFileError(CompilerError):
 
 
 def cache_path() -> Path:
-    """Where compiled functions are kept: PLANTER_CACHE, else `planter` in XDG_CACHE_HOME, else `~/.cache/planter`.
+    """Return the cache of compiled functions: PLANTER_CACHE, else `planter` in XDG_CACHE_HOME, else `~/.cache/planter`.
 
     A relative XDG_CACHE_HOME does not count, as the XDG Base Directory Specification has it.
     Raises RuntimeError for a user without a home.
@@ -78,12 +78,12 @@ def is_intact(path: Path) -> bool:
 
 
 def compute_digest(content: bytes) -> bytes:
-    """What stands behind the bytes of a library."""
+    """Return the digest that follows the bytes of a library."""
     return hashlib.sha256(content).digest()
 
 
 def _content(path: Path) -> bytes | None:
-    """The bytes of a user's own file; None where there is nothing."""
+    """Return the bytes of a file that the user owns, or None if it does not exist."""
     try:
         content, reason = _read(path)
     except FileNotFoundError:
@@ -96,7 +96,7 @@ def _content(path: Path) -> bytes | None:
 
 
 def _read(path: Path) -> tuple[bytes, str]:
-    """The bytes of what is no link, or why they are not read."""
+    """Return the bytes of a regular file, or the reason why they are not read."""
     descriptor = os.open(path, os.O_RDONLY | OPEN_FLAGS)
     try:
         state = os.fstat(descriptor)
@@ -161,7 +161,7 @@ _full_folders: set[Path] = set()
 
 
 def loop_flags(passes: tuple[str, ...]) -> tuple[str, ...]:
-    """Flags for a loop over lanes, `OPTIMISED` or `SWIFT`, beside those of all functions. Raises CompilerError."""
+    """Flags for a loop over lanes, `OPTIMISED` or `SWIFT`, besides those of all functions. Raises CompilerError."""
     return (*passes, *FAST_MATH, *(find_compiler().order if passes == OPTIMISED else ()))
 
 
@@ -203,7 +203,7 @@ def _describe_failure(name: str, error: Exception) -> str:
 
 
 def library_path(name: str, source: str, flags: tuple[str, ...]) -> Path:
-    """Where the library of a C text is kept, whether it is there or not. Raises CompilerError."""
+    """Return the path of the library of a C text, whether or not it exists. Raises CompilerError."""
     active = find_compiler()
     parts = [*active.command, active.version, *active.flags, *flags, _describe_processor(), source]
     key = hashlib.sha256("\0".join(parts).encode(errors="surrogateescape")).hexdigest()
@@ -278,14 +278,14 @@ def run_bundled(target: str, command: list[str], folder: Path) -> None:
 
 
 def summarise_error(error: Exception) -> str:
-    """What a compiler says is wrong, in a line."""
+    """Return the errors of a compiler in a line."""
     lines = (getattr(error, "stderr", None) or b"").decode(errors="replace").strip().splitlines()
     return next((line for line in lines if "error" in line), lines[0] if lines else str(error))
 
 
 @cache
 def _describe_processor() -> str:
-    """What tells processors apart that understand different instructions."""
+    """Return a description that distinguishes processors with different instructions."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:

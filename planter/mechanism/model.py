@@ -213,7 +213,7 @@ def _measure_differences(unit: str, later: Array, before: Array) -> Array:
 
 
 def _find_repetition(model: Model, angles: Array, results: Mapping[str, Array]) -> int | None:
-    """Return the number of cycles after which all results are the same for the first time, None if there is none."""
+    """Return the number of cycles after which all results repeat for the first time, or None."""
     chosen = np.unique(np.linspace(0, len(angles) - 1, min(COMPARED, len(angles))).astype(np.int64))
     compared, before = angles[chosen], {name: values[chosen] for name, values in results.items()}
     for turns in range(2, MOST_TURNS + 1):

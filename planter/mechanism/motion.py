@@ -119,7 +119,7 @@ class LinearisedMotion:
 def equilibrium(dynamics: Dynamics, state: Array | None = None) -> Array:
     """Return an equilibrium (2k,) near a state, the start unless one is given.
 
-    Raises ComputationError if there is none nearby.
+    Raises ComputationError if no equilibrium is nearby.
     """
     start = dynamics.start() if state is None else state
     initial = dynamics.equations(0.0, start)

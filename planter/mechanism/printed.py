@@ -81,7 +81,7 @@ def _check_name(question: MeasureQuestion, parsed: Measure, names: Collection[st
 
 
 def _find_unit(question: MeasureQuestion, parsed: Measure, si_unit: str) -> Unit:
-    """Return the unit of a number. Raises InputError for a text that is no unit, or one of another kind."""
+    """Return the unit of a number. Raises InputError for an invalid unit, or one of another kind."""
     is_square = parsed.kind == "variance"
     si = measured(si_unit).squared() if is_square else measured(si_unit)
     try:

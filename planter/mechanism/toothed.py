@@ -36,7 +36,7 @@ class MechanismMesh:
     """A pair of meshing gears of a mechanism, over a revolution of the faster one against their line of centres.
 
     Raises InputError for gears that cannot have pitch curves with outer teeth: they stop or oscillate, their ratio is
-    no integer, or the distance of their axes is not constant.
+    not an integer, or the distance of their axes is not constant.
     """
 
     def __init__(self, model: Model, tag: str, names: tuple[str, str]) -> None:

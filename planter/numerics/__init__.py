@@ -1,1 +1,1 @@
-"""Numerical methods that know neither machine nor optimiser."""
+"""Numerical methods that depend on neither machines nor the optimiser."""

@@ -4,5 +4,5 @@ An objective (`objective`), a box and constraints (`constraints`) make a `proble
 provided: range and variance of a response over a cycle (`range_variance`), and a smooth function (`expressions`).
 `local_search` finds local minima from one or several starts, by `ipopt` or `sqp`; `optimiser` adds a genetic algorithm.
 `certificate` checks the optimality of a point without a solver, `result` selects among equal optima, `pareto` trades
-range against variance, and `proof` bounds the objective from below. The package knows no machine.
+range against variance, and `proof` bounds the objective from below. The package does not depend on machines.
 """

@@ -143,7 +143,7 @@ class Constraints(Protocol):
 
     @property
     def equations(self) -> Constraints | None:
-        """Equality constraints, or None if there are none."""
+        """Equality constraints, or None without constraints."""
         rows = np.flatnonzero(self.even)
         return ConstraintSubset(self, rows) if len(rows) else None
 
@@ -225,7 +225,7 @@ class JoinedConstraints(Constraints):
 
 
 def join_constraints(parts: Sequence[Constraints]) -> Constraints | None:
-    """Return the concatenation of constraints, or None if there are none."""
+    """Return the concatenation of constraints, or None without constraints."""
     if len(parts) < 2:
         return parts[0] if parts else None
     return JoinedConstraints(parts)

@@ -210,7 +210,7 @@ class ExtremumRows:
         self._state = LastCallCache(lambda x: _ExtremumState(self, x))
 
     def grown(self, x: Array, high: float, low: float) -> ExtremumRows:
-        """With the windows of this design, and with rows where the extremes were on the way to it."""
+        """Return a copy with the windows of this design and rows at the extremes of the previous designs."""
         tops, bottoms = (np.array(angles) for angles in zip(*self._seen, strict=True))
         upper, lower = (
             drop_close_angles(np.concatenate(a), MIN_ROW_DISTANCE) for a in ((self.upper, tops), (self.lower, bottoms))

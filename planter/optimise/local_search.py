@@ -4,9 +4,10 @@ Components. Smooth objectives and sampled cycles without constraints are minimis
 that violate t_max or t_min become further components until none does. Continuous extrema, and samples with constraints
 or constrained breakpoints, are minimised by `sqp`, which determines the components at each point.
 
-Kinks. A sampled objective has a kink in x wherever a breakpoint of order 1 passes a sample. The search first ignores
-kinks and uses one-sided derivatives, which suffices if the optimum lies on no kink. If the certificate rejects the
-result, the search continues from cell to cell; in a cell, each breakpoint lies between two samples and all is smooth:
+Kinks. A sampled objective has a kink in x at each design where a breakpoint of order 1 passes a sample. The search
+first ignores kinks and uses one-sided derivatives, which suffices if the optimum lies on no kink. If the certificate
+rejects the result, the search continues from cell to cell; in a cell, each breakpoint lies between two samples and all
+is smooth:
 
 1. solve within the cell;
 2. if breakpoints end at walls, pin them at their samples and solve on the kink; stop if zero is in Clarke's

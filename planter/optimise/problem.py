@@ -141,7 +141,7 @@ class Problem:
 
     @cached_property
     def equations(self) -> Constraints | None:
-        """Equality constraints, or None if there are none."""
+        """Equality constraints, or None without any."""
         return None if self.constraints is None else self.constraints.equations
 
     def onto(self, u: Array) -> Array:

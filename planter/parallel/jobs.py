@@ -215,7 +215,7 @@ class Jobs:
         return [answer.result for answer in answers if not answer.is_error]
 
     def _collect(self, seconds: float) -> None:
-        """Store the available answers; wait for the first at most so many seconds."""
+        """Store the available answers; wait for the first at most for that time [s]."""
         try:
             while True:
                 answer = self._answers.get(timeout=seconds) if seconds else self._answers.get_nowait()

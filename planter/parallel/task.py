@@ -20,7 +20,7 @@ _LOCK = threading.Lock()
 
 @dataclass(frozen=True)
 class Means:
-    """What runs the jobs: a number of local processes, or a Dask cluster at an address; automatic if both None."""
+    """Processes that run jobs: a number of local processes, or a Dask cluster at an address (default: automatic)."""
 
     processes: int | None = None
     cluster: str | None = None

@@ -38,7 +38,7 @@ def analyse_pickup(
     A law of motion may be given instead of a path.
     A path is closed, in mm from the sun's centre, which it leaves outside, in the order of a carrier that turns
     counter-clockwise; given alone it takes all else from yu2023. What cannot be gears is refused with the carrier angle
-    and the place on the path. `ends = "smooth"` in [law] keeps the tip's velocity from jumping at the dwell.
+    and the place on the path. `ends = "smooth"` in [law] prevents jumps of the tip's velocity at the dwell.
     """
     console = Console(as_json)
     with console.outcome():

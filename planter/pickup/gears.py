@@ -209,7 +209,7 @@ def compute_locking_arcs(train: PickupTrain) -> Locking | None:
     """The locking arcs of a train that dwells, between the teeth next to the dwell, or None if none would hold.
 
     Where no teeth lead to the dwell they are as large as the larger of the sun's pitch radii where the teeth end, and
-    the intermediate gear's tips beside them are taken for circles.
+    the adjacent tips of the intermediate gear are taken for circles.
     """
     dwell = train.law.dwell
     if dwell is None:

@@ -1,4 +1,4 @@
-"""Ranges and variances of the force that the exact model can attain: searches, and the Pareto front beside a paper.
+"""Attainable ranges and variances of the exact model's force: searches, and the Pareto front compared with a paper.
 
 The searches are L-BFGS-B with exact gradients from several starts, range and contact as growing penalties. They are
 heuristic: known inputs attain every point of a front, and nothing proves that no point lies beyond.

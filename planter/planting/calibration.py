@@ -69,7 +69,7 @@ def calibrate(
 ) -> CalibrationFound:  # fmt: skip
     """ForceFit the undisclosed inputs of a machine to a target in both models; the result speaks of `model` first.
 
-    `laws` are those of the cam's flanks that are tried, all of them where there are none; `means` says what fits them,
+    `laws` are the laws of the cam's flanks to try, by default all; `means` says what fits them,
     with the same results. Raises InputError for a target or a law that there is not.
     """
     figures = _find_target(target)

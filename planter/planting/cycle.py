@@ -112,7 +112,7 @@ def sample_angles(samples: int) -> Array:
 
 
 def name_over_samples(name: str, samples: int) -> str:
-    """Return the name of a number that is that of so many samples of a cycle, not the true one."""
+    """Return the name of a number computed from samples of a cycle, not exactly."""
     return f"{name}, {samples} samples"
 
 

@@ -142,7 +142,7 @@ AROUND = 180
 
 
 def summarise_stages(turn: DesignTurn) -> tuple[list[StageFound], list[str]]:
-    """Both stages at a design, and what could not be told of them."""
+    """Return both stages at a design, and notes on values that are not available."""
     stages = [_stage(turn, index) for index in (0, 1)]
     return stages, _notes(turn, stages)
 

@@ -227,7 +227,7 @@ class Machine(Document):
         cls, table: Mapping[str, Any], source: str, changes: Mapping[str, float] | None = None,
         changed: tuple[str, ...] = (),
     ) -> Self:  # fmt: skip
-        """The validated content of a file, as `Document.read`; points of the tip's path may stand in a CSV beside."""
+        """Return the validated content of a file; points of the tip's path may be in a CSV file next to it."""
         return super().read(inline_points(table, "requirements", source), source, changes, changed)
 
     def check_names(self, names: tuple[str, ...]) -> None:

@@ -186,7 +186,7 @@ def _arc(radius: float, start: float, end: float) -> Array:
 
 
 def _cam(device: Device) -> list[Mark]:
-    """Cam angles, clockwise from where the roller stands at the beginning."""
+    """Cam angles, clockwise from the initial position of the roller."""
     cam, centre = device.machine.cam, np.zeros(2)
     ends = {"delta_r0": cam.rise_delta_deg[0], "delta_r1": cam.rise_delta_deg[1],
             "delta_f0": cam.fall_delta_deg[0], "delta_f1": cam.fall_delta_deg[1]}  # fmt: skip

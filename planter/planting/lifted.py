@@ -1,4 +1,4 @@
-"""What assumptions of the exact model do: it is run again with one of them lifted, and what changes is told.
+"""Effects of the exact model's assumptions: the model is evaluated again with one assumption relaxed.
 
 The derived model `planting_lifted` takes what is lifted as inputs, a value for each angle; with zeros it is the exact
 model.
@@ -92,7 +92,7 @@ class LiftedModel:
     ) -> LiftedCycle:
         """A turn with values of what is lifted, one for all or one for each angle of side 1, over a whole turn.
 
-        `changes` are other values of constants, in SI, by where they stand in the machine file. What is lifted is the
+        `changes` are other values of constants, in SI, by their paths in the machine file. What is lifted is the
         same on side 2, half a turn behind, unless `behind` has values for it, one for each of its angles of a turn.
         """
         rows = self._rows(lifted or {}, len(phi))

@@ -73,7 +73,7 @@ def _mount_values(device: Device, d: Any, distances: Sequence[Any]) -> Any:
 
 
 def _mounted_function(device: Device, size: int) -> ca.Function:
-    """Return d (v + 2,) -> the values (v,) that work like it, from the centre distances of its own pitch curves."""
+    """Return d (v + 2,) -> equivalent values (v,), from the centre distances of its pitch curves."""
     d = ca.SX.sym("d", size + len(DEVIATIONS))
     ends = device.size - np.cumsum([len(stage.names) for stage in reversed(device.stages)])[::-1]
     distances = [

@@ -80,7 +80,7 @@ class Device:
         self.functions = Functions(model, self.stages, functions.build_flank_function(machine.cam.flank))
 
     def _take(self, machine: Machine) -> None:
-        """Take the numbers of a machine in SI: design and bounds (p,), and what the model takes beside them (c,)."""
+        """Take the numbers of a machine in SI: design and bounds (p,), and the model's other inputs (c,)."""
         self.machine, numbers = machine, machine.numbers()
         design = self.scale * [machine.design[name] for name in self.names]
         constants = [numbers[e["shown"]] * units.factor(e["shown"]) for e in self._vectors["machine"]]
@@ -175,7 +175,7 @@ class Device:
         for name in values:
             if name not in self.names:
                 hint = paths.suggest_names(name, self.names)
-                raise InputError(f"{name} is no design parameter of {self.machine.name}: {hint}")
+                raise InputError(f"{name} is not a design parameter of {self.machine.name}: {hint}")
         design = self.design.copy()
         for name, value in values.items():
             index = self.names.index(name)
@@ -187,7 +187,7 @@ class Device:
         return {name: float(value) for name, value in zip(self.names, x / self.scale, strict=True)}
 
     def show(self) -> Any:
-        """A widget of a notebook that shows the device as it moves. Raises InputError where anywidget is missing."""
+        """Return a notebook widget that animates the device. Raises InputError if anywidget is missing."""
         from planter.view.animation import show_object
 
         return show_object(self)

@@ -106,8 +106,8 @@ FIELDS = (OBJECTIVE, "range_N", "variance_N2", "mean_N")
 class CycleObjective:
     """Objective (31) of a device over N samples of a turn, and its exact gradient; designs x are (p,) in SI.
 
-    Compiles what it needs at the first use and keeps it in the user's cache; without a compiler it works all the same,
-    slower. Threads may share an object: each computes in memory of its own.
+    Functions are compiled at the first use and stored in the user's cache; without a compiler evaluation is slower.
+    Threads may share an object: each has separate memory.
     Raises ComputationError where a result is not finite, CallError for a design of another shape or not finite.
     """
 
@@ -284,10 +284,10 @@ def evaluate_many(
     """The objective over a turn of many designs (m, p) [SI], with its `gradients` if they are asked for.
 
     Of any other machine, as `load_mechanism` returns it, `outputs` by name, which are those of `planter sweep`; the
-    designs are then those of its moved values. `progress` is told how many are done. Beyond the result only some chunks
-    are in memory, whatever m is. Raises CallError for designs of another shape, ComputationError, with the row, for one
-    that is not finite or has no finite force; other machines have no numbers there. Ctrl-C ends it after the chunks in
-    hand.
+    designs are then those of its moved values. `progress` receives the number of evaluated designs. Beyond the result
+    only some chunks are in memory, whatever m is. Raises CallError for designs of another shape, ComputationError, with
+    the row, for one that is not finite or has no finite force; other machines have no numbers there. Ctrl-C ends it
+    after the chunks in hand.
     """
     if isinstance(device, EngineMachine):
         return evaluate_outputs(device, designs, outputs, samples, progress, threads, gradients)

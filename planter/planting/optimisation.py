@@ -74,7 +74,7 @@ def find_feasible_point(
 ) -> Array:
     """Return a point u (p,) that satisfies the constraints of a problem.
 
-    Raises InfeasibleRequirementsError, with the least violation, if there is none, ComputationError if not even
+    Raises InfeasibleRequirementsError, with the smallest violation, if no point does, ComputationError if not even
     one with the lengths was found.
     """
     assert task.constraints is not None
@@ -116,7 +116,7 @@ def prepare_device_descents(
 class DeviceOptimum(OptimiserResult):
     """A device's optimum: `design` x (p,) in SI.
 
-    `insensitive` spans the directions that the force does not feel at the optimum, each [{name: weight}, ...] in
+    `insensitive` spans the directions in which the force does not change at the optimum, each [{name: weight}, ...] in
     parts of the box width: along these the design is not determined.
     """
 
@@ -252,7 +252,7 @@ class Optimisation:
         return self.optimum
 
     def show(self) -> Any:
-        """A widget of a notebook that shows the optimum as it moves, the path of the tip before beneath.
+        """Return a notebook widget that animates the optimum, with the path of the tip before.
 
         Raises InputError where anywidget is missing.
         """

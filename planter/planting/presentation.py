@@ -229,7 +229,7 @@ def _list_calibration_sections(result: CalibrationFound) -> Iterator[Section]:
 
 
 def _describe_fit(fit: ModelFitted, target: Mapping[str, float]) -> Iterator[Block]:
-    """Yield how near a model comes to the target, how far its inputs are from the machine's, and the best misses."""
+    """Yield a model's errors against the target, the distance of its inputs from the machine's, and the best misses."""
     rows = [
         (name(key), value, fit.reached[key], units.unit(key), fit.miss_percent[key]) for key, value in target.items()
     ]

@@ -80,7 +80,7 @@ class EnclosedForce:
     def without(self) -> tuple[str, ...]:
         """Design parameters that cannot change the force, as was proved when its code was generated.
 
-        A stage does not feel its length, if it has but one and all that is felt is shared by similar curves.
+        A stage does not depend on its length if it has a single length and similar curves give the same results.
         """
         vectors = self.device.sidecar["vectors"]
         mounting = [entry["shown"] for entry in vectors["mounting"] if entry["name"] in self._insensitive]
@@ -93,7 +93,7 @@ class EnclosedForce:
 class StageEnclosure:
     """A stage over boxes of its parameters; what it hoists is remembered for some of them.
 
-    Where all that is felt of it is shared by similar curves, the curve of unit size is enclosed: its first length is 1.
+    If similar curves give the same results, the curve of unit size is enclosed: its first length is 1.
     """
 
     def __init__(self, stage: Stage, felt: Sequence[str]) -> None:
@@ -106,7 +106,7 @@ class StageEnclosure:
 
     @property
     def without(self) -> tuple[str, ...]:
-        """The one length of a curve of which nothing is felt that it changes."""
+        """The length of a curve that has no effect on the results."""
         return (self.stage.names[self._lengths[0]],) if len(self._lengths) == 1 else ()
 
     def meshing(self, xp: JetNamespace, jets: Sequence[Jet]) -> PitchCurveEnclosure:
@@ -146,7 +146,7 @@ class StageEnclosure:
 
 @dataclass(frozen=True)
 class PitchCurveEnclosure:
-    """A pitch curve with its conjugate over a box: what its generated code hoists, and what a lane is told."""
+    """A pitch curve with its conjugate over a box: the invariants of its generated code, and the inputs of a lane."""
 
     module: ModuleType
     parameters: Sequence[Jet]
@@ -169,7 +169,7 @@ def _sine_series(_xp: JetNamespace, u: Jet, b: Sequence[Jet]) -> Jet:
 def add_proof(
     optimisation: Optimisation, seconds: float = SECONDS, progress: Listener | None = None, means: Means = AUTO
 ) -> Optimisation:
-    """Return an optimum with the proof of the best design over samples, in so many seconds.
+    """Return an optimum with the proof of the best design over samples, within a time [s].
 
     `means` says what bounds the boxes: a proof that ends before its time is up does not depend on it.
     """

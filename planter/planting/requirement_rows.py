@@ -62,7 +62,7 @@ class RequirementRow:
 class RowValues:
     """Rows at a design: values (k,) in SI and their angles (k,): phi, or u for pitch curves [rad].
 
-    `inputs` are the angles and weights that the graph takes beside design and constants.
+    `inputs` are the angles and weights that the graph takes in addition to design and constants.
     """
 
     x: Array
@@ -319,7 +319,7 @@ class RequirementRows:
 
 
 class _GraphInputs:
-    """Inputs of the graph beside design and constants, created on first use."""
+    """Inputs of the graph in addition to design and constants, created on first use."""
 
     def __init__(self) -> None:
         self.symbols: dict[str, ca.MX] = {}

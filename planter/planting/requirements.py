@@ -206,7 +206,7 @@ class RequirementConstraints(Constraints):
         return None if device.machine.requirements is None else cls(device)
 
     def values(self, x: Array) -> Array:
-        """Return the rows in steps. Raises ComputationError if a design has none."""
+        """Return the rows in steps. Raises ComputationError if a design has no values."""
         scaled: Array = self.measures.at(x).values / self.step
         return scaled
 

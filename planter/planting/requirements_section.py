@@ -86,13 +86,13 @@ class Limited(Section):
             yield from self._problems(kind)
         line: float | None = getattr(self, SOIL_LINE)
         if line is not None and getattr(self, *_SOIL) is not None:
-            yield refused(SOIL_LINE, line, f"the soil stands at {SOIL_LINE} or at {_SOIL[0]}, not at both")
+            yield refused(SOIL_LINE, line, f"the soil level is {SOIL_LINE} or {_SOIL[0]}, not both")
 
     def _problems(self, kind: RequirementKind) -> Problems:
         low, high, margin = (self.limit(kind.name, side) for side in ("min", "max", "margin"))
         if low is None and high is None:
             if margin is not None:
-                yield refused(kind.key("margin"), margin, f"it must stand beside a limit such as {_first_key(kind)}")
+                yield refused(kind.key("margin"), margin, f"it requires a limit such as {_first_key(kind)}")
             return
         for need in kind.needs:
             if getattr(self, need) is None and not (need in _SOIL and getattr(self, SOIL_LINE) is not None):
@@ -106,7 +106,7 @@ class Limited(Section):
             yield refused(kind.key("max"), high, "it must be greater than its margin")
 
     def limit(self, name: str, part: str) -> float | None:
-        """A limit or margin as the file shows it; None where the file has none."""
+        """A limit or margin as the file shows it; None if the file has no limit."""
         value: float | None = getattr(self, BY_NAME[name].key(part), None)
         return value
 

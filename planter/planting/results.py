@@ -34,7 +34,7 @@ class PlantingWarning(WarningRecord):
 
 @dataclass(frozen=True)
 class RequirementResult(Record):
-    """A requirement at a design: null limits and places where it has none; `of` says which gear or pair is meant."""
+    """A requirement at a design: limits and angle may be null; `of` says which gear or pair is meant."""
 
     name: str
     value: float
@@ -52,7 +52,7 @@ class RequirementResult(Record):
 
 @dataclass(frozen=True)
 class Violation(Record):
-    """A requirement that has to give way: by `amount` in `unit`, its limit of `key` to `relaxed`."""
+    """A requirement that must be relaxed: by `amount` in `unit`, its limit of `key` to `relaxed`."""
 
     name: str
     amount: float
@@ -159,7 +159,7 @@ class Lifted(Record):
 class SimulationFound(Record):
     """`planter simulate`: a machine's own design over a turn; `requirements` where its file has any.
 
-    `objective` and `support_force` are those of so many `samples`, `refined` those of true extremes and integrals.
+    `objective` and `support_force` are evaluated over `samples` samples, `refined` by true extremes and integrals.
     """
 
     machine: str
@@ -201,7 +201,7 @@ class DeviceEvaluationCounts(Record):
 
 @dataclass(frozen=True)
 class HeldBound(Record):
-    """A bound that holds the optimum, and what the objective would lose per unit of the box if it gave way."""
+    """An active bound, and the decrease of the objective per unit of the bounds' width if it were relaxed."""
 
     name: str
     side: str
@@ -210,7 +210,7 @@ class HeldBound(Record):
 
 @dataclass(frozen=True)
 class HeldRequirement(Record):
-    """A requirement that holds the optimum, and what the objective would lose per unit of it if it gave way."""
+    """An active requirement, and the decrease of the objective per unit if it were relaxed."""
 
     name: str
     side: str
@@ -387,7 +387,7 @@ class LargestRange(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class CalibrationFound(ModelFitted):
-    """`planter calibrate`: fitted inputs, how near they come to the target, and how little that settles.
+    """`planter calibrate`: fitted inputs, their errors against the target, and what the target determines.
 
     Its own figures are those of the `model` that was asked for; `models` holds what was found for each.
     """
@@ -451,7 +451,7 @@ class Proposal(Record):
 
 @dataclass(frozen=True)
 class ComparisonFound(Record):
-    """`planter compare`: pairs by rank; a proposal where none keeps the requirements.
+    """`planter compare`: pairs by rank; a proposal if no pair satisfies the requirements.
 
     `samples` names the kind of all objectives, ranges and variances: "refined", true extremes and integrals.
     """

@@ -125,7 +125,7 @@ class Simulation:
     device: Device
 
     def show(self) -> Any:
-        """A widget of a notebook that shows the device as it moves. Raises InputError where anywidget is missing."""
+        """Return a notebook widget that animates the device. Raises InputError if anywidget is missing."""
         return self.device.show()
 
     def to_frame(self) -> DataFrame:

@@ -53,7 +53,7 @@ class PlantingSweepAdapter(MachineAdapter):
         return _build_machine(Device(machine), DEVIATIONS)
 
     def default_outputs(self, machine: MachineFile) -> Sequence[str]:
-        """Return the objective, what it is made of, and the motor's torque."""
+        """Return the objective, its components, and the motor's torque."""
         return "objective", "support_range_N", "support_max_N", "M_L_max_Nm", "M_L_rms_Nm"
 
     def frozen(self, machine: MachineFile) -> dict[str, Any]:

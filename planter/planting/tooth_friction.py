@@ -234,7 +234,7 @@ def compute_maximum_forces(teeth: ToothedTurn) -> dict[str, float]:
 
 
 def _bound_shared_force(shared: LiftedCycle, alone: Sequence[LiftedCycle], name: str) -> float:
-    """The largest size of a force that both sides add up to, each with any pair of its own alone at each mesh."""
+    """The largest size of a force that both sides add up to, each with any single pair of teeth at each mesh."""
     base = _vector(shared, name)
     more = [_vector(turn, name) - base for turn in alone]
     behind = [np.roll(part, base.shape[1] // 2, axis=1) for part in more]

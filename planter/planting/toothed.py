@@ -211,7 +211,7 @@ def _find_length_indices(device: Device, stage: int) -> list[int]:
 
 
 def _list_broken_requirements(device: Device, x: Array) -> list[str] | None:
-    """Names of the requirements that a design (p,) breaks; None where its machine has none."""
+    """Names of the requirements that a design (p,) breaks; None if the machine has no requirements."""
     if device.machine.requirements is None:
         return None
     return list(_names(device, x))

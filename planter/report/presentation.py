@@ -176,7 +176,7 @@ def describe_basis(
 
 
 def list_warning_sections(warnings: Sequence[str | WarningRecord]) -> list[Section]:
-    """Return a section of warnings, or nothing if there are none."""
+    """Return a section of warnings, or an empty list."""
     return [Section("Warnings", [Items([str(warning) for warning in warnings], "warning")])] if warnings else []
 
 

@@ -93,7 +93,7 @@ class ResolvedMachine:
         return choices
 
     def path(self, name: str, label: str) -> str:
-        """Return the full path of an input. Raises InputError, which begins with `label`, if there is none."""
+        """Return the full path of an input. Raises InputError, which begins with `label`, if it does not exist."""
         return find_full_name(name, self.inputs, label, "inputs")
 
     def hash_curves(self, outputs: Sequence[str]) -> dict[str, Any]:
@@ -120,7 +120,7 @@ class ResolvedMachine:
 def find_full_name(name: str, meanings: Mapping[str, str], label: str, kind: str) -> str:
     """Return the key of `meanings` that is `name`, or the only one that ends in it.
 
-    Raises InputError, which begins with `label` and names the `kind` of the names, if there is none or several.
+    Raises InputError, which begins with `label` and names the `kind` of the names, unless there is exactly one.
     """
     candidates = paths.Names(list(meanings)).candidates(name)
     if len(candidates) == 1:

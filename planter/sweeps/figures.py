@@ -63,7 +63,7 @@ class SweepData:
 
     @cached_property
     def kinds(self) -> list[tuple[str, Flags]]:
-        """Masks (m,) of the rows of each text of the first input with texts; a mask of all rows if there is none."""
+        """Masks (m,) of the rows of each text of the first input with texts; a mask of all rows without one."""
         if self._split is None:
             return [("", np.ones(len(self.points), dtype=bool))]
         return [(text, self.column(self._split) == i) for i, text in enumerate(self.inputs[self._split].texts or ())]

@@ -212,7 +212,7 @@ class Sweep:
         })  # fmt: skip
 
     def find_column(self, name: str) -> str:
-        """Return the name of the column of a name of the plan. Raises InputError if there is none."""
+        """Return the name of the column of a name of the plan. Raises InputError if it does not exist."""
         meanings = dict.fromkeys([*self.inputs, *self.outputs], "")
         return find_full_name(name, meanings, f"{self.plan.source}: map: {name}", "inputs and outputs")
 

@@ -58,7 +58,7 @@ class Console:
         rich.print()
 
     def say(self, text: str) -> None:
-        """Tell something beside the result, on standard error."""
+        """Print a note on standard error."""
         streams.tell(safe_text.sanitise_line(text))
 
     def progress(self, at: Progress) -> None:
@@ -86,7 +86,7 @@ class Console:
             self.fail(error)
 
     def fail(self, error: PlanterError) -> NoReturn:
-        """End with an error's sentence and exit code, with JSON also its object; a signal has a code of its own."""
+        """End with an error's sentence and exit code, with JSON also its object; each signal has a different code."""
         signals.ignore()
         streams.tell(f"planter: {error.message}")
         if self.as_json and error.exit_code != InputError.exit_code:

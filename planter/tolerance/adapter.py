@@ -50,7 +50,7 @@ class ToleranceAdapter(adapter.SweepAdapter, Protocol):
         """Return the values of the inputs in the file, in display units."""
 
     def tolerances(self, machine: Any) -> Mapping[str, Mapping[str, Any]]:
-        """Return the default tolerances as the table of a file, empty if the kind has none."""
+        """Return the default tolerances as the table of a file, empty if the kind has no defaults."""
 
     def robust(
         self, machine: Any, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings,

@@ -223,7 +223,7 @@ def _bands(case: ToleranceCase, rows: Array) -> dict[str, Band]:
 
 
 def default_tolerances(resolved: ResolvedMachine) -> Tolerances:
-    """Return the default tolerances of a machine. Raises InputError if its kind has none."""
+    """Return the default tolerances of a machine. Raises InputError if its kind has no defaults."""
     table = cast(ToleranceAdapter, resolved.adapter).tolerances(resolved.machine)
     if not table:
         raise InputError(f"{resolved.source}: this machine has no default tolerances; add --tolerances FILE")

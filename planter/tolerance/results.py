@@ -24,7 +24,7 @@ class Band(Record):
     """Distribution of an output by Monte Carlo; `nominal` is its value at the centre of the tolerances.
 
     `mean_error` is the standard error of the mean, `missing` the number of machines without a cycle, and
-    `first_order_std` the standard deviation from exact gradients, null if the machine has none.
+    `first_order_std` the standard deviation from exact gradients, null if the machine has no gradients.
     """
 
     nominal: float

@@ -1,4 +1,4 @@
-"""Drawings with symbols: a scene at one moment, with named points, lengths and angles, and their names beside it.
+"""Drawings with symbols: a scene at one moment, with named points, lengths and angles, and their names next to it.
 
 Lengths in mm, angles in deg, y upwards, as in a scene.
 """

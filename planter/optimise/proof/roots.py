@@ -205,7 +205,7 @@ def enclose_roots(space: Space, start: Array, residual: Residual) -> list[Jet]:
     Newton's step N(A) = s - f_a(A)^-1 f(s) from a point s maps balls A into themselves: then A holds exactly one root
     at each design. Its derivatives solve f_a a' = -f_x and f_a a'' = -(f_xx + 2 f_xa a' + f_aa a' a'). On the right is,
     at each design x*, the gradient of f(a(x*), x), with constants in place of roots, and the Hessian of f along the
-    lines a(x*) + a'(x*) (x - x*). Derivatives narrow the values from which they are computed, hence two passes.
+    lines a(x*) + a'(x*) (x - x*). Derivatives narrow the values from which they are computed; therefore two passes.
 
     Lanes without a ball that is mapped into itself are NaN. Raises Unbounded if no lane has one.
     """

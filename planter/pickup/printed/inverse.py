@@ -30,7 +30,7 @@ class TipMotion:
 
 
 def trace_motion(inputs: Inputs, bars: Array, phi5: Array, phi1: Array) -> TipMotion:
-    """What bars draw at some angles, on the carrier of the paper."""
+    """Return the path of bars at some angles, on the carrier of the paper."""
     still = {"g": np.zeros(len(phi5)), "omega": 0.0}
     motion = load(MODEL)("motion", phi5=phi5, phi1=phi1, triangle=_triangle(inputs, bars), **still)
     return TipMotion(bars, phi5, phi1, np.column_stack([motion["x_S"], motion["y_S"]]))
@@ -62,7 +62,7 @@ def bar(inputs: Inputs) -> float:
 
 @formula("bar from a spline through points of its path")
 def bar_from_points(inputs: Inputs) -> float:
-    """The same from a closed cubic spline through points of that path, equally spaced in t, by chord length [mm]."""
+    """Return the bars from a closed cubic spline by chord length [mm] through points of that path, even in t."""
     count = inputs["value_points"]
     extremes = PathSpline(of_law(inputs, TURN * np.arange(count) / count).tip).extremes(0.0)
     distances = [extreme.distance for extreme in extremes]

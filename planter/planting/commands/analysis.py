@@ -115,7 +115,7 @@ def sensitivity(
 
     The result has its gradient, and combinations of parameters that have no effect.
 
-    For a mechanism of your own the objective is that of its file, or --least; by true extremes unless --samples says
+    For your mechanism the objective is that of its file, or --least; by true extremes unless --samples says
     a number. A value without bounds counts by its size.
     """
     console = Console(as_json)
@@ -164,7 +164,7 @@ def drive(
 
     The torque of the motor falls with its speed.
 
-    A mechanism of your own needs `acceleration=` in its statement, Mechanism(..., speed=q.omega, acceleration=q.eps).
+    Your mechanism needs `acceleration=` in its statement, Mechanism(..., speed=q.omega, acceleration=q.eps).
     For example: planter drive wang2017 --stall-Nm 6 --idle-rpm 42 --flywheel-kgm2 0.4
     """
     console = Console(as_json)

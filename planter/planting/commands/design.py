@@ -78,8 +78,7 @@ def optimise(
     method: Annotated[
         Method | None,
         typer.Option(
-            help="genetic algorithm (ga), local searches (ipopt), or both [default: hybrid; ipopt for a mechanism of "
-            "your own]",
+            help="genetic algorithm (ga), local searches (ipopt), or both [default: hybrid; ipopt for your mechanism]",
             show_default=False,
         ),
     ] = None,
@@ -239,7 +238,7 @@ CAM_EPILOG = (
 def cam(
     machine: Annotated[
         str,
-        typer.Argument(help="a machine file, a built-in machine, or a mechanism of your own", show_default=False),
+        typer.Argument(help="a machine file, a built-in machine, or your mechanism", show_default=False),
     ],
     roller_mm: Annotated[float, typer.Option(metavar="R", help="radius of the roller", show_default=False)],
     y: Annotated[
@@ -273,7 +272,7 @@ def cam(
 
     The result has contour, pressure angle, undercut margin and speed of lift-off; --out writes DXF, CSV and STEP.
 
-    Of a planting device it is the end-face cam, unrolled and in space; of a mechanism of your own the disc that turns
+    Of a planting device it is the end-face cam, unrolled and in space; of your mechanism the disc that turns
     with its angle.
     """
     console = Console(as_json)

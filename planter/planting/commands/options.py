@@ -43,7 +43,7 @@ def load_device_file(source: str, set_: Sequence[str] | None, speed_rpm: float |
 
     if machines.takes(source):
         raise InputError(
-            f"{source}: this is the file of a mechanism of your own, but it must be that of a planting device, with "
+            f"{source}: this is the file of a user-defined mechanism, but it must be that of a planting device, with "
             "two stages of gears, a cam and nozzles"
         )
     return file.load(source, changes(set_, {"operation.speed_rpm": speed_rpm}))
@@ -64,7 +64,7 @@ def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None)
 
 
 def is_other(source: str) -> bool:
-    """Return whether a source is a machine that is no planting device."""
+    """Return whether a source is a machine other than a planting device."""
     from planter.engine.machine import find_machine_package
     from planter.planting.machines import takes
 

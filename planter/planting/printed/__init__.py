@@ -1,1 +1,1 @@
-"""Printed numbers of the planting device's paper, and the formulas that compute them anew."""
+"""Printed numbers of the planting device's paper, and the formulas that recompute them."""

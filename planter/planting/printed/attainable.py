@@ -1,4 +1,4 @@
-"""What the exact model can attain beside wang2017's table 1, and the sizes of its effects in the paper's experiment."""
+"""Attainable forces of the exact model compared with table 1 of wang2017, and its effects in the experiment."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class SpeedDependence:
 def describe_experiment(
     device: Device, observed_rpm: tuple[float, float], measured: Mapping[str, float]
 ) -> dict[str, Any]:
-    """Return the sizes of the effects that the exact model can compute, beside a measured range [N]."""
+    """Return the sizes of the effects that the exact model can compute, compared with a measured range [N]."""
     model = LiftedModel(device)
     low, high = (rpm * RPM for rpm in observed_rpm)
     steady = SpeedDependence.from_model(model, MIN_SAMPLES)

@@ -162,7 +162,7 @@ def _entry(
 
 
 def _forces(machine: BothModels, figures: Mapping[str, float]) -> Iterator[Entry]:
-    """The headline numbers of the force, and the objective, in both models beside the paper's own."""
+    """The headline numbers of the force, and the objective, in both models and in the paper."""
     by_print, derived = machine.headlines("printed"), machine.headlines("exact")
     for key, name in HEADLINES.items():
         unit = "N2" if key.endswith("N2") else "N"
@@ -251,7 +251,7 @@ def _objective(machine: BothModels, figures: Mapping[str, float]) -> Entry:
 
 
 def _tooth_angles(machine: BothModels, row: Mapping[str, Any]) -> Entry:
-    """Whether the support force feels the angles of the tooth forces at all."""
+    """Whether the support force depends on the angles of the tooth forces."""
     changes = {model: felt(row["machine"], model, row["tooth_inputs"], 0.1) for model in machine.devices}
     verb = "does not feel" if max(changes.values()) < _UNFELT else "feels"
     return _entry(

@@ -1,1 +1,1 @@
-"""What a person gets to see and keep of a planting device: page, figures, files."""
+"""Figures and scene of a planting device: page, figures, files."""

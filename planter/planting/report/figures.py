@@ -39,7 +39,7 @@ def draw_tip_path(
     `points` are those that the tip must pass (x, y) with the radii of their tubes [mm].
 
     `turn` holds columns of a whole turn under the names of `simulate` (`phi_deg`, `theta1_deg`, `x_A1_mm`, `x_B1_mm`,
-    `tip_x_mm` and their y, `tip_machine_x_mm`). Where the machine travels, the path over the ground is drawn beside it.
+    `tip_x_mm` and their y, `tip_machine_x_mm`). If the machine travels, second axes show the path over ground.
     """
     tip = np.array([turn["tip_machine_x_mm"], turn["tip_y_mm"]])
     travels = bool(np.abs(turn["tip_x_mm"] - tip[0]).max() > 1e-6)
@@ -210,7 +210,7 @@ def _name_points(axes: Axes, gearing: Gearing) -> None:
 
 
 def _name_curves(axes: Axes, gearing: Gearing) -> None:
-    """Names each curve beside the point of it that is farthest from the other curves and from other names."""
+    """Write the name of each curve next to its point that is farthest from the other curves and from other names."""
     labelled_points: list[Array] = []
     for index, curve in enumerate(gearing.curves):
         other_points = np.hstack([c.points for i, c in enumerate(gearing.curves) if i != index])

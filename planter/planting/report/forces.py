@@ -189,7 +189,7 @@ def _index(columns: Mapping[str, Array], angle: float) -> int:
 
 
 def _name_angles(axes: Axes, cycles: Mapping[str, Mapping[str, Array]], name: str) -> None:
-    """Quarter turns beside their dots; a dot too close to one that has its name already goes without."""
+    """Write quarter turns next to their dots; a dot too close to one that has its name already goes without."""
     forces = {model: np.array([c[f"{name}x_N"], c[f"{name}y_N"]]) for model, c in cycles.items()}
     size = max(float(np.ptp(force, axis=1).max()) for force in forces.values())
     labelled_points: list[Array] = []

@@ -27,7 +27,7 @@ WITHIN = 0.025 * DEFAULT_MODULE
 def build_tooth_outlines(device: Device, x: Array) -> tuple[Body, ...]:
     """Return the outlines of sun, gear 5, gear 6 and planet gear of a design x (p,) in SI; none if they cannot be cut.
 
-    Each is turned about its gear's axis as it stands on side 1 while the carrier is at 0.
+    Each is turned about its gear's axis to its position on side 1 at carrier angle 0.
     """
     try:
         train = cut_gear_train(device, (ORDER, ORDER), x)
