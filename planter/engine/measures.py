@@ -424,7 +424,7 @@ class _Reader:
             measured(unit)
         except ValueError as error:
             self.index = begin
-            self.fail(f"is no unit ({error})")
+            self.fail(f"is not a unit ({error})")
         return unit
 
     def _read_extremum(self) -> Extremum:

@@ -126,7 +126,7 @@ def numbers(folder: Path, change: tuple[str, str]) -> Path:
         (('"max s"', '"s"'), r"number\[0\]\.quantity = 's': .*it must be MEASURE"),
         (('"max s"', '"s at 2 s"'), r"number\[0\]: s at 2 s: an angle drives slider_crank"),
         (('unit = "mm"', 'unit = "N"'), r"number\[0\]\.unit = 'N': max s is in m"),
-        (('unit = "mm"', 'unit = "ell"'), r"number\[0\]\.unit = 'ell': ell is no unit"),
+        (('unit = "mm"', 'unit = "ell"'), r"number\[0\]\.unit = 'ell': ell is not a unit"),
         (("mu = 0.1", "muu = 0.1"), r"assumed\.muu: .* did you mean mu\?"),
         (("{ omega_rpm = [300, 600] }", "{ omega_rpm = [300, 600], r = [1, 2] }"), r"number\[3\]\.each\.r"),
     ],

@@ -69,9 +69,9 @@ def test_units_are_converted_to_those_of_results(machine: Machine) -> None:
 
 @pytest.mark.parametrize(
     ("text", "part"),
-    [("F_Oxx <= 3", "did you mean F_Ox"), ("F_Ox <= 3 mm", "mm is no unit of F_Ox"), ("work s <= 3", "a power"),
-     ("s while beta <= 3 mm <= 4", "mm is no unit of beta"), ("variance s <= 3 mm", "mm is no unit"),
-     ("jump F_Ox <= 3 mm", "mm is no unit")],
+    [("F_Oxx <= 3", "did you mean F_Ox"), ("F_Ox <= 3 mm", "mm is not a unit of F_Ox"), ("work s <= 3", "a power"),
+     ("s while beta <= 3 mm <= 4", "mm is not a unit of beta"), ("variance s <= 3 mm", "mm is not a unit"),
+     ("jump F_Ox <= 3 mm", "mm is not a unit")],
 )  # fmt: skip
 def test_names_and_units_of_other_kinds_are_refused(machine: Machine, text: str, part: str) -> None:
     with pytest.raises(InputError, match=part):

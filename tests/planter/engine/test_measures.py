@@ -108,7 +108,7 @@ def test_text_reads_back_to_the_same() -> None:
         ("F where y is leas", ["'leas' at character 14", "did you mean least?"]),
         ("max F at 30", ["'at' at character 7", "max"]),
         ("mean F while y", ["the end", "NAME <= NUMBER"]),
-        ("mean F while y <= 3 mn", ["'mn' at character 21", "no unit"]),
+        ("mean F while y <= 3 mn", ["'mn' at character 21", "not a unit"]),
         ("mean F while y <= three", ["'three' at character 19", "no number"]),
         ("max F +", ["the end"]),
         ("", ["the end"]),

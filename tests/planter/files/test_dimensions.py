@@ -33,5 +33,5 @@ def test_a_square_is_in_the_square_of_the_unit() -> None:
 
 @pytest.mark.parametrize("text", ["furlong", "kmin", "N+m", "Nm", "mmm"])
 def test_invalid_unit_is_named(text: str) -> None:
-    with pytest.raises(ValueError, match="is no unit"):
+    with pytest.raises(ValueError, match="is not a unit"):
         measured(text)
