@@ -8,7 +8,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from .generated_folder import GENERATED, OwnError, add, changes, differences, write
+from .generated_folder import GENERATED, OwnError, add_files, list_changes, list_differences, write_folder
 
 WHAT = """code (the default): the models and families of this project; audit: what their papers claim, judged; or a FILE
 or FOLDER of your own, or the name of what an installed package offers. A file of your own is run as Python, with all
@@ -46,35 +46,35 @@ def _parser() -> argparse.ArgumentParser:
 
 def _derived(part: str, out: Path | None, check: bool, targets: Sequence[str], overwrite: bool) -> int:
     """Write or compare one part of our own, or what the user names; the exit status."""
-    from .generation import PARTS, VERDICTS, code, code_of
+    from .generation import PARTS, VERDICTS, derive_code, derive_user_code
 
     if targets and part in PARTS:
         if part != "code" or out is None or check:
             raise OwnError("--target: our own models are written in another language by `code --target NAME --out DIR`")
-        return _added(out, code(targets), part, overwrite)
+        return _added(out, derive_code(targets), part, overwrite)
     if part not in PARTS:
-        content, default_folder = code_of(part, targets)
+        content, default_folder = derive_user_code(part, targets)
         folder = out or default_folder
         return (
-            _compared(folder, changes(folder, content), len(content))
+            _compared(folder, list_changes(folder, content), len(content))
             if check
             else _added(folder, content, part, overwrite)
         )
     folder = out or (GENERATED if GENERATED.is_dir() else Path("generated"))
     if check:
         content = {name: text for derive_part in PARTS.values() for name, text in derive_part(None).items()}
-        return _compared(folder, differences(folder, content), len(content))
+        return _compared(folder, list_differences(folder, content), len(content))
     content = PARTS[part](folder / "audit.json")
     if folder != GENERATED:
         return _added(folder, content, part, overwrite)
     kept_files = VERDICTS if part == "code" else frozenset(p.relative_to(folder).as_posix() for p in folder.rglob("*"))
-    write(folder, content, kept_files)
+    write_folder(folder, content, kept_files)
     print(f"generated/: {len(content)} files of {part}")
     return 0
 
 
 def _added(folder: Path, content: dict[str, str], part: str, overwrite: bool) -> int:
-    add(folder, content, overwrite)
+    add_files(folder, content, overwrite)
     print(f"{folder}/: {len(content)} files of {part}")
     return 0
 

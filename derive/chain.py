@@ -9,7 +9,7 @@ from itertools import product
 import sympy as sp
 from sympy import Expr
 
-from .equations import Claimed, Equation, among
+from .equations import Claimed, Equation, find_claim
 from .functions import switch
 from .model import Let, LinearSolve, Step
 from .quantity import Quantity
@@ -25,7 +25,7 @@ class BlockError(ValueError):
     """A set of equations is not linear in its unknowns, or has too many cases."""
 
 
-def matched(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> dict[Quantity, Equation]:
+def match_equations(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> dict[Quantity, Equation]:
     """Match as many unknowns as possible to an equation each that contains them (augmenting paths)."""
     holds = {e.number: frozenset(e.residual.free_symbols) for e in equations}
     pairs: dict[Quantity, Equation] = {}
@@ -45,7 +45,7 @@ def matched(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> dict
 
 def closed_set(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tuple[list[Equation], list[Quantity]]:
     """A smallest closed set of the equations, in their order; both lists are empty where there is none."""
-    pairs = matched(equations, unknowns)
+    pairs = match_equations(equations, unknowns)
     needs = {u: [v for v in unknowns if v in e.residual.free_symbols] for u, e in pairs.items()}
     closures = [closure for u in pairs if (closure := _closure(u, needs)) is not None]
     if not closures:
@@ -67,7 +67,7 @@ def _closure(first: Quantity, needs: Mapping[Quantity, Sequence[Quantity]]) -> s
     return closure if closure <= needs.keys() else None
 
 
-def solved(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tuple[Step, ...]:
+def solve_set(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tuple[Step, ...]:
     """The steps that give the unknowns of a closed set.
 
     The set must be linear in them but for sizes ``Abs(N)`` of unknowns, as friction has them: it is solved for each
@@ -78,11 +78,11 @@ def solved(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tuple
         raise BlockError(f"{', '.join(map(str, sizes))} are sizes of unknowns; at most {MOST_CASES} can be told apart")
     source = "derived: " + "; ".join(e.source.removeprefix("derived: ") for e in equations)
     if not sizes:
-        return linear([e.residual for e in equations], unknowns, source)
+        return is_linear([e.residual for e in equations], unknowns, source)
     return _by_cases(equations, unknowns, sizes, source)
 
 
-def linear(residuals: Sequence[Expr], unknowns: Sequence[Quantity], source: str) -> tuple[Step, ...]:
+def is_linear(residuals: Sequence[Expr], unknowns: Sequence[Quantity], source: str) -> tuple[Step, ...]:
     """Steps that make residuals vanish which are linear in the unknowns; raises BlockError where one is not."""
     nothing = dict.fromkeys(unknowns, sp.S.Zero)
     rows, right = [], []
@@ -119,7 +119,7 @@ def _by_cases(
         named = {u: Quantity(f"{u}_case{number}", u.unit, f"{u.meaning}, case {number}", source) for u in unknowns}
         signed = {size: sign * size.args[0] for size, sign in zip(sizes, signs, strict=True)}
         residuals = [e.residual.xreplace(signed).xreplace(named) for e in equations]
-        steps += linear(residuals, list(named.values()), f"{source}; {_signs(signed)}")
+        steps += is_linear(residuals, list(named.values()), f"{source}; {_signs(signed)}")
         cases.append((named, sp.Min(*(s * named[a.args[0]] for a, s in zip(sizes, signs, strict=True)))))
     for unknown in unknowns:
         chosen: Expr = cases[-1][0][unknown]
@@ -129,11 +129,13 @@ def _by_cases(
     trues = [true for _, true in cases]
     strictly = sp.Add(*(switch(-true, sp.S.Zero, sp.S.One) for true in trues))
     any_ = switch(sp.Max(*trues), sp.S.One, sp.S.Zero)
-    steps.append(Let(states(unknowns[0]), sp.Max(strictly, any_), f"{source}; cases that are true to their signs"))
+    steps.append(
+        Let(friction_states(unknowns[0]), sp.Max(strictly, any_), f"{source}; cases that are true to their signs")
+    )
     return tuple(steps)
 
 
-def states(first: Quantity) -> Quantity:
+def friction_states(first: Quantity) -> Quantity:
     """Return the count of friction states that the balances allow, named after the first unknown solved with it."""
     return Quantity(f"{STATES}{first}", "1", f"states of friction in which {first} can be", "derived: elimination")
 
@@ -193,7 +195,7 @@ class Chain:
         bind: Mapping[sp.Symbol, Expr] | None = None,
     ) -> Chain:
         """A chain whose order says what each equation claims to be; raises ClaimError for what none of them does."""
-        solutions = [(among(equations, claim), unknown) for claim, unknown in order]
+        solutions = [(find_claim(equations, claim), unknown) for claim, unknown in order]
         return cls({e.number: e for e, _ in solutions}, [Solve(e.number, u) for e, u in solutions], bind or {})
 
     def replace(self, number: str, equation: Equation) -> Chain:
@@ -226,7 +228,7 @@ class Chain:
     def _steps(self, solve: Solve | Together) -> tuple[Step, ...]:
         if isinstance(solve, Solve):
             return (self._let(solve),)
-        return solved([self._bound(self.equations[number]) for number in solve.equations], solve.unknowns)
+        return solve_set([self._bound(self.equations[number]) for number in solve.equations], solve.unknowns)
 
     def _bound(self, equation: Equation) -> Equation:
         return replace(equation, residual=close_cases(equation.residual.xreplace(dict(self.bind))))
@@ -277,7 +279,7 @@ def ordered(equations: Sequence[Equation], unknowns: Sequence[Quantity], wanted:
     return Chain({e.number: e for e in equations}, order)
 
 
-def solvable(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> Chain:
+def select_solvable(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> Chain:
     """The order in which equations give as many of the unknowns as they can; the rest is taken as given.
 
     So is what they give only by an equation that is not linear in it.
@@ -317,11 +319,11 @@ def _together(equations: Sequence[Equation], unknowns: Sequence[Quantity], still
     open_unknowns = [u for u in unknowns if u in still_open]
     block, block_unknowns = closed_set(equations, open_unknowns)
     if not block_unknowns:
-        raise ChainError(undetermined(equations, open_unknowns))
+        raise ChainError(describe_undetermined(equations, open_unknowns))
     return Together(tuple(e.number for e in block), tuple(block_unknowns))
 
 
-def undetermined(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> str:
+def describe_undetermined(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> str:
     """Describe the unknowns that too few equations contain, with those equations."""
     occurrences = {u: [e.number for e in equations if u in e.residual.free_symbols] for u in unknowns}
     lines = "; ".join(f"{u} stands in {', '.join(numbers) or 'none'}" for u, numbers in occurrences.items())

@@ -24,34 +24,34 @@ TARGETS = "derive.targets"
 """Entry points by which an installed package adds a language."""
 
 
-def modules(package: ModuleType) -> list[ModuleType]:
+def import_modules(package: ModuleType) -> list[ModuleType]:
     """Every module in a package's folder and in the packages there."""
     infos = pkgutil.walk_packages(package.__path__, f"{package.__name__}.")
     return [import_module(name) for name in sorted(module.name for module in infos)]
 
 
-def installed(*groups: str) -> dict[str, EntryPoint]:
+def find_entry_points(*groups: str) -> dict[str, EntryPoint]:
     """Return the entry points of installed packages in some groups, by name."""
     return {entry.name: entry for group in groups for entry in sorted(entry_points(group=group))}
 
 
-def offered(some: Iterable[ModuleType], name: str) -> list[Any]:
+def list_offers(some: Iterable[ModuleType], name: str) -> list[Any]:
     """List the values of an attribute of all modules that have it, in their order."""
     return [getattr(module, name) for module in some if hasattr(module, name)]
 
 
-def files(path: Path) -> list[Path]:
+def find_files(path: Path) -> list[Path]:
     """The file itself, or those of a folder whose names do not begin with an underscore."""
     return [path] if path.is_file() else sorted(p for p in path.glob("*.py") if not p.name.startswith("_"))
 
 
 @contextmanager
-def loaded(path: Path) -> Iterator[list[ModuleType]]:
+def load_user_modules(path: Path) -> Iterator[list[ModuleType]]:
     """The modules of a file or folder, run by path; while they are used, they may import what lies beside them."""
     folder = str(path.parent if path.is_file() else path)
     sys.path.append(folder)
     try:
-        yield [_run(file) for file in files(path)]
+        yield [_run(file) for file in find_files(path)]
     finally:
         sys.path.remove(folder)
 

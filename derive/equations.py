@@ -131,19 +131,21 @@ class Equation:
         return isinstance(self.claims, Definition | Unclaimed)
 
 
-def stated(claim: Claimed, residual: Expr, defines: Quantity | None = None) -> Equation:
+def stated_equation(claim: Claimed, residual: Expr, defines: Quantity | None = None) -> Equation:
     """Build an equation that holds by the meaning of its symbols, so that nothing is derived."""
-    return replace(derived(claim, residual, defines), stated=True)
+    return replace(derived_equation(claim, residual, defines), stated=True)
 
 
-def derived(claim: Claimed, residual: Expr, defines: Quantity | None = None, relation: Relation = "=") -> Equation:
+def derived_equation(
+    claim: Claimed, residual: Expr, defines: Quantity | None = None, relation: Relation = "="
+) -> Equation:
     """Build a derived equation; its number is the claim's sentence."""
     return Equation(str(claim), residual, f"derived: {claim}", claim, defines=defines, relation=relation)
 
 
-def defined(claim: Claimed, symbol: Quantity, expr: Expr) -> Equation:
+def defining_equation(claim: Claimed, symbol: Quantity, expr: Expr) -> Equation:
     """Build the derived equation that a symbol equals an expression."""
-    return derived(claim, symbol - expr, symbol)
+    return derived_equation(claim, symbol - expr, symbol)
 
 
 def by_claim(equations: Iterable[Equation]) -> dict[Claimed, Equation]:
@@ -156,7 +158,7 @@ def by_claim(equations: Iterable[Equation]) -> dict[Claimed, Equation]:
     return equations_by_claim
 
 
-def among(by_claim: Mapping[Claimed, T], claim: Claimed) -> T:
+def find_claim(by_claim: Mapping[Claimed, T], claim: Claimed) -> T:
     """Return the value of a claim. Raises ClaimError that names the nearest claims if there is none."""
     if claim in by_claim:
         return by_claim[claim]

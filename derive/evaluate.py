@@ -168,12 +168,12 @@ class MachineFile:
     def si(self, place: str) -> mpf:
         """The number at ``section.key``, ``section.key[index]`` or ``section[index].key``, to the working precision."""
         value, key = self._at(place)
-        return mpf(str(value)) * scale(key)
+        return mpf(str(value)) * si_factor(key)
 
     def all_si(self, place: str) -> list[mpf]:
         """The numbers of a list."""
         values, key = self._at(place)
-        return [mpf(str(value)) * scale(key) for value in values]
+        return [mpf(str(value)) * si_factor(key) for value in values]
 
     def _at(self, place: str) -> tuple[Any, str]:
         """A value and its key."""
@@ -184,6 +184,6 @@ class MachineFile:
         return value, key
 
 
-def scale(key: str) -> mpf:
+def si_factor(key: str) -> mpf:
     """Return the factor to SI of the unit at the end of a key."""
     return next((scale() for ending, scale in _IN_SI.items() if key.endswith(ending)), mpf(1))

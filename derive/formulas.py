@@ -25,7 +25,7 @@ from mpmath import mpf
 from sympy import Expr
 
 from .chain import Chain, solve_linear
-from .equations import Claim, Claimed, ClaimError, Equation, Relation, among, by_claim, derived, what
+from .equations import Claim, Claimed, ClaimError, Equation, Relation, by_claim, derived_equation, find_claim, what
 from .evaluate import DIGITS, GUARD
 from .model import MESHES, PLACES, ClosedForm, Lane, Let, Mesh, System, build_function, sorted_steps
 from .quantity import NOTHING, Quantities, Quantity, Vector
@@ -108,7 +108,7 @@ class Formulas:
         >>> f.expr(what(q.a))
         R + r
         """
-        self._add(replace(derived(claim, residual, defines, relation), stated=named, where=where))
+        self._add(replace(derived_equation(claim, residual, defines, relation), stated=named, where=where))
 
     def expr(self, claim: Claimed) -> Expr:
         """Return the expression that a definition gives for its symbol, in the unit of the symbol.
@@ -181,7 +181,7 @@ class Formulas:
                 before = len(values)
                 for symbol, expr in formulas:
                     if symbol not in values and values.keys() >= expr.free_symbols:
-                        values[symbol] = value(expr, values)
+                        values[symbol] = evaluate_expression(expr, values)
         return values
 
     def mesh(self, tag: str, inner: tuple[str, Expr, Expr], outer: tuple[str, Expr, Expr]) -> None:
@@ -244,10 +244,10 @@ class Formulas:
         return step
 
     def _defined(self, claim: Claimed) -> tuple[Quantity, Expr]:
-        return _solved(among(self._definitions, claim))
+        return _solved(find_claim(self._definitions, claim))
 
 
-def value(expr: Expr, values: Mapping[Quantity, mpf]) -> mpf:
+def evaluate_expression(expr: Expr, values: Mapping[Quantity, mpf]) -> mpf:
     """An expression at known values, to the precision of the moment."""
     symbols, function = _function(expr)
     return mpf(function(*(values[s] for s in symbols)))

@@ -16,17 +16,17 @@ class OwnError(Exception):
 
 
 @contextmanager
-def blamed(path: Path) -> Iterator[None]:
+def blame_user_file(path: Path) -> Iterator[None]:
     """Turn what a file or folder raises into an OwnError."""
     try:
         yield
     except OwnError:
         raise
     except Exception as error:
-        raise OwnError(complaint(error, path)) from error
+        raise OwnError(describe_error(error, path)) from error
 
 
-def complaint(error: Exception, path: Path) -> str:
+def describe_error(error: Exception, path: Path) -> str:
     """The place in the user's files and what was raised, then the user's own lines of the traceback."""
     folder = (path if path.is_dir() else path.parent).resolve()
     frames = [frame for frame in traceback.extract_tb(error.__traceback__) if _in(folder, frame.filename)]
@@ -52,16 +52,16 @@ GENERATED = Path(__file__).parents[1] / "generated"
 """Where a checkout keeps what is derived."""
 
 
-def write(folder: Path, content: dict[str, str], kept_files: frozenset[str] = frozenset()) -> None:
+def write_folder(folder: Path, content: dict[str, str], kept_files: frozenset[str] = frozenset()) -> None:
     """Write every text; nothing that stands there besides is kept, but what other parts wrote."""
-    for stray in strays(folder, content):
+    for stray in list_strays(folder, content):
         if stray.relative_to(folder).as_posix() not in kept_files:
             stray.unlink()
     for name, text in content.items():
         _put(folder / name, text)
 
 
-def add(folder: Path, content: dict[str, str], overwrite: bool = False) -> None:
+def add_files(folder: Path, content: dict[str, str], overwrite: bool = False) -> None:
     """Write every text, or none where that would replace a file that was not derived, or that was edited since.
 
     What stands there besides is left alone. Each folder's list of hashes says what was derived; `overwrite` does not
@@ -123,12 +123,15 @@ def _hash(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def differences(folder: Path, content: dict[str, str]) -> list[str]:
+def list_differences(folder: Path, content: dict[str, str]) -> list[str]:
     """Return a line for each file of a folder that is missing, changed or not part of its content."""
-    return [*(f"stray: {path.relative_to(folder)}" for path in strays(folder, content)), *changes(folder, content)]
+    return [
+        *(f"stray: {path.relative_to(folder)}" for path in list_strays(folder, content)),
+        *list_changes(folder, content),
+    ]
 
 
-def changes(folder: Path, content: dict[str, str]) -> list[str]:
+def list_changes(folder: Path, content: dict[str, str]) -> list[str]:
     """Return a line for each file of a folder that is missing or changed."""
     lines = []
     for name, text in sorted(content.items()):
@@ -140,7 +143,7 @@ def changes(folder: Path, content: dict[str, str]) -> list[str]:
     return lines
 
 
-def strays(folder: Path, content: dict[str, str]) -> list[Path]:
+def list_strays(folder: Path, content: dict[str, str]) -> list[Path]:
     """Return the files of a folder, in order, that are not among its content; caches and the list are not counted."""
     files = (p for p in folder.rglob("*") if p.is_file() and "__pycache__" not in p.parts and p.name != LIST)
     return sorted(p for p in files if p.relative_to(folder).as_posix() not in content)

@@ -8,12 +8,12 @@ from pathlib import Path
 from types import ModuleType
 
 from . import gearing, papers, systems
-from .audit.verdicts import FILES, cases, verdicts
-from .discovery import GROUPS, TARGETS, installed, loaded, modules, offered
-from .emit.folder import Target, built_in, chosen, texts
+from .audit.verdicts import FILES, find_cases, judge_cases
+from .discovery import GROUPS, TARGETS, find_entry_points, import_modules, list_offers, load_user_modules
+from .emit.folder import Target, built_in, render_texts, select_targets
 from .gearing.families import FAMILIES
 from .gearing.pitch_curve import PitchCurve
-from .generated_folder import OwnError, blamed
+from .generated_folder import OwnError, blame_user_file
 from .model import System
 
 NOTHING = (
@@ -22,24 +22,30 @@ NOTHING = (
 )
 
 
-def code(names: Collection[str] = ()) -> dict[str, str]:
+def derive_code(names: Collection[str] = ()) -> dict[str, str]:
     """Path inside `generated/` -> content: models, families and targets of our own, none of an installed package."""
     targets = _chosen(built_in(), names)
-    return texts(models((*modules(gearing), *modules(systems), *modules(papers))), FAMILIES.values(), targets)
+    return render_texts(
+        derive_models((*import_modules(gearing), *import_modules(systems), *import_modules(papers))),
+        FAMILIES.values(),
+        targets,
+    )
 
 
-def code_of(name: str, target_names: Collection[str] = ()) -> tuple[dict[str, str], Path]:
+def derive_user_code(name: str, target_names: Collection[str] = ()) -> tuple[dict[str, str], Path]:
     """Return the same for a file, a folder or an installed package's offer, and the folder next to it to write to.
 
     ``target_names`` are names of targets that are written beside those that always are. Raises OwnError where there is
     nothing to derive, or where it raises.
     """
     path = Path(name)
-    targets = _chosen((*built_in(), *(entry.load().TARGET for entry in installed(TARGETS).values())), target_names)
+    targets = _chosen(
+        (*built_in(), *(entry.load().TARGET for entry in find_entry_points(TARGETS).values())), target_names
+    )
     if path.exists():
-        with blamed(path), loaded(path) as entry:
+        with blame_user_file(path), load_user_modules(path) as entry:
             return _code_of(name, entry, targets), (path.parent if path.is_file() else path) / "generated"
-    offers = installed(*GROUPS)
+    offers = find_entry_points(*GROUPS)
     if name not in offers:
         hint = f" (they offer {', '.join(sorted(offers))})" if offers else ""
         raise OwnError(f"{name}: there is no such file or folder, and no installed package offers it{hint}")
@@ -49,16 +55,18 @@ def code_of(name: str, target_names: Collection[str] = ()) -> tuple[dict[str, st
 
 def _chosen(targets: Iterable[Target], names: Collection[str]) -> list[Target]:
     try:
-        return chosen(targets, names)
+        return select_targets(targets, names)
     except ValueError as error:
         raise OwnError(f"--target: {error}") from None
 
 
-def models(modules_: Iterable[ModuleType]) -> list[System]:
+def derive_models(modules_: Iterable[ModuleType]) -> list[System]:
     """The models that modules offer, derived. Raises TypeError where one offers something else."""
     modules_ = tuple(modules_)
-    systems = [system() if callable(system) else system for offers in offered(modules_, "SYSTEMS") for system in offers]
-    systems += offered(modules_, "SYSTEM")
+    systems = [
+        system() if callable(system) else system for offers in list_offers(modules_, "SYSTEMS") for system in offers
+    ]
+    systems += list_offers(modules_, "SYSTEM")
     for system in systems:
         if not isinstance(system, System):
             raise TypeError(f"SYSTEMS and SYSTEM offer models, and {system!r} is not a System")
@@ -66,23 +74,25 @@ def models(modules_: Iterable[ModuleType]) -> list[System]:
 
 
 def _code_of(name: str, modules_: Sequence[ModuleType], targets: Sequence[Target]) -> dict[str, str]:
-    systems, families, verdict_files = models(modules_), _families(modules_), _judged(modules_)
+    systems, families, verdict_files = derive_models(modules_), _families(modules_), _judged(modules_)
     systems += _tried_against(modules_, {system.name for system in systems})
     if not systems and not families and not verdict_files:
         raise OwnError(f"{name}: {NOTHING}")
-    written = texts(systems, families, [*targets, *offered(modules_, "TARGET")]) if systems or families else {}
+    written = (
+        render_texts(systems, families, [*targets, *list_offers(modules_, "TARGET")]) if systems or families else {}
+    )
     return written | verdict_files
 
 
 def _tried_against(modules_: Sequence[ModuleType], names: Collection[str]) -> list[System]:
     """The models that papers of modules are tried against, each once, but for those that are known."""
-    subjects = (case.subject.model() for case in cases(modules_).values())
+    subjects = (case.subject.model() for case in find_cases(modules_).values())
     return list({model.name: model for model in subjects if model is not None and model.name not in names}.values())
 
 
 def _judged(modules_: Sequence[ModuleType]) -> dict[str, str]:
     """The verdicts on the papers of modules, if there are any."""
-    return verdicts(modules_) if cases(modules_) else {}
+    return judge_cases(modules_) if find_cases(modules_) else {}
 
 
 def _families(modules_: Iterable[ModuleType]) -> list[PitchCurve]:
@@ -97,8 +107,8 @@ def _file(module: ModuleType) -> Path:
 
 def judge_papers(committed: Path | None = None) -> dict[str, str]:
     """Path inside `generated/` -> content: what the audit found of every equation and of the laws."""
-    return verdicts(modules(papers), committed)
+    return judge_cases(import_modules(papers), committed)
 
 
-PARTS: dict[str, Callable[[Path | None], dict[str, str]]] = {"code": lambda _: code(), "audit": judge_papers}
+PARTS: dict[str, Callable[[Path | None], dict[str, str]]] = {"code": lambda _: derive_code(), "audit": judge_papers}
 VERDICTS = frozenset(FILES)

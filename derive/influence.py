@@ -31,7 +31,7 @@ class NotAdditive(ValueError):
     """A total is not a sum of what equal sides do."""
 
 
-def share(lane: Lane, total: Quantity, name: Quantity) -> Let:
+def side_share(lane: Lane, total: Quantity, name: Quantity) -> Let:
     """``name``, the share of one side in a total of equal sides: the total is that of side 1 plus that of side 2.
 
     Raises NotAdditive where it is not.
@@ -152,7 +152,7 @@ class Influence:
         return frozenset(s for step in self.steps for s in step.defines if isinstance(s, Quantity))
 
 
-def flattened(steps: Sequence[Step], result: Quantity, variables: frozenset[sp.Symbol]) -> tuple[Step, ...]:
+def flatten_products(steps: Sequence[Step], result: Quantity, variables: frozenset[sp.Symbol]) -> tuple[Step, ...]:
     """The steps of a result, which is written out as a sum of products in the ``variables`` quantities."""
     lets = [step for step in steps if isinstance(step, Let)]
     source = next(step.source for step in lets if step.symbol == result)

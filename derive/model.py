@@ -295,7 +295,7 @@ def needed(steps: Sequence[S], symbols: frozenset[sp.Symbol]) -> tuple[S, ...]:
     return tuple(reversed(needed_steps))
 
 
-def entries(packed: Input) -> tuple[Quantity, ...]:
+def join_entries(packed: Input) -> tuple[Quantity, ...]:
     """The quantities that an input is known to hold."""
     if isinstance(packed, Quantity):
         return (packed,)
@@ -303,7 +303,7 @@ def entries(packed: Input) -> tuple[Quantity, ...]:
 
 
 def _entries(inputs: Iterable[Input]) -> frozenset[sp.Symbol]:
-    return frozenset(quantity for input_ in inputs for quantity in entries(input_))
+    return frozenset(quantity for input_ in inputs for quantity in join_entries(input_))
 
 
 def _followed(name: str, steps: Iterable[Step], available: frozenset[sp.Symbol]) -> frozenset[sp.Symbol]:

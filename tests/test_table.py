@@ -20,7 +20,7 @@ import pytest
 from PIL import Image, ImageSequence
 from scipy.optimize import minimize_scalar
 
-from derive.emit.folder import built_in, texts
+from derive.emit.folder import built_in, render_texts
 from derive.systems.clutch import model as clutch
 from derive.systems.mapping import model as mapping
 from derive.systems.pickup import model as pickup
@@ -460,7 +460,7 @@ def _written(column: Column, folder: Path, language: str) -> str:
         answer("derive", str(own.EXAMPLES / f"{column.name}.py"), "--target", language, "--out", str(folder))
         return "\n".join(file.read_text(encoding="utf-8") for file in (folder / language).rglob("*.*"))
     target = next(target for target in built_in() if target.name == language)
-    return "\n".join(texts([SYSTEMS[column.name]()], [], [target]).values())
+    return "\n".join(render_texts([SYSTEMS[column.name]()], [], [target]).values())
 
 
 @row("derive")

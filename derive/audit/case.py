@@ -14,11 +14,11 @@ from mpmath import mpf
 from sympy import Basic, Expr
 
 from ..chain import Chain
-from ..equations import Claimed, ClaimError, Equation, among
+from ..equations import Claimed, ClaimError, Equation, find_claim
 from ..evaluate import Point
 from ..quantity import Quantity
 from .paper import Paper, Reading, Reference, Subject
-from .typesetting import Said, joined
+from .typesetting import Said, join_parts
 
 _PERIODIC = (sp.sin, sp.cos, sp.tan)
 
@@ -214,7 +214,7 @@ class Case:
             for answers in product(*(q.readings for q in questions))
         ]
 
-    def choices_by(self, answers: Mapping[str, str]) -> dict[str, Choice]:
+    def select_choices(self, answers: Mapping[str, str]) -> dict[str, Choice]:
         """Return the reading of each equation by its meaning in ``answers``, or its first one if none has it."""
         ways = {n: self.choices(n) for n in answers}
         return {n: next((c for c in ways[n] if c.meaning == meaning), ways[n][0]) for n, meaning in answers.items()}
@@ -244,13 +244,13 @@ class Case:
         """Return the derived equation of a printed one. Raises ClaimError if the subject derives none."""
         printed = self.paper.equations[number]
         try:
-            return among(self.claims, printed.claims)
+            return find_claim(self.claims, printed.claims)
         except ClaimError as error:
             raise ClaimError(f"{printed.source}: {error}") from None
 
     def _read(self, number: str, choice: Choice) -> Expr:
         printed = self.paper.equations[number].residual if choice.text is None else choice.text
-        residual = printed.xreplace({**self.reading_of(number), **choice.printed})
+        residual = printed.xreplace({**self.symbol_meanings(number), **choice.printed})
         zero = self.subject.zero()
         if not residual.free_symbols & zero.keys() or self.lifted(number) is None:
             return residual
@@ -261,7 +261,7 @@ class Case:
         symbol = self.paper.equations[number].defines
         if symbol is None:
             return None
-        meant = {**self.reading_of(number), **choice.printed}.get(symbol, symbol)
+        meant = {**self.symbol_meanings(number), **choice.printed}.get(symbol, symbol)
         quantity = sp.sympify(meant).as_coeff_Mul()[1]
         return quantity if isinstance(quantity, Quantity) else None
 
@@ -269,7 +269,7 @@ class Case:
         """The derivation of an equation while assumptions are lifted; None where none bears on it."""
         if number not in self._lifted:
             printed = self.paper.equations[number]
-            residual = self.subject.lift(printed.claims, printed.residual.xreplace(self.reading_of(number)))
+            residual = self.subject.lift(printed.claims, printed.residual.xreplace(self.symbol_meanings(number)))
             self._lifted[number] = None if residual is None else replace(self.derived(number), residual=residual)
         return self._lifted[number]
 
@@ -281,15 +281,15 @@ class Case:
         symbols = lifted.residual.free_symbols | self.paper.equations[number].residual.free_symbols
         return {s: why for s, why in self.subject.zero().items() if s in symbols}
 
-    def reading_of(self, number: str) -> dict[sp.Symbol, Expr]:
+    def symbol_meanings(self, number: str) -> dict[sp.Symbol, Expr]:
         """Return the expressions that replace the printed symbols of an equation."""
         return {**self.paper.reading, **self.paper.readings.get(number, {})}
 
     def read_as(self, number: str) -> Said:
         """Describe how symbols of an equation are read that mean something else."""
         symbols = self.paper.equations[number].residual.free_symbols
-        meant = sorted(self.reading_of(number).items(), key=str)
-        return joined("; ", (Said(s, " read as ", e) for s, e in meant if s in symbols))
+        meant = sorted(self.symbol_meanings(number).items(), key=str)
+        return join_parts("; ", (Said(s, " read as ", e) for s, e in meant if s in symbols))
 
 
 def _chosen(printed: Equation, choice: Choice) -> Equation:

@@ -15,21 +15,21 @@ from sympy import Expr
 from ..equations import Equation, Relation
 from ..evaluate import DIGITS, GUARD, TOLERANCE, Point
 from ..quantity import Quantity, of_unit
-from .edits import Edit, edits
+from .edits import Edit, list_edits
 from .terms import (
     Gap,
     Match,
     Points,
     common_factor,
+    evaluate_at,
     have_same_truth,
     largest_term,
     match_sums,
     measure_gap,
-    monomials,
     overall_factor,
     pair_monomials,
     remainder_vanishes,
-    value,
+    to_monomials,
 )
 
 FLIPPED: dict[Relation, Relation] = {"=": "=", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
@@ -55,11 +55,11 @@ class Comparison:
     @property
     def equal(self) -> bool:
         """Whether both have the same value at every point, to 50 digits of the largest term."""
-        return all(self.equal_at(point) for point in self.points)
+        return all(self.is_equal_at(point) for point in self.points)
 
-    def equal_at(self, point: Point) -> bool:
+    def is_equal_at(self, point: Point) -> bool:
         """Return whether both sides have equal values at a point; a printed side without a value is unequal."""
-        printed_value, derived_value = value(self.printed, point), point(self.derived)
+        printed_value, derived_value = evaluate_at(self.printed, point), point(self.derived)
         if printed_value is None:
             return False
         with mpmath.workdps(DIGITS + GUARD):
@@ -74,7 +74,7 @@ class Comparison:
         first: mpf | None = None
         with mpmath.workdps(DIGITS + GUARD):
             for point in self.points:
-                printed_value, derived_value = value(self.printed, point), point(self.derived)
+                printed_value, derived_value = evaluate_at(self.printed, point), point(self.derived)
                 if (
                     printed_value is None
                     or abs(derived_value) <= TOLERANCE * largest_term(self.derived, point)
@@ -103,12 +103,12 @@ class Comparison:
 
     def struck(self) -> Match:
         """Return the terms left on both sides once equal terms are removed."""
-        return match_sums(monomials(self.printed, self.points), monomials(self.derived, self.points))
+        return match_sums(to_monomials(self.printed, self.points), to_monomials(self.derived, self.points))
 
     @property
     def gap(self) -> Gap:
         """Return the numbers of terms on both sides without a like on the other."""
-        return measure_gap(monomials(self.printed, self.points), monomials(self.derived, self.points))
+        return measure_gap(to_monomials(self.printed, self.points), to_monomials(self.derived, self.points))
 
     def match(self) -> Match:
         """Return the terms left on both sides, or none if they vanish in total."""
@@ -126,7 +126,7 @@ class Comparison:
     def edits(self, words: list[Quantity]) -> list[Edit]:
         """Return the edits of the printed side with symbols among ``words``."""
         present = sorted(self.derived.free_symbols, key=str)
-        return list(edits(self.printed, words, overall=not self.scales, present=present))
+        return list(list_edits(self.printed, words, overall=not self.scales, present=present))
 
 
 def list_orientations(printed: Equation) -> list[Equation]:
@@ -141,11 +141,11 @@ def align_sides(printed: Equation, derived: Equation, points: Points, is_directi
     best = min(_footings(printed, derived, points, is_direction), key=lambda c: c.distance)
     if best.same or not best.scales:
         return best
-    factor = overall_factor(monomials(best.printed, points), monomials(best.derived, points))
+    factor = overall_factor(to_monomials(best.printed, points), to_monomials(best.derived, points))
     return min(best, best.scaled(abs(factor)), key=lambda c: c.distance)
 
 
-def say_the_same(printed: Equation, derived: Equation, points: Points, is_direction: bool = False) -> bool:
+def are_equivalent(printed: Equation, derived: Equation, points: Points, is_direction: bool = False) -> bool:
     """Whether both say the same at all points: equations, or conditions of which either side may stand first."""
     return any(
         comparison.same
@@ -200,7 +200,7 @@ MOST_TERMS = 150
 
 def find_missing_terms(at: Comparison, words: Iterable[Quantity]) -> tuple[Expr, ...]:
     """One or two derived terms, or a quantity, that the print lacks and nothing else; none if it is not so."""
-    if any(value(at.printed, point) is None for point in at.points):
+    if any(evaluate_at(at.printed, point) is None for point in at.points):
         return ()
     for side in (at, at.scaled(-1)) if at.scales else (at,):
         terms = _terms(side, [*words])
@@ -218,7 +218,7 @@ def _terms(at: Comparison, words: list[Quantity]) -> tuple[Expr, ...]:
 
 def _candidates(at: Comparison, words: list[Quantity]) -> Iterator[tuple[Expr, ...]]:
     """Terms of the derivation one by one and in pairs, then quantities of what the print defines."""
-    terms = [coefficient * monomial for monomial, coefficient in monomials(at.derived, at.points).values()]
+    terms = [coefficient * monomial for monomial, coefficient in to_monomials(at.derived, at.points).values()]
     yield from ((term,) for term in terms)
     if len(terms) <= MOST_TERMS:
         yield from combinations(terms, 2)
@@ -283,11 +283,11 @@ def _followed(start: Comparison, first: list[Edit], words: list[Quantity], remov
 
 def _best(at: Comparison, candidates: list[Edit], removing: bool) -> Edit | None:
     """The edit that leaves fewest terms without their like, fewer than before, and finds more of what is derived."""
-    real = [point for point in at.points if value(at.printed, point) is not None]
+    real = [point for point in at.points if evaluate_at(at.printed, point) is not None]
     before = at.gap
     better = [(after, edit) for edit in candidates if _helps(after := at.edited(edit.result).gap, before, removing)]
     for _, edit in sorted(better, key=_rank):
-        if all(value(edit.result, point) is not None for point in real):
+        if all(evaluate_at(edit.result, point) is not None for point in real):
             return edit
     return None
 
@@ -308,11 +308,13 @@ def _grouped(at: Comparison) -> Iterator[Edit]:
     """Summands that all differ by one sign or factor from what is derived: that of a bracket around them."""
     if not isinstance(at.printed, sp.Add):
         return
-    derived_sum = monomials(at.derived, at.points)
+    derived_sum = to_monomials(at.derived, at.points)
     groups: dict[sp.Rational, list[Expr]] = {}
     for term in at.printed.args:
         ratios = {
-            d / p if p != 0 else None for _, p, d in pair_monomials(monomials(term, at.points), derived_sum) if p != 0
+            d / p if p != 0 else None
+            for _, p, d in pair_monomials(to_monomials(term, at.points), derived_sum)
+            if p != 0
         }
         if len(ratios) == 1 and (ratio := ratios.pop()) not in (None, 0, 1):
             groups.setdefault(ratio, []).append(term)
@@ -335,7 +337,7 @@ def _scaled(at: Comparison, left: Match) -> Iterator[Edit]:
 
 def _simple_ratio(at: Comparison, above: Expr, below: Expr) -> Expr | None:
     """A number that one expression is of another at every point, if it is a simple one."""
-    values = [(value(above, point), value(below, point)) for point in at.points]
+    values = [(evaluate_at(above, point), evaluate_at(below, point)) for point in at.points]
     with mpmath.workdps(DIGITS):
         if any(a is None or not b for a, b in values):
             return None

@@ -40,7 +40,7 @@ class Edit:
         return Said(*self.words)
 
 
-def edits(
+def list_edits(
     expr: Expr, vocabulary: Iterable[Quantity], overall: bool = True, present: Iterable[sp.Symbol] = ()
 ) -> Iterator[Edit]:
     """Every single edit of an expression, but for a factor on the whole (``overall``) where that is no error.
@@ -67,7 +67,7 @@ class Words:
     any_dimension: bool
     _alternatives: dict[Quantity, list[Quantity]] = field(init=False, default_factory=dict, compare=False)
 
-    def instead_of(self, symbol: Basic) -> list[Quantity]:
+    def list_replacements(self, symbol: Basic) -> list[Quantity]:
         """Return the words that may replace a symbol: equal dimension, or the same name with other dots."""
         if not isinstance(symbol, Quantity):
             return []
@@ -82,7 +82,7 @@ class Words:
             return list(fitting)
         return [w for w in fitting if of_unit(w.unit) == dimensions or _DOTS.sub("", w.name) == stem]
 
-    def sums_with(self, symbol: Basic) -> Iterator[tuple[Quantity, Expr]]:
+    def list_sums_with(self, symbol: Basic) -> Iterator[tuple[Quantity, Expr]]:
         """A quantity that a symbol is or may be part of a sum with, and the sum."""
         if isinstance(symbol, Quantity):
             for other in self.lacking:
@@ -94,14 +94,14 @@ def _throughout(expr: Expr, words: Words) -> Iterator[Edit]:
     symbols = sorted(expr.free_symbols, key=str)
     for symbol in symbols:
         if expr.count(symbol) > 1:
-            for other in words.instead_of(symbol):
+            for other in words.list_replacements(symbol):
                 swaps = ((symbol, other),)
                 yield Edit((other, " for ", symbol, " throughout"), expr.xreplace({symbol: other}), swaps)
-            for _, both in words.sums_with(symbol) if _is_bent(expr, symbol) else ():
+            for _, both in words.list_sums_with(symbol) if _is_bent(expr, symbol) else ():
                 swaps = ((symbol, both),)
                 yield Edit((both, " for ", symbol, " throughout"), expr.xreplace({symbol: both}), swaps)
     for first, second in combinations(symbols, 2):
-        if second in words.instead_of(first):
+        if second in words.list_replacements(first):
             exchanged = expr.xreplace({first: second, second: first})
             yield Edit((first, " and ", second, " exchanged"), exchanged, ((first, second), (second, first)))
 
@@ -128,10 +128,10 @@ def _at_places(expr: Basic, words: Words, linear: bool) -> Iterator[Edit]:
 
 
 def _node_edits(expr: Basic, words: Words, linear: bool) -> Iterator[Edit]:
-    for other in words.instead_of(expr):
+    for other in words.list_replacements(expr):
         yield Edit((other, " for ", expr), other, ((expr, other),))
     if not linear:
-        yield from (Edit((both, " for ", expr), both, ((expr, both),)) for _, both in words.sums_with(expr))
+        yield from (Edit((both, " for ", expr), both, ((expr, both),)) for _, both in words.list_sums_with(expr))
     if isinstance(expr, sp.Add):
         yield from _summands(expr, linear)
     if expr.func in SWAPS:

@@ -24,9 +24,9 @@ from .comparison import (
     list_orientations,
     solve_for,
 )
-from .edits import Edit, edits
-from .terms import Points, largest_term, value
-from .typesetting import Said, joined
+from .edits import Edit, list_edits
+from .terms import Points, evaluate_at, largest_term
+from .typesetting import Said, join_parts
 
 Word = Literal[
     "confirmed", "confirmed as rebuilt", "untested", "misprint", "incomplete", "contradicted", "reconstructed",
@@ -135,7 +135,7 @@ def _edited(printed: Equation, words: Iterable[Quantity], points: Points) -> Ite
     candidates = [word for word in words if all(word in point for point in points)]
     symbol = printed.defines
     side = printed.residual if symbol is None else solve_for(printed, symbol)
-    for edit in edits(side, candidates, overall=symbol is not None):
+    for edit in list_edits(side, candidates, overall=symbol is not None):
         residual = edit.result if symbol is None else symbol - edit.result
         if len(sp.Add.make_args(residual)) > 1:
             yield edit, residual
@@ -147,14 +147,14 @@ def holds(residual: Expr, points: Points) -> bool:
 
 
 def _vanishes(residual: Expr, point: Point) -> bool:
-    remainder = value(residual, point)
+    remainder = evaluate_at(residual, point)
     return remainder is not None and abs(remainder) <= TOLERANCE * largest_term(residual, point)
 
 
 def _failing(residual: Expr, points: Points) -> str:
     """Describe the residual at the first point where the equation fails, compared with its largest term."""
     where = next(point for point in points if not _vanishes(residual, point))
-    left = value(residual, where)
+    left = evaluate_at(residual, where)
     remainder = "no real value" if left is None else mpmath.nstr(left, 6)
     return f"it does not hold: {remainder} is left of terms of up to {mpmath.nstr(largest_term(residual, where), 6)}"
 
@@ -165,7 +165,7 @@ MOST_OF_A_CONDITION = 2
 """Edits of a condition: more of them make any condition any other."""
 
 
-def judge(
+def judge_equation(
     printed: Equation,
     derived: Equation | None,
     points: Sequence[Point],
@@ -244,7 +244,7 @@ def _corrected(start: Comparison, words: list[Quantity], done: tuple[Said, ...],
 
 def _another_condition(start: Comparison, remark: str) -> Judgement:
     """A condition that no edit makes the derived one; terms that are left over say nothing of when it holds."""
-    where = next((point for point in start.points if not start.equal_at(point)), start.points[0])
+    where = next((point for point in start.points if not start.is_equal_at(point)), start.points[0])
     printed, derived = (_format_value(side, where) for side in (start.printed, start.derived))
     differ = f"at a random point its sides differ by {printed}, not {derived}"
     finding = f"{remark}another condition than the derived one; {differ}"
@@ -273,15 +273,15 @@ def _left_over(comparison: Comparison, done: tuple[Said, ...], edits: tuple[Edit
     if not left.printed:
         finding = f"{remark}terms of the derivation are missing"
         return Judgement("incomplete", finding, corrections, left.derived, edits=edits)
-    where = next((point for point in comparison.points if not comparison.equal_at(point)), comparison.points[0])
+    where = next((point for point in comparison.points if not comparison.is_equal_at(point)), comparison.points[0])
     printed_value, derived_value = (_format_value(side, where) for side in (comparison.printed, comparison.derived))
     fails = f"; it fails at a random point: {printed_value} against {derived_value}"
-    finding = Said(f"{remark}printed, but not derived: ", joined(", ", left.printed), fails)
+    finding = Said(f"{remark}printed, but not derived: ", join_parts(", ", left.printed), fails)
     return Judgement("contradicted", finding, corrections, left.derived, left.printed, edits=edits)
 
 
 def _format_value(expr: Expr, point: Point) -> str:
-    number = value(expr, point)
+    number = evaluate_at(expr, point)
     return "no real value" if number is None else mpmath.nstr(number, 6)
 
 
@@ -294,10 +294,10 @@ def _solves(start: Comparison, edit: Edit) -> bool:
 
 def _ranked(start: Comparison, candidates: Iterable[Edit]) -> list[tuple[Edit, int]]:
     """Edits that leave fewer terms without their like, best first. None may take a real value away."""
-    real: Points = tuple(point for point in start.points if value(start.printed, point) is not None)
+    real: Points = tuple(point for point in start.points if evaluate_at(start.printed, point) is not None)
     before, better = start.gap.size, []
     for edit in candidates:
         left = start.edited(edit.result).gap.size
-        if left < before and all(value(edit.result, point) is not None for point in real):
+        if left < before and all(evaluate_at(edit.result, point) is not None for point in real):
             better.append((edit, left))
     return sorted(better, key=lambda pair: (pair[1], pair[0].text))

@@ -27,7 +27,7 @@ CYCLE_DIGITS = 6
 
 
 @cache
-def engine(*modules: str) -> str:
+def engine_key(*modules: str) -> str:
     """Hash of the code of modules and of all that they import from this package, and of SymPy's version."""
     return _hashed([sp.__version__, *(_content(path) for path in sorted(sources(modules)))])
 
@@ -35,10 +35,10 @@ def engine(*modules: str) -> str:
 def _content(path: Path) -> str:
     """Return the code of a Python file, or the text of any other file."""
     text = path.read_text(encoding="utf-8")
-    return code(text) if path.suffix == ".py" else text
+    return code_without_docstrings(text) if path.suffix == ".py" else text
 
 
-def code(source: str) -> str:
+def code_without_docstrings(source: str) -> str:
     """Return the syntax tree of a source as text, without comments, layout and docstrings.
 
     Every string that is a statement counts as a docstring. Raises SyntaxError for what is not Python.
@@ -117,9 +117,9 @@ def sides_key(case: Case, number: str) -> str:
     words = _sorted({*symbols, *case.words})
     return _hashed(
         [
-            engine(f"{__package__}.record"),
+            engine_key(f"{__package__}.record"),
             case.paper.name,
-            *map(equation, sides),
+            *map(equation_text, sides),
             case.read_as(number),
             *(_choice(choice) for choice in case.choices(number)),
             *(f"{_name(s)} {sp.srepr(base)}" for s, base in case.subject.folds().items()),
@@ -138,17 +138,17 @@ def laws_key(case: Case, chosen: Mapping[str, Choice]) -> str:
 
     ``chosen`` says how equations are read that can be read in several ways.
     """
-    parts = [engine(f"{__package__}.trial", type(case.subject).__module__)]
+    parts = [engine_key(f"{__package__}.trial", type(case.subject).__module__)]
     parts += map(_content, case.subject.files())
     parts += [f"{number} {_choice(choice)}" for number, choice in chosen.items()]
     for chain in case.chains or ():
-        parts += [equation(e) for e in chain.equations.values()]
+        parts += [equation_text(e) for e in chain.equations.values()]
         parts += map(str, chain.order)
         parts += [f"{symbol} {sp.srepr(meant)}" for symbol, meant in sorted(chain.bind.items(), key=str)]
     return _hashed(parts)
 
 
-def equation(equation_: Equation) -> str:
+def equation_text(equation_: Equation) -> str:
     """An equation as text that says all of it, in canonical order."""
     names = [_name(s) for s in _sorted(equation_.residual.free_symbols)]
     fields = [equation_.number, equation_.legibility, str(equation_.claims), str(equation_.defines), equation_.relation]

@@ -13,11 +13,11 @@ from ..equations import Equation
 from ..evaluate import TOLERANCE, Point
 from ..quantity import Quantity, is_consistent
 from .case import AS_READ, Case, Choice
-from .comparison import align_derived, say_the_same, solve_for
+from .comparison import align_derived, are_equivalent, solve_for
 from .edits import Edit
-from .judge import FAULTS, UNJUDGED, Judgement, explain_unjudged, holds, judge
-from .terms import Points, value
-from .typesetting import Piece, Said, joined
+from .judge import FAULTS, UNJUDGED, Judgement, explain_unjudged, holds, judge_equation
+from .terms import Points, evaluate_at
+from .typesetting import Piece, Said, join_parts
 
 SHOWN = 3
 """Symbols of which a remark gives the values."""
@@ -46,14 +46,14 @@ def _says_the_same(case: Case, printed: Equation, derived: Equation | None, poin
     at: Points = tuple(points)
     if derived is None:
         return printed.relation == "=" and holds(printed.residual, at)
-    return say_the_same(printed, derived, at, printed.defines in case.directions)
+    return are_equivalent(printed, derived, at, printed.defines in case.directions)
 
 
 def _describe_failure(printed: Equation, derived: Equation | None, point: Point) -> Said:
     """Return where an equation does not hold: values of its symbols if they are few, and of both sides."""
     symbols = sorted(printed.residual.free_symbols - {printed.defines}, key=str)
     places: list[Piece] = [Said(s, f" = {mpmath.nstr(point(s), 4)}") for s in symbols[:SHOWN]]
-    where = Said("at ", joined(", ", places)) if len(symbols) <= SHOWN else Said("at a random point")
+    where = Said("at ", join_parts(", ", places)) if len(symbols) <= SHOWN else Said("at a random point")
     if derived is None:
         return Said(where, f" {_format_side(printed, point)} is left")
     return Said(where, f" it gives {_format_side(printed, point)} for {_format_side(derived, point)}")
@@ -61,7 +61,7 @@ def _describe_failure(printed: Equation, derived: Equation | None, point: Point)
 
 def _format_side(side: Equation, point: Point) -> str:
     """The value of what an equation defines its symbol as, or of its residual."""
-    number = value(side.residual if side.defines is None else solve_for(side, side.defines), point)
+    number = evaluate_at(side.residual if side.defines is None else solve_for(side, side.defines), point)
     return "no real value" if number is None else mpmath.nstr(number, 6)
 
 
@@ -157,7 +157,7 @@ def _heard(case: Case, number: str, choice: Choice) -> Hearing:
 
 def _judged(case: Case, printed: Equation, derived: Equation | None) -> Judgement:
     points = case.points if derived is None else case.points_where(derived.where)
-    judgement = judge(printed, derived, points, case.words, case.directions)
+    judgement = judge_equation(printed, derived, points, case.words, case.directions)
     return confirm_in_use(case, printed, derived, judgement)
 
 
@@ -178,7 +178,7 @@ def _unheld(judgement: Judgement, loose: Mapping[str, Expr]) -> Judgement:
     pieces = [Said(f"{name} is ", left, ", and must be 0") for name, left in loose.items()]
     if judgement.verdict in FAULTS:
         pieces.insert(0, Said(judgement.finding))
-    return replace(judgement, verdict="contradicted", finding=joined("; ", pieces), loose=tuple(loose))
+    return replace(judgement, verdict="contradicted", finding=join_parts("; ", pieces), loose=tuple(loose))
 
 
 def _folded(hearing: Hearing, folds: Mapping[sp.Symbol, Expr]) -> Hearing:
@@ -216,7 +216,7 @@ def _one_apart(first: str, second: str) -> bool:
     return len(long) - len(short) == 1 and any(long[:i] + long[i + 1 :] == short for i in range(len(long)))
 
 
-def reasons(judgement: Judgement, printed: Equation, actions: Mapping[sp.Symbol, str]) -> tuple[str, ...]:
+def list_reasons(judgement: Judgement, printed: Equation, actions: Mapping[sp.Symbol, str]) -> tuple[str, ...]:
     """List faults, in words that are equal for equal faults of two equations: edits, and terms left out.
 
     ``actions`` says what forces and moments are called.

@@ -17,9 +17,9 @@ from ..evaluate import Point
 from ..quantity import NONE, Dimension, DimensionError, dimension, of_unit
 from .case import Case
 from .judge import Judgement, explain_unjudged
-from .reading_search import Outcome, derived_side, is_fragile, judge_linked_readings, reasons
-from .terms import Match, expanded, remainder_vanishes, value
-from .typesetting import Piece, Said, joined, typeset_equation, typeset_inline, typeset_sentence
+from .reading_search import Outcome, derived_side, is_fragile, judge_linked_readings, list_reasons
+from .terms import Match, evaluate_at, expand_sum, remainder_vanishes
+from .typesetting import Piece, Said, join_parts, typeset_equation, typeset_inline, typeset_sentence
 
 LACKS = "lacks "
 """How the reason of a finding begins that is an omission."""
@@ -98,8 +98,8 @@ def _derived(case: Case, number: str, sign: Expr) -> list[Vanished]:
     """Terms that the derivation has while the assumptions are lifted, and those that the print has."""
     reasons = case.assumed(number)
     lifted = case.lifted(number)
-    derived_terms = [sign * t for t in _lost(expanded(lifted.residual), reasons, case.points)] if lifted else []
-    printed_terms = [t for t in expanded(case.paper.equations[number].residual) if t.free_symbols & reasons.keys()]
+    derived_terms = [sign * t for t in _lost(expand_sum(lifted.residual), reasons, case.points)] if lifted else []
+    printed_terms = [t for t in expand_sum(case.paper.equations[number].residual) if t.free_symbols & reasons.keys()]
     only_printed = [t for t in printed_terms if t not in derived_terms and -t not in derived_terms]
     terms = [(t, t in printed_terms or -t in printed_terms) for t in _sorted(derived_terms)] + [
         (t, True) for t in _sorted(only_printed)
@@ -121,17 +121,17 @@ def _lost(terms: Iterable[Expr], reasons: Mapping[sp.Symbol, str], points: list[
 
 def _why(term: Expr, reasons: Mapping[sp.Symbol, str]) -> Said:
     symbols = sorted(term.free_symbols & reasons.keys(), key=str)
-    return joined("; ", (Said(s, f" = 0: {reasons[s]}") for s in symbols))
+    return join_parts("; ", (Said(s, f" = 0: {reasons[s]}") for s in symbols))
 
 
 def _read(case: Case, number: str) -> list[Vanished]:
     """Printed terms that cancel, or are zero, when the printed symbols are read as what they stand for."""
-    reading = {s: e for s, e in case.reading_of(number).items() if s not in case.assumed(number)}
-    terms = expanded(case.paper.equations[number].residual)
-    left = {m for _, m in _split(expanded(sp.Add(*terms).xreplace(reading)))}
+    reading = {s: e for s, e in case.symbol_meanings(number).items() if s not in case.assumed(number)}
+    terms = expand_sum(case.paper.equations[number].residual)
+    left = {m for _, m in _split(expand_sum(sp.Add(*terms).xreplace(reading)))}
     vanished_terms = []
     for term in _sorted(terms):
-        read = expanded(term.xreplace(reading))
+        read = expand_sum(term.xreplace(reading))
         if not any(monomial in left for _, monomial in _split(read)):
             vanished_terms.append(Vanished(term, case.read_as(number), True))
     return vanished_terms
@@ -170,7 +170,7 @@ def is_reusable(record: Record | None, key: str) -> bool:
     return record is not None and record.get("key") == key
 
 
-def equation(case: Case, number: str, key: str) -> Record:
+def record_equation(case: Case, number: str, key: str) -> Record:
     """The finding on an equation of a paper; `not judged` with the reason where any step of it raises an error."""
     return record_equations(case, {number: key})[0]
 
@@ -235,7 +235,7 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     derived = outcome.kindest.derived
     flipped = derived and meant and meant.residual == -derived.residual
     gone = find_vanishing_terms(case, number, sp.S.NegativeOne if flipped else sp.S.One)
-    corrections = [joined("; ", edits) for edits in judgement.corrections]
+    corrections = [join_parts("; ", edits) for edits in judgement.corrections]
     missing, unexplained = _ordered(judgement.missing), _ordered(judgement.unexplained)
     lost = printed.legibility == "lost" and printed.residual == 0
     read = _read_as(case, number, outcome)
@@ -256,7 +256,7 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         "depends": [{part: str(text) for part, text in reading.items()} for reading in depends],
         "robust": outcome.robust,
         "domain": str(judgement.domain),
-        "reasons": list(reasons(judgement, printed, case.subject.actions())),
+        "reasons": list(list_reasons(judgement, printed, case.subject.actions())),
         "terms": _terms(case, missing, meant),
         "unexplained": _terms(case, unexplained, meant),
         "vanishing": [_vanishing(v) for v in gone],
@@ -281,15 +281,15 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
 def _read_as(case: Case, number: str, outcome: Outcome) -> Said:
     """Describe how symbols are read, and the answer that is assumed to an open question of the paper."""
     chosen = outcome.kindest.choice.meaning
-    return joined("; ", [text for text in (case.read_as(number), chosen) if text])
+    return join_parts("; ", [text for text in (case.read_as(number), chosen) if text])
 
 
 def _describe_finding(judgement: Judgement) -> Said:
     """A finding with its correction or the number of its missing terms."""
-    parts: list[Piece] = [joined("; ", edits) for edits in judgement.corrections[:1]]
+    parts: list[Piece] = [join_parts("; ", edits) for edits in judgement.corrections[:1]]
     parts += [f"{len(judgement.missing)} missing"] if judgement.missing else []
     return (
-        Said(judgement.finding, ": ", joined("; ", parts))
+        Said(judgement.finding, ": ", join_parts("; ", parts))
         if parts and not judgement.unexplained
         else Said(judgement.finding)
     )
@@ -311,20 +311,20 @@ def _terms(case: Case, terms: Sequence[Expr], derived: Equation | None) -> list[
     """Terms with their largest size over the cycle, beside that of the largest derived term; null without a value."""
     if not terms or derived is None:
         return []
-    largest = max((_largest(t, case.cycle) or mpmath.mpf(0) for t in expanded(derived.residual)), default=None)
+    largest = max((_largest(t, case.cycle) or mpmath.mpf(0) for t in expand_sum(derived.residual)), default=None)
     return [_term(t, _largest(t, case.cycle), largest) for t in terms]
 
 
 def _term(term: Expr, size: mpmath.mpf | None, largest: mpmath.mpf | None) -> Record:
     share = size / largest if size is not None and largest else None
-    return {"term": str(term), "max_abs": _rounded(size), "unit": unit_of(term), "share_of_largest": _rounded(share)}
+    return {"term": str(term), "max_abs": _rounded(size), "unit": find_unit(term), "share_of_largest": _rounded(share)}
 
 
 def _largest(term: Expr, cycle: list[Point]) -> mpmath.mpf | None:
     """Largest size over the cycle; None where the term has no real value at some point."""
     if not all(symbol in point for symbol in term.free_symbols for point in cycle):
         return None
-    sizes = [abs(v) for point in cycle if (v := value(term, point)) is not None]
+    sizes = [abs(v) for point in cycle if (v := evaluate_at(term, point)) is not None]
     return max(sizes, default=None) if len(sizes) == len(cycle) else None
 
 
@@ -332,7 +332,7 @@ def _rounded(value: mpmath.mpf | None) -> float | None:
     return None if value is None else float(mpmath.nstr(value, DIGITS))
 
 
-def unit_of(expr: Expr) -> str:
+def find_unit(expr: Expr) -> str:
     """A unit of the dimension of an expression; a question mark where it mixes dimensions."""
     try:
         expr_dimension = dimension(expr) or NONE

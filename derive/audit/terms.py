@@ -21,10 +21,10 @@ Sum = dict[Key, tuple[Expr, Rational]]
 
 
 @cache
-def expanded(expr: Expr) -> tuple[Expr, ...]:
+def expand_sum(expr: Expr) -> tuple[Expr, ...]:
     """Terms of an expression multiplied out; none for zero. Summand by summand, for edits change but one."""
     if isinstance(expr, sp.Add):
-        expanded_expr = sp.Add(*(term for summand in expr.args for term in expanded(summand)))
+        expanded_expr = sp.Add(*(term for summand in expr.args for term in expand_sum(summand)))
     else:
         expanded_expr = sp.expand(expr, trig=False)
     return tuple(t for t in sp.Add.make_args(expanded_expr) if t != 0)
@@ -33,10 +33,10 @@ def expanded(expr: Expr) -> tuple[Expr, ...]:
 @cache
 def largest_term(expr: Expr, point: Point) -> mpmath.mpf:
     """Size of the largest term of an expression multiplied out."""
-    return max((abs(point(term)) for term in expanded(expr)), default=mpmath.mpf(0))
+    return max((abs(point(term)) for term in expand_sum(expr)), default=mpmath.mpf(0))
 
 
-def value(expr: Expr, point: Point) -> mpmath.mpf | None:
+def evaluate_at(expr: Expr, point: Point) -> mpmath.mpf | None:
     """Value of an expression at a point; None where it has no real one, as the arc sine of 2. Symbols must be known."""
     try:
         return point(expr)
@@ -46,7 +46,7 @@ def value(expr: Expr, point: Point) -> mpmath.mpf | None:
         return None
 
 
-def monomials(expr: Expr, points: Points) -> Sum:
+def to_monomials(expr: Expr, points: Points) -> Sum:
     """An expression as a sum of monomials."""
     if not isinstance(expr, sp.Add):
         return _monomials(expr, points)
@@ -61,7 +61,7 @@ def monomials(expr: Expr, points: Points) -> Sum:
 @cache
 def _monomials(expr: Expr, points: Points) -> Sum:
     total: Sum = {}
-    for term in expanded(expr):
+    for term in expand_sum(expr):
         coefficient, monomial = term.as_coeff_Mul(rational=True)
         sign, key = _key(monomial, points)
         representative, before = total.get(key, (sign * monomial, S.Zero))
@@ -72,7 +72,7 @@ def _monomials(expr: Expr, points: Points) -> Sum:
 @cache
 def _key(monomial: Expr, points: Points) -> tuple[int, Key]:
     """Sign of a monomial at the first point, and its values with that sign taken out."""
-    if any(value(monomial, point) is None for point in points):
+    if any(evaluate_at(monomial, point) is None for point in points):
         return 1, (str(monomial),)
     first, *rest = (point.digits(monomial) for point in points)
     sign = -1 if first.startswith("-") else 1
@@ -171,7 +171,7 @@ def common_factor(expr: Expr) -> Expr:
     """The product of powers that every term of a sum has in common; numbers are no part of it."""
     powers: list[Mapping[Expr, Expr]] = [
         {base: power for base, power in term.as_powers_dict().items() if base.free_symbols and power.is_Rational}
-        for term in expanded(expr)
+        for term in expand_sum(expr)
     ]
     bases = sorted(set().union(*powers), key=sp.default_sort_key)
     lowest = {base: min(exponents.get(base, S.Zero) for exponents in powers) for base in bases}
@@ -181,7 +181,7 @@ def common_factor(expr: Expr) -> Expr:
 def remainder_vanishes(match: Match, points: Iterable[Point]) -> bool:
     """Whether what is left is zero as a whole, though not term by term."""
     for point in points:
-        if any(value(t, point) is None for t in match.printed):
+        if any(evaluate_at(t, point) is None for t in match.printed):
             return False
         with mpmath.workdps(DIGITS + GUARD):
             values = [point(t) for t in match.printed] + [-point(t) for t in match.derived]
@@ -208,22 +208,22 @@ def have_same_truth(first: Expr, second: Expr, points: Points) -> bool:
 
 
 def _signs_agree(first_residual: Expr, second_residual: Expr, point: Point) -> bool:
-    first, second = value(first_residual, point), value(second_residual, point)
+    first, second = evaluate_at(first_residual, point), evaluate_at(second_residual, point)
     return first is not None and second is not None and mpmath.sign(first) == mpmath.sign(second)
 
 
 def _alike_along(symbol: sp.Symbol, first: Expr, second: Expr, point: Point) -> bool:
     for straight, curved in ((first, second), (second, first)):
         slope = straight.diff(symbol)
-        if symbol in slope.free_symbols or not value(slope, point):
+        if symbol in slope.free_symbols or not evaluate_at(slope, point):
             continue
         with mpmath.workdps(DIGITS + GUARD):
             distance = point(straight) / point(slope)
             boundary, *on_both_sides = _moved(point, symbol, point(symbol) - distance, distance)
-        left = value(curved, boundary)
+        left = evaluate_at(curved, boundary)
         if left is None or abs(left) > TOLERANCE * largest_term(curved, boundary):
             return False
-        return all(_signs_agree(straight, curved, at) for at in on_both_sides if value(curved, at) is not None)
+        return all(_signs_agree(straight, curved, at) for at in on_both_sides if evaluate_at(curved, at) is not None)
     return False
 
 

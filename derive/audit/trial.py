@@ -20,7 +20,7 @@ import sympy as sp
 from sympy import Expr
 
 from ..chain import Chain, Solve, Together
-from ..equations import Equation, among
+from ..equations import Equation, find_claim
 from ..model import Let, LinearSolve, Step
 from .judge import UNJUDGED, explain_unjudged
 from .paper import Array, Cycle, Dynamics, Law, Values
@@ -207,7 +207,7 @@ class Trial:
         return self._programmes[key]
 
     def _derived(self, number: str) -> Equation:
-        return replace(among(self.dynamics.claims, self._printed(number).claims), number=number)
+        return replace(find_claim(self.dynamics.claims, self._printed(number).claims), number=number)
 
     def _printed(self, number: str) -> Equation:
         return (self.side.equations if number in self.side.equations else self.frame.equations)[number]

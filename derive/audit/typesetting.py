@@ -45,7 +45,7 @@ def parts(piece: Piece) -> tuple[Piece, ...]:
     return piece.pieces if isinstance(piece, Said) else (piece,)
 
 
-def joined(separator: str, sentences: Iterable[Piece]) -> Said:
+def join_parts(separator: str, sentences: Iterable[Piece]) -> Said:
     """Sentences or expressions one after the other."""
     pieces: list[Piece] = []
     for sentence in sentences:

@@ -52,7 +52,7 @@ def as_page(
 ) -> str:
     """The findings to read: a table and, where there is something to say, a paragraph for each equation; the laws."""
     lines = ["# Formula audit", "", "Written by `python -m derive audit`; do not edit.", "", *SOURCE, ""]
-    lines += [*overview(records), ""]
+    lines += [*format_overview(records), ""]
     for paper, counts in count_verdicts(records).items():
         lines += [f"## {titles[paper]}", "", ", ".join(f"{n} {word}" for word, n in counts.items()) + ".", ""]
         paper_records = [r for r in records if r["paper"] == paper]
@@ -64,7 +64,7 @@ def as_page(
     return "\n".join([*lines, *_list_laws(laws)])
 
 
-def overview(records: Sequence[Record]) -> list[str]:
+def format_overview(records: Sequence[Record]) -> list[str]:
     """A table of the papers: verdicts, equations at fault, causes, and what hangs on a reading or a character."""
     lines = ["| paper | verdicts | at fault | causes | on a reading | on one character |", "|---|---|---|---|---|---|"]
     for paper, counts in count_verdicts(records).items():
@@ -95,11 +95,17 @@ def _reference(reference: Record) -> list[str]:
 
 
 def _row(record: Record) -> str:
-    cells = (f"({record['equation']})", record["claims"], record["legibility"], record["verdict"], hangs_on(record))
+    cells = (
+        f"({record['equation']})",
+        record["claims"],
+        record["legibility"],
+        record["verdict"],
+        describe_basis(record),
+    )
     return f"| {' | '.join(cells)} |"
 
 
-def hangs_on(record: Record) -> str:
+def describe_basis(record: Record) -> str:
     """Describe the basis of a verdict: a reading, a single character, completed pieces, the domain of use."""
     parts = ["" if record["robust"] else "the reading", "one character" if record["fragile"] else ""]
     parts.append("the domain of use" if record["domain"] else "")
@@ -223,7 +229,7 @@ Place = tuple[str, str]
 """Name and file of a module, to load it again in another process."""
 
 
-def cases(modules: Iterable[ModuleType]) -> dict[str, Case]:
+def find_cases(modules: Iterable[ModuleType]) -> dict[str, Case]:
     """Module name -> the case that it states (``CASE``), in the order in which papers are shown; others state none.
 
     Raises ValueError where two papers have one name.
@@ -237,7 +243,7 @@ def cases(modules: Iterable[ModuleType]) -> dict[str, Case]:
     return dict(sorted(cases_by_module.items(), key=lambda item: item[1].paper.rank))
 
 
-def verdicts(modules: Iterable[ModuleType], committed: Path | None = None) -> dict[str, str]:
+def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) -> dict[str, str]:
     """File name -> content: what the audit found of every equation of the modules' papers, and of the laws.
 
     What a committed audit.json says of an equation is kept if it was made from the same. Raises ClaimError where an
@@ -246,10 +252,10 @@ def verdicts(modules: Iterable[ModuleType], committed: Path | None = None) -> di
     committed_records, committed_typeset = (_read(committed.with_name(name)) if committed else {} for name in FILES[:2])
     modules_ = list(modules)
     reusable = index_records(committed_records.get("equations", []), committed_typeset)
-    records, laws = judged(modules_, reusable, committed_records.get("laws", []))
-    papers = {case.paper.name: _about(case) for case in cases(modules_).values()}
+    records, laws = judge_modules(modules_, reusable, committed_records.get("laws", []))
+    papers = {case.paper.name: _about(case) for case in find_cases(modules_).values()}
     titles = {name: about["title"] for name, about in papers.items()}
-    cross = [reference for case in cases(modules_).values() for reference in references(case)]
+    cross = [reference for case in find_cases(modules_).values() for reference in references(case)]
     texts = (
         format_records(records, laws, cross, papers),
         format_typeset(records),
@@ -269,7 +275,7 @@ def _read(file: Path) -> dict[str, Any]:
     return content
 
 
-def judged(
+def judge_modules(
     modules: Sequence[ModuleType],
     known_records: Mapping[tuple[str, str], Record],
     known_laws: Sequence[Record],
@@ -278,7 +284,7 @@ def judged(
 
     A chain is held to its laws as its equations are read, which their judgement decides: those come first.
     """
-    cases_by_module = cases(modules)
+    cases_by_module = find_cases(modules)
     for case in cases_by_module.values():
         _ = case.points, case.cycle  # what has no values at all is an error of the subject, not of an equation
     keys, records = {}, {}
@@ -303,7 +309,7 @@ def judged(
             if m in laws:
                 records[m] |= _results(tasks[m])
                 answers = {n: str(r["answer"]) for n in case.executed if (r := records[m][n])}
-                law_key = key.laws_key(case, case.choices_by(answers))
+                law_key = key.laws_key(case, case.select_choices(answers))
                 if not (laws[m] and all(is_reusable(r, law_key) for r in laws[m])):
                     trials[m] = pool().submit(_laws, m, answers, law_key)
         tasks |= {
@@ -373,7 +379,7 @@ def _laws(module: str, answers: Mapping[str, str], its_key: str) -> list[Record]
     Where the chains cannot be executed at all there is one record, `not judged`, with the reason.
     """
     case = _case(module)
-    chosen = case.choices_by(answers)
+    chosen = case.select_choices(answers)
     meanings = dict.fromkeys(
         answer.meaning for choice in chosen.values() for answer in choice.answers if answer.rereads
     )

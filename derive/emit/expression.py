@@ -215,11 +215,11 @@ TABLE: dict[type[Basic], Handler] = {
 }  # fmt: skip
 
 
-def operations(expr: Basic) -> int:
+def count_operations(expr: Basic) -> int:
     """Number of arithmetic operations, function calls, comparisons and selections in an expression."""
     if expr.is_Atom:
         return 0
-    inner = sum(operations(a) for a in expr.args)
+    inner = sum(count_operations(a) for a in expr.args)
     if isinstance(expr, Polynomial):
         return inner + 2 * (len(expr.args) - 2)
     if isinstance(expr, sp.Add | sp.Mul | sp.Min | sp.Max | sp.And | sp.Or | sp.Piecewise):
@@ -242,10 +242,10 @@ class Schedule:
     frame: tuple[Step, ...]
 
 
-def schedule(lane: Lane) -> Schedule:
+def schedule_steps(lane: Lane) -> Schedule:
     """Share common subexpressions, then move to the prologue what the angle does not change."""
     joints = tuple(_joint(i, event) for i, event in enumerate(lane.events))
-    steps = share((*lane.steps, *joints), prefix="c")
+    steps = share_subexpressions((*lane.steps, *joints), prefix="c")
     still, moving = split(steps, frozenset({lane.angle}.union(*lane.along)))
     at_joints = frozenset(joint.symbol for joint in joints)
     events = tuple(s for s in moving if isinstance(s, Let) and s.symbol in at_joints)
@@ -254,7 +254,7 @@ def schedule(lane: Lane) -> Schedule:
     needed_later = frozenset(lane.outputs).union(*(step.needs for step in moving))
     hoisted = tuple(s for step in still for s in step.defines if s in needed_later)
     own = tuple(step for step in moving if step not in events)
-    frame = share(lane.shared.steps, prefix="d") if lane.shared else ()
+    frame = share_subexpressions(lane.shared.steps, prefix="d") if lane.shared else ()
     return Schedule(lane, still, Vector("hoisted", hoisted), own, events, frame)
 
 
@@ -278,11 +278,11 @@ def split(steps: Sequence[Step], moving: frozenset[sp.Symbol]) -> tuple[tuple[St
     return tuple(still), tuple(lane)
 
 
-def share(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]:
+def share_subexpressions(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]:
     """Return equivalent steps in which each common subexpression is a step before its first use."""
     taken = {symbol.name for step in steps for symbol in (*step.needs, *step.defines)}
     names = (sp.Symbol(name, real=True) for i in count(1) if (name := f"{prefix}{i}") not in taken)
-    parts = [expressions(step) for step in steps]
+    parts = [list_expressions(step) for step in steps]
     common, reduced = sp.cse([part for some in parts for part in some], symbols=names, order="canonical")
     pending, left = dict(common), iter(reduced)
     ordered: list[Step] = []
@@ -302,7 +302,7 @@ def share(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]:
     return tuple(ordered)
 
 
-def expressions(step: Step) -> tuple[sp.Expr, ...]:
+def list_expressions(step: Step) -> tuple[sp.Expr, ...]:
     """Return the expressions that a step evaluates."""
     if isinstance(step, LinearSolve):
         return step.entries
@@ -310,12 +310,12 @@ def expressions(step: Step) -> tuple[sp.Expr, ...]:
 
 
 def with_expressions(step: Step, exprs: tuple[sp.Expr, ...]) -> Step:
-    """Return a copy of a step that evaluates other expressions, in the order of `expressions`."""
+    """Return a copy of a step that evaluates other expressions, in the order of `list_expressions`."""
     if isinstance(step, LinearSolve):
         return step.filled(exprs)
     return replace(step, expr=exprs[0]) if isinstance(step, Let) else replace(step, argument=exprs[0])
 
 
-def operations_of(steps: Sequence[Step]) -> int:
+def count_step_operations(steps: Sequence[Step]) -> int:
     """Operations in the steps themselves; what a called function or an elimination does is not counted."""
-    return sum(operations(expr) for step in steps for expr in expressions(step))
+    return sum(count_operations(expr) for step in steps for expr in list_expressions(step))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import sympy as sp
 from sympy import Expr, S
 
-from ..equations import Balance, Definition, Equation, Kind, derived
+from ..equations import Balance, Definition, Equation, Kind, derived_equation
 from ..functions import partial_derivative
 from ..model import Let
 from ..quantity import Quantity
@@ -133,7 +133,7 @@ class Assembly:
         loads = self.loads(body, pin, self.actions)
         inertia = [[self._inertia(body, part, kind, pin)[i] for part in body.parts] for kind, i in pin.asked]
         return [
-            derived(
+            derived_equation(
                 Balance(body.name, kind, AXES[i], pin.axes.name, pin.at.name if kind == "moment" else ""),
                 sp.Add(load, *parts),
             )

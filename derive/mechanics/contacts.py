@@ -344,7 +344,7 @@ pressure = _contour_quantity(
 CONTOUR = (contact_x, contact_y, heading, kappa, room, pressure)
 
 
-def contour(place: Plane, velocity: Plane, acceleration: Plane, moves: Plane) -> tuple[Let, ...]:
+def contour_steps(place: Plane, velocity: Plane, acceleration: Plane, moves: Plane) -> tuple[Let, ...]:
     """Steps to a contour from the place of the roller's centre and how it moves as the cam sees it, by the angle.
 
     ``moves`` is along the motion of the centre that the follower leaves it.

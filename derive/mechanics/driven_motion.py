@@ -9,7 +9,7 @@ import sympy as sp
 from sympy import Expr
 
 from ..chain import STATES, Chain, ordered
-from ..equations import Equation, derived
+from ..equations import Equation, derived_equation
 from ..model import (
     MESHES,
     ClosedForm,
@@ -30,7 +30,7 @@ from ..model import (
 from ..quantity import Quantity, Vector
 from .bodies import AXES, angular_momentum_residuals, momentum_residuals, sliding_velocity, total_power, virtual_work
 from .frames import Frame, Z, displacement
-from .statement import MechanismError, Statement, places, quantity
+from .statement import MechanismError, Statement, place_functions, quantity
 
 LAW = "law_"
 """Beginning of the names of laws."""
@@ -104,7 +104,7 @@ def derive_driven_motion(
         acceleration=acceleration,
     )  # fmt: skip
     inputs: tuple[Packed, ...] = (angle, data, *stated.loops.inputs)
-    drawing_functions = places(stated, inputs, _point_sources(stated))
+    drawing_functions = place_functions(stated, inputs, _point_sources(stated))
     mesh_functions = build_function(MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps)
     roller_functions = build_function(FOLLOWERS, roller_centres(stated, angle), inputs, steps)
     return lane, (
@@ -217,7 +217,9 @@ def shared_balances(stated: Statement, other: Other) -> list[Equation]:
         pin = stated.pin_of(body)
         loads = stated.assembly.loads(body, pin, of_side)
         balances = stated.assembly.balances(body, pin)
-        equations += [derived(e.claims, e.residual + other(load)) for e, load in zip(balances, loads, strict=True)]
+        equations += [
+            derived_equation(e.claims, e.residual + other(load)) for e, load in zip(balances, loads, strict=True)
+        ]
     return equations
 
 

@@ -119,7 +119,7 @@ def unit(frame: Frame, axis: Axis) -> Vec:
     return Vec(frame, tuple(sp.Integer(a) for a in axis))
 
 
-def shorter(vector: Vec) -> Vec:
+def shorten_vector(vector: Vec) -> Vec:
     """Return the same vector with components multiplied out where that saves operations; long ones stay."""
     x, y, z = map(_shorter, vector.components)
     return Vec(vector.frame, (x, y, z))
@@ -208,8 +208,8 @@ class Motion:
     def _bend(self, offset: Vec, frame: Frame) -> Vec:
         """Second derivative of an offset in components of ``frame``."""
         if (offset, frame) not in self._bends:
-            velocity = shorter(self.derivative(offset.resolved(frame)))
-            self._bends[offset, frame] = shorter(self.derivative(velocity))
+            velocity = shorten_vector(self.derivative(offset.resolved(frame)))
+            self._bends[offset, frame] = shorten_vector(self.derivative(velocity))
         return self._bends[offset, frame]
 
     def drift(self, base: Point, point: Point, frame: Frame) -> Vec:

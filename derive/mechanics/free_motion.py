@@ -21,7 +21,7 @@ from ..quantity import Quantity, Vector
 from .bodies import Action, Body, Part, action_load, body_loads, kinetic_energy, point_velocity, potential_energy
 from .frames import Motion, Vec, zero
 from .loops import Coordinate
-from .statement import MechanismError, Statement, places, quantity
+from .statement import MechanismError, Statement, place_functions, quantity
 
 _OF = {"rad": "m", "m": "1", "1": "m"}
 _FORCE = {"rad": "N m", "m": "N", "1": "N m"}
@@ -40,7 +40,7 @@ def derive_free_motion(
     return Free(stated, time).functions(reported)
 
 
-def accelerations(stated: Statement, time: Quantity) -> tuple[Expr, ...]:
+def symbolic_accelerations(stated: Statement, time: Quantity) -> tuple[Expr, ...]:
     """Return the accelerations of the coordinates. Raises MechanismError if loops or rolling constrain them."""
     if constraints := [*stated.loops.gaps, *stated.slips]:
         raise MechanismError(f"{stated.name}: accelerations in symbols are those without {', '.join(constraints)}")
@@ -94,7 +94,7 @@ class Free:
         }
         full = {name: [step for step in steps if step.expr != 0] for name, steps in rows.items()}
         forms = [self._form(name, self.inputs, steps) for name, steps in full.items() if steps]
-        drawing_functions = places(self.stated, self.inputs, self.stated.named)
+        drawing_functions = place_functions(self.stated, self.inputs, self.stated.named)
         return (self._start(), *forms, *self._outputs(reported), *drawing_functions)
 
     def solved(self) -> tuple[Expr, ...]:

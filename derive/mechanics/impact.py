@@ -17,7 +17,7 @@ from ..model import Let, let
 from ..quantity import Quantity, Vector
 
 
-def square(components: Sequence[Expr]) -> Expr:
+def sum_of_squares(components: Sequence[Expr]) -> Expr:
     """Return the sum of the squares of some components."""
     return sp.Add(*(c**2 for c in components))
 
@@ -33,7 +33,7 @@ def creeping(limit: Expr, slip: Sequence[Expr], speed: Expr) -> Expr:
     >>> creeping(limit, (v,), speed)
     limit/sqrt(speed**2 + v**2)
     """
-    return limit / sp.sqrt(square(slip) + speed**2)
+    return limit / sp.sqrt(sum_of_squares(slip) + speed**2)
 
 
 def dahl(
@@ -52,9 +52,9 @@ def dahl(
     >>> dahl((v,), (z,), k, limit, 0)
     ((-k*v*z/limit + v,), k**2*v*z**2/limit)
     """
-    yielding = sp.sqrt(square(sliding) + creep**2) * stiffness / limit
+    yielding = sp.sqrt(sum_of_squares(sliding) + creep**2) * stiffness / limit
     rates = tuple(speed - yielding * bend for speed, bend in zip(sliding, bent, strict=True))
-    return rates, stiffness * square(bent) * yielding
+    return rates, stiffness * sum_of_squares(bent) * yielding
 
 
 @dataclass(frozen=True)
@@ -132,7 +132,7 @@ class Impact:
             ),
             let(self.stored, switch(self.gap, S.Zero, law.work(self.depth))),
             let(self.damped, (self.normal - self.elastic) * self.closing),
-            let(self.rubbed, self.drag * square(slips) if slip else S.Zero),
+            let(self.rubbed, self.drag * sum_of_squares(slips) if slip else S.Zero),
         )
 
     def _force(self, rate: Quantity, opening: Expr, slip: Sequence[Expr]) -> Expr:

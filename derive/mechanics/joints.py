@@ -14,7 +14,7 @@ from ..quantity import Quantity
 from .bodies import AXES, SHAFT, Body, Part, Pin, point_velocity
 from .contacts import Contacts
 from .frames import Axis, Frame, Point, Vec, X, Z, displacement, unit, zero
-from .statement import MechanismError, triple
+from .statement import MechanismError, to_triple
 
 Scalar: TypeAlias = Expr | float
 
@@ -321,7 +321,7 @@ class Joints(Contacts):
         for i in moments:
             meaning = f"moment of {by} on {on} at {at.name}, {AXES[i]} of {by.frame}"
             moment[i] = self.assembly.unknown(f"M_{name}{AXES[i]}", "N m", meaning)
-        forces_, moments_ = Vec(frame or self.world, triple(force)), Vec(by.frame, triple(moment))
+        forces_, moments_ = Vec(frame or self.world, to_triple(force)), Vec(by.frame, to_triple(moment))
         self.assembly.act(name, on, by, at, forces_, moments_)
         self._along_other_axes(f"F_{name}", "N", f"force of {by} on {on} at {at.name}", forces_)
         self._along_other_axes(f"M_{name}", "N m", f"moment of {by} on {on} at {at.name}", moments_)

@@ -10,7 +10,7 @@ from sympy import Expr, S
 from ..functions import clip, clip_slope
 from ..model import Call, Event, Let, RuntimeFunction
 from ..quantity import OpenVector, Quantity
-from .frames import Frame, Point, Vec, displacement, shorter
+from .frames import Frame, Point, Vec, displacement, shorten_vector
 from .loops import Coordinate
 from .statement import MechanismError, Statement, quantity
 
@@ -248,7 +248,7 @@ class Kinematics(Statement):
         for symbol, component in zip(symbols, place.components, strict=False):
             self.let(symbol, component)
         self.motion.places[point] = base, _vector(frame, symbols, place.components)
-        drift = shorter(self.motion.drift(base, point, frame))
+        drift = shorten_vector(self.motion.drift(base, point, frame))
         self.motion.rates |= dict(zip(symbols, drift.components, strict=False))
 
     def hang(self, point: Point, hinge: Point) -> None:

@@ -12,9 +12,9 @@ from ..quantity import NONE, NOTHING, DimensionError, Quantities, Quantity, dime
 from .bodies import AXES
 from .driven_motion import Sides, derive_driven_motion, derive_twin_lane
 from .frames import Axis, Frame, Motion, Point, Vec, Z, displacement, unit
-from .free_motion import FreeMotion, accelerations, derive_free_motion
+from .free_motion import FreeMotion, derive_free_motion, symbolic_accelerations
 from .joints import Joints, Scalar
-from .statement import MechanismError, triple
+from .statement import MechanismError, to_triple
 
 TIME = Quantity("time", "s", "time", "given")
 WORLD = Frame("world")
@@ -140,7 +140,7 @@ class Mechanism(Joints):
         >>> m.vector(m.world, m.given.F).components
         (F, 0, 0)
         """
-        return Vec(frame, triple((x, y, z)))
+        return Vec(frame, to_triple((x, y, z)))
 
     def position(self, point: Point, frame: Frame | None = None) -> Vec:
         r"""Return the vector from the origin to a point [m], along the axes of the world or of ``frame``.
@@ -272,7 +272,7 @@ class Mechanism(Joints):
         >>> m.accelerations()
         (F/m,)
         """
-        return accelerations(self, TIME)
+        return symbolic_accelerations(self, TIME)
 
     def system(self, reported: Sequence[str | Quantity] | None = None) -> System:
         r"""Derive the model: results along the angle, or the functions that an integrator needs; all values in SI.

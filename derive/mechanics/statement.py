@@ -29,7 +29,7 @@ class Statement:
     ) -> None:  # fmt: skip
         self.name, self.given, self.angle, self.motion, self.spatial = name, given, angle, motion, spatial
         self.world, self.O = world, Point("O")
-        self.assembly = Assembly(motion, Vec(self.world, triple(gravity)))
+        self.assembly = Assembly(motion, Vec(self.world, to_triple(gravity)))
         self.ground = self.assembly.add(Body("ground", self.world))
         self.loops = Loops()
         self.slips: dict[str, Expr] = {}
@@ -254,7 +254,7 @@ class Statement:
             meaning = f"acceleration of the centroid of {body}, {axis}"
             name = f"a_{word(body.name)}{number}_{axis}"
             named.append(S.Zero if component == 0 else self.name_(name, "m/s2", meaning, component))
-        self.motion.accelerations[centroid] = Vec(self.world, triple(named))
+        self.motion.accelerations[centroid] = Vec(self.world, to_triple(named))
 
     def told_in(self, speeds: Collection[Quantity]) -> dict[Quantity, Expr]:
         """Return the named expressions that depend on rates or accelerations, each expressed by these."""
@@ -295,7 +295,7 @@ def quantity(name: str, unit: str, meaning: str) -> Quantity:
     return Quantity(name, unit, meaning, f"derived: {meaning}")
 
 
-def triple(components: Sequence[Expr]) -> Triple:
+def to_triple(components: Sequence[Expr]) -> Triple:
     """Return three components as expressions. Raises ValueError if there are more or fewer."""
     x, y, z = map(sp.sympify, components)
     return x, y, z
@@ -319,7 +319,7 @@ def _consistent(equation: Equation) -> Equation:
     return equation
 
 
-def places(stated: Statement, inputs: Sequence[Packed], before: Sequence[Step]) -> tuple[ClosedForm, ...]:
+def place_functions(stated: Statement, inputs: Sequence[Packed], before: Sequence[Step]) -> tuple[ClosedForm, ...]:
     """``x_BODY__POINT`` and its like [m] for each body and each of its points, from what a lane takes.
 
     ``before`` are the steps that places may need.

@@ -186,7 +186,7 @@ COMPLETION = {
 times, and the printed radius of curvature for the tooth tips, whose polygon is as wide as the shaft."""
 
 
-def printed() -> System:
+def printed_equation() -> System:
     """The clutch as this paper prints it."""
     return model.build_printed_clutch(PAPER.equations, COMPLETION, LACKING)
 
@@ -196,5 +196,5 @@ def printed_beam() -> System:
     return model.build_printed_beam(PAPER.equations)
 
 
-SYSTEMS = (printed, printed_beam)
+SYSTEMS = (printed_equation, printed_beam)
 CASE = Case(PAPER, SUBJECT)

@@ -40,7 +40,7 @@ def disc_contour() -> ClosedForm:
     moves = Vec(WORLD, (dx, dy, S.Zero)).resolved(CAM)
     plane = ((v[0], v[1]) for v in (position, velocity, acceleration, moves))
     source = "derived: in the cam's frame"
-    steps = (Let(pitch_x, position[0], source), Let(pitch_y, position[1], source), *cams.contour(*plane))
+    steps = (Let(pitch_x, position[0], source), Let(pitch_y, position[1], source), *cams.contour_steps(*plane))
     return ClosedForm("disc", (phi, CENTRE, cams.reach), steps, Vector("contour", (pitch_x, pitch_y, *cams.CONTOUR)))
 
 

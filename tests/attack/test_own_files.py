@@ -9,7 +9,7 @@ from pathlib import Path, PureWindowsPath
 import pytest
 import typer
 
-from derive.generated_folder import OwnError, add, strays
+from derive.generated_folder import OwnError, add_files, list_strays
 from planter.cli.app import application
 from planter.report import files
 from planter.report.folder import NAME, renewing
@@ -149,28 +149,28 @@ def test_deriving_overwrites_no_source_and_no_edited_table(tmp_path: Path) -> No
 
 def test_derived_files_replace_only_derived_ones(tmp_path: Path) -> None:
     texts = {"own.py": "1", "own.toml": "1", "array/own.py": "1"}
-    add(tmp_path, texts)
+    add_files(tmp_path, texts)
     changed = {**texts, "own.py": "2", "array/own.py": "2"}
     (tmp_path / "own.toml").write_text("edited")
     with pytest.raises(OwnError, match=r"own\.toml.*--overwrite"):
-        add(tmp_path, {**changed, "own.toml": "2"})
+        add_files(tmp_path, {**changed, "own.toml": "2"})
     assert (tmp_path / "array" / "own.py").read_text() == "1"
     (tmp_path / "own.toml").write_text("1")
-    add(tmp_path, changed)
+    add_files(tmp_path, changed)
     assert {name: (tmp_path / name).read_text() for name in texts} == changed
     (tmp_path / "notes.py").write_text("own")
     with pytest.raises(OwnError, match=r"notes\.py"):
-        add(tmp_path, {"notes.py": "1"})
-    add(tmp_path, {"notes.py": "1"}, overwrite=True)
+        add_files(tmp_path, {"notes.py": "1"})
+    add_files(tmp_path, {"notes.py": "1"}, overwrite=True)
     assert (tmp_path / "notes.py").read_text() == "1"
-    assert not list(strays(tmp_path, {**changed, "notes.py": "1"}))
+    assert not list(list_strays(tmp_path, {**changed, "notes.py": "1"}))
 
 
 def test_manifests_of_derivation_and_results_are_equal(tmp_path: Path) -> None:
     """What one of them wrote is known to the other, and neither removes it."""
-    add(tmp_path, {"own.py": "1"})
+    add_files(tmp_path, {"own.py": "1"})
     files.write_text(tmp_path / "own.py", "2")
-    add(tmp_path, {"own.py": "3"})
+    add_files(tmp_path, {"own.py": "3"})
     with renewing(tmp_path):
         files.write_text(tmp_path / "summary.json", "1")
     with renewing(tmp_path):

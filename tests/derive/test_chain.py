@@ -6,8 +6,8 @@ import pytest
 import sympy as sp
 from sympy import Piecewise
 
-from derive.chain import BlockError, Chain, ChainError, Solve, Together, close_cases, ordered, solve_linear, solved
-from derive.equations import ClaimError, Definition, Equation, by_claim, defined
+from derive.chain import BlockError, Chain, ChainError, Solve, Together, close_cases, ordered, solve_linear, solve_set
+from derive.equations import ClaimError, Definition, Equation, by_claim, defining_equation
 from derive.model import Let, LinearSolve, System
 from derive.papers import wang2017
 from derive.quantity import Quantity
@@ -45,7 +45,9 @@ def test_unknown_is_solved_through_definitions() -> None:
 
 
 def test_order_may_name_claims() -> None:
-    equations = by_claim([defined(MadeUpClaim.SUM, a, b + c), defined(MadeUpClaim.SHARE.of(b), b, 2 * c)])
+    equations = by_claim(
+        [defining_equation(MadeUpClaim.SUM, a, b + c), defining_equation(MadeUpClaim.SHARE.of(b), b, 2 * c)]
+    )
     chain = Chain.of_claims(equations, [(MadeUpClaim.SHARE.of(b), c), (MadeUpClaim.SUM, a)])
     assert [(let.symbol, let.expr) for let in chain.lets()] == [(c, b / 2), (a, b + c)]
     with pytest.raises(ClaimError, match="nothing here states ClaimOf 'made-up share c'; near it: ClaimOf 'made-up sh"):
@@ -131,7 +133,7 @@ def test_undetermined_unknowns_name_their_equations() -> None:
 
 def test_size_of_unknown_is_solved_by_cases() -> None:
     """Friction on a normal force among the unknowns: a + b = k, b = |a|/2 has two cases."""
-    steps = solved([equation("along", a + b - k), equation("law", b - sp.Abs(a) / 2)], (a, b))
+    steps = solve_set([equation("along", a + b - k), equation("law", b - sp.Abs(a) / 2)], (a, b))
     for value, expected in ((3.0, 2.0), (-1.0, -2.0)):
         values: dict[sp.Basic, sp.Expr] = {k: sp.Float(value)}
         for step in steps:
@@ -146,4 +148,4 @@ def test_size_of_unknown_is_solved_by_cases() -> None:
 
 def test_nonlinear_set_is_refused() -> None:
     with pytest.raises(BlockError, match="not linear in a, b"):
-        solved([equation("one", a * b - 1), equation("two", a + b - 3)], (a, b))
+        solve_set([equation("one", a * b - 1), equation("two", a + b - 3)], (a, b))

@@ -13,11 +13,11 @@ from derive.chain import (
     Solve,
     Together,
     closed_set,
-    matched,
+    friction_states,
+    match_equations,
     ordered,
-    solvable,
-    solved,
-    states,
+    select_solvable,
+    solve_set,
 )
 from derive.equations import Definition, Equation
 from derive.model import Let, LinearSolve, Step
@@ -102,7 +102,7 @@ def test_underdetermined_error_names_equations() -> None:
         ordered([equation("sum", a + b - 3), equation("far", b + c - 1)], [a, b, c, d], [a])
 
 
-@pytest.mark.parametrize("find", [lambda es, us: ordered(es, us, us), solvable])
+@pytest.mark.parametrize("find", [lambda es, us: ordered(es, us, us), select_solvable])
 def test_sizes_are_solved_by_cases(find: Callable[[list[Equation], list[Quantity]], Chain]) -> None:
     chain = find([equation("size", a + sp.Abs(a) / 2 - k)], [a])
     assert chain.order == [Together(("size",), (a,))]
@@ -118,7 +118,7 @@ def test_solvable_unknowns_are_solved_and_others_assumed(seed: int) -> None:
     """Two equations are missing, one is a product: the others still hold of what is found, whatever the rest is."""
     equations = [e for e in system(seed) if e.number not in ("e0", "e5")]
     equations.append(equation("product", a * UNKNOWNS[5] - k))
-    chain = solvable(equations, UNKNOWNS)
+    chain = select_solvable(equations, UNKNOWNS)
     solved_for = [u for solve in chain.order for u in solve.unknowns]
     assumed = {u: sp.Rational(i + 2, 7) for i, u in enumerate(UNKNOWNS) if u not in solved_for}
     assert assumed
@@ -129,43 +129,43 @@ def test_solvable_unknowns_are_solved_and_others_assumed(seed: int) -> None:
 
 
 def test_nonlinear_equations_are_ignored() -> None:
-    chain = solvable([equation("square", a**2 - k), equation("sum", a + b - k)], [a, b])
+    chain = select_solvable([equation("square", a**2 - k), equation("sum", a + b - k)], [a, b])
     assert chain.order == [Solve("sum", b)]
     pair = [equation("product", a * b - k), equation("sum", a + b - k), equation("last", c - a)]
-    assert solvable(pair, [a, b, c]).order == [Solve("last", c)]
+    assert select_solvable(pair, [a, b, c]).order == [Solve("last", c)]
 
 
 @pytest.mark.parametrize(("value", "count"), [(3, 2), (-3, 0), (0, 1)])
 def test_states_of_friction_are_counted(value: int, count: int) -> None:
     """a + 2 |a| = k holds in two states for k > 0, in none for k < 0; where both meet it is one."""
-    steps = solved([equation("along", a + b - k), equation("law", b - 2 * sp.Abs(a))], (a, b))
+    steps = solve_set([equation("along", a + b - k), equation("law", b - 2 * sp.Abs(a))], (a, b))
     solution = after(steps, {k: sp.Integer(value)})
-    assert solution[states(a)] == count
+    assert solution[friction_states(a)] == count
     assert not count or solution[a] + 2 * abs(solution[a]) == value
 
 
 @pytest.mark.parametrize("values", [(3, 1), (-3, 1), (3, -7), (-2, -7)])
 def test_two_sizes_have_four_exclusive_cases(values: tuple[int, int]) -> None:
     equations = [equation("one", a + sp.Abs(b) / 3 - k), equation("two", b - sp.Abs(a) / 4 - c)]
-    solution = after(solved(equations, (a, b)), {k: sp.Integer(values[0]), c: sp.Integer(values[1])})
+    solution = after(solve_set(equations, (a, b)), {k: sp.Integer(values[0]), c: sp.Integer(values[1])})
     assert [e.residual.xreplace(solution) for e in equations] == [0, 0]
-    assert solution[states(a)] == 1
+    assert solution[friction_states(a)] == 1
 
 
 def test_too_many_sizes_are_refused() -> None:
     sizes = [equation(str(u), u + sp.Abs(u) / 2 - k) for u in UNKNOWNS[:5]]
     with pytest.raises(BlockError, match="are sizes of unknowns; at most 4"):
-        solved(sizes, UNKNOWNS[:5])
-    assert len(solved(sizes[:4], UNKNOWNS[:4])) == 2**4 + 4 + 1
-    names = [str(u) for step in solved(sizes[:1], UNKNOWNS[:1]) for u in step.defines]
+        solve_set(sizes, UNKNOWNS[:5])
+    assert len(solve_set(sizes[:4], UNKNOWNS[:4])) == 2**4 + 4 + 1
+    names = [str(u) for step in solve_set(sizes[:1], UNKNOWNS[:1]) for u in step.defines]
     assert names == ["u0_case1", "u0_case2", "u0", "states_u0"]
 
 
 def test_matching_is_maximal() -> None:
     """Where an equation's only unknown is taken, the one that took it makes way."""
     equations = [equation("both", a + b), equation("first", a - k), equation("none", k - 1)]
-    assert {u: e.number for u, e in matched(equations, [a, b]).items()} == {a: "first", b: "both"}
-    assert {u: e.number for u, e in matched(equations[:1], [a, b]).items()} == {a: "both"}
+    assert {u: e.number for u, e in match_equations(equations, [a, b]).items()} == {a: "first", b: "both"}
+    assert {u: e.number for u, e in match_equations(equations[:1], [a, b]).items()} == {a: "both"}
 
 
 def test_a_closed_set_is_the_smallest_and_whole() -> None:

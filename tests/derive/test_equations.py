@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 from derive import papers
-from derive.discovery import modules
+from derive.discovery import import_modules
 from derive.equations import (
     Balance,
     Claim,
@@ -17,10 +17,10 @@ from derive.equations import (
     ClaimOf,
     Definition,
     Equation,
-    among,
     by_claim,
-    defined,
-    derived,
+    defining_equation,
+    derived_equation,
+    find_claim,
 )
 from derive.systems.clutch.quantities import ClutchClaim
 from derive.systems.mapping.quantities import MappingClaim
@@ -67,43 +67,46 @@ KNOWN: dict[Claimed, int] = {MadeUpClaim.SUM: 1, MadeUpClaim.SHARE.of(a): 2, Bal
 
 
 def test_among_returns_value_of_a_claim() -> None:
-    assert [among(KNOWN, claim) for claim in KNOWN] == [1, 2, 3]
+    assert [find_claim(KNOWN, claim) for claim in KNOWN] == [1, 2, 3]
 
 
 def test_unknown_claim_error_suggests_near_claims() -> None:
     message = f"nothing here states ClaimOf 'made-up share {b}'; near it: .*ClaimOf 'made-up share {a}'"
     with pytest.raises(ClaimError, match=message):
-        among(KNOWN, MadeUpClaim.SHARE.of(b))
+        find_claim(KNOWN, MadeUpClaim.SHARE.of(b))
     with pytest.raises(ClaimError, match="near it: Balance 'sun: force along x of frame'"):
-        among(KNOWN, Balance("sun", "force", "y", "frame"))
+        find_claim(KNOWN, Balance("sun", "force", "y", "frame"))
     with pytest.raises(ClaimError, match=r"^nothing here states Definition 'definition: zzz'$"):
-        among({}, Definition("zzz"))
+        find_claim({}, Definition("zzz"))
 
 
 def test_sentences_and_families_are_not_claims() -> None:
     sentence: object = "made-up sum"
     with pytest.raises(ClaimError, match="nothing here states str 'made-up sum'; near it: MadeUpClaim 'made-up sum'"):
-        among(KNOWN, sentence)  # type: ignore[arg-type]
+        find_claim(KNOWN, sentence)  # type: ignore[arg-type]
     with pytest.raises(ClaimError, match=r"MadeUpClaim 'made-up share \{\}'"):
-        among(KNOWN, MadeUpClaim.SHARE)
+        find_claim(KNOWN, MadeUpClaim.SHARE)
 
 
 def test_duplicate_claims_raise() -> None:
-    first, other = defined(MadeUpClaim.SUM, a, b + c), derived(MadeUpClaim.SHARE.of(a), a - c, relation="<")
+    first, other = (
+        defining_equation(MadeUpClaim.SUM, a, b + c),
+        derived_equation(MadeUpClaim.SHARE.of(a), a - c, relation="<"),
+    )
     assert by_claim([first, other]) == {MadeUpClaim.SUM: first, MadeUpClaim.SHARE.of(a): other}
     with pytest.raises(ClaimError, match="elsewhere claim the same: made-up sum"):
         by_claim([first, other, replace(first, source="elsewhere")])
 
 
 def test_derived_equation_is_numbered_by_the_claim() -> None:
-    equation = defined(MadeUpClaim.SUM, a, b + c)
+    equation = defining_equation(MadeUpClaim.SUM, a, b + c)
     assert equation == Equation(
         "made-up sum", a - b - c, "derived: made-up sum", MadeUpClaim.SUM, defines=a, relation="="
     )
-    assert derived(MadeUpClaim.SUM, sp.S.Zero, relation=">").relation == ">"
+    assert derived_equation(MadeUpClaim.SUM, sp.S.Zero, relation=">").relation == ">"
 
 
-@pytest.mark.parametrize("module", modules(papers), ids=lambda m: m.PAPER.name)
+@pytest.mark.parametrize("module", import_modules(papers), ids=lambda m: m.PAPER.name)
 def test_every_equation_of_a_paper_claims_a_value(module: object) -> None:
     equations: list[Equation] = list(module.PAPER.equations.values())  # type: ignore[attr-defined]
     assert all(isinstance(e.claims, Balance | Claim | ClaimOf | Definition) for e in equations)

@@ -7,7 +7,7 @@ import sympy as sp
 from sympy import cos, pi, sin
 
 from derive.functions import Polynomial
-from derive.influence import Influence, NotAdditive, flattened, share
+from derive.influence import Influence, NotAdditive, flatten_products, side_share
 from derive.model import Call, Lane, Let, RuntimeFunction, Shared
 from derive.quantity import OpenVector, Quantity, Vector
 
@@ -44,7 +44,7 @@ def lane(reaction: int = 1, side: sp.Expr = COSINE, total_of: sp.Expr | None = N
 
 
 def influence(lane_: Lane) -> Influence:
-    return Influence(lane_, share(lane_, total, part))
+    return Influence(lane_, side_share(lane_, total, part))
 
 
 def test_cancelling_steps_are_not_computed() -> None:
@@ -67,7 +67,7 @@ def test_uncancelled_lever_has_effect() -> None:
 
 
 def test_a_result_is_written_out_without_squares_of_cosines() -> None:
-    steps = flattened(influence(lane()).reduced(), part, frozenset({turned, rate}))
+    steps = flatten_products(influence(lane()).reduced(), part, frozenset({turned, rate}))
     (last,) = (step for step in steps if step.defines == (part,))
     assert isinstance(last, Let)
     assert last.expr == rate + load
@@ -75,10 +75,10 @@ def test_a_result_is_written_out_without_squares_of_cosines() -> None:
 
 def test_total_must_be_a_sum_of_sides() -> None:
     with pytest.raises(NotAdditive, match="total is not a sum of what each side does"):
-        share(lane(total_of=above * twin(above)), total, part)
+        side_share(lane(total_of=above * twin(above)), total, part)
     bare = lane()
     with pytest.raises(NotAdditive, match="no equal sides"):
-        share(Lane(phi, bare.inputs, bare.steps, bare.outputs), total, part)
+        side_share(Lane(phi, bare.inputs, bare.steps, bare.outputs), total, part)
 
 
 def test_polynomial_derivative_uses_the_coefficients() -> None:

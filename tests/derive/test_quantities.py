@@ -4,25 +4,28 @@ import pytest
 import sympy as sp
 
 from derive import gearing, papers, systems
-from derive.discovery import modules
-from derive.emit.expression import expressions
+from derive.discovery import import_modules
+from derive.emit.expression import list_expressions
 from derive.generated_folder import GENERATED
-from derive.generation import models
-from derive.model import Let, System, entries
+from derive.generation import derive_models
+from derive.model import Let, System, join_entries
 from derive.papers import wang2017
 from derive.quantity import DimensionError, Quantity, dimension, of_unit
 from tests.support.late import LateDict
 
 SYSTEMS = LateDict(
-    lambda: {model.name: model for model in models((*modules(gearing), *modules(systems), *modules(papers)))}
+    lambda: {
+        model.name: model
+        for model in derive_models((*import_modules(gearing), *import_modules(systems), *import_modules(papers)))
+    }
 )
 NAMES = sorted(p.stem for p in GENERATED.glob("*.json") if not p.stem.startswith(("audit", "curve_")))
 """Of the systems, as they are in `generated/`."""
 
 
 def symbols(system: System) -> set[sp.Symbol]:
-    used = {s for step in system.steps for e in expressions(step) for s in e.free_symbols | set(step.defines)}
-    return used.union(*map(entries, system.inputs))
+    used = {s for step in system.steps for e in list_expressions(step) for s in e.free_symbols | set(step.defines)}
+    return used.union(*map(join_entries, system.inputs))
 
 
 def undescribed(symbols_: set[sp.Symbol]) -> list[str]:

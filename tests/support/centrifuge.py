@@ -12,7 +12,7 @@ import sympy as sp
 from derive.audit.case import Case
 from derive.audit.paper import Cycle, Dynamics, Law, Paper, Subject
 from derive.chain import Chain, Solve
-from derive.equations import Claim, by_claim, defined
+from derive.equations import Claim, by_claim, defining_equation
 from derive.quantity import Quantity
 
 
@@ -37,8 +37,8 @@ def values(angle):
 
 class Centrifuge(Subject):
     def claims(self):
-        lift = defined(CentrifugeClaim.LIFT, N, m * g - m * r * w**2 * sp.sin(phi))
-        return by_claim([lift, defined(CentrifugeClaim.SUPPORT, R, N + N_2)])
+        lift = defining_equation(CentrifugeClaim.LIFT, N, m * g - m * r * w**2 * sp.sin(phi))
+        return by_claim([lift, defining_equation(CentrifugeClaim.SUPPORT, R, N + N_2)])
 
     def admissible(self, rng):
         return {symbol: sp.Rational(rng.randint(101, 999), 300) for symbol in (m, g, r, w, phi, N, N_2, R)}

@@ -7,7 +7,7 @@ from typing import Any
 
 import sympy as sp
 
-from derive.audit.judge import Judgement, judge
+from derive.audit.judge import Judgement, judge_equation
 from derive.audit.paper import Subject
 from derive.equations import Claim, Claimed, Equation, Relation
 from derive.evaluate import Point
@@ -81,4 +81,4 @@ def judged(
         Equation("n", r if defines is None else defines - r, "test", MadeUpClaim.SUM, defines=defines, relation=k)
         for r, k in zip((printed, derived), relations, strict=True)
     )
-    return judge(first, second, POINTS, WORDS)
+    return judge_equation(first, second, POINTS, WORDS)

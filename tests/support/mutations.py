@@ -19,15 +19,15 @@ from derive.audit.comparison import align_sides
 from derive.audit.judge import Judgement
 from derive.audit.paper import Paper, Question
 from derive.audit.reading_search import judge_readings
-from derive.audit.verdicts import cases
-from derive.discovery import modules
+from derive.audit.verdicts import find_cases
+from derive.discovery import import_modules
 from derive.equations import Equation
 from derive.evaluate import DIGITS, NotEvaluated, Point
 from derive.generated_folder import GENERATED
 from derive.quantity import DimensionError, dimension
 from tests.support.errors import KINDS
 
-CASES = {case.paper.name: case for case in cases(modules(papers)).values()}
+CASES = {case.paper.name: case for case in find_cases(import_modules(papers)).values()}
 SLOW = 20
 """Equations that are not confirmed and have more terms than this, both sides together, are slow to judge."""
 EQUAL = mpf(10) ** -42

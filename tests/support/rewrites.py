@@ -9,8 +9,8 @@ import sympy as sp
 from sympy import Basic, Expr
 
 from derive import papers
-from derive.audit.verdicts import cases
-from derive.discovery import modules
+from derive.audit.verdicts import find_cases
+from derive.discovery import import_modules
 from derive.equations import Equation
 from tests.support.errors import REVERSED, rewritten
 
@@ -73,7 +73,7 @@ def _apply_to_equation(change: Callable[[Expr], Expr]) -> Callable[[Equation], E
 
 def _a_turn_on(equation: Equation) -> Equation:
     """A direction a whole turn on: an angle of which everything else asks for sines and cosines alone."""
-    direction = any(equation.defines in case.directions for case in cases(modules(papers)).values())
+    direction = any(equation.defines in case.directions for case in find_cases(import_modules(papers)).values())
     return rewritten(equation, lambda e: e + 2 * sp.pi) if direction else equation
 
 

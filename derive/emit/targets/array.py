@@ -8,7 +8,7 @@ from ...gearing.pitch_curve import PitchCurve
 from ...model import SineSeries, System
 from ..expression import PLAIN, Dialect, Printer
 from ..folder import Target
-from ..text import NOTICE, Emitted, composed, filled, in_closed_form, unpacked
+from ..text import NOTICE, Emitted, describe_composed, fill_text, format_unpacking, in_closed_form
 
 SOLVER = '''def solved(xp, matrix, right):
     """The unknowns of simultaneous equations, then the least pivot over the largest entry of its column.
@@ -62,7 +62,7 @@ def model(system: System, functions: Sequence[Emitted]) -> str:
     """The text of a module with the functions of a model."""
     solver = [SOLVER] if any(f.solves for f in functions) else []
     texts = "\n\n\n".join((*solver, *_helpers(functions), *map(_function, functions)))
-    meant = "\n".join(filled(f"{MEANT} {composed(system.functions, ARRAY.first)}", WIDTH))
+    meant = "\n".join(fill_text(f"{MEANT} {describe_composed(system.functions, ARRAY.first)}", WIDTH))
     return f'''"""{system.title}: array code.
 
 {NOTICE}
@@ -121,11 +121,11 @@ def _prologue(curve: PitchCurve) -> str:
     if in_closed_form(curve):
         return f'''def prologue(xp, parameters, terms):
     """Centre distance in closed form; the rotation needs no series."""
-{unpacked(curve.parameters, "parameters")}
+{format_unpacking(curve.parameters, "parameters")}
     return [{Printer(ARRAY)(curve.centre_distance())}, *([0] * terms)]'''
     return f'''def radii(xp, parameters, terms):
     """Parameters of the midpoints of half a turn, and the radii there."""
-{unpacked(curve.parameters, "parameters")}
+{format_unpacking(curve.parameters, "parameters")}
     nodes = [xp.pi * (2 * j + 1) / (4 * terms) for j in range(2 * terms)]
     return nodes, [{Printer(ARRAY)(curve.radius())} for u in nodes]
 

@@ -11,7 +11,17 @@ from ...model import System
 from ...quantity import OpenVector, Quantity
 from ..expression import PLAIN, Dialect, Printer
 from ..folder import Target
-from ..text import HOISTED, NOTICE, Emitted, composed, described, filled, in_closed_form, parameters_of, unpacked
+from ..text import (
+    HOISTED,
+    NOTICE,
+    Emitted,
+    describe_composed,
+    describe_vectors,
+    fill_text,
+    format_unpacking,
+    in_closed_form,
+    pack_parameters,
+)
 
 SOLVER = '''def solved(matrix: list[list[SX]], right: list[SX]) -> tuple[SX, ...]:
     """The unknowns of simultaneous equations, then the least pivot over the largest entry of its column.
@@ -59,7 +69,8 @@ def model(system: System, functions: Sequence[Emitted]) -> str:
         f"{system.title}: CasADi functions.", "", NOTICE, f"Source: {system.source}.",
         *textwrap.wrap(f"Assumes: {'; '.join(system.assumptions)}.", WIDTH),
         *textwrap.wrap(f"Operations: {', '.join(f'{f.name} {f.operations}' for f in functions)}.", WIDTH), "",
-        *filled(f"{composed(system.functions)} Inputs:".lstrip(), WIDTH), "", described(system.inputs),
+        *fill_text(f"{describe_composed(system.functions)} Inputs:".lstrip(), WIDTH), "",
+        describe_vectors(system.inputs),
     ))  # fmt: skip
     return f'"""{docstring}\n"""\n\n{_imports(builders)}\n\n\n{builders}\n'
 
@@ -77,7 +88,7 @@ def _builder(function: Emitted) -> str:
     return f'''def {function.name}({signature}) -> Function:
     """{function.output.name}, {len(function.output)} entries:
 
-{textwrap.indent(described([function.output]), "    ")}
+{textwrap.indent(describe_vectors([function.output]), "    ")}
     """
 {_declared(function, _length)}
 {function.body(CASADI)}
@@ -113,7 +124,7 @@ def curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
     return f'''"""{curve.title.capitalize()}: CasADi functions of a pitch curve and its conjugate.
 
 {NOTICE}
-{described([parameters_of(curve), HOISTED])}
+{describe_vectors([pack_parameters(curve), HOISTED])}
 """
 
 {_imports(builders, CLOSED if closed else CLOSURE)}
@@ -147,15 +158,15 @@ def _describe_given(function: Emitted) -> str:
 def _closed(curve: PitchCurve) -> str:
     return f'''def prologue(terms: int) -> Function:
     """Centre distance in closed form; the rotation needs no series."""
-    parameters = SX.sym("parameters", {len(parameters_of(curve))})
-{unpacked(curve.parameters, "parameters")}
+    parameters = SX.sym("parameters", {len(pack_parameters(curve))})
+{format_unpacking(curve.parameters, "parameters")}
     hoisted = vertcat({Printer(CASADI)(curve.centre_distance())}, SX.zeros(terms))
     return Function("prologue", [parameters], [hoisted], ["parameters"], ["hoisted"])
 
 
 def tangent(terms: int) -> Function:
     """Jacobian of the prologue in the parameters."""
-    parameters, hoisted = SX.sym("parameters", {len(parameters_of(curve))}), SX.sym("hoisted", 1 + terms)
+    parameters, hoisted = SX.sym("parameters", {len(pack_parameters(curve))}), SX.sym("hoisted", 1 + terms)
     along = jacobian(prologue(terms)(parameters), parameters)
     return Function("tangent", [parameters, hoisted], [along], ["parameters", "hoisted"], ["along"])'''
 
@@ -168,8 +179,8 @@ def _closure(curve: PitchCurve) -> str:
     """
     u = DM([pi * (j + 0.5) / (2 * terms) for j in range(2 * terms)])
     cosines = cos(DM(range(1, terms + 1)) @ u.T) / terms
-    parameters = SX.sym("parameters", {len(parameters_of(curve))})
-{unpacked(curve.parameters, "parameters")}
+    parameters = SX.sym("parameters", {len(pack_parameters(curve))})
+{format_unpacking(curve.parameters, "parameters")}
     radii = {Printer(CASADI)(curve.radius())}
     return cosines, parameters, radii
 
@@ -183,7 +194,7 @@ def prologue(terms: int) -> Function:
     closure = Function("closure", [a, parameters], [sum1(ratios) / (2 * terms) - 1])
     at_nodes = Function("ratios", [a, parameters], [ratios])
 
-    given = MX.sym("parameters", {len(parameters_of(curve))})
+    given = MX.sym("parameters", {len(pack_parameters(curve))})
     root = rootfinder("root", "fast_newton", closure, {{"abstol": 1e-14, "abstolStep": 1e-14, "max_iter": 100}})
     distance = root(start(given), given)
     hoisted = vertcat(distance, cosines @ at_nodes(distance, given))
@@ -199,7 +210,7 @@ def tangent(terms: int) -> Function:
     moved = -sum1(along_parameters) / sum1(along_a)
     at_nodes = Function("slopes", [a, parameters], [moved, along_parameters + along_a @ moved])
 
-    given, hoisted = MX.sym("parameters", {len(parameters_of(curve))}), MX.sym("hoisted", 1 + terms)
+    given, hoisted = MX.sym("parameters", {len(pack_parameters(curve))}), MX.sym("hoisted", 1 + terms)
     along_distance, along_ratios = at_nodes(hoisted[0], given)
     along = vertcat(along_distance, cosines @ along_ratios)
     return Function("tangent", [given, hoisted], [along], ["parameters", "hoisted"], ["along"])'''

@@ -12,11 +12,11 @@ from sympy.core.alphabets import greeks
 
 from ...functions import Polynomial, Turns
 from ...gearing.pitch_curve import PitchCurve
-from ...model import Call, Input, LinearSolve, SineSeries, Step, System, entries
+from ...model import Call, Input, LinearSolve, SineSeries, Step, System, join_entries
 from ...quantity import OpenVector, Quantity
 from ..expression import COMMON
 from ..folder import Target
-from ..text import HOISTED, NOTICE, Emitted, composed, in_closed_form, parameters_of
+from ..text import HOISTED, NOTICE, Emitted, describe_composed, in_closed_form, pack_parameters
 
 DOCUMENT = r"""\documentclass[a4paper]{article}
 \usepackage[margin=22mm]{geometry}
@@ -43,18 +43,20 @@ ROOM = 78
 
 def model(system: System, functions: Sequence[Emitted]) -> str:
     """A document on a model."""
-    assumed = f"Source: {system.source}. Assumes: {'; '.join(system.assumptions)}. {composed(system.functions)}"
+    assumed = (
+        f"Source: {system.source}. Assumes: {'; '.join(system.assumptions)}. {describe_composed(system.functions)}"
+    )
     return _document(system.title, assumed, system.inputs, _sections(functions))
 
 
 def curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
     """A document on a pitch curve and its conjugate."""
     sections = (*_prologue(curve), *_sections(functions))
-    return _document(f"{curve.title.capitalize()}", "Pitch curve and conjugate.", (parameters_of(curve),), sections)
+    return _document(f"{curve.title.capitalize()}", "Pitch curve and conjugate.", (pack_parameters(curve),), sections)
 
 
 def _document(title: str, about: str, inputs: Sequence[Input], sections: Iterable[str]) -> str:
-    table = _table([quantity for packed in inputs for quantity in entries(packed)])
+    table = _table([quantity for packed in inputs for quantity in join_entries(packed)])
     open_ones = [f"{_code(v.name)}: {_plain(v.meaning)}." for v in inputs if isinstance(v, OpenVector)]
     lines = (_plain(f"{about} {NOTICE}"), r"\section*{Given}", *table, *open_ones, *sections)
     return DOCUMENT % (_plain(title), "\n".join(lines))

@@ -13,7 +13,16 @@ from ...model import Call, Input, LinearSolve, SineSeries, Step, System
 from ...quantity import OpenVector, Quantity
 from ..expression import COMMON, PLAIN, Dialect, Printer
 from ..folder import Target
-from ..text import HOISTED, NOTICE, Emitted, composed, described, filled, in_closed_form, parameters_of
+from ..text import (
+    HOISTED,
+    NOTICE,
+    Emitted,
+    describe_composed,
+    describe_vectors,
+    fill_text,
+    in_closed_form,
+    pack_parameters,
+)
 
 MATLAB = Dialect({f: f for f in PLAIN} | {
     "abs": "abs", "min": "min", "max": "max", "select": "select", "and": "and", "or": "or", "not": "not", "pi": "pi",
@@ -61,8 +70,12 @@ WIDTH = 112
 
 def model(system: System, functions: Sequence[Emitted]) -> str:
     """The text of a file with the functions of a model."""
-    inputs = (f"{composed(system.functions)} Inputs:".lstrip(), "", *described(system.inputs).split("\n"))
-    assumed = filled(f"Assumes: {'; '.join(system.assumptions)}.", WIDTH)
+    inputs = (
+        f"{describe_composed(system.functions)} Inputs:".lstrip(),
+        "",
+        *describe_vectors(system.inputs).split("\n"),
+    )
+    assumed = fill_text(f"Assumes: {'; '.join(system.assumptions)}.", WIDTH)
     head = (f"{system.title}.", "", NOTICE, f"Source: {system.source}.", *assumed, "")
     return _file(system.name, functions, (*head, *_meant(system.name, functions), *inputs))
 
@@ -71,14 +84,14 @@ def curve(curve: PitchCurve, functions: Sequence[Emitted]) -> str:
     """The text of a file with the functions of a pitch curve and its prologue."""
     name = f"curve_{curve.name}"
     head = (f"{curve.title.capitalize()}: pitch curve and conjugate.", "", NOTICE, "")
-    inputs = described([parameters_of(curve), HOISTED]).split("\n")
+    inputs = describe_vectors([pack_parameters(curve), HOISTED]).split("\n")
     meant = (*_meant(name, functions), "`m.prologue(parameters, terms)` gives what is hoisted.", "")
     return _file(name, functions, (*head, *meant, *inputs), _prologue(curve))
 
 
 def _meant(name: str, functions: Sequence[Emitted]) -> list[str]:
     first = functions[0]
-    return filled(MEANT.format(name=name, first=first.name, names=_taken(first)), WIDTH)
+    return fill_text(MEANT.format(name=name, first=first.name, names=_taken(first)), WIDTH)
 
 
 def _file(name: str, functions: Sequence[Emitted], head: Iterable[str], *first_bodies: str) -> str:
@@ -93,7 +106,10 @@ def _file(name: str, functions: Sequence[Emitted], head: Iterable[str], *first_b
 
 def _function(function: Emitted) -> str:
     _refuse_names(function)
-    remark = (f"{function.output.name}, {len(function.output)} entries:", *described([function.output]).split("\n")[1:])
+    remark = (
+        f"{function.output.name}, {len(function.output)} entries:",
+        *describe_vectors([function.output]).split("\n")[1:],
+    )
     lines = [
         *_comments(remark),
         *(line for packed in function.inputs for line in _unpacked(packed, function.used)),

@@ -9,7 +9,7 @@ from ...formulas import Formulas
 from ...functions import clip, switch
 from ...mechanics.bodies import kinetic_energy
 from ...mechanics.frames import Frame, Motion, Point, Vec, Z, displacement
-from ...mechanics.impact import dahl, square
+from ...mechanics.impact import dahl, sum_of_squares
 from ...mechanics.kinematics import Followed
 from ...mechanics.mechanism import Mechanism
 from ...model import Let, System, let
@@ -216,7 +216,7 @@ def _add_motion(f: Formulas) -> None:
     m = build_mechanism()
     bending = m.velocity(END)
     powers = _powers(lost, shaft_damping * bending.dot(bending))
-    in_springs = sp.Add(*m.potentials) + lock_stiffness * square(BENT) / 2 + q.stored
+    in_springs = sp.Add(*m.potentials) + lock_stiffness * sum_of_squares(BENT) / 2 + q.stored
     steps = (
         let(spun, q.output_dot / sqrt(q.output_dot**2 + load_speed**2)),
         let(limit, slide + lock * seated),

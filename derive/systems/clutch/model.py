@@ -15,7 +15,7 @@ import mpmath
 import sympy as sp
 from sympy import Expr, S, cos, cosh, pi, sin, sinh
 
-from ...equations import Claim, Definition, Equation, among
+from ...equations import Claim, Definition, Equation, find_claim
 from ...formulas import Formulas, Wanted
 from ...model import ClosedForm, Let, System, let
 from ...quantity import Quantity, Vector
@@ -94,14 +94,14 @@ _CONDITIONS = {
 
 def _outline_radius(f: Formulas) -> Let:
     """Return the outline radius at the left end, from the axial angle."""
-    equation = among(f.equations, ClutchClaim.AXIAL_ANGLE)
+    equation = find_claim(f.equations, ClutchClaim.AXIAL_ANGLE)
     (radius,) = sp.solve(equation.residual, q.R1)
     return Let(q.R1, radius, equation.source)
 
 
 def _margin(f: Formulas, claim: Claim, name: str, unit: str) -> Let:
     """Return the margin of an inequality, positive if it holds."""
-    equation = among(f.equations, claim)
+    equation = find_claim(f.equations, claim)
     sign = 1 if equation.relation in (">", ">=") else -1
     symbol = Quantity(f"margin_{name}", unit, str(claim), equation.source)
     return Let(symbol, sign * equation.residual.xreplace(f.bind), equation.source)
@@ -186,7 +186,7 @@ def build_printed_clutch(
     )  # fmt: skip
     for claim in (*f.equations, *lacking):
         if not isinstance(claim, Definition):
-            among(derive_formulas().equations, claim)
+            find_claim(derive_formulas().equations, claim)
     _add_functions(f)
     return f.system()
 

@@ -17,11 +17,10 @@ from ...mechanics.frames import Frame, Motion, Point, Vec, displacement
 from ...mechanics.frames import Z as UP
 from ...model import Let, System, let
 from ...quantity import Quantity, Vector
-from . import dyads, train
+from . import geometry
 from . import quantities as q
-from .dyads import ARM, MOVING_HINGE, ORIGIN, TIP, WORLD
+from .geometry import ARM, MOVING_HINGE, ORIGIN, TIP, WORLD, tip_position
 from .subject import ASSUMPTIONS
-from .train import tip_position
 
 _linkage = partial(Quantity, source="derived: four-bar linkage of two dyads")
 
@@ -148,11 +147,11 @@ def _lets(named: Named, text: str) -> tuple[Let, ...]:
 
 def _add_dyads(f: Formulas) -> None:
     half = q.phi / 2
-    image = dict(zip(q.MAPPED, dyads.pose_quaternion(sp.cos(half), sp.sin(half)), strict=True))
+    image = dict(zip(q.MAPPED, geometry.pose_quaternion(sp.cos(half), sp.sin(half)), strict=True))
     at_pose = dict(zip(q.MAPPED_J, q.MAPPED, strict=True))
-    row = {entry: form.xreplace(at_pose) for entry, form in dyads.matrix_row().items()}
-    hinge = dict(zip((q.X, q.Y), dyads.hinge_by_pose(), strict=True))
-    first, second = dyads.conic_coefficients()
+    row = {entry: form.xreplace(at_pose) for entry, form in geometry.matrix_row().items()}
+    hinge = dict(zip((q.X, q.Y), geometry.hinge_by_pose(), strict=True))
+    first, second = geometry.conic_coefficients()
     f.function("image", (POSE,), *_lets(image, "mapping parameters of a pose"))
     f.function("row", (MAPPED,), *_lets(row, "the circle as a linear form"))
     f.function("conics", BASIS, *_lets({**first, **second}, "conditions on the null space"))
@@ -167,9 +166,9 @@ def _add_dyads(f: Formulas) -> None:
 
 def _distance() -> Expr:
     """Return the circle's equation at unit scale, by the hinges. Raises ValueError if it is another one."""
-    circle = dyads.hinge_circle()
+    circle = geometry.hinge_circle()
     by_hinges = {name: expr.subs(q.a0, S.One) for name, expr in circle.coefficients.items()}
-    X, Y = dyads.hinge_by_pose()
+    X, Y = geometry.hinge_by_pose()
     gap = -circle.residual.subs(q.a0, S.One).xreplace(by_hinges).xreplace({q.X: X, q.Y: Y})
     squares = (X - q.X_c) ** 2 + (Y - q.Y_c) ** 2 - q.L1**2
     if sp.expand(gap - squares) != 0:
@@ -179,17 +178,17 @@ def _distance() -> Expr:
 
 def dyad_by_coefficients() -> Named:
     """Return moving and fixed hinge from the first five coefficients."""
-    named = dyads.dyad_coefficients()
+    named = geometry.dyad_coefficients()
     unknown = [q.a0, q.x, q.y, q.a1, q.a2]
     dyad = sp.solve([named[p] - p for p in q.COEFFICIENTS[:5]], unknown, dict=True)[0]
-    centre = {c: dyads.fixed_hinge()[c].xreplace(dyad) for c in (q.X_c, q.Y_c)}
+    centre = {c: geometry.fixed_hinge()[c].xreplace(dyad) for c in (q.X_c, q.Y_c)}
     return {q.x: dyad[q.x], q.y: dyad[q.y], **centre}
 
 
 def slider_by_coefficients() -> Named:
     """Return the dyad of a moving hinge on a straight line: the circle with a0 = 0."""
-    named = {p: expr.subs(q.a0, S.Zero) for p, expr in dyads.dyad_coefficients().items()}
-    on_line = dyads.hinge_circle().residual.subs(q.a0, S.Zero) / 2
+    named = {p: expr.subs(q.a0, S.Zero) for p, expr in geometry.dyad_coefficients().items()}
+    on_line = geometry.hinge_circle().residual.subs(q.a0, S.Zero) / 2
     dyad = sp.solve([named[p] - p for p in (q.p4, q.p5, q.p6, q.p7, q.p8)], [q.a1, q.a2, q.a3, q.x, q.y], dict=True)[0]
     normal = {name: on_line.coeff(c).xreplace(dyad) for name, c in ((normal_X, q.X), (normal_Y, q.Y))}
     rest = -on_line.subs({q.X: S.Zero, q.Y: S.Zero}).xreplace(dyad)
@@ -201,9 +200,9 @@ def swinging_by_coefficients() -> Named:
 
     In the body's frame the fixed hinge is on a circle about the moving one.
     """
-    circle = dyads.hinge_circle().coefficients
+    circle = geometry.hinge_circle().coefficients
     direction = {q.x: q.p2 / q.a0, q.y: q.p3 / q.a0}
-    named = {p: expr.xreplace(circle).xreplace(direction) for p, expr in dyads.dyad_coefficients().items()}
+    named = {p: expr.xreplace(circle).xreplace(direction) for p, expr in geometry.dyad_coefficients().items()}
     limits = [sp.limit(sp.expand(named[p]), q.a0, 0) - p for p in (q.p6, q.p7)]
     centre = sp.solve(limits, [q.X_c, q.Y_c], dict=True)[0]
     (radius,) = sp.solve(named[q.p8] - q.p8, q.L1**2)
@@ -216,7 +215,7 @@ def swinging_by_coefficients() -> Named:
 
 def _add_linkages(f: Formulas) -> None:
     crank, follower = CRANK, FOLLOWER
-    positions = {**train.tip_position(), **_carried_hinge()}
+    positions = {**geometry.tip_position(), **_carried_hinge()}
     angle, angles = (q.theta,), (q.theta, q.phi)
     f.function("arm", (*angles, crank), *_lets(positions, "tip and moving hinge by the angles of carrier and arm"))
     for name, angles_in, closure_terms in (
@@ -230,15 +229,15 @@ def _add_linkages(f: Formulas) -> None:
 
 def _carried_hinge() -> Named:
     """Return the moving hinge, by the carrier's angle."""
-    position = displacement(dyads.ORIGIN, train.CARRIED_HINGE, dyads.WORLD)
+    position = displacement(geometry.ORIGIN, geometry.CARRIED_HINGE, geometry.WORLD)
     return {q.X: position[0], q.Y: position[1]}
 
 
 def _add_train(f: Formulas) -> None:
-    ratios: dict[Quantity, Expr] = {q.i: train.ratio_by_slope(), **train.split_ratios()}
-    radii = {**dict(zip(RADII[:2], train.pitch_radii(q.i1, q.r1), strict=True)),
-             **dict(zip(RADII[2:], train.pitch_radii(q.i2, q.r3), strict=True))}  # fmt: skip
-    rates = dict(zip(q.POLAR_RATES, train.polar_rates(), strict=True))
+    ratios: dict[Quantity, Expr] = {q.i: geometry.ratio_by_slope(), **geometry.split_ratios()}
+    radii = {**dict(zip(RADII[:2], geometry.pitch_radii(q.i1, q.r1), strict=True)),
+             **dict(zip(RADII[2:], geometry.pitch_radii(q.i2, q.r3), strict=True))}  # fmt: skip
+    rates = dict(zip(q.POLAR_RATES, geometry.polar_rates(), strict=True))
     by_slope = {**ratios, **radii, **rates}
     steps = _lets(by_slope, "ratios, pitch radii and rates of the polar angles")
     f.function("gears", (q.slope, q.x_s, q.a), *steps)
@@ -261,7 +260,7 @@ def _curvatures(by_slope: Named) -> Named:
 def _curvature(radius: Expr, rate: Expr) -> Expr:
     """Return the curvature of the path of a point at ``radius`` in a frame with the ``rate`` per carrier angle."""
     psi = sp.Dummy("psi", real=True)
-    polar = Frame("polar", dyads.WORLD, UP, psi)
+    polar = Frame("polar", geometry.WORLD, UP, psi)
     motion = Motion(rates={psi: rate, q.slope: dslope, dslope: ddslope})
     velocity = motion.derivative(Vec(polar, (radius, S.Zero, S.Zero)))
     turning = velocity.cross(motion.derivative(velocity))[2]
@@ -271,8 +270,8 @@ def _curvature(radius: Expr, rate: Expr) -> Expr:
 def bend_of_carrier() -> Expr:
     """Return the angle in the triangle of the carrier's hinges: two sides of one length, and the carrier's."""
     angle = sp.Dummy("angle", real=True)
-    sides = (Frame("first side", dyads.WORLD), Frame("second side", dyads.WORLD, UP, angle))
-    first, second = (Vec(side, (q.a, S.Zero, S.Zero)).resolved(dyads.WORLD) for side in sides)
+    sides = (Frame("first side", geometry.WORLD), Frame("second side", geometry.WORLD, UP, angle))
+    first, second = (Vec(side, (q.a, S.Zero, S.Zero)).resolved(geometry.WORLD) for side in sides)
     gap = first - second
     cosine = sp.Dummy("cosine", real=True)
     (solution,) = sp.solve(sp.trigsimp(sp.expand(gap.dot(gap))).subs(sp.cos(angle), cosine) - q.L1**2, cosine)

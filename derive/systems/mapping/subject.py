@@ -15,9 +15,9 @@ from scipy.interpolate import CubicSpline
 from ...audit.paper import Subject
 from ...equations import Claimed, Equation
 from ...evaluate import MachineFile
-from ...formulas import Formulas, value
+from ...formulas import Formulas, evaluate_expression
 from ...quantity import Quantity
-from . import dyads, train
+from . import geometry
 from . import quantities as q
 from .quantities import MappingClaim
 
@@ -38,8 +38,8 @@ Point = dict[Quantity, mp.mpf]
 def derive_formulas() -> Formulas:
     """Return the derived equations."""
     f = Formulas("mapping_exact")
-    dyads.add_dyads(f)
-    train.add_train(f)
+    geometry.add_dyads(f)
+    geometry.add_train(f)
     return f
 
 
@@ -66,7 +66,7 @@ def null_space(rows: Iterable[Point]) -> dict[Quantity, mp.mpf]:
 def complex_pairs(rows: Iterable[Point]) -> mp.mpf:
     """Return the number of pairs of complex solutions of the two conditions on the null space of a matrix."""
     basis = complete_values(null_space(rows))
-    coefficients = [value(expr, basis) for expr in dyads.derive_eliminant().all_coeffs()]
+    coefficients = [evaluate_expression(expr, basis) for expr in geometry.derive_eliminant().all_coeffs()]
     roots = mp.polyroots(coefficients, maxsteps=500, extraprec=500)
     real = sum(1 for root in roots if abs(mp.im(root)) < REAL * abs(root))
     return mp.mpf(len(roots) - real) / 2
@@ -117,7 +117,7 @@ class MappingSubject(Subject):
         with mp.workdps(DIGITS):
             sizes = {s: mp.mpf(rng.uniform(0.2, 2)) for s in q.ALL}
             free = {s: size if s in q.POSITIVE else rng.choice((-1, 1)) * size for s, size in sizes.items()}
-            return {**free, q.x_s: value(derive_formulas().expr(MappingClaim.SPLIT_PARAMETER), free)}
+            return {**free, q.x_s: evaluate_expression(derive_formulas().expr(MappingClaim.SPLIT_PARAMETER), free)}
 
     def reference(self, points: int) -> list[dict[Quantity, mp.mpf]]:
         """Return all quantities over a revolution of the built-in train; five of its poses form the matrix."""
@@ -129,7 +129,7 @@ class MappingSubject(Subject):
             shared = {
                 **dyad, q.w1: speed, q.a: machine.si("train.centre_distance_mm"),
                 q.mean_root: mean_root(curve), q.n_pairs: complex_pairs(pose_rows(machine)), q.y_first: start,
-                q.y_last: start + mp.mpf(sp.N(train.curve_rise(), DIGITS)),
+                q.y_last: start + mp.mpf(sp.N(geometry.curve_rise(), DIGITS)),
             }  # fmt: skip
 
             def pose_at(theta: mp.mpf) -> Point:

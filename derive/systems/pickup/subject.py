@@ -18,9 +18,9 @@ from mpmath import mpf
 from ...audit.paper import Subject
 from ...equations import Claimed, Equation
 from ...evaluate import MachineFile
-from ...formulas import Formulas, Values, value
+from ...formulas import Formulas, Values, evaluate_expression
 from ...quantity import Quantity
-from . import geometry, train
+from . import geometry
 from . import quantities as q
 from .geometry import CONTROLS, INTERVALS, KNOTS
 from .quantities import PickupClaim
@@ -39,7 +39,7 @@ ASSUMPTIONS = (
 def derive_formulas() -> Formulas:
     """Return the derived equations of the pick-up."""
     f = Formulas("pickup_exact")
-    for add_equations in (geometry.add_spline, geometry.add_geometry, train.add_train, train.add_teeth):
+    for add_equations in (geometry.add_spline, geometry.add_geometry, geometry.add_train, geometry.add_teeth):
         add_equations(f)
     return f
 
@@ -128,7 +128,7 @@ def _constant_values(machine: MachineFile, formulas: Formulas) -> Values:
     values = {symbol: machine.si(key) for symbol, key in _FILE_KEYS.items()}
     values |= {q.n: machine.si("spline.value_points") + 2, q.k: mpf(3)}
     roots = sp.solve(formulas.equations[PickupClaim.CENTRE_DISTANCE_2].residual, q.beta)
-    helix = (value(root, values) for root in roots)
+    helix = (evaluate_expression(root, values) for root in roots)
     return values | {q.beta: min(root for root in helix if root > 0)}
 
 
@@ -160,7 +160,7 @@ class ValuePoints:
             row = formulas.followed(self.interval_lengths(i))
             for shift, symbol in ((-1, q.a_i), (0, q.b_i), (1, q.c_i)):
                 matrix[i, (i + shift) % self.count] += row[symbol]
-            right[i] = value(formulas.expr(PickupClaim.KNOT_ROW_RIGHT_SIDE), row | {q.q_i: x})
+            right[i] = evaluate_expression(formulas.expr(PickupClaim.KNOT_ROW_RIGHT_SIDE), row | {q.q_i: x})
         self.controls = list(mp.lu_solve(matrix, right))
 
     def interval_lengths(self, i: int) -> Values:
@@ -200,7 +200,7 @@ def compute_cycle(formulas: Formulas, points: int) -> list[Values]:
         def independent(turn: mpf) -> Values:
             t = 2 * mp.pi * turn
             slopes = dict(zip(ARM_SLOPES, law.slopes(t), strict=True)) | {q.a1: tips[0][q.a1]}
-            pitch = {symbol: value(expr, slopes) for symbol, expr in radius.items()}
+            pitch = {symbol: evaluate_expression(expr, slopes) for symbol, expr in radius.items()}
             relative = {q.phi2: law.rotation(t), q.dphi5: mpf(1), q.dphi1: slopes[ARM_SLOPES[0]]}
             return moment(turn) | spline.evaluate(turn) | pitch | relative
 

@@ -16,7 +16,7 @@ from mpmath import mpf
 from sympy import Expr, S, pi
 
 from ...chain import ordered, solve_linear
-from ...equations import Balance, Claimed, Equation, among, by_claim, defined, stated
+from ...equations import Balance, Claimed, Equation, by_claim, defining_equation, find_claim, stated_equation
 from ...evaluate import Point as NumericPoint
 from ...functions import switch
 from ...mechanics import driven_motion as twins
@@ -89,11 +89,11 @@ def _cam_equations(m: Mechanism) -> list[Equation]:
     angle = sp.atan((path_x * z - path_z * x) / (path_x * x + path_z * z))
     moment = -(q.x_E * S.Zero - q.y_E * q.F_Ex)
     return [
-        defined(PlantingClaim.CAM_PRESSURE_ANGLE, q.mu, angle),
-        defined(PlantingClaim.CAM_FORCE.of("x"), q.F_Ex, _force_law(m, q.F_Ex)),
-        stated(PlantingClaim.CAM_FORCE.of("y"), q.F_Ey, q.F_Ey),
-        defined(PlantingClaim.CAM_FORCE.of("z"), q.F_Ez, _force_law(m, q.F_Ez)),
-        defined(PlantingClaim.CAM_MOMENT, q.M_T, moment),
+        defining_equation(PlantingClaim.CAM_PRESSURE_ANGLE, q.mu, angle),
+        defining_equation(PlantingClaim.CAM_FORCE.of("x"), q.F_Ex, _force_law(m, q.F_Ex)),
+        stated_equation(PlantingClaim.CAM_FORCE.of("y"), q.F_Ey, q.F_Ey),
+        defining_equation(PlantingClaim.CAM_FORCE.of("z"), q.F_Ez, _force_law(m, q.F_Ez)),
+        defining_equation(PlantingClaim.CAM_MOMENT, q.M_T, moment),
     ]
 
 
@@ -101,7 +101,7 @@ def _point_equations(m: Mechanism) -> list[Equation]:
     """Return the coordinates of points on the swinging half, Cartesian and polar."""
     steps = {s.symbol: s.expr for s in m.named}
     equations = [
-        defined(PlantingClaim.PLACE.of(name, axis), symbol, steps[symbol])
+        defining_equation(PlantingClaim.PLACE.of(name, axis), symbol, steps[symbol])
         for name, axis, symbol in (
             ("the roller", "x", q.x_E), ("the roller", "z", q.z_E), ("C1", "x", q.x_C1), ("C1", "z", q.z_C1),
             ("C2", "x", q.x_C2), ("C2", "z", q.z_C2),
@@ -113,9 +113,9 @@ def _point_equations(m: Mechanism) -> list[Equation]:
     ):
         down = sp.atan2(q.z_A - at[1], at[0] - q.x_A)
         equations += [
-            defined(PlantingClaim.HINGE_DISTANCE.of(name), length, sp.sqrt(x**2 + z**2)),
-            defined(PlantingClaim.HINGE_ANGLE_CLOSED.of(name), closed, sp.atan2(-z, x)),
-            defined(PlantingClaim.HINGE_ANGLE.of(name), turned, down),
+            defining_equation(PlantingClaim.HINGE_DISTANCE.of(name), length, sp.sqrt(x**2 + z**2)),
+            defining_equation(PlantingClaim.HINGE_ANGLE_CLOSED.of(name), closed, sp.atan2(-z, x)),
+            defining_equation(PlantingClaim.HINGE_ANGLE.of(name), turned, down),
         ]
     return equations
 
@@ -130,18 +130,18 @@ def _tooth_equations(
     moment, normal, normal_angle, friction_angle, drag = quantities
     force = [next(u for u in m.unknowns if u.name == f"F_{tag}{axis}") for axis in "xy"]
     return [
-        defined(
+        defining_equation(
             PlantingClaim.NORMAL_DIRECTION.of(tag), normal_angle, switch(moment, contact.normal(1), contact.normal(-1))
         ),
-        defined(
+        defining_equation(
             PlantingClaim.FRICTION_DIRECTION.of(tag),
             friction_angle,
             switch(moment, contact.across(1), contact.across(-1)),
         ),
-        defined(PlantingClaim.NORMAL_FORCE.of(tag), normal, _force_law(m, normal)),
-        stated(PlantingClaim.FRICTION_FORCE.of(tag), drag - normal * sp.tan(q.mu2), drag),
+        defining_equation(PlantingClaim.NORMAL_FORCE.of(tag), normal, _force_law(m, normal)),
+        stated_equation(PlantingClaim.FRICTION_FORCE.of(tag), drag - normal * sp.tan(q.mu2), drag),
         *(
-            defined(PlantingClaim.TOOTH_FORCE.of(tag, axis), f, _force_law(m, f))
+            defining_equation(PlantingClaim.TOOTH_FORCE.of(tag, axis), f, _force_law(m, f))
             for axis, f in zip("xy", force, strict=True)
         ),
     ]
@@ -166,7 +166,7 @@ def derive_relations(m: Mechanism) -> dict[Quantity, Expr]:
     }
     unknowns = {u.name: u for u in m.unknowns}
     relations = {
-        unknowns[name]: solve_linear(among(equations, balance), unknowns[name])
+        unknowns[name]: solve_linear(find_claim(equations, balance), unknowns[name])
         for name, balance in from_balance.items()
     }
     at_Q = displacement(derivation.B1, derivation.Q, derivation.WORLD)
@@ -232,7 +232,7 @@ def describe_actions() -> dict[sp.Symbol, str]:
 def to_common_quantities(printed: Expr, derived: Expr) -> tuple[Expr, Expr]:
     """Return two balances in the same quantities: those of only one balance are expressed by those of both."""
     reduced = _substitute_definitions(printed, derived)
-    derived = eliminate(derived, reduced.free_symbols, _cached_relations())
+    derived = eliminate_unknowns(derived, reduced.free_symbols, _cached_relations())
     return to_paper_quantities(reduced), to_canonical_form(derived)
 
 
@@ -242,17 +242,17 @@ def list_comparisons(printed: Expr, derived: Expr) -> list[tuple[Expr, Expr]]:
     extra = derived.free_symbols - reduced.free_symbols
     relations = {s: e for s, e in _cached_relations().items() if {s, q.twin(s)} & extra}
     subsets = (subset for size in range(len(relations) + 1) for subset in combinations(relations, size))
-    sums = (eliminate(derived, reduced.free_symbols, {s: relations[s] for s in subset}) for subset in subsets)
+    sums = (eliminate_unknowns(derived, reduced.free_symbols, {s: relations[s] for s in subset}) for subset in subsets)
     return [(to_paper_quantities(reduced), to_canonical_form(expr)) for expr in sums]
 
 
 def _substitute_definitions(printed: Expr, derived: Expr) -> Expr:
     """Return a printed balance without the defined quantities that the derived one does not contain."""
     definitions = {e.defines: e.defines - e.residual for e in derive_claims().values() if e.defines is not None}
-    return eliminate(printed, derived.free_symbols, definitions)
+    return eliminate_unknowns(printed, derived.free_symbols, definitions)
 
 
-def eliminate(expr: Expr, retained: set[sp.Symbol], definitions: Mapping[Quantity, Expr]) -> Expr:
+def eliminate_unknowns(expr: Expr, retained: set[sp.Symbol], definitions: Mapping[Quantity, Expr]) -> Expr:
     """Return ``expr`` without the defined quantities of both sides that are not ``retained``."""
     other = twins.Other(q.phi, q.twin, side_quantities())
     for symbol, definition in definitions.items():
@@ -353,8 +353,8 @@ def relax_balance(claim: Claimed, printed: Expr) -> Expr | None:
     """Return the balance of a claim without the assumptions, in the quantities of a printed one, or None."""
     if claim not in _relaxed_balances():
         return None
-    reduced, _ = to_common_quantities(printed, among(derive_claims(), claim).residual)
-    balance = eliminate(_relaxed_balances()[claim], reduced.free_symbols, _relaxed_relations())
+    reduced, _ = to_common_quantities(printed, find_claim(derive_claims(), claim).residual)
+    balance = eliminate_unknowns(_relaxed_balances()[claim], reduced.free_symbols, _relaxed_relations())
     return to_canonical_form(balance.xreplace(_ACCELERATIONS))
 
 

@@ -12,7 +12,7 @@ import sympy as sp
 from mpmath import mpf
 
 from ...evaluate import DIGITS, GUARD, MachineFile, Point
-from ...formulas import value
+from ...formulas import evaluate_expression
 from ...gearing import pitch_curve
 from ...gearing.families import FAMILIES
 from ...gearing.pitch_curve import PitchCurve
@@ -51,7 +51,7 @@ class NumericGearPair:
 
         def ratio(v: Any) -> mpf:
             with mpmath.workdps(DIGITS + GUARD):
-                return value(self.ratio, values | {pitch_curve.u: v})
+                return evaluate_expression(self.ratio, values | {pitch_curve.u: v})
 
         return mpmath.quad(ratio, [0, u])
 

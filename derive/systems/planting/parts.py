@@ -87,7 +87,7 @@ def contour_lane() -> Lane:
     unrolled = (-velocity[0], velocity[2])
     swing = (-x.diff(q.theta1), z.diff(q.theta1))
     bending = (motion.rate(unrolled[0]), motion.rate(unrolled[1]))
-    contact = cams.contour((travel, height), unrolled, bending, swing)
+    contact = cams.contour_steps((travel, height), unrolled, bending, swing)
     places = {
         centre: (x, station, z),
         surface: (-cams.contact_x - passing * q.delta, station, cams.contact_y),

@@ -17,12 +17,12 @@ from dataclasses import fields, replace
 from sympy import Expr, S, Symbol
 
 from ...functions import Polynomial, clip
-from ...influence import Influence, flattened, share
+from ...influence import Influence, flatten_products, side_share
 from ...mechanics.bodies import kinetic_energy, potential_energy
 from ...mechanics.contacts import GearContact, SharedContact
 from ...mechanics.driven_motion import Sides
 from ...mechanics.mechanism import Mechanism
-from ...model import ClosedForm, Effects, Lane, Let, System, entries
+from ...model import ClosedForm, Effects, Lane, Let, System, join_entries
 from ...quantity import Quantity, Vector
 from . import derivation, flanks
 from . import quantities as q
@@ -82,10 +82,10 @@ def build_share_system(model: System, flat: bool) -> System:
     if model.lane is None:
         raise ValueError(f"{model.name} has no lane")
     polynomial = with_polynomials(model.lane)
-    influence = Influence(polynomial, share(polynomial, q.F_support, F_share))
+    influence = Influence(polynomial, side_share(polynomial, q.F_support, F_share))
     steps = influence.reduced()
     if flat:
-        steps = flattened(steps, F_share, COORDINATES)
+        steps = flatten_products(steps, F_share, COORDINATES)
     name = model.name.replace("planting_", "planting_support_")
     lane = Lane(q.phi, q.INPUTS, steps, Vector("share", (F_share,)))
     effects = Effects(_names(model.lane, influence.without), influence.felt)
@@ -93,7 +93,7 @@ def build_share_system(model: System, flat: bool) -> System:
 
 
 def _names(lane: Lane, symbols: Iterable[Symbol]) -> tuple[str, ...]:
-    inputs = [quantity.name for vector in lane.inputs for quantity in entries(vector)]
+    inputs = [quantity.name for vector in lane.inputs for quantity in join_entries(vector)]
     gone = {symbol.name for symbol in symbols}
     return tuple(name for name in inputs if name in gone)
 

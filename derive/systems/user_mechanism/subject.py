@@ -25,8 +25,8 @@ from ...audit.paper import Cycle, Dynamics, Law, Subject
 from ...audit.paper import Values as Arrays
 from ...audit.trial import Formula
 from ...chain import Chain
-from ...equations import Balance, Claimed, Equation, by_claim, defined, derived, loop, what
-from ...evaluate import Point, scale
+from ...equations import Balance, Claimed, Equation, by_claim, defining_equation, derived_equation, loop, what
+from ...evaluate import Point, si_factor
 from ...mechanics.driven_motion import LAW, VANISHES, build_law_residuals
 from ...mechanics.mechanism import Mechanism
 from ...mechanics.statement import MechanismError
@@ -40,7 +40,7 @@ Values = dict[Quantity, mpf]
 
 def table_values(table: Quantities) -> Values:
     """Return the values of a table, in SI."""
-    return {table[name]: mpf(str(datum.value)) * scale(table[name].shown) for name, datum in table.data.items()}
+    return {table[name]: mpf(str(datum.value)) * si_factor(table[name].shown) for name, datum in table.data.items()}
 
 
 def value_ranges(table: Quantities, values: Values) -> dict[Quantity, tuple[mpf, mpf]]:
@@ -49,7 +49,7 @@ def value_ranges(table: Quantities, values: Values) -> dict[Quantity, tuple[mpf,
     for quantity, value in values.items():
         low, high = value * (1 - RELATIVE_RANGE), value * (1 + RELATIVE_RANGE)
         if bounds := table.data[quantity.name].bounds:
-            low, high = (mpf(str(end)) * scale(quantity.shown) for end in bounds)
+            low, high = (mpf(str(end)) * si_factor(quantity.shown) for end in bounds)
         ranges[quantity] = low, high
     return ranges
 
@@ -233,9 +233,9 @@ class MechanismSubject(Subject):
         gaps = self.mechanism.loops.gaps.items()
         return by_claim((
             *self.mechanism.equations(),
-            *(defined(what(symbol), symbol, let.expr) for symbol, let in named.items()),
-            *(derived(loop(name.removeprefix("gap_")), gap) for name, gap in gaps),
-            *(defined(what(symbol), symbol, expr) for symbol, expr in self._rates.items() if symbol not in named),
+            *(defining_equation(what(symbol), symbol, let.expr) for symbol, let in named.items()),
+            *(derived_equation(loop(name.removeprefix("gap_")), gap) for name, gap in gaps),
+            *(defining_equation(what(s), s, expr) for s, expr in self._rates.items() if s not in named),
         ))  # fmt: skip
 
     @cached_property

@@ -12,7 +12,7 @@ from sympy import Expr
 
 from ...audit.case import Case
 from ...audit.paper import Paper, Subject
-from ...chain import Chain, solvable
+from ...chain import Chain, select_solvable
 from ...equations import Claim, Claimed, Definition, Equation
 from ...evaluate import NotEvaluated, Point, UnknownNodeError
 from ...formulas import Formulas
@@ -92,7 +92,7 @@ def build_paper_chain(paper: Paper, subject: MechanismSubject) -> Chain:
     defined = (e.defines for e in equations if e.defines in subject.quantities)
     unknowns = dict.fromkeys((*subject.mechanism.assembly.unknowns, *defined))
     symbols = {q for e in equations for q in e.residual.free_symbols}
-    return solvable(equations, [q for q in unknowns if isinstance(q, Quantity) and q in symbols])
+    return select_solvable(equations, [q for q in unknowns if isinstance(q, Quantity) and q in symbols])
 
 
 def _has_values(expr: Expr, subject: MechanismSubject) -> bool:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 import sympy as sp
 
-from derive.audit.judge import Judgement, judge
+from derive.audit.judge import Judgement, judge_equation
 from derive.equations import Equation
 from derive.quantity import DimensionError, dimension, of_unit
 from tests.support.made_up import POINTS, WORDS, MadeUpClaim, a, b, c, d, e, judged, quantity, t, u, v, x, x_dot
@@ -69,8 +69,10 @@ def test_unexplained_term_is_contradicted() -> None:
 
 def test_reconstructed_and_untested() -> None:
     lost = Equation("n", sp.S.Zero, "test", MadeUpClaim.SUM, "lost")
-    assert judge(lost, replace(lost, residual=a), POINTS, WORDS).verdict == "reconstructed"
-    assert judge(replace(lost, legibility="printed", residual=a - b), None, POINTS, WORDS).verdict == "untested"
+    assert judge_equation(lost, replace(lost, residual=a), POINTS, WORDS).verdict == "reconstructed"
+    assert (
+        judge_equation(replace(lost, legibility="printed", residual=a - b), None, POINTS, WORDS).verdict == "untested"
+    )
 
 
 @pytest.mark.parametrize("mixed", [a + t, a - b * t, sp.sin(a), a - b * x_dot])
@@ -145,15 +147,15 @@ def test_removed_terms_do_not_explain_missing_ones() -> None:
 def test_a_direction_is_the_same_a_whole_turn_on() -> None:
     for turns, verdict in ((2, "confirmed"), (-4, "confirmed"), (1, "misprint"), (sp.Rational(1, 2), "misprint")):
         printed, meant = (Equation("n", u - e, "test", MadeUpClaim.SUM, defines=u) for e in (v + turns * sp.pi, v))
-        judgement = judge(printed, meant, POINTS, WORDS, frozenset({u})).verdict
+        judgement = judge_equation(printed, meant, POINTS, WORDS, frozenset({u})).verdict
         assert (judgement == "confirmed") is (verdict == "confirmed"), turns
-        assert judge(printed, meant, POINTS, WORDS).verdict != "confirmed", turns
+        assert judge_equation(printed, meant, POINTS, WORDS).verdict != "confirmed", turns
 
 
 def test_a_definition_may_have_both_sides_the_other_way_round() -> None:
     printed, meant = (Equation("n", e, "test", MadeUpClaim.SUM, defines=x) for e in (a * u - x, x - a * u))
-    assert judge(printed, meant, POINTS, WORDS).verdict == "confirmed"
-    assert judge(replace(printed, residual=a * u + x), meant, POINTS, WORDS).verdict == "misprint"
+    assert judge_equation(printed, meant, POINTS, WORDS).verdict == "confirmed"
+    assert judge_equation(replace(printed, residual=a * u + x), meant, POINTS, WORDS).verdict == "misprint"
 
 
 def test_homogeneous_equation_may_be_divided_by_a_factor() -> None:

@@ -17,8 +17,8 @@ from derive.audit.judge import Judgement, holds
 from derive.audit.paper import Paper
 from derive.audit.reading_search import judge_readings
 from derive.audit.terms import have_same_truth
-from derive.discovery import loaded
-from derive.equations import Equation, Relation, derived
+from derive.discovery import load_user_modules
+from derive.equations import Equation, Relation, derived_equation
 from derive.evaluate import Point
 from derive.formulas import Formulas
 from derive.papers import shi2021, yu2023
@@ -57,7 +57,7 @@ class Turning(MadeUp):
                     across: length * mpmath.sin(angle)}  # fmt: skip
 
 
-DIRECTION = derived(MadeUpClaim.SUM, phi - sp.atan2(across, lengthwise), phi)
+DIRECTION = derived_equation(MadeUpClaim.SUM, phi - sp.atan2(across, lengthwise), phi)
 
 
 def arm(meant: Equation = DIRECTION, consistent: bool = True) -> Case:
@@ -103,7 +103,7 @@ def test_rewriting_without_claim_is_judged_on_the_cycle_too() -> None:
 
 
 def test_term_zero_only_on_the_cycle_is_missing() -> None:
-    case = arm(derived(MadeUpClaim.SUM, phi - across / a - zero / a, phi))
+    case = arm(derived_equation(MadeUpClaim.SUM, phi - across / a - zero / a, phi))
     case.paper.defines("1", phi, across / a, MadeUpClaim.SUM)
     result = judgement(case)
     assert (result.verdict, result.missing) == ("incomplete", (zero / a,))
@@ -111,7 +111,7 @@ def test_term_zero_only_on_the_cycle_is_missing() -> None:
 
 def test_derivation_is_compared_where_it_holds() -> None:
     third = sp.And(lengthwise < 0, across < 0)
-    meant = replace(derived(MadeUpClaim.SUM, phi - (atan(across / lengthwise) - pi), phi), where=third)
+    meant = replace(derived_equation(MadeUpClaim.SUM, phi - (atan(across / lengthwise) - pi), phi), where=third)
     case = arm(meant)
     assert len(case.points_where(third)) == len(SEEDS)
     assert all(point.holds(third) for point in case.points_where(third))
@@ -140,7 +140,7 @@ def test_tip_direction_is_in_the_right_quadrant(number: str, printed: sp.Expr, v
 @pytest.mark.parametrize("name", ["slider_crank", pytest.param("manipulator", marks=pytest.mark.long)])
 def test_nearby_values_are_consistent(name: str) -> None:
     """All that is derived of a driven mechanism, and of one that moves by itself, holds there; data are not its own."""
-    with loaded(own.EXAMPLES / f"{name}.py") as (module,):
+    with load_user_modules(own.EXAMPLES / f"{name}.py") as (module,):
         case = trial(module.m, Paper("near", "Near"))
     assert len(case.nearby) >= 5
     for claim, equation in case.claims.items():

@@ -16,11 +16,11 @@ import sympy as sp
 
 from derive.audit.case import Case
 from derive.audit.comparison import solve_for
-from derive.audit.edits import edits
+from derive.audit.edits import list_edits
 from derive.audit.judge import FAULTS, holds
 from derive.audit.paper import Paper
-from derive.audit.record import Record, equation
-from derive.discovery import loaded
+from derive.audit.record import Record, record_equation
+from derive.discovery import load_user_modules
 from derive.equations import Equation, Unclaimed, what
 from derive.quantity import Quantity
 from derive.systems.user_mechanism.trial import build_paper_chain
@@ -36,7 +36,7 @@ FEW, MANY = 1, 40
 
 @cache
 def example(name: str) -> Case:
-    with loaded(own.EXAMPLES / f"{name}.py") as (module,):
+    with load_user_modules(own.EXAMPLES / f"{name}.py") as (module,):
         case: Case = module.CASE
     return case
 
@@ -47,7 +47,7 @@ def alone(case: Case, printed: Equation, reading: Mapping[sp.Symbol, sp.Expr] | 
     single = replace(case, paper=paper)
     shared = {name: getattr(case, name) for name in ("points", "cycle", "claims")}
     single.__dict__.update(shared)
-    return equation(single, printed.number, "")
+    return record_equation(single, printed.number, "")
 
 
 def unclaimed(printed: Equation) -> Equation:
@@ -62,7 +62,9 @@ def changed(case: Case, printed: Equation, count: int, seed: int) -> Iterator[tu
     """An equation with a sign, a factor, a function or a symbol exchanged: what is changed, and the result."""
     symbol = printed.defines
     expression = printed.residual if symbol is None else solve_for(printed, symbol)
-    candidates = [edit for edit in edits(expression, case.words, overall=False) if edit.result.free_symbols - {symbol}]
+    candidates = [
+        edit for edit in list_edits(expression, case.words, overall=False) if edit.result.free_symbols - {symbol}
+    ]
     for edit in random.Random(seed).sample(candidates, min(count, len(candidates))):
         yield str(edit.text), replace(printed, residual=edit.result if symbol is None else symbol - edit.result)
 

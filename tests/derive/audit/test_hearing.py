@@ -9,12 +9,19 @@ import pytest
 import sympy as sp
 
 from derive.audit.case import Case, references
-from derive.audit.judge import FAULTS, Judgement, judge
+from derive.audit.judge import FAULTS, Judgement, judge_equation
 from derive.audit.paper import Paper, Reading, Subject
-from derive.audit.reading_search import Outcome, fold_terms, is_fragile, judge_linked_readings, judge_readings, reasons
+from derive.audit.reading_search import (
+    Outcome,
+    fold_terms,
+    is_fragile,
+    judge_linked_readings,
+    judge_readings,
+    list_reasons,
+)
 from derive.audit.record import describe_law_cause, group_causes
-from derive.audit.record import equation as recorded
-from derive.equations import Definition, Equation, derived, stated
+from derive.audit.record import record_equation as recorded
+from derive.equations import Definition, Equation, derived_equation, stated_equation
 from planter.kernels import generated
 from tests.support.made_up import POINTS, WORDS, MadeUp, MadeUpClaim, a, b, c, d, e, judged, t, u, v, x, x_dot
 from tests.support.mutations import CASES
@@ -44,7 +51,7 @@ def only(case_: Case, *numbers: str) -> Case:
 
 
 def open_case(printed: sp.Expr, *readings: Reading) -> Case:
-    case_ = case(derived(MadeUpClaim.SUM, x - a * u, x))
+    case_ = case(derived_equation(MadeUpClaim.SUM, x - a * u, x))
     case_.paper.defines("1", x, printed, MadeUpClaim.SUM)
     case_.paper.admits(["1"], *readings)
     return case_
@@ -85,8 +92,8 @@ def test_two_questions_have_every_pair_of_answers() -> None:
 def linked_case(first: sp.Expr, second: sp.Expr, *readings: Reading, separately: bool = False) -> Case:
     """Two prints of x = a u and x_dot = a v that both name the open symbol b."""
     case_ = Case(Paper("made up", ""), MadeUp({
-        MadeUpClaim.SUM: derived(MadeUpClaim.SUM, x - a * u, x),
-        MadeUpClaim.SHARE.of("v"): derived(MadeUpClaim.SHARE.of("v"), c - a * v, c),
+        MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, x - a * u, x),
+        MadeUpClaim.SHARE.of("v"): derived_equation(MadeUpClaim.SHARE.of("v"), c - a * v, c),
     }))  # fmt: skip
     case_.paper.defines("1", x, first, MadeUpClaim.SUM)
     case_.paper.defines("2", c, second, MadeUpClaim.SHARE.of("v"))
@@ -140,7 +147,7 @@ def test_overlapping_questions_are_answered_together() -> None:
 def test_each_question_has_a_single_committed_answer(name: str) -> None:
     case_, records = CASES[name], generated.sidecar("audit")["equations"]
     answers = {r["equation"]: r["answer"] for r in records if r["paper"] == name and case_.choices(r["equation"])}
-    chosen = case_.choices_by(answers)
+    chosen = case_.select_choices(answers)
     assert {n: c.meaning for n, c in chosen.items()} == answers
     for question in case_.paper.questions:
         meanings = {a.meaning for n in question.numbers for a in chosen[n].answers if a in question.readings}
@@ -176,7 +183,7 @@ def test_chain_and_equations_share_readings() -> None:
     added = side.equations["19"].residual.free_symbols - case_.paper.equations["19"].residual.free_symbols
     assert {str(s) for s in added} == {"F_Aoz"}
     assert case_.read_chains({"19": literal}) == case_.chains
-    assert case_.choices_by({"19": summed.meaning, "20": ""}) == {"19": summed, "20": case_.choices("20")[0]}
+    assert case_.select_choices({"19": summed.meaning, "20": ""}) == {"19": summed, "20": case_.choices("20")[0]}
     with pytest.raises(ValueError, match="shi2021 has no executable chains"):
         CASES["shi2021"].read_chains({})
 
@@ -212,7 +219,7 @@ def test_dots_and_indices_of_the_papers_are_single_characters() -> None:
 
 
 def test_completed_equation_is_confirmed_as_rebuilt() -> None:
-    case_ = case(derived(MadeUpClaim.SUM, x - a * u, x))
+    case_ = case(derived_equation(MadeUpClaim.SUM, x - a * u, x))
     case_.paper.defines("1", x, a * u, MadeUpClaim.SUM)
     assert outcome(case_).kindest.judgement.verdict == "confirmed"
     case_.paper.rebuilds("1", "the factor u")
@@ -220,7 +227,7 @@ def test_completed_equation_is_confirmed_as_rebuilt() -> None:
 
 
 def test_stated_equation_is_untested_and_errors_are_noticed() -> None:
-    case_ = case(stated(MadeUpClaim.SUM, x - a * u, x))
+    case_ = case(stated_equation(MadeUpClaim.SUM, x - a * u, x))
     case_.paper.defines("1", x, a * u, MadeUpClaim.SUM)
     assert outcome(case_).kindest.judgement.verdict == "untested"
     case_.paper.equations["1"] = replace(case_.paper.equations["1"], residual=x - b * u)
@@ -232,7 +239,7 @@ def definition(factor: sp.Expr, **values: str) -> str:
     paper.defines("1", x, factor * a, Definition("made up"))
     if values:
         paper.shows("1", "a table", **values)
-    return judge(paper.equations["1"], None, POINTS, WORDS).verdict
+    return judge_equation(paper.equations["1"], None, POINTS, WORDS).verdict
 
 
 def test_a_definition_is_tested_by_printed_values() -> None:
@@ -255,17 +262,17 @@ def test_bounds_of_unprinted_terms_test_a_definition() -> None:
         paper = Paper("made up", "")
         paper.defines("1", x, expr, Definition("made up"))
         paper.shows("1", "a table", {a: (b, 2 * b)}, testx=value, test_b="1")
-        assert judge(paper.equations["1"], None, POINTS, WORDS).verdict == verdict
+        assert judge_equation(paper.equations["1"], None, POINTS, WORDS).verdict == verdict
 
 
 def test_variance_printed_as_standard_deviation_is_noticed() -> None:
     """Table 1 gives forces that no deviation of 1907 N fits between."""
     printed = CASES["wang2017"].paper.equations["30"]
-    assert judge(printed, None, POINTS, WORDS).verdict == "definition"
+    assert judge_equation(printed, None, POINTS, WORDS).verdict == "definition"
     square = printed.defines - printed.residual
     for wrong in (sp.sqrt(square), -square):
         planted = replace(printed, residual=printed.defines - wrong)
-        assert judge(planted, None, POINTS, WORDS).verdict == "contradicted"
+        assert judge_equation(planted, None, POINTS, WORDS).verdict == "contradicted"
 
 
 def test_wrong_angle_in_the_angle_curve_is_noticed() -> None:
@@ -282,10 +289,10 @@ def test_wrong_angle_in_the_angle_curve_is_noticed() -> None:
 @pytest.mark.parametrize(("name", "number"), [("wang2017", "29"), ("wang2017", "31"), ("shi2021", "k")])
 def test_a_changed_number_in_a_definition_is_noticed(name: str, number: str) -> None:
     printed = CASES[name].paper.equations[number]
-    assert judge(printed, None, POINTS, WORDS).verdict == "definition"
+    assert judge_equation(printed, None, POINTS, WORDS).verdict == "definition"
     for term in sp.Add.make_args(sp.expand(printed.residual - (printed.defines or 0))):
         wrong = replace(printed, residual=printed.residual + term / 6)
-        assert judge(wrong, None, POINTS, WORDS).verdict == "contradicted", term
+        assert judge_equation(wrong, None, POINTS, WORDS).verdict == "contradicted", term
 
 
 # where a thing is held
@@ -298,7 +305,7 @@ class Held(MadeUp):
 
 def test_displacement_must_vanish_at_supports() -> None:
     for shape, verdict in ((sp.sin(u), "contradicted"), (1 - sp.cos(u), "confirmed")):
-        case_ = case(derived(MadeUpClaim.SUM, x - a * shape, x), Held)
+        case_ = case(derived_equation(MadeUpClaim.SUM, x - a * shape, x), Held)
         case_.paper.defines("1", x, a * shape, MadeUpClaim.SUM)
         judgement = outcome(case_).kindest.judgement
         assert judgement.verdict == verdict
@@ -326,8 +333,8 @@ def test_crank_gear_rotation_has_a_consistent_sign() -> None:
 
 def test_first_missing_term_is_named_without_a_force() -> None:
     judgement = Judgement("incomplete", "", missing=(a * u, b))
-    printed = derived(MadeUpClaim.SUM, c - b)
-    assert reasons(judgement, printed, {}) == (f"lacks {a * u}",)
+    printed = derived_equation(MadeUpClaim.SUM, c - b)
+    assert list_reasons(judgement, printed, {}) == (f"lacks {a * u}",)
 
 
 def test_record_shows_remainder_of_each_reading() -> None:
@@ -374,7 +381,7 @@ def test_shared_omission_is_the_cause() -> None:
 def test_three_equations_without_the_body_share_a_cause() -> None:
     case_ = CASES["shi2021"]
     kindest = (outcomes.kindest for outcomes in judge_linked_readings(case_, "B1").values())
-    (reason,) = {reasons(hearing.judgement, hearing.printed, {}) for hearing in kindest}
+    (reason,) = {list_reasons(hearing.judgement, hearing.printed, {}) for hearing in kindest}
     assert len(reason) == 1
 
 
@@ -393,7 +400,7 @@ def test_law_sentence_names_largest_share() -> None:
 
 
 def test_reference_to_unrelated_equations_is_refuted() -> None:
-    case_ = case(derived(MadeUpClaim.SUM, x - a * u, x))
+    case_ = case(derived_equation(MadeUpClaim.SUM, x - a * u, x))
     case_.paper.defines("1", x, a * u, MadeUpClaim.SUM)
     case_.paper.defines("2", b, a * v, Definition("width"))
     case_.paper.refers([b], "1")

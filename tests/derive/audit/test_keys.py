@@ -21,15 +21,15 @@ from derive.__main__ import GENERATED
 from derive.audit import key, record, verdicts
 from derive.audit.case import Case
 from derive.audit.judge import Judgement
-from derive.audit.reading_search import reasons
-from derive.discovery import loaded, modules
+from derive.audit.reading_search import list_reasons
+from derive.discovery import import_modules, load_user_modules
 from derive.papers import shi2021, wang2017, yu2023
 from derive.quantity import Quantity
 from derive.systems.planting import subject as laws
 from tests.support.made_up import tampered
 
 ROOT = Path(__file__).parents[3]
-CASES = verdicts.cases(modules(papers))
+CASES = verdicts.find_cases(import_modules(papers))
 PRINT_KEYS = """
 from derive.audit import key
 from derive.papers import shi2021, wang2017
@@ -107,12 +107,12 @@ def audited(earlier: Records, rooms: Sequence[ModuleType] = (shi2021, wang2017))
     typeset: dict[str, dict[str, Any]] = {}
     for judged in earlier[0]:
         typeset.setdefault(judged["paper"], {})[judged["equation"]] = judged["mathml"]
-    return verdicts.judged(rooms, record.index_records(earlier[0], typeset), earlier[1])
+    return verdicts.judge_modules(rooms, record.index_records(earlier[0], typeset), earlier[1])
 
 
 @pytest.mark.long
 def test_second_audit_reuses_all_judgements(counted: Here) -> None:
-    rooms = tuple(modules(papers))
+    rooms = tuple(import_modules(papers))
     first = audited(([], []), rooms)
     total = sum(len(case.paper.equations) for case in CASES.values())
     assert len(counted.judged) == total + 1
@@ -143,7 +143,7 @@ def test_changed_chain_equation_repeats_laws(counted: Here, first: Records, monk
 def test_with_another_engine_all_is_judged_again(
     counted: Here, first: Records, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(key, "engine", lambda *modules: "another")
+    monkeypatch.setattr(key, "engine_key", lambda *modules: "another")
     audited(first)
     assert len(counted.judged) == len(first[0]) + 1
 
@@ -176,8 +176,8 @@ def test_action_names_change_the_key_but_symbol_meanings_do_not() -> None:
     renamed = Quantity(force.name, force.unit, "something else", "test")
     for symbol in (force, renamed):
         incomplete = Judgement("incomplete", "", missing=(sp.sin(1) * symbol,))
-        assert reasons(incomplete, printed, called) == (f"lacks {called[force].rpartition(', ')[0]}",)
-    assert reasons(judgement, printed, other.subject.actions()) == ("lacks push of the cam",)
+        assert list_reasons(incomplete, printed, called) == (f"lacks {called[force].rpartition(', ')[0]}",)
+    assert list_reasons(judgement, printed, other.subject.actions()) == ("lacks push of the cam",)
 
 
 def test_engine_key_covers_exactly_judging_code() -> None:
@@ -222,10 +222,10 @@ def test_engine_hash_ignores_docstrings_alone(tmp_path: Path, before: str, after
         folder = tmp_path / name
         folder.mkdir()
         (folder / "stated_module.py").write_text(text, encoding="utf-8")
-        with loaded(folder / "stated_module.py") as (module,):
-            key.engine.cache_clear()
-            keys.append(key.engine(module.__name__))
-    key.engine.cache_clear()
+        with load_user_modules(folder / "stated_module.py") as (module,):
+            key.engine_key.cache_clear()
+            keys.append(key.engine_key(module.__name__))
+    key.engine_key.cache_clear()
     assert (keys[0] == keys[1]) is is_same
 
 
@@ -252,7 +252,7 @@ def test_the_committed_records_are_those_of_this_code() -> None:
     ]
     assert stale == []
     answers = {r["equation"]: r["answer"] for r in committed["equations"] if r["paper"] == wang2017.PAPER.name}
-    chosen = wang2017.CASE.choices_by({n: answers[n] for n in wang2017.CASE.executed})
+    chosen = wang2017.CASE.select_choices({n: answers[n] for n in wang2017.CASE.executed})
     assert {law["key"] for law in committed["laws"]} == {key.laws_key(wang2017.CASE, chosen)}
 
 

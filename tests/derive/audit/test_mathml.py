@@ -12,7 +12,7 @@ import pytest
 import sympy as sp
 
 from derive.audit import typesetting as mathml
-from derive.audit.typesetting import Said, joined
+from derive.audit.typesetting import Said, join_parts
 from derive.equations import Equation
 from derive.generated_folder import GENERATED
 from tests.support.made_up import MadeUpClaim
@@ -81,7 +81,7 @@ def test_unknown_expression_raises() -> None:
 
 
 def test_sentence_typesets_only_expressions() -> None:
-    sentence = joined("; ", (Said("sign of ", -a * b), Said(x, " for ", y), "a < b & c"))
+    sentence = join_parts("; ", (Said("sign of ", -a * b), Said(x, " for ", y), "a < b & c"))
     assert str(sentence) == "sign of -a*b; x for y; a < b & c"
     element = mathml.typeset_sentence(sentence)
     assert element.count("<math>") == 3

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from derive.audit.judge import Judgement, judge
-from derive.audit.terms import expanded
+from derive.audit.judge import Judgement, judge_equation
+from derive.audit.terms import expand_sum
 from derive.equations import Equation
 from tests.support import mutations
 from tests.support.errors import KINDS, REVERSED
@@ -147,7 +147,7 @@ def test_an_error_in_the_derivation_is_never_confirmed(paper: str, index: int) -
     term = rng.choice(_terms(paper, chosen))
     for change in (term, 2 * term):
         spoiled = replace(derived, residual=sp.expand(derived.residual - change, trig=False))
-        judgement = judge(printed, spoiled, CASES[paper].points, CASES[paper].words)
+        judgement = judge_equation(printed, spoiled, CASES[paper].points, CASES[paper].words)
         assert judgement.verdict not in SOUND, f"({chosen.number}) without {change}"
 
 
@@ -165,7 +165,7 @@ def _derivable(paper: str, sound: bool) -> list[Equation]:
 def _terms(paper: str, equation: Equation) -> list[sp.Expr]:
     """Terms of the derivation but for the symbol that it defines."""
     derived = CASES[paper].pair(equation.number)[1]
-    terms = [t for t in expanded(derived.residual) if t != derived.defines]
+    terms = [t for t in expand_sum(derived.residual) if t != derived.defines]
     return terms if derived.defines is not None or len(terms) > 1 else []
 
 

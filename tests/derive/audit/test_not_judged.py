@@ -16,7 +16,7 @@ from derive.audit.case import Case
 from derive.audit.paper import Cycle, Dynamics, Law, Paper, Reading
 from derive.audit.reading_search import judge_readings
 from derive.chain import Chain
-from derive.equations import derived
+from derive.equations import derived_equation
 from tests.support.made_up import MadeUp, MadeUpClaim, a, b, c, u, x
 
 ODD = sp.Function("odd")
@@ -24,7 +24,9 @@ ODD = sp.Function("odd")
 
 def made_up() -> Case:
     """A case with a sum ``x = a u`` that is derived, and nothing printed yet."""
-    return Case(Paper("made up", "A made-up paper"), MadeUp({MadeUpClaim.SUM: derived(MadeUpClaim.SUM, x - a * u, x)}))
+    return Case(
+        Paper("made up", "A made-up paper"), MadeUp({MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, x - a * u, x)})
+    )
 
 
 def audit(case: Case, monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, record.Record], list[record.Record]]:
@@ -50,7 +52,7 @@ def audit(case: Case, monkeypatch: pytest.MonkeyPatch) -> tuple[dict[str, record
 
     monkeypatch.setattr(verdicts, "ProcessPoolExecutor", lambda **_: Here())
     monkeypatch.setattr(key, "laws_key", lambda *_: "of laws")
-    records, laws = verdicts.judged([module], {}, [])
+    records, laws = verdicts.judge_modules([module], {}, [])
     return {entry["equation"]: entry for entry in records}, laws
 
 

@@ -7,18 +7,18 @@ from mpmath import mpf
 
 from derive.audit.case import directions
 from derive.audit.comparison import Comparison, _simple_ratio, find_missing_terms
-from derive.audit.edits import edits
+from derive.audit.edits import list_edits
 from derive.audit.terms import (
     Gap,
     Match,
     common_factor,
-    expanded,
+    evaluate_at,
+    expand_sum,
     match_sums,
     measure_gap,
-    monomials,
     overall_factor,
     remainder_vanishes,
-    value,
+    to_monomials,
 )
 from derive.equations import Equation
 from derive.evaluate import DIGITS, NotEvaluated, Point, UnknownNodeError
@@ -31,11 +31,11 @@ AT = tuple(POINTS)
 
 
 def match_terms(printed: tuple[sp.Expr, ...], derived: tuple[sp.Expr, ...], points: object = None) -> Match:
-    return match_sums(monomials(sp.Add(*printed), AT), monomials(sp.Add(*derived), AT))
+    return match_sums(to_monomials(sp.Add(*printed), AT), to_monomials(sp.Add(*derived), AT))
 
 
 def factor(printed: tuple[sp.Expr, ...], derived: tuple[sp.Expr, ...]) -> sp.Expr:
-    return overall_factor(monomials(sp.Add(*printed), AT), monomials(sp.Add(*derived), AT))
+    return overall_factor(to_monomials(sp.Add(*printed), AT), to_monomials(sp.Add(*derived), AT))
 
 
 def test_equal_terms_are_struck_out() -> None:
@@ -70,17 +70,17 @@ def test_a_remainder_can_vanish_as_a_whole() -> None:
 
 
 def test_zero_has_no_terms() -> None:
-    assert expanded(sp.S.Zero) == ()
-    assert set(expanded(a * (b - c))) == {a * b, -a * c}
+    assert expand_sum(sp.S.Zero) == ()
+    assert set(expand_sum(a * (b - c))) == {a * b, -a * c}
 
 
 def test_complex_value_gives_no_number() -> None:
-    assert value(sp.asin(2 + u), POINTS[0]) is None
-    assert value(a, POINTS[0]) == POINTS[0](a)
+    assert evaluate_at(sp.asin(2 + u), POINTS[0]) is None
+    assert evaluate_at(a, POINTS[0]) == POINTS[0](a)
 
 
 def test_gap_counts_unmatched_terms() -> None:
-    printed, derived = (monomials(e, AT) for e in (a * u - b + 2 * c + x_dot, a * u + b + 4 * c + e))
+    printed, derived = (to_monomials(e, AT) for e in (a * u - b + 2 * c + x_dot, a * u + b + 4 * c + e))
     assert measure_gap(printed, derived) == Gap(alien=1, unlike=1, lacking=2)
     assert measure_gap(printed, printed).size == 0
 
@@ -125,7 +125,7 @@ FORMULA = a * sp.sin(u) - b * sp.cos(v) + x_dot * t + c * sp.atan(u * v)
     ],
 )
 def test_each_kind_of_edit_is_tried(meant: sp.Expr) -> None:
-    assert any(sp.expand(edit.result - meant) == 0 for edit in edits(FORMULA, WORDS, present=[v]))
+    assert any(sp.expand(edit.result - meant) == 0 for edit in list_edits(FORMULA, WORDS, present=[v]))
 
 
 @pytest.mark.parametrize(
@@ -139,29 +139,29 @@ def test_each_kind_of_edit_is_tried(meant: sp.Expr) -> None:
 )
 def test_edits_inside_a_bracket(printed: sp.Expr, meant: sp.Expr) -> None:
     """A summand too many, the sign of a group, a factor on one."""
-    assert any(sp.expand(edit.result - meant) == 0 for edit in edits(printed, WORDS))
+    assert any(sp.expand(edit.result - meant) == 0 for edit in list_edits(printed, WORDS))
 
 
 def test_conditions_are_exchanged() -> None:
     cases = sp.Piecewise((a * u, v < 0), (2 * b, True))
-    assert sp.Piecewise((2 * b, v < 0), (a * u, True)) in {edit.result for edit in edits(cases, WORDS)}
+    assert sp.Piecewise((2 * b, v < 0), (a * u, True)) in {edit.result for edit in list_edits(cases, WORDS)}
 
 
 def test_every_edit_differs_from_the_original() -> None:
-    for edit in edits(FORMULA, WORDS):
+    for edit in list_edits(FORMULA, WORDS):
         assert edit.result != FORMULA, edit.text
         assert any(abs(p(edit.result) - p(FORMULA)) > mpf(10) ** -40 for p in POINTS), edit.text
 
 
 def test_symbols_are_mistaken_for_those_of_their_dimension_only() -> None:
-    texts = {edit.text for edit in edits(a * u - b * u, WORDS)}
+    texts = {edit.text for edit in list_edits(a * u - b * u, WORDS)}
     assert f"{c} for {a}" in texts
     assert f"{t} for {a}" not in texts
-    assert f"{t} for {a}" in {edit.text for edit in edits(a + u, WORDS)}
+    assert f"{t} for {a}" in {edit.text for edit in list_edits(a + u, WORDS)}
 
 
 def test_missing_summand_has_the_bracket_dimension() -> None:
-    results = {edit.result for edit in edits(a * sp.sin(u), WORDS, present=[v, t])}
+    results = {edit.result for edit in list_edits(a * sp.sin(u), WORDS, present=[v, t])}
     assert a * sp.sin(u + v) in results
     assert a * sp.sin(u + t) not in results
 

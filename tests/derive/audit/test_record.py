@@ -14,7 +14,7 @@ from derive.audit.case import Case
 from derive.audit.paper import Paper
 from derive.audit.record import find_vanishing_terms
 from derive.audit.verdicts import as_page
-from derive.equations import Definition, Equation, derived
+from derive.equations import Definition, Equation, derived_equation
 from derive.evaluate import Point
 from derive.quantity import Quantity
 from tests.support.made_up import MadeUp, MadeUpClaim, a, b, c, quantity, t, u, v, x
@@ -28,7 +28,7 @@ def case(
     printed: Equation, meant: sp.Expr, lifted: sp.Expr | None = None, reading: dict[Quantity, sp.Expr] | None = None
 ) -> Case:
     """A paper of one equation, with a derivation, and that derivation while an assumption is lifted."""
-    equations = {MadeUpClaim.SUM: derived(MadeUpClaim.SUM, meant, printed.defines, printed.relation)}
+    equations = {MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, meant, printed.defines, printed.relation)}
     paper = Paper("made up", "", {printed.number: printed}, reading=reading or {})
     return Case(paper, MadeUp(equations, lifted, ZERO))
 
@@ -38,7 +38,7 @@ def equation(residual: sp.Expr, defines: Quantity | None = None) -> Equation:
 
 
 def recorded(case_: Case) -> dict[str, Any]:
-    return record.equation(case_, "n", "key")
+    return record.record_equation(case_, "n", "key")
 
 
 def test_points_differ() -> None:
@@ -60,7 +60,9 @@ def test_key_covers_only_action_names_of_the_equation() -> None:
                 return {a: called, t: elsewhere}
 
         case_ = case(equation(a - b), a - b)
-        return key.equation_key(Case(case_.paper, Acting({MadeUpClaim.SUM: derived(MadeUpClaim.SUM, a - b)})), "n")
+        return key.equation_key(
+            Case(case_.paper, Acting({MadeUpClaim.SUM: derived_equation(MadeUpClaim.SUM, a - b)})), "n"
+        )
 
     assert keyed("push", "pull") == keyed("push", "drag") != keyed("shove", "pull")
 
@@ -95,12 +97,12 @@ def test_a_term_without_a_value_has_no_size() -> None:
 
 
 def test_units_are_named_or_composed() -> None:
-    assert record.unit_of(a * b / t) == "m2/s"
-    assert record.unit_of(a / t**2) == "m/s2"
-    assert record.unit_of(1 / t) == "1/s"
-    assert record.unit_of(u) == "1"
-    assert record.unit_of(quantity("test_force", "N") * a) == "N m"
-    assert record.unit_of(a + t) == "?"
+    assert record.find_unit(a * b / t) == "m2/s"
+    assert record.find_unit(a / t**2) == "m/s2"
+    assert record.find_unit(1 / t) == "1/s"
+    assert record.find_unit(u) == "1"
+    assert record.find_unit(quantity("test_force", "N") * a) == "N m"
+    assert record.find_unit(a + t) == "?"
 
 
 # terms that vanish

@@ -3,7 +3,7 @@
 import pytest
 import sympy as sp
 
-from derive.audit.judge import Judgement, judge, judge_by_values
+from derive.audit.judge import Judgement, judge_by_values, judge_equation
 from derive.equations import Equation, Unclaimed
 from derive.evaluate import Point
 from tests.support.made_up import WORDS, a, b, c, quantity, u, v, values
@@ -28,7 +28,7 @@ def points() -> list[Point]:
 def judged(residual: sp.Expr, defines: bool = False) -> Judgement:
     symbol = FORCE if defines else None
     printed = Equation("1", FORCE - residual, "test", Unclaimed.HOLDS, defines=symbol)
-    return judge(printed, None, points(), [*WORDS, FORCE])
+    return judge_equation(printed, None, points(), [*WORDS, FORCE])
 
 
 @pytest.mark.parametrize("right", [2 * a * u - b * sp.cos(v), (4 * a * u - 2 * b * sp.sin(v + sp.pi / 2)) / 2])

@@ -15,7 +15,7 @@ from derive import papers
 from derive.audit import key, verdicts
 from derive.audit.case import Case
 from derive.audit.paper import Paper
-from derive.discovery import modules
+from derive.discovery import import_modules
 from derive.equations import ClaimError
 from tests.support.centrifuge import NAME, TEXT
 from tests.support.made_up import MadeUp
@@ -37,7 +37,7 @@ def loaded(folder: Path, text: str) -> ModuleType:
 
 
 def audit_modules(modules: list[ModuleType], committed: Path | None = None) -> dict[str, Any]:
-    content: dict[str, Any] = json.loads(verdicts.verdicts(modules, committed)["audit.json"])
+    content: dict[str, Any] = json.loads(verdicts.judge_cases(modules, committed)["audit.json"])
     return content
 
 
@@ -58,18 +58,18 @@ def test_the_same_paper_without_the_error_is_confirmed(folder: Path) -> None:
 
 def test_external_paper_is_not_judged_twice(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     module = loaded(folder, TEXT.replace("WEIGHT", "2"))
-    texts = verdicts.verdicts([module])
+    texts = verdicts.judge_cases([module])
     for name in texts.keys() - {"AUDIT.md"}:
         (folder / name).write_text(texts[name], encoding="utf-8")
     monkeypatch.setattr(verdicts, "ProcessPoolExecutor", None)
-    assert verdicts.verdicts([module], folder / "audit.json") == texts
+    assert verdicts.judge_cases([module], folder / "audit.json") == texts
     module.PAPER.equations["2"] = module.PAPER.equations["1"]
     with pytest.raises(TypeError):
-        verdicts.verdicts([module], folder / "audit.json")
+        verdicts.judge_cases([module], folder / "audit.json")
 
 
 def test_the_page_shows_a_paper_from_outside(folder: Path) -> None:
-    page = verdicts.verdicts([loaded(folder, TEXT.replace("WEIGHT", "2"))])["AUDIT.md"]
+    page = verdicts.judge_cases([loaded(folder, TEXT.replace("WEIGHT", "2"))])["AUDIT.md"]
     assert "## Made up 2024" in page
     assert "| centrifuge2024 | support is the weight |" in page
 
@@ -82,7 +82,7 @@ def test_a_wrong_claim_is_refused_before_anything_is_judged(folder: Path, monkey
     with pytest.raises(
         ClaimError, match=r"centrifuge2024 \(2\): .* 'pull of the hub'; near it: .*'support of the hub'"
     ):
-        verdicts.verdicts([module])
+        verdicts.judge_cases([module])
     with pytest.raises(AttributeError, match="SUPORT"):
         loaded(
             folder,
@@ -112,14 +112,14 @@ def case(name: str, place: int | None = None) -> Case:
 
 
 def test_papers_of_the_project_stand_in_their_order() -> None:
-    names = [case.paper.name for case in verdicts.cases(modules(papers)).values()]
+    names = [case.paper.name for case in verdicts.find_cases(import_modules(papers)).values()]
     assert names == ["wang2017", "shi2021", "yu2023", "sun2019"]
-    assert verdicts.cases(reversed(modules(papers))) == verdicts.cases(modules(papers))
+    assert verdicts.find_cases(reversed(import_modules(papers))) == verdicts.find_cases(import_modules(papers))
 
 
 def test_papers_without_order_come_last_by_name() -> None:
     modules = [module("m1", case("zeta")), module("m2", case("alpha")), module("m3", case("omega", 7))]
-    assert [case.paper.name for case in verdicts.cases(modules).values()] == [
+    assert [case.paper.name for case in verdicts.find_cases(modules).values()] == [
         "omega",
         "alpha",
         "zeta",
@@ -127,10 +127,10 @@ def test_papers_without_order_come_last_by_name() -> None:
 
 
 def test_modules_without_case_are_ignored() -> None:
-    assert verdicts.cases([module("m", SimpleNamespace()), ModuleType("n")]) == {}
-    assert set(verdicts.verdicts([])) == {"audit.json", "audit_mathml.json", "AUDIT.md"}
+    assert verdicts.find_cases([module("m", SimpleNamespace()), ModuleType("n")]) == {}
+    assert set(verdicts.judge_cases([])) == {"audit.json", "audit_mathml.json", "AUDIT.md"}
 
 
 def test_papers_with_equal_names_are_refused() -> None:
     with pytest.raises(ValueError, match="two papers have one name: same"):
-        verdicts.cases([module("m1", case("same")), module("m2", case("same", 3))])
+        verdicts.find_cases([module("m1", case("same")), module("m2", case("same", 3))])

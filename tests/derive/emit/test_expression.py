@@ -7,7 +7,7 @@ import pytest
 import sympy as sp
 
 from derive.emit import expression
-from derive.emit.expression import Printer, UnsupportedNode, operations
+from derive.emit.expression import Printer, UnsupportedNode, count_operations
 from derive.emit.targets.array import ARRAY
 from derive.emit.targets.casadi import CASADI
 from derive.functions import Polynomial, Turns, clip, switch, wrap
@@ -125,4 +125,4 @@ COUNTS = [(x + y + z, 2), (x * y, 1), (sp.sin(x) + 1, 2), (switch(x, y, z), 2), 
 
 @pytest.mark.parametrize(("expr", "count"), COUNTS)
 def test_operations(expr: sp.Expr, count: int) -> None:
-    assert operations(expr) == count
+    assert count_operations(expr) == count

@@ -12,7 +12,7 @@ import sympy as sp
 from sympy import Expr, cos, sin
 
 from derive import quantity as quantities
-from derive.emit.folder import built_in, texts
+from derive.emit.folder import built_in, render_texts
 from derive.emit.text import list_functions
 from derive.model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, Step, System
 from derive.quantity import OpenVector, Quantity, Vector, reserve
@@ -49,7 +49,7 @@ def module(source: Lane, target: str, tmp_path: Path) -> ModuleType:
     """The module of a lane in a target, written and imported."""
     (writer,) = (t for t in built_in() if t.name == target)
     path = tmp_path / "test.py"
-    path.write_text(texts([System("test", "Test", "test", (), source)], (), [writer])[writer.path("test")])
+    path.write_text(render_texts([System("test", "Test", "test", (), source)], (), [writer])[writer.path("test")])
     spec = importlib.util.spec_from_file_location("emitted_test", path)
     assert spec is not None
     assert spec.loader is not None
@@ -135,12 +135,12 @@ def test_a_name_for_two_things_is_refused() -> None:
         emitted(lane(let(load, size * phi), inputs=(Vector("side", (size,)),)))
     form = ClosedForm("lane", (phi,), (let(load, phi),), SIDE)
     with pytest.raises(ValueError, match="test: two functions are called lane"):
-        texts([System("test", "Test", "test", (), lane(), (form,))], (), ())
+        render_texts([System("test", "Test", "test", (), lane(), (form,))], (), ())
 
 
 def test_module_holds_lane_and_closed_forms(tmp_path: Path) -> None:
     form = ClosedForm("twice", (phi,), (let(load, 2 * phi),), SIDE)
-    content = texts([System("test", "Test", "test", (), lane(), (form,))], (), built_in())
+    content = render_texts([System("test", "Test", "test", (), lane(), (form,))], (), built_in())
     assert {"test.py", "array/test.py", "test.json"} < content.keys()
     assert "def lane(" in content["test.py"]
     assert "def twice(" in content["test.py"]
@@ -174,7 +174,7 @@ def test_reserved_name_of_late_target_is_refused(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(quantities, "_RESERVED", dict(quantities._RESERVED))
     early = quantity("early")
     system = System("test", "Test", "test", (), lane(let(early, phi), let(load, early**2)))
-    texts([system], (), ())
+    render_texts([system], (), ())
     reserve("late", ["early"])
     with pytest.raises(ValueError, match=r"test\.lane: early: generated late code needs that name"):
-        texts([system], (), ())
+        render_texts([system], (), ())

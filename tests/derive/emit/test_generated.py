@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from derive.emit.folder import built_in, chosen, texts
+from derive.emit.folder import built_in, render_texts, select_targets
 from derive.gearing.families import FAMILIES
-from derive.generated_folder import GENERATED, changes, differences, write
-from derive.generation import VERDICTS, code, models
+from derive.generated_folder import GENERATED, list_changes, list_differences, write_folder
+from derive.generation import VERDICTS, derive_code, derive_models
 from derive.systems import disc_cam
 from derive.systems.clutch import contacts
 from derive.systems.planting import derivation
@@ -42,40 +42,44 @@ def content() -> dict[str, str]:
 
 
 def test_a_part_is_up_to_date() -> None:
-    derived = texts(models(SAMPLE), [FAMILIES["ellipse"]], chosen(built_in()))
+    derived = render_texts(derive_models(SAMPLE), [FAMILIES["ellipse"]], select_targets(built_in()))
     assert {"disc_cam.py", "clutch_contact_dog.json", "array/planting_exact.py", "curve_ellipse.py"} <= derived.keys()
-    assert changes(GENERATED, derived) == []
+    assert list_changes(GENERATED, derived) == []
 
 
 @pytest.mark.long
 def test_generated_is_up_to_date() -> None:
-    assert [d for d in differences(GENERATED, code()) if d.removeprefix("stray: ") not in VERDICTS] == []
+    assert [d for d in list_differences(GENERATED, derive_code()) if d.removeprefix("stray: ") not in VERDICTS] == []
 
 
 def test_written_folder_compares_equal(content: dict[str, str], tmp_path: Path) -> None:
-    write(tmp_path, content)
-    assert differences(tmp_path, content) == []
+    write_folder(tmp_path, content)
+    assert list_differences(tmp_path, content) == []
 
 
 def test_changed_missing_and_stray_files_are_listed(content: dict[str, str], tmp_path: Path) -> None:
-    write(tmp_path, content)
+    write_folder(tmp_path, content)
     name = "planting_exact.py"
     (tmp_path / name).write_text(content[name].replace("m_C1", "m_C2", 1))
     (tmp_path / "curve_ellipse.json").unlink()
     (tmp_path / "notes.txt").write_text("stray")
-    assert differences(tmp_path, content) == ["stray: notes.txt", "missing: curve_ellipse.json", f"changed: {name}"]
+    assert list_differences(tmp_path, content) == [
+        "stray: notes.txt",
+        "missing: curve_ellipse.json",
+        f"changed: {name}",
+    ]
 
 
 def test_writing_removes_strays(content: dict[str, str], tmp_path: Path) -> None:
     (tmp_path / "old_model.py").write_text("left over")
-    write(tmp_path, content)
+    write_folder(tmp_path, content)
     assert not (tmp_path / "old_model.py").exists()
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("seed", ["1", "20171"])
 def test_text_does_not_depend_on_the_hash_seed(seed: str) -> None:
-    digest = hashlib.sha256(repr(sorted(code().items())).encode()).hexdigest()
+    digest = hashlib.sha256(repr(sorted(derive_code().items())).encode()).hexdigest()
     process = subprocess.run(
         [sys.executable, "-c", PRINT_HASH],
         cwd=ROOT,

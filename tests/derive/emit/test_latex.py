@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 from derive.__main__ import main
-from derive.emit.folder import built_in, texts
+from derive.emit.folder import built_in, render_texts
 from derive.emit.targets import latex
 from derive.gearing.families import FAMILIES
 from derive.model import ClosedForm, Let, System
@@ -27,7 +27,7 @@ def documents(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Of a mechanism with loops and friction by cases, and of the pitch curves."""
     place = tmp_path_factory.mktemp("documents")
     assert main([str(own.EXAMPLES / "slider_crank.py"), "--target", "latex", "--out", str(place)]) == 0
-    for name, text in texts((), FAMILIES.values(), [TARGET]).items():
+    for name, text in render_texts((), FAMILIES.values(), [TARGET]).items():
         (place / name).write_text(text)
     return place / "latex"
 
@@ -76,7 +76,7 @@ def test_long_sum_breaks_and_special_signs_are_escaped() -> None:
     terms = [Quantity(f"load_{i}", "N m2", "50 % of {it} & more_", "test") for i in range(40)]
     total = Quantity("total", "N m2", "sum", "test #1")
     form = ClosedForm("sums", tuple(terms), (Let(total, sp.Add(*terms), "test"),), Vector("given", (total,)))
-    text = texts([System("small", "Small", "test", (), closed_forms=(form,))], (), [TARGET])["latex/small.tex"]
+    text = render_texts([System("small", "Small", "test", (), closed_forms=(form,))], (), [TARGET])["latex/small.tex"]
     assert faults(text) == []
     assert text.count(r"\nonumber") >= 3
     assert r"50 \% of \{it\} \& more\_" in text

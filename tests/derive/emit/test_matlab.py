@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from derive.__main__ import main
-from derive.emit.folder import built_in, texts
+from derive.emit.folder import built_in, render_texts
 from derive.gearing.families import FAMILIES
 from derive.model import ClosedForm, Let, System
 from derive.quantity import Quantity, Vector
@@ -38,7 +38,7 @@ def planting(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Files of the planting device, its pitch curves and the laws of its cam."""
     place = tmp_path_factory.mktemp("planting")
     systems = [derivation.build_exact_system(), *(build() for build in flanks.SYSTEMS)]
-    for name, text in texts(systems, FAMILIES.values(), [MATLAB]).items():
+    for name, text in render_texts(systems, FAMILIES.values(), [MATLAB]).items():
         path = place / name
         path.parent.mkdir(exist_ok=True)
         path.write_text(text)
@@ -114,8 +114,8 @@ def system(name: str) -> System:
 
 def test_reserved_matlab_name_is_refused() -> None:
     with pytest.raises(ValueError, match="function twice: _a: a name in MATLAB is a letter"):
-        texts([system("_a")], (), [MATLAB])
-    assert "result = 2 * a;" in texts([system("a")], (), [MATLAB])["matlab/small.m"]
+        render_texts([system("_a")], (), [MATLAB])
+    assert "result = 2 * a;" in render_texts([system("a")], (), [MATLAB])["matlab/small.m"]
 
 
 def test_a_language_is_written_where_it_is_asked_for_alone(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -33,7 +33,7 @@ def test_families_of_the_paper_are_registered() -> None:
 
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)
 def test_parameter_names_do_not_collide_with_code(family: PitchCurve) -> None:
-    for function in emit_curve.functions_of(family):
+    for function in emit_curve.build_curve_functions(family):
         defined = [s.name for step in function.steps for s in step.defines]
         parameter_names = [q.name for q in (*family.parameters, pitch_curve.m, pitch_curve.a)]
         assert len({*defined, *parameter_names}) == len(defined) + len(parameter_names)
@@ -44,7 +44,7 @@ def test_a_parameter_with_a_name_of_the_prologue_is_refused() -> None:
         parameters = (Quantity("terms", "m", "test", "test"), FAMILIES["ellipse"].parameters[1])
 
     with pytest.raises(ValueError, match="family ellipse: its prologue needs the name terms"):
-        emit_curve.functions_of(Named())
+        emit_curve.build_curve_functions(Named())
 
 
 @pytest.mark.parametrize("family", FAMILIES.values(), ids=FAMILIES)

@@ -15,7 +15,7 @@ from sympy import S
 
 from derive.evaluate import Point
 from derive.mechanics.bodies import Action, action_load
-from derive.mechanics.contacts import GearContact, SlidingContact, contour, reach
+from derive.mechanics.contacts import GearContact, SlidingContact, contour_steps, reach
 from derive.mechanics.driven_motion import LAW, build_law_residuals, motion_steps, solve_forces
 from derive.mechanics.frames import Frame, Y, Z, unit
 from derive.mechanics.frames import Point as Place
@@ -213,7 +213,7 @@ def test_contour_is_offset_by_the_roller_radius() -> None:
     t, radius, step = sp.Symbol("t", real=True), mpf("0.3"), mpf(10) ** -12
     place = (2 * sp.cos(t + t**2 / 9), sp.sin(t + t**2 / 9))
     first, second = ([sp.diff(c, t, order) for c in place] for order in (1, 2))
-    steps = contour(place, tuple(first), tuple(second), (S.One, S(2)))
+    steps = contour_steps(place, tuple(first), tuple(second), (S.One, S(2)))
     shift = mpf("0.7")
 
     def at(when: mpf) -> dict[str, mpf]:

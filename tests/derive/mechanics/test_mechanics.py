@@ -18,7 +18,7 @@ from derive.mechanics.frames import (
     Z,
     displacement,
     rotation,
-    shorter,
+    shorten_vector,
     unit,
 )
 from derive.mechanics.mechanism import Mechanism
@@ -88,7 +88,7 @@ def test_rotations_about_a_common_axis_add_up(turned: sp.Expr) -> None:
 def test_component_is_expanded_only_if_shorter() -> None:
     cancels, powers = (length + 1) ** 2 - length**2 - 1, (length + mass) ** 4
     long = sp.Add(*(sin(i * length) ** 2 * (length + i) for i in range(1, 20))) + cancels
-    vector = shorter(Vec(WORLD, (cancels, powers, long)))
+    vector = shorten_vector(Vec(WORLD, (cancels, powers, long)))
     assert vector.components == (2 * length, powers, long)
 
 

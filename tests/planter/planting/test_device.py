@@ -11,7 +11,7 @@ import pytest
 import scipy.special
 
 import planter
-from derive.discovery import loaded
+from derive.discovery import load_user_modules
 from derive.emit.folder import emit_curve
 from derive.emit.targets import casadi
 from derive.gearing.families import FAMILIES
@@ -120,7 +120,7 @@ class Exponential(PitchCurve):
 def with_new_family(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
     """One new file among the families, and what `python -m derive` then writes among what it wrote before."""
     (tmp_path / "exponential.py").write_text(NEW_FAMILY)
-    with loaded(tmp_path / "exponential.py"):
+    with load_user_modules(tmp_path / "exponential.py"):
         pass
     _generated_beside(tmp_path / "with_new_family", FAMILIES["exponential"])
     monkeypatch.syspath_prepend(str(tmp_path))

@@ -15,7 +15,7 @@ import pytest
 import sympy as sp
 
 from derive.chain import ChainError
-from derive.emit.expression import expressions
+from derive.emit.expression import list_expressions
 from derive.emit.text import list_functions
 from derive.equations import Claim, ClaimError, Equation
 from derive.model import ClosedForm, Let, System
@@ -138,7 +138,7 @@ def test_symbols_have_meanings_and_steps_dimensions(name: str) -> None:
         for step in form.steps:
             assert isinstance(step.symbol, Quantity)
             assert all(isinstance(s, Quantity) for s in step.needs), (form.name, step.symbol)
-            (expr,) = expressions(step)
+            (expr,) = list_expressions(step)
             assert dimension(expr) in (None, of_unit(step.symbol.unit)), (form.name, step.symbol)
 
 

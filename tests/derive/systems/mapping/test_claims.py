@@ -16,7 +16,7 @@ from derive.equations import ClaimError, Definition, Equation
 from derive.evaluate import MachineFile
 from derive.papers import sun2019
 from derive.quantity import DimensionError, Quantity, dimension
-from derive.systems.mapping import dyads, train
+from derive.systems.mapping import geometry
 from derive.systems.mapping import quantities as q
 from derive.systems.mapping import subject as claims
 from derive.systems.mapping.quantities import MappingClaim
@@ -113,7 +113,7 @@ def test_every_judged_equation_has_a_derived_counterpart() -> None:
 
 
 def test_the_derivation_knows_no_paper() -> None:
-    for module in (claims, dyads, train, q):
+    for module in (claims, geometry, q):
         tree = ast.parse(Path(str(module.__file__)).read_text(encoding="utf-8"))
         names = {n.module or "" for n in ast.walk(tree) if isinstance(n, ast.ImportFrom)}
         assert not any("papers" in name for name in names)
@@ -201,9 +201,9 @@ def test_dyad_coefficients_lie_in_null_space_of_poses() -> None:
     matrix = rows(poses)
     assert np.abs(matrix @ p).max() < 1e-13
     assert np.abs(matrix @ (p * [1, 1, 1, 1, 1, -1, 1, 1])).max() > 1e-3
-    assert np.linalg.matrix_rank(matrix) == 8 - dyads.zero_eigenvalues()
+    assert np.linalg.matrix_rank(matrix) == 8 - geometry.zero_eigenvalues()
     eigenvalues = np.linalg.eigvalsh(matrix.T @ matrix)
-    assert np.sum(eigenvalues < 1e-12 * eigenvalues.max()) == dyads.zero_eigenvalues()
+    assert np.sum(eigenvalues < 1e-12 * eigenvalues.max()) == geometry.zero_eigenvalues()
 
 
 def test_centre_and_radius_match_circle_of_three_points() -> None:
@@ -225,8 +225,8 @@ def test_conics_hold_for_null_space_vectors() -> None:
     for multiples in rng.normal(size=(4, 3)):
         p = multiples @ basis
         at = {**point, **dict(zip(q.PARAMETERS, multiples, strict=True))}
-        assert float(value(dyads.conic_form(q.K1), at)) == pytest.approx(p[0] * p[5] + p[1] * p[4] - p[2] * p[3])
-        assert float(value(dyads.conic_form(q.K2), at)) == pytest.approx(2 * p[0] * p[6] - p[1] * p[3] - p[2] * p[4])
+        assert float(value(geometry.conic_form(q.K1), at)) == pytest.approx(p[0] * p[5] + p[1] * p[4] - p[2] * p[3])
+        assert float(value(geometry.conic_form(q.K2), at)) == pytest.approx(2 * p[0] * p[6] - p[1] * p[3] - p[2] * p[4])
 
 
 @pytest.mark.parametrize(("first_angle", "pairs"), [(-10, 1), (10, 0)])
