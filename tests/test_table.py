@@ -25,7 +25,7 @@ from derive.systems.clutch import model as clutch
 from derive.systems.mapping import model as mapping
 from derive.systems.pickup import model as pickup
 from derive.systems.planting import derivation
-from planter.cli.app import application
+from planter.cli.app import build_application
 from planter.engine.machine import Machine, load_machine
 from planter.exports import cuda
 from planter.files import examples, units
@@ -33,7 +33,7 @@ from planter.interchange import co_simulation
 from planter.kernels import Array
 from planter.mechanism import sheets
 from planter.view.sheet import Length
-from planter.view.subject import Movable, opened
+from planter.view.subject import Movable, open_machine
 from tests.planter.exports.exported import Library
 from tests.support import own
 from tests.support.cli import answer, run
@@ -260,7 +260,7 @@ def check_calibrate(column: Column, folder: Path) -> None:
     truth = column.number + 0.4 * (column.ends[1] - column.number)
     degrees = np.arange(0.0, 360.0, 6.0)
     curve = column.rows(np.radians(degrees), to=truth)
-    unit = units.unit(column.key)
+    unit = units.display_unit(column.key)
     lines = [f"{a!r},{v!r}" for a, v in zip(degrees.tolist(), curve.tolist(), strict=True)]
     path = folder / "measured.csv"
     path.write_text("\n".join([f"angle [deg],curve [{unit or '1'}]", *lines]) + "\n", encoding="utf-8")
@@ -273,7 +273,7 @@ def check_calibrate(column: Column, folder: Path) -> None:
 
 
 def output(column: Column) -> str:
-    suffix = units.suffix(column.key)
+    suffix = units.unit_suffix(column.key)
     return f"{column.key.removesuffix(suffix)}_max{suffix}"
 
 
@@ -369,7 +369,7 @@ def check_explain(column: Column, folder: Path) -> None:
     assert entries
     assert len(values) > 2 or not column.is_own
     for value in values:
-        assert entries[value.path]["unit"] in (value.unit, units.unit(value.path))
+        assert entries[value.path]["unit"] in (value.unit, units.display_unit(value.path))
         if "value" in entries[value.path]:
             close(entries[value.path]["value"] * value.factor, machine.data[machine.find_index(value.path)])
 
@@ -502,7 +502,7 @@ def check_animate(column: Column, folder: Path) -> None:
 @row("studio")
 def check_studio(column: Column, folder: Path) -> None:
     """A hand on a value moves the drawing, which lasts as long as a turn of the drive."""
-    subject, machine = opened(column.source), column.machine()
+    subject, machine = open_machine(column.source), column.machine()
     values = {control.path: control.value for control in subject.controls}
     path = subject.controls[0].path if column.name == "shi2021" else column.value  # a force moves nothing
     share = column.ends[1] / column.number
@@ -522,7 +522,7 @@ def check_page(column: Column, folder: Path) -> None:
     if "planter[compiler] is not installed" in err:
         pytest.skip("needs ziglang")
     assert code == 0, err
-    subject = opened(column.source)
+    subject = open_machine(column.source)
     assert isinstance(subject, Movable)
     portable = subject.portable(subject.models[0])
     numbers = portable.at({column.value: column.ends[1]}, portable.seen)
@@ -640,7 +640,7 @@ def test_refusals_are_few_and_of_cells() -> None:
 
 def test_every_statement_and_built_in_machine_is_a_column() -> None:
     stated = {path.stem for path in own.EXAMPLES.glob("*.py")}
-    shipped = {name.removesuffix(".toml") for name in examples.names(suffix=".toml")}
+    shipped = {name.removesuffix(".toml") for name in examples.list_examples(suffix=".toml")}
     assert stated | shipped == COLUMNS.keys() | set(FREE) | NOT_COLUMNS.keys()
 
 
@@ -652,7 +652,7 @@ WITHOUT_A_MACHINE = {
 
 
 def test_every_command_about_machines_is_in_a_row() -> None:
-    app = application()
+    app = build_application()
     names = {command.name or command.callback.__name__ for command in app.registered_commands}
     names |= {str(group.name) for group in app.registered_groups}
     assert names - WITHOUT_A_MACHINE == set().union(*COMMANDS.values())

@@ -12,7 +12,7 @@ from typing import Any
 import typer
 from typer.testing import CliRunner
 
-from planter.cli.app import application
+from planter.cli.app import build_application
 from planter.cli.commands import list_topics
 from planter.records import schema
 
@@ -37,7 +37,7 @@ def leaves(command: Any, words: tuple[str, ...] = ()) -> Iterator[tuple[str, Any
 
 def texts() -> Iterator[tuple[str, str]]:
     """Every command with its help."""
-    for words, command in leaves(typer.main.get_command(application())):
+    for words, command in leaves(typer.main.get_command(build_application())):
         context = typer.Context(command, info_name=f"planter {words}", terminal_width=100, max_content_width=100)
         yield words, command.get_help(context)
 
@@ -50,7 +50,7 @@ def examples() -> tuple[dict[str, str], set[str]]:
 
 def printed(call: str) -> str:
     """What a call prints, its first lines. Raises RuntimeError where it fails."""
-    found = CliRunner(env={"COLUMNS": "96"}).invoke(application(), shlex.split(call)[1:])
+    found = CliRunner(env={"COLUMNS": "96"}).invoke(build_application(), shlex.split(call)[1:])
     if found.exit_code != 0:
         raise RuntimeError(f"{call}: {found.stderr}")
     lines = [line.rstrip() for line in found.stdout.strip("\n").splitlines()]

@@ -10,7 +10,7 @@ from book.keys import cell
 from planter.explain.machine import LabelledMachine, draw_machine
 from planter.explain.results import DrawnSymbol
 from planter.report import style
-from planter.view.sheet import figure
+from planter.view.sheet import draw_figure
 
 MACHINES = {
     "Planting device": "wang2017",
@@ -66,7 +66,7 @@ def draw(folder: Path) -> None:
     """Writes every drawing."""
     for found in machines().values():
         for sheet in found.labelled.sheets:
-            (folder / name(found, sheet.name)).write_text(style.svg(figure(sheet)), encoding="utf-8")
+            (folder / name(found, sheet.name)).write_text(style.render_svg(draw_figure(sheet)), encoding="utf-8")
 
 
 def page() -> str:

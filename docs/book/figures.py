@@ -14,7 +14,7 @@ from planter.gear_geometry.polygons import build_polygon
 from planter.planting.toothed import locate_pitch_curves
 from planter.report import style
 from planter.view.scene import Body, Outline, Scene
-from planter.view.sheet import Length, Sheet, figure
+from planter.view.sheet import Length, Sheet, draw_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,7 +33,7 @@ def rolling() -> Figure:
     bodies = [Body(curve.name, (Outline(curve.points.T, "gear", shade=k),)) for k, curve in enumerate((sun, gear))]
     line = Body("line of centres", (Outline(np.array([o, a1]), "frame", closed=False),))
     scene = Scene("stage 1", "", "", np.zeros(1), 1.0, [*bodies, line])
-    return figure(
+    return draw_figure(
         Sheet("rolling", "", scene, [Length(("r",), o, p), Length(("a - r",), p, a1), Length(("a",), o, a1, 0.9)])
     )
 
@@ -109,4 +109,4 @@ FIGURES = {"rolling": rolling, "envelope": envelope, "peaks": peaks}
 def draw(folder: Path) -> None:
     """Writes every figure."""
     for name, make in FIGURES.items():
-        (folder / f"theory-{name}.svg").write_text(style.svg(make()), encoding="utf-8")
+        (folder / f"theory-{name}.svg").write_text(style.render_svg(make()), encoding="utf-8")

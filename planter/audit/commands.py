@@ -9,9 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from planter.errors import InputError
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, listing
+from planter.terminal.options import JsonOption, OutOption, list_allowed
 
 app = typer.Typer()
 
@@ -24,8 +24,8 @@ def _list_papers() -> Iterable[str]:
     return numbers.list_papers()
 
 
-@app.command(cls=listing(paper=_list_papers))
-@writes("summary.json", "report.html")
+@app.command(cls=list_allowed(paper=_list_papers))
+@writes_files("summary.json", "report.html")
 def audit(
     paper: Annotated[
         str | None,

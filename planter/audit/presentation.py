@@ -327,7 +327,7 @@ def list_front_sections(front: FrontTable) -> Iterator[Section]:
 
 def build_figure_section(front: FrontTable) -> Section:
     """Return the section with the figure of the fronts."""
-    return Section("Figure of the fronts", [FigureSvg(style.svg(plot_front(front)), CAPTION)])
+    return Section("Figure of the fronts", [FigureSvg(style.render_svg(plot_front(front)), CAPTION)])
 
 
 HEAD = ("range / N", "variance / N2", "flanks", "least push of the cam / N")
@@ -350,8 +350,8 @@ def format_front_files(front: FrontTable) -> dict[str, str | bytes]:
     return {
         "front.json": files.summary_text(front),
         "front.csv": "\n".join([",".join(names), *lines]) + "\n",
-        "front.svg": style.svg(figure),
-        "front.png": style.png(figure),
+        "front.svg": style.render_svg(figure),
+        "front.png": style.render_png(figure),
     }
 
 

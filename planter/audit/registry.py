@@ -11,12 +11,12 @@ from typing import Any, TypeVar
 import numpy as np
 
 from planter.errors import PlanterError
-from planter.files.units import factor
+from planter.files.units import unit_factor
 from planter.progress import Listener
 
 Value = float | None
 """Value of a formula; None if it is undefined."""
-MM = factor("length_mm")
+MM = unit_factor("length_mm")
 """A millimetre [m]."""
 
 
@@ -94,7 +94,7 @@ class Inputs:
 
     def si(self, name: str) -> Any:
         """Return an input, or a list of inputs (n,), in SI units by the unit suffix of its name."""
-        return np.multiply(self[name], factor(name))
+        return np.multiply(self[name], unit_factor(name))
 
     def assume(self, text: str) -> None:
         """Note an assumed input that a formula took from elsewhere."""

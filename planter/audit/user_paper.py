@@ -23,8 +23,19 @@ from planter.audit import numbers, verdicts
 from planter.audit.registry import Rounded
 from planter.errors import InputError
 from planter.files import paths
-from planter.files.derivation import GENERATED, derived
-from planter.files.fields import Line, Positive, Problems, Real, Section, Whole, check, explain, lacking, refused
+from planter.files.derivation import GENERATED, derive_file
+from planter.files.fields import (
+    Line,
+    Positive,
+    Problems,
+    Real,
+    Section,
+    Whole,
+    check,
+    describe_problems,
+    invalid_value_problem,
+    missing_value_problem,
+)
 from planter.files.text import read_bytes, read_json, read_toml
 from planter.report import files
 from planter.report.folder import NAME as LIST
@@ -59,13 +70,15 @@ def _check_number(text: str) -> str:
     except InvalidOperation:
         finite = False
     if not finite:
-        raise refused("", text, "it must be a number as it is printed, with a decimal point")
+        raise invalid_value_problem("", text, "it must be a number as it is printed, with a decimal point")
     return text
 
 
 def _check_texts(value: object) -> object:
     if not isinstance(value, str | list) or not all(isinstance(text, str) for text in value):
-        raise refused("", value, "it must be text in quotes, for its digits are its precision, or a list of such texts")
+        raise invalid_value_problem(
+            "", value, "it must be text in quotes, for its digits are its precision, or a list of such texts"
+        )
     return [value] if isinstance(value, str) else value
 
 
@@ -97,11 +110,11 @@ class PrintedNumberRow(Section):
     @check
     def _each_is_as_long_as_printed(self) -> Problems:
         if not self.each and len(self.printed) > 1:
-            yield lacking("each", "it must say what the numbers of the list differ in")
+            yield missing_value_problem("each", "it must say what the numbers of the list differ in")
         for name, entries in self.each.items():
             if len(entries) != len(self.printed):
                 allowed = f"it must have as many entries as `printed` has, {len(self.printed)}"
-                yield refused(f"each.{name}", entries, allowed)
+                yield invalid_value_problem(f"each.{name}", entries, allowed)
 
     def singles(self) -> Iterator[tuple[str, dict[str, Any]]]:
         """Yield every number with its entries of `each`."""
@@ -120,7 +133,9 @@ class NumbersFile(Section):
     @check
     def _is_disclosed_or_assumed(self) -> Problems:
         for key in self.disclosed.keys() & self.assumed.keys():
-            yield refused(f"assumed.{key}", self.assumed[key], "the paper discloses it, as [disclosed] says")
+            yield invalid_value_problem(
+                f"assumed.{key}", self.assumed[key], "the paper discloses it, as [disclosed] says"
+            )
 
 
 def read_numbers_file(source: Path) -> NumbersFile:
@@ -129,7 +144,7 @@ def read_numbers_file(source: Path) -> NumbersFile:
     try:
         return NumbersFile.model_validate(table)
     except ValidationError as error:
-        raise explain(error, str(source), NumbersFile) from None
+        raise describe_problems(error, str(source), NumbersFile) from None
 
 
 def list_rows(file: NumbersFile, source: Path, paper: str, machine: Path) -> Iterator[dict[str, Any]]:
@@ -196,7 +211,7 @@ def audit_user_paper(source: Path, printed: Path | None = None) -> PaperAudit:
     numbers_file = None if printed is None else read_numbers_file(printed)
     folder = (source if source.is_dir() else source.parent) / GENERATED
     with TemporaryDirectory() as folder_name:
-        derived(source, Path(folder_name))
+        derive_file(source, Path(folder_name))
         if not Path(folder_name, VERDICTS).is_file():
             raise InputError(f"{source}: the file states no paper: define CASE = trial(mechanism, paper)")
         derivations = {
@@ -235,6 +250,6 @@ def find_paper(numbers_file: NumbersFile, source: Path, papers: Mapping[str, Any
         return str(numbers_file.paper)
     if numbers_file.paper is None:
         raise InputError(f"{source}: paper is missing: it must be one of {', '.join(papers)}")
-    close = paths.close(numbers_file.paper, papers)
+    close = paths.find_similar(numbers_file.paper, papers)
     hint = f"did you mean {close[0]}?" if close else f"it must be one of {', '.join(papers)}"
     raise InputError(f"{source}: paper = {numbers_file.paper!r}: {hint}")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from planter.bench.results import WAYS, WORKS, choose_settings
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption
 
@@ -15,7 +15,7 @@ app = typer.Typer()
 
 
 @app.command()
-@writes("bench.json", "bench.md")
+@writes_files("bench.json", "bench.md")
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="under 45 s: cycle, cycle+gradient, optimise")] = False,
     work: Annotated[

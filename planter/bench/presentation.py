@@ -36,7 +36,7 @@ def write_benchmark(folder: Path, result: Benchmark) -> None:
     Raises InputError if the folder cannot be written.
     """
     content = json.dumps(result.table(), indent=2, allow_nan=False) + "\n"
-    bundle.write(folder, {"bench.json": content, "bench.md": format_markdown(result)}, {})
+    bundle.write_bundle(folder, {"bench.json": content, "bench.md": format_markdown(result)}, {})
 
 
 def _format_block(block: Block) -> str:

@@ -10,7 +10,7 @@ from planter.terminal import signals
 
 def main() -> None:
     """Entry point: a call that cannot be understood ends in one sentence and exit code 2, a signal in one line."""
-    signals.listen()
+    signals.listen_signals()
     code = _ended()
     if signals.exit_code() is not None:
         os._exit(code)  # an interrupt that passed a text being executed would make Python end by signal 2
@@ -26,20 +26,20 @@ def _ended() -> int:
     try:
         with Console("--json" in sys.argv).outcome():
             check_arguments(sys.argv)
-            with streams.written():
+            with streams.flush_output():
                 code = _called()
-                signals.ignore()
+                signals.ignore_signals()
             return code
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
 
 
 def _called() -> int:
-    from planter.cli.app import application
+    from planter.cli.app import build_application
     from planter.errors import InputError
 
     try:
-        code = application()(standalone_mode=False) or 0
+        code = build_application()(standalone_mode=False) or 0
     except Exception as error:
         if not hasattr(error, "format_message"):  # what the command-line library raises for bad arguments has one
             raise

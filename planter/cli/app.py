@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from planter import plugins
-from planter.terminal.options import joined
+from planter.terminal.options import join_applications
 from planter.version import __version__
 
 
@@ -28,7 +28,7 @@ def common(
         print(context.get_help())
 
 
-def application() -> typer.Typer:
+def build_application() -> typer.Typer:
     """All commands under one name."""
     app = typer.Typer(
         name="planter",
@@ -40,7 +40,7 @@ def application() -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(common)
-    commands = joined(*(module.app for module in plugins.load_modules("commands")))
+    commands = join_applications(*(module.app for module in plugins.load_modules("commands")))
     app.registered_commands += sorted(commands.registered_commands, key=_name)
     app.registered_groups += commands.registered_groups
     return app

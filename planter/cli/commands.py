@@ -15,7 +15,7 @@ from planter.files import derivation, examples
 from planter.report.folder import NAME
 from planter.report.writing import OverwriteOption
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, listing
+from planter.terminal.options import JsonOption, list_allowed
 
 app = typer.Typer()
 
@@ -29,7 +29,7 @@ def example(
     console = Console(as_json)
     with console.outcome():
         if name is None:
-            builtin = examples.names()
+            builtin = examples.list_examples()
             console.result(Examples(builtin), lambda: print("\n".join(builtin)))
         else:
             text = examples.example(name)
@@ -66,7 +66,7 @@ def derive(
     """Derive the equations of your mechanism. FILE is run as Python: only use files you trust."""
     console = Console(as_json)
     with console.outcome():
-        folder = derivation.derived(source, out, target or (), overwrite)
+        folder = derivation.derive_file(source, out, target or (), overwrite)
         written = sorted(str(path) for path in folder.rglob("*") if _is_derived(path))
         console.result(Derived(str(folder), written), lambda: print("\n".join(written)))
 
@@ -115,7 +115,7 @@ def read_topic(topic: str) -> str:
     return _FOLDER.joinpath(f"{topic}.md").read_text(encoding="utf-8")
 
 
-@app.command(name="help", cls=listing(topic=list_topics))
+@app.command(name="help", cls=list_allowed(topic=list_topics))
 def help_topics(
     topic: Annotated[str | None, typer.Argument(help="what to read about", show_default=False)] = None,
     as_json: JsonOption = False,

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, changes
+from planter.terminal.options import JsonOption, OutOption, SeedOption, SetOption, parse_changes
 
 if TYPE_CHECKING:
     from planter.clutch.file import ClutchFile
@@ -45,7 +45,7 @@ def print_help(context: typer.Context) -> None:
 
 
 @clutch.command(name="engage")
-@writes("summary.json", "report.html")
+@writes_files("summary.json", "report.html")
 def engage_clutch(
     source: ClutchArgument,
     mode: Annotated[
@@ -73,7 +73,7 @@ def engage_clutch(
         from planter.clutch.file import load_clutch
         from planter.clutch.presentation import present_engagement
 
-        file = load_clutch(source, changes(set_, {"engagement.input_speed_rpm": speed_rpm}))
+        file = load_clutch(source, parse_changes(set_, {"engagement.input_speed_rpm": speed_rpm}))
         if mode is EngagementMode.modal:
             result: ModalEngagement | ContactEngagement = modal_engagement.evaluate_engagement(file, shape)
             curves = None
@@ -84,7 +84,7 @@ def engage_clutch(
 
 
 @clutch.command(name="field")
-@writes("summary.json", "report.html")
+@writes_files("summary.json", "report.html")
 def evaluate_field(
     data: Annotated[str, typer.Argument(help="a CSV file of runs, or the name of a built-in one")] = "shi2021-field",
     response: Annotated[
@@ -142,7 +142,7 @@ def evaluate_field(
 
 
 @clutch.command(name="plan")
-@writes("plan.csv")
+@writes_files("plan.csv")
 def plan_field(
     array: Annotated[str, typer.Argument(help="L4, L8, L9, L18, L25 or L27", show_default=False)],
     factor: Annotated[
@@ -174,7 +174,7 @@ def plan_field(
 
 
 @clutch.command(name="geometry")
-@writes(
+@writes_files(
     "summary.json", "poses.csv", "turning.gif", "report.html", figures=("linkage", "travel", "turning", "vertex_path")
 )
 def show_geometry(
@@ -195,7 +195,7 @@ def show_geometry(
 
 
 @clutch.command(name="design")
-@writes("summary.json", "way.csv", "report.html", figures=("linkage", "turning", "vertex_path"))
+@writes_files("summary.json", "way.csv", "report.html", figures=("linkage", "turning", "vertex_path"))
 def size_clutch(
     source: ClutchArgument,
     shaft_mm: Annotated[float | None, typer.Option(help="distance of the shaft's flats", show_default=False)] = None,
@@ -221,7 +221,7 @@ def size_clutch(
             "wanted.space_radius_mm": radius_mm,
             "wanted.space_length_mm": length_mm,
         }
-        clutch_file = file.load_clutch(source, changes(set_, targets))
+        clutch_file = file.load_clutch(source, parse_changes(set_, targets))
         result = sizing.size_clutch(clutch_file)
         presentation = present_design(clutch_file, result)
         if not result.feasible:
@@ -232,7 +232,7 @@ def size_clutch(
 
 
 @clutch.command(name="optimise")
-@writes("summary.json", "report.html")
+@writes_files("summary.json", "report.html")
 def optimise_clutch(
     source: ClutchArgument,
     seed: SeedOption = 0,
@@ -256,7 +256,7 @@ def optimise_clutch(
 
 
 @clutch.command(name="rotor")
-@writes("summary.json", "turning.gif", "report.html", figures=("turning",))
+@writes_files("summary.json", "turning.gif", "report.html", figures=("turning",))
 def summarise_rotor(
     vertices: Annotated[int, typer.Option(help="vertices of the Reuleaux polygon, odd")] = 5,
     sides: Annotated[int, typer.Option(help="sides of the regular polygon")] = 6,
@@ -280,4 +280,4 @@ def summarise_rotor(
 def _load_file(source: str, set_: Sequence[str] | None) -> ClutchFile:
     from planter.clutch import file
 
-    return file.load_clutch(source, changes(set_))
+    return file.load_clutch(source, parse_changes(set_))

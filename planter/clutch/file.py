@@ -9,14 +9,24 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Field
 
 from planter.files.document import Document, Origins
-from planter.files.fields import NotNegative, Pair, Positive, Problems, Real, Section, Whole, check, refused
+from planter.files.fields import (
+    NotNegative,
+    Pair,
+    Positive,
+    Problems,
+    Real,
+    Section,
+    Whole,
+    check,
+    invalid_value_problem,
+)
 
 Acute = Annotated[Positive, Field(lt=90)]
 
 
 def _some_numbers(value: Any) -> Any:
     if not isinstance(value, list | tuple) or not 1 <= len(value) <= 20:
-        raise refused("", value, "it must be a list of 1 to 20 numbers")
+        raise invalid_value_problem("", value, "it must be a list of 1 to 20 numbers")
     return value
 
 
@@ -47,7 +57,7 @@ class Shaft(Section):
     def _flats_are_left(self) -> Problems:
         if not self.fillet_mm < self.flat_to_flat_mm / 2:
             allowed = f"it must be less than half of flat_to_flat_mm, {self.flat_to_flat_mm / 2:g}"
-            yield refused("fillet_mm", self.fillet_mm, allowed)
+            yield invalid_value_problem("fillet_mm", self.fillet_mm, allowed)
 
 
 class ToothSection(Section):
@@ -104,7 +114,7 @@ class LevelsSection(Section):
     @check
     def _one_rod_for_each_angle(self) -> Problems:
         if len(self.rods_mm) != len(self.axial_angles_deg):
-            yield refused(
+            yield invalid_value_problem(
                 "rods_mm", self.rods_mm, f"it must have a rod for each of {len(self.axial_angles_deg)} axial angles"
             )
 
@@ -145,9 +155,9 @@ class ClutchSearchSection(Section):
         for key in (name for name in type(self).model_fields if "bounds" in name):
             lower, upper = getattr(self, key)
             if not 0 < lower < upper:
-                yield refused(key, [lower, upper], "it must be [lower, upper] with 0 < lower < upper")
+                yield invalid_value_problem(key, [lower, upper], "it must be [lower, upper] with 0 < lower < upper")
         if self.axial_angle_bounds_deg[1] >= 90:
-            yield refused("axial_angle_bounds_deg", self.axial_angle_bounds_deg, "it must end below 90")
+            yield invalid_value_problem("axial_angle_bounds_deg", self.axial_angle_bounds_deg, "it must end below 90")
 
 
 class ContactModel(Section):
@@ -181,9 +191,9 @@ class Dog(Section):
     def _jaws_are_left(self) -> Problems:
         if not self.backlash_deg < 180 / self.jaws:
             allowed = f"it must be less than 180 / jaws = {180 / self.jaws:g}"
-            yield refused("backlash_deg", self.backlash_deg, allowed)
+            yield invalid_value_problem("backlash_deg", self.backlash_deg, allowed)
         if not self.edge_mm < self.depth_mm:
-            yield refused("edge_mm", self.edge_mm, f"it must be less than depth_mm = {self.depth_mm:g}")
+            yield invalid_value_problem("edge_mm", self.edge_mm, f"it must be less than depth_mm = {self.depth_mm:g}")
 
 
 class ClutchFile(Document):
@@ -209,7 +219,7 @@ class ClutchFile(Document):
         mesh = 90 - self.linkage.rack_phase_deg
         if self.wanted.lift_limit_deg <= mesh:
             allowed = f"it must be greater than 90 - linkage.rack_phase_deg = {mesh:g}, where mesh begins"
-            yield refused("wanted.lift_limit_deg", self.wanted.lift_limit_deg, allowed)
+            yield invalid_value_problem("wanted.lift_limit_deg", self.wanted.lift_limit_deg, allowed)
 
 
 def load_clutch(source: str | Path, changes: Mapping[str, float] | None = None) -> ClutchFile:

@@ -82,7 +82,9 @@ def build_machine(clutch: ClutchFile) -> Machine:
         moved=(),
         lower=np.empty(0),
         upper=np.empty(0),
-        quantities=tuple(Quantity(name, *entry, units.key(name, entry[0])) for name, entry in QUANTITIES.items()),
+        quantities=tuple(
+            Quantity(name, *entry, units.display_key(name, entry[0])) for name, entry in QUANTITIES.items()
+        ),
         prologue=ca.Function("prologue", [d], [none], ["d"], ["h"]),
         lane=compose("lane", [results[name] for name in QUANTITIES]),
         speed=[value.path for value in values].index(SPEED),

@@ -58,12 +58,12 @@ def evaluate_conditions(values: Mapping[str, float], name: Model = "exact") -> l
 
 def build_condition(name: str, source: str, unit: str, margin: float, value: float) -> InequalityResult:
     """Return an inequality as results have it; `margin` and `value` in the SI unit `unit`."""
-    key = units.key("margin", unit)
+    key = units.display_key("margin", unit)
     return InequalityResult(
         condition=name,
         source=source,
-        margin=margin / units.factor(key),
-        unit=units.unit(key) or "1",
+        margin=margin / units.unit_factor(key),
+        unit=units.display_unit(key) or "1",
         share=margin / abs(value),
         holds=margin >= -ROUNDING * abs(value),
     )

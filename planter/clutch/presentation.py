@@ -17,7 +17,7 @@ from planter.files import units
 from planter.kernels import formulas
 from planter.report import files
 from planter.report.html import Block, Items, Keys, Section, Table, Text
-from planter.report.labels import label
+from planter.report.labels import format_label
 from planter.report.presentation import (
     ModelAssumptions,
     ResultPresentation,
@@ -147,7 +147,7 @@ def present_optimisation(clutch: ClutchFile, result: FastestSwitching) -> Result
         conclusion=f"The travel time falls from {result.start_travel_time_s:.4g} s to {result.travel_time_s:.4g} s; "
         f"{result.certificate.agreeing_starts} of {result.certificate.starts} starts agree.",
         tables=lambda: {"way.csv": _tabulate_way(values["F1"], *linkages["optimum"])},
-        provenance=files.provenance(clutch, result.seed),
+        provenance=files.list_provenance(clutch, result.seed),
     )
 
 
@@ -215,7 +215,7 @@ def present_engagement(
             for name, run in (runs or {}).items()
             for way in ("engagement", "cut_off")
         },
-        comments=files.comments(clutch, "clutch"),
+        comments=files.list_comments(clutch, "clutch"),
     )
 
 
@@ -227,7 +227,7 @@ def _present(
     table = result.table()
     sidecar = (load_model() if clutch is not None else formulas.load("clutch_rotor")).sidecar
     entries = [entry for vector in load_model().sidecar["vectors"].values() for entry in vector]
-    meanings = {e["shown"]: e["meaning"] for e in entries if e.get("shown") and units.unit(e["shown"])}
+    meanings = {e["shown"]: e["meaning"] for e in entries if e.get("shown") and units.display_unit(e["shown"])}
 
     def animate() -> Iterator[Block]:
         from planter.clutch.report.drawings import build_rotor_scene
@@ -245,7 +245,7 @@ def _present(
         motions=animate,
         figures=draw,
         captions=CAPTIONS,
-        comments=() if clutch is None else files.comments(clutch, "clutch"),
+        comments=() if clutch is None else files.list_comments(clutch, "clutch"),
     )
 
 
@@ -266,7 +266,7 @@ def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
     for key in LISTS:
         rows = table.get(key) or table.get("rotor", {}).get(key)
         if _is_table(rows):
-            yield Section(label(key), [_tabulate_rows(rows)])
+            yield Section(format_label(key), [_tabulate_rows(rows)])
     if printed := table.get("printed"):
         note = Text("The same quantities by the equations as the paper prints them.")
         rows = [_tabulate_rows(printed["conditions"])] if "conditions" in printed else []
@@ -275,19 +275,21 @@ def _list_sections(table: Mapping[str, Any]) -> Iterator[Section]:
 
 def _list_results(table: Mapping[str, Any]) -> Iterator[Block]:
     """Yield single values, then groups of them, then lists of words."""
-    single = {label(key): value for key, value in table.items() if not isinstance(value, Mapping | list)}
+    single = {format_label(key): value for key, value in table.items() if not isinstance(value, Mapping | list)}
     yield Keys(single)
     for key, value in table.items():
         if isinstance(value, Mapping) and key not in SENTENCES:
             rows = [
-                (label(k), _format_cell(v)) for k, v in value.items() if not isinstance(v, Mapping) and not _is_table(v)
+                (format_label(k), _format_cell(v))
+                for k, v in value.items()
+                if not isinstance(v, Mapping) and not _is_table(v)
             ]
-            yield Table(("quantity", "value"), rows, label(key))
+            yield Table(("quantity", "value"), rows, format_label(key))
             for name, entries in value.items():
                 if _is_table(entries) and name != "harmonics":
-                    yield _tabulate_rows(entries, label(name))
+                    yield _tabulate_rows(entries, format_label(name))
         elif isinstance(value, list) and not _is_table(value) and key not in SENTENCES:
-            yield Keys({label(key): _format_cell(value)})
+            yield Keys({format_label(key): _format_cell(value)})
 
 
 def _is_table(value: object) -> bool:
@@ -303,7 +305,12 @@ def _format_cell(value: Any) -> Any:
 def _tabulate_rows(rows: Iterable[Mapping[str, Any]], caption: str = "") -> Table:
     rows = list(rows)
     cells = [tuple(map(_format_cell, row.values())) for row in rows]
-    return Table([label(key) for key in rows[0]], cells, caption, page_columns=(label("source"), label("share")))
+    return Table(
+        [format_label(key) for key in rows[0]],
+        cells,
+        caption,
+        page_columns=(format_label("source"), format_label("share")),
+    )
 
 
 def _tabulate_poses(rotor: Rotor, side: float) -> dict[str, Array]:

@@ -8,7 +8,18 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.files import examples
-from planter.view.subject import Check, Control, Export, Reading, Table, Values, changed, controls, singles, written
+from planter.view.subject import (
+    Check,
+    Control,
+    Export,
+    Reading,
+    Table,
+    Values,
+    change_numbers,
+    list_controls,
+    list_readings,
+    write_numbers,
+)
 
 if TYPE_CHECKING:
     from planter.clutch.file import ClutchFile
@@ -39,7 +50,7 @@ class ReuleauxClutch:
     def controls(self) -> Sequence[Control]:
         """Numbers of sleeve, shaft, teeth and linkage."""
         paths = [path for path in self.clutch.numbers() if path.partition(".")[0] in OFFERED]
-        return controls(self.clutch, paths, {}, {})
+        return list_controls(self.clutch, paths, {}, {})
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """The body as it turns in the smallest sleeve that lets it, which only its width changes."""
@@ -63,7 +74,7 @@ class ReuleauxClutch:
         control = control_motion(clutch, numbers) or {}
         angles = {key: math.degrees(control[key]) if control else None for key in ("rotation", "lift", "alpha_max")}
         return [
-            *singles(shape.table()),
+            *list_readings(shape.table()),
             Reading("least radius of the tips", "mm", shape.tooth.b1_min_mm),
             Reading("least radius of the roots", "mm", shape.tooth.b2_min_mm),
             Reading("angle of the faces at the tips", "deg", shape.tooth.xi_deg),
@@ -94,10 +105,10 @@ class ReuleauxClutch:
 
     def text(self, values: Values) -> str:
         """The file with these numbers."""
-        return written(self.clutch, self._clutch(values))
+        return write_numbers(self.clutch, self._clutch(values))
 
     def _clutch(self, values: Values) -> ClutchFile:
-        clutch: ClutchFile = changed(self.clutch, values)
+        clutch: ClutchFile = change_numbers(self.clutch, values)
         return clutch
 
     def _geometry(self, values: Values) -> ClutchGeometry:
@@ -111,7 +122,7 @@ class ClutchKind:
 
     def takes(self, source: str) -> bool:
         """A built-in name, or a file with the tables of a clutch."""
-        return examples.belongs(source, "clutch", {"sleeve", "shaft", "tooth"})
+        return examples.belongs_to_package(source, "clutch", {"sleeve", "shaft", "tooth"})
 
     def open(self, source: str, changes: Values) -> ReuleauxClutch:
         """The clutch in a file, or the built-in one of that name."""

@@ -235,7 +235,7 @@ def _to_certificate(proof: OptimalityCertificate, scale: float, starts: int) -> 
 
 
 def _to_display_units(x: Array) -> dict[str, float]:
-    return {key: float(value) / units.factor(key) for key, value in zip(VARIABLES, x, strict=True)}
+    return {key: float(value) / units.unit_factor(key) for key, value in zip(VARIABLES, x, strict=True)}
 
 
 def _bounds(switching: SwitchingProblem) -> dict[str, tuple[float, float]]:

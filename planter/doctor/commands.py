@@ -23,7 +23,7 @@ def doctor(
     with console.outcome():
         from planter.doctor import examination
 
-        examined = examination.examine(build)
+        examined = examination.examine_installation(build)
         console.result(examined, lambda: print_examination(console, examined))
 
 

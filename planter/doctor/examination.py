@@ -194,7 +194,7 @@ def _library() -> tuple[int, ...]:
 MACHINE = "wang2017"
 
 
-def examine(build: bool = False) -> Examination:
+def examine_installation(build: bool = False) -> Examination:
     """Return versions, compiler, cache, the way of each function of the built-in machine, and advice.
 
     Compiles only with `build`.

@@ -449,7 +449,7 @@ def _quantity(
     changing, steady = (state.values[name][:-1] / quantity.factor for state in (driven, constant))
     high, low = (to_degrees(float(turn.phi[index_first_extremum(turn.phi[:-1], changing, sign)])) for sign in (1, -1))
     return DrivenQuantity(
-        unit=units.unit(quantity.key),
+        unit=units.display_unit(quantity.key),
         max=float(changing.max()),
         min=float(changing.min()),
         max_deg=high,

@@ -17,7 +17,7 @@ from planter.engine.measures import WITHOUT_SIZE, Extremum, Limit, Measure, Meas
 from planter.engine.nodes import EventNodes, ExtremumNode, FixedNodes, JumpNodes, Nodes, NodeValues, SpanNodes
 from planter.errors import InputError
 from planter.files import units
-from planter.files.units import Unit, measured
+from planter.files.units import Unit, parse_unit
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.numerics.statistics import SMOOTH, Statistic
@@ -67,9 +67,9 @@ Bound = TypeVar("Bound", Limit, MeasureCondition)
 def find_display_unit(machine: Machine, measure: Measure) -> Unit:
     """Return the unit in which a measure of a machine's quantity is given."""
     if measure.kind == "work":
-        return measured("J")
+        return parse_unit("J")
     quantity = machine.find_quantity(measure.name)
-    unit = Unit(units.unit(quantity.key), quantity.factor, measured(quantity.unit).dimension)
+    unit = Unit(units.display_unit(quantity.key), quantity.factor, parse_unit(quantity.unit).dimension)
     return unit.squared() if measure.kind == "variance" else unit
 
 
@@ -77,7 +77,7 @@ def _convert(machine: Machine, bound: Bound, display: Unit) -> Bound:
     """Return a limit or a condition in a display unit."""
     if not bound.unit:
         return bound
-    unit = measured(bound.unit)
+    unit = parse_unit(bound.unit)
     if not unit.same_kind(display):
         allowed = f"it must be a unit such as {display.text}" if display.text else "it is a number without a unit"
         raise InputError(f"{machine.source}: {bound}: {bound.unit} is not a unit of {bound.names[0]}; {allowed}")

@@ -62,7 +62,7 @@ class Value:
     @property
     def factor(self) -> float:
         """SI units per unit of the file."""
-        return units.factor(self.path)
+        return units.unit_factor(self.path)
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Quantity:
     @property
     def factor(self) -> float:
         """SI units per unit of the key."""
-        return units.factor(self.key)
+        return units.unit_factor(self.key)
 
 
 @dataclass(frozen=True)
@@ -269,7 +269,7 @@ class Machine:
 
     def _refuse(self, kind: str, name: str, names: Sequence[str]) -> InputError:
         """Return the error for an unknown name, with names that are close."""
-        close = paths.close(name, names)
+        close = paths.find_similar(name, names)
         hint = f"did you mean {' or '.join(close)}?" if close else f"it must be one of {', '.join(names)}"
         return InputError(f"{self.source}: {self.name} has no {kind} {name}: {hint}")
 
@@ -313,7 +313,7 @@ class Machine:
     def with_speed(self, speed_rpm: float) -> Machine:
         """Return the machine of its file with another speed of the drive [r/min]."""
         speed = self.values[self.speed]
-        return self.with_numbers({speed.path: speed_rpm * units.factor("speed_rpm") / speed.factor})
+        return self.with_numbers({speed.path: speed_rpm * units.unit_factor("speed_rpm") / speed.factor})
 
     def list_angles(self, count: int | None = None) -> Array:
         """Return the angles (n,) [rad] of a cycle in equal steps, `samples` unless a count is given."""

@@ -32,7 +32,7 @@ from typing import Literal, Never
 
 from planter.errors import InputError
 from planter.files.text import is_file
-from planter.files.units import measured
+from planter.files.units import parse_unit
 
 Kind = Literal["max", "min", "range", "mean", "variance", "std", "rms", "work", "jump", "at", "all"]
 KINDS: tuple[Kind, ...] = ("max", "min", "range", "mean", "variance", "std", "rms", "work", "jump")
@@ -421,7 +421,7 @@ class _Reader:
             self.index += 1
         unit = self.text[self.tokens[begin].start : self.token.start].strip()
         try:
-            measured(unit)
+            parse_unit(unit)
         except ValueError as error:
             self.index = begin
             self.fail(f"is not a unit ({error})")

@@ -70,7 +70,7 @@ def list_outputs(machine: Machine) -> dict[str, Output]:
         outputs.append(Output(OBJECTIVE, "objective of the machine's file, samples of a turn", terms))
         for name in dict.fromkeys(measure.name for measure in terms):
             quantity = machine.find_quantity(name)
-            if units.suffix(quantity.key) in SQUARES:
+            if units.unit_suffix(quantity.key) in SQUARES:
                 outputs.append(_build_output(quantity, VARIANCE, "population variance"))
     for quantity in machine.quantities:
         outputs += [_build_output(quantity, kind, meaning) for kind, meaning in MEASURED.items()]
@@ -84,7 +84,7 @@ def list_default_outputs(machine: Machine) -> list[str]:
 
 
 def _build_output(quantity: Quantity, kind: Kind, meaning: str) -> Output:
-    suffix = units.suffix(quantity.key)
+    suffix = units.unit_suffix(quantity.key)
     unit = SQUARES[suffix] if kind == VARIANCE else suffix
     name = f"{quantity.key.removesuffix(suffix)}_{kind}{unit}"
     return Output(name, f"{quantity.meaning}: {meaning} over a turn", (Measure(kind, quantity.name),))
@@ -99,7 +99,7 @@ def find_output(machine: Machine, name: str, label: str = "output") -> Output:
     if name in outputs:
         return outputs[name]
     if " " not in name:
-        close = paths.close(name, outputs)
+        close = paths.find_similar(name, outputs)
         hint = f"did you mean {' or '.join(close)}?" if close else f"an output is called such as {next(iter(outputs))}"
         raise InputError(f"{machine.source}: {machine.name} has no output {name}: {hint}")
     text, _, unit = name[:-1].rpartition(" [") if name.endswith("]") else (name, "", "")

@@ -21,7 +21,7 @@ import numpy as np
 from planter.errors import InputError
 from planter.files import csv_rows, units
 from planter.files.text import read_text
-from planter.files.units import measured
+from planter.files.units import parse_unit
 from planter.kernels import Array
 
 DISTANCE_EPS = 1e-12
@@ -34,7 +34,7 @@ def read_curve(path: Path, keys: tuple[str, str]) -> Array:
 
     Raises InputError for a file without such columns, or without 2 to MOST_POINTS points that differ.
     """
-    table = csv_rows.read(read_text(path), str(path))
+    table = csv_rows.read_table(read_text(path), str(path))
     columns = [
         name for axis in "xy" for name in table.header if re.fullmatch(rf"{axis}_\w+", name) and _is_length(name)
     ]
@@ -43,7 +43,7 @@ def read_curve(path: Path, keys: tuple[str, str]) -> Array:
     if missing := [name for name in columns if name not in table.header]:
         allowed = f"it must be those of a curve, x_mm and y_mm or {keys[0]} and {keys[1]}"
         raise InputError(f"{path}: the header {','.join(table.header)} has no column {missing[0]}: {allowed}")
-    points = np.column_stack([np.array(table.numbers(name)) * units.factor(name) for name in columns])
+    points = np.column_stack([np.array(table.numbers(name)) * units.unit_factor(name) for name in columns])
     points = points[np.append(True, np.any(np.diff(points, axis=0) != 0, axis=1))]
     if not 2 <= len(points) <= MOST_POINTS:
         raise InputError(f"{path}: a curve has 2 to {MOST_POINTS} points that differ, and this has {len(points)}")
@@ -51,8 +51,8 @@ def read_curve(path: Path, keys: tuple[str, str]) -> Array:
 
 
 def _is_length(key: str) -> bool:
-    unit = units.unit(key)
-    return bool(unit) and measured(unit).same_kind(measured("m"))
+    unit = units.display_unit(key)
+    return bool(unit) and parse_unit(unit).same_kind(parse_unit("m"))
 
 
 def build_distance(x: ca.SX, y: ca.SX, points: Array) -> ca.SX:

@@ -115,7 +115,7 @@ def build_vector_row(machine: Machine, vector: Vector) -> CycleRow:
     """Return the size of a vector."""
     unit = machine.find_quantity(vector.components[0]).unit
     square = ca.sumsqr(ca.vertcat(*map(machine.graph, vector.components)))
-    size = Quantity(vector.name, unit, vector.meaning, units.key(vector.name, unit))
+    size = Quantity(vector.name, unit, vector.meaning, units.display_key(vector.name, unit))
     return CycleRow(size, square, has_jumps=False, is_square=True)
 
 
@@ -214,7 +214,7 @@ def summarise(machine: Machine, changing: Collection[str] = ()) -> CycleSummary:
     """
     cycle = PiecewiseCycle(machine, build_rows(machine))
     factors = {row.quantity.name: row.quantity.factor for row in cycle.rows}
-    display_units = {row.quantity.name: units.unit(row.quantity.key) for row in cycle.rows}
+    display_units = {row.quantity.name: units.display_unit(row.quantity.key) for row in cycle.rows}
     motors = [name for name in machine.motors if _turns_the_drive(cycle, name)]
     motor = None
     if len(motors) == 1:
@@ -258,7 +258,7 @@ def _peak(cycle: PiecewiseCycle, row: CycleRow, is_changing: bool) -> QuantityPe
     return QuantityPeak(
         name=quantity.name,
         meaning=quantity.meaning,
-        unit=units.unit(quantity.key),
+        unit=units.display_unit(quantity.key),
         max=largest / factor,
         max_phi_deg=cycle.angle_deg(quantity.name, high),
         min=smallest / factor,

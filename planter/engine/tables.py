@@ -54,7 +54,7 @@ def sensitivity_tables(result: SensitivityResult) -> Iterator[Table]:
 
 def _per(name: str) -> str:
     """Return the unit of a slope in a value, of the objective's unit."""
-    unit = units.unit(name)
+    unit = units.display_unit(name)
     return f"1/({unit})" if "/" in unit or " " in unit else f"1/{unit}" if unit else ""
 
 
@@ -101,7 +101,7 @@ def driven_quantities(result: DriveResult) -> Table:
     """Return forces, torques and powers on the motor, and at constant speed."""
     head = ("", "driven, largest", "least", "constant, largest", "least", "change", "unit")
     rows = [
-        (key.removesuffix(units.suffix(key)), q.max, q.min, q.constant_max, q.constant_min, q.change, q.unit)
+        (key.removesuffix(units.unit_suffix(key)), q.max, q.min, q.constant_max, q.constant_min, q.change, q.unit)
         for key, q in result.quantities.items()
         if q.unit in ON_THE_SCREEN
     ]

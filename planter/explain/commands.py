@@ -6,15 +6,15 @@ from typing import Annotated
 
 import typer
 
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, changes
+from planter.terminal.options import JsonOption, OutOption, SetOption, parse_changes
 
 app = typer.Typer()
 
 
 @app.command()
-@writes("summary.json", "symbols.csv", "report.html")
+@writes_files("summary.json", "symbols.csv", "report.html")
 def explain(
     name: Annotated[
         str | None,
@@ -50,14 +50,14 @@ def explain(
             if is_drawn:
                 meanings = dictionary.explain_in_package(machine.find_package(name), key)
             else:
-                meanings = mechanism.find_meanings(mechanism.explain_mechanism(name, changes(set_)), key)
+                meanings = mechanism.find_meanings(mechanism.explain_mechanism(name, parse_changes(set_)), key)
             console.result(meanings, lambda: presentation.show_meanings(meanings))
         elif not is_drawn and mechanism.takes(name):
-            explained = mechanism.explain_mechanism(name, changes(set_))
-            sheet = None if out is None else mechanism.draw_sheet(name, changes(set_))
+            explained = mechanism.explain_mechanism(name, parse_changes(set_))
+            sheet = None if out is None else mechanism.draw_sheet(name, parse_changes(set_))
             presentation.present_mechanism(explained, sheet, out is not None).show(console, out)
         elif is_drawn or out is not None or set_:
-            drawing = machine.draw_machine(name, changes(set_))
+            drawing = machine.draw_machine(name, parse_changes(set_))
             presentation.present_machine(drawing, out is not None).show(console, out)
         else:
             explanation = dictionary.explain_name(name)

@@ -54,7 +54,7 @@ def explain_name(name: str) -> Explained:
     """
     meanings = [meaning for meaning in collect_meanings() if name in (meaning.name, meaning.key)]
     if not meanings:
-        close = paths.close(
+        close = paths.find_similar(
             name, sorted({key for meaning in collect_meanings() for key in (meaning.name, meaning.key) if key})
         )
         hint = f"did you mean {' or '.join(close)}?" if close else "`planter explain` lists all names"
@@ -70,7 +70,7 @@ def explain_in_package(package: str, key: str) -> Explained:
     all_meanings = [meaning for meaning in collect_meanings() if meaning.machine == package]
     meanings = [meaning for meaning in all_meanings if key in (meaning.name, meaning.key)]
     if not meanings:
-        close = paths.close(
+        close = paths.find_similar(
             key, sorted({name for meaning in all_meanings for name in (meaning.name, meaning.key) if name})
         )
         hint = f"did you mean {' or '.join(close)}?" if close else "`planter explain` lists all names"
@@ -101,7 +101,7 @@ def _list_columns() -> Iterator[Meaning]:
     for module in plugins.load_modules("columns"):
         package = module.__name__.split(".")[-2]
         for name, (meaning, source) in module.columns().items():
-            yield Meaning(name, "column", package, units.unit(name), meaning, source)
+            yield Meaning(name, "column", package, units.display_unit(name), meaning, source)
 
 
 def _list_figures() -> Iterator[tuple[tuple[str, str], list[str]]]:
@@ -152,7 +152,7 @@ def find_display_key(entry: Mapping[str, str]) -> str | None:
     """Return the key of a quantity in a file or as a column, or None."""
     if entry.get("shown"):
         return entry["shown"]
-    return units.key(entry["name"], entry["unit"]) if units.has_key(entry["unit"]) else None
+    return units.display_key(entry["name"], entry["unit"]) if units.has_key(entry["unit"]) else None
 
 
 def _list_entries(sidecar: Mapping[str, Any]) -> Iterator[Mapping[str, str]]:
@@ -188,7 +188,7 @@ def _describe_stage(machine: str, vector: Mapping[str, Any]) -> Iterator[Meaning
         sidecar = families.load_sidecar(family)
         for key, entry in zip(stage.list_design_names(family, dict(vector)), sidecar["parameters"], strict=True):
             yield Meaning(
-                name=key, kind="file key", machine=machine, unit=units.unit(key), source=entry["source"],
+                name=key, kind="file key", machine=machine, unit=units.display_unit(key), source=entry["source"],
                 meaning=f"{entry['meaning']} ({sidecar['title']}; {vector['meaning'].partition(',')[0]})",
                 key=f"design.{key}",
             )  # fmt: skip
@@ -225,9 +225,9 @@ def list_input_keys(symbols: Mapping[tuple[str, str], str]) -> Iterator[Meaning]
 def _list_section(
     package: str, kind: type[BaseModel], before: str, symbols: Mapping[tuple[str, str], str]
 ) -> Iterator[Meaning]:
-    for key, field in fields.fields(kind).items():
+    for key, field in fields.list_fields(kind).items():
         path = f"{before}.{key}" if before else key
-        inner = fields.section(field.annotation)
+        inner = fields.find_section(field.annotation)
         if inner is not None:
             yield from _list_section(package, inner, path, symbols)
         else:
@@ -245,7 +245,7 @@ def _describe_key(
         name=paths.last_part(path),
         kind="file key",
         machine=package,
-        unit=units.unit(path),
+        unit=units.display_unit(path),
         meaning=meaning or section,
         source=f"[{path.rpartition('.')[0]}]" if "." in path else "top of the file",
         key=path,
@@ -296,7 +296,7 @@ def list_result_keys(columns: Mapping[tuple[str, str], str]) -> Iterator[Meaning
                 places.setdefault((key, columns.get((package, key), meaning)), []).append(command)
         for (key, meaning), commands in places.items():
             source = f"planter {', '.join(dict.fromkeys(commands))} --json"
-            yield Meaning(key, "result key", package, units.unit(key), meaning, source)
+            yield Meaning(key, "result key", package, units.display_unit(key), meaning, source)
 
 
 def _list_numbers(command: str, kind: Any) -> Iterator[tuple[str, str]]:
@@ -329,6 +329,6 @@ def find_description(key: str, text: str) -> str:
     naming = [sentence for sentence in sentences if f"`{key}`" in sentence]
     if naming:
         return " ".join(naming)
-    words = key.removesuffix(units.suffix(key)).replace("_", " ")
+    words = key.removesuffix(units.unit_suffix(key)).replace("_", " ")
     first = sentences[0].rstrip(".")
     return f"{words}: {first[:1].lower()}{first[1:]}"

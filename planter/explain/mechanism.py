@@ -77,7 +77,7 @@ def _list_values(description: Description) -> Iterator[Meaning]:
             key=value.path,
             allowed=None
             if bounds is None
-            else f"from {bounds[0]:g} to {bounds[1]:g} {units.unit(value.path)}".rstrip(),
+            else f"from {bounds[0]:g} to {bounds[1]:g} {units.display_unit(value.path)}".rstrip(),
             value=float(f"{number / value.factor:.15g}"),
             origin=description.origins.get(value.path),
         )

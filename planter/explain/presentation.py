@@ -11,7 +11,7 @@ from planter.explain.results import DrawnSymbol, Explained, ExplainedMechanism, 
 from planter.files import csv_rows, units
 from planter.report.html import Block, Items, Section, Table, Text
 from planter.report.presentation import WIDTH, PlacedFigure, ResultPresentation
-from planter.view.sheet import Sheet, figure
+from planter.view.sheet import Sheet, draw_figure
 
 MACHINE_FIELDS = ("name", "unit", "meaning", "key", "column", "sheet", "left_out")
 MECHANISM_FIELDS = ("name", "kind", "unit", "meaning", "source", "key", "value", "allowed", "origin")
@@ -79,9 +79,9 @@ def _present(
     rows = [["" if (cell := getattr(item, name)) is None else cell for name in fields] for item in items]
     return replace(
         presentation,
-        figures=lambda: {sheet.name: figure(sheet) for sheet in sheets},
+        figures=lambda: {sheet.name: draw_figure(sheet) for sheet in sheets},
         captions={sheet.name: sheet.title for sheet in sheets},
-        texts=lambda: {"symbols.csv": csv_rows.written((), fields, rows)},
+        texts=lambda: {"symbols.csv": csv_rows.format_csv((), fields, rows)},
     )
 
 
@@ -116,7 +116,7 @@ def format_meaning(meaning: Meaning) -> list[str]:
 
 def format_value(meaning: Meaning) -> str:
     """Return a value with its unit in the file, and its origin."""
-    number = f"{meaning.value:g} {units.unit(meaning.key or '')}".rstrip()
+    number = f"{meaning.value:g} {units.display_unit(meaning.key or '')}".rstrip()
     return f"{number} ({meaning.origin})" if meaning.origin else number
 
 

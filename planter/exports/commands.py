@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.interchange.motion_formats import MotionFormat, describe_motion_formats
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import (
     JsonOption,
@@ -19,7 +19,7 @@ from planter.terminal.options import (
     ModelOption,
     SetOption,
     SpeedOption,
-    changes,
+    parse_changes,
 )
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def _load(source: str, model: Model, set_: Sequence[str] | None, speed_rpm: floa
     from planter.engine.machine import load_machine
 
     choices = {} if model is Model.exact else {"model": model.value}
-    return load_machine(source, changes(set_), speed_rpm, **choices)
+    return load_machine(source, parse_changes(set_), speed_rpm, **choices)
 
 
 @export.callback()
@@ -58,7 +58,7 @@ def _add_source_command(name: str, description: str) -> None:
     """Add the command that writes the source text of the module of exports of its name."""
 
     @export.command(name, help=description)
-    @writes()
+    @writes_files()
     def write_source(
         machine: MachineArgument,
         out: FolderOption,
@@ -102,7 +102,7 @@ planter export motion wang2017 --format adams --turns 2 --out adams
 
 
 @export.command(help=MOTION_HELP)
-@writes()
+@writes_files()
 def motion(
     machine: MachineArgument,
     out: FolderOption,
@@ -138,7 +138,7 @@ class Fmi(enum.StrEnum):
 
 
 @export.command()
-@writes()
+@writes_files()
 def fmu(
     machine: MachineArgument,
     out: Annotated[

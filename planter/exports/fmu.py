@@ -22,13 +22,13 @@ from planter.interchange import co_simulation
 from planter.interchange.co_simulation import MAIN, UnitModel, Variable
 from planter.kernels.compiler import CompilerError
 from planter.report.files import output_folder, write_bytes
-from planter.report.folder import check
+from planter.report.folder import check_files
 from planter.version import __version__
 
 if TYPE_CHECKING:
     from planter.terminal.console import Console
 
-DEGREES: dict[str, Any] = {"shown": "deg", "factor": units.factor("phi_deg")}
+DEGREES: dict[str, Any] = {"shown": "deg", "factor": units.unit_factor("phi_deg")}
 RESERVED = ("speed", "phi_start", "phi", "time")
 """Names of the unit's own variables, and the time, which FMI knows."""
 
@@ -77,7 +77,7 @@ def _list_variables(machine: Machine) -> Iterator[Variable]:
         if index != machine.speed:
             number = float(machine.data[index])
             key = machine.values[index].key
-            name = f"design.{key.removesuffix(units.suffix(key))}"
+            name = f"design.{key.removesuffix(units.unit_suffix(key))}"
             yield _build_parameter(machine, index, name, min(number, float(low)), max(number, float(high)))
     for index in quantities.list_fixed(machine):
         if index != machine.speed:
@@ -111,8 +111,10 @@ def build_output_name(entry: SideQuantity) -> str:
 
 def _display(key: str, unit: str) -> dict[str, Any]:
     """Return the unit of a key, if it is not SI's."""
-    factor = units.factor(key)
-    return {} if factor == 1.0 or units.unit(key) == unit else {"shown": units.unit(key), "factor": factor}
+    factor = units.unit_factor(key)
+    return (
+        {} if factor == 1.0 or units.display_unit(key) == unit else {"shown": units.display_unit(key), "factor": factor}
+    )
 
 
 def write_unit(machine: Machine, file: Path, fmi: str = "2.0") -> UnitWritten:
@@ -122,7 +124,7 @@ def write_unit(machine: Machine, file: Path, fmi: str = "2.0") -> UnitWritten:
     """
     if file.suffix != ".fmu":
         raise InputError(f"--out {file}: the name of a unit's file ends in .fmu")
-    check(file.parent, [file.name])
+    check_files(file.parent, [file.name])
     version, model = co_simulation.VERSIONS[fmi], build_model(machine)
     token, texts = co_simulation.complete_sources(version, model, build_sources(machine))
     built: dict[str, tuple[str, bytes]] = {}

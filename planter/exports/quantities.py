@@ -61,7 +61,7 @@ def list_quantities(machine: Machine) -> list[SideQuantity]:
 def _number_side(quantity: Quantity, side: int, sides: int) -> SideQuantity:
     name, key = quantity.name, quantity.key
     if side > 1:
-        suffix = units.suffix(key)
+        suffix = units.unit_suffix(key)
         name, key = f"{name}_{side}", f"{key.removesuffix(suffix)}_{side}{suffix}"
     return SideQuantity(name, key, side, sides, quantity)
 

@@ -31,7 +31,7 @@ _OTHER_KIND = re.compile(r"\s*(\[[^\],]*\]\s*(#.*)?|\[\[.*|[\w.-]+\s*=.*|\{.*)")
 """The first line of a TOML or JSON file."""
 
 
-def written(comments: Iterable[str], head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+def format_csv(comments: Iterable[str], head: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
     """Return CSV text with comment lines that start with `#`, the header and rows; None is an empty cell."""
     text = io.StringIO()
     for comment in comments:
@@ -69,19 +69,19 @@ class Table:
         return f"{self.source}: line {self.lines[row]}, column {name}"
 
     def _number(self, row: int, name: str, cell: str, largest: float) -> float:
-        value = number(cell)
+        value = parse_number(cell)
         if value is None or not abs(value) <= largest:
             pointed = cell.replace(",", ".")
-            hint = f" (with a decimal point: {pointed})" if pointed != cell and finite(pointed) else ""
+            hint = f" (with a decimal point: {pointed})" if pointed != cell and is_finite_number(pointed) else ""
             allowed = f"it must be a finite number of at most {largest:g} in size{hint}"
-            raise InputError(f"{self.place(row, name)}: {shortened(cell)}: {allowed}")
+            raise InputError(f"{self.place(row, name)}: {shorten_text(cell)}: {allowed}")
         return value
 
 
-def number(cell: str) -> float | None:
+def parse_number(cell: str) -> float | None:
     """Return the number in a cell, NaN and infinities included; None if the cell is not a number.
 
-    >>> number("1.5"), number("1_5"), number("high")
+    >>> parse_number("1.5"), number("1_5"), number("high")
     (1.5, None, None)
     """
     try:
@@ -90,18 +90,18 @@ def number(cell: str) -> float | None:
         return None
 
 
-def finite(cell: str) -> bool:
+def is_finite_number(cell: str) -> bool:
     """Return whether a cell is a finite number."""
-    value = number(cell)
+    value = parse_number(cell)
     return value is not None and math.isfinite(value)
 
 
-def shortened(text: str) -> str:
+def shorten_text(text: str) -> str:
     """Return text in quotes, cut to a reasonable length."""
     return repr(text if len(text) <= _SHOWN else f"{text[:_SHOWN]}...")
 
 
-def read(text: str, source: str, columns: Sequence[str] = ()) -> Table:
+def read_table(text: str, source: str, columns: Sequence[str] = ()) -> Table:
     """Read the table of a CSV text, which must have exactly the `columns`, if any are named, in any order.
 
     Raises InputError, which names source and line, if the header or the rows are missing, column names are empty, occur
@@ -157,7 +157,7 @@ def _too_long(source: str, line: int) -> str:
 def _check_kind(line: str, source: str, at: int, expected: str) -> None:
     if _OTHER_KIND.fullmatch(line):
         raise InputError(
-            f"{source}: line {at} is {shortened(line)}, as in a file of another kind, but it must be a CSV file: "
+            f"{source}: line {at} is {shorten_text(line)}, as in a file of another kind, but it must be a CSV file: "
             f"{expected}, then rows"
         )
 
@@ -165,12 +165,12 @@ def _check_kind(line: str, source: str, at: int, expected: str) -> None:
 def _check_header(header: Sequence[str], place: str, columns: Sequence[str]) -> None:
     if len(header) == 1 and any(mark in header[0] for mark in ";\t"):
         raise InputError(
-            f"{place}: the header is {shortened(header[0])}, but columns must be separated by commas, and decimals "
+            f"{place}: the header is {shorten_text(header[0])}, but columns must be separated by commas, and decimals "
             f"written with a point"
         )
     if columns and set(header) != set(columns):
         raise InputError(
-            f"{place}: the header {shortened(','.join(header))}: it must be {','.join(columns)}"
+            f"{place}: the header {shorten_text(','.join(header))}: it must be {','.join(columns)}"
             f"{' (the line holds numbers, the names of the columns must stand above)' if _all_numbers(header) else ''}"
         )
     if "" in header:
@@ -183,7 +183,7 @@ def _check_header(header: Sequence[str], place: str, columns: Sequence[str]) -> 
 
 
 def _all_numbers(header: Sequence[str]) -> bool:
-    return all(number(cell) is not None for cell in header)
+    return all(parse_number(cell) is not None for cell in header)
 
 
 def _cut_by_commas(row: Sequence[str], length: int) -> str:
@@ -217,5 +217,5 @@ def inline_points(table: Mapping[str, Any], section: str, source: str) -> dict[s
 
 def read_points(path: Path) -> list[list[float]]:
     """Read the points of a CSV with the header `x_mm,y_mm,tube_mm`. Raises InputError for other files."""
-    rows = read(read_text(path), str(path), COLUMNS)
+    rows = read_table(read_text(path), str(path), COLUMNS)
     return [list(row) for row in zip(*(rows.numbers(name) for name in COLUMNS), strict=True)]

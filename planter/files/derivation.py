@@ -12,7 +12,7 @@ from planter.files.text import check_regular
 GENERATED = "generated"
 
 
-def derived(source: Path, out: Path | None = None, targets: Iterable[str] = (), overwrite: bool = False) -> Path:
+def derive_file(source: Path, out: Path | None = None, targets: Iterable[str] = (), overwrite: bool = False) -> Path:
     """Derive a file or folder and return the folder of the results: `out`, else ``generated`` next to the file.
 
     ``targets`` are additional languages; ``overwrite`` replaces files that were not derived, or were edited since.

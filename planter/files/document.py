@@ -17,20 +17,20 @@ from planter.files.fields import (
     Problems,
     Section,
     Words,
-    annotation,
     check,
-    explain,
-    filled,
-    lacking,
-    refuse,
-    refused,
+    describe_problems,
+    fill_defaults,
+    find_annotation,
+    invalid_value_problem,
+    missing_value_problem,
+    raise_problems,
     value_error,
 )
 from planter.files.paths import Location
 from planter.files.text import parse_toml
 
 
-def lines(table: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
+def format_lines(table: Mapping[str, Any], notes: Mapping[str, str]) -> Iterator[str]:
     """Yield the lines of the keys outside sections, then of the sections; `notes` by full path become comments."""
     sections = {key: value for key, value in table.items() if _sections(value)}
     yield from (f"{_key(key)} = {_value(value)}" for key, value in table.items() if key not in sections)
@@ -68,7 +68,7 @@ def _value(value: Any) -> str:
     return repr(value)
 
 
-def applied(
+def apply_overrides(
     model: type[BaseModel], table: Mapping[str, Any], source: str, changes: Mapping[str, float]
 ) -> tuple[dict[str, Any], list[str]]:
     """Return a copy of the table of a file with changed numbers, and their full paths.
@@ -76,7 +76,7 @@ def applied(
     A name is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one path only; values are in
     the unit that the name ends in. Raises InputError for an unknown or ambiguous name.
     """
-    full_table = filled(model, table)
+    full_table = fill_defaults(model, table)
     locations = _numbers(full_table)
     names = paths.Names(locations.keys())
     values: dict[Location, float] = {}
@@ -85,16 +85,16 @@ def applied(
         if len(candidates) != 1:
             raise value_error(name, value, names.complaint(name), source, is_changed=True)
         location = locations[candidates[0]]
-        kind = annotation(model, location)
+        kind = find_annotation(model, location)
         is_integer = int in (kind, *get_args(kind)) and float(value).is_integer()
         values[location] = int(value) if is_integer else value
-    return paths.with_values(full_table, values), [paths.join(location) for location in values]
+    return paths.with_values(full_table, values), [paths.join_location(location) for location in values]
 
 
 def _numbers(table: Mapping[str, Any]) -> dict[str, Location]:
     """Return the locations of the numbers of a table by path, including numbers in quotes."""
-    rows: Iterable[tuple[Location, Any]] = paths.places({k: v for k, v in table.items() if k != "origin"})
-    return {paths.join(location): location for location, value in rows if _is_number(value)}
+    rows: Iterable[tuple[Location, Any]] = paths.walk_locations({k: v for k, v in table.items() if k != "origin"})
+    return {paths.join_location(location): location for location, value in rows if _is_number(value)}
 
 
 def _is_number(value: Any) -> bool:
@@ -113,7 +113,7 @@ _ORIGIN = re.compile(r"(paper|assumed|calibrated|measured|optimised)\b")
 def _flat(value: Any) -> Any:
     if not isinstance(value, dict):
         return value
-    return {path: item for path, item in paths.walk(value) if not isinstance(item, dict)}
+    return {path: item for path, item in paths.walk_paths(value) if not isinstance(item, dict)}
 
 
 Origins = Annotated[dict[str, Words], BeforeValidator(_flat)]
@@ -141,7 +141,7 @@ class Document(Section):
         Raises InputError as `read`, and if the file cannot be read or belongs to another kind of machine.
         """
         label = str(source)
-        table = parse_toml(examples.text(source, kind), label)
+        table = parse_toml(examples.read_source(source, kind), label)
         try:
             return cls.read(table, label, changes)
         except InputError:
@@ -165,12 +165,12 @@ class Document(Section):
         Raises InputError, which names file, key, value and the allowed values.
         """
         if changes:
-            table, paths_set = applied(cls, table, source, changes)
+            table, paths_set = apply_overrides(cls, table, source, changes)
             changed = tuple(dict.fromkeys((*changed, *paths_set)))
         try:
             document = cls.model_validate(table)
         except ValidationError as error:
-            raise explain(error, source, cls, changed) from None
+            raise describe_problems(error, source, cls, changed) from None
         document._source = source
         document._changed = changed
         return document
@@ -192,7 +192,7 @@ class Document(Section):
         """
         numbers = self.numbers()
         path = self._path(name, numbers)
-        return float(numbers[path]) * units.factor(path)
+        return float(numbers[path]) * units.unit_factor(path)
 
     def origin(self, name: str) -> str:
         """Return the origin of a value: its entry in [origin], else that of its section, else the default."""
@@ -259,11 +259,13 @@ class Document(Section):
     @classmethod
     def _origins_are_known_words(cls, origins: dict[str, str]) -> dict[str, str]:
         allowed = "it must start with paper, assumed, calibrated, measured or optimised"
-        problems = [refused(entry, text, allowed) for entry, text in origins.items() if not _ORIGIN.match(text)]
+        problems = [
+            invalid_value_problem(entry, text, allowed) for entry, text in origins.items() if not _ORIGIN.match(text)
+        ]
         if "default" not in origins:
             missing = "it must say where the numbers come from that have no entry of their own"
-            problems.append(lacking("default", missing))
-        refuse(problems)
+            problems.append(missing_value_problem("default", missing))
+        raise_problems(problems)
         return origins
 
     @check
@@ -271,8 +273,8 @@ class Document(Section):
         names = paths.Names(self._values())
         for entry, text in self.origins.items():
             if entry != "default" and len(names.candidates(entry)) != 1:
-                yield refused(f"origin.{entry}", text, names.complaint(entry))
+                yield invalid_value_problem(f"origin.{entry}", text, names.complaint(entry))
 
 
 def _values_of(table: Mapping[str, Any]) -> dict[str, Any]:
-    return dict(paths.walk({key: value for key, value in table.items() if key != "origin"}))
+    return dict(paths.walk_paths({key: value for key, value in table.items() if key != "origin"}))

@@ -22,7 +22,7 @@ _ALIKE = 0.5
 """Share of common tables above which a file counts as one of a kind."""
 
 
-def names(kind: str | None = None, suffix: Suffix | None = None) -> list[str]:
+def list_examples(kind: str | None = None, suffix: Suffix | None = None) -> list[str]:
     """Return the sorted names of built-in files: all, or those of one package or of one suffix."""
     return sorted(file.name.rpartition(".")[0] for file in _files(kind) if file.name.endswith(suffix or ""))
 
@@ -32,8 +32,8 @@ def example(name: str, kind: str | None = None, suffix: Suffix | None = None) ->
     for file in _files(kind):
         if file.name.rpartition(".")[0] == name and file.name.endswith(suffix or ""):
             return file.read_text(encoding="utf-8")
-    builtin = names(kind, suffix)
-    similar = paths.close(name, builtin)
+    builtin = list_examples(kind, suffix)
+    similar = paths.find_similar(name, builtin)
     noun = "machine" if suffix == ".toml" else "example"
     if kind and (other := _elsewhere(name)):
         raise InputError(f"{name}: {other}, but it must be one of {', '.join(builtin)} or the path of a {suffix} file")
@@ -44,7 +44,7 @@ def example(name: str, kind: str | None = None, suffix: Suffix | None = None) ->
     )
 
 
-def text(source: str | Path, kind: str | None = None, suffix: Suffix = ".toml") -> str:
+def read_source(source: str | Path, kind: str | None = None, suffix: Suffix = ".toml") -> str:
     """Return the text of the file at a path, or of the built-in file of that name, of any package or of one.
 
     Raises InputError if there is neither, if the file cannot be read, or if its name has the other suffix.
@@ -53,14 +53,14 @@ def text(source: str | Path, kind: str | None = None, suffix: Suffix = ".toml") 
         return example(str(source), kind, suffix)
     other = next((ending for ending in SUFFIXES if ending != suffix and str(source).lower().endswith(ending)), None)
     if other is not None:
-        builtin = ", ".join(names(kind, suffix))
+        builtin = ", ".join(list_examples(kind, suffix))
         raise InputError(f"{source}: this is a {other} file, but it must be a {suffix} file or built in ({builtin})")
     return read_text(source)
 
 
-def belongs(source: str, kind: str, tables: set[str]) -> bool:
+def belongs_to_package(source: str, kind: str, tables: set[str]) -> bool:
     """Return whether a source is a built-in machine of a package, or a TOML file with the tables of its machines."""
-    if source in names(kind, ".toml"):
+    if source in list_examples(kind, ".toml"):
         return True
     try:
         return set(read_toml(source)) >= tables
@@ -68,9 +68,9 @@ def belongs(source: str, kind: str, tables: set[str]) -> bool:
         return False
 
 
-def resembles(source: str, kind: str) -> bool:
+def resembles_package(source: str, kind: str) -> bool:
     """Return whether a source is a built-in machine of a package, or a TOML file most similar to its files."""
-    if source in names(kind, ".toml"):
+    if source in list_examples(kind, ".toml"):
         return True
     try:
         alike = _alike(read_toml(source))
@@ -84,7 +84,7 @@ def check_kind(table: Mapping[str, Any], source: str, kind: str) -> None:
     alike = _alike(table)
     best = max(alike, key=lambda package: alike[package])
     if best != kind and alike[best] > max(_ALIKE, alike.get(kind, 0)):
-        builtin = ", ".join(names(kind, ".toml"))
+        builtin = ", ".join(list_examples(kind, ".toml"))
         raise InputError(f"{source}: this is a file for {_takers(best)}, but it must be one like {builtin}")
 
 
@@ -122,7 +122,7 @@ def _tables(package: str) -> list[set[str]]:
 def _is_name(source: str | Path, kind: str | None, suffix: Suffix) -> bool:
     if isinstance(source, Path):
         return False
-    if source in names(kind, suffix):
+    if source in list_examples(kind, suffix):
         return True
     return not (source.lower().endswith(SUFFIXES) or Path(source).name != source or os.path.exists(source))
 

@@ -15,37 +15,37 @@ from planter.files import paths, units
 from planter.files.paths import Location
 
 
-def annotation(model: type[BaseModel], location: Location) -> Any:
+def find_annotation(model: type[BaseModel], location: Location) -> Any:
     """Return the type of the value at a location, for items that of their list; None for an unknown location."""
     kind: Any = model
     for part in location:
         if isinstance(part, str) and get_origin(kind) is dict:
             kind = get_args(kind)[1]
         elif isinstance(part, str):
-            table = section(kind)
-            field = fields(table).get(part) if table else None
+            table = find_section(kind)
+            field = list_fields(table).get(part) if table else None
             kind = field.annotation if field else None
     return kind
 
 
-def section(kind: Any) -> type[BaseModel] | None:
+def find_section(kind: Any) -> type[BaseModel] | None:
     """Return the class of a table in a type such as `Section`, `Section | None` or `list[Section]`."""
     if isinstance(kind, type) and issubclass(kind, BaseModel):
         return kind
     inner = () if get_origin(kind) is dict else get_args(kind)
-    return next(filter(None, map(section, inner)), None)
+    return next(filter(None, map(find_section, inner)), None)
 
 
-def fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
+def list_fields(model: type[BaseModel]) -> dict[str, FieldInfo]:
     """Return the fields of a table by their keys in a file."""
     return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
-def filled(model: type[BaseModel], table: Mapping[str, Any]) -> dict[str, Any]:
+def fill_defaults(model: type[BaseModel], table: Mapping[str, Any]) -> dict[str, Any]:
     """Return a table with the default values of missing keys."""
     values = dict(table)
-    for key, field in fields(model).items():
-        inner = section(field.annotation)
+    for key, field in list_fields(model).items():
+        inner = find_section(field.annotation)
         if key not in table:
             value = None if field.is_required() else field.get_default(call_default_factory=True)
             if isinstance(value, BaseModel):
@@ -53,7 +53,7 @@ def filled(model: type[BaseModel], table: Mapping[str, Any]) -> dict[str, Any]:
             if value is not None:
                 values[key] = value
         elif inner is not None and isinstance(table[key], dict):
-            values[key] = filled(inner, table[key])
+            values[key] = fill_defaults(inner, table[key])
     return values
 
 
@@ -85,7 +85,7 @@ _LISTED = 8
 SET = "set on the command line"
 
 
-def refused(key: str, value: object, allowed: str) -> PydanticCustomError:
+def invalid_value_problem(key: str, value: object, allowed: str) -> PydanticCustomError:
     """Return the error of a validator for an invalid value at `key`, relative to the table of the validator.
 
     `allowed` is the rule that the value violates: "it must ...".
@@ -93,18 +93,20 @@ def refused(key: str, value: object, allowed: str) -> PydanticCustomError:
     return PydanticCustomError("refused", "{allowed}", {"key": key, "value": value, "allowed": allowed})
 
 
-def lacking(key: str, allowed: str) -> PydanticCustomError:
+def missing_value_problem(key: str, allowed: str) -> PydanticCustomError:
     """Return the error of a validator for a missing key that another part of the file requires."""
     return PydanticCustomError("refused", "{allowed}", {"key": key, "allowed": allowed})
 
 
-def refuse(problems: Sequence[PydanticCustomError]) -> None:
+def raise_problems(problems: Sequence[PydanticCustomError]) -> None:
     """Raise all problems of a validator together, if any."""
     if problems:
         raise ValidationError.from_exception_data("", [InitErrorDetails(type=error, input=None) for error in problems])
 
 
-def explain(error: ValidationError, source: str, model: type[BaseModel], changed: Collection[str] = ()) -> InputError:
+def describe_problems(
+    error: ValidationError, source: str, model: type[BaseModel], changed: Collection[str] = ()
+) -> InputError:
     """Return an error with the problems of `source` that pydantic reports, at most 8, and the number of the others.
 
     Unknown keys come first, since a misspelt key usually explains a missing one. The message marks values whose path is
@@ -126,7 +128,7 @@ def value_error(path: str, value: object, rule: str, source: str = "", *, is_cha
 def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[str]) -> str:
     context: dict[str, Any] = details.get("ctx", {})
     location = (*details["loc"], context["key"]) if context.get("key") else details["loc"]
-    path = paths.join(location)
+    path = paths.join_location(location)
     if details["type"] == "missing":
         return f"{safe_text.quote_name(path)} is missing: it must be given{_in_unit(path)}"
     if details["type"] == "refused" and "value" not in context:
@@ -144,15 +146,15 @@ def _problem(details: ErrorDetails, model: type[BaseModel], changed: Collection[
 
 
 def _in_unit(path: str) -> str:
-    unit = units.unit(path)
+    unit = units.display_unit(path)
     return f", in {unit}" if unit else ""
 
 
 def _known_keys(model: type[BaseModel], location: tuple[str | int, ...]) -> str:
     *inner, unknown = location
-    table = section(annotation(model, tuple(inner)))
-    keys = list(fields(table)) if table else []
-    similar = paths.close(str(unknown), keys)
+    table = find_section(find_annotation(model, tuple(inner)))
+    keys = list(list_fields(table)) if table else []
+    similar = paths.find_similar(str(unknown), keys)
     hint = f": did you mean {similar[0]}?" if similar else ""
     allowed = f" (allowed here: {', '.join(keys)})" if keys else ""
     return f"there is no such key{hint}{allowed}"
@@ -168,7 +170,7 @@ NEGLIGIBLE = 1e-100
 
 def _not_tiny(value: float) -> float:
     if value < LEAST:
-        raise refused("", value, f"it must be at least {LEAST:g}")
+        raise invalid_value_problem("", value, f"it must be at least {LEAST:g}")
     return value
 
 
@@ -184,13 +186,13 @@ Whole = Annotated[int, Field(strict=True)]
 
 def _words(text: str) -> str:
     if any(safe_text.is_invisible(char) and char not in safe_text.ALLOWED_CONTROLS for char in text):
-        raise refused("", text, "it must hold no control characters")
+        raise invalid_value_problem("", text, "it must hold no control characters")
     return text
 
 
 def _line(text: str) -> str:
     if any(char in safe_text.ALLOWED_CONTROLS for char in text):
-        raise refused("", text, "it must be one line")
+        raise invalid_value_problem("", text, "it must be one line")
     return _words(text)
 
 
@@ -205,7 +207,7 @@ def _list_of(count: int) -> BeforeValidator:
         if not isinstance(value, list | tuple) or len(value) != count:
             commas = isinstance(value, list) and len(value) == 2 * count
             hint = " (decimals are written with a point)" if commas else ""
-            raise refused("", value, f"it must be a list of {count} numbers{hint}")
+            raise invalid_value_problem("", value, f"it must be a list of {count} numbers{hint}")
         return value
 
     return BeforeValidator(check)
@@ -220,7 +222,7 @@ Problems = Iterator[PydanticCustomError]
 
 
 def check(method: Callable[[Any], Problems]) -> Callable[[Any], Problems]:
-    """Mark a method of a section as a check, which yields problems: results of `refused` and `lacking`."""
+    """Mark a method of a section as a check, which yields problems."""
     method.checks = True  # type: ignore[attr-defined]
     return method
 
@@ -250,12 +252,12 @@ class Section(BaseModel):
         for name, field in type(self).model_fields.items():
             for place, value in _numbers(field.alias or name, getattr(self, name)):
                 if 0 < abs(value) < NEGLIGIBLE:
-                    yield refused(place, value, f"it must be at least {NEGLIGIBLE:g} in size")
+                    yield invalid_value_problem(place, value, f"it must be at least {NEGLIGIBLE:g} in size")
 
     @model_validator(mode="after")
     def _fits_together(self) -> Self:
         methods = [method for owner in reversed(type(self).__mro__) for method in vars(owner).values()]
-        refuse([problem for method in methods if getattr(method, "checks", False) for problem in method(self)])
+        raise_problems([problem for method in methods if getattr(method, "checks", False) for problem in method(self)])
         return self
 
 

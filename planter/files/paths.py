@@ -14,7 +14,7 @@ _COMPARED, _LONGEST = 2000, 80
 """Maximum number and length of names that are compared with a misspelt one."""
 
 
-def join(location: Location) -> str:
+def join_location(location: Location) -> str:
     """Return the path of a location: `("cam", "rise", 0)` is `cam.rise[0]`."""
     parts = (f"[{part}]" if isinstance(part, int) else f".{part}" for part in location)
     return "".join(parts).removeprefix(".")
@@ -25,12 +25,12 @@ def last_part(path: str) -> str:
     return path.rpartition(".")[2]
 
 
-def walk(table: Table) -> Iterator[tuple[str, Any]]:
+def walk_paths(table: Table) -> Iterator[tuple[str, Any]]:
     """Yield every path of a nested table with its value: tables, keys and the items of lists, outer ones first."""
-    return ((join(location), value) for location, value in places(table))
+    return ((join_location(location), value) for location, value in walk_locations(table))
 
 
-def places(value: Any, location: Location = ()) -> Iterator[tuple[Location, Any]]:
+def walk_locations(value: Any, location: Location = ()) -> Iterator[tuple[Location, Any]]:
     """Yield every location below a value with its content, outer ones first."""
     items: Collection[tuple[str | int, Any]] = ()
     if isinstance(value, Mapping):
@@ -39,7 +39,7 @@ def places(value: Any, location: Location = ()) -> Iterator[tuple[Location, Any]
         items = list(enumerate(value))
     for part, item in items:
         yield (*location, part), item
-        yield from places(item, (*location, part))
+        yield from walk_locations(item, (*location, part))
 
 
 def with_values(table: Table, values: Mapping[Location, Any]) -> dict[str, Any]:
@@ -82,13 +82,13 @@ def suggest_names(name: str, allowed: Collection[str], otherwise: str = "") -> s
     >>> suggest_names("ellips", ["ellipse", "sine"]), suggest_names("x", ["ellipse", "sine"])
     ('did you mean ellipse?', 'it must be one of ellipse, sine')
     """
-    similar = close(name, allowed)
+    similar = find_similar(name, allowed)
     if similar:
         return f"did you mean {' or '.join(similar)}?"
     return otherwise or f"it must be one of {', '.join(allowed)}"
 
 
-def close(name: str, paths: Collection[str]) -> list[str]:
+def find_similar(name: str, paths: Collection[str]) -> list[str]:
     """Return at most three paths that are similar to a name."""
     if len(name) > _LONGEST:
         return []

@@ -69,7 +69,7 @@ def check_nesting(text: str, source: str, most_values: int = MOST_VALUES) -> Non
 
 def check_values(table: Mapping[str, Any], source: str, most_values: int = MOST_VALUES) -> None:
     """Raise InputError for a parsed table that is too deep or too large, for long names and numbers beyond 64 bits."""
-    for count, (location, value) in enumerate(paths.places(table), 1):
+    for count, (location, value) in enumerate(paths.walk_locations(table), 1):
         name = str(location[-1])
         if len(name) > LONGEST_NAME:
             short = safe_text.quote_name(name)
@@ -77,7 +77,7 @@ def check_values(table: Mapping[str, Any], source: str, most_values: int = MOST_
         if len(location) > DEEPEST:
             raise InputError(f"{source}: {name} is nested too deep, it must not exceed {DEEPEST} levels")
         if isinstance(value, int) and abs(value) >= LARGEST_WHOLE:
-            entry = f"{safe_text.quote_name(paths.join(location))} = {safe_text.format_value(value)}"
+            entry = f"{safe_text.quote_name(paths.join_location(location))} = {safe_text.format_value(value)}"
             raise InputError(f"{source}: {entry}: it must be a number of fewer digits, or have a point")
         if count > most_values:
             raise InputError(f"{source}: {_too_many(most_values)}")
@@ -89,14 +89,14 @@ def _too_many(most_values: int) -> str:
 
 def check_json_scalars(table: Mapping[str, Any], source: str) -> None:
     """Raise InputError for what JSON can write and nothing here can take: 1e999, a surrogate, a control character."""
-    for location, value in paths.places(table):
-        for text in (location[-1], value):
-            if isinstance(text, str) and CONTROL.search(text):
-                raise InputError(
-                    f"{source}: {safe_text.quote_name(paths.join(location))} holds a character that no text has"
-                )
-        if isinstance(value, float) and not math.isfinite(value):
-            raise InputError(f"{source}: {safe_text.quote_name(paths.join(location))} is not a finite number")
+    for location, value in paths.walk_locations(table):
+        if any(isinstance(text, str) and CONTROL.search(text) for text in (location[-1], value)):
+            problem = "holds a character that no text has"
+        elif isinstance(value, float) and not math.isfinite(value):
+            problem = "is not a finite number"
+        else:
+            continue
+        raise InputError(f"{source}: {safe_text.quote_name(paths.join_location(location))} {problem}")
 
 
 LIMIT_BYTES = 1_000_000

@@ -1,8 +1,8 @@
 """Units of keys, whose names end in the unit of their value, and units as papers print them; all else is SI and rad.
 
->>> factor("R3_mm"), unit("R3_mm")
+>>> unit_factor("R3_mm"), display_unit("R3_mm")
 (0.001, 'mm')
->>> factor("m31"), unit("m31")
+>>> unit_factor("m31"), display_unit("m31")
 (1.0, '')
 """
 
@@ -55,7 +55,7 @@ _LONGEST_FIRST = "|".join(sorted(_UNITS, key=len, reverse=True))
 _SUFFIX = re.compile(rf"_({_LONGEST_FIRST})(?:\[\d+\])*$")
 
 
-def factor(key: str) -> float:
+def unit_factor(key: str) -> float:
     """Return the factor of the display unit of a key to SI, 1 for a key without a unit.
 
     The longest matching ending counts: `J7_about_B1_kg_m2` is in kg m2. The key may carry an index,
@@ -64,25 +64,25 @@ def factor(key: str) -> float:
     return _unit(key).si
 
 
-def unit(key: str) -> str:
+def display_unit(key: str) -> str:
     """Return the display unit of a key, empty for a number without a unit."""
     return _unit(key).display
 
 
-def suffix(key: str) -> str:
+def unit_suffix(key: str) -> str:
     """Return the ending of a key that names its unit, empty for a number without a unit.
 
-    >>> suffix("omega_rad_s"), suffix("hinge_A_mm[0]"), suffix("m31")
+    >>> unit_suffix("omega_rad_s"), suffix("hinge_A_mm[0]"), suffix("m31")
     ('_rad_s', '_mm', '')
     """
     match = _SUFFIX.search(key)
     return f"_{match[1]}" if match else ""
 
 
-def key(name: str, si_unit: str) -> str:
+def display_key(name: str, si_unit: str) -> str:
     """Return the key of a quantity in its display unit: lengths in mm, angles in deg, others in SI.
 
-    >>> key("phi52", "rad"), key("M_Q", "N m"), key("ratio", "1")
+    >>> display_key("phi52", "rad"), key("M_Q", "N m"), key("ratio", "1")
     ('phi52_deg', 'M_Q_Nm', 'ratio')
     """
     suffix = _SHOWN_IN.get(si_unit)
@@ -145,7 +145,7 @@ class Unit:
         return Unit(f"({self.text})2", self.factor**2, (kg, m, s, rad))
 
 
-def measured(text: str) -> Unit:
+def parse_unit(text: str) -> Unit:
     """Parse a unit such as ``N m``, ``kg m2``, ``mm/s2`` or ``r/min``; an empty text is a pure number.
 
     Units after a stroke divide. Raises ValueError, which names the part, if the text is not a unit.

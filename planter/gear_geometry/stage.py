@@ -92,7 +92,7 @@ class Stage:
             if value[0, 0] <= 0:
                 index = order.index(condition["name"])
                 name = self.names[index]
-                value_shown = candidate.parameters[index] / units.factor(name)
+                value_shown = candidate.parameters[index] / units.unit_factor(name)
                 allowed = f"it must be {condition['allowed']}"
                 raise GeometryError.for_value(candidate.key(name), f"{value_shown:.12g}", allowed)
 

@@ -31,9 +31,9 @@ from planter.gears.options import (
     UndercutOption,
     WidthOption,
 )
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, changes
+from planter.terminal.options import JsonOption, OutOption, SetOption, SpeedOption, parse_changes
 
 app = typer.Typer()
 
@@ -61,7 +61,7 @@ each gear, the assembly, figures and a page; --step and --stl solids too.
 
 
 @app.command(help=HELP)
-@writes("summary.json", "report.html", "assembly.dxf", "assembly.svg")
+@writes_files("summary.json", "report.html", "assembly.dxf", "assembly.svg")
 def gears(
     machine: Annotated[
         str | None, typer.Argument(help="a machine file, or the name of a built-in machine", show_default=False)
@@ -128,7 +128,7 @@ def gears(
             _check("goes with --curve, not with MACHINE", {"--mate": mate, "--turns": turns != 1})
             modules, numbers = request.parse_modules(module, module1, module2), request.parse_tooth_counts(teeth)
             options = request.GearOptions(
-                rack, settings, frozenset(explicit), modules, numbers, keep, changes(set_), speed_rpm
+                rack, settings, frozenset(explicit), modules, numbers, keep, parse_changes(set_), speed_rpm
             )
             result = request.find_adapter(machine).make(machine, options, out, console.progress)
         present_gears(result).show(console)

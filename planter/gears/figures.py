@@ -174,8 +174,8 @@ def plot_friction(curves: FrictionCurves) -> Figure:
     for axes, (key, kinds) in zip(all_axes, curves.curves.items(), strict=False):
         for kind, shade in _SHADES.items():
             axes.plot(curves.phi_deg, kinds[kind] - kinds["without"], color=shade, label=kind, linewidth=0.8)
-        unit = units.suffix(key)
-        axes.set_title(f"{key.removesuffix(unit)} / {units.unit(key)}")
+        unit = units.unit_suffix(key)
+        axes.set_title(f"{key.removesuffix(unit)} / {units.display_unit(key)}")
         style.over_a_turn(axes, label=False)
     figure.legend(*all_axes[0].get_legend_handles_labels(), loc="outside upper right", frameon=False, ncols=2)
     figure.supxlabel("carrier angle φ / deg", fontsize=8.5)

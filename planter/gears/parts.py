@@ -140,4 +140,4 @@ def _tabulate_flanks(gear: AnyGear) -> str:
     values: Array = np.column_stack(list(columns.values()))
     rows = ((*labels[k], *row) for k, row in zip(samples.piece.tolist(), values.tolist(), strict=True))
     comments = (f"gear: {gear.name}", f"teeth: {gear.z}", f"module_mm: {gear.rack.module * 1e3!r}")
-    return csv_rows.written(comments, ("piece", "tooth", "side", *columns), rows)
+    return csv_rows.format_csv(comments, ("piece", "tooth", "side", *columns), rows)

@@ -24,7 +24,7 @@ from planter.gears.results import (
 )
 from planter.progress import Listener
 from planter.report import files
-from planter.report.folder import renews
+from planter.report.folder import renews_files
 from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
 from planter.report.presentation import ResultPresentation
 from planter.view.animation import Motion
@@ -213,7 +213,7 @@ def _describe_scaling(scaled: Scaled) -> Iterator[Block]:
     yield Keys(scaled.design)
 
 
-@renews
+@renews_files
 def write_gears(
     out: Path, result: GearsFound, parts: Sequence[GearPart], provenance: Mapping[str, Any],
     figures: Mapping[str, Figure], scenes: Iterable[Scene], friction: FrictionCurves | None = None,

@@ -86,7 +86,7 @@ def _parse_keyway(bore_mm: float, argument: str | None) -> Keyway | None:
         return None
     if argument is None:
         return Keyway(*find_standard_keyway(bore_mm * 1e-3))
-    values = [csv_rows.number(part) for part in argument.split(",")]
+    values = [csv_rows.parse_number(part) for part in argument.split(",")]
     if len(values) != 2 or not all(value is not None and 0 < value < bore_mm for value in values):
         raise InputError(f"--keyway-mm {argument}: give WIDTH,DEPTH, both above 0 and below the bore, or none")
     width, depth = (value * 1e-3 for value in values if value is not None)
@@ -133,8 +133,10 @@ def find_adapter(source: str) -> GearMachineAdapter:
     for adapter in adapters:
         if adapter.takes(source):
             return adapter
-    text.parse_toml(examples.text(source), source)
-    names = [name for name in examples.names(suffix=".toml") if any(adapter.takes(name) for adapter in adapters)]
+    text.parse_toml(examples.read_source(source), source)
+    names = [
+        name for name in examples.list_examples(suffix=".toml") if any(adapter.takes(name) for adapter in adapters)
+    ]
     raise InputError(f"{source}: `planter gears` does not cut gears of this machine; use one like {', '.join(names)}")
 
 
@@ -175,7 +177,7 @@ def _read_curve(source: str) -> tuple[Array, Array]:
     Raises InputError for a table that cannot be read or is not one closed turn.
     """
     path, prefix = _split_prefix(source)
-    table = csv_rows.read(text.read_text(path), str(path))
+    table = csv_rows.read_table(text.read_text(path), str(path))
     names = [f"{prefix}_polar_deg" if prefix else "polar_deg", f"{prefix}_radius_mm" if prefix else "radius_mm"]
     missing = [name for name in names if name not in table.header]
     if missing:

@@ -299,7 +299,7 @@ def name_column(key: str, kind: str) -> str:
     >>> name_column("F_A1_N", "sliding")
     'F_A1_sliding_N'
     """
-    unit = units.suffix(key)
+    unit = units.unit_suffix(key)
     return f"{key.removesuffix(unit)}_{kind}{unit}"
 
 

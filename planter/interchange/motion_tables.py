@@ -78,7 +78,7 @@ class PlacedColumn:
 
 def convert_to_key_unit(column: Column, place: str) -> PlacedColumn:
     """Return a column in the unit that its key ends in."""
-    return PlacedColumn(place, units.unit(column.key) or "1", units.factor(column.key), column)
+    return PlacedColumn(place, units.display_unit(column.key) or "1", units.unit_factor(column.key), column)
 
 
 def convert_to_millimetres(column: Column, place: str) -> PlacedColumn:
@@ -104,7 +104,7 @@ def _format_dictionary(title: str, motion: Motion, columns: Iterable[PlacedColum
         (entry.place, entry.column.name, entry.unit, repr(entry.factor), entry.column.meaning, entry.column.source)
         for entry in columns
     )
-    return {DICTIONARY: csv_rows.written(motion.notes, (title, *_HEAD), rows).encode()}
+    return {DICTIONARY: csv_rows.format_csv(motion.notes, (title, *_HEAD), rows).encode()}
 
 
 def format_adams(motion: Motion) -> dict[str, bytes]:
@@ -161,7 +161,7 @@ def format_csv(motion: Motion) -> dict[str, bytes]:
     """Return `motion.csv`, with a column for each quantity under a name that ends in its unit, and its dictionary."""
     columns = [convert_to_key_unit(column, column.key) for column in motion.columns]
     rows = zip(*(column.values.tolist() for column in columns), strict=True)
-    table = csv_rows.written(motion.notes, [column.place for column in columns], rows)
+    table = csv_rows.format_csv(motion.notes, [column.place for column in columns], rows)
     return {"motion.csv": table.encode()} | _format_dictionary("column", motion, columns)
 
 

@@ -8,9 +8,9 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, changes
+from planter.terminal.options import JsonOption, OutOption, SetOption, parse_changes
 
 PosesArgument = Annotated[
     str,
@@ -32,7 +32,7 @@ app = typer.Typer()
 
 
 @app.command()
-@writes("summary.json", "report.html")
+@writes_files("summary.json", "report.html")
 def synthesise(
     poses: PosesArgument,
     carrier: CarrierOption = 1,
@@ -56,12 +56,12 @@ def synthesise(
             raise InputError(f"--least-slope {least_slope:g}: the value must be between 0 and 1")
         if not 1 < largest_slope <= 1e3:
             raise InputError(f"--largest-slope {largest_slope:g}: the value must be above 1 and at most 1000")
-        solution = synthesis(load_poses(poses, changes(set_)), carrier, (least_slope, largest_slope))
+        solution = synthesis(load_poses(poses, parse_changes(set_)), carrier, (least_slope, largest_slope))
         present_synthesis(solution).show(console, out)
 
 
 @app.command()
-@writes("summary.json", "cycle.csv", "pitch_curves.csv", "report.html")
+@writes_files("summary.json", "cycle.csv", "pitch_curves.csv", "report.html")
 def train(
     curve: CurveArgument,
     centre_distance_mm: Annotated[float, typer.Option(help="centre distance of both stages")] = 70.0,

@@ -114,7 +114,7 @@ def load_curve(source: str | Path) -> AngleCurve:
 
     Raises InputError, naming file and line, for anything else.
     """
-    table = csv_rows.read(examples.text(source, "mapping", ".csv"), str(source), HEADER)
+    table = csv_rows.read_table(examples.read_source(source, "mapping", ".csv"), str(source), HEADER)
     places = [f"line {line}" for line in table.lines]
     return close_curve(str(source), places, np.column_stack([table.numbers(name, LARGEST) for name in HEADER]))
 

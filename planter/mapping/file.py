@@ -11,7 +11,18 @@ from pydantic import Field
 
 from planter.errors import InputError
 from planter.files.document import Document, Origins
-from planter.files.fields import Angle, Line, Pair, Positive, Problems, Real, Section, Words, check, refused
+from planter.files.fields import (
+    Angle,
+    Line,
+    Pair,
+    Positive,
+    Problems,
+    Real,
+    Section,
+    Words,
+    check,
+    invalid_value_problem,
+)
 from planter.kernels import Array
 from planter.mapping.dyads import Dyad
 from planter.mapping.paths import Choice, duplicates
@@ -74,14 +85,14 @@ class PointsData(Section):
     def _points_make_a_curve(self) -> Problems:
         angles = [*self.first_carrier_deg, *self.second_carrier_deg, *self.free_carrier_deg]
         if len(angles) < 3:
-            yield refused("first_carrier_deg", self.first_carrier_deg, "there must be 3 points in all")
+            yield invalid_value_problem("first_carrier_deg", self.first_carrier_deg, "there must be 3 points in all")
         twice = duplicates(np.radians(angles).tolist())
         if twice:
             allowed = f"no two points may have one carrier angle, as at {np.degrees(twice[0]):.6g} deg"
-            yield refused("first_carrier_deg", self.first_carrier_deg, allowed)
+            yield invalid_value_problem("first_carrier_deg", self.first_carrier_deg, allowed)
         ordinates = self.free_relative_deg
         if ordinates is not None and len(ordinates) != len(self.free_carrier_deg):
-            yield refused("free_relative_deg", ordinates, "it must be as long as free_carrier_deg")
+            yield invalid_value_problem("free_relative_deg", ordinates, "it must be as long as free_carrier_deg")
 
     def choice(self, first_assembly: int, second_assembly: int) -> Choice:
         """The points in radians, for the assemblies of the two poses."""

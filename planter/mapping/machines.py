@@ -155,7 +155,7 @@ def _build(
     results: Mapping[str, ca.SX], symbols: tuple[ca.SX, ca.SX, ca.SX], prologue: ca.Function,
     events: list[tuple[ca.SX, dict[str, Any]]],
 ) -> Machine:  # fmt: skip
-    quantities = tuple(Quantity(name, *entry, units.key(name, entry[0])) for name, entry in entries.items())
+    quantities = tuple(Quantity(name, *entry, units.display_key(name, entry[0])) for name, entry in entries.items())
     inputs, names = [*symbols, ca.SX.sym("q", 0)], ["phi", "d", "h", "q"]
     sidecar = load_formulas(MODEL).sidecar
 

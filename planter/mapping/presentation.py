@@ -63,7 +63,7 @@ def present_synthesis(synthesis: Synthesis) -> ResultPresentation:
         captions={_figure_name(linkage.dyads): "Linkage of dyads {} and {} at the poses, with the path of the tip on "
                   "each circuit.".format(*linkage.dyads) for linkage in result.linkages} | CAPTIONS,
         tables=partial(_tabulate_paths, synthesis),
-        comments=files.comments(synthesis.file, "poses"),
+        comments=files.list_comments(synthesis.file, "poses"),
     )  # fmt: skip
 
 

@@ -12,8 +12,8 @@ from planter.mapping.figures import MM, MOMENTS, centres, drawn_shares, outlines
 from planter.mapping.synthesis import Linkage, Synthesis
 from planter.mapping.train import Training
 from planter.view.scene import Body, Curve, Event, Outline, Point, Scene, refine_places
-from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, still
-from planter.view.sheet import heading as direction
+from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, build_still_scene
+from planter.view.sheet import direction_angle as direction
 
 if TYPE_CHECKING:
     from planter.mapping.synthesis import Linkage
@@ -192,7 +192,7 @@ def _linkage(linkage: Linkage, pose: Array, poses: Array) -> Sheet:
         Angle.between(("transmission_deg",), follower, crank, fixed[1], 0.15 * size),
     ]
     return Sheet("linkage", f"linkage of dyads {linkage.numbers[0]} and {linkage.numbers[1]} in the last pose but one",
-                 still("linkage", bodies), marks)  # fmt: skip
+                 build_still_scene("linkage", bodies), marks)  # fmt: skip
 
 
 def _train(training: Training) -> Sheet:
@@ -214,5 +214,5 @@ def _train(training: Training) -> Sheet:
         radius = 0.3 * MM * training.train.distance
         marks.append(Length(("L1",), hinges[0], hinges[2], 0.3))
         marks.append(Angle.between(("bend",), hinges[1], hinges[0], hinges[2], radius))
-    return Sheet("train", "gear train on its carrier, bent as its length wants", still("train",
+    return Sheet("train", "gear train on its carrier, bent as its length wants", build_still_scene("train",
                  (Body("gears", curves), Body("carrier", (carrier,)))), marks)  # fmt: skip

@@ -7,7 +7,17 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.files import examples
-from planter.view.subject import Check, Control, Export, Reading, Table, Values, changed, controls, written
+from planter.view.subject import (
+    Check,
+    Control,
+    Export,
+    Reading,
+    Table,
+    Values,
+    change_numbers,
+    list_controls,
+    write_numbers,
+)
 
 if TYPE_CHECKING:
     from planter.mapping.file import PoseFile
@@ -35,7 +45,7 @@ class Poses:
         numbers = {path: value for path, value in self.file.numbers().items() if path.startswith("pose")}
         reach = {path: REACH_DEG if path.endswith("_deg") else REACH_MM for path in numbers}
         bounds = {path: (value - reach[path], value + reach[path]) for path, value in numbers.items()}
-        return controls(self.file, numbers, {}, bounds)
+        return list_controls(self.file, numbers, {}, bounds)
 
     @cached_property
     def handles(self) -> Sequence[tuple[str, str]]:
@@ -69,13 +79,13 @@ class Poses:
 
     def text(self, values: Values) -> str:
         """The file with these numbers."""
-        return written(self.file, changed(self.file, values))
+        return write_numbers(self.file, change_numbers(self.file, values))
 
     def _synthesis(self, values: Values) -> Synthesis:
         from planter.mapping.synthesis import synthesise
 
         if self._latest is None or self._latest[0] != dict(values):
-            self._latest = dict(values), synthesise(changed(self.file, values))
+            self._latest = dict(values), synthesise(change_numbers(self.file, values))
         return self._latest[1]
 
 
@@ -84,7 +94,7 @@ class Kind:
 
     def takes(self, source: str) -> bool:
         """A built-in name, or a file with poses."""
-        return examples.belongs(source, "mapping", {"pose"})
+        return examples.belongs_to_package(source, "mapping", {"pose"})
 
     def open(self, source: str, changes: Values) -> Poses:
         """The poses in a file, or the built-in ones of that name."""

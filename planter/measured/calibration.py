@@ -76,7 +76,7 @@ def calibrate(
         raise InputError("add --fit with an input and its bounds, such as --fit mass.planet_kg=0.8:1.6")
     machines = {name: build() for name, build in builders.items()}
     model, machine = next(iter(machines.items()))
-    unit = units.unit(find_measured(machine, quantity).key)
+    unit = units.display_unit(find_measured(machine, quantity).key)
     chosen = {name: Chosen.from_bounds(machine, bounds) for name, machine in machines.items()}
     measured = reading.read(data, columns, float(machine.data[machine.speed]), unit)
     phase = ProgressPhase("calibration", "start", STARTS * len(machines), progress)
@@ -198,7 +198,7 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
 
 def _unit_of(curve: MeasuredCurve, name: str) -> str:
     """Return the display unit of an input, by its key, else the SI unit of the value."""
-    return units.unit(name) or next((entry.unit for entry in curve.machine.values if entry.path == name), "1")
+    return units.display_unit(name) or next((entry.unit for entry in curve.machine.values if entry.path == name), "1")
 
 
 FITS: dict[Outcome, str] = {
@@ -249,7 +249,7 @@ def _predict(check: Check, columns: Columns, fits: Mapping[str, Fit], quantity: 
     rms: dict[str, float] = {}
     points = 0
     for model, fit in fits.items():
-        data, speed = fit.curve.machine.data.copy(), check.speed_rpm * units.factor("speed_rpm")
+        data, speed = fit.curve.machine.data.copy(), check.speed_rpm * units.unit_factor("speed_rpm")
         data[fit.curve.machine.speed] = speed
         machine = fit.curve.machine.with_data(data)
         measured = reading.read(check.path, columns, speed, fit.curve.unit)

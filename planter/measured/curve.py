@@ -73,7 +73,7 @@ class MeasuredCurve:
         inputs = [chosen.names[i] for i in self._inputs]
         self._offset = next((i for i, name in enumerate(chosen.names) if is_offset(name)), None)
         result = find_measured(machine, quantity)
-        self.quantity, self.unit, self._factor = quantity, units.unit(result.key), result.factor
+        self.quantity, self.unit, self._factor = quantity, units.display_unit(result.key), result.factor
         moved = machine.with_moved(dict.fromkeys(inputs, (0.0, 1.0)))
         self._response = MachineResponse(moved, [result.name])
         self._machine_inputs = moved.design
@@ -173,7 +173,7 @@ def is_nuisance(name: str) -> bool:
 
 def factor_of(name: str) -> float:
     """Return the unit in which a fitted value is computed, per display unit: SI, but for an offset."""
-    return 1.0 if is_offset(name) else units.factor(name)
+    return 1.0 if is_offset(name) else units.unit_factor(name)
 
 
 def _repeats(curve: Array, parts: int) -> bool:

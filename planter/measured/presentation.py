@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from planter.files import units
-from planter.files.document import lines
+from planter.files.document import format_lines
 from planter.measured.calibration import Calibrated
 from planter.measured.curve import is_nuisance
 from planter.measured.findings import MeasuredFound
@@ -45,7 +45,7 @@ def present_fit(
         figures=lambda: {"measured": draw_measured(calibrated, f"{angle} / deg")},
         captions={"measured": "Measured and fitted values over a revolution, and the residuals of each model."},
         tables=lambda: {"residuals.csv": _tabulate_curves(calibrated)},
-        comments=files.comments(document, "machine"),
+        comments=files.list_comments(document, "machine"),
         texts=lambda: {} if calibrated.machine is None else {MACHINE_FILE: machine_text(calibrated)},
     )
 
@@ -89,7 +89,7 @@ def machine_text(calibrated: Calibrated) -> str:
     table["origin"] = origins | {name.partition("[")[0]: origin for name in names}
     nuisances = [f"# {e.name} = {e.value!r}" for e in calibrated.result.fitted if is_nuisance(e.name)]
     head = [f"# {machine.name}, inputs fitted to measured data: {calibrated.result.statement}.", *nuisances]
-    return "\n".join([*head, "", *lines(table, {})]) + "\n"
+    return "\n".join([*head, "", *format_lines(table, {})]) + "\n"
 
 
 def _tabulate_curves(calibrated: Calibrated) -> dict[str, Array]:
@@ -102,7 +102,7 @@ def _tabulate_curves(calibrated: Calibrated) -> dict[str, Array]:
 
 def key_of(name: str, unit: str) -> str:
     """Return the column of a curve in a display unit."""
-    suffix = next((end for end in units.SUFFIXES if units.unit(end) == unit), "") if unit else ""
+    suffix = next((end for end in units.SUFFIXES if units.display_unit(end) == unit), "") if unit else ""
     return f"{name}{suffix}"
 
 
@@ -116,7 +116,7 @@ def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
     values = columns[key_of("measured", unit)]
     top.plot(phi, values, "o", color=style.SOFT, markersize=2, label="measured")
     for index, (model, fit) in enumerate(calibrated.fits.items()):
-        shade = style.colour(model, index)
+        shade = style.curve_colour(model, index)
         top.plot(DENSE_DEG, fit.curve(fit.values, np.radians(DENSE_DEG))[0], color=shade, label=f"{model} model")
         bottom.plot(phi, values - columns[key_of(model, unit)], "o", color=shade, markersize=1.6)
     bottom.axhline(0, color=style.SOFT, linewidth=0.6)

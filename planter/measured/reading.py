@@ -11,7 +11,7 @@ import numpy as np
 from planter.errors import InputError
 from planter.files import csv_rows, paths
 from planter.files.text import read_text
-from planter.files.units import measured as parse_unit
+from planter.files.units import parse_unit as parse_unit
 from planter.kernels import Array
 from planter.numerics.arrays import Flags
 
@@ -121,14 +121,14 @@ def _table(text: str, source: str) -> tuple[csv_rows.Table, str]:
             line if line.lstrip().startswith("#") else line.replace(",", ".").replace(separator, ",")
             for line in text.replace("\r\n", "\n").split("\n")
         )
-    if lines and all(csv_rows.finite(cell.strip().replace(",", ".")) for cell in first.split(separator)):
+    if lines and all(csv_rows.is_finite_number(cell.strip().replace(",", ".")) for cell in first.split(separator)):
         head = ",".join(str(i + 1) for i in range(len(first.split(separator))))
         cells = [line for line in text.split("\n") if line.strip() and not line.lstrip().startswith("#")]
         rows = tuple(tuple(cell.strip() for cell in line.split(",")) for line in cells)
         table = csv_rows.Table(source, (), tuple(head.split(",")), tuple(range(1, len(rows) + 1)), rows)
         return table, f"columns separated by {names[separator]}, no header: columns are numbered from 1"
     decimals = ", decimal commas" if commas else ""
-    return csv_rows.read(text, source), f"columns separated by {names[separator]}{decimals}"
+    return csv_rows.read_table(text, source), f"columns separated by {names[separator]}{decimals}"
 
 
 def _column(table: csv_rows.Table, name: str, option: str) -> str:
@@ -139,7 +139,7 @@ def _column(table: csv_rows.Table, name: str, option: str) -> str:
     if len(bare) == 1:
         return bare[0]
     without_unit = {_UNIT.sub("", column).strip(): column for column in table.header}
-    close = paths.close(name, [*table.header, *without_unit])
+    close = paths.find_similar(name, [*table.header, *without_unit])
     hint = f"did you mean {without_unit.get(close[0], close[0])!r}? " if close else ""
     columns = ", ".join(map(repr, table.header))
     raise InputError(f"{table.source}: {option} = {name} is not a column: {hint}it must be one of {columns}")

@@ -9,7 +9,7 @@ import numpy as np
 from planter.engine.machine import Machine, Quantity
 from planter.errors import ComputationError, InputError
 from planter.files import paths, units
-from planter.files.csv_rows import number
+from planter.files.csv_rows import parse_number
 from planter.kernels import Array, formulas
 from planter.mechanism.model import Model, require_repeating
 from planter.numerics.arrays import TURN
@@ -121,16 +121,16 @@ def _parse_sum(model: Model, option: str, text: str) -> LengthFunction:
 def _parse_term(machine: Machine, option: str, term: str) -> LengthFunction:
     lengths = [q.name for q in (*machine.results, *_list_centres(machine)) if q.unit == "m"]
     values = {v.name: value for v, value in zip(machine.values, machine.data.tolist(), strict=True) if v.unit == "m"}
-    parsed = number(term)
+    parsed = parse_number(term)
     if term in lengths:
         return lambda results, count: results[term]
     if term in values or (parsed is not None and np.isfinite(parsed)):
-        constant = values[term] if parsed is None else parsed * units.factor("_mm")
+        constant = values[term] if parsed is None else parsed * units.unit_factor("_mm")
         return lambda results, count: np.full(count, constant)
     raise _refuse_name(option, term, [*lengths, *values])
 
 
 def _refuse_name(option: str, name: str, names: list[str]) -> InputError:
-    close = paths.close(name, names)
+    close = paths.find_similar(name, names)
     hint = f"did you mean {close[0]}? " if close else ""
     return InputError.for_value(option, name, f"{hint}there are {', '.join(names)}")

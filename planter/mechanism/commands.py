@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.errors import InputError
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, changes
+from planter.terminal.options import JsonOption, OutOption, SetOption, parse_changes
 
 if TYPE_CHECKING:
     from planter.engine.drive import Motor
@@ -47,7 +47,7 @@ REFUSED = {
 
 
 @app.command()
-@writes("summary.json", "values.csv", "report.html")
+@writes_files("summary.json", "values.csv", "report.html")
 def move(
     mechanism: MechanismArgument,
     until: Annotated[float, typer.Option(metavar="S", min=1e-9, help="end of the motion [s]")],
@@ -78,7 +78,7 @@ def move(
         from planter.mechanism.motion import compute_motion
         from planter.mechanism.presentation import present_motion
 
-        file = load(mechanism, changes(set_))
+        file = load(mechanism, parse_changes(set_))
         motion = compute_motion(Dynamics(file), until, points, tolerance, rest, least_squares, stiff)
         present_motion(motion, file).show(console, out)
 

@@ -90,7 +90,7 @@ def compute_statistics(quantity: Quantity, values: Array, angles: Array, repeats
     is_averaged = quantity.key not in repeats.changes
     mean, square = _average(values, repeats.end[quantity.key]) if is_averaged else (None, None)
     return QuantityStatistics(
-        unit=units.unit(quantity.key),
+        unit=units.display_unit(quantity.key),
         min=float(values.min()),
         max=float(values.max()),
         mean=mean,

@@ -61,7 +61,7 @@ def draw_curves(columns: Mapping[str, Array], axis: PlotAxis) -> Iterator[tuple[
     """Yield figures of all columns (n,) by the names of their files; columns of one unit share figures."""
     by_unit: dict[str, list[str]] = {}
     for key in columns:
-        by_unit.setdefault(units.unit(key), []).append(key)
+        by_unit.setdefault(units.display_unit(key), []).append(key)
     for unit, keys in by_unit.items():
         stem = "".join(c if c.isalnum() else "_" for c in unit or "number")
         for number, first in enumerate(range(0, len(keys), MOST_CURVES), 1):
@@ -79,12 +79,12 @@ def _draw_group(columns: Mapping[str, Array], unit: str, axis: PlotAxis) -> Figu
     axes.set_ylabel(unit or "1")
     ends = []
     for index, (key, values) in enumerate(columns.items()):
-        shade = style.colour(key, index)
+        shade = style.curve_colour(key, index)
         x, y = axis.values, values
         if key in axis.ends:
             x, y = np.append(x, axis.end), np.append(y, axis.ends[key])
         axes.plot(x, y, color=shade, linewidth=1.2)
-        ends.append((float(y[-1]), labels.name(key), shade))
+        ends.append((float(y[-1]), labels.format_name(key), shade))
     if not axis.is_angle:
         axes.set_xlim(axis.values[0], axis.values[-1])
     axes.autoscale_view()
@@ -168,7 +168,7 @@ def build_scene(
         points=points,
         again=axis.repeats,
         chains=chains,
-        curves=[Curve(key, units.unit(key), column[frames])
+        curves=[Curve(key, units.display_unit(key), column[frames])
                 for key, column in list(columns.items())[:MOST_SCENE_CURVES]],
     )  # fmt: skip
 
@@ -302,7 +302,7 @@ class MechanismCycleProgram:
         quantities = list(zip(self.machine.quantities, ca.vertsplit(self._lane(*self._inputs)), strict=True))
         results = {q.key: value / q.factor for q, value in quantities if q.role == "result"}
         guards = {q.name: value for q, value in quantities if q.role in ("pivot", "states")}
-        return {**results, **guards, **self._points, "angle": self._inputs[0] / units.factor("angle_deg")}
+        return {**results, **guards, **self._points, "angle": self._inputs[0] / units.unit_factor("angle_deg")}
 
     @property
     def _keys(self) -> list[str]:

@@ -168,12 +168,12 @@ def _check(file: MechanismFile) -> None:
     for section, numbers in (("values", file.values), ("bounds", file.bounds)):
         for key in numbers:
             if key not in meanings:
-                close = paths.close(key, meanings)
+                close = paths.find_similar(key, meanings)
                 hint = f"did you mean {close[0]}? " if close else ""
                 names = ", ".join(meanings)
                 raise InputError(f"{file.source}: {section}.{key}: {hint}there are {names}")
     for key, value in file.values.items():
-        if value < 0 and units.suffix(key) == "_kg":  # products of inertia may be negative
+        if value < 0 and units.unit_suffix(key) == "_kg":  # products of inertia may be negative
             raise file.input_error(f"values.{key}", "it must not be negative")
     missing = [f"{key} ({meaning})" for key, meaning in meanings.items() if key not in file.values]
     if missing:

@@ -182,7 +182,7 @@ def _list_quantities(formulas: Formulas, vectors: tuple[str, ...]) -> tuple[Quan
     axes, pushing = formulas.sidecar.get("axes", {}), formulas.sidecar.get("pushing", [])
     return tuple(
         Quantity(
-            e["name"], e["unit"], e["meaning"], units.key(e["name"], e["unit"]),
+            e["name"], e["unit"], e["meaning"], units.display_key(e["name"], e["unit"]),
             role=next((role for start, role in ROLES.items() if e["name"].startswith(start)), "result"),
             axes=axes.get(e["name"]), is_push=e["name"] in pushing, source=e["source"],
         )

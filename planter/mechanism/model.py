@@ -143,7 +143,7 @@ class Periodicity:
 
 def format_change(key: str, change: float) -> str:
     """Return the change of a quantity in a cycle as text."""
-    return f"{key.removesuffix(units.suffix(key))} differs by {change:.4g} {units.unit(key)}".rstrip()
+    return f"{key.removesuffix(units.unit_suffix(key))} differs by {change:.4g} {units.display_unit(key)}".rstrip()
 
 
 def compare_cycles(model: Model, angles: Array, results: Mapping[str, Array], search: bool = True) -> Periodicity:

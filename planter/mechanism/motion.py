@@ -45,8 +45,8 @@ def compute_motion(
     vectors = dynamics.formulas.sidecar["vectors"]
     values = dict(zip(dynamics.names, run.states, strict=True)) | run.results
     entries = [entry for entry in (*vectors["start_state"], *vectors["outputs"]) if entry["name"] in values]
-    keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in entries}
-    columns = {key: values[name] / units.factor(key) for name, key in keys.items()}
+    keys = {entry["name"]: units.display_key(entry["name"], entry["unit"]) for entry in entries}
+    columns = {key: values[name] / units.unit_factor(key) for name, key in keys.items()}
     axes = {keys[name]: frame for name, frame in dynamics.formulas.sidecar.get("axes", {}).items() if name in keys}
     total = run.results["kinetic"] + run.results["potential"]
     result = MotionResult(
@@ -54,7 +54,7 @@ def compute_motion(
         until_s=until,
         quantities={
             key: QuantityHistory(
-                units.unit(key), float(column.min()), float(column.max()), float(column[-1]), axes.get(key)
+                units.display_unit(key), float(column.min()), float(column.max()), float(column[-1]), axes.get(key)
             )
             for key, column in columns.items()
         },
@@ -75,17 +75,17 @@ def _list_changes(dynamics: Dynamics, start: Array) -> list[ChangedStart]:
     entries, stated = dynamics.formulas.sidecar["vectors"]["start_state"], dynamics.stated
     changes = []
     for index in dynamics.find_changes(start):
-        key = units.key(entries[index]["name"], entries[index]["unit"])
-        ends = (float(state[index] / units.factor(key)) for state in (stated, start))
-        changes.append(ChangedStart(key, units.unit(key), *ends))
+        key = units.display_key(entries[index]["name"], entries[index]["unit"])
+        ends = (float(state[index] / units.unit_factor(key)) for state in (stated, start))
+        changes.append(ChangedStart(key, units.display_unit(key), *ends))
     return changes
 
 
 def _describe_equilibrium(dynamics: Dynamics) -> dict[str, Any]:
     state = equilibrium(dynamics)
     entries = dynamics.formulas.sidecar["vectors"]["start_state"][: dynamics.size]
-    keys = [units.key(entry["name"], entry["unit"]) for entry in entries]
-    values = {key: float(value / units.factor(key)) for key, value in zip(keys, state, strict=False)}
+    keys = [units.display_key(entry["name"], entry["unit"]) for entry in entries]
+    values = {key: float(value / units.unit_factor(key)) for key, value in zip(keys, state, strict=False)}
     roots = [(float(root.real), float(root.imag)) for root in eigenvalues(dynamics, state)]
     return {"equilibrium": values, "eigenvalues_per_s": roots}
 

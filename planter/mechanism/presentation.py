@@ -11,7 +11,7 @@ from planter.engine.drive import Drive
 from planter.engine.machine import Machine
 from planter.engine.sensitivity import SensitivityResult
 from planter.files import units
-from planter.files.document import Document, lines
+from planter.files.document import Document, format_lines
 from planter.kernels import Array
 from planter.mechanism import drawing
 from planter.mechanism.cycle import MechanismCycle, compute_cycle
@@ -30,7 +30,7 @@ from planter.mechanism.results import (
 from planter.records import Record
 from planter.report import files
 from planter.report.html import Items, Keys, Section, Table, Text
-from planter.report.labels import label, list_values, name
+from planter.report.labels import format_label, format_name, list_values
 from planter.report.presentation import ModelAssumptions, ResultPresentation, list_warning_sections
 from planter.report.proof import describe_proof
 from planter.version import __version__
@@ -122,7 +122,7 @@ def format_optimum_file(optimum: MechanismOptimum) -> str:
     table, paths = machine.document.written_table(), [machine.values[index].path for index in machine.moved]
     start = dict(zip(paths, result.start_design.values(), strict=True))
     moved = [path for path, value in zip(paths, result.design.values(), strict=True) if value != start[path]]
-    notes = {path: f"was {start[path]!r} {units.unit(path)}".rstrip() for path in moved}
+    notes = {path: f"was {start[path]!r} {units.display_unit(path)}".rstrip() for path in moved}
     table["origin"] = machine.document.origins | dict.fromkeys(moved, f"optimised (least {result.least})")
     limits = "; ".join(limit.limit_on for limit in result.holds)
     head = [
@@ -131,7 +131,7 @@ def format_optimum_file(optimum: MechanismOptimum) -> str:
         f"# Reached {result.objective!r}, before {result.start_objective!r}.",
     ]
     order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict)))
-    return "\n".join([*head, "", *lines(order, notes)]) + "\n"
+    return "\n".join([*head, "", *format_lines(order, notes)]) + "\n"
 
 
 def _describe_machine(machine: Machine) -> tuple[Document, ModelAssumptions]:
@@ -144,7 +144,7 @@ def _present(
     described: tuple[Document, ModelAssumptions], title: str, result: Record, sections: Iterable[Section], **parts: Any
 ) -> ResultPresentation:
     document, model = described
-    comments = list(files.comments(document, "mechanism"))
+    comments = list(files.list_comments(document, "mechanism"))
     return ResultPresentation(title, result, list(sections), document=document, model=model, comments=comments, **parts)
 
 
@@ -183,7 +183,7 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     meanings = {quantity.key: quantity.meaning for quantity in cycle.machine.results}
     head = ("quantity", MEANING, "min", "at / deg", "max", "at / deg", "mean", "rms", "unit")
     rows = [
-        (name(key), meanings[key], q.min, q.min_deg, q.max, q.max_deg, tables.round_mean(q.mean, q.rms), q.rms,
+        (format_name(key), meanings[key], q.min, q.min_deg, q.max, q.max_deg, tables.round_mean(q.mean, q.rms), q.rms,
          format_unit(q))
         for key, q in result.quantities.items()
     ]  # fmt: skip
@@ -195,7 +195,8 @@ def _list_cycle_sections(cycle: MechanismCycle) -> Iterator[Section]:
     if result.at:
         angles = [f"at {values.angle_deg:.6g} deg" for values in result.at]
         cells: list[tuple[str | float, ...]] = [
-            (name(key), *(values.quantities[key] for values in result.at), units.unit(key)) for key in result.quantities
+            (format_name(key), *(values.quantities[key] for values in result.at), units.display_unit(key))
+            for key in result.quantities
         ]
         yield Section("At single angles", [Table(("quantity", *angles, "unit"), cells)])
     if result.laws:
@@ -207,11 +208,14 @@ def _list_motion_sections(motion: MechanismMotion) -> Iterator[Section]:
     result = motion.result
     head = ("quantity", MEANING, "min", "max", "last", "unit")
     rows = [
-        (name(key), motion.meanings[key], q.min, q.max, q.last, format_unit(q)) for key, q in result.quantities.items()
+        (format_name(key), motion.meanings[key], q.min, q.max, q.last, format_unit(q))
+        for key, q in result.quantities.items()
     ]
     yield Section("Quantities", [Table(head, rows, page_columns=(MEANING,))])
     if result.changed_start:
-        changed = [(name(value.quantity), value.stated, value.used, value.unit) for value in result.changed_start]
+        changed = [
+            (format_name(value.quantity), value.stated, value.used, value.unit) for value in result.changed_start
+        ]
         table = Table(("quantity", "stated", "used", "unit"), changed)
         yield Section("Start", [Text(CHANGED_START, "warning"), table])
     yield Section("Energy of weights, springs and motion", [list_values(result.energy.table())])
@@ -233,7 +237,7 @@ def _describe_constraints(motion: MechanismMotion) -> Iterator[str]:
 
 def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
     change = f"{result.start_objective:.6g} to {result.objective:.6g}"
-    rows = [(label(key), result.start_design[key], value) for key, value in result.design.items()]
+    rows = [(format_label(key), result.start_design[key], value) for key, value in result.design.items()]
     table = Table(("quantity", "before", "optimum"), rows)
     yield Section("Optimum", [Text(f"Least {result.least}: {change}."), table])
     yield from _list_limits(result.holds)
@@ -249,7 +253,7 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
     yield Section("Effective combinations", [Text(sentence) for sentence in sentences])
     if result.front:
         points = [(point.range, point.variance, *point.design.values()) for point in result.front]
-        head = ("range", "variance", *map(label, result.design))
+        head = ("range", "variance", *map(format_label, result.design))
         yield Section("Pareto front of range and variance", [Table(head, points)])
     if result.proof is not None:
         yield Section("Proof", list(describe_proof(result.proof.table())))

@@ -20,7 +20,7 @@ from planter.engine.goal import Goal, find_display_unit, resolve_measure
 from planter.engine.measures import AVERAGES, Kind, Measure, parse_measure
 from planter.errors import InputError, PlanterError
 from planter.files import paths
-from planter.files.units import Unit, measured
+from planter.files.units import Unit, parse_unit
 from planter.kernels import Array
 from planter.kernels.formulas import HOISTED
 from planter.mechanism.dynamics import Dynamics
@@ -67,14 +67,14 @@ def _load_with_values(path: Path, values: tuple[tuple[str, float], ...]) -> Mech
 def _check_conditions(question: MeasureQuestion, file: MechanismFile) -> None:
     for key, place in question.conditions.items():
         if key not in file.values:
-            close = paths.close(key, file.values)
+            close = paths.find_similar(key, file.values)
             hint = f"did you mean {close[0]}?" if close else f"there are {', '.join(file.values)}"
             raise InputError(f"{place}: {file.name} has no value {key}; {hint}")
 
 
 def _check_name(question: MeasureQuestion, parsed: Measure, names: Collection[str]) -> None:
     if parsed.name not in names:
-        close = paths.close(parsed.name, names)
+        close = paths.find_similar(parsed.name, names)
         hint = f"did you mean {close[0]}?" if close else f"it has {', '.join(names)}"
         reason = f"the mechanism has no quantity {parsed.name}; {hint}"
         raise question.refused("quantity", question.quantity, reason)
@@ -83,9 +83,9 @@ def _check_name(question: MeasureQuestion, parsed: Measure, names: Collection[st
 def _find_unit(question: MeasureQuestion, parsed: Measure, si_unit: str) -> Unit:
     """Return the unit of a number. Raises InputError for an invalid unit, or one of another kind."""
     is_square = parsed.kind == "variance"
-    si = measured(si_unit).squared() if is_square else measured(si_unit)
+    si = parse_unit(si_unit).squared() if is_square else parse_unit(si_unit)
     try:
-        unit = measured(question.unit)
+        unit = parse_unit(question.unit)
     except ValueError as error:
         raise question.refused("unit", question.unit, f"{error}; {parsed.name} is in {si_unit}") from None
     if not unit.same_kind(si):

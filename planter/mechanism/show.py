@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.mechanism.swept import ROOM
-from planter.view.subject import Check, Control, Export, Reading, Table, Values, controls, written
+from planter.view.subject import Check, Control, Export, Reading, Table, Values, list_controls, write_numbers
 
 if TYPE_CHECKING:
     from planter.mechanism.cycle import MechanismCycle
@@ -36,7 +36,7 @@ class MechanismView:
         """Its values, within their bounds if the file has any."""
         meanings = {entry["shown"]: entry["meaning"] for entry in self.file.entries}
         bounds = {f"values.{key}": pair for key, pair in self.file.bounds.items()}
-        return controls(self.file, meanings, meanings, bounds)
+        return list_controls(self.file, meanings, meanings, bounds)
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """Return its bodies over a cycle."""
@@ -63,7 +63,7 @@ class MechanismView:
     def text(self, values: Values) -> str:
         """Return the mechanism's file with these values and the folder of its functions."""
         moved = self._with_values(values)
-        return written(self.file, moved.model_copy(update={"folder": str(self.file.place)}))
+        return write_numbers(self.file, moved.model_copy(update={"folder": str(self.file.place)}))
 
     def portable(self, model: str) -> Portable:
         """Return the program of the cycle for a page."""
@@ -73,7 +73,7 @@ class MechanismView:
 
     def handed(self, values: Values) -> str:
         """Return the file without the folder of its functions."""
-        return written(self.file, self._with_values(values))
+        return write_numbers(self.file, self._with_values(values))
 
     def _with_values(self, values: Values) -> MechanismFile:
         return self.file.with_values({path.removeprefix("values."): value for path, value in values.items()})

@@ -143,7 +143,7 @@ def make(source: str, options: GearOptions, out: Path | None = None, progress: L
         count, module = options.counts[number] if options.counts else None, options.modules_mm[min(number, 1)]
         pairs.append(cut_teeth(mesh.pair(), options.teeth.order(count, module, options.keep), mesh.place, mesh.names))
         placed += mesh.place_gears(pairs[-1])
-    gears = gear_set.GearSet(mechanism.name, pairs, placed, None, files.provenance(mechanism))
+    gears = gear_set.GearSet(mechanism.name, pairs, placed, None, files.list_provenance(mechanism))
     return gear_set.make_gear_set(gears, options.teeth, options.part_settings, out, progress)
 
 

@@ -6,15 +6,15 @@ from typing import Annotated
 
 import typer
 
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, OutOption, SetOption, changes
+from planter.terminal.options import JsonOption, OutOption, SetOption, parse_changes
 
 app = typer.Typer()
 
 
 @app.command(name="pickup")
-@writes("summary.json", "cycle.csv", "pitch.csv", "path.csv", "report.html")
+@writes_files("summary.json", "cycle.csv", "pitch.csv", "path.csv", "report.html")
 def analyse_pickup(
     config: Annotated[
         str,
@@ -45,5 +45,5 @@ def analyse_pickup(
         from planter.pickup import analysis
         from planter.pickup.presentation import present_pickup
 
-        outcome = analysis.analyse_pickup(config, at or (), optimise, changes(set_), console.progress)
+        outcome = analysis.analyse_pickup(config, at or (), optimise, parse_changes(set_), console.progress)
         present_pickup(outcome).show(console, out)

@@ -50,7 +50,7 @@ def _whole_path(axes: Axes, machine: Pickup, train: PickupTrain, before: Array |
         spline = PathSpline(before * 1000)
         axes.plot(*spline(np.linspace(0, spline.length, DENSE)).T, color=style.FAINT, linewidth=1.0, label="before")
     axes.plot(*tip.T, color=style.BLUE, label="tip")
-    style.tubes(axes, machine.tip_path.points_mm if machine.tip_path else ())
+    style.draw_tubes(axes, machine.tip_path.points_mm if machine.tip_path else ())
     locked = train.is_locked(t)
     if locked.any():
         axes.plot(*np.where(locked[:, None], tip, np.nan).T, color=style.VERMILION, linewidth=2.2, label="in the dwell")

@@ -25,8 +25,8 @@ from planter.files.fields import (
     Section,
     Whole,
     check,
-    lacking,
-    refused,
+    invalid_value_problem,
+    missing_value_problem,
 )
 from planter.kernels import Array
 from planter.numerics.arrays import MAX_GAP_RATIO, find_gap
@@ -56,7 +56,7 @@ def parse_points(text: str, source: str) -> tuple[Array, float]:
 
     A last point that repeats the first is left out. Raises InputError, naming file, line and what is allowed.
     """
-    table = csv_rows.read(text, source, HEADER)
+    table = csv_rows.read_table(text, source, HEADER)
     points = np.column_stack([table.numbers(name, LARGEST) for name in HEADER])
     if len(points) > 1 and np.array_equal(points[0], points[-1]):
         points = points[:-1]
@@ -95,7 +95,7 @@ class Bars(Section):
     @check
     def _tip_stays_outside(self) -> Problems:
         if self.L2_mm <= self.L1_mm:
-            yield refused("L2_mm", self.L2_mm, f"it must be greater than L1_mm = {self.L1_mm:g}")
+            yield invalid_value_problem("L2_mm", self.L2_mm, f"it must be greater than L1_mm = {self.L1_mm:g}")
 
 
 class Carrier(Section):
@@ -119,7 +119,7 @@ class HelicalStage(Section):
     @check
     def _equal_gears(self) -> Problems:
         if self.z1 != self.z2:
-            yield refused("z2", self.z2, f"it must equal z1 = {self.z1}: the ratio of stage 2 is 1")
+            yield invalid_value_problem("z2", self.z2, f"it must equal z1 = {self.z1}: the ratio of stage 2 is 1")
 
 
 class NoncircularStage(Section):
@@ -148,14 +148,14 @@ class LawData(Section):
     @classmethod
     def _dwell_within_a_turn(cls, dwell: tuple[float, float]) -> tuple[float, float]:
         if not 0 < dwell[0] < dwell[1] < 360:
-            raise refused("", list(dwell), "it must be [start, end] with 0 < start < end < 360")
+            raise invalid_value_problem("", list(dwell), "it must be [start, end] with 0 < start < end < 360")
         return dwell
 
     @check
     def _arm_gains_a_turn(self) -> Problems:
         start, end = (math.radians(angle) for angle in self.dwell_t_deg)
         if start - end + 2 * math.pi + self.p * (math.sin(start) - math.sin(end)) <= 0:
-            yield refused("p", self.p, "it must let the arm's angle gain over the turn")
+            yield invalid_value_problem("p", self.p, "it must let the arm's angle gain over the turn")
 
     @check
     def _transitions_fit(self) -> Problems:
@@ -163,11 +163,11 @@ class LawData(Section):
             return
         if self.ends is None:
             allowed = 'it goes with smooth ends of the dwell, ends = "smooth", and with no others'
-            yield refused("transition_deg", self.transition_deg, allowed)
+            yield invalid_value_problem("transition_deg", self.transition_deg, allowed)
         limit = (360 - self.dwell_t_deg[1] + self.dwell_t_deg[0]) / 4
         if self.transition_deg > limit:
             allowed = f"it must be at most {limit:g}, a quarter of the turn outside the dwell"
-            yield refused("transition_deg", self.transition_deg, allowed)
+            yield invalid_value_problem("transition_deg", self.transition_deg, allowed)
 
     @property
     def transition(self) -> float:
@@ -190,12 +190,12 @@ class PathData(Section):
     @check
     def _points_stand_in_one_place(self) -> Problems:
         if self.csv is None and self.points_mm is None:
-            yield lacking("csv", "there must be either csv or points_mm")
+            yield missing_value_problem("csv", "there must be either csv or points_mm")
         if self.csv is not None and self.points_mm is not None:
-            yield refused("csv", self.csv, "there must be either csv or points_mm, not both")
+            yield invalid_value_problem("csv", self.csv, "there must be either csv or points_mm, not both")
         for number, (point, after) in enumerate(zip(self.points_mm or (), (self.points_mm or ())[1:], strict=False)):
             if point == after:
-                yield refused(f"points_mm[{number + 1}]", list(after), "neighbours must differ")
+                yield invalid_value_problem(f"points_mm[{number + 1}]", list(after), "neighbours must differ")
 
 
 class SplineData(Section):
@@ -217,7 +217,7 @@ class Tray(Section):
     def _cells_are_cells(self) -> Problems:
         if not self.cell_bottom_mm <= self.cell_top_mm < self.cell_pitch_mm:
             allowed = f"it must be from cell_bottom_mm = {self.cell_bottom_mm:g} to below cell_pitch_mm"
-            yield refused("cell_top_mm", self.cell_top_mm, f"{allowed} = {self.cell_pitch_mm:g}")
+            yield invalid_value_problem("cell_top_mm", self.cell_top_mm, f"{allowed} = {self.cell_pitch_mm:g}")
 
 
 class Needle(Section):
@@ -324,18 +324,18 @@ class Pickup(Document):
     @check
     def _one_drive(self) -> Problems:
         if self.law is None and self.path is None:
-            yield lacking("law", "there must be either [law] or [path]")
+            yield missing_value_problem("law", "there must be either [law] or [path]")
         if self.law is not None and self.path is not None:
-            yield refused("path", self.path.csv or "", "there must be either [law] or [path], not both")
+            yield invalid_value_problem("path", self.path.csv or "", "there must be either [law] or [path], not both")
         if self.law is not None and self.bars is None:
-            yield lacking("bars", "a law needs the lengths of the bars")
+            yield missing_value_problem("bars", "a law needs the lengths of the bars")
 
     @check
     def _helix_exists(self) -> Problems:
         stage, distance = self.helical_stage, self.carrier.a2_mm
         minimum = stage.mn_mm * (stage.z1 + stage.z2) / 2
         if distance < minimum:
-            yield refused("carrier.a2_mm", distance, f"it must be at least mn (z1 + z2)/2 = {minimum:g}")
+            yield invalid_value_problem("carrier.a2_mm", distance, f"it must be at least mn (z1 + z2)/2 = {minimum:g}")
 
 
 def load_pickup(source: str | Path, changes: Mapping[str, float] | None = None) -> Pickup:
@@ -345,7 +345,7 @@ def load_pickup(source: str | Path, changes: Mapping[str, float] | None = None) 
     """
     label = str(source)
     if is_points(label):
-        points, _ = parse_points(examples.text(source, "pickup", ".csv"), label)
+        points, _ = parse_points(examples.read_source(source, "pickup", ".csv"), label)
         machine = load_pickup(DEFAULT).with_points(points, label)
         machine = machine.with_numbers(changes) if changes else machine
     else:
@@ -353,16 +353,16 @@ def load_pickup(source: str | Path, changes: Mapping[str, float] | None = None) 
     if machine.path is not None and machine.path.csv is not None:
         csv = label if is_points(label) else _locate_csv(label, machine.path.csv)
         machine._points_source = str(csv)
-        text = examples.text(csv, "pickup", ".csv")
+        text = examples.read_source(csv, "pickup", ".csv")
         machine._points, machine._resolution = parse_points(text, str(csv))
     return machine
 
 
 def is_points(label: str) -> bool:
     """Return whether a source is a CSV of points, by its name."""
-    return label.lower().endswith(".csv") or label in examples.names("pickup", ".csv")
+    return label.lower().endswith(".csv") or label in examples.list_examples("pickup", ".csv")
 
 
 def _locate_csv(config: str, csv: str) -> str | Path:
     """Return a built-in CSV by name, or the path of a CSV in the folder of the file that names it."""
-    return csv if csv in examples.names("pickup", ".csv") else Path(config).parent / csv
+    return csv if csv in examples.list_examples("pickup", ".csv") else Path(config).parent / csv

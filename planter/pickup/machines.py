@@ -89,7 +89,7 @@ def takes(source: str) -> bool:
     if not file.is_points(source):
         return KIND.takes(source)
     try:
-        csv_rows.read(examples.text(source, "pickup", ".csv"), source, HEADER)
+        csv_rows.read_table(examples.read_source(source, "pickup", ".csv"), source, HEADER)
     except InputError:
         return False
     return True
@@ -125,7 +125,7 @@ def build_machine(machine: file.Pickup, train: PickupTrain | None = None) -> Mac
     if not np.isfinite(train.contact_ratio(train.samples(CHECKED))).all():
         del results["epsilon"]
     quantities = tuple(
-        Quantity(name, unit, meaning, units.key(name, unit))
+        Quantity(name, unit, meaning, units.display_key(name, unit))
         for name, (unit, meaning) in (MOTION | GEARS).items()
         if name in results
     )

@@ -52,7 +52,7 @@ def present_pickup(outcome: PickupOutcome) -> ResultPresentation:
         figures=partial(_draw, outcome),
         captions=CAPTIONS,
         tables=partial(_tabulate_cycle, outcome),
-        comments=files.comments(machine, "pick-up", [driven_by]),
+        comments=files.list_comments(machine, "pick-up", [driven_by]),
     )
 
 

@@ -17,7 +17,7 @@ from planter.pickup.model import PickupTrain
 from planter.pickup.requirements import find_push
 from planter.pickup.tray import Cell, CellEntry
 from planter.view.scene import Body, Curve, Event, Outline, Point, Scene, refine_places
-from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, heading, still
+from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, build_still_scene, direction_angle
 
 MOMENTS = 360
 """Moments of a turn from which those that are drawn are refined."""
@@ -144,7 +144,7 @@ def _bars(train: PickupTrain, at: dict[str, float]) -> list[Mark]:
     size = train.geometry.L1 * _MM
     arm = np.degrees(float(train.law.arm(np.radians([MOMENT]))[0])) % 360
     phi5 = float(np.degrees(train.phi5_far)) + MOMENT
-    tip = heading(o, s)
+    tip = direction_angle(o, s)
     return [
         Length(("L1",), o, o1),
         Length(("L2",), o1, s),
@@ -155,7 +155,7 @@ def _bars(train: PickupTrain, at: dict[str, float]) -> list[Mark]:
         Angle(("t_deg",), o, phi5 - MOMENT, MOMENT, 0.45 * size),
         Angle(("phi4",), o, 0, tip, 0.75 * size),
         Angle(("phi6",), o, tip, (phi5 - tip) % 360, 0.9 * size),
-        Angle(("phi1",), o1, heading(o1, o), -arm, 0.3 * size),
+        Angle(("phi1",), o1, direction_angle(o1, o), -arm, 0.3 * size),
         Angle(("Z1",), o1, 0, float(np.degrees(train.arm_heading(np.radians([MOMENT]))[0])), 0.45 * size),
     ]
 
@@ -189,7 +189,7 @@ def _cell(entry: CellEntry) -> Sheet:
     bodies = (Body("tray", [Outline(part, "body", shade=4) for part in parts]),
               Body("needle", (Outline(needle, "body", shade=2),)))  # fmt: skip
     marks = [*_mark_needle(entry, t), *_mark_tray(cell)]
-    return Sheet("cell", "needle and cell, across the tray", still("cell", bodies), marks)
+    return Sheet("cell", "needle and cell, across the tray", build_still_scene("cell", bodies), marks)
 
 
 def _mark_needle(entry: CellEntry, t: float) -> list[Mark]:

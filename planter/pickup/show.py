@@ -7,7 +7,18 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from planter.files import examples
-from planter.view.subject import Check, Control, Export, Reading, Sought, Table, Values, controls, singles, written
+from planter.view.subject import (
+    Check,
+    Control,
+    Export,
+    Reading,
+    Sought,
+    Table,
+    Values,
+    list_controls,
+    list_readings,
+    write_numbers,
+)
 
 if TYPE_CHECKING:
     from planter.pickup.file import Pickup
@@ -49,7 +60,7 @@ class PickUp:
             path: (numbers[path] - REACH_MM, numbers[path] + REACH_MM) for path in numbers if path.startswith(POINTS)
         }
         paths = [path for path in numbers if path.partition(".")[0] in OFFERED and path not in TEETH_ALONE]
-        return controls(self.machine, [*paths, *points], {}, points)
+        return list_controls(self.machine, [*paths, *points], {}, points)
 
     @cached_property
     def handles(self) -> Sequence[tuple[str, str]]:
@@ -83,7 +94,7 @@ class PickUp:
 
         machine, train = self._train(values)
         count = machine.spline.value_points
-        return written(self.machine, machine.on_path(train.tip(np.arange(count) * TURN / count)))
+        return write_numbers(self.machine, machine.on_path(train.tip(np.arange(count) * TURN / count)))
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """A turn of the carrier."""
@@ -108,12 +119,14 @@ class PickUp:
         """Single numbers of what `planter pickup` tells."""
         from planter.pickup.analysis import build_result
 
-        rows = [(row.name, row.value, row.unit) for row in singles(build_result(*self._train(values), ()).table())]
+        rows = [
+            (row.name, row.value, row.unit) for row in list_readings(build_result(*self._train(values), ()).table())
+        ]
         return [Table("Gears and motion", ("quantity", "value", "unit"), rows)]
 
     def text(self, values: Values) -> str:
         """The file with these numbers."""
-        return written(self.machine, self._train(values)[0])
+        return write_numbers(self.machine, self._train(values)[0])
 
     def _train(self, values: Values) -> tuple[Pickup, PickupTrain]:
         from planter.pickup.file import load_pickup
@@ -132,7 +145,7 @@ class PickupKind:
 
     def takes(self, source: str) -> bool:
         """A built-in name, or a file with the tables of a pick-up."""
-        return examples.belongs(source, "pickup", {"helical_stage", "tray"})
+        return examples.belongs_to_package(source, "pickup", {"helical_stage", "tray"})
 
     def open(self, source: str, changes: Values) -> PickUp:
         """The pick-up in a file, or the built-in one of that name."""

@@ -27,7 +27,7 @@ NAMES = ("sun", "intermediate gear")
 
 def takes(source: str) -> bool:
     """Whether a source is a pick-up, or the points of its path."""
-    return is_points(source) or examples.resembles(source, "pickup")
+    return is_points(source) or examples.resembles_package(source, "pickup")
 
 
 def make(source: str, request: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:
@@ -44,7 +44,7 @@ def make(source: str, request: GearOptions, out: Path | None = None, progress: L
     teeth = replace(request.teeth, **rack)
     gear_pair = cut_gears(machine, train, teeth, request)
     return made_known.make_intermittent_pair(
-        gear_pair, machine.name, teeth, request.part_settings, files.provenance(machine), out, progress
+        gear_pair, machine.name, teeth, request.part_settings, files.list_provenance(machine), out, progress
     )
 
 

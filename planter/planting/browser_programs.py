@@ -39,7 +39,7 @@ class DeviceColumns:
     def plotted(self) -> Known:
         """Quantities of a cycle that are drawn, in display units."""
         values, phi = self._quantities, self.inputs[0]
-        turned = phi / units.factor("phi_deg")
+        turned = phi / units.unit_factor("phi_deg")
         return {
             "phi_deg": turned,
             "planet's turn on the carrier": -values["alpha_deg"] - turned,
@@ -79,7 +79,9 @@ class DeviceColumns:
         values_by_key: dict[str, ca.SX] = {}
         for vector, values in (("side", side), ("totals", totals)):
             keys = cycle.list_keys(vectors[vector])
-            values_by_key |= {key: v / units.factor(key) for key, v in zip(keys, ca.vertsplit(values), strict=True)}
+            values_by_key |= {
+                key: v / units.unit_factor(key) for key, v in zip(keys, ca.vertsplit(values), strict=True)
+            }
         return values_by_key
 
     @cached_property
@@ -207,8 +209,8 @@ def build_portable(device: Device, moments: int, corners: int) -> Portable:
 def _inputs(device: Device) -> list[Input]:
     entries = device.sidecar["vectors"]["machine"]
     return [
-        *(Input(f"design.{name}", "x", k, units.factor(name)) for k, name in enumerate(device.names)),
-        *(Input(entry["shown"], "c", k, units.factor(entry["shown"])) for k, entry in enumerate(entries)),
+        *(Input(f"design.{name}", "x", k, units.unit_factor(name)) for k, name in enumerate(device.names)),
+        *(Input(entry["shown"], "c", k, units.unit_factor(entry["shown"])) for k, entry in enumerate(entries)),
     ]
 
 

@@ -44,7 +44,7 @@ def list_device_quantities(sidecar: Mapping[str, Any]) -> list[DeviceQuantity]:
 
 def list_keys(entries: Sequence[Mapping[str, str]]) -> list[str]:
     """Keys of a vector's entries in tables, each ending in the unit that is shown."""
-    return [entry.get("shown") or units.key(entry["name"], entry["unit"]) for entry in entries]
+    return [entry.get("shown") or units.display_key(entry["name"], entry["unit"]) for entry in entries]
 
 
 def name_second_side(key: str) -> str:
@@ -53,7 +53,7 @@ def name_second_side(key: str) -> str:
     >>> name_second_side("F_B1x_N"), name_second_side("ratio")
     ('F_B1x_2_N', 'ratio_2')
     """
-    suffix = units.suffix(key)
+    suffix = units.unit_suffix(key)
     return f"{key.removesuffix(suffix)}_2{suffix}"
 
 
@@ -103,7 +103,7 @@ def evaluate_cycle(device: Device, at: DesignPoint, phi: Array) -> DeviceCycleTa
 
 
 def _to_display_columns(entries: Sequence[Mapping[str, str]], rows: Array) -> Columns:
-    return {key: row / units.factor(key) for key, row in zip(list_keys(entries), rows, strict=True)}
+    return {key: row / units.unit_factor(key) for key, row in zip(list_keys(entries), rows, strict=True)}
 
 
 def sample_angles(samples: int) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from planter.engine.sensitivity import SensitivityResult
 from planter.explain import dictionary
 from planter.files import paths, units
-from planter.files.document import lines
+from planter.files.document import format_lines
 from planter.mechanism.presentation import list_sensitivity_sections
 from planter.optimise.range_variance import Sampling
 from planter.optimise.response import list_breakpoints
@@ -44,7 +44,7 @@ from planter.planting.results import (
 from planter.planting.toothed import compute_ratios, locate_pitch_curves
 from planter.report import files
 from planter.report.html import Block, Cell, Folded, Keys, Section, Table, Text
-from planter.report.labels import label, list_values, tabulate_angles
+from planter.report.labels import format_label, list_values, tabulate_angles
 from planter.report.presentation import ModelAssumptions, ResultPresentation, describe_basis, list_warning_sections
 from planter.report.proof import describe_proof
 from planter.version import __version__
@@ -158,7 +158,7 @@ def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interru
     """Write the best so far of an unfinished optimisation to summary.json."""
     marks = {"finished": False, **({"interrupted": True} if interrupted else {})}
     model = ModelAssumptions.from_sidecar(device.sidecar)
-    basis = describe_basis(model, device.machine, files.provenance(device.machine))
+    basis = describe_basis(model, device.machine, files.list_provenance(device.machine))
     files.write_summary(files.output_folder(out) / "summary.json", {**partial, **marks, **basis})
 
 
@@ -180,14 +180,14 @@ def _present(
         displayed_inputs=("design", "bounds"),
         captions=CAPTIONS,
         details=lambda: [Section("Names", [_tabulate_names(device.sidecar, result.table(), command)])],
-        provenance=files.provenance(device.machine, seed),
+        provenance=files.list_provenance(device.machine, seed),
         **parts,
     )
 
 
 def _list_comments(device: Device, x: Array, seed: int | None = None) -> list[str]:
     design = ", ".join(f"{name} = {value!r}" for name, value in device.named(x).items())
-    return list(files.comments(device.machine, "machine", (f"model: {device.model}", f"design: {design}"), seed))
+    return list(files.list_comments(device.machine, "machine", (f"model: {device.model}", f"design: {design}"), seed))
 
 
 def _list_simulation_sections(result: SimulationFound, machine: Machine) -> Iterator[Section]:
@@ -257,7 +257,7 @@ def _tabulate_design(machine: Machine, optimum: OptimisationFound | None = None)
     head = ("value",) if optimum is None else ("start", "optimum")
     note = () if optimum is None else ("",)
     rows: list[tuple[Cell, ...]] = [
-        (name, *(design[name] for design in values), units.unit(name), *(notes[name] for _ in note),
+        (name, *(design[name] for design in values), units.display_unit(name), *(notes[name] for _ in note),
          *machine.bounds[name], machine.origin(f"design.{name}"))
         for name in start
     ]  # fmt: skip
@@ -305,7 +305,7 @@ def _round(value: float | None) -> float | None:
 
 
 def _tabulate_front(result: OptimisationFound) -> Table:
-    names = [label(name) for name in result.start_design]
+    names = [format_label(name) for name in result.start_design]
     rows: list[tuple[Cell, ...]] = [
         (point.range_N, point.variance_N2, *point.design.values()) for point in result.front or ()
     ]
@@ -358,7 +358,7 @@ def _tabulate_names(sidecar: Mapping[str, Any], summary: Mapping[str, Any], comm
     columns = [quantity.shown for quantity in cycle.list_device_quantities(sidecar) if quantity.side != 2]
     keys = [key for key, value in summary.items() if isinstance(value, int | float)]
     rows = [
-        (name, units.unit(name), meaning.meaning, meaning.source, ", ".join(meaning.figures or ()))
+        (name, units.display_unit(name), meaning.meaning, meaning.source, ", ".join(meaning.figures or ()))
         for name, meaning in dictionary.find_meanings("planting", [*columns, *keys], command)
     ]
     head = ("name", "unit", "meaning", "source", "drawn in")
@@ -389,8 +389,10 @@ def format_optimum_file(machine: Machine, model: str, result: OptimisationFound,
             f"stage {stage.stage} has {stage.z} teeth of {stage.module_mm:.12g} mm" for stage in result.teeth.stages
         )
         head.append(f"# Integer tooth numbers: {', '.join(stages)}.")
-    notes = {path: f"was {' '.join((repr(value), units.unit(path))).rstrip()}" for path, value in previous.items()}
-    return "\n".join([*head, "", *lines(table, notes)]) + "\n"
+    notes = {
+        path: f"was {' '.join((repr(value), units.display_unit(path))).rstrip()}" for path, value in previous.items()
+    }
+    return "\n".join([*head, "", *format_lines(table, notes)]) + "\n"
 
 
 def _restore_digits(machine: Machine, name: str, value: float) -> float:
@@ -448,7 +450,7 @@ def _draw_motion(device: Device, x: Array, start: Array | None = None) -> dict[s
 
 
 def _draw_search(device: Device, optimisation: Optimisation) -> dict[str, Figure]:
-    plots = {"convergence": figures.convergence(optimisation.optimum.history)}
+    plots = {"convergence": figures.draw_convergence(optimisation.optimum.history)}
     return plots | _draw_front(device, optimisation) if optimisation.front else plots
 
 
@@ -461,7 +463,7 @@ def _draw_front(device: Device, optimisation: Optimisation) -> dict[str, Figure]
     summaries = [*(point.evaluation.look for point in optimisation.front), *_sample_designs(device, optimisation)]
     points = [(summary.range, summary.variance) for summary in summaries]
     line = (weights.weight_range, weights.weight_variance) if weights.kind == "paper" else None
-    return {"pareto": figures.pareto(np.array([*points, *marks.values()]), marks, line)}
+    return {"pareto": figures.draw_pareto(np.array([*points, *marks.values()]), marks, line)}
 
 
 def _sample_designs(device: Device, optimisation: Optimisation) -> list[ObjectiveSummary]:

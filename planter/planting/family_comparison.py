@@ -24,7 +24,7 @@ from planter.planting.requirements import RequirementConstraints
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox, Proposal
 from planter.progress import Listener, ProgressPhase
 from planter.report import files
-from planter.report.folder import keep
+from planter.report.folder import keep_file
 from planter.version import __version__
 
 LAYOUT = 3
@@ -122,7 +122,7 @@ class ComparisonStore:
         entry: dict[str, Any] | None = saved.get("found")
         if entry is None or not (saved.get("asked") == self._hash(task) or self._is_earlier(task, saved)):
             return None
-        keep(self.folder / f"{_name(task)}.json")
+        keep_file(self.folder / f"{_name(task)}.json")
         return entry
 
 

@@ -269,7 +269,7 @@ def list_family_parameters(device: Device, x: Array) -> dict[str, float]:
         family = families.find_family(stage.family) or stage.family
         values = compute_family_parameters(family, x[start : start + len(stage.names)])
         names = list_design_names(family, device.sidecar["vectors"][f"parameters{number}"])
-        design |= {name: float(value / units.factor(name)) for name, value in zip(names, values, strict=True)}
+        design |= {name: float(value / units.unit_factor(name)) for name, value in zip(names, values, strict=True)}
         start += len(stage.names)
     return design
 

@@ -26,9 +26,9 @@ from planter.files.fields import (
     Triple,
     Whole,
     check,
-    lacking,
-    refuse,
-    refused,
+    invalid_value_problem,
+    missing_value_problem,
+    raise_problems,
     value_error,
 )
 from planter.optimise.sections import GeneticAlgorithm
@@ -56,7 +56,7 @@ class ContactAngles(Section):
     @check
     def _teeth_push(self) -> Problems:
         if self.tooth_friction_angle_deg >= self.pressure_angle_deg:
-            yield refused(
+            yield invalid_value_problem(
                 "tooth_friction_angle_deg",
                 self.tooth_friction_angle_deg,
                 f"it must be less than pressure_angle_deg = {self.pressure_angle_deg:g}",
@@ -87,7 +87,9 @@ class Inertia(Section):
         for key in ("C1_centroidal_xx_yy_zz_kg_m2", "C2_centroidal_xx_yy_zz_kg_m2"):
             tensor: tuple[float, float, float] = getattr(self, key)
             if 2 * max(tensor) > sum(tensor) * (1 + _ROUNDING):
-                yield refused(key, tensor, "it must be a body's: none of the three may exceed the sum of the other two")
+                yield invalid_value_problem(
+                    key, tensor, "it must be a body's: none of the three may exceed the sum of the other two"
+                )
 
 
 class Centroid(Section):
@@ -125,9 +127,11 @@ class CamSection(Section):
     @classmethod
     def _flank_is_known(cls, flank: str) -> str:
         if flank not in functions.list_flank_laws():
-            close = paths.close(flank, functions.list_flank_laws())
+            close = paths.find_similar(flank, functions.list_flank_laws())
             hint = f"did you mean {close[0]!r}? " if close else ""
-            raise refused("", flank, f"{hint}it must be one of {', '.join(map(repr, functions.list_flank_laws()))}")
+            raise invalid_value_problem(
+                "", flank, f"{hint}it must be one of {', '.join(map(repr, functions.list_flank_laws()))}"
+            )
         return flank
 
     @check
@@ -135,16 +139,16 @@ class CamSection(Section):
         for key in ("rise_delta_deg", "fall_delta_deg"):
             start, end = getattr(self, key)
             if not 0 <= start < end <= 360:
-                yield refused(key, [start, end], "it must be [start, end] with 0 <= start < end <= 360")
+                yield invalid_value_problem(key, [start, end], "it must be [start, end] with 0 <= start < end <= 360")
         if self.fall_delta_deg[0] < self.rise_delta_deg[1]:
             allowed = f"it must start where the rise has ended, at {self.rise_delta_deg[1]:g} or later"
-            yield refused("fall_delta_deg", self.fall_delta_deg, allowed)
+            yield invalid_value_problem("fall_delta_deg", self.fall_delta_deg, allowed)
 
     @check
     def _rocker_faces_the_cam(self) -> Problems:
         if self.psi0_deg + self.opening_deg >= 90:
             allowed = f"it must be less than 90 - opening_deg = {90 - self.opening_deg:g}"
-            yield refused("psi0_deg", self.psi0_deg, allowed)
+            yield invalid_value_problem("psi0_deg", self.psi0_deg, allowed)
 
 
 class Spring(Section):
@@ -189,7 +193,9 @@ class ForceObjectiveSection(Section):
     @check
     def _something_counts(self) -> Problems:
         if self.weight_range == self.weight_variance == 0:
-            yield refused("weight_range", self.weight_range, "it must be above 0 where weight_variance is 0")
+            yield invalid_value_problem(
+                "weight_range", self.weight_range, "it must be above 0 where weight_variance is 0"
+            )
 
 
 def minimum_inertia(mass_kg: float, offset_mm: tuple[float, ...]) -> float:
@@ -246,31 +252,37 @@ class Machine(Document):
     @classmethod
     def _names_are_plain(cls, named: dict[str, Any]) -> dict[str, Any]:
         odd = (name for name in named if not (name.isascii() and name.isidentifier()))
-        refuse([refused("", name, "a name must be made of letters, digits and underscores") for name in odd])
+        raise_problems(
+            [invalid_value_problem("", name, "a name must be made of letters, digits and underscores") for name in odd]
+        )
         return named
 
     @field_validator("bounds")
     @classmethod
     def _bounds_are_upright(cls, bounds: dict[str, tuple[float, float]]) -> dict[str, tuple[float, float]]:
         allowed = "it must be [lower, upper] with lower less than upper"
-        refuse([refused(name, list(pair), allowed) for name, pair in bounds.items() if not pair[0] < pair[1]])
+        raise_problems(
+            [invalid_value_problem(name, list(pair), allowed) for name, pair in bounds.items() if not pair[0] < pair[1]]
+        )
         return bounds
 
     @check
     def _bounds_belong_to_the_design(self) -> Problems:
         for name in self.design:
             if name not in self.bounds:
-                yield lacking(f"bounds.{name}", "every name in [design] must have its [lower, upper]")
+                yield missing_value_problem(f"bounds.{name}", "every name in [design] must have its [lower, upper]")
         for name, pair in self.bounds.items():
             if name not in self.design:
                 allowed = f"it must be a name in [design]: {', '.join(self.design)}"
-                yield refused(f"bounds.{name}", pair, allowed)
+                yield invalid_value_problem(f"bounds.{name}", pair, allowed)
 
     @check
     def _requirements_have_a_speed(self) -> Problems:
         speed = self.operation.forward_speed_m_s
         if self.requirements is not None and speed == 0:
-            yield refused("operation.forward_speed_m_s", speed, "[requirements] needs a value above 0, such as 0.667")
+            yield invalid_value_problem(
+                "operation.forward_speed_m_s", speed, "[requirements] needs a value above 0, such as 0.667"
+            )
 
     @check
     def _gears_have_one_module(self) -> Problems:
@@ -278,7 +290,9 @@ class Machine(Document):
             return
         module = self.requirements.module_mm
         if module is not None and module != self.gears.module_mm:
-            yield refused("gears.module_mm", self.gears.module_mm, f"it must be requirements.module_mm = {module:g}")
+            yield invalid_value_problem(
+                "gears.module_mm", self.gears.module_mm, f"it must be requirements.module_mm = {module:g}"
+            )
 
     @check
     def _inertia_fits_mass_and_centroid(self) -> Problems:
@@ -290,7 +304,7 @@ class Machine(Document):
         for key, bound in minima.items():
             if getattr(inertia, key) < bound:
                 allowed = f"it must be at least mass times squared centroid distance, {bound:.6g}"
-                yield refused(f"inertia.{key}", getattr(inertia, key), allowed)
+                yield invalid_value_problem(f"inertia.{key}", getattr(inertia, key), allowed)
 
 
 def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Machine:

@@ -99,7 +99,7 @@ __all__ = ["build_machine", "load", "takes"]
 
 def takes(source: str) -> bool:
     """Return whether a source is a planting device's file, or the name of a built-in one."""
-    return examples.belongs(source, KIND, OWN_TABLES)
+    return examples.belongs_to_package(source, KIND, OWN_TABLES)
 
 
 def load(source: str, changes: Mapping[str, float], model: Model = "exact") -> Machine:

@@ -69,7 +69,7 @@ class Device:
         parts = self._parts(pair)
         self.names: tuple[str, ...] = tuple(name for part in parts for name in part)
         machine.check_names(self.names)
-        self.scale = np.array([units.factor(name) for name in self.names])
+        self.scale = np.array([units.unit_factor(name) for name in self.names])
         self._take(machine)
         ends = np.cumsum([len(part) for part in parts])
         first, second = (
@@ -83,7 +83,7 @@ class Device:
         """Take the numbers of a machine in SI: design and bounds (p,), and the model's other inputs (c,)."""
         self.machine, numbers = machine, machine.numbers()
         design = self.scale * [machine.design[name] for name in self.names]
-        constants = [numbers[e["shown"]] * units.factor(e["shown"]) for e in self._vectors["machine"]]
+        constants = [numbers[e["shown"]] * units.unit_factor(e["shown"]) for e in self._vectors["machine"]]
         self.data = np.concatenate([design, constants])
         self.lower, self.upper = self.scale * np.array([machine.bounds[name] for name in self.names]).T
 
@@ -194,7 +194,7 @@ class Device:
 
     def _repr_html_(self) -> str:
         values, low, high = (self.named(x) for x in (self.design, self.lower, self.upper))
-        rows = ((name, values[name], low[name], high[name], units.unit(name)) for name in self.names)
+        rows = ((name, values[name], low[name], high[name], units.display_unit(name)) for name in self.names)
         families = " and ".join(stage.family for stage in self.stages)
         title = f"{self.machine.name}, {self.model} model, stages {families}"
         return format_table(title, ("design", "value", "lower", "upper", "unit"), rows)
@@ -278,7 +278,7 @@ def build_machine(device: Device) -> EngineMachine:
     prologue = ca.Function("prologue", [both], [functions.prologue_function(both[:size], both[size:])], ["d"], ["h"])
     quantities = tuple(
         Quantity(
-            e["name"], e["unit"], e["meaning"], e.get("shown") or units.key(e["name"], e["unit"]), total,
+            e["name"], e["unit"], e["meaning"], e.get("shown") or units.display_key(e["name"], e["unit"]), total,
             source=e["source"],
         )
         for vector, total in (("side", False), ("totals", True))

@@ -55,12 +55,14 @@ def build_driven_machine(device: Device) -> Machine:
     sums = [first[names.index(name)] + second[names.index(name)] for name in shared]
     frame = module.frame()(first, second, machine_values)
     quantities = tuple(
-        Quantity(e["name"], e["unit"], e["meaning"], e.get("shown") or units.key(e["name"], e["unit"]), total)
+        Quantity(e["name"], e["unit"], e["meaning"], e.get("shown") or units.display_key(e["name"], e["unit"]), total)
         for vector, total in (("side", False), ("totals", True))
         for e in vectors[vector]
     )
     totals = tuple(
-        Quantity(f"{name}_sum", e["unit"], f"{e['meaning']}, both sides", units.key(f"{name}_sum", e["unit"]), True)
+        Quantity(
+            f"{name}_sum", e["unit"], f"{e['meaning']}, both sides", units.display_key(f"{name}_sum", e["unit"]), True
+        )
         for name in shared
         for e in vectors["side"]
         if e["name"] == name

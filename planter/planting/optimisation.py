@@ -257,10 +257,10 @@ class Optimisation:
         Raises InputError where anywidget is missing.
         """
         from planter.planting.report.scene import build_scene
-        from planter.view.animation import widget
+        from planter.view.animation import build_widget
 
         device = self.devices[self.result.model]
-        return widget(build_scene(device, self.optimum.design, device.design))
+        return build_widget(build_scene(device, self.optimum.design, device.design))
 
     def to_frame(self) -> DataFrame:
         """The design before and after as a table of pandas, a row for each parameter, values in the unit [of its name].

@@ -20,7 +20,7 @@ from planter.planting.motor_drive import NAME, DeviceDrive
 from planter.planting.results import CalibrationFound, ComparedPair, ComparisonFound, ModelFitted, NarrowBox
 from planter.report import files, style
 from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
-from planter.report.labels import list_values, name
+from planter.report.labels import format_name, list_values
 from planter.report.presentation import ModelAssumptions, ResultPresentation
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def present_drive(device_drive: DeviceDrive, device: Device) -> ResultPresentati
         figures=lambda: {"drive": draw_speed_and_force(device_drive, compute_weight(device))},
         captions={"drive": DRIVE_CAPTION},
         tables=lambda: {"turn.csv": device_drive.columns()},
-        comments=files.comments(machine, "machine"),
+        comments=files.list_comments(machine, "machine"),
     )
 
 
@@ -96,7 +96,7 @@ def present_comparison(result: ComparisonFound, machine: Machine) -> ResultPrese
         figures=lambda: {"comparison": draw_comparison(result)},
         captions={"comparison": "Objective of every pair, by rank."},
         texts=lambda: {"devices.csv": format_devices_csv(machine, result)},
-        provenance=files.provenance(machine, result.seed),
+        provenance=files.list_provenance(machine, result.seed),
     )
 
 
@@ -221,7 +221,7 @@ def _list_calibration_sections(result: CalibrationFound) -> Iterator[Section]:
         statement = [] if model == result.model else [Text(fit.statement, "" if fit.met else "warning")]
         yield Section(f"What the {model} model can reach", [*statement, *_describe_fit(fit, result.target)])
     yield Section("The other model with the fitted inputs", [list_values(result.other_model.table())])
-    angles = {f"{name(key)} / deg": angle for key, angle in result.events.items()}
+    angles = {f"{format_name(key)} / deg": angle for key, angle in result.events.items()}
     yield Section("Carrier angles at which flanks begin, side 1; the paper gives them roughly", [Keys(angles)])
     ranges = {"with a cam that only pushes / N": result.largest_range_N.cam_pushing,
               "with a cam that may also pull / N": result.largest_range_N.free_sign}  # fmt: skip
@@ -231,7 +231,8 @@ def _list_calibration_sections(result: CalibrationFound) -> Iterator[Section]:
 def _describe_fit(fit: ModelFitted, target: Mapping[str, float]) -> Iterator[Block]:
     """Yield a model's errors against the target, the distance of its inputs from the machine's, and the best misses."""
     rows = [
-        (name(key), value, fit.reached[key], units.unit(key), fit.miss_percent[key]) for key, value in target.items()
+        (format_name(key), value, fit.reached[key], units.display_unit(key), fit.miss_percent[key])
+        for key, value in target.items()
     ]
     yield Table(("support force", "target", "reached", "unit", "miss / %"), rows)
     yield Text(f"The target determines {fit.rank} combinations of the {len(fit.fitted)} inputs.")
@@ -246,7 +247,7 @@ def _describe_fit(fit: ModelFitted, target: Mapping[str, float]) -> Iterator[Blo
     if fit.distance.unusual:
         yield Items(fit.distance.unusual, "warning")
     if fit.front:
-        head = ("flanks", *(f"{name(key)} missed / %" for key in target), "range / N")
+        head = ("flanks", *(f"{format_name(key)} missed / %" for key in target), "range / N")
         misses: list[tuple[Cell, ...]] = [
             (*best.choices.values(), *(best.miss_percent[key] for key in target), best.range_N) for best in fit.front
         ]

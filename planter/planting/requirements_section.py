@@ -13,7 +13,16 @@ from pydantic import Field, create_model
 
 from planter.files import units
 from planter.files.csv_rows import Points
-from planter.files.fields import NotNegative, Positive, Problems, Real, Section, check, lacking, refused
+from planter.files.fields import (
+    NotNegative,
+    Positive,
+    Problems,
+    Real,
+    Section,
+    check,
+    invalid_value_problem,
+    missing_value_problem,
+)
 
 
 @dataclass(frozen=True)
@@ -37,12 +46,12 @@ class RequirementKind:
 
     @property
     def unit(self) -> str:
-        return units.unit(self.key("min")) or "1"
+        return units.display_unit(self.key("min")) or "1"
 
     @property
     def factor(self) -> float:
         """SI value of one shown unit."""
-        return units.factor(self.key("min"))
+        return units.unit_factor(self.key("min"))
 
 
 _SOIL = ("soil_depth_mm",)
@@ -81,29 +90,31 @@ class Limited(Section):
     @check
     def _limits_are_usable(self) -> Problems:
         if not any(self.limit(kind.name, side) is not None for kind in KINDS for side in kind.sides):
-            yield lacking(KINDS[0].key(KINDS[0].sides[0]), "at least one limit must be given")
+            yield missing_value_problem(KINDS[0].key(KINDS[0].sides[0]), "at least one limit must be given")
         for kind in KINDS:
             yield from self._problems(kind)
         line: float | None = getattr(self, SOIL_LINE)
         if line is not None and getattr(self, *_SOIL) is not None:
-            yield refused(SOIL_LINE, line, f"the soil level is {SOIL_LINE} or {_SOIL[0]}, not both")
+            yield invalid_value_problem(SOIL_LINE, line, f"the soil level is {SOIL_LINE} or {_SOIL[0]}, not both")
 
     def _problems(self, kind: RequirementKind) -> Problems:
         low, high, margin = (self.limit(kind.name, side) for side in ("min", "max", "margin"))
         if low is None and high is None:
             if margin is not None:
-                yield refused(kind.key("margin"), margin, f"it requires a limit such as {_first_key(kind)}")
+                yield invalid_value_problem(
+                    kind.key("margin"), margin, f"it requires a limit such as {_first_key(kind)}"
+                )
             return
         for need in kind.needs:
             if getattr(self, need) is None and not (need in _SOIL and getattr(self, SOIL_LINE) is not None):
-                yield lacking(need, f"{kind.name} is limited, and rests on it")
+                yield missing_value_problem(need, f"{kind.name} is limited, and rests on it")
         if kind.name == "curvature_radius" and low is not None and low <= 0:
-            yield refused(kind.key("min"), low, "it must be greater than 0")
+            yield invalid_value_problem(kind.key("min"), low, "it must be greater than 0")
         if low is not None and high is not None and high - low <= 2 * (margin or 0):
             twice = "" if margin is None else f" by more than twice {kind.key('margin')} = {margin:g}"
-            yield refused(kind.key("max"), high, f"it must exceed {kind.key('min')} = {low:g}{twice}")
+            yield invalid_value_problem(kind.key("max"), high, f"it must exceed {kind.key('min')} = {low:g}{twice}")
         if high is not None and low is None and high <= (margin or 0) and kind.name not in SIGNED:
-            yield refused(kind.key("max"), high, "it must be greater than its margin")
+            yield invalid_value_problem(kind.key("max"), high, "it must be greater than its margin")
 
     def limit(self, name: str, part: str) -> float | None:
         """A limit or margin as the file shows it; None if the file has no limit."""

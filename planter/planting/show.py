@@ -24,9 +24,9 @@ from planter.view.subject import (
     Sought,
     Table,
     Values,
-    changed,
-    controls,
-    written,
+    change_numbers,
+    list_controls,
+    write_numbers,
 )
 
 if TYPE_CHECKING:
@@ -122,7 +122,7 @@ class PlantingView:
         meanings |= {f"{DESIGN}{name}": entry["meaning"] for name, entry in names}
         bounds = {f"{DESIGN}{name}": pair for name, pair in self.machine.bounds.items()}
         paths = [f"{DESIGN}{name}" for name in device.names]
-        return controls(self.machine, [*paths, *BESIDE, *find_point_bounds(self.machine)], meanings,
+        return list_controls(self.machine, [*paths, *BESIDE, *find_point_bounds(self.machine)], meanings,
                         bounds | find_point_bounds(self.machine))  # fmt: skip
 
     @cached_property
@@ -137,7 +137,9 @@ class PlantingView:
 
     def wished(self, values: Values) -> str:
         """Its file with points on its own path, each with a tube that the tip's path must pass."""
-        return written(self.machine, add_path_points(*self._at(values, "exact"), changed(self.machine, values)))
+        return write_numbers(
+            self.machine, add_path_points(*self._at(values, "exact"), change_numbers(self.machine, values))
+        )
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """The design that was found."""
@@ -206,7 +208,7 @@ class PlantingView:
 
     def text(self, values: Values) -> str:
         """The machine file with these numbers."""
-        return written(self.machine, changed(self.machine, values))
+        return write_numbers(self.machine, change_numbers(self.machine, values))
 
     def portable(self, model: str) -> Portable:
         """Return the data from which a page computes the device by itself."""
@@ -234,7 +236,7 @@ class PlantingView:
             self._devices[model] = device, self.machine.numbers()
         device, numbers = self._devices[model]
         if any(numbers[path] != value for path, value in besides.items()):
-            machine = changed(self.machine, besides)
+            machine = change_numbers(self.machine, besides)
             device = device.like(machine)
             self._devices[model] = device, machine.numbers()
         return device

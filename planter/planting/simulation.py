@@ -107,7 +107,7 @@ def _list_paths(path: str, numbers: dict[str, float]) -> Iterator[str]:
 def _check_value(item: PlausibleRange, path: str, value: float) -> PlantingWarning | None:
     if item.low <= abs(value) <= item.high:
         return None
-    unit = units.unit(path)
+    unit = units.display_unit(path)
     usual = f"up to {item.high:g}" if item.low == 0 else f"{item.low:g} to {item.high:g}"
     message = f"{path} = {value:g} {unit} is not what is usual, {usual} {unit}: {item.reason}; is the unit right?"
     return PlantingWarning(name="implausible_value", message=message)
@@ -138,13 +138,13 @@ class Simulation:
     def _repr_html_(self) -> str:
         from planter.planting.report.forces import draw_support_force
         from planter.report import style
-        from planter.report.html import inlined
+        from planter.report.html import inline_svg
 
         result, device = self.result, self.device
         at, phi = device.prologue(device.design), find_curve_angles(device, device.design)
         figure = draw_support_force({result.model: (np.degrees(phi), device.support(at, phi))}, result.weight_N)
-        return result._repr_html_() + inlined(
-            style.svg(figure), f"turn-{id(self)}", "vertical support force over a turn"
+        return result._repr_html_() + inline_svg(
+            style.render_svg(figure), f"turn-{id(self)}", "vertical support force over a turn"
         )
 
 

@@ -46,7 +46,7 @@ class PlantingSweepAdapter(MachineAdapter):
 
     def takes(self, source: str) -> bool:
         """Return whether a source is a built-in name, or a file with the tables of such a machine."""
-        return examples.belongs(source, KIND, OWN_TABLES)
+        return examples.belongs_to_package(source, KIND, OWN_TABLES)
 
     def build(self, machine: MachineFile) -> Machine:
         """Return the machine of a file, with deviations of its centre distances."""
@@ -138,11 +138,11 @@ def _list_tolerances(device: Device) -> Iterator[tuple[str, ToleranceSpec]]:
         if path.startswith("mass.") and nominal[path]:
             yield path, MASS
         elif path.startswith(SECTIONS):
-            yield path, CENTROID[units.unit(path)]
+            yield path, CENTROID[units.display_unit(path)]
         elif path.endswith("friction_angle_deg"):
             yield path, _above_zero(FRICTION, nominal[path])
     for name, entry in zip(device.names, device.entries, strict=True):
-        yield f"design.{name}", PHASE if entry["unit"] == "rad" else CURVE[units.unit(name)]
+        yield f"design.{name}", PHASE if entry["unit"] == "rad" else CURVE[units.display_unit(name)]
     for path in DEVIATIONS:
         yield path, DISTANCE
     yield "operation.speed_rpm", SPEEDS

@@ -161,7 +161,7 @@ LOSSES = {
 def describe_friction_columns() -> dict[str, str]:
     """Return the meaning of each column of a table over a cycle."""
     return {
-        name_column(units.key(name, unit), kind): f"{meaning}; {condition}"
+        name_column(units.display_key(name, unit), kind): f"{meaning}; {condition}"
         for names, unit in ((FORCES, "N"), (TORQUES, "N m"), (LOSSES, "W"))
         for name, meaning in names.items()
         for kind, condition in KINDS.items()
@@ -249,9 +249,11 @@ def _input_power(turn: LiftedCycle, tag: str) -> Array:
 
 def _curves(turns: Mapping[str, LiftedCycle]) -> dict[str, dict[str, Array]]:
     """Quantities over a turn by key, each by kind of friction."""
-    joints = {units.key(name, "N"): {kind: turn.joint(name) for kind, turn in turns.items()} for name in FORCES}
-    torques = {units.key(name, "N m"): {kind: turn.totals[name] for kind, turn in turns.items()} for name in TORQUES}
-    losses = {units.key(name, "W"): {kind: turn.one[name] for kind, turn in turns.items()} for name in LOSSES}
+    joints = {units.display_key(name, "N"): {kind: turn.joint(name) for kind, turn in turns.items()} for name in FORCES}
+    torques = {
+        units.display_key(name, "N m"): {kind: turn.totals[name] for kind, turn in turns.items()} for name in TORQUES
+    }
+    losses = {units.display_key(name, "W"): {kind: turn.one[name] for kind, turn in turns.items()} for name in LOSSES}
     return joints | torques | losses
 
 

@@ -183,7 +183,7 @@ def cut_gear_set(
         raise InputError(f"--teeth {counts[0]}: it must be Z1,Z2, the teeth of stage 1 and of stage 2")
     orders = [teeth.order(counts[k] if counts else None, module, keep) for k, module in enumerate(modules_mm)]
     train = cut_gear_train(device, orders)
-    provenance = files.provenance(device.machine)
+    provenance = files.list_provenance(device.machine)
     friction = compute_friction(device, train.x, train.stages)
     return GearSet(device.machine.name, train.stages, train.place_gears(), train.change(), provenance, friction)
 
@@ -225,7 +225,7 @@ def _names(device: Device, x: Array) -> Iterator[str]:
 
 def takes(source: str) -> bool:
     """Whether a source is a planting device."""
-    return examples.resembles(source, "planting")
+    return examples.resembles_package(source, "planting")
 
 
 def make(source: str, options: GearOptions, out: Path | None = None, progress: Listener | None = None) -> GearsFound:

@@ -23,7 +23,7 @@ from planter.planting.model import Device
 START, END = "cam.{}_delta_deg[0]", "cam.{}_delta_deg[1]"
 MASS, CENTROID = "mass.planet_kg", ("centroid.planet_xy_mm[0]", "centroid.planet_xy_mm[1]")
 INERTIA = "inertia.J7_about_B1_kg_m2"
-DEG = units.factor("_deg")
+DEG = units.unit_factor("_deg")
 
 
 @cache
@@ -51,7 +51,7 @@ class CalibrationInputs:
     def wide(cls, device: Device) -> CalibrationInputs:
         """Return the assumed bounds alone."""
         bounds = load_calibration_data()["bounds"]
-        factors = np.array([units.factor(path) for path in bounds])
+        factors = np.array([units.unit_factor(path) for path in bounds])
         low, high = np.array(list(bounds.values()), dtype=float).T
         si = device.machine.si
         centroidal = si(INERTIA) - si(MASS) * sum(si(path) ** 2 for path in CENTROID)
@@ -110,8 +110,8 @@ class CalibrationInputs:
         ends = (np.append(starts + bound, values[-1]) for bound in (self.lower, self.upper))
         rows = zip((*self.paths, INERTIA), values, *ends, strict=True)
         return [
-            {"name": path, "value": float(value / units.factor(path)), "unit": units.unit(path) or "1",
-             "lower": float(low / units.factor(path)), "upper": float(high / units.factor(path)),
+            {"name": path, "value": float(value / units.unit_factor(path)), "unit": units.display_unit(path) or "1",
+             "lower": float(low / units.unit_factor(path)), "upper": float(high / units.unit_factor(path)),
              "origin": "calibrated"}
             for path, value, low, high in rows
         ]  # fmt: skip

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from planter.progress import Listener, ProgressPhase
 from planter.report import files, style
-from planter.report.folder import renews
+from planter.report.folder import renews_files
 from planter.safe_text import file_name
 
 if TYPE_CHECKING:
@@ -28,13 +28,13 @@ def render_figures(figures: Mapping[str, Figure], progress: Listener | None = No
     """Render figures by name as SVG and PNG, and report the number of rendered figures to `progress`."""
     rendered, phase = {}, ProgressPhase("drawing", "figure", len(figures), progress)
     for name, figure in figures.items():
-        rendered[name] = RenderedFigure(style.svg(figure), style.png(figure))
+        rendered[name] = RenderedFigure(style.render_svg(figure), style.render_png(figure))
         phase.advance(name)
     return rendered
 
 
-@renews
-def write(out: str | Path, texts: Mapping[str, str | bytes], figures: Mapping[str, RenderedFigure]) -> None:
+@renews_files
+def write_bundle(out: str | Path, texts: Mapping[str, str | bytes], figures: Mapping[str, RenderedFigure]) -> None:
     """Write texts by file name, and figures into the folder `figures`.
 
     Raises InputError, naming the path, before any file is written if the folder cannot be written or if it has a file

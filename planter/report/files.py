@@ -30,7 +30,7 @@ def write_bytes(path: Path, content: bytes) -> None:
 
     Raises InputError, naming the path, if it cannot be written or would replace a file that planter did not write.
     """
-    folder.write(path, content)
+    folder.write_file(path, content)
 
 
 def write_all(out: str | Path, contents: Mapping[str, str | bytes]) -> list[str]:
@@ -38,7 +38,7 @@ def write_all(out: str | Path, contents: Mapping[str, str | bytes]) -> list[str]
 
     Raises InputError as `write_bytes` does, before any file is written.
     """
-    folder.check(out, contents)
+    folder.check_files(out, contents)
     for parent in {(Path(out) / name).parent for name in contents}:
         output_folder(parent)
     for name, content in contents.items():
@@ -75,7 +75,7 @@ def cycle_csv(name: str, comments: Iterable[str], columns: Mapping[str, Array | 
     """
     arrays = {column: np.asarray(values, dtype=float) for column, values in columns.items()}
     _check_columns(name, arrays)
-    return csv_rows.written(comments, arrays, zip(*(array.tolist() for array in arrays.values()), strict=True))
+    return csv_rows.format_csv(comments, arrays, zip(*(array.tolist() for array in arrays.values()), strict=True))
 
 
 def _check_columns(path: str, arrays: Mapping[str, Array]) -> None:
@@ -115,7 +115,7 @@ def summary_text(summary: Mapping[str, Any]) -> str:
     Raises ComputationError, naming the key, if a number is not finite.
     """
     plain = _plain(summary)
-    for key, value in paths.walk(plain):
+    for key, value in paths.walk_paths(plain):
         if isinstance(value, float) and not math.isfinite(value):
             raise ComputationError(f"the result {key} = {value} is not finite, so no summary is written")
     return json.dumps(plain, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
@@ -132,7 +132,7 @@ def _plain(value: Any) -> Any:
     return value
 
 
-def provenance(machine: Document, seed: int | None = None) -> dict[str, Any]:
+def list_provenance(machine: Document, seed: int | None = None) -> dict[str, Any]:
     """Return what a run can be repeated from: versions, the machine, and a hash of its values.
 
     The hash covers the values, including those set on the command line, but not the layout or path of the file.
@@ -150,11 +150,11 @@ def provenance(machine: Document, seed: int | None = None) -> dict[str, Any]:
     return record if seed is None else record | {"seed": seed}
 
 
-def comments(machine: Document, kind: str, more: Iterable[str] = (), seed: int | None = None) -> Iterator[str]:
+def list_comments(machine: Document, kind: str, more: Iterable[str] = (), seed: int | None = None) -> Iterator[str]:
     """Yield the header lines of a CSV: the machine, named by its kind, the lines `more`, and the provenance."""
     yield f"{kind}: {machine.name} ({machine.description})"
     yield from more
-    record = provenance(machine, seed)
+    record = list_provenance(machine, seed)
     yield "versions: " + ", ".join(f"{name} {record[name]}" for name in ("planter", "casadi", "numpy", "python"))
     yield f"machine_sha256: {record['machine_sha256']}"
     if machine.changed:

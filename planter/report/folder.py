@@ -44,21 +44,21 @@ def output_folder(path: str | Path) -> Path:
     return folder
 
 
-def write(path: Path, content: bytes) -> None:
+def write_file(path: Path, content: bytes) -> None:
     """Write a file and enter it in the manifest of its folder.
 
     Readers see the old content or the new, never a part. Raises InputError, naming the path, if it cannot be written,
-    and as `check` does if it would replace a file that planter did not write.
+    and as `check_files` does if it would replace a file that planter did not write.
     """
-    with replacing(path) as part:
+    with replace_file(path) as part:
         part.write_bytes(content)
 
 
 @contextmanager
-def replacing(path: Path) -> Iterator[Path]:
+def replace_file(path: Path) -> Iterator[Path]:
     """Yield a temporary path for a file too large for memory, and rename it to `path` at the end.
 
-    An error leaves the previous file. Raises InputError as `write` does.
+    An error leaves the previous file. Raises InputError as `write_file` does.
     """
     with _replacing(path) as part:
         yield part
@@ -85,10 +85,10 @@ def _cannot_write(path: str | Path, error: OSError | ValueError) -> InputError:
     return InputError(f"{path}: this cannot be written ({reason}), it must be in a folder that can")
 
 
-def check(folder: str | Path, names: Iterable[str]) -> None:
+def check_files(folder: str | Path, names: Iterable[str]) -> None:
     """Raise InputError for the first of some files that planter did not write, or that was edited since.
 
-    No file is refused within `overwriting(True)`.
+    No file is refused within `allow_overwriting(True)`.
     """
     manifest = _manifest(Path(folder) / NAME)
     for name in names:
@@ -96,7 +96,7 @@ def check(folder: str | Path, names: Iterable[str]) -> None:
 
 
 @contextmanager
-def overwriting(allowed: bool) -> Iterator[None]:
+def allow_overwriting(allowed: bool) -> Iterator[None]:
     """Allow, within the context, that files which planter did not write are replaced."""
     token = _OVERWRITING.set(_OVERWRITING.get() or allowed)
     try:
@@ -195,7 +195,7 @@ _OPEN: ContextVar[Manifest | None] = ContextVar("open manifest", default=None)
 
 
 @contextmanager
-def renewing(out: str | Path | None) -> Iterator[None]:
+def renew_files(out: str | Path | None) -> Iterator[None]:
     """Replace, within the context, the files that earlier commands wrote into a folder.
 
     They are removed at the end; after an error they remain until the next command. Nothing is replaced if `out` is
@@ -224,20 +224,20 @@ def _owning(folder: Path) -> Iterator[Path]:
         yield folder
 
 
-def renews(write: Callable[P, T]) -> Callable[P, T]:
+def renews_files(write: Callable[P, T]) -> Callable[P, T]:
     """Decorate a function that writes the result of a command into the folder of its first argument."""
 
     @wraps(write)
     def renewed(*args: P.args, **kwargs: P.kwargs) -> T:
         out = args[0]
         assert isinstance(out, str | Path)
-        with renewing(out):
+        with renew_files(out):
             return write(*args, **kwargs)
 
     return renewed
 
 
-def keep(path: Path) -> None:
+def keep_file(path: Path) -> None:
     """Keep a file of an earlier command in a folder that is being renewed, because this command continues it."""
     manifest = _OPEN.get()
     if manifest is not None and manifest.holds(path):

@@ -68,8 +68,8 @@ class Text:
     kind: str = ""
 
     def html(self, name: str) -> str:
-        attribute = f' class="{escape(self.kind)}"' if self.kind else ""
-        return f"<p{attribute}>{escape(self.text)}</p>"
+        attribute = f' class="{escape_markup(self.kind)}"' if self.kind else ""
+        return f"<p{attribute}>{escape_markup(self.text)}</p>"
 
 
 @dataclass(frozen=True)
@@ -80,8 +80,8 @@ class Items:
     kind: str = ""
 
     def html(self, name: str) -> str:
-        attribute = f' class="{escape(self.kind)}"' if self.kind else ""
-        return _lines(f"<ul{attribute}>", *(f"<li>{escape(item)}</li>" for item in self.items), "</ul>")
+        attribute = f' class="{escape_markup(self.kind)}"' if self.kind else ""
+        return _lines(f"<ul{attribute}>", *(f"<li>{escape_markup(item)}</li>" for item in self.items), "</ul>")
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,9 @@ class Keys:
     pairs: Mapping[str, Cell]
 
     def html(self, name: str) -> str:
-        rows = (f"<div><dt>{escape(key)}</dt><dd>{cell_text(value)}</dd></div>" for key, value in self.pairs.items())
+        rows = (
+            f"<div><dt>{escape_markup(key)}</dt><dd>{cell_text(value)}</dd></div>" for key, value in self.pairs.items()
+        )
         return _lines("<dl>", *rows, "</dl>")
 
 
@@ -108,8 +110,8 @@ class Table:
     page_columns: Collection[str] = ()
 
     def html(self, name: str) -> str:
-        caption = f"<caption>{escape(self.caption)}</caption>" if self.caption else ""
-        head = "".join(f'<th scope="col">{escape(column)}</th>' for column in self.head)
+        caption = f"<caption>{escape_markup(self.caption)}</caption>" if self.caption else ""
+        head = "".join(f'<th scope="col">{escape_markup(column)}</th>' for column in self.head)
         body = (f"<tr>{''.join(_cell(i, value) for i, value in enumerate(row))}</tr>" for row in self.rows)
         opened, closed = '<div class="wide"><table>', "</tbody></table></div>"
         return _lines(opened, caption, f"<thead><tr>{head}</tr></thead>", "<tbody>", *body, closed)
@@ -117,14 +119,14 @@ class Table:
 
 @dataclass(frozen=True)
 class FigureSvg:
-    """A drawing, as the SVG text of `style.svg`, and its caption."""
+    """A drawing, as the SVG text of `style.render_svg`, and its caption."""
 
     svg: str
     caption: str = ""
 
     def html(self, name: str) -> str:
-        caption = f"<figcaption>{escape(self.caption)}</figcaption>" if self.caption else ""
-        return _lines("<figure>", inlined(self.svg, name, self.caption), caption, "</figure>")
+        caption = f"<figcaption>{escape_markup(self.caption)}</figcaption>" if self.caption else ""
+        return _lines("<figure>", inline_svg(self.svg, name, self.caption), caption, "</figure>")
 
 
 @dataclass(frozen=True)
@@ -136,10 +138,10 @@ class Folded:
 
     def html(self, name: str) -> str:
         parts = (block.html(f"{name}-{i}") for i, block in enumerate(self.blocks))
-        return _lines(f'<details open="open"><summary>{escape(self.title)}</summary>', *parts, "</details>")
+        return _lines(f'<details open="open"><summary>{escape_markup(self.title)}</summary>', *parts, "</details>")
 
 
-def escape(text: str) -> str:
+def escape_markup(text: str) -> str:
     """Return a text with markup escaped and invisible characters written out."""
     return escaped(safe_text.sanitise_text(text))
 
@@ -158,10 +160,10 @@ def cell_text(value: Cell) -> str:
         return f"{value}".replace("-", "\N{MINUS SIGN}")
     if isinstance(value, float):
         return f"{value:.6g}".replace("-", "\N{MINUS SIGN}")
-    return value.markup if isinstance(value, MarkupCell) else escape(value)
+    return value.markup if isinstance(value, MarkupCell) else escape_markup(value)
 
 
-def inlined(svg: str, name: str, label: str = "") -> str:
+def inline_svg(svg: str, name: str, label: str = "") -> str:
     """Return SVG text as a part of a page: without prologue and size, with ids prefixed by `name`."""
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>\s*", "", body, flags=re.DOTALL)
@@ -169,29 +171,29 @@ def inlined(svg: str, name: str, label: str = "") -> str:
         body = re.sub(pattern, rf"\g<1>{name}-", body)
     body = re.sub(r'(<svg\b[^>]*?) width="[^"]*"', r"\1", body, count=1)
     body = re.sub(r'(<svg\b[^>]*?) height="[^"]*"', r"\1", body, count=1)
-    return body.replace("<svg", f'<svg role="img" aria-label="{escape(label)}"', 1).strip()
+    return body.replace("<svg", f'<svg role="img" aria-label="{escape_markup(label)}"', 1).strip()
 
 
-def page(title: str, sections: Sequence[Section], subtitle: str = "", extra_style: str = "") -> str:
+def render_page(title: str, sections: Sequence[Section], subtitle: str = "", extra_style: str = "") -> str:
     """Return the page as text; `extra_style` is additional CSS."""
     moving = [block for section in sections for block in section.blocks if isinstance(block, Scripted)]
     script = "".join(dict.fromkeys(block.script for block in moving))
     bodies = [_section(i, section) for i, section in enumerate(sections, 1)]
-    links = (f'<li><a href="#s{i}">{escape(s.title)}</a></li>' for i, s in enumerate(sections, 1))
+    links = (f'<li><a href="#s{i}">{escape_markup(s.title)}</a></li>' for i, s in enumerate(sections, 1))
     return _PAGE.substitute(
-        title=escape(title),
-        subtitle=f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else "",
+        title=escape_markup(title),
+        subtitle=f'<p class="subtitle">{escape_markup(subtitle)}</p>' if subtitle else "",
         links="\n".join(links),
         body="\n".join(bodies),
         style=Template(_STYLE).substitute(ink=style.INK, paper=style.PAPER)
         + "".join(dict.fromkeys(block.style for block in moving))
         + extra_style,
-        policy=f"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src {allowed(script)}",
+        policy=f"default-src 'none'; style-src 'unsafe-inline'; img-src data:; script-src {policy_source(script)}",
         script=f'<script type="module">{script}</script>' if script else "",
     )
 
 
-def allowed(text: str) -> str:
+def policy_source(text: str) -> str:
     """Return the source of a content security policy for a script or style: its hash, or `none` if it is empty."""
     if not text:
         return "'none'"
@@ -200,7 +202,7 @@ def allowed(text: str) -> str:
 
 def _section(number: int, section: Section) -> str:
     parts = (block.html(f"s{number}-{i}") for i, block in enumerate(section.blocks, 1))
-    return _lines(f'<section id="s{number}">', f"<h2>{escape(section.title)}</h2>", *parts, "</section>")
+    return _lines(f'<section id="s{number}">', f"<h2>{escape_markup(section.title)}</h2>", *parts, "</section>")
 
 
 def _cell(index: int, value: Cell) -> str:

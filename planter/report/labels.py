@@ -9,36 +9,36 @@ from planter.files import units
 from planter.report.html import Cell, Keys, Table
 
 
-def label(key: str) -> str:
+def format_label(key: str) -> str:
     """Return a key as a label with its unit.
 
-    >>> label("variance_N2"), label("start_objective"), label("seconds")
+    >>> format_label("variance_N2"), label("start_objective"), label("seconds")
     ('variance / N2', 'start objective', 'seconds')
     """
-    unit = units.unit(key)
-    return f"{name(key)} / {unit}" if unit else spaced(key)
+    unit = units.display_unit(key)
+    return f"{format_name(key)} / {unit}" if unit else separate_words(key)
 
 
-def name(key: str) -> str:
+def format_name(key: str) -> str:
     """Return a key as words without its unit; symbols such as F_A1x keep their underscore."""
-    unit = units.unit(key)
+    unit = units.display_unit(key)
     if not unit:
-        return spaced(key)
+        return separate_words(key)
     stem = key
-    while units.unit(key[len(stem) :]) != unit:
+    while units.display_unit(key[len(stem) :]) != unit:
         stem = stem.rpartition("_")[0]
-    return spaced(stem)
+    return separate_words(stem)
 
 
-def spaced(key: str) -> str:
+def separate_words(key: str) -> str:
     """Return a key as words, unless it contains a symbol."""
     return key if any(c.isupper() for c in key) else key.replace("_", " ")
 
 
-def flat(value: Any) -> Cell:
+def format_cell(value: Any) -> Cell:
     """Return a value as one cell of a table.
 
-    >>> flat([0.1 + 0.2, 2]), flat({"lower": 1.0}), flat([])
+    >>> format_cell([0.1 + 0.2, 2]), flat({"lower": 1.0}), flat([])
     ('0.3, 2', 'lower 1', None)
     """
     if isinstance(value, list | tuple):
@@ -50,7 +50,7 @@ def flat(value: Any) -> Cell:
 
 
 def _in_list(value: Any) -> str:
-    cell = flat(value)
+    cell = format_cell(value)
     return f"{cell:.6g}" if isinstance(cell, float) else str(cell)
 
 
@@ -59,10 +59,10 @@ def list_values(values: Mapping[str, Any]) -> Keys:
     pairs: dict[str, Cell] = {}
     for key, value in values.items():
         if isinstance(value, Mapping):
-            unit = f" / {units.unit(key)}" if units.unit(key) else ""
-            pairs |= {f"{name(key)}: {item}{unit}": cell for item, cell in list_values(value).pairs.items()}
+            unit = f" / {units.display_unit(key)}" if units.display_unit(key) else ""
+            pairs |= {f"{format_name(key)}: {item}{unit}": cell for item, cell in list_values(value).pairs.items()}
         elif not isinstance(value, list | tuple):
-            pairs[label(key)] = value
+            pairs[format_label(key)] = value
     return Keys(pairs)
 
 
@@ -70,12 +70,14 @@ def tabulate_rows(
     rows: Sequence[Mapping[str, Any]], keys: Sequence[str], caption: str = "", page_keys: Sequence[str] = ()
 ) -> Table:
     """Return a table of `rows` with a column for each key; those of `page_keys` come last, and on pages alone."""
-    head = [label(key) for key in (*keys, *page_keys)]
-    cells = [[flat(row[key]) for key in (*keys, *page_keys)] for row in rows]
+    head = [format_label(key) for key in (*keys, *page_keys)]
+    cells = [[format_cell(row[key]) for key in (*keys, *page_keys)] for row in rows]
     return Table(head, cells, caption, head[len(keys) :])
 
 
 def tabulate_angles(rows: Sequence[Mapping[str, Any]], angle: str) -> Table:
     """Return a table of quantities at the angles [deg] that `rows` have under the key `angle`, one column each."""
     head = ("quantity", *(f"at {row[angle]:.6g} deg" for row in rows))
-    return Table(head, [(label(key), *(flat(row[key]) for row in rows)) for key in rows[0] if key != angle])
+    return Table(
+        head, [(format_label(key), *(format_cell(row[key]) for row in rows)) for key in rows[0] if key != angle]
+    )

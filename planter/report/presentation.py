@@ -16,8 +16,8 @@ from planter.kernels import Array
 from planter.progress import Listener
 from planter.records import Record, WarningRecord
 from planter.report import bundle, files
-from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, page
-from planter.report.inputs import inputs, provenance_section
+from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, render_page
+from planter.report.inputs import provenance_section, tabulate_inputs
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ class ResultPresentation:
     def _provenance(self) -> Mapping[str, Any]:
         if self.provenance is not None or self.document is None:
             return self.provenance or {}
-        return files.provenance(self.document)
+        return files.list_provenance(self.document)
 
     def summary(self) -> dict[str, Any]:
         """Return the content of summary.json: the record, what the model assumes, the input and the provenance."""
@@ -117,10 +117,10 @@ class ResultPresentation:
             sections.append(Section("Model", [Text(f"{self.model.title}. It assumes:"), Items(self.model.assumptions)]))
         if self.document is not None:
             meanings = self.meanings if self.model is None else self.model.meanings
-            sections.append(Section("Inputs", list(inputs(self.document, meanings, self.displayed_inputs))))
+            sections.append(Section("Inputs", list(tabulate_inputs(self.document, meanings, self.displayed_inputs))))
         if provenance := self._provenance:
             sections.append(provenance_section(provenance))
-        return page(self.title, sections, "" if self.document is None else self.document.description)
+        return render_page(self.title, sections, "" if self.document is None else self.document.description)
 
     def write(self, out: Path, progress: Listener | None = None) -> None:
         """Write summary.json, tables, figures, texts and report.html, all or none.
@@ -130,14 +130,14 @@ class ResultPresentation:
         files.output_folder(out)
         images = bundle.render_figures(self.figures(), progress)
         page = self.page({name: image.svg for name, image in images.items()})
-        bundle.write(out, {**self._data(), "report.html": page}, images)
+        bundle.write_bundle(out, {**self._data(), "report.html": page}, images)
 
     def write_data(self, out: Path) -> None:
         """Write summary.json, tables and texts, but neither figures nor the page, which take longer.
 
         Raises InputError if the folder cannot be written.
         """
-        bundle.write(out, self._data(), {})
+        bundle.write_bundle(out, self._data(), {})
 
     def _data(self) -> dict[str, str | bytes]:
         comments = list(self.comments)

@@ -15,8 +15,8 @@ def describe_proof(proof: Mapping[str, Any]) -> Iterator[Block]:
     Bound and gap are dashes if the objective is not bounded.
     """
     yield Text(f"{proof['statement'][0].upper()}{proof['statement'][1:]}.", "" if proof["proved"] else "warning")
-    yield Keys({labels.label(key): value for key, value in proof.items() if key not in ("statement", "design")})
-    rows = [(labels.label(key), value) for key, value in proof["design"].items()]
+    yield Keys({labels.format_label(key): value for key, value in proof.items() if key not in ("statement", "design")})
+    rows = [(labels.format_label(key), value) for key, value in proof["design"].items()]
     yield Table(("quantity", "best design that is known"), rows)
     yield Text(
         "By branch and bound on enclosures of the objective and its derivatives over boxes, in doubles whose rounding "

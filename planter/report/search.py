@@ -26,7 +26,7 @@ STEEP = 30.0
 
 
 @style.with_style
-def convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: str = "") -> Figure:
+def draw_convergence(history: Mapping[str, Sequence[tuple[int, float]]], unit: str = "") -> Figure:
     """Draw the best objective so far against the number of evaluations, as a step curve for each search.
 
     `history` has (evaluations, best objective) pairs by label; labels that agree up to a comma (`ipopt, start 3`)
@@ -71,7 +71,7 @@ def _scales(axes: Axes, history: Mapping[str, Sequence[tuple[int, float]]]) -> N
 
 
 @style.with_style
-def pareto(
+def draw_pareto(
     points: Array,
     marks: Mapping[str, tuple[float, float]],
     weights: tuple[float, float] | None = None,
@@ -80,7 +80,7 @@ def pareto(
 
     `weights` are those of the objective; the line of equal objective through the best mark is drawn for them.
     """
-    dominated = ~nondominated(points)
+    dominated = ~find_nondominated(points)
     front = np.unique(points[~dominated], axis=0)
     extent = np.ptp(np.vstack([points, *marks.values()]), axis=0)
     narrow = len(front) > 1 and bool((np.ptp(front, axis=0) < NARROW * extent).any())
@@ -136,7 +136,7 @@ def _level(axes: Axes, mark: tuple[float, float], weights: tuple[float, float]) 
     return level
 
 
-def nondominated(points: Array) -> NDArray[np.bool_]:
+def find_nondominated(points: Array) -> NDArray[np.bool_]:
     """Return which of the points (n, 2) are not dominated by another point, (n,) of bool; both values are minimised."""
     dominated = [bool(((points <= p).all(axis=1) & (points < p).any(axis=1)).any()) for p in points]
     return ~np.array(dominated, dtype=bool)

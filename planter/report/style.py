@@ -115,7 +115,7 @@ def new_figure(height: float, width: float = WIDTH) -> Figure:
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def colour(label: str, index: int) -> str:
+def curve_colour(label: str, index: int) -> str:
     """Return the colour of a curve: a fixed one for a model's label, or else the palette's at the index."""
     return _MODEL_COLOURS.get(label, PALETTE[index % len(PALETTE)])
 
@@ -136,7 +136,7 @@ def drawing_board(axes: Axes, x: str = "x / mm", y: str = "y / mm") -> None:
     axes.set_ylabel(y)
 
 
-def tubes(axes: Axes, points: Sequence[Sequence[float]]) -> None:
+def draw_tubes(axes: Axes, points: Sequence[Sequence[float]]) -> None:
     """Draw points (x, y, radius) that a path must pass, each as a circle of its tolerance radius."""
     from matplotlib.patches import Circle
 
@@ -156,16 +156,16 @@ def label_ends(axes: Axes, ends: Sequence[tuple[float, str, str]], gap: float) -
     axes.autoscale_view()  # the transformations below need the limits, which are otherwise computed when drawing
     on_screen = axes.transData.transform([(1, end[0]) for end in order])
     targets = axes.transAxes.inverted().transform(on_screen)[:, 1].tolist()
-    for (_, text, shade), height in zip(order, spread(targets, gap), strict=True):
+    for (_, text, shade), height in zip(order, spread_heights(targets, gap), strict=True):
         axes.text(1.012, height, text, color=shade, transform=axes.transAxes, va="center", ha="left")
 
 
-def spread(heights: Sequence[float], gap: float) -> list[float]:
+def spread_heights(heights: Sequence[float], gap: float) -> list[float]:
     """Return sorted heights in [0, 1], moved as little as needed so that neighbours are `gap` apart.
 
-    >>> [round(h, 3) for h in spread([0.1, 0.5, 0.52], 0.1)]
+    >>> [round(h, 3) for h in spread_heights([0.1, 0.5, 0.52], 0.1)]
     [0.1, 0.46, 0.56]
-    >>> [round(h, 3) for h in spread([0.01, 0.02, 0.03], 0.1)]
+    >>> [round(h, 3) for h in spread_heights([0.01, 0.02, 0.03], 0.1)]
     [0.0, 0.1, 0.2]
     """
     blocks: list[list[float]] = []
@@ -187,17 +187,17 @@ def _top(block: list[float], gap: float) -> float:
     return _bottom(block, gap) + (len(block) - 1) * gap
 
 
-def svg(figure: Figure) -> str:
+def render_svg(figure: Figure) -> str:
     """Return the figure as SVG text; the same figure always gives the same bytes."""
     return _rendered(figure, "svg", {"Date": None, "Creator": None}).decode("utf-8")
 
 
-def png(figure: Figure) -> bytes:
+def render_png(figure: Figure) -> bytes:
     """Return the figure as PNG; the same figure always gives the same bytes."""
     return _rendered(figure, "png", {"Software": None})
 
 
-def arrange(figure: Figure) -> None:
+def fix_layout(figure: Figure) -> None:
     """Compute the layout of a figure and fix it, so that drawing it again moves nothing."""
     with _settings():
         engine = figure.get_layout_engine()
@@ -209,19 +209,19 @@ def arrange(figure: Figure) -> None:
 
 
 def _rendered(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
-    arrange(figure)
+    fix_layout(figure)
     buffer = io.BytesIO()
     with _settings():
         figure.savefig(buffer, format=kind, dpi=DOTS, metadata=metadata)
     return buffer.getvalue()
 
 
-def save(figure: Figure, folder: Path, name: str) -> str:
+def save_figure(figure: Figure, folder: Path, name: str) -> str:
     """Write `name.svg` and `name.png`; return the SVG text.
 
     Raises InputError, naming the path, if the folder cannot be written.
     """
-    drawing = svg(figure)
+    drawing = render_svg(figure)
     files.write_text(folder / f"{name}.svg", drawing)
-    files.write_bytes(folder / f"{name}.png", png(figure))
+    files.write_bytes(folder / f"{name}.png", render_png(figure))
     return drawing

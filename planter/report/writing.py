@@ -24,7 +24,7 @@ def figure_files(*names: str) -> list[str]:
     return [f"figures/{name}.{kind}" for name in names for kind in ("svg", "png")]
 
 
-def writes(*names: str, figures: tuple[str, ...] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
+def writes_files(*names: str, figures: tuple[str, ...] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Decorate a command that writes into the folder of its parameter `out` with the option `--overwrite`.
 
     The files `names` and the `figures` that it always writes are checked before it begins; every file is checked again
@@ -34,11 +34,11 @@ def writes(*names: str, figures: tuple[str, ...] = ()) -> Callable[[Callable[...
     def decorate(command: Callable[..., None]) -> Callable[..., None]:
         @wraps(command)
         def guarded(*args: Any, overwrite: bool, **kwargs: Any) -> None:
-            with folder.overwriting(overwrite):
+            with folder.allow_overwriting(overwrite):
                 out = kwargs.get("out")
                 if isinstance(out, Path):
                     with Console(kwargs.get("as_json", False)).outcome():
-                        folder.check(out, (*names, *figure_files(*figures)))
+                        folder.check_files(out, (*names, *figure_files(*figures)))
                 command(*args, **kwargs)
 
         signature = inspect.signature(command, eval_str=True)

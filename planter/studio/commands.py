@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
 
 app = typer.Typer()
@@ -17,7 +17,7 @@ DEFAULT = "wang2017"
 
 
 @app.command()
-@writes()
+@writes_files()
 def studio(
     machine: Annotated[
         str | None, typer.Argument(help="a machine's file, or the name of a built-in one", show_default=False)
@@ -53,4 +53,4 @@ def studio(
             raise InputError(
                 f"planter studio needs {error.name}, which is not installed: pip install 'planter[studio]'"
             ) from None
-        server.serve(machine, folder, port, browser)
+        server.serve_studio(machine, folder, port, browser)

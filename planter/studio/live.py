@@ -14,9 +14,9 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from planter import safe_text
 from planter.errors import InputError, PlanterError
 from planter.files.text import LIMIT_BYTES, parse_json
-from planter.studio.process import ExportTask, Process, export
+from planter.studio.process import ExportTask, Process, export_file
 from planter.studio.remote import GivenUpError, RemoteSession, Request
-from planter.studio.session import Message, sources
+from planter.studio.session import Message, list_sources
 
 PAUSES: Mapping[Request, float] = {"checked": 0.1, "finished": 0.0, "details": 0.4, "ends": 0.1}
 """Requests that are computed when the user pauses, with the additional pause before each [s]."""
@@ -46,7 +46,7 @@ class Live:
     async def run(self) -> None:
         """Serve the page until it disconnects."""
         await self.socket.accept()
-        await self._send({"sources": sources(self.folder)})
+        await self._send({"sources": list_sources(self.folder)})
         self._begin(self.front.begin())
         self._begin(self._follow())
         try:
@@ -124,7 +124,7 @@ class Live:
     async def _export(self, message: Message) -> None:
         answer = (await self.front.ask("works", self._opening, message)).table()
         tasks = [ExportTask(work["name"], Path(work["folder"]), work["command"]) for work in answer["works"]]
-        await export(self.export, self.folder, tasks)
+        await export_file(self.export, self.folder, tasks)
 
     async def _follow(self) -> None:
         """Compute the newest request, and slow results after a pause without newer ones."""

@@ -21,7 +21,7 @@ from starlette.websockets import WebSocket
 from planter.errors import InputError
 from planter.studio.live import LONGEST_MESSAGE, Live
 from planter.studio.process import find_export
-from planter.view.subject import opened
+from planter.view.subject import open_machine
 
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
@@ -35,7 +35,7 @@ HEADERS = (
 )
 
 
-def token() -> str:
+def create_token() -> str:
     """Return a new random token."""
     return secrets.token_urlsafe(24)
 
@@ -106,7 +106,7 @@ EXPORTED = {"content-security-policy": "sandbox allow-scripts allow-downloads"}
 """Policy of exported files, which cannot reach the studio or its address; a report has a stricter one."""
 
 
-def application(folder: Path, token: str, port: int, explicit: Path | None = None) -> Guard:
+def build_application(folder: Path, token: str, port: int, explicit: Path | None = None) -> Guard:
     """Return the studio of a folder and of the file that the user named, at a port, protected by a token."""
 
     async def live(socket: WebSocket) -> None:
@@ -136,11 +136,11 @@ def _file(package: str, name: str, kind: str) -> Callable[[Request], Awaitable[R
 HOST = "127.0.0.1"
 
 
-def serve(machine: str | None, folder: Path, port: int, browser: bool) -> None:
+def serve_studio(machine: str | None, folder: Path, port: int, browser: bool) -> None:
     """Print the address and serve until interrupted. Raises InputError if the machine or folder does not exist."""
     explicit = None
     if machine is not None:
-        opened(machine)
+        open_machine(machine)
         explicit = Path(machine) if Path(machine).is_file() else None
         folder = explicit.parent if explicit else folder
     if not folder.is_dir():
@@ -152,14 +152,14 @@ def serve(machine: str | None, folder: Path, port: int, browser: bool) -> None:
             listening.listen()
         except OSError:
             raise InputError(f"--port {port}: another program uses this port; choose another") from None
-        secret, port = token(), listening.getsockname()[1]
+        secret, port = create_token(), listening.getsockname()[1]
         name = f"#{quote(Path(machine).name)}" if machine else ""
         address = f"http://{HOST}:{port}/{secret}/{name}"
         print(f"planter studio: {address}\nOnly this computer can reach it. Ctrl-C ends it.", flush=True)
         if browser:
             webbrowser.open(address)
         config = uvicorn.Config(
-            application(folder, secret, port, explicit),
+            build_application(folder, secret, port, explicit),
             log_level="error",
             ws="websockets-sansio",
             ws_per_message_deflate=False,

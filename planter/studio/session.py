@@ -19,10 +19,20 @@ from planter.files.derivation import GENERATED
 from planter.files.text import parse_toml, read_text
 from planter.report import files
 from planter.studio.process import export_path, to_page_words
-from planter.view.animation import course, packed
-from planter.view.picture import picture
+from planter.view.animation import pack_curves, pack_scene
+from planter.view.picture import draw_picture
 from planter.view.scene import Scene
-from planter.view.subject import ANIMATION, STEPS, Export, Searching, Shown, Values, Wishing, farthest, opened
+from planter.view.subject import (
+    ANIMATION,
+    STEPS,
+    Export,
+    Searching,
+    Shown,
+    Values,
+    Wishing,
+    find_farthest,
+    open_machine,
+)
 
 LARGEST = 1_000_000
 """Maximum characters of a loaded file."""
@@ -35,9 +45,9 @@ OPENED = "opened.toml"
 Message = Mapping[str, Any]
 
 
-def sources(folder: Path) -> list[str]:
+def list_sources(folder: Path) -> list[str]:
     """Return the machines that can be opened by name: files of the folder, then built-in ones."""
-    return [*sorted(path.name for path in folder.glob("*.toml")), *examples.names(None, ".toml")]
+    return [*sorted(path.name for path in folder.glob("*.toml")), *examples.list_examples(None, ".toml")]
 
 
 class Session:
@@ -60,7 +70,7 @@ class Session:
 
     def open(self, message: Message) -> dict[str, Any]:
         """Open a machine by name or by the text of its file, and return its description for the page."""
-        self.machine = opened(self._source(message))
+        self.machine = open_machine(self._source(message))
         return {"opened": self._description()}
 
     def _description(self) -> dict[str, Any]:
@@ -119,12 +129,12 @@ class Session:
         ends = {}
         for control in self._open.controls:
             value, try_number = values[control.path], partial(attempt, control.path)
-            ends[control.path] = [farthest(value, end, try_number) for end in (control.lower, control.upper)]
+            ends[control.path] = [find_farthest(value, end, try_number) for end in (control.lower, control.upper)]
         return {"ends": ends}
 
     def _compare(self, values: Values, model: str) -> dict[str, Any]:
         readings = [asdict(reading) for reading in self._open.readings(values, model)]
-        return {"readings": readings, "course": course(self._open.scenes(values, model)[0])}
+        return {"readings": readings, "course": pack_curves(self._open.scenes(values, model)[0])}
 
     def file(self, message: Message) -> dict[str, Any]:
         """Return the machine's file with changed numbers."""
@@ -212,9 +222,9 @@ class Session:
         if "text" in message:
             return self._loaded(message["text"], message.get("file", OPENED))
         name = message.get("name")
-        if name in examples.names(None, ".toml"):
+        if name in examples.list_examples(None, ".toml"):
             return str(name)
-        names = sources(self.folder)
+        names = list_sources(self.folder)
         if name not in names:
             raise InputError(
                 f"{safe_text.quote_name(str(name))}: there is no such machine here; choose one of {', '.join(names)}"
@@ -267,7 +277,7 @@ def _table(message: Message, key: str) -> Mapping[str, Any]:
 
 
 def _draw_scenes(scenes: Sequence[Scene]) -> list[dict[str, Any]]:
-    return [{"picture": picture(scene), "record": packed(scene)} for scene in scenes]
+    return [{"picture": draw_picture(scene), "record": pack_scene(scene)} for scene in scenes]
 
 
 MEMORY_BYTES = 2 * 2**30

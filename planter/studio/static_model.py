@@ -16,7 +16,7 @@ import numpy as np
 from planter.errors import ComputationError, PlanterError
 from planter.kernels import Array
 from planter.kernels.programs import Program
-from planter.view.animation import packed
+from planter.view.animation import pack_scene
 from planter.view.picture import LONGEST, Frame, Picture
 from planter.view.scene import Outline, Scene
 from planter.view.subject import Movable, Portable, Values
@@ -63,7 +63,7 @@ class Recogniser:
             source = self._source(values, str(path))
             if source is not None:
                 plan.channels.append((path, source))
-        lines = [outlines(scene) for scene in self.scenes]
+        lines = [list_outlines(scene) for scene in self.scenes]
         for number, versions in enumerate(zip(*lines, strict=True)):
             if (outline := self._outline(number, versions)) is not None:
                 plan.outlines.append(outline)
@@ -148,7 +148,7 @@ def _constant(difference: Array, scale: float) -> float:
     return mean if abs(mean) > scale else 0.0
 
 
-def outlines(scene: Scene) -> list[Outline]:
+def list_outlines(scene: Scene) -> list[Outline]:
     """Return the lines of a picture in order: those of the ground, then those of the bodies."""
     return [*scene.ground, *(outline for body in scene.all_bodies() for outline in body.outlines)]
 
@@ -175,7 +175,7 @@ class StaticPageModel:
             "seen": {"name": seen.name, "inputs": self._inputs(seen)},
             "readings": self._readings(designs[0]),
             "picture": picture.text(),
-            "template": {**packed(first), "events": [], "data": ""},
+            "template": {**pack_scene(first), "events": [], "data": ""},
             "plan": {**asdict(plan), "again": first.again, "longest": LONGEST},
             "descent": self._descent(),
         }
@@ -249,4 +249,4 @@ def _join(frames: Sequence[Frame]) -> Frame:
 def _shape(scene: Scene) -> list[int]:
     """Return the numbers of points of each line, and of bodies, points, chains, forces, curves and labels."""
     parts = list(scene.all_bodies()), scene.points, scene.chains, scene.forces, scene.curves, scene.labels
-    return [*(len(outline.points) for outline in outlines(scene)), *map(len, parts)]
+    return [*(len(outline.points) for outline in list_outlines(scene)), *map(len, parts)]

@@ -22,11 +22,11 @@ from planter.kernels.compiler import CompilerError
 from planter.kernels.lane_graph import NotPrintableError
 from planter.kernels.programs import build_webassembly
 from planter.report.files import write_bytes
-from planter.report.folder import check
-from planter.report.html import allowed, escape
+from planter.report.folder import check_files
+from planter.report.html import escape_markup, policy_source
 from planter.studio.static_model import StaticPageModel
 from planter.version import __version__
-from planter.view.subject import Control, Movable, opened
+from planter.view.subject import Control, Movable, open_machine
 
 MODULES = ("programs", "filled", "improve", "text", "line")
 """JavaScript modules of this package, each after those that it imports from."""
@@ -47,12 +47,12 @@ def write_page(source: str, file: Path) -> Path:
     """
     if file.suffix.lower() != ".html":
         raise InputError(f"--static {file}: the page is HTML; name a file that ends in .html")
-    check(file.parent, [file.name])
-    machine = opened(source)
+    check_files(file.parent, [file.name])
+    machine = open_machine(source)
     if not isinstance(machine, Movable):
         raise InputError(f"--static is not available for {source}: such a machine is computed in Python only")
     try:
-        text = page(machine)
+        text = build_page(machine)
     except NotPrintableError as reason:
         raise InputError(f"--static is not available for {source}: {reason}") from None
     except CompilerError as reason:
@@ -61,7 +61,7 @@ def write_page(source: str, file: Path) -> Path:
     return file
 
 
-def page(machine: Movable) -> str:
+def build_page(machine: Movable) -> str:
     """Return the page. Raises CompilerError if the programs cannot be compiled, and the errors of these programs."""
     models = {name: StaticPageModel(machine, name) for name in machine.models}
     programs = [program for model in models.values() for program in model.portable.programs]
@@ -86,17 +86,18 @@ def _html(machine: Movable, description: Mapping[str, Any], models: Mapping[str,
         **{name: _text(studio, f"static/{name}.js") for name in MODULES},
         "studio": _text(studio, "studio.js"),
     }
-    script, style = bundle(modules), "\n".join([_text(view, "view.css"), _text(studio, "studio.css")])
+    script, style = bundle_modules(modules), "\n".join([_text(view, "view.css"), _text(studio, "studio.css")])
     policy = (
-        f"default-src 'none'; script-src {allowed(script)} 'wasm-unsafe-eval'; style-src {allowed(style)}; "
+        f"default-src 'none'; script-src {policy_source(script)} 'wasm-unsafe-eval'; style-src {policy_source(style)}; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
     body = _text(studio, "studio.html").partition("<body>")[2].partition("</body>")[0]
+    notes = (note for model in models.values() for note in model.portable.notes)
     return Template(_text(studio, "static/page.html")).substitute(
-        policy=policy, name=escape(machine.name), style=style, script=script, body=body.strip(),
+        policy=policy, name=escape_markup(machine.name), style=style, script=script, body=body.strip(),
         machine=json.dumps(description, separators=(",", ":")).replace("<", "\\u003c"), version=__version__,
-        notes=escape(" ".join(dict.fromkeys(note for model in models.values() for note in model.portable.notes))),
-        assumptions="".join(f"<h3>{name}</h3><p>{escape('; '.join(model.portable.assumptions))}.</p>"
+        notes=escape_markup(" ".join(dict.fromkeys(notes))),
+        assumptions="".join(f"<h3>{name}</h3><p>{escape_markup('; '.join(model.portable.assumptions))}.</p>"
                             for name, model in models.items()),
     )  # fmt: skip
 
@@ -105,7 +106,7 @@ def _text(package: str, name: str) -> str:
     return resources.files(package).joinpath(name).read_text(encoding="utf-8")
 
 
-def bundle(modules: Mapping[str, str]) -> str:
+def bundle_modules(modules: Mapping[str, str]) -> str:
     """Return ES modules as one script; `modules` are texts by name, each after those that it imports from."""
     return "\n".join(["const modules = {};", *(_scoped(name, text) for name, text in modules.items())])
 

@@ -128,7 +128,7 @@ def find_full_name(name: str, meanings: Mapping[str, str], label: str, kind: str
     hint = (
         f"it fits several, name one of {', '.join(candidates)}"
         if candidates
-        else _hint(paths.close(name, meanings), kind)
+        else _hint(paths.find_similar(name, meanings), kind)
     )
     raise InputError(f"{label}: {hint}")
 

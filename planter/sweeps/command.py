@@ -32,7 +32,7 @@ def compute_sweep(
     """
     started, request = time.perf_counter(), Sweep(plan)
     recipe, points = request.recipe, plan.sample_points
-    with folder.renewing(out):
+    with folder.renew_files(out):
         path = None if out is None else folder.output_folder(out) / STORE_NAME
         with open_store(path, recipe.question, points.rows, len(request.outputs)) as store:
             outcome = run_job(recipe, store, means, progress)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import ClusterOption, JsonOption, OutOption, WorkersOption
 
@@ -42,7 +42,7 @@ Results are the same for any number of workers. From 20000 rows on, all cores ar
 
 
 @app.command(help=HELP)
-@writes("summary.json", "rows.csv", "rows.parquet", "report.html")
+@writes_files("summary.json", "rows.csv", "rows.parquet", "report.html")
 def sweep(
     plan: Annotated[Path | None, typer.Argument(metavar="PLAN", help="a plan (TOML)", show_default=False)] = None,
     listed: Annotated[
@@ -58,7 +58,7 @@ def sweep(
     with console.outcome():
         from planter.parallel.task import Means
         from planter.sweeps import command
-        from planter.sweeps.plan import load
+        from planter.sweeps.plan import load_plan
         from planter.sweeps.presentation import present_inputs
         from planter.sweeps.sweep import PARQUET_HINT, has_parquet
 
@@ -68,7 +68,7 @@ def sweep(
             present_inputs(command.list_inputs(listed)).show(console)
             return
         assert plan is not None
-        presentation = command.compute_sweep(load(plan), out, Means(workers, cluster), console.progress)
+        presentation = command.compute_sweep(load_plan(plan), out, Means(workers, cluster), console.progress)
         if out is not None and not has_parquet():
             console.say(PARQUET_HINT)
         presentation.show(console)

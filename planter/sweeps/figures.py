@@ -14,7 +14,7 @@ from planter.files.paths import last_part
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
 from planter.report import style
-from planter.report.labels import label
+from planter.report.labels import format_label
 from planter.sweeps.plan import Axis
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def draw_envelope(rows: SweepData, output: str, values: Array) -> Figure:
     for i, (kind, mask) in enumerate(kinds):
         shared = panels[i * lines : (i + 1) * lines]
         for axes, (name, steps) in zip(shared.ravel(), all_steps.items(), strict=False):
-            _curve(axes, steps, mask, values, rows.has_others(name), style.colour(kind, i))
+            _curve(axes, steps, mask, values, rows.has_others(name), style.curve_colour(kind, i))
             axes.set_xlabel(f"{_axis_label(name)}{steps.slices}")
         for axes in shared[:, 0]:
             axes.set_ylabel(_axis_label(output))
@@ -127,7 +127,7 @@ def draw_envelope(rows: SweepData, output: str, values: Array) -> Figure:
 
 
 def _axis_label(path: str) -> str:
-    return label(last_part(path))
+    return format_label(last_part(path))
 
 
 def _curve(axes: Axes, steps: Steps, mask: Flags, values: Array, has_others: bool, shade: str) -> None:

@@ -13,7 +13,18 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationError
 from scipy.stats import qmc
 
 from planter.errors import InputError
-from planter.files.fields import Line, Problems, Real, Section, Whole, Words, check, explain, lacking, refused
+from planter.files.fields import (
+    Line,
+    Problems,
+    Real,
+    Section,
+    Whole,
+    Words,
+    check,
+    describe_problems,
+    invalid_value_problem,
+    missing_value_problem,
+)
 from planter.files.text import read_toml
 from planter.kernels import Array
 from planter.sweeps.job import CHUNK
@@ -28,9 +39,9 @@ def _choice(value: Any) -> Any:
     texts = [isinstance(item, str) for item in value]
     numbers = [isinstance(item, int | float) and not isinstance(item, bool) for item in value]
     if value and not all(texts) and not all(numbers):
-        raise refused("", value, "it must be a list of numbers, or a list of texts")
+        raise invalid_value_problem("", value, "it must be a list of numbers, or a list of texts")
     if len(set(value)) < len(value):
-        raise refused("", value, "it must have no value twice")
+        raise invalid_value_problem("", value, "it must have no value twice")
     return tuple(value)
 
 
@@ -46,9 +57,11 @@ class Axis(Section):
     def _list_or_range(self) -> Problems:
         ends = (self.low, self.high)
         if (self.values is None) == (ends == (None, None)) or (self.values is not None and self.steps is not None):
-            yield refused("", self.table, "it must be a list of values, or { from = ..., to = ..., steps = ... }")
+            yield invalid_value_problem(
+                "", self.table, "it must be a list of values, or { from = ..., to = ..., steps = ... }"
+            )
         elif self.values is None and (self.low is None or self.high is None or not self.low < self.high):
-            yield refused("", self.table, "it must have from less than to")
+            yield invalid_value_problem("", self.table, "it must have from less than to")
 
     @property
     def table(self) -> dict[str, Any]:
@@ -107,7 +120,7 @@ def to_axis_table(entry: Any) -> Any:
         return entry
     if isinstance(entry, list | tuple):
         return {"values": list(entry)}
-    raise refused("", entry, "it must be a list of values, or { from = ..., to = ..., steps = ... }")
+    raise invalid_value_problem("", entry, "it must be a list of values, or { from = ..., to = ..., steps = ... }")
 
 
 class Points(Protocol):
@@ -256,18 +269,18 @@ class Plan(Section):
 
     @classmethod
     def read(cls, table: dict[str, Any], source: str, folder: Path | None = None) -> Self:
-        """Build a plan from a table. Raises InputError as `load`."""
+        """Build a plan from a table. Raises InputError as `load_plan`."""
         try:
             plan = cls.model_validate(table)
         except ValidationError as error:
-            raise explain(error, source, cls) from None
+            raise describe_problems(error, source, cls) from None
         plan._source, plan._folder = source, folder
         return plan
 
     @check
     def _check_inputs(self) -> Problems:
         if not self.inputs:
-            yield refused(
+            yield invalid_value_problem(
                 "inputs", {}, "name at least one input to vary, or use `planter simulate` for a single design"
             )
 
@@ -275,23 +288,29 @@ class Plan(Section):
     def _check_scheme(self) -> Problems:
         if self.scheme == "grid":
             if self.points is not None:
-                yield refused("points", self.points, "steps and lists determine the points of a grid; delete this key")
+                yield invalid_value_problem(
+                    "points", self.points, "steps and lists determine the points of a grid; delete this key"
+                )
             for name, axis in self.inputs.items():
                 if axis.values is None and axis.steps is None:
-                    yield lacking(f"inputs.{name}.steps", "a range of a grid needs its number of steps")
+                    yield missing_value_problem(f"inputs.{name}.steps", "a range of a grid needs its number of steps")
             if len(self.inputs) > 32:
-                yield refused("inputs", len(self.inputs), "a grid must have at most 32")
+                yield invalid_value_problem("inputs", len(self.inputs), "a grid must have at most 32")
         elif self.points is None:
-            yield lacking("points", f"the scheme {self.scheme} needs a number of points")
+            yield missing_value_problem("points", f"the scheme {self.scheme} needs a number of points")
         else:
             for name, axis in self.inputs.items():
                 if axis.steps is not None:
-                    yield refused(f"inputs.{name}.steps", axis.steps, f"the scheme {self.scheme} has no steps")
+                    yield invalid_value_problem(
+                        f"inputs.{name}.steps", axis.steps, f"the scheme {self.scheme} has no steps"
+                    )
 
     @check
     def _check_size(self) -> Problems:
         if self.scheme == "grid" and self.inputs and self.sample_points.rows > MOST_ROWS:
-            yield refused("inputs", f"{self.sample_points.rows} points", f"there must be at most {MOST_ROWS}")
+            yield invalid_value_problem(
+                "inputs", f"{self.sample_points.rows} points", f"there must be at most {MOST_ROWS}"
+            )
 
     @property
     def axes(self) -> dict[str, Axis]:
@@ -308,7 +327,7 @@ class Plan(Section):
         return SCHEMES[self.scheme](axes, self.points or 0, self.seed)
 
 
-def load(path: str | Path) -> Plan:
+def load_plan(path: str | Path) -> Plan:
     """Load a plan from a file. Raises InputError if it cannot be read or is invalid."""
     if not str(path).lower().endswith(".toml"):
         raise InputError(f"{path}: a plan must be a .toml file; docs/sweeps.md shows one")

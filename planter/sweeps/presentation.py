@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from planter.report import files
 from planter.report.html import Folded, Items, Keys, Section, Table, Text
-from planter.report.inputs import inputs
-from planter.report.labels import flat, label
+from planter.report.inputs import tabulate_inputs
+from planter.report.labels import format_cell, format_label
 from planter.report.presentation import ResultPresentation
 from planter.sweeps.figures import MOST_KINDS, SweepData, draw_envelope, draw_map, list_numeric_inputs
 from planter.sweeps.results import SweepFound, Varied
@@ -53,15 +53,22 @@ def _list_sections(sweep: Sweep, result: SweepFound) -> Iterator[Section]:
     plan, resolved = sweep.plan, sweep.machines[0]
     machines = ", ".join(plan.machine)
     keys = Keys({"machine": machines, "scheme": plan.scheme, "seed": plan.seed, "hash": result.hash})
-    values = [(label(name), flat(axis.table)) for name, axis in sweep.inputs.items()]
+    values = [(format_label(name), format_cell(axis.table)) for name, axis in sweep.inputs.items()]
     description = [Text(plan.description)] if plan.description else []
     yield Section("Plan", [*description, keys, Table(("input", "values"), values)])
     ranges = [
-        (label(name), extent.min, extent.mean, extent.max, extent.missing, resolved.describe_output(name, "output")[1])
+        (
+            format_label(name),
+            extent.min,
+            extent.mean,
+            extent.max,
+            extent.missing,
+            resolved.describe_output(name, "output")[1],
+        )
         for name, extent in result.envelope.items()
     ]
     ends = [
-        (f"{end} {label(name)}", flat(point))
+        (f"{end} {format_label(name)}", format_cell(point))
         for name, extent in result.envelope.items()
         for end, point in (("minimum", extent.min_at), ("maximum", extent.max_at))
         if point is not None
@@ -74,12 +81,12 @@ def _list_sections(sweep: Sweep, result: SweepFound) -> Iterator[Section]:
 
 def _list_machines(sweep: Sweep) -> Iterator[Section]:
     for resolved in sweep.machines:
-        numbers = Folded("numbers", list(inputs(resolved.machine, resolved.inputs)))
+        numbers = Folded("numbers", list(tabulate_inputs(resolved.machine, resolved.inputs)))
         yield Section(f"Machine {resolved.machine.name}", [numbers])
 
 
 def _provenance(sweep: Sweep) -> dict[str, Any]:
-    entries = [files.provenance(resolved.machine, sweep.plan.seed) for resolved in sweep.machines]
+    entries = [files.list_provenance(resolved.machine, sweep.plan.seed) for resolved in sweep.machines]
     return entries[0] | {key: [entry[key] for entry in entries] for key in ("machine", "machine_sha256", "changed")}
 
 

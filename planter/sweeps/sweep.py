@@ -123,7 +123,7 @@ def write_rows(out: Path, rows: Rows, comments: Iterable[str], progress: Listene
 
 def _write_csv(path: Path, rows: Rows, comments: Iterable[str], progress: Listener | None) -> None:
     phase = ProgressPhase("writing", "row", rows.points.rows, progress)
-    with folder.replacing(path) as part, part.open("w", encoding="utf-8", newline="") as file:
+    with folder.replace_file(path) as part, part.open("w", encoding="utf-8", newline="") as file:
         file.writelines(f"# {safe_text.sanitise_line(comment)}\n" for comment in comments)
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(rows.columns)
@@ -147,7 +147,7 @@ def _write_parquet(path: Path, rows: Rows) -> None:
 
     texts = {name for name, axis in rows.inputs.items() if axis.texts is not None}
     schema = pa.schema([(name, pa.string() if name in texts else pa.float64()) for name in rows.columns])
-    with folder.replacing(path) as part, ParquetWriter(part, schema, compression="zstd") as writer:
+    with folder.replace_file(path) as part, ParquetWriter(part, schema, compression="zstd") as writer:
         for table in rows.tables():
             columns = [pa.array(column, from_pandas=True) for column in table.values()]
             writer.write_batch(pa.RecordBatch.from_arrays(columns, schema=schema))

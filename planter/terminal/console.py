@@ -29,10 +29,10 @@ class Console:
         """Print a result: as JSON, or by `tables`. From here on signals do not count: the work is done."""
         if signals.exit_code() is not None:
             raise Interrupted
-        signals.ignore()
+        signals.ignore_signals()
         table = content.table() if isinstance(content, Record) else content
         text = json.dumps(table, indent=2, allow_nan=False) if self.as_json else ""
-        with streams.written():
+        with streams.flush_output():
             if self.as_json:
                 print(text)
             else:
@@ -59,7 +59,7 @@ class Console:
 
     def say(self, text: str) -> None:
         """Print a note on standard error."""
-        streams.tell(safe_text.sanitise_line(text))
+        streams.print_line(safe_text.sanitise_line(text))
 
     def progress(self, at: Progress) -> None:
         """Tell how far a work is: one line that is written over on a terminal, else ten lines in all."""
@@ -87,10 +87,10 @@ class Console:
 
     def fail(self, error: PlanterError) -> NoReturn:
         """End with an error's sentence and exit code, with JSON also its object; each signal has a different code."""
-        signals.ignore()
-        streams.tell(f"planter: {error.message}")
+        signals.ignore_signals()
+        streams.print_line(f"planter: {error.message}")
         if self.as_json and error.exit_code != InputError.exit_code:
-            with suppress(PlanterError), streams.written():
+            with suppress(PlanterError), streams.flush_output():
                 print(json.dumps(error.table(), indent=2, allow_nan=False))
         code = signals.exit_code() if isinstance(error, Interrupted) else None
         raise SystemExit(code or error.exit_code)

@@ -89,7 +89,7 @@ VaryOption = Annotated[
 ]
 
 
-def changes(texts: Sequence[str] | None, options: Mapping[str, float | None] | None = None) -> dict[str, float]:
+def parse_changes(texts: Sequence[str] | None, options: Mapping[str, float | None] | None = None) -> dict[str, float]:
     """Return the changed numbers by name, from texts of `--set NAME=VALUE` and from separate `options`.
 
     Raises InputError if a text is not NAME=VALUE with a number.
@@ -121,7 +121,7 @@ def read_ranges(option: str, texts: Sequence[str]) -> dict[str, tuple[float, flo
     return ranges
 
 
-def listing(**values: Callable[[], Iterable[str]]) -> type[TyperCommand]:
+def list_allowed(**values: Callable[[], Iterable[str]]) -> type[TyperCommand]:
     """Return a command whose help lists the allowed values of its parameters, looked up at that time."""
 
     class Listing(TyperCommand):
@@ -139,7 +139,7 @@ def listing(**values: Callable[[], Iterable[str]]) -> type[TyperCommand]:
     return Listing
 
 
-def joined(*parts: typer.Typer) -> typer.Typer:
+def join_applications(*parts: typer.Typer) -> typer.Typer:
     """Return an application with the commands and groups of several."""
     app = typer.Typer()
     for part in parts:

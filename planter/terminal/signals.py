@@ -14,7 +14,7 @@ _HEARD = (signal.SIGINT, signal.SIGTERM)
 _came: list[int] = []
 
 
-def listen() -> None:
+def listen_signals() -> None:
     """Hear both signals from now on; a process that was started deaf to one stays so.
 
     A signal raises KeyboardInterrupt, so that a search can save what it has found. Within an import, which may swallow
@@ -26,7 +26,7 @@ def listen() -> None:
             signal.signal(number, _hear)
 
 
-def ignore() -> None:
+def ignore_signals() -> None:
     """Hear them no more, where they were heard: what is left to do is done whatever comes."""
     for number in _HEARD:
         if signal.getsignal(number) is _hear:

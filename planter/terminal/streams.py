@@ -19,7 +19,7 @@ def take_any_text() -> None:
 
 
 @contextmanager
-def written() -> Iterator[None]:
+def flush_output() -> Iterator[None]:
     """Flush standard output at the end of the context.
 
     Raises ComputationError if standard output cannot be written, and SystemExit(1) if its reader has closed it.
@@ -36,7 +36,7 @@ def written() -> Iterator[None]:
         raise ComputationError(f"standard output: this cannot be written ({error.strerror or error})") from None
 
 
-def tell(text: str) -> None:
+def print_line(text: str) -> None:
     """Print a line on standard error, if it can be written."""
     with suppress(OSError):
         print(text, file=sys.stderr, flush=True)

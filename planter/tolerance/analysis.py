@@ -32,7 +32,7 @@ NO_EFFECT = 1e-9
 """Share of the range of an output below which a change by an input is rounding."""
 
 
-def bands(
+def compute_bands(
     names: Sequence[str], rows: Array, nominal: Array, slopes: Array | None, spreads: Sequence[Spread]
 ) -> dict[str, Band]:
     """Return the band of each output from rows (m, k); `nominal` (k,) and slopes (k, n) are those at the centre.
@@ -62,7 +62,7 @@ def first_order_std(slopes: Array, spreads: Sequence[Spread]) -> Array:
     return deviations
 
 
-def indices(
+def compute_indices(
     names: Sequence[str], inputs: Sequence[str], rows: Array, base: int, seed: int
 ) -> dict[str, dict[str, Share]]:
     """Return the Sobol' indices of each output in each input, from the rows of `Saltelli`.
@@ -180,7 +180,7 @@ def analyse_tolerances(
     if request.base:
         index_rows = request.base * (len(case.spreads) + 2)
         index_outputs, index_digest = cycles.compute("indices", index_rows, base=request.base, seed=request.seed)
-        shares = indices(case.outputs, list(case.spreads), index_outputs, request.base, request.seed)
+        shares = compute_indices(case.outputs, list(case.spreads), index_outputs, request.base, request.seed)
         digest = hashlib.sha256(f"{digest}{index_digest}".encode()).hexdigest()
     robust = (
         None
@@ -219,7 +219,7 @@ def _bands(case: ToleranceCase, rows: Array) -> dict[str, Band]:
     subject = case.subject
     linear = subject.slopes(case.centre)
     nominal, slopes = (subject.evaluated(case.centre[None], 1)[0], None) if linear is None else linear
-    return bands(case.outputs, rows, nominal, slopes, list(case.spreads.values()))
+    return compute_bands(case.outputs, rows, nominal, slopes, list(case.spreads.values()))
 
 
 def default_tolerances(resolved: ResolvedMachine) -> Tolerances:

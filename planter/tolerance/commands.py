@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from planter.errors import InputError
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import (
     ClusterOption,
@@ -21,7 +21,7 @@ from planter.terminal.options import (
     SetOption,
     VaryOption,
     WorkersOption,
-    changes,
+    parse_changes,
     read_ranges,
 )
 
@@ -53,7 +53,7 @@ lists all inputs and outputs. With --out finished work is saved: run the same co
 
 
 @app.command(help=HELP)
-@writes("summary.json", "tolerances.toml", "report.html")
+@writes_files("summary.json", "tolerances.toml", "report.html")
 def tolerance(
     machine: Annotated[str, typer.Argument(help="machine file, or name of a built-in machine")],
     tolerances: Annotated[
@@ -92,14 +92,14 @@ def tolerance(
     console = Console(as_json)
     with console.outcome():
         from planter.parallel.task import Means
-        from planter.report.folder import renewing
+        from planter.report.folder import renew_files
         from planter.sweeps.adapter import ResolvedMachine
         from planter.tolerance.analysis import ToleranceRequest, analyse_tolerances, default_tolerances
         from planter.tolerance.file import Tolerances
         from planter.tolerance.presentation import present_tolerance
         from planter.tolerance.robust import Settings
 
-        resolved = ResolvedMachine(machine, changes(set_))
+        resolved = ResolvedMachine(machine, parse_changes(set_))
         ranges = read_ranges("--vary", vary or ())
         settings = Settings(sigmas, seed=seed, sum_text=least, holds=tuple(hold or ()), ranges=ranges)
         if settings.is_stated and not robust:
@@ -107,7 +107,7 @@ def tolerance(
         request = ToleranceRequest(output or (), samples, indices, seed, settings if robust else None)
         limits = default_tolerances(resolved) if tolerances is None else Tolerances.load(tolerances)
         source = str(tolerances) if tolerances is not None else f"{machine}: default tolerances"
-        with renewing(out):
+        with renew_files(out):
             choices = _parse_choices(resolved.choices, choose or ())
             analysis = analyse_tolerances(resolved, choices, limits, source, request, out,
                                          Means(workers, cluster), console.progress)  # fmt: skip

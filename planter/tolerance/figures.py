@@ -10,7 +10,7 @@ import numpy as np
 from planter.files.paths import last_part
 from planter.kernels import Array
 from planter.report import style
-from planter.report.labels import label
+from planter.report.labels import format_label
 from planter.tolerance.results import Band, Share, rank_shares
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def draw_distributions(outputs: Mapping[str, Band], rows: Array) -> Figure:
     panels = figure.subplots(lines, PANELS, squeeze=False).ravel()
     for axes, (name, band), column in zip(panels, outputs.items(), rows.T, strict=False):
         _distribution(axes, band, column[~np.isnan(column)])
-        axes.set_xlabel(label(name))
+        axes.set_xlabel(format_label(name))
         axes.set_yticks([])
     for axes in panels[len(outputs) :]:
         axes.set_visible(False)
@@ -69,7 +69,7 @@ def draw_indices(sobol: Mapping[str, Mapping[str, Share]]) -> Figure:
         axes.barh(positions, total, 0.8, color=style.SKY, alpha=0.7, label="total", xerr=errors, error_kw=thin)
         axes.barh(positions, first, 0.35, color=style.BLUE, label="first order")
         axes.set_yticks(positions, [last_part(path) for path, _ in largest])
-        axes.set_title(label(name))
+        axes.set_title(format_label(name))
         axes.grid(visible=False, axis="y")
         axes.set_xlim(0, None)
     for axes in panels[len(sobol) :]:
@@ -88,7 +88,7 @@ def draw_cycle(phi_deg: Array, key: str, rows: Array, nominal: Array) -> Figure:
     axes.plot(phi_deg, middle, color=style.BLUE, linewidth=0.9, label="median")
     axes.plot(phi_deg, nominal, color=style.INK, linewidth=0.9, linestyle="--", label="nominal")
     style.over_a_turn(axes)
-    axes.set_ylabel(label(key))
+    axes.set_ylabel(format_label(key))
     figure.legend(*axes.get_legend_handles_labels(), loc="outside upper left", ncols=3, frameon=False)
     return figure
 
@@ -101,7 +101,7 @@ def draw_path(keys: Sequence[str], rows: tuple[Array, Array], nominal: tuple[Arr
     for x, y in zip(rows[0][:PATHS], rows[1][:PATHS], strict=True):
         plane.plot(*_closed(x, y), color=style.SKY, alpha=0.25, linewidth=0.5)
     plane.plot(*_closed(*nominal), color=style.INK, linewidth=0.8)
-    style.drawing_board(plane, *map(label, keys))
+    style.drawing_board(plane, *map(format_label, keys))
     off = np.hypot(rows[0] - nominal[0], rows[1] - nominal[1])
     angles = np.linspace(0, 360, off.shape[1], endpoint=False)
     for share, shade in ((50, style.SKY), (95, style.BLUE)):

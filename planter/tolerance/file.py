@@ -10,7 +10,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, ValidationError
 
 from planter.errors import InputError
-from planter.files.fields import Positive, Problems, Real, Section, check, explain, refused
+from planter.files.fields import Positive, Problems, Real, Section, check, describe_problems, invalid_value_problem
 from planter.files.paths import last_part
 from planter.files.text import read_toml
 from planter.sweeps.adapter import ResolvedMachine
@@ -36,9 +36,9 @@ class Tolerance(Section):
         if sum([self.plus_minus is not None, self.percent is not None, is_range]) != 1 or (self.low is None) != (
             self.high is None
         ):
-            yield refused("", table, "it must have either plus_minus, or percent, or from and to")
+            yield invalid_value_problem("", table, "it must have either plus_minus, or percent, or from and to")
         elif self.low is not None and self.high is not None and not self.low < self.high:
-            yield refused("", table, "it must have from less than to")
+            yield invalid_value_problem("", table, "it must have from less than to")
 
     def spread(self, nominal: float) -> Spread:
         """Return the distribution about a nominal value, or between the ends."""
@@ -64,7 +64,7 @@ class Tolerances(Section):
         try:
             return cls.model_validate(table)
         except ValidationError as error:
-            raise explain(error, source, cls) from None
+            raise describe_problems(error, source, cls) from None
 
     def spreads(self, resolved: ResolvedMachine, source: str) -> dict[str, Spread]:
         """Return the distributions of the inputs with a tolerance; of several entries that match, the last counts.

@@ -10,7 +10,7 @@ from planter import safe_text
 from planter.files.paths import last_part
 from planter.report import files
 from planter.report.html import Block, Cell, Keys, Section, Table, Text
-from planter.report.labels import label
+from planter.report.labels import format_label
 from planter.report.presentation import ResultPresentation
 from planter.tolerance import figures
 from planter.tolerance.analysis import ToleranceAnalysis
@@ -42,7 +42,7 @@ def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
         | dict.fromkeys(_name_cycles(analysis), f"Bands of {MACHINES} machines."),
         details=partial(_list_details, analysis),
         texts=lambda: {"tolerances.toml": format_tolerances(result)},
-        provenance=files.provenance(resolved.machine, result.seed),
+        provenance=files.list_provenance(resolved.machine, result.seed),
     )
 
 
@@ -58,7 +58,16 @@ def format_tolerances(result: ToleranceFound) -> str:
 
 def _list_sections(result: ToleranceFound) -> Iterator[Section]:
     bands = [
-        (label(name), band.nominal, band.mean, band.std, band.first_order_std, band.p5, band.p95, band.mean_error)
+        (
+            format_label(name),
+            band.nominal,
+            band.mean,
+            band.std,
+            band.first_order_std,
+            band.p5,
+            band.p95,
+            band.mean_error,
+        )
         for name, band in result.outputs.items()
     ]
     head = ("output", "nominal", "mean", "std", "first order", "5 %", "95 %", "standard error")
@@ -68,7 +77,7 @@ def _list_sections(result: ToleranceFound) -> Iterator[Section]:
     )
     yield Section("Bands", [Table(head, bands, page_columns=head[-1:]), Text(note, "note")])
     shares: list[tuple[str, ...]] = [
-        ("" if rank else label(name), last_part(path), f"{share.first:.3f}", f"{share.total:.3f}",
+        ("" if rank else format_label(name), last_part(path), f"{share.first:.3f}", f"{share.total:.3f}",
          f"{share.total_error:.3f}")
         for name, indices in result.sobol.items()
         for rank, (path, share) in enumerate(rank_shares(indices)[:LARGEST])
@@ -93,7 +102,9 @@ def _describe_robust(result: RobustFound) -> Iterator[Block]:
                   f"mean + {result.sigmas:g} std": "robust"}  # fmt: skip
     rows = [(name, *(getattr(scored, key) for scored in designs)) for name, key in attributes.items()]
     yield Table(head, rows, f"Objective over {result.machines} machines, {result.samples} samples of a cycle")
-    yield Table(head, [(label(name), *(scored.design[name] for scored in designs)) for name in result.design], "Design")
+    yield Table(
+        head, [(format_label(name), *(scored.design[name] for scored in designs)) for name in result.design], "Design"
+    )
     yield Text(f"The robust optimum has the smallest mean plus {result.sigmas:g} standard deviations within the bounds "
                "of the file.", "note")  # fmt: skip
     yield Keys({"starts": result.starts, "relative projected slope at the optimum": result.residual})
@@ -109,7 +120,7 @@ def _list_details(analysis: ToleranceAnalysis) -> Iterator[Section]:
             for path, share in rank_shares(shares)[:MOST_INPUTS]
             if share.total > 0
         ]
-        tables += [Table(("input", "first", "+-", "total", "+-"), rows, label(name))] if rows else []
+        tables += [Table(("input", "first", "+-", "total", "+-"), rows, format_label(name))] if rows else []
     if tables:
         yield Section("Sobol' indices of each output", tables)
     entries = [(x.name, x.distribution, x.low, x.high, x.std, meanings[x.name]) for x in result.inputs]

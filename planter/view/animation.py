@@ -17,13 +17,13 @@ import numpy as np
 from planter.errors import InputError
 from planter.kernels import Array
 from planter.report import files, style
-from planter.report.folder import check
-from planter.report.html import escape
+from planter.report.folder import check_files
+from planter.report.html import escape_markup
 from planter.safe_text import file_name
-from planter.view.picture import Picture, picture
+from planter.view.picture import Picture, draw_picture
 from planter.view.results import Animated
 from planter.view.scene import Scene
-from planter.view.subject import Values, build_scene, first_scene, opened
+from planter.view.subject import Values, build_scene, first_scene, open_machine
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -69,8 +69,8 @@ class Channels:
         return base64.b64encode(b"".join(self._series)).decode("ascii")
 
 
-def course(scene: Scene) -> Record:
-    """Return the curves of a scene in the format of `packed`."""
+def pack_curves(scene: Scene) -> Record:
+    """Return the curves of a scene in the format of `pack_scene`."""
     series = Channels(scene.moments)
     curves = _curves(scene, series)
     return {"moments": scene.moments, "curves": curves, "data": series.text()}
@@ -81,7 +81,7 @@ def _curves(scene: Scene, series: Channels) -> list[dict[str, Any]]:
             for curve in scene.curves]  # fmt: skip
 
 
-def packed(scene: Scene) -> Record:
+def pack_scene(scene: Scene) -> Record:
     """Return the JSON record that animates the picture of a scene; bodies are in the order of the picture."""
     series = Channels(scene.moments)
     return {
@@ -113,22 +113,22 @@ class Motion:
     @property
     def script(self) -> str:
         """The ES module that moves drawings."""
-        return text("view.js")
+        return read_text("view.js")
 
     @property
     def style(self) -> str:
         """The style of drawings."""
-        return text("view.css")
+        return read_text("view.css")
 
     def html(self, name: str) -> str:
         """Return the block as HTML; `name` is unique on the page."""
-        caption = f"<figcaption>{escape(self.caption)}</figcaption>" if self.caption else ""
+        caption = f"<figcaption>{escape_markup(self.caption)}</figcaption>" if self.caption else ""
         return "\n".join(
             (
                 f'<figure id="{name}">',
                 '<div class="planter-view" data-view="still" tabindex="0">',
-                picture(self.scene),
-                f'<script type="application/json">{_safe(json.dumps(packed(self.scene)))}</script>',
+                draw_picture(self.scene),
+                f'<script type="application/json">{_safe(json.dumps(pack_scene(self.scene)))}</script>',
                 "</div>",
                 caption,
                 "</figure>",
@@ -137,7 +137,7 @@ class Motion:
 
 
 @cache
-def text(name: str) -> str:
+def read_text(name: str) -> str:
     """Return the text of a file of this package."""
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
@@ -147,12 +147,12 @@ def _safe(text: str) -> str:
     return text.replace("<", "\\u003c").replace("&", "\\u0026")
 
 
-def widget(scene: Scene) -> Any:
+def build_widget(scene: Scene) -> Any:
     """Return a scene as a widget; its traits `picture` and `record` can be replaced together with `hold_sync`.
 
     Raises InputError if anywidget is missing, which `planter[notebook]` installs.
     """
-    return _kind()(picture=picture(scene), record=dict(packed(scene)))
+    return _kind()(picture=draw_picture(scene), record=dict(pack_scene(scene)))
 
 
 def show(source: str, changes: Values | None = None, model: str | None = None) -> Any:
@@ -160,7 +160,7 @@ def show(source: str, changes: Values | None = None, model: str | None = None) -
 
     Raises InputError if the machine or model does not exist, or if anywidget is missing.
     """
-    return widget(first_scene(opened(source, changes), model, f"model = {model}")[0])
+    return build_widget(first_scene(open_machine(source, changes), model, f"model = {model}")[0])
 
 
 def show_object(thing: object) -> Any:
@@ -168,7 +168,7 @@ def show_object(thing: object) -> Any:
 
     Raises InputError if the object cannot be drawn, or if anywidget is missing.
     """
-    return widget(build_scene(thing))
+    return build_widget(build_scene(thing))
 
 
 @cache
@@ -182,8 +182,8 @@ def _kind() -> Any:
     class Drawing(anywidget.AnyWidget):
         """A mechanism in motion."""
 
-        _esm = text("view.js")
-        _css = text("view.css")
+        _esm = read_text("view.js")
+        _css = read_text("view.css")
         picture = traitlets.Unicode().tag(sync=True)
         record = traitlets.Dict().tag(sync=True)
 
@@ -212,12 +212,12 @@ def animate(
     `seconds` is the duration of a cycle [s]. Raises InputError if the machine or model does not exist, or if the file
     cannot be written.
     """
-    machine = opened(source, changes)
+    machine = open_machine(source, changes)
     scene, model_name = first_scene(machine, model, f"--model {model}")
     path = out / f"{file_name(machine.name)}.gif" if out.is_dir() else out
     if path.suffix.lower() != ".gif":
         raise InputError(f"--out {path}: the animation is a GIF; name a folder or a file that ends in .gif")
-    check(path.parent, [path.name])
+    check_files(path.parent, [path.name])
     files.write_bytes(path, gif(scene, seconds))
     return Animated(str(path), machine.name, model_name)
 

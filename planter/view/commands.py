@@ -7,15 +7,15 @@ from typing import Annotated
 
 import typer
 
-from planter.report.writing import writes
+from planter.report.writing import writes_files
 from planter.terminal.console import Console
-from planter.terminal.options import JsonOption, SetOption, changes
+from planter.terminal.options import JsonOption, SetOption, parse_changes
 
 app = typer.Typer()
 
 
 @app.command()
-@writes()
+@writes_files()
 def animate(
     machine: Annotated[str, typer.Argument(help="a machine's file, or the name of a built-in one")],
     out: Annotated[Path, typer.Option(help="file to write [default: NAME.gif here]", show_default=False)] = Path(),
@@ -31,5 +31,5 @@ def animate(
     with console.outcome():
         from planter.view import animation
 
-        result = animation.animate(machine, changes(set_), out, model, seconds)
+        result = animation.animate(machine, parse_changes(set_), out, model, seconds)
         console.result(result, lambda: print(result.file))

@@ -10,7 +10,7 @@ from itertools import count
 import numpy as np
 
 from planter.kernels import Array
-from planter.report.html import escape
+from planter.report.html import escape_markup
 from planter.view.scene import Body, Outline, Point, Scene
 
 EXTENT_MOMENTS = 48
@@ -42,10 +42,10 @@ class Frame:
 
     def __str__(self) -> str:
         """Return the view box of an SVG, whose y axis points down."""
-        return " ".join(map(number, (self.left, -self.bottom - self.height, self.width, self.height)))
+        return " ".join(map(format_number, (self.left, -self.bottom - self.height, self.width, self.height)))
 
 
-def picture(scene: Scene) -> str:
+def draw_picture(scene: Scene) -> str:
     """Return the SVG of a scene."""
     return Picture(scene).text()
 
@@ -59,7 +59,7 @@ class Picture:
 
     def text(self) -> str:
         """Return the SVG as text."""
-        title, (machine, ground) = escape(self.scene.title), self.frames
+        title, (machine, ground) = escape_markup(self.scene.title), self.frames
         classes = "mechanism toothed" if self.scene.toothed else "mechanism"
         numbers = count()
         return "\n".join([
@@ -103,9 +103,9 @@ class Picture:
             yield points[:, :: max(1, len(outline.points) // CORNERS)].reshape(-1, 2)
 
     def _body(self, body: Body, numbers: Iterator[int]) -> Iterator[str]:
-        x, y, turn = (number(float(channel[0])) for channel in self.scene.pose(body))
+        x, y, turn = (format_number(float(channel[0])) for channel in self.scene.pose(body))
         yield f'<g data-body="{next(numbers)}" transform="translate({x} {y}) rotate({turn})">'
-        yield f"<title>{escape(body.name)}</title>"
+        yield f"<title>{escape_markup(body.name)}</title>"
         yield from map(_outline, body.outlines)
         for part in body.parts:
             yield from self._body(part, numbers)
@@ -120,58 +120,59 @@ class Picture:
     def _traces(self) -> Iterator[str]:
         for k, (point, path) in enumerate(zip(self.scene.points, self.paths, strict=True)):
             hidden = "" if point.traced else ' visibility="hidden"'
-            yield f'<path class="trace" data-trace="{k}"{hidden} d="{line(path, self.scene.again)}"/>'
+            yield f'<path class="trace" data-trace="{k}"{hidden} d="{format_line(path, self.scene.again)}"/>'
 
     def _points(self) -> Iterator[str]:
-        size = number(self.frames[0].width / 160)
+        size = format_number(self.frames[0].width / 160)
         for k, (point, path) in enumerate(zip(self.scene.points, self.paths, strict=True)):
-            attributes = f'cx="{number(path[0, 0])}" cy="{number(path[0, 1])}" r="{size}"'
-            yield f'<circle data-point="{k}" {attributes}><title>{escape(point.name)}</title></circle>'
+            attributes = f'cx="{format_number(path[0, 0])}" cy="{format_number(path[0, 1])}" r="{size}"'
+            yield f'<circle data-point="{k}" {attributes}><title>{escape_markup(point.name)}</title></circle>'
 
     def _chains(self) -> Iterator[str]:
         for k, chain in enumerate(self.scene.chains):
             corners = np.array([self.paths[index][0] for index in chain.points])
-            yield f'<path class="body link s{chain.shade}" data-chain="{k}" d="{line(corners, chain.closed)}">'
-            yield f"<title>{escape(chain.name)}</title></path>"
+            yield f'<path class="body link s{chain.shade}" data-chain="{k}" d="{format_line(corners, chain.closed)}">'
+            yield f"<title>{escape_markup(chain.name)}</title></path>"
 
     def _forces(self) -> Iterator[str]:
         for k, force in enumerate(self.scene.forces):
             x, y = _path(force.at, self.scene.moments)[0].tolist()
-            path = arrow(x, y, self.force_scale * float(force.x[0]), self.force_scale * float(force.y[0]))
+            path = format_arrow(x, y, self.force_scale * float(force.x[0]), self.force_scale * float(force.y[0]))
             yield f'<path class="force s{k % 6}" data-arrow="{k}" d="{path}">'
-            yield f"<title>{escape(force.name)}</title></path>"
+            yield f"<title>{escape_markup(force.name)}</title></path>"
 
     def _labels(self) -> Iterator[str]:
-        size = number(self.frames[0].width / 42)
+        size = format_number(self.frames[0].width / 42)
         for label in self.scene.labels:
-            attributes = f'transform="translate({number(label.x)} {number(label.y)}) scale(1 -1)"'
-            yield f'<text {attributes} font-size="{size}" text-anchor="{label.anchor}">{escape(label.text)}</text>'
+            at = f"{format_number(label.x)} {format_number(label.y)}"
+            attributes = f'transform="translate({at}) scale(1 -1)" font-size="{size}" text-anchor="{label.anchor}"'
+            yield f"<text {attributes}>{escape_markup(label.text)}</text>"
 
 
-def number(value: float) -> str:
+def format_number(value: float) -> str:
     """Return a number with at most two decimals, without trailing zeros.
 
-    >>> number(12.500001), number(-0.001), number(30)
+    >>> format_number(12.500001), format_number(-0.001), format_number(30)
     ('12.5', '0', '30')
     """
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
 
-def line(points: Array, closed: bool) -> str:
+def format_line(points: Array, closed: bool) -> str:
     """Return points (k, 2) as the path of an SVG.
 
-    >>> line(np.array([[0.0, 1.0], [2.5, 3.0]]), closed=True)
+    >>> format_line(np.array([[0.0, 1.0], [2.5, 3.0]]), closed=True)
     'M0.00 1.00 2.50 3.00Z'
     """
     steps = " ".join(["%.2f %.2f"] * len(points)) % tuple(points.ravel().tolist())
     return f"M{steps}{'Z' if closed else ''}"
 
 
-def steps(points: Array, closed: bool) -> str:
+def format_steps(points: Array, closed: bool) -> str:
     """Return points (k, 2) as a relative path of an SVG in hundredths, which takes half as many characters.
 
-    >>> steps(np.array([[0.0, 1.0], [2.5, 3.0], [2.0, 0.0]]), closed=True)
+    >>> format_steps(np.array([[0.0, 1.0], [2.5, 3.0], [2.0, 0.0]]), closed=True)
     'm0 100 250 200-50-300z'
     """
     moves = np.diff(np.rint(100 * points).astype(int), axis=0, prepend=0)
@@ -179,7 +180,7 @@ def steps(points: Array, closed: bool) -> str:
 
 
 def _outline(outline: Outline) -> str:
-    path = steps(outline.points, outline.closed)
+    path = format_steps(outline.points, outline.closed)
     return f'<path class="{outline.look} s{outline.shade}" transform="scale(.01)" d="{path}"/>'
 
 
@@ -188,11 +189,13 @@ def _path(point: Point, moments: int) -> Array:
     return np.column_stack([np.broadcast_to(np.asarray(v, dtype=float), (moments,)) for v in (point.x, point.y)])
 
 
-def arrow(x: float, y: float, dx: float, dy: float) -> str:
+def format_arrow(x: float, y: float, dx: float, dy: float) -> str:
     """Return the path of the shaft and head of an arrow from a point (x, y) by (dx, dy) [mm]."""
     head = 0.18 * float(np.hypot(dx, dy))
     if head == 0:
-        return f"M{number(x)} {number(y)}"
+        return f"M{format_number(x)} {format_number(y)}"
     end, direction = np.array([x + dx, y + dy]), np.array([dx, dy]) / np.hypot(dx, dy)
     back, side = end - head * direction, 0.4 * head * np.array([-direction[1], direction[0]])
-    return f"{line(np.array([[x, y], end]), False)}{line(np.array([back + side, end, back - side]), False)}"
+    return (
+        f"{format_line(np.array([[x, y], end]), False)}{format_line(np.array([back + side, end, back - side]), False)}"
+    )

@@ -86,7 +86,7 @@ class Angle:
     @classmethod
     def between(cls, names: Sequence[str], vertex: Array, start: Array, end: Array, radius: float) -> Angle:
         """Return the angle of at most 180 deg from the direction of point `start` (2,) to that of `end`."""
-        first, second = (heading(vertex, point) for point in (start, end))
+        first, second = (direction_angle(vertex, point) for point in (start, end))
         return cls(names, vertex, first, (second - first + 180) % 360 - 180, radius)
 
     @property
@@ -111,14 +111,14 @@ class Angle:
 Mark = Spot | Length | Angle
 
 
-def heading(start: Array, end: Array) -> float:
+def direction_angle(start: Array, end: Array) -> float:
     """Return the direction from point `start` (2,) to `end` (2,) [deg]."""
     dx, dy = np.asarray(end) - start
     assert np.hypot(dx, dy) > _EXTENT
     return float(np.degrees(np.arctan2(dy, dx)))
 
 
-def still(title: str, bodies: Sequence[Body]) -> Scene:
+def build_still_scene(title: str, bodies: Sequence[Body]) -> Scene:
     """Return a scene of bodies that do not move."""
     return Scene(title, "", "", np.zeros(1), 1.0, bodies, again=False)
 
@@ -186,7 +186,7 @@ class LabelPosition:
 
 
 @style.with_style
-def figure(sheet: Sheet) -> Figure:
+def draw_figure(sheet: Sheet) -> Figure:
     """Return the drawing of a sheet with all its names."""
     picture, frame = Picture(sheet.scene), _frame(sheet)
     column = max(COLUMN, LETTER * (5 + max(len(name) for mark in sheet.marks for name in mark.names)))
@@ -261,12 +261,12 @@ def place_labels(anchors: Array, line: float, tall: float) -> list[LabelPosition
     positions: dict[int, LabelPosition] = {}
     for right in (False, True):
         side = [index for index in range(len(anchors)) if (index not in left) == right]
-        for index, height in zip(side, column(anchors[side], line / tall, 1.0 if right else 0.0), strict=True):
+        for index, height in zip(side, arrange_column(anchors[side], line / tall, 1.0 if right else 0.0), strict=True):
             positions[index] = LabelPosition(right, height)
     return [positions[index] for index in range(len(anchors))]
 
 
-def column(anchors: Array, gap: float, edge: float) -> list[float]:
+def arrange_column(anchors: Array, gap: float, edge: float) -> list[float]:
     """Return heights of a column's labels in the order of anchors (k, 2), so that no lines to `edge` cross.
 
     Exchanging the labels of two crossing lines shortens both together, so that the iteration ends.
@@ -276,7 +276,7 @@ def column(anchors: Array, gap: float, edge: float) -> list[float]:
     inner = 1 - gap
     if len(anchors):
         targets = ((anchors[order, 1] - gap / 2) / inner).tolist()
-        heights[order] = gap / 2 + inner * np.array(style.spread(targets, gap / inner))
+        heights[order] = gap / 2 + inner * np.array(style.spread_heights(targets, gap / inner))
     while (pair := find_crossing(anchors, heights.tolist(), edge)) is not None:
         heights[list(pair)] = heights[list(pair)[::-1]]
     return heights.tolist()
@@ -296,7 +296,7 @@ def set_name(name: str) -> str:
     >>> set_name("phi_deg"), set_name("cell_top_mm")
     ('$\\\\varphi$', 'cell_top_mm')
     """
-    match = _NAME.match(name.removesuffix(units.suffix(name)))
+    match = _NAME.match(name.removesuffix(units.unit_suffix(name)))
     if match is None:
         return name
     letter, index = match.groups()

@@ -11,7 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 from planter import plugins, safe_text
 from planter.errors import InputError, PlanterError
 from planter.files import units
-from planter.files.document import Document, lines
+from planter.files.document import Document, format_lines
 from planter.files.text import is_file, parse_toml, read_text
 from planter.kernels import Array
 from planter.kernels.programs import Program
@@ -206,7 +206,7 @@ def build_scene(thing: object) -> Scene:
     raise InputError(f"there is nothing to show of a {type(thing).__name__}")
 
 
-def opened(source: str, changes: Values | None = None) -> Shown:
+def open_machine(source: str, changes: Values | None = None) -> Shown:
     """Open the machine of a file or a built-in name with changed numbers.
 
     Raises InputError if it is not a machine, with the position of the error if the file is not valid TOML.
@@ -233,7 +233,7 @@ def first_scene(machine: Shown, model: str | None, option: str) -> tuple[Scene, 
     return machine.scenes(values, name)[0].with_details(), name
 
 
-def controls(
+def list_controls(
     document: Document, paths: Iterable[str], meanings: Mapping[str, str], bounds: Mapping[str, tuple[float, float]]
 ) -> list[Control]:
     """Return controls for numbers of a file, within bounds by path if there are any, and within the valid range.
@@ -246,15 +246,15 @@ def controls(
         ends = (_allowed_end(document, path, value, end) for end in bounds.get(path) or _about(value))
         lower, upper = min(value, next(ends)), max(value, next(ends))
         if lower < upper:
-            result.append(Control(path, meanings.get(path, ""), units.unit(path), value, lower, upper))
+            result.append(Control(path, meanings.get(path, ""), units.display_unit(path), value, lower, upper))
     return result
 
 
 def _allowed_end(document: Document, path: str, value: float, end: float) -> float:
-    return farthest(value, end, lambda number: document.with_numbers({path: number}))
+    return find_farthest(value, end, lambda number: document.with_numbers({path: number}))
 
 
-def farthest(value: float, end: float, attempt: Callable[[float], object]) -> float:
+def find_farthest(value: float, end: float, attempt: Callable[[float], object]) -> float:
     """Return the farthest of `STEPS` numbers from a value towards an end at which an attempt succeeds, by bisection.
 
     An attempt fails if it raises PlanterError; at the value itself it must succeed.
@@ -275,16 +275,16 @@ def _about(value: float) -> tuple[float, float]:
     return value - reach, value + reach
 
 
-def singles(table: Mapping[str, Any]) -> list[Reading]:
+def list_readings(table: Mapping[str, Any]) -> list[Reading]:
     """Return the scalar numbers of a result as readings."""
     return [
-        Reading(key, units.unit(key), float(value))
+        Reading(key, units.display_unit(key), float(value))
         for key, value in table.items()
         if isinstance(value, int | float) and not isinstance(value, bool)
     ]
 
 
-def changed(document: Any, values: Values) -> Any:
+def change_numbers(document: Any, values: Values) -> Any:
     """Return a file with changed numbers, or the same file if none differs."""
     before = document.numbers()
     changes = {path: value for path, value in values.items() if before[path] != value}
@@ -295,15 +295,15 @@ HAND = "assumed; set by hand"
 """Origin of a number that a user has moved, for which the origin in the file no longer holds."""
 
 
-def written(original: Document, moved: Document) -> str:
+def write_numbers(original: Document, moved: Document) -> str:
     """Return the text of a file whose numbers a user has moved, with their previous values as comments."""
     before, table = original.numbers(), moved.table()
     was = {path: before[path] for path, value in moved.numbers().items() if path in before and before[path] != value}
     table["origin"] = {**moved.origins, **dict.fromkeys(was, HAND)}
-    notes = {path: f"was {value!r} {units.unit(path)}".rstrip() for path, value in was.items()}
+    notes = {path: f"was {value!r} {units.display_unit(path)}".rstrip() for path, value in was.items()}
     head = f"# The machine {json.dumps(original.name)} with numbers set by hand, by planter {__version__}."
     order = dict(sorted(table.items(), key=lambda pair: isinstance(pair[1], dict | list)))
-    return "\n".join([head, "", *lines(order, notes)]) + "\n"
+    return "\n".join([head, "", *format_lines(order, notes)]) + "\n"
 
 
 @dataclass(frozen=True)

@@ -236,8 +236,8 @@ def _summarise(
         lift_off=None
         if lift_off is None
         else cam_results.LiftOff(
-            lift_off.speed / units.factor("_rpm"),
-            machine_speed / units.factor("_rpm"),
+            lift_off.speed / units.unit_factor("_rpm"),
+            machine_speed / units.unit_factor("_rpm"),
             float(np.degrees(lift_off.angle)),
         ),
         contour=cam_results.Contour(
@@ -260,5 +260,8 @@ def tabulate_contour(profile: Profile, entries: Sequence[dict[str, str]]) -> dic
     angles = np.unique(np.concatenate([np.arange(0, 2 * np.pi, _STEP), profile.breaks]))
     angles = angles[np.append(np.diff(angles) > _ANGLE_TOLERANCE, True)]
     columns: Columns = profile.course(angles)
-    keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in entries}
-    return {"cam_deg": np.degrees(angles), **{key: columns[name] / units.factor(key) for name, key in keys.items()}}
+    keys = {entry["name"]: units.display_key(entry["name"], entry["unit"]) for entry in entries}
+    return {
+        "cam_deg": np.degrees(angles),
+        **{key: columns[name] / units.unit_factor(key) for name, key in keys.items()},
+    }

@@ -11,7 +11,7 @@ import numpy as np
 from planter.files.document import Document
 from planter.report import files, style
 from planter.report.html import Block, Items, Keys, Section, Table, Text
-from planter.report.labels import label
+from planter.report.labels import format_label
 from planter.report.presentation import ResultPresentation
 from planter.workshop.cam import SAMPLES, CamPart, Push, tabulate_contour
 from planter.workshop.cam_results import Cam
@@ -93,7 +93,9 @@ def _list_results(result: Cam) -> Iterator[Block]:
     for group in ("roller", "pressure_angle_deg", "lift_off", "contour"):
         if table[group] is not None:
             yield Table(
-                ("quantity", "value"), [(label(key), value) for key, value in table[group].items()], label(group)
+                ("quantity", "value"),
+                [(format_label(key), value) for key, value in table[group].items()],
+                format_label(group),
             )
     if result.lift_off is None:
         yield Text(
@@ -104,7 +106,7 @@ def _list_results(result: Cam) -> Iterator[Block]:
 def _describe_columns(part: CamPart, content: CamPageContent) -> Iterator[str]:
     roller = f"{part.result.kind} cam for a roller of a radius of {part.result.roller.radius_mm:g} mm"
     meanings = (f"{entry['name']}: {entry['meaning']}" for entry in content.entries)
-    yield from files.comments(content.machine, "cam", (roller, *meanings))
+    yield from files.list_comments(content.machine, "cam", (roller, *meanings))
 
 
 def _build_figures(part: CamPart, content: CamPageContent) -> dict[str, Figure]:
@@ -166,7 +168,7 @@ def plot_lift_off(push: Push, machine_speed: float, lift_off_speed: float | None
     speeds = {"machine speed": machine_speed} | ({} if not lift_off_speed else {"lift-off": lift_off_speed})
     ends = []
     for index, (name, speed) in enumerate(speeds.items()):
-        force, shade = push(_TURN, speed), style.colour(name, index)
+        force, shade = push(_TURN, speed), style.curve_colour(name, index)
         _plot_curve(axes, force, "force on the roller / N", shade)
         ends.append((float(force[-1]), f"{name},\n{speed * 30 / np.pi:.4g} r/min", shade))
     axes.axhline(0, color=style.SOFT, linewidth=0.6)

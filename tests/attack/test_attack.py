@@ -44,7 +44,7 @@ def often(names: Iterable[str], slow: Iterable[str]) -> tuple[str, ...]:
     return (*quick * (9 * len(seldom) // len(quick) + 1), *seldom)
 
 
-MACHINES = {name: room for room in TAKERS for name in examples.names(room, ".toml")}
+MACHINES = {name: room for room in TAKERS for name in examples.list_examples(room, ".toml")}
 share = settings(
     max_examples=max(1, CASES // 3), derandomize=not SEED, deadline=None, database=None,
     suppress_health_check=list(HealthCheck),

@@ -12,7 +12,7 @@ import typer
 from derive.generated_folder import OwnError, add_files, list_strays
 from planter.cli.app import application
 from planter.report import files
-from planter.report.folder import NAME, renewing
+from planter.report.folder import NAME, renew_files
 from planter.safe_text import file_name
 from tests.support.cli import run
 from tests.support.structure import ROOT
@@ -80,7 +80,7 @@ def walk(command: typer.core.TyperGroup, *words: str) -> Iterator[tuple[str, set
 
 
 def test_every_writing_command_is_covered() -> None:
-    options = dict(walk(typer.main.get_command(application())))
+    options = dict(walk(typer.main.get_command(build_application())))
     writing = {name for name, known_options in options.items() if known_options & {"--out", "--static"}}
     assert writing == {name for name, known_options in options.items() if "--overwrite" in known_options}
     checked = {name for name in writing for command in COMMANDS if command.startswith(f"{name} ")}
@@ -173,6 +173,6 @@ def test_manifests_of_derivation_and_results_are_equal(tmp_path: Path) -> None:
     add_files(tmp_path, {"own.py": "3"})
     with renewing(tmp_path):
         files.write_text(tmp_path / "summary.json", "1")
-    with renewing(tmp_path):
+    with renew_files(tmp_path):
         pass
     assert {path.name for path in tmp_path.iterdir()} == {"own.py", NAME}

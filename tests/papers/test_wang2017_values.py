@@ -23,9 +23,12 @@ def by_array_code(device: Device, phi: np.ndarray) -> model.Outputs:
 def displayed_values(device: Device, outputs: model.Outputs) -> dict[str, np.ndarray]:
     """Outputs of side 1 and shared ones, in the units of their keys."""
     vectors = device.sidecar["vectors"]
-    keys = {entry["name"]: units.key(entry["name"], entry["unit"]) for entry in (*vectors["side"], *vectors["totals"])}
+    keys = {
+        entry["name"]: units.display_key(entry["name"], entry["unit"])
+        for entry in (*vectors["side"], *vectors["totals"])
+    }
     values = outputs.side1 | outputs.totals
-    return {keys[name]: values[name] / units.factor(keys[name]) for name in values}
+    return {keys[name]: values[name] / units.unit_factor(keys[name]) for name in values}
 
 
 def deviations(kind: Model, code: Callable[[Device, np.ndarray], model.Outputs]) -> dict[str, float]:

@@ -67,7 +67,7 @@ def test_planter_is_light_to_import() -> None:
 
 def test_commands_import_only_their_needs() -> None:
     """What all commands are put together of knows no numbers: help, completion and refusals come at once."""
-    script = "import sys; from planter.cli.app import application; application(); print(*sys.modules)"
+    script = "import sys; from planter.cli.app import build_application; build_application(); print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
     assert "planter.planting.commands.analysis" in loaded
     assert not {"numpy", "casadi", "matplotlib", "pandas", "pydantic", "scipy"} & set(loaded)

@@ -24,7 +24,7 @@ def seeder(name: str, as_json: JsonOption = False) -> None:
         from planter.files import examples
         from planter.files.text import parse_toml
 
-        table = parse_toml(examples.text(name, "seeder"), name)
+        table = parse_toml(examples.read_source(name, "seeder"), name)
         spacing = {"spacing_mm": 1e3 * table["speed_m_s"] / table["rate_Hz"]}
         console.result(spacing, lambda: console.table("Seeder", ["quantity", "value"], spacing.items()))
 '''

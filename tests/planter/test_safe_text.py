@@ -44,7 +44,7 @@ def test_table_escapes_markup_and_control_characters(capsys: pytest.CaptureFixtu
 
 
 def test_page_has_no_control_characters() -> None:
-    page = html.page(NASTY, [html.Section("<s>", [html.Text(NASTY), html.Table([NASTY], [[NASTY]])])])
+    page = html.render_page(NASTY, [html.Section("<s>", [html.Text(NASTY), html.Table([NASTY], [[NASTY]])])])
     assert "\x1b" not in page
     assert "\x00" not in page
     assert "a\\x1b[31m" in page

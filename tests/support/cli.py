@@ -15,7 +15,7 @@ import typer
 
 from planter import cli
 from planter.cli import app
-from planter.cli.app import application
+from planter.cli.app import build_application
 from planter.terminal import signals
 from planter.terminal.console import Console
 
@@ -23,7 +23,7 @@ from planter.terminal.console import Console
 @cache
 def _commands() -> Callable[..., Any]:
     """All commands, put together once instead of for every call."""
-    return typer.main.get_command(application())
+    return typer.main.get_command(build_application())
 
 
 def run(*arguments: str) -> tuple[int, str, str]:
@@ -31,8 +31,8 @@ def run(*arguments: str) -> tuple[int, str, str]:
     out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", newline="") for _ in range(2))
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
         patch.setattr(sys, "argv", ["planter", *arguments])
-        patch.setattr(app, "application", _commands)
-        patch.setattr(signals, "listen", lambda: None)
+        patch.setattr(app, "build_application", _commands)
+        patch.setattr(signals, "listen_signals", lambda: None)
         with pytest.raises(SystemExit) as end:
             cli.main()
     return int(end.value.code or 0), _text(out), _text(err)

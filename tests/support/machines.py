@@ -24,7 +24,7 @@ CAM = {
     "fall_delta_deg[0]": 10,
     "fall_delta_deg[1]": 10,
 }
-BUILT_IN = tuple(examples.names("planting"))
+BUILT_IN = tuple(examples.list_examples("planting"))
 RANDOM = tuple(f"random {seed}" for seed in range(1, 5))
 FLANKS = ("modified sine", "3-4-5 polynomial", "modified trapezoid", "cycloidal")
 """Laws of the random machines' cams, in their order."""

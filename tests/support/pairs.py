@@ -67,7 +67,7 @@ def _describe_size(family: str, gear: str, size: Size) -> dict[str, float]:
     *names, last = (entry["shown"] for entry in sizing(family).sidecar["parameters"])
     parts = [name.partition("_") for name in names]
     keys = [*(f"{base}{gear}{dash}{unit}" for base, dash, unit in parts), f"{last}{gear}1"]
-    return {key: float(value / units.factor(key)) for key, value in zip(keys, parameters, strict=True)}
+    return {key: float(value / units.unit_factor(key)) for key, value in zip(keys, parameters, strict=True)}
 
 
 def _vary(value: float) -> list[float]:

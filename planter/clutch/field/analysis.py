@@ -194,7 +194,7 @@ class Sample:
 
 def read_samples(text: str, source: str) -> list[Sample]:
     """Return the samples of a CSV text with the columns of `HEADER`. Raises InputError, naming line and column."""
-    table = csv_rows.read(text, source, HEADER)
+    table = csv_rows.read_table(text, source, HEADER)
     _check(table)
     numbers = zip(*(table.numbers(name) for name in ("speed_m_s", "mean", "sd", "n")), strict=True)
     samples = [

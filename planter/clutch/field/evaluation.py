@@ -53,8 +53,8 @@ class ResponseGoal:
         if plain == "smaller":
             return cls("smaller")
         value = "0" if plain in ("zero", "nearest 0") else plain.removeprefix("target").strip()
-        if not csv_rows.finite(value) or abs(float(value)) > csv_rows.LARGEST:
-            raise InputError(f"goal {csv_rows.shortened(text)}: must be {ALLOWED}")
+        if not csv_rows.is_finite_number(value) or abs(float(value)) > csv_rows.LARGEST:
+            raise InputError(f"goal {csv_rows.shorten_text(text)}: must be {ALLOWED}")
         return cls("near", float(value))
 
     def __str__(self) -> str:
@@ -154,13 +154,13 @@ def evaluate_field(
 
     Raises InputError for data that cannot be evaluated, and for responses without a goal.
     """
-    read = trial.read_trial(examples.text(source, "clutch", ".csv"), source, columns)
+    read = trial.read_trial(examples.read_source(source, "clutch", ".csv"), source, columns)
     names = [response.name for response in read.responses]
     defaults = dict.fromkeys(names, NEAREST_ZERO) if source == PAPER else {}
     assigned = {**defaults, **(requested or {})}
     check_goals(assigned, names, source)
     compared = PAPER_COMPARISON if compared is None and source == PAPER else compared
-    samples = analysis.read_samples(examples.text(compared, "clutch", ".csv"), compared) if compared else []
+    samples = analysis.read_samples(examples.read_source(compared, "clutch", ".csv"), compared) if compared else []
     return evaluate_trial(read, samples, assigned)
 
 

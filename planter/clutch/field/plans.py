@@ -67,7 +67,7 @@ def plan_field(
         [f.name for f in factors],
         blanks,
         columns,
-        csv_rows.written(comments, columns, zip(*columns.values(), strict=True)),
+        csv_rows.format_csv(comments, columns, zip(*columns.values(), strict=True)),
     )
 
 
@@ -96,7 +96,7 @@ def _counted(levels: int) -> tuple[str, ...]:
 
 
 def _numeric(levels: Sequence[str]) -> bool:
-    return all(csv_rows.finite(level) for level in levels)
+    return all(csv_rows.is_finite_number(level) for level in levels)
 
 
 def _check(text: str, name: str, levels: Sequence[str]) -> None:
@@ -105,7 +105,7 @@ def _check(text: str, name: str, levels: Sequence[str]) -> None:
     if not levels:
         return
     same = [float(level) for level in levels] if _numeric(levels) else list(levels)
-    mixed = not _numeric(levels) and any(csv_rows.number(level) is not None for level in levels)
+    mixed = not _numeric(levels) and any(csv_rows.parse_number(level) is not None for level in levels)
     if (
         "" in levels
         or len(levels) < 2

@@ -177,7 +177,7 @@ def _format_tables(result: FieldTest) -> dict[str, str]:
     if pairs := [pair.table() for pair in (*result.comparison, *result.other_comparisons)]:
         tables["comparison"] = (tuple(pairs[0]), [tuple(pair.values()) for pair in pairs])
     comments = [f"data: {result.source}"]
-    return {f"{name}.csv": csv_rows.written(comments, head, rows) for name, (head, rows) in tables.items()}
+    return {f"{name}.csv": csv_rows.format_csv(comments, head, rows) for name, (head, rows) in tables.items()}
 
 
 def _list_sources(evaluation: FieldEvaluation) -> dict[str, Any]:
@@ -369,7 +369,7 @@ def draw_comparison(samples: Sequence[Sample], labels: Mapping[str, str]) -> Fig
             measured = [s for s in samples if (s.clutch, s.measure) == (clutch, measure)]
             if measured:
                 offset = 0.16 * (index - (len(clutches) - 1) / 2)
-                handles[clutch] = _errorbar(axes, measured, speeds, offset, style.colour(clutch, index))
+                handles[clutch] = _errorbar(axes, measured, speeds, offset, style.curve_colour(clutch, index))
         axes.set_title(_plain(labels.get(measure, measure)))
         axes.set_xticks(range(len(speeds)), [f"{speed:g}" for speed in speeds])
         axes.set_xlim(-0.5, len(speeds) - 0.5)

@@ -98,7 +98,7 @@ def read_trial(text: str, source: str, columns: FieldColumns | None = None) -> T
     Raises InputError, naming source, line and column, for any other text.
     """
     columns = columns or FieldColumns()
-    table = csv_rows.read(text, source)
+    table = csv_rows.read_table(text, source)
     _check_named(table, columns)
     by_role: dict[str, list[str]] = {role: [] for role in ("factor", "response", "blank", "run", "ignored")}
     for name in table.header:
@@ -151,7 +151,7 @@ def _response(table: csv_rows.Table, name: str, legend: Legend) -> FieldResponse
 
 def _factor(table: csv_rows.Table, name: str, legend: Legend) -> Factor:
     cells = table.column(name)
-    numeric = [csv_rows.number(cell) is not None for cell in cells]
+    numeric = [csv_rows.parse_number(cell) is not None for cell in cells]
     if any(numeric) and not all(numeric):
         row = numeric.index(False)
         raise InputError(
@@ -252,7 +252,7 @@ class Legend:
         words = isinstance(levels[0], str)
         if words and sorted(entry.values) == sorted(levels):
             return list(entry.values), None
-        numbers = [float(value) for value in entry.values if csv_rows.finite(value)]
+        numbers = [float(value) for value in entry.values if csv_rows.is_finite_number(value)]
         if not words and len(numbers) == len(entry.values) == len(set(numbers)) == len(levels):
             return levels, tuple(numbers)
         stated, counted = ", ".join(entry.values), ", ".join(map(str, levels))

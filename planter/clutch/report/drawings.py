@@ -16,7 +16,7 @@ from planter.clutch.rotor import Rotor, body_outline, polygon_outline
 from planter.kernels import Array, formulas
 from planter.numerics.arrays import TURN, Integers
 from planter.view.scene import Body, Curve, Event, Label, Outline, Point, Scene, refine_places
-from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, heading, still
+from planter.view.sheet import Angle, Length, Mark, Sheet, Spot, build_still_scene, direction_angle
 
 _MM = 1e3
 _TURN = np.linspace(0, 2 * np.pi, 181)
@@ -43,7 +43,7 @@ def _polygon(values: Mapping[str, float]) -> Sheet:
     at = {name: float(value[0]) * _MM for name, value in rotor.path(np.array([theta])).items()}
     a, b, c, middle = (np.array([at[f"x_{name}"], at[f"y_{name}"]]) for name in "ABCM")
     beta = np.degrees(load_model().at("path", theta=theta, a=values["a"])["beta"])
-    body = body_outline(rotor, np.radians(heading(middle, c)), middle / _MM).T * _MM
+    body = body_outline(rotor, np.radians(direction_angle(middle, c)), middle / _MM).T * _MM
     hexagon = polygon_outline(SIDES, rotor.width / 2).T[:-1] * _MM
     axis, centre = rotor.ellipse["axis"], np.array([sizes["x_E"], sizes["y_E"]]) * _MM
     major, minor = _direction(axis), _direction(axis + np.pi / 2)
@@ -70,7 +70,7 @@ def _polygon(values: Mapping[str, float]) -> Sheet:
         Angle(("beta",), b, _TURNED, -float(beta), 0.3 * size),
         Angle.between(("arc",), c, a, b, 0.6 * size),
     ]
-    return Sheet("polygon", "polygon in the hexagonal hole", still("polygon", bodies), marks)
+    return Sheet("polygon", "polygon in the hexagonal hole", build_still_scene("polygon", bodies), marks)
 
 
 def _teeth(values: Mapping[str, float]) -> Sheet:
@@ -91,7 +91,7 @@ def _teeth(values: Mapping[str, float]) -> Sheet:
         Length(("b2",), centre, root * _direction(0.6), 0.7),
         Angle(("xi",), np.array([_MM * teeth["b1"], 0.0]), -float(face), 2 * float(face), 0.2 * flats),
     ]
-    return Sheet("teeth", "teeth on the output shaft", still("teeth", bodies), marks)
+    return Sheet("teeth", "teeth on the output shaft", build_still_scene("teeth", bodies), marks)
 
 
 def _sleeve(values: Mapping[str, float]) -> Sheet:
@@ -109,8 +109,8 @@ def _sleeve(values: Mapping[str, float]) -> Sheet:
         Length(("c",), start, start + travel),
         Angle(("phi",), start, 180, -float(np.degrees(values["phi"])), 0.6 * length),
     ]
-    return Sheet("sleeve", "tapered body in the sleeve, engaged and by the travel away", still("sleeve", bodies),
-                 marks)  # fmt: skip
+    scene = build_still_scene("sleeve", bodies)
+    return Sheet("sleeve", "tapered body in the sleeve, engaged and by the travel away", scene, marks)
 
 
 def _linkage(values: Mapping[str, float]) -> Sheet:
@@ -138,7 +138,7 @@ def _linkage(values: Mapping[str, float]) -> Sheet:
         Angle(("theta_Amax",), axis, turned[0], turned[1] - turned[0], 1.15 * _MM * values["l_AB"]),
         Angle(("rod_angle",), sleeve, 180, -float(np.degrees(both["rod_angle"][0])), 0.7 * _MM * values["l_AB"]),
     ]
-    return Sheet("linkage", "crank and rod at both ends of the travel", still("linkage", bodies), marks)
+    return Sheet("linkage", "crank and rod at both ends of the travel", build_still_scene("linkage", bodies), marks)
 
 
 STEPS = 8

@@ -174,7 +174,7 @@ def draw_modal_load(engagement: Modal, printed: Mapping[str, float]) -> Figure:
         motion = formulas.load("clutch_beam")(
             "motion", t=time, B1=at["B1"], B2=at["B2"], struck=engagement.struck.packed
         )
-        axes.plot(1e6 * time, motion["N"], color=style.colour(name, 0), label=name)
+        axes.plot(1e6 * time, motion["N"], color=style.curve_colour(name, 0), label=name)
     axes.axhline(0, color=style.SOFT, linewidth=0.6)
     axes.set_xlabel("time since contact / μs")
     axes.set_ylabel("load on the tooth / N")

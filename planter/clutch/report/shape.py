@@ -111,7 +111,7 @@ def draw_travels(angles_deg: Array, curves: Mapping[str, Array], marks: Sequence
     axes = figure.subplots()
     ends = []
     for index, (name, curve) in enumerate(curves.items()):
-        shade = style.colour(name, index)
+        shade = style.curve_colour(name, index)
         axes.plot(angles_deg, curve, color=shade)
         axes.plot(marks, np.interp(marks, angles_deg, curve), "o", color=shade, markersize=4)
         ends.append((float(curve[-1]), name, shade))

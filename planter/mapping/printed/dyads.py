@@ -7,14 +7,14 @@ from functools import lru_cache
 import numpy as np
 
 from planter.audit.registry import MM, Inputs, Value, formula
-from planter.files.units import factor
+from planter.files.units import unit_factor
 from planter.kernels import Array
 from planter.mapping import model
 from planter.mapping.dyads import Dyad, Solution, null_space, solve_dyads
 
 LENGTHS = np.array([2, 1, 1, 1, 1, 0, 0, 0])
 """Number of lengths that are multiplied in each column of the linear system: entries in mm follow from those in m."""
-_POSE = np.array([MM, MM, factor("phi_deg")])
+_POSE = np.array([MM, MM, unit_factor("phi_deg")])
 
 
 def poses(inputs: Inputs) -> Array:

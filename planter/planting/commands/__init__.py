@@ -1,6 +1,6 @@
 """Commands of the planting device."""
 
 from planter.planting.commands import analysis, design
-from planter.terminal.options import joined
+from planter.terminal.options import join_applications
 
-app = joined(analysis.app, design.app)
+app = join_applications(analysis.app, design.app)

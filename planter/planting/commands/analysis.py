@@ -27,7 +27,7 @@ from planter.planting.commands.options import (
     load_other,
     text_option,
 )
-from planter.report.writing import figure_files, writes
+from planter.report.writing import figure_files, writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import (
     ClusterOption,
@@ -41,7 +41,7 @@ from planter.terminal.options import (
     SetOption,
     SpeedOption,
     WorkersOption,
-    changes,
+    parse_changes,
     read_ranges,
 )
 
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 app = typer.Typer()
 
 
-@writes("summary.json", "report.html")
+@writes_files("summary.json", "report.html")
 def simulate(
     machine: MachineArgument,
     model: ModelOption = Model.exact,
@@ -81,9 +81,9 @@ def simulate(
             run_simulate(console, other, samples, at or (), out)
             return
         if out is not None:
-            from planter.report.folder import check
+            from planter.report.folder import check_files
 
-            check(out, ["cycle.csv", *figure_files(*FIGURES)])
+            check_files(out, ["cycle.csv", *figure_files(*FIGURES)])
         from planter.planting import simulation
         from planter.planting.design_presentation import present_simulation
 
@@ -97,7 +97,7 @@ app.command("turn", help="Another name for `simulate`.")(simulate)
 
 
 @app.command()
-@writes("summary.json", "report.html")
+@writes_files("summary.json", "report.html")
 def sensitivity(
     machine: MachineArgument,
     model: ModelOption = Model.exact,
@@ -133,7 +133,7 @@ def sensitivity(
 
 
 @app.command()
-@writes("summary.json", "turn.csv", "report.html")
+@writes_files("summary.json", "turn.csv", "report.html")
 def drive(
     machine: MachineArgument,
     stall_nm: Annotated[
@@ -172,7 +172,7 @@ def drive(
         from planter.engine.drive import Motor
         from planter.files import units
 
-        rad_s = units.factor("idle_rpm")
+        rad_s = units.unit_factor("idle_rpm")
         motor = Motor(stall_nm, idle_rpm * rad_s, flywheel_kgm2)
         start = None if start_rpm is None else start_rpm * rad_s
         if (other := load_other(machine, set_, speed_rpm)) is not None:
@@ -201,7 +201,7 @@ def validate(
     console = Console(as_json)
     with console.outcome():
         if is_other(machine):
-            run_validate(console, machine, changes(set_), speed_rpm)
+            run_validate(console, machine, parse_changes(set_), speed_rpm)
             return
         device = build_device(machine, "exact", set_, speed_rpm)
         from planter.planting import simulation
@@ -211,7 +211,7 @@ def validate(
 
 
 @app.command()
-@writes("summary.json", "report.html")
+@writes_files("summary.json", "report.html")
 def calibrate(
     machine: MachineArgument,
     target: Annotated[str, typer.Option(help="what to fit to: table1 (the paper's)")] = "table1",

@@ -21,7 +21,7 @@ from planter.planting.commands.options import (
     parse_tooth_counts,
     text_option,
 )
-from planter.report.writing import figure_files, writes
+from planter.report.writing import figure_files, writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import (
     ClusterOption,
@@ -37,8 +37,8 @@ from planter.terminal.options import (
     SpeedOption,
     VaryOption,
     WorkersOption,
-    changes,
-    listing,
+    list_allowed,
+    parse_changes,
     read_ranges,
 )
 
@@ -71,7 +71,7 @@ standard module: the pitch curves then have the lengths pi m z, so that `planter
 
 
 @app.command(help=OPTIMISE)
-@writes("summary.json", "optimum.toml", "report.html")
+@writes_files("summary.json", "optimum.toml", "report.html")
 def optimise(
     machine: MachineArgument,
     model: ModelOption = Model.exact,
@@ -117,17 +117,19 @@ def optimise(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    from planter.report.folder import check, renewing
+    from planter.report.folder import check_files, renew_files
 
     console = Console(as_json)
-    with console.outcome(), renewing(out):
+    with console.outcome(), renew_files(out):
         from planter.engine.machine import load_machine
         from planter.parallel.task import Means
         from planter.planting import optimisation
 
         means, ranges = Means(workers, cluster), read_ranges("--vary", vary or ())
         is_varied = least or hold or ranges
-        other = load_machine(machine, changes(set_), speed_rpm) if is_varied else load_other(machine, set_, speed_rpm)
+        other = (
+            load_machine(machine, parse_changes(set_), speed_rpm) if is_varied else load_other(machine, set_, speed_rpm)
+        )
         if other is not None:
             sampling = None if samples is None else optimisation.parse_sampling(samples)
             seconds = prove_seconds if prove else None
@@ -141,7 +143,7 @@ def optimise(
             return
         method = method or Method.hybrid
         if out is not None:
-            check(out, ["cycle.csv", *figure_files(*FIGURES, "convergence", *(["pareto"] if front else []))])
+            check_files(out, ["cycle.csv", *figure_files(*FIGURES, "convergence", *(["pareto"] if front else []))])
         from planter.planting.design_presentation import present_optimum, write_partial
         from planter.planting.tooth_count_search import optimise_with_tooth_counts
 
@@ -189,8 +191,8 @@ def _list_families() -> Iterable[str]:
     return families.list_families()
 
 
-@app.command(cls=listing(pair=_list_families))
-@writes("summary.json", "devices.csv", "report.html", figures=("comparison",))
+@app.command(cls=list_allowed(pair=_list_families))
+@writes_files("summary.json", "devices.csv", "report.html", figures=("comparison",))
 def compare(
     machine: DeviceArgument,
     starts: Annotated[int, typer.Option(min=1, help="local searches for each pair")] = 3,
@@ -213,10 +215,10 @@ def compare(
         from planter.planting.family_comparison import compare_families
         from planter.planting.family_pairs import parse_pairs
         from planter.planting.presentation import present_comparison
-        from planter.report.folder import renewing
+        from planter.report.folder import renew_files
 
         content = load_device_file(machine, set_, speed_rpm)
-        with renewing(out):
+        with renew_files(out):
             result = compare_families(
                 content, starts, seed, out, resume, parse_pairs(pair), console.progress, workers, cluster
             )
@@ -234,7 +236,7 @@ CAM_EPILOG = (
 
 
 @app.command(epilog=CAM_EPILOG)
-@writes("summary.json", "report.html", "contour.dxf", "contour.svg", "contour.csv")
+@writes_files("summary.json", "report.html", "contour.dxf", "contour.svg", "contour.csv")
 def cam(
     machine: Annotated[
         str,

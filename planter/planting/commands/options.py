@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from planter.errors import InputError, Interrupted
-from planter.terminal.options import changes
+from planter.terminal.options import parse_changes
 
 if TYPE_CHECKING:
     from planter.engine.machine import Machine as EngineMachine
@@ -46,7 +46,7 @@ def load_device_file(source: str, set_: Sequence[str] | None, speed_rpm: float |
             f"{source}: this is the file of a user-defined mechanism, but it must be that of a planting device, with "
             "two stages of gears, a cam and nozzles"
         )
-    return file.load(source, changes(set_, {"operation.speed_rpm": speed_rpm}))
+    return file.load(source, parse_changes(set_, {"operation.speed_rpm": speed_rpm}))
 
 
 def build_device(source: str, model: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Device:
@@ -60,7 +60,7 @@ def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None)
     """Return the machine of a source, None if it is a planting device or unknown."""
     from planter.engine.machine import load_machine
 
-    return load_machine(source, changes(set_), speed_rpm) if is_other(source) else None
+    return load_machine(source, parse_changes(set_), speed_rpm) if is_other(source) else None
 
 
 def is_other(source: str) -> bool:

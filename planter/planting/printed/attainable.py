@@ -20,7 +20,7 @@ from planter.planting.model import Device
 from planter.progress import Listener
 
 PAPER = "wang2017"
-RPM = units.factor("_rpm")
+RPM = units.unit_factor("_rpm")
 RIPPLES = (1, 2, 4, 8, 16, 32)
 """Speed oscillations per revolution."""
 PHASES = 12

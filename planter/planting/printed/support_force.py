@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from planter.audit.registry import Inputs, consequence, formula
-from planter.files.units import factor
+from planter.files.units import unit_factor
 from planter.kernels import Array
 from planter.planting import cycle, optimisation
 from planter.planting.file import Machine, load
@@ -72,7 +72,7 @@ class BothModels:
         device = Device(self.machine, model)
         paths = [entry["shown"] for entry in device.sidecar["vectors"]["machine"]]
         for path, value in values.items():
-            device.constants[paths.index(path)] = value * factor(path)
+            device.constants[paths.index(path)] = value * unit_factor(path)
         return cycle.evaluate_cycle(device, device.prologue(device.design), self.angles).support
 
     @property

@@ -9,8 +9,8 @@ import numpy as np
 
 from planter.planting.report.forces import JOINTS, draw_joint_forces, draw_support_force
 from planter.report import style
-from planter.report.search import convergence, pareto
-from planter.report.style import save, svg
+from planter.report.search import draw_convergence, draw_pareto
+from planter.report.style import render_svg, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -51,7 +51,7 @@ def draw_tip_path(
         axes.plot(*old, color=style.ORANGE, linewidth=1.0, alpha=0.7, label="tip, before", zorder=1.5)
     if soil_mm is not None:
         axes.axhline(soil_mm, color=style.GREEN, linewidth=0.8, linestyle=(0, (6, 2)), label="soil", zorder=1)
-    style.tubes(axes, points)
+    style.draw_tubes(axes, points)
     _poses(axes, turn, tip)
     style.drawing_board(axes)
     if travels:
@@ -239,15 +239,15 @@ def _loneliest(points: Array, other_points: Array, labelled_points: list[Array])
 
 __all__ = [
     "DRAWN",
-    "convergence",
+    "draw_convergence",
     "draw_joint_forces",
+    "draw_pareto",
     "draw_pitch_curves",
     "draw_rotation",
     "draw_support_force",
     "draw_tip_path",
-    "pareto",
-    "save",
-    "svg",
+    "render_svg",
+    "save_figure",
 ]
 
 _TIP = ("tip_x_mm", "tip_y_mm", "tip_machine_x_mm", "theta1_deg")

@@ -102,7 +102,7 @@ def _by_part(joints: Mapping[str, Sequence[float]]) -> dict[str, list[float]]:
 def _curves(axes: Axes, cycles: Mapping[str, Curve], before: Mapping[str, Curve], weight: float, gap: float) -> None:
     ends = []
     for index, (label, (phi, force)) in enumerate(cycles.items()):
-        shade = style.colour(label, index)
+        shade = style.curve_colour(label, index)
         if label in before:
             axes.plot(*before[label], color=shade, linewidth=0.9, linestyle=(0, (4, 2)), label=f"{label}, before")
         axes.plot(phi, force, color=shade, label=label)
@@ -120,7 +120,7 @@ def _bars(axes: Axes, cycles: Mapping[str, Curve], reference: Mapping[str, tuple
     extremes = {label: (float(force.max()), float(force.min())) for label, (_, force) in cycles.items()}
     rows = extremes | dict(reference)
     for row, (label, (high, low)) in enumerate(rows.items()):
-        shade = style.colour(label, row) if label in extremes else style.SOFT
+        shade = style.curve_colour(label, row) if label in extremes else style.SOFT
         axes.plot([low, high], [row, row], color=shade, linewidth=4, solid_capstyle="butt", label=label)
         for force, offset, side in ((low, -4, "right"), (high, 4, "left")):
             axes.annotate(
@@ -167,7 +167,7 @@ def draw_joint_forces(cycles: Mapping[str, Mapping[str, Array]], every_deg: int 
     figure = style.new_figure(6.9)
     for axes, (name, title) in zip(figure.subplots(2, 2).flat, JOINTS.items(), strict=True):
         for index, (model, columns) in enumerate(cycles.items()):
-            _hodograph(axes, model, columns, name, style.colour(model, index), every_deg)
+            _hodograph(axes, model, columns, name, style.curve_colour(model, index), every_deg)
         _name_angles(axes, cycles, name)
         _polar_grid(axes)
         axes.set_title(title)
@@ -197,7 +197,7 @@ def _name_angles(axes: Axes, cycles: Mapping[str, Mapping[str, Array]], name: st
         for angle in (0, 90, 180, 270):
             point = forces[model][:, _index(columns, angle)]
             if all(np.hypot(*(point - other)) > 0.12 * size for other in labelled_points):
-                shade = style.colour(model, index)
+                shade = style.curve_colour(model, index)
                 i = _index(columns, angle)
                 direction = forces[model][:, (i + 1) % len(columns["phi_deg"])] - forces[model][:, i - 1]
                 offset = np.array([direction[1], -direction[0]]) / max(float(np.hypot(*direction)), 1e-12)

@@ -175,7 +175,7 @@ def _force(columns: dict[str, Array], name: str, side: int) -> Force:
 
 def _curve(device: Device, columns: dict[str, Array], key: str) -> Curve:
     reference = cycle.compute_weight(device) if key == "support_N" else None
-    return Curve(CURVES[key], units.unit(key), columns[key], reference)
+    return Curve(CURVES[key], units.display_unit(key), columns[key], reference)
 
 
 def _before(device: Device, x: Array | None) -> list[Body]:

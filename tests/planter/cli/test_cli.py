@@ -113,7 +113,7 @@ def test_gradient_of_the_objective_against_differences(model: str) -> None:
 def test_examples_are_listed_printed_and_valid(tmp_path: Path) -> None:
     names = answer("example")["examples"]
     assert {"wang2017", "compact", "shi2021", "yu2023", "sun2019"} <= set(names)
-    for name in examples.names("planting"):
+    for name in examples.list_examples("planting"):
         code, text, _ = run("example", name)
         assert code == 0
         path = tmp_path / f"{name}.toml"
@@ -237,7 +237,7 @@ def test_units_stay_at_the_end_of_the_columns_of_side_2(simulated: Path) -> None
     assert {"omega_2_rad_s", "omega_dot_2_rad_s2", "F_E_2_N", "tip_x_2_mm"} <= columns.keys()
     for key in columns:
         if key.replace("_2_", "_") in columns:
-            assert units.unit(key) == units.unit(key.replace("_2_", "_")), key
+            assert units.display_unit(key) == units.display_unit(key.replace("_2_", "_")), key
 
 
 @pytest.mark.parametrize(

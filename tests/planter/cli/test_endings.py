@@ -58,7 +58,7 @@ def library(standalone_mode):
     except KeyboardInterrupt:
         return 130
 
-app.application = lambda: library
+app.build_application = lambda: library
 cli.main()
 """
 """What the command-line library does with a signal that comes outside a command."""

@@ -18,7 +18,7 @@ from planter.kernels import Array, backends
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.sweeps.plan import SobolSequence
-from planter.tolerance.analysis import bands, first_order_std
+from planter.tolerance.analysis import compute_bands, first_order_std
 from planter.tolerance.job import Spread
 from tests.support import own
 
@@ -76,7 +76,7 @@ def test_first_order_bands_are_those_of_drawn_machines() -> None:
     values, slopes = outputs.slopes(centre)
     rows = outputs.evaluated(points, 1)
     np.testing.assert_allclose(rows.std(axis=0), (points @ slopes.T).std(axis=0), rtol=1e-3)
-    for band in bands(NAMES[3:], rows, values, slopes, spreads).values():
+    for band in compute_bands(NAMES[3:], rows, values, slopes, spreads).values():
         assert band.first_order_std == pytest.approx(band.std, rel=0.02)
     assert first_order_std(1.2 * slopes, spreads)[0] > 1.15 * first_order_std(slopes, spreads)[0]
 

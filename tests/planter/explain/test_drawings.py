@@ -14,7 +14,7 @@ from matplotlib.text import Text
 from planter.explain import machine
 from planter.explain.machine import LabelledMachine, draw_machine
 from planter.files import units
-from planter.view.sheet import Angle, Length, Sheet, Spot, figure
+from planter.view.sheet import Angle, Length, Sheet, Spot, draw_figure
 from tests.support.cli import answer, refusal
 
 MACHINES = {"wang2017": 4, "shi2021": 4, "yu2023": 3, "sun2019-corrected": 2}
@@ -55,7 +55,7 @@ def test_forgotten_symbol_is_detected() -> None:
 
 @pytest.mark.parametrize(("source", "index"), SHEETS)
 def test_names_stand_inside_the_figure_and_on_no_other(source: str, index: int) -> None:
-    drawing = figure(open_machine(source).labelled.sheets[index])
+    drawing = draw_figure(open_machine(source).labelled.sheets[index])
     drawing.draw_without_rendering()
     texts = [text for text in drawing.axes[0].texts if isinstance(text, Text) and text.get_text()]
     boxes = [text.get_window_extent() for text in texts]
@@ -154,7 +154,7 @@ def test_machine_is_drawn_with_table(tmp_path: Path) -> None:
 
 
 def test_units_of_lengths_and_angles_are_known() -> None:
-    assert {units.unit(key) for key in ("a_mm", "a_deg")} < machine.GEOMETRIC
+    assert {units.display_unit(key) for key in ("a_mm", "a_deg")} < machine.GEOMETRIC
 
 
 def test_poses_without_linkage_are_reported(tmp_path: Path) -> None:

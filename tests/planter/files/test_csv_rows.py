@@ -17,7 +17,7 @@ GOOD = "# first\n\nx_mm, y_mm\n1,2\n# in between\n3,4.5\n"
 
 def refused(text: str, columns: tuple[str, ...] = ("x_mm", "y_mm")) -> str:
     def read() -> None:
-        table = csv_rows.read(text, "a.csv", columns)
+        table = csv_rows.read_table(text, "a.csv", columns)
         for name in table.header:
             table.numbers(name)
 
@@ -27,7 +27,7 @@ def refused(text: str, columns: tuple[str, ...] = ("x_mm", "y_mm")) -> str:
 
 
 def test_comments_and_empty_lines_leave_lines_their_numbers() -> None:
-    table = csv_rows.read(GOOD, "a.csv", ("y_mm", "x_mm"))
+    table = csv_rows.read_table(GOOD, "a.csv", ("y_mm", "x_mm"))
     assert table.numbers("y_mm") == [2, 4.5]
     assert table.lines == (4, 6)
     assert table.comments == ((1, "first"), (5, "in between"))

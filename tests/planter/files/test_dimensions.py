@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from planter.files.units import measured
+from planter.files.units import parse_unit
 
 
 @pytest.mark.parametrize(
@@ -14,7 +14,7 @@ from planter.files.units import measured
      ("m/s2", 1), ("kJ", 1e3), ("N*m/rad", 1), ("1/s", 1), ("m s^-2", 1), ("km/h", 1 / 3.6), ("°", math.pi / 180)],
 )  # fmt: skip
 def test_units_in_si(text: str, si: float) -> None:
-    assert measured(text).factor == pytest.approx(si, rel=1e-15)
+    assert parse_unit(text).factor == pytest.approx(si, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -23,15 +23,15 @@ def test_units_in_si(text: str, si: float) -> None:
      ("N", "N m", False), ("deg", "1", False), ("1/s", "rad/s", False), ("mm", "kg", False), ("%", "", True)],
 )  # fmt: skip
 def test_kinds_are_distinguished(first: str, other: str, same: bool) -> None:
-    assert measured(first).same_kind(measured(other)) is same
+    assert parse_unit(first).same_kind(parse_unit(other)) is same
 
 
 def test_a_square_is_in_the_square_of_the_unit() -> None:
-    assert measured("kN").squared().factor == 1e6
-    assert measured("kN").squared().same_kind(measured("N2"))
+    assert parse_unit("kN").squared().factor == 1e6
+    assert parse_unit("kN").squared().same_kind(parse_unit("N2"))
 
 
 @pytest.mark.parametrize("text", ["furlong", "kmin", "N+m", "Nm", "mmm"])
 def test_invalid_unit_is_named(text: str) -> None:
     with pytest.raises(ValueError, match="is not a unit"):
-        measured(text)
+        parse_unit(text)

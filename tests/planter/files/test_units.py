@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from planter.files.units import factor, unit
+from planter.files.units import display_unit, unit_factor
 
 
 @pytest.mark.parametrize(
@@ -42,11 +42,11 @@ from planter.files.units import factor, unit
     ],
 )
 def test_unit_is_the_longest_known_ending(key: str, unit_text: str, si: float) -> None:
-    assert unit(key) == unit_text
-    assert factor(key) == pytest.approx(si, rel=1e-15)
+    assert display_unit(key) == unit_text
+    assert unit_factor(key) == pytest.approx(si, rel=1e-15)
 
 
 @pytest.mark.parametrize("key", ["mm", "kg", "deg", "farmm", "R3_MM", "R3_mm_old"])
 def test_a_unit_counts_only_as_an_ending_after_an_underscore(key: str) -> None:
-    assert unit(key) == ""
-    assert factor(key) == 1
+    assert display_unit(key) == ""
+    assert unit_factor(key) == 1

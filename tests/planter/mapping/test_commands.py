@@ -306,6 +306,6 @@ def test_reversing_curve_is_not_a_success(tmp_path: Path) -> None:
 
 
 def test_every_built_in_file_can_be_used() -> None:
-    for name in examples.names("mapping", ".toml"):
+    for name in examples.list_examples("mapping", ".toml"):
         assert len(load_poses(name).poses) == 5
     assert "sun2019-curve" in answer("example")["examples"]

@@ -8,7 +8,7 @@ import math
 import pytest
 from typer.testing import CliRunner
 
-from planter.cli.app import application
+from planter.cli.app import build_application
 from planter.errors import InputError
 from planter.mechanism.cycle import simulate_machine
 from tests.support import own
@@ -41,11 +41,11 @@ def test_simulate_refuses_numbers_out_of_range(samples: int, angle: float) -> No
 @pytest.mark.parametrize("options", [("--model", "printed"), ("--lift",)])
 def test_options_of_the_planting_device_are_refused(options: tuple[str, ...]) -> None:
     path = str(own.generated("slider_crank") / "slider_crank.toml")
-    result = CliRunner().invoke(application(), ["simulate", path, *options])
+    result = CliRunner().invoke(build_application(), ["simulate", path, *options])
     assert result.exit_code == 2
     assert f"{options[0]} does not apply" in result.stderr
 
 
 def test_built_in_machines_turn_under_both_names() -> None:
-    results = [CliRunner().invoke(application(), [name, "wang2017", "--json"]) for name in ("turn", "simulate")]
+    results = [CliRunner().invoke(build_application(), [name, "wang2017", "--json"]) for name in ("turn", "simulate")]
     assert json.loads(results[0].stdout) == json.loads(results[1].stdout)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from planter.cli.app import application
+from planter.cli.app import build_application
 from planter.engine.machine import load_machine
 from planter.files import examples
 from planter.mechanism import file
@@ -17,7 +17,7 @@ from tests.support import own
 from tests.support.cli import answer
 
 SLIDER_CRANK = "slider_crank"
-OTHERS = [name for name in examples.names(suffix=".toml") if name in ("yu2023", "shi2021", "sun2019-corrected")]
+OTHERS = [name for name in examples.list_examples(suffix=".toml") if name in ("yu2023", "shi2021", "sun2019-corrected")]
 
 
 def _source(name: str) -> str:
@@ -65,7 +65,7 @@ def test_limit_of_the_file_is_compared(limit: float, met: bool, tmp_path: Path) 
 
 
 def test_open_loop_fails() -> None:
-    outcome = CliRunner().invoke(application(), ["validate", _source(SLIDER_CRANK), "--set", "l_mm=45"])
+    outcome = CliRunner().invoke(build_application(), ["validate", _source(SLIDER_CRANK), "--set", "l_mm=45"])
     assert outcome.exit_code == 1
     assert not outcome.stdout
 

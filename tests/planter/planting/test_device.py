@@ -40,7 +40,7 @@ def edited(tmp_path: Path, *changes: tuple[str, str]) -> Path:
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("name", examples.names("planting"))
+@pytest.mark.parametrize("name", examples.list_examples("planting"))
 def test_names_and_numbers_of_built_in_machines(name: str, model: Model) -> None:
     device = Device(file.load(name), model)
     assert device.names == TEN

@@ -50,7 +50,7 @@ def furthest(device: Device, lines: list[str]) -> float:
     assert lines[0].split(",") == ["phi", *(q.name for q in quantities)]
     columns = turn.columns()
     assert list(columns) == ["phi_deg", *(q.shown for q in quantities)]
-    expected = np.array([columns[q.shown] * units.factor(q.shown) for q in quantities])
+    expected = np.array([columns[q.shown] * units.unit_factor(q.shown) for q in quantities])
     return float((np.abs(rows[:, 1:].T - expected).max(axis=1) / np.abs(expected).max(axis=1)).max())
 
 
@@ -153,5 +153,9 @@ def test_unwritable_folder_is_refused() -> None:
 
 
 def test_built_in_machines_have_unique_names() -> None:
-    names = [build_name(build_machine(Device(load(n), m))) for n in examples.names("planting", ".toml") for m in MODELS]
+    names = [
+        build_name(build_machine(Device(load(n), m)))
+        for n in examples.list_examples("planting", ".toml")
+        for m in MODELS
+    ]
     assert len(set(names)) == len(names)

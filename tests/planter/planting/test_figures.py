@@ -23,7 +23,7 @@ from planter.errors import InputError
 from planter.planting.report import figures
 from planter.planting.toothed import Gearing, PlottedPitchCurve
 from planter.report import style
-from planter.report.search import nondominated
+from planter.report.search import find_nondominated
 from tests.support.sampled import sampled
 
 PHI = np.arange(360.0)
@@ -95,8 +95,8 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     "joint forces": lambda: figures.draw_joint_forces({"exact": turn(), "printed": turn()}),
     "tip path, soil and before": lambda: figures.draw_tip_path(turn(-160.0), turn(), -300.0),
     "pitch curves, before": lambda: figures.draw_pitch_curves(mesh(), mesh()),
-    "convergence": lambda: figures.convergence(HISTORY),
-    "pareto": lambda: figures.pareto(POINTS, MARKS, (0.6, 0.4)),
+    "convergence": lambda: figures.draw_convergence(HISTORY),
+    "pareto": lambda: figures.draw_pareto(POINTS, MARKS, (0.6, 0.4)),
 }
 
 
@@ -115,7 +115,7 @@ def data(axes: Axes, label: str) -> np.ndarray:
 
 def outside(figure: Figure) -> list[str]:
     """Texts that reach beyond the sheet."""
-    style.arrange(figure)
+    style.fix_layout(figure)
     figure.draw_without_rendering()
     box = figure.bbox.padded(0.5)
     return [text for text, e in texts(figure) if not (box.contains(e.x0, e.y0) and box.contains(e.x1, e.y1))]
@@ -159,39 +159,41 @@ def test_every_axis_has_a_unit(name: str) -> None:
     sampled(["support force", "tip path, soil and before", "pitch curves, before", "joint forces", "pareto"], FIGURES),
 )
 def test_the_same_data_give_the_same_bytes(name: str) -> None:
-    first = figures.svg(FIGURES[name]())
-    assert figures.svg(FIGURES[name]()) == first
+    first = figures.render_svg(FIGURES[name]())
+    assert figures.render_svg(FIGURES[name]()) == first
     assert "<dc:date>" not in first
 
 
 def test_earlier_figures_have_no_influence() -> None:
     figure = FIGURES["tip path"]()
-    first = figures.svg(figure)
-    assert style.png(figure) == style.png(FIGURES["tip path"]())
-    assert figures.svg(figure) == first
+    first = figures.render_svg(figure)
+    assert style.render_png(figure) == style.render_png(FIGURES["tip path"]())
+    assert figures.render_svg(figure) == first
 
 
 def test_other_data_give_other_bytes() -> None:
-    moved = figures.pareto(POINTS + 1e-3, MARKS, (0.6, 0.4))
-    assert figures.svg(moved) != figures.svg(FIGURES["pareto"]())
+    moved = figures.draw_pareto(POINTS + 1e-3, MARKS, (0.6, 0.4))
+    assert figures.render_svg(moved) != figures.render_svg(FIGURES["pareto"]())
 
 
 @pytest.fixture(scope="module")
 def convergence() -> str:
     """Drawn alone, under nobody's settings."""
-    return figures.svg(FIGURES["convergence"]())
+    return figures.render_svg(FIGURES["convergence"]())
 
 
 def test_settings_of_the_user_play_no_part_and_stay(convergence: str) -> None:
     with matplotlib.rc_context({"font.size": 20, "lines.linewidth": 9, "svg.hashsalt": "mine"}):
-        assert figures.svg(FIGURES["convergence"]()) == convergence
+        assert figures.render_svg(FIGURES["convergence"]()) == convergence
         assert matplotlib.rcParams["font.size"] == 20
         assert matplotlib.rcParams["svg.hashsalt"] == "mine"
 
 
 def test_threads_do_not_disturb_each_other(convergence: str) -> None:
     together: list[str] = []
-    threads = [threading.Thread(target=lambda: together.append(figures.svg(FIGURES["convergence"]()))) for _ in "12"]
+    threads = [
+        threading.Thread(target=lambda: together.append(figures.render_svg(FIGURES["convergence"]()))) for _ in "12"
+    ]
     for thread in threads:
         thread.start()
     for thread in threads:
@@ -203,7 +205,7 @@ def test_matplotlib_is_imported_by_the_first_figure() -> None:
     script = (
         "import sys; from planter.report import files, html;"
         "from planter.planting.report import figures; import planter.planting.design_presentation;"
-        "before = 'matplotlib' in sys.modules; figures.convergence({'ga': [(1, 2.0)]});"
+        "before = 'matplotlib' in sys.modules; figures.draw_convergence({'ga': [(1, 2.0)]});"
         "print(before, 'matplotlib' in sys.modules, 'matplotlib.pyplot' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
@@ -212,15 +214,15 @@ def test_matplotlib_is_imported_by_the_first_figure() -> None:
 
 def test_both_files_are_saved(tmp_path: Path) -> None:
     figure = FIGURES["convergence"]()
-    assert figures.save(figure, tmp_path, "convergence") == figures.svg(figure)
-    assert (tmp_path / "convergence.svg").read_text(encoding="utf-8") == figures.svg(figure)
+    assert figures.save_figure(figure, tmp_path, "convergence") == figures.render_svg(figure)
+    assert (tmp_path / "convergence.svg").read_text(encoding="utf-8") == figures.render_svg(figure)
     assert (tmp_path / "convergence.png").read_bytes().startswith(b"\x89PNG")
     assert {path.name for path in tmp_path.iterdir()} == {"convergence.svg", "convergence.png", ".planter.json"}
 
 
 def test_missing_folder_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="nowhere"):
-        figures.save(FIGURES["convergence"](), tmp_path / "nowhere", "convergence")
+        figures.save_figure(FIGURES["convergence"](), tmp_path / "nowhere", "convergence")
 
 
 # --- forces ----------------------------------------------------------------------------------------
@@ -341,7 +343,7 @@ def test_soil_and_the_path_before_are_drawn_where_there_are_any() -> None:
 
 def test_names_stand_at_the_ends_of_their_curves() -> None:
     figure = figures.draw_rotation(turn(), RATIOS)
-    style.arrange(figure)
+    style.fix_layout(figure)
     for axes in figure.axes:
         ends = {line.get_label(): float(np.asarray(line.get_ydata())[-1]) for line in axes.get_lines()}
         for text in axes.texts:
@@ -379,35 +381,35 @@ def test_pitch_curves_are_drawn_where_they_are() -> None:
 
 
 def test_convergence_draws_every_search_and_names_every_method() -> None:
-    (axes,) = figures.convergence(HISTORY, "N").axes
+    (axes,) = figures.draw_convergence(HISTORY, "N").axes
     for label, steps in HISTORY.items():
         assert np.array_equal(data(axes, label), np.array(steps).T)
     assert to_hex(line(axes, "ipopt, start 1").get_color()) == to_hex(line(axes, "ipopt, start 2").get_color())
     assert {t.get_text() for t in axes.texts} == {"ga\n1.31", "ipopt\n2 starts\n1.302"}
-    polished = figures.convergence({**HISTORY, "polish": [(3, 1.4), (9, 1.301)]}).axes[0]
+    polished = figures.draw_convergence({**HISTORY, "polish": [(3, 1.4), (9, 1.301)]}).axes[0]
     assert "polish\nfrom the best of ga\n1.301" in {t.get_text() for t in polished.texts}
     assert axes.get_ylabel() == "best objective / N"
 
 
 def test_a_search_without_history_is_left_out() -> None:
-    (axes,) = figures.convergence({"ga": [], "ipopt": [(1, 2.0), (2, 1.0)]}).axes
+    (axes,) = figures.draw_convergence({"ga": [], "ipopt": [(1, 2.0), (2, 1.0)]}).axes
     assert [line.get_label() for line in axes.get_lines() if "_" not in str(line.get_label())] == ["ipopt"]
-    (axes,) = figures.convergence({}).axes
+    (axes,) = figures.draw_convergence({}).axes
     assert axes.get_lines() == []
 
 
 def test_convergence_is_logarithmic_where_useful() -> None:
     near_points, far = [(1, 2.0), (10, 1.9)], [(1, 2000.0), (900, 1.9)]
-    (axes,) = figures.convergence({"ga": near_points}).axes
+    (axes,) = figures.draw_convergence({"ga": near_points}).axes
     assert (axes.get_xscale(), axes.get_yscale()) == ("linear", "linear")
-    (axes,) = figures.convergence({"ga": far}).axes
+    (axes,) = figures.draw_convergence({"ga": far}).axes
     assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
 
 
 def test_front_is_nondominated() -> None:
     rng = np.random.default_rng(3)
     points = rng.integers(0, 12, (60, 2)).astype(float)
-    front = nondominated(points)
+    front = find_nondominated(points)
     better = [[all(q <= p) and any(q < p) for q in points] for p in points]
     assert front.tolist() == [not any(row) for row in better]
     assert 0 < front.sum() < len(points)
@@ -416,7 +418,9 @@ def test_front_is_nondominated() -> None:
 def test_a_narrow_front_is_drawn_again_enlarged() -> None:
     cloud = np.random.default_rng(1).uniform([2.1, 0.31], [3.0, 0.6], (50, 2))
     front = np.array([[2.0, 0.3001], [2.001, 0.3]])
-    whole_axes, near_axes = figures.pareto(np.vstack([cloud, front]), {"far": (2.9, 0.5), "near": (2.001, 0.3)}).axes
+    whole_axes, near_axes = figures.draw_pareto(
+        np.vstack([cloud, front]), {"far": (2.9, 0.5), "near": (2.001, 0.3)}
+    ).axes
     for axes in (whole_axes, near_axes):
         assert np.array_equal(data(axes, "front").T, front)
     assert [line.get_label() for line in near_axes.get_lines()] == ["front", "near"]
@@ -426,13 +430,13 @@ def test_a_narrow_front_is_drawn_again_enlarged() -> None:
 
 def test_a_front_alone_is_enlarged_if_a_mark_is_far() -> None:
     front = np.array([[2.0, 0.3001], [2.001, 0.3]])
-    assert len(figures.pareto(front, {"far": (2.9, 0.5)}).axes) == 2
-    (axes,) = figures.pareto(front, {"near": (2.0, 0.3001)}).axes
+    assert len(figures.draw_pareto(front, {"far": (2.9, 0.5)}).axes) == 2
+    (axes,) = figures.draw_pareto(front, {"near": (2.0, 0.3001)}).axes
     assert [line.get_label() for line in axes.get_lines()] == ["front", "near"]
 
 
 def test_pareto_shows_front_marks_and_the_level_of_the_best_mark() -> None:
-    (axes,) = figures.pareto(POINTS, MARKS, (0.6, 0.4)).axes
+    (axes,) = figures.draw_pareto(POINTS, MARKS, (0.6, 0.4)).axes
     assert data(axes, "front").T.tolist() == [[2.0, 0.4], [2.5, 0.3], [3.0, 0.2]]
     assert sorted(data(axes, "designs").T.tolist()) == [[2.0, 0.5], [3.0, 0.3]]
     for label, mark in MARKS.items():

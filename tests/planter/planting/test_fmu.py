@@ -119,7 +119,7 @@ def names(owner: Device) -> list[str]:
 def expected(owner: Device, phi: Array) -> Array:
     """The same numbers as `simulate` has them, in SI, (quantities, n)."""
     columns = evaluate_cycle(owner, owner.prologue(owner.design), phi).columns()
-    return np.array([columns[q.shown] * units.factor(q.shown) for q in list_device_quantities(owner.sidecar)])
+    return np.array([columns[q.shown] * units.unit_factor(q.shown) for q in list_device_quantities(owner.sidecar)])
 
 
 def difference(first: Array, other: Array) -> float:
@@ -173,7 +173,7 @@ def test_design_and_machine_can_be_tuned_between_steps(unit: str, written: dict[
         phi, *values = slave.get("phi", *names(owner))
         assert phi == pytest.approx(0.1 * own_speed(), rel=1e-14)
         columns = evaluate_cycle(owner, owner.prologue(x), np.array([phi])).columns()
-        expected = [columns[q.shown][0] * units.factor(q.shown) for q in list_device_quantities(owner.sidecar)]
+        expected = [columns[q.shown][0] * units.unit_factor(q.shown) for q in list_device_quantities(owner.sidecar)]
         np.testing.assert_allclose(values, expected, rtol=1e-10, atol=1e-12)
         assert values[names(owner).index("F_support")] != pytest.approx(before[0], rel=1e-3)
 

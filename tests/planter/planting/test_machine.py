@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from planter.errors import GeometryError, InputError
 from planter.files import examples, paths
-from planter.files.fields import Problems, Section, check, refused
+from planter.files.fields import Problems, Section, check, invalid_value_problem
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
 
@@ -44,8 +44,8 @@ def refusal(source: str | Path, changes: dict[str, float] | None = None) -> str:
 
 
 def test_built_in_machines_load_under_their_names() -> None:
-    assert {"wang2017", "compact"} <= set(examples.names("planting"))
-    for name in examples.names("planting"):
+    assert {"wang2017", "compact"} <= set(examples.list_examples("planting"))
+    for name in examples.list_examples("planting"):
         assert load(name).name == name
 
 
@@ -101,7 +101,7 @@ def test_the_second_machine_differs_in_masses_speed_cam_and_box() -> None:
 
 
 def test_built_in_design_is_within_bounds() -> None:
-    for machine in map(load, examples.names("planting")):
+    for machine in map(load, examples.list_examples("planting")):
         for name, (lower, upper) in machine.bounds.items():
             assert lower <= machine.design[name] <= upper, (machine.name, name)
 
@@ -486,11 +486,11 @@ def test_unmarked_section_checks_are_not_run() -> None:
         @check
         def _a_is_small(self) -> Problems:
             if self.a > 1:
-                yield refused("a", self.a, "it must be small")
+                yield invalid_value_problem("a", self.a, "it must be small")
 
     class Unmarked(Marked):
         def _a_is_smaller(self) -> Problems:
-            yield refused("a", self.a, "it must be smaller")
+            yield invalid_value_problem("a", self.a, "it must be smaller")
 
     assert Unmarked(a=0.5).a == 0.5
     for kind in (Marked, Unmarked):

@@ -10,7 +10,7 @@ from planter.planting.simulation import RANGES, find_implausible_values
 from tests.support.cli import answer, run
 
 
-@pytest.mark.parametrize("name", examples.names("planting"))
+@pytest.mark.parametrize("name", examples.list_examples("planting"))
 def test_built_in_machines_are_usual(name: str) -> None:
     assert find_implausible_values(load(name)) == []
     assert answer("validate", name)["warnings"] == []
@@ -52,7 +52,7 @@ def test_ranges_are_of_numbers_with_units_and_name_their_reason() -> None:
     numbers = load("wang2017").numbers()
     for item in RANGES:
         assert any(path == item.path or path.startswith(f"{item.path}[") for path in numbers), item.path
-        assert units.unit(item.path)
+        assert units.display_unit(item.path)
         assert 0 <= item.low < item.high
         assert item.reason
     assert len({item.path for item in RANGES}) == len(RANGES)

@@ -46,7 +46,7 @@ def test_simulation_files_are_complete_and_reproducible(tmp_path: Path) -> None:
     summary = json.loads(first["summary.json"])
     result = simulation.result.table()
     assert {key: summary[key] for key in result} == json.loads(json.dumps(result))
-    assert summary["provenance"] == files.provenance(device.machine)
+    assert summary["provenance"] == files.list_provenance(device.machine)
     comments, columns = files.read_cycle_csv(tmp_path / "one" / "cycle.csv")
     assert "model: printed" in comments
     assert {k: v.tobytes() for k, v in columns.items()} == {

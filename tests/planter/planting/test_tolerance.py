@@ -16,7 +16,7 @@ from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.objective import CycleObjective
 from planter.planting.swept import ROOM
-from planter.report.labels import label
+from planter.report.labels import format_label
 from planter.sweeps.adapter import ResolvedMachine
 from planter.sweeps.job import CHUNK
 from planter.tolerance.analysis import ToleranceRequest, analyse_tolerances, default_tolerances, first_order_std
@@ -206,7 +206,7 @@ def test_tolerance_command_writes_report(tmp_path: Path) -> None:
     result = answer("tolerance", "wang2017", *few, "--out", str(tmp_path))
     assert result.items() <= json.loads((tmp_path / "summary.json").read_text(encoding="utf-8")).items()
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert all(label(name) in page for name in result["outputs"])
+    assert all(format_label(name) in page for name in result["outputs"])
     kinds = {path.stem.partition("-")[0] for path in (tmp_path / "figures").glob("*.svg")}
     assert kinds == {"outputs", "indices", "turn", "path"}
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from planter.cli.app import application
+from planter.cli.app import build_application
 from planter.gear_geometry.pitch_curves import build_stage_pair
 from planter.optimise.certificate import kkt_residual
 from planter.optimise.local_search import STATIONARITY_TOLERANCE
@@ -64,7 +64,7 @@ def is_satisfied(machine: Device, spec: ToothCountSpec, optimum: device_search.D
 
 
 def run_command(*arguments: str) -> dict:
-    done = CliRunner().invoke(application(), [*arguments, "--json"])
+    done = CliRunner().invoke(build_application(), [*arguments, "--json"])
     assert done.exit_code == 0, done.output
     return json.loads(done.stdout)
 
@@ -278,7 +278,7 @@ def test_uncuttable_teeth_report_reason() -> None:
     ],
 )
 def test_invalid_options_exit_with_a_line(options: str, message: str) -> None:
-    done = CliRunner().invoke(application(), ["optimise", "wang2017", *options.split()])
+    done = CliRunner().invoke(build_application(), ["optimise", "wang2017", *options.split()])
     assert (done.exit_code, done.stdout) == (2, "")
     assert len(done.stderr.strip().splitlines()) == 1
     assert re.search(message, done.stderr)

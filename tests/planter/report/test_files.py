@@ -104,27 +104,27 @@ def test_unwritable_folder_is_refused(tmp_path: Path) -> None:
 def test_provenance_is_of_the_values_not_of_the_file(tmp_path: Path) -> None:
     copy = tmp_path / "copy.toml"
     copy.write_text("# another comment\n" + examples.example("wang2017"), encoding="utf-8")
-    provenance = files.provenance(file.load("wang2017"), seed=7)
-    assert files.provenance(file.load(copy), seed=7) == provenance
+    provenance = files.list_provenance(file.load("wang2017"), seed=7)
+    assert files.list_provenance(file.load(copy), seed=7) == provenance
     assert provenance["seed"] == 7
     assert len(provenance["machine_sha256"]) == 64
     assert {"planter", "casadi", "numpy", "python"} <= set(provenance)
-    assert "seed" not in files.provenance(file.load("wang2017"))
+    assert "seed" not in files.list_provenance(file.load("wang2017"))
 
 
 def test_provenance_depends_on_every_value() -> None:
-    provenance = files.provenance(file.load("wang2017"))
-    changed = files.provenance(file.load("wang2017", {"sun_kg": 0.40000000000000008}))
+    provenance = files.list_provenance(file.load("wang2017"))
+    changed = files.list_provenance(file.load("wang2017", {"sun_kg": 0.40000000000000008}))
     assert changed["machine_sha256"] != provenance["machine_sha256"]
     assert changed["changed"] == ["mass.sun_kg"]
 
 
 def test_comments_are_sufficient_to_repeat_a_run() -> None:
     machine = file.load("wang2017", {"sun_kg": 0.5})
-    text = "\n".join(files.comments(machine, "machine", ["model: exact"], seed=3))
+    text = "\n".join(files.list_comments(machine, "machine", ["model: exact"], seed=3))
     for part in ("machine: wang2017", "model: exact", "casadi", "command line: mass.sun_kg", "seed: 3"):
         assert part in text
-    assert files.provenance(machine)["machine_sha256"] in text
+    assert files.list_provenance(machine)["machine_sha256"] in text
 
 
 def test_unencodable_text_is_escaped_in_single_lines(tmp_path: Path) -> None:

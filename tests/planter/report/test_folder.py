@@ -10,17 +10,17 @@ import pytest
 from planter.errors import InputError
 from planter.files.text import read_text
 from planter.report import bundle, files, folder_lock
-from planter.report.folder import NAME, keep, overwriting, renewing, renews
+from planter.report.folder import NAME, allow_overwriting, keep_file, renew_files, renews_files
 
 
-@renews
+@renews_files
 def write(out: Path, names: dict[str, str]) -> None:
     for name, text in names.items():
         path = files.output_folder((out / name).parent) / Path(name).name
         files.write_text(path, text)
 
 
-@renews
+@renews_files
 def stopped(out: Path) -> None:
     for name in ("both.csv", "half.csv"):
         files.write_text(out / name, "new")
@@ -86,15 +86,15 @@ def test_interrupted_command_leaves_cleanup_to_next(tmp_path: Path) -> None:
 
 def test_command_may_continue_from_earlier_files(tmp_path: Path) -> None:
     write(tmp_path, {"devices/a.json": "a", "devices/b.json": "b"})
-    with renewing(tmp_path):
-        keep(tmp_path / "devices" / "a.json")
+    with renew_files(tmp_path):
+        keep_file(tmp_path / "devices" / "a.json")
         write(tmp_path, {"summary.json": "1"})
         assert list_files(tmp_path) == {"devices/a.json", "devices/b.json", "summary.json"}
     assert list_files(tmp_path) == {"devices/a.json", "summary.json"}
 
 
 def test_single_files_are_listed_and_not_removed(tmp_path: Path) -> None:
-    with renewing(None):
+    with renew_files(None):
         files.write_text(tmp_path / "a.csv", "a")
     write(tmp_path, {"summary.json": "1"})
     write(tmp_path, {"cycle.csv": "2"})
@@ -129,12 +129,12 @@ def test_only_files_of_planter_are_replaced(tmp_path: Path, make: Callable[[Path
     make(path)
     before = path.read_bytes() if path.exists() else None
     with pytest.raises(InputError, match=r"summary\.json.*--overwrite"):
-        bundle.write(path.parent, {"cycle.csv": "2", "summary.json": "2"}, {})
+        bundle.write_bundle(path.parent, {"cycle.csv": "2", "summary.json": "2"}, {})
     assert (path.read_bytes() if path.exists() else None) == before
     assert not (path.parent / "cycle.csv").exists()
     with pytest.raises(InputError):
         write(path.parent, {"summary.json": "2"})
-    with overwriting(True):
+    with allow_overwriting(True):
         write(path.parent, {"summary.json": "2"})
     assert (path.read_text(), path.is_symlink()) == ("2", False)
     write(path.parent, {"summary.json": "3"})
@@ -166,11 +166,11 @@ def test_kill_between_manifest_and_file_is_safe(tmp_path: Path, monkeypatch: pyt
 
 def test_figures_whose_names_become_equal_have_files_each(tmp_path: Path) -> None:
     figures = {name: bundle.RenderedFigure(f"<svg>{name}</svg>", b"") for name in ("s < 3", "s > 3", "s * 3")}
-    bundle.write(tmp_path / "out", {}, figures)
+    bundle.write_bundle(tmp_path / "out", {}, figures)
     written = {path.read_text(encoding="utf-8") for path in (tmp_path / "out" / "figures").glob("*.svg")}
     assert written == {figure.svg for figure in figures.values()}
 
 
 def test_names_of_figures_stay_in_the_folder(tmp_path: Path) -> None:
-    bundle.write(tmp_path / "out", {}, {"../../own": bundle.RenderedFigure("<svg/>", b"")})
+    bundle.write_bundle(tmp_path / "out", {}, {"../../own": bundle.RenderedFigure("<svg/>", b"")})
     assert {path.name for path in tmp_path.iterdir()} == {"out"}

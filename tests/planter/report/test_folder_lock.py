@@ -10,12 +10,12 @@ import pytest
 
 from planter.errors import InputError
 from planter.report import folder_lock
-from planter.report.folder import renewing
+from planter.report.folder import renew_files
 
 OWNER = """\
 import sys
-from planter.report.folder import renewing
-with renewing(sys.argv[1]):
+from planter.report.folder import renew_files
+with renew_files(sys.argv[1]):
     print("owned", flush=True)
     sys.stdin.read()
 """
@@ -34,14 +34,14 @@ def owner(tmp_path: Path) -> subprocess.Popen[str]:
 
 
 def test_a_second_process_is_refused_until_the_first_is_killed(tmp_path: Path, owner: subprocess.Popen[str]) -> None:
-    with pytest.raises(InputError) as refused, renewing(tmp_path):
+    with pytest.raises(InputError) as refused, renew_files(tmp_path):
         pytest.fail("two owners")
     assert str(tmp_path) in refused.value.message
     assert str(owner.pid) in refused.value.message
     assert [path.name for path in tmp_path.iterdir()] == [folder_lock.NAME]
     owner.kill()
     owner.wait()
-    with renewing(tmp_path):
+    with renew_files(tmp_path):
         pass
     assert not (tmp_path / folder_lock.NAME).exists()
 
@@ -51,12 +51,12 @@ def test_a_second_thread_is_refused_too(tmp_path: Path) -> None:
 
     def own_too() -> None:
         try:
-            with renewing(tmp_path):
+            with renew_files(tmp_path):
                 pass
         except InputError as error:
             errors.append(error)
 
-    with renewing(tmp_path):
+    with renew_files(tmp_path):
         thread = threading.Thread(target=own_too)
         thread.start()
         thread.join()
@@ -89,7 +89,7 @@ def test_owners_take_turns(tmp_path: Path) -> None:
 def test_a_file_of_the_user_is_neither_locked_nor_removed(tmp_path: Path) -> None:
     path = tmp_path / folder_lock.NAME
     path.write_text("my notes")
-    with pytest.raises(InputError, match=folder_lock.NAME), renewing(tmp_path):
+    with pytest.raises(InputError, match=folder_lock.NAME), renew_files(tmp_path):
         pytest.fail("no owner")
     assert path.read_text() == "my notes"
 
@@ -99,5 +99,5 @@ def test_a_file_system_without_locks_is_named(tmp_path: Path, monkeypatch: pytes
         raise OSError(errno.ENOLCK, "No locks available")
 
     monkeypatch.setattr(folder_lock, "_lock", refuse)
-    with pytest.warns(RuntimeWarning, match="no locks"), renewing(tmp_path):
+    with pytest.warns(RuntimeWarning, match="no locks"), renew_files(tmp_path):
         pass

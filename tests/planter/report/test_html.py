@@ -25,9 +25,9 @@ EVIL = "<script>alert('x')</script> & \"more\""
 
 @pytest.fixture(scope="module")
 def drawings() -> dict[str, str]:
-    history = figures.convergence({"ga": [(1, 2.0), (9, 1.0)]})
-    front = figures.pareto(np.array([[1.0, 2.0], [2.0, 1.0]]), {"optimum": (1.0, 2.0)})
-    return {"convergence": figures.svg(history), "pareto": figures.svg(front)}
+    history = figures.draw_convergence({"ga": [(1, 2.0), (9, 1.0)]})
+    front = figures.draw_pareto(np.array([[1.0, 2.0], [2.0, 1.0]]), {"optimum": (1.0, 2.0)})
+    return {"convergence": figures.render_svg(history), "pareto": figures.render_svg(front)}
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +105,7 @@ def test_texts_are_escaped(optimisation: Optimisation, drawings: dict[str, str])
     ],
 )
 def test_every_block_escapes(block: html.Block) -> None:
-    page = html.page(EVIL, [html.Section(EVIL, [block])], EVIL)
+    page = html.render_page(EVIL, [html.Section(EVIL, [block])], EVIL)
     assert "<script" not in page
     assert EVIL in words(page)
 

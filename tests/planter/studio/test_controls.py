@@ -12,12 +12,12 @@ import pytest
 from planter.errors import PlanterError
 from planter.files import examples
 from planter.studio.session import Session
-from planter.view.animation import packed
-from planter.view.picture import picture
+from planter.view.animation import pack_scene
+from planter.view.picture import draw_picture
 from planter.view.scene import Scene
-from planter.view.subject import Shown, Values, farthest, opened
+from planter.view.subject import Shown, Values, find_farthest, open_machine
 
-MACHINES = [name for name in examples.names(None, ".toml") if name != "compact"]
+MACHINES = [name for name in examples.list_examples(None, ".toml") if name != "compact"]
 """Built-in machines; `compact` is one of the kind of wang2017 with the same controls."""
 SHARE = 0.05
 """Of the way to an end by which a number is moved."""
@@ -41,14 +41,14 @@ def read_all(machine: Shown, values: Values, last: Sequence[Any] = ()) -> tuple[
 
 
 def _drawing(scene: Scene) -> tuple[str, Any]:
-    return picture(scene), packed(scene)
+    return draw_picture(scene), pack_scene(scene)
 
 
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=pytest.mark.long) if name in SLOW else name for name in MACHINES]
 )
 def test_every_control_changes_something_shown(name: str) -> None:
-    machine = opened(name)
+    machine = open_machine(name)
     defaults = {control.path: control.value for control in machine.controls}
     before = read_all(machine, defaults)
     for control in machine.controls:
@@ -92,7 +92,9 @@ def test_ends_follow_the_other_numbers(tmp_path: Path) -> None:
 
 def test_controls_end_where_the_file_does(tmp_path: Path) -> None:
     """Limits of a key, those that hang on other keys, and numbers that can have no other value."""
-    clutch, pickup = ({control.path: control for control in opened(name).controls} for name in ("shi2021", "yu2023"))
+    clutch, pickup = (
+        {control.path: control for control in open_machine(name).controls} for name in ("shi2021", "yu2023")
+    )
     assert 89.9 < clutch["linkage.rack_phase_deg"].upper <= 90
     assert 163 > pickup["bars.L2_mm"].lower > 93.3377
     assert "law.phi1_far_deg" not in pickup
@@ -103,7 +105,7 @@ def test_farthest_number_is_where_attempts_begin_to_fail() -> None:
         if number > 7.3:
             raise PlanterError("too far")
 
-    assert farthest(5.0, 7.0, attempt) == 7.0
-    assert farthest(5.0, 10.0, attempt) == pytest.approx(7.3, abs=5 / 512)
-    assert farthest(7.3, 10.0, attempt) == 7.3
-    assert farthest(5.0, -10.0, attempt) == -10.0
+    assert find_farthest(5.0, 7.0, attempt) == 7.0
+    assert find_farthest(5.0, 10.0, attempt) == pytest.approx(7.3, abs=5 / 512)
+    assert find_farthest(7.3, 10.0, attempt) == 7.3
+    assert find_farthest(5.0, -10.0, attempt) == -10.0

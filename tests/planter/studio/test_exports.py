@@ -14,11 +14,11 @@ import typer
 from playwright.sync_api import expect
 from websockets.sync.client import ClientConnection
 
-from planter.cli.app import application
+from planter.cli.app import build_application
 from planter.errors import InputError
 from planter.studio.process import export_path, find_export
 from planter.studio.session import Session
-from planter.view.subject import opened
+from planter.view.subject import open_machine
 from tests.planter.studio.serving import answer, line, page_of, studio, until
 from tests.support.cli import answer as command
 
@@ -171,8 +171,8 @@ def test_a_name_of_a_machine_is_no_path_and_a_link_leads_nowhere(tmp_path: Path)
 @pytest.mark.parametrize("source", MACHINES)
 def test_offered_exports_are_commands(source: str, tmp_path: Path) -> None:
     """Their words name a command, and its options are among those of the command."""
-    for export in opened(source).exports:
-        command = typer.main.get_command(application())
+    for export in open_machine(source).exports:
+        command = typer.main.get_command(build_application())
         for word in export.words:
             command = command.commands[word]  # type: ignore[attr-defined]
         options = {option for parameter in command.params for option in parameter.opts}

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from planter.errors import ComputationError
-from planter.tolerance.analysis import bands, first_order_std, indices
+from planter.tolerance.analysis import compute_bands, compute_indices, first_order_std
 from planter.tolerance.job import RandomPoints, Saltelli, Spread
 
 LAWS = {
@@ -42,7 +42,7 @@ def test_additive_function_has_exact_indices() -> None:
     weights = np.array([1.0, 2.0, -1.5, 0.0])
     mixed = Saltelli(spreads, 4096, 1)
     rows = mixed.block(0, mixed.rows) @ weights
-    shares = indices(["y"], list("abcd"), rows[:, None], 4096, 0)["y"]
+    shares = compute_indices(["y"], list("abcd"), rows[:, None], 4096, 0)["y"]
     parts = weights**2 * np.array([spread.std for spread in spreads]) ** 2
     for name, part in zip("abcd", parts / parts.sum(), strict=True):
         assert abs(shares[name].first - part) < 0.01
@@ -55,7 +55,7 @@ def test_additive_function_has_exact_indices() -> None:
 def test_single_input_has_full_index() -> None:
     mixed = Saltelli([Spread("uniform", 0, 2), Spread("normal", -1, 1)], 256, 1)
     rows = mixed.block(0, mixed.rows)[:, :1] ** 2
-    shares = indices(["y"], ["a", "b"], rows, 256, 0)["y"]
+    shares = compute_indices(["y"], ["a", "b"], rows, 256, 0)["y"]
     assert shares["a"].first == pytest.approx(1, abs=0.02)
     assert shares["a"].total == pytest.approx(1, abs=0.02)
     assert shares["b"].total == 0
@@ -66,7 +66,7 @@ def test_ishigami_function_has_published_indices() -> None:
     mixed = Saltelli([Spread("uniform", -np.pi, np.pi)] * 3, 8192, 1)
     x, y, z = mixed.block(0, mixed.rows).T
     rows = np.sin(x) + 7 * np.sin(y) ** 2 + 0.1 * z**4 * np.sin(x)
-    sobol_indices = indices(["f"], list("xyz"), rows[:, None], 8192, 0)["f"]
+    sobol_indices = compute_indices(["f"], list("xyz"), rows[:, None], 8192, 0)["f"]
     for name, first, total in (("x", 0.3139, 0.5576), ("y", 0.4424, 0.4424), ("z", 0.0, 0.2437)):
         assert abs(sobol_indices[name].first - first) < 0.02
         assert abs(sobol_indices[name].total - total) < 0.01
@@ -75,21 +75,21 @@ def test_ishigami_function_has_published_indices() -> None:
 
 def test_constant_output_has_zero_indices() -> None:
     mixed = Saltelli([Spread("uniform", 0, 1)], 64, 1)
-    sobol_indices = indices(["f"], ["x"], np.full((mixed.rows, 1), 3.0), 64, 0)["f"]["x"]
+    sobol_indices = compute_indices(["f"], ["x"], np.full((mixed.rows, 1), 3.0), 64, 0)["f"]["x"]
     assert (sobol_indices.first, sobol_indices.total, sobol_indices.first_error) == (0, 0, 0)
 
 
 def test_bands_use_rows_with_results() -> None:
     rows = np.column_stack([np.arange(101.0), np.ones(101)])
     rows[7] = np.nan
-    band = bands(["a", "b"], rows, np.array([50.0, 1.0]), None, [])["a"]
+    band = compute_bands(["a", "b"], rows, np.array([50.0, 1.0]), None, [])["a"]
     remaining = np.delete(np.arange(101.0), 7)
     assert (band.missing, band.nominal, band.first_order_std) == (1, 50, None)
     assert np.allclose(
         [band.mean, band.std, band.p5], [remaining.mean(), remaining.std(ddof=1), np.percentile(remaining, 5)]
     )
     with pytest.raises(ComputationError, match="101 of 101 machines have no cycle"):
-        bands(["a", "b"], np.full_like(rows, np.nan), np.zeros(2), None, [])
+        compute_bands(["a", "b"], np.full_like(rows, np.nan), np.zeros(2), None, [])
 
 
 def test_indices_require_every_row() -> None:
@@ -97,4 +97,4 @@ def test_indices_require_every_row() -> None:
     rows = np.arange(float(mixed.rows))[:, None]
     rows[3] = np.nan
     with pytest.raises(ComputationError, match="1 of 192 machines have no cycle"):
-        indices(["f"], ["x"], rows, 64, 0)
+        compute_indices(["f"], ["x"], rows, 64, 0)

@@ -7,11 +7,11 @@ import pytest
 
 from planter.kernels import Array
 from planter.view.scene import TOLERANCE, Scene, refine_places
-from planter.view.subject import opened
+from planter.view.subject import open_machine
 
 
 def scenes(machine: str) -> list[Scene]:
-    subject = opened(machine, {})
+    subject = open_machine(machine, {})
     return list(subject.scenes({control.path: control.value for control in subject.controls}, subject.models[0]))
 
 

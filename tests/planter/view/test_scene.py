@@ -19,9 +19,9 @@ from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.report import scene
 from planter.planting.report.scene import build_scene
-from planter.report.html import Section, page
-from planter.view.animation import Motion, packed
-from planter.view.picture import picture
+from planter.report.html import Section, render_page
+from planter.view.animation import Motion, pack_scene
+from planter.view.picture import draw_picture
 from planter.view.scene import Curve, Scene
 from tests.support.browser import page_after_scripts
 from tests.support.scenes import placed
@@ -107,7 +107,7 @@ def test_where_no_teeth_can_be_made_the_pitch_curves_are_drawn(device: Device, m
     monkeypatch.setattr(scene, "ORDER", ToothOrder(teeth=8, keep="size"))
     plain = build_scene(device, device.design)
     assert not plain.toothed
-    assert picture(plain) == picture(build_scene(device, device.design, toothed=False))
+    assert draw_picture(plain) == draw_picture(build_scene(device, device.design, toothed=False))
 
 
 def test_the_nozzle_ends_where_the_tip_is(device: Device, device_scene: Scene) -> None:
@@ -128,7 +128,7 @@ def test_the_nozzle_ends_where_the_tip_is(device: Device, device_scene: Scene) -
 
 
 def test_packed_series_unpack_as_single_floats(device_scene: Scene) -> None:
-    record = packed(device_scene)
+    record = pack_scene(device_scene)
     for body, channels in zip(device_scene.all_bodies(), record["bodies"], strict=True):
         for channel, channel_record in zip(device_scene.pose(body), channels, strict=True):
             assert unpacked(record, channel_record) == pytest.approx(channel.astype(np.float32), abs=1e-6)
@@ -137,15 +137,15 @@ def test_packed_series_unpack_as_single_floats(device_scene: Scene) -> None:
 
 
 def test_uniform_series_is_packed_as_step(device_scene: Scene) -> None:
-    assert packed(device_scene)["places"] == {"from": 0.0, "step": pytest.approx(1.0)}
+    assert pack_scene(device_scene)["places"] == {"from": 0.0, "step": pytest.approx(1.0)}
     bent = replace(device_scene, places=device_scene.places + 1e-6 * np.sin(device_scene.places))
-    assert "series" in packed(bent)["places"]
+    assert "series" in pack_scene(bent)["places"]
 
 
 def test_half_cycle_repetition_is_packed_once(device_scene: Scene) -> None:
     values = np.sin(np.linspace(0, 2 * np.pi, device_scene.moments, endpoint=False)) + 0.3
     twins = [Curve("one", "", values), Curve("two", "", np.roll(values, device_scene.moments // 2))]
-    record = packed(replace(device_scene, bodies=(), points=(), forces=(), curves=twins, travel=None))
+    record = pack_scene(replace(device_scene, bodies=(), points=(), forces=(), curves=twins, travel=None))
     assert len(base64.b64decode(record["data"])) == 4 * device_scene.moments
     assert unpacked(record, record["curves"][1]["values"]) == pytest.approx(twins[1].values, abs=1e-6)
 
@@ -164,13 +164,13 @@ def test_names_are_text_and_never_markup(device_scene: Scene) -> None:
 
 
 def test_the_picture_stands_without_a_script(device_scene: Scene) -> None:
-    svg = picture(device_scene)
+    svg = draw_picture(device_scene)
     assert svg.count("data-body") == sum(1 for _ in device_scene.all_bodies())
     assert "<script" not in svg
 
 
 def moving_page(device_scene: Scene) -> str:
-    return page("A machine", [Section("Motion", [Motion(device_scene)])])
+    return render_page("A machine", [Section("Motion", [Motion(device_scene)])])
 
 
 def test_page_policy_allows_only_local_script(device_scene: Scene, tmp_path: Path) -> None:
@@ -183,5 +183,5 @@ def test_page_policy_allows_only_local_script(device_scene: Scene, tmp_path: Pat
     assert match[1] == f"carrier angle 0 deg, vertical support force {force} N"
     (tmp_path / "changed.html").write_text(text.replace("const SPEEDS", "const  SPEEDS"), encoding="utf-8")
     assert 'class="told"' not in page_after_scripts(tmp_path / "changed.html", tmp_path / "profile")
-    still = page("A machine", [Section("Motion", [])])
+    still = render_page("A machine", [Section("Motion", [])])
     assert "script-src 'none'" in still

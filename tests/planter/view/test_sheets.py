@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from planter.view.sheet import Angle, Length, column, find_crossing, place_labels
+from planter.view.sheet import Angle, Length, arrange_column, find_crossing, place_labels
 
 UNIT = st.floats(0, 1)
 
@@ -30,7 +30,7 @@ def test_names_keep_apart_and_their_lines_do_not_cross(points: list[tuple[float,
 def test_a_crossing_is_noticed_and_taken_away() -> None:
     anchors = np.array([[0.5, 0.2], [0.5, 0.8]])
     assert find_crossing(anchors, [0.8, 0.2], 0.0) == (0, 1)
-    assert find_crossing(anchors, column(anchors, 0.1, 0.0), 0.0) is None
+    assert find_crossing(anchors, arrange_column(anchors, 0.1, 0.0), 0.0) is None
 
 
 def test_marks_measure_themselves() -> None:

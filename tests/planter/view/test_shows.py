@@ -13,9 +13,9 @@ from planter.errors import InputError
 from planter.planting.file import load
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
-from planter.view.animation import animate, gif, packed, show_object
-from planter.view.picture import picture
-from planter.view.subject import opened
+from planter.view.animation import animate, gif, pack_scene, show_object
+from planter.view.picture import draw_picture
+from planter.view.subject import open_machine
 from tests.support.cli import answer
 
 MACHINES = ("wang2017", "yu2023", "shi2021", "sun2019-corrected")
@@ -32,8 +32,8 @@ def test_a_widget_holds_the_picture_and_the_record(device: Device) -> None:
 
     widget = simulate(device, 16).show()
     seen = build_scene(device, device.design)
-    assert widget.picture == picture(seen)
-    assert widget.record == packed(seen) == device.show().record
+    assert widget.picture == draw_picture(seen)
+    assert widget.record == pack_scene(seen) == device.show().record
     with pytest.raises(InputError, match="nothing to show of a float"):
         show_object(1.0)
     state = widget.get_state()
@@ -70,19 +70,19 @@ def test_command_writes_gif_to_given_path(tmp_path: Path) -> None:
 @pytest.mark.parametrize("source", MACHINES)
 def test_every_control_changes_the_written_file(source: str, tmp_path: Path) -> None:
     """Fed back, the file holds the numbers that the hand set, and says that a hand set them."""
-    machine = opened(source)
+    machine = open_machine(source)
     values = {control.path: control.value for control in machine.controls}
     moved = machine.controls[0]
     values[moved.path] += 0.01 * (moved.upper - moved.value)
     (tmp_path / "own.toml").write_text(machine.text(values), encoding="utf-8")
-    again = opened(str(tmp_path / "own.toml"))
+    again = open_machine(str(tmp_path / "own.toml"))
     assert {control.path: control.value for control in again.controls} == pytest.approx(values, rel=1e-15)
     assert "set by hand" in (tmp_path / "own.toml").read_text(encoding="utf-8")
 
 
 def test_changed_device_equals_changed_file() -> None:
     """What is kept from the machine before changes nothing: speeds, masses and designs against a new device."""
-    machine = opened("wang2017")
+    machine = open_machine("wang2017")
     values = {control.path: control.value for control in machine.controls}
     machine.readings(values, "exact")
     values |= {"operation.speed_rpm": 35.0, "mass.planet_kg": 1.1, "design.R3_mm": 30.9}
@@ -91,5 +91,5 @@ def test_changed_device_equals_changed_file() -> None:
     result = simulate(device).result
     assert readings["range of the support force, 360 samples"] == pytest.approx(result.support_force.range_N, rel=1e-12)
     assert readings["objective (31), 360 samples"] == pytest.approx(result.objective, rel=1e-12)
-    before = {control.name: control.value for control in opened("wang2017").readings({}, "exact")}
+    before = {control.name: control.value for control in open_machine("wang2017").readings({}, "exact")}
     assert readings["weight"] != pytest.approx(before["weight"])

@@ -9,7 +9,7 @@ import pytest
 
 from planter.errors import InputError
 from planter.pickup.file import load_pickup
-from planter.view.subject import Searching, Shown, Wishing, opened
+from planter.view.subject import Searching, Shown, Wishing, open_machine
 
 
 def values(machine: Shown) -> dict[str, float]:
@@ -18,10 +18,10 @@ def values(machine: Shown) -> dict[str, float]:
 
 def wished(source: str, folder: Path) -> tuple[Shown, Shown]:
     """A machine, and what comes of its file with a wished path."""
-    machine = opened(source)
+    machine = open_machine(source)
     assert isinstance(machine, Wishing)
     (folder / "wished.toml").write_text(machine.wished(values(machine)), encoding="utf-8")
-    return machine, opened(str(folder / "wished.toml"))
+    return machine, open_machine(str(folder / "wished.toml"))
 
 
 def test_pickup_on_same_path_is_unchanged_and_follows_points(tmp_path: Path) -> None:
@@ -54,8 +54,8 @@ def test_planting_device_stays_within_path_tubes(tmp_path: Path) -> None:
 
 
 def test_only_machines_with_paths_accept_wishes() -> None:
-    assert not isinstance(opened("shi2021"), Wishing)
-    still = opened("wang2017")
+    assert not isinstance(open_machine("shi2021"), Wishing)
+    still = open_machine("wang2017")
     assert isinstance(still, Wishing)
     assert not still.wishes  # it does not travel: requirements are of no use
 
@@ -72,7 +72,7 @@ def test_only_machines_with_paths_accept_wishes() -> None:
 def test_a_path_of_no_use_is_refused(path: str, sentence: str, tmp_path: Path) -> None:
     points = [[float(k), float(k * k)] for k in range(14)]
     twice = [*points[:3], points[3], points[3], *points[4:]]
-    machine = opened("yu2023")
+    machine = open_machine("yu2023")
     assert isinstance(machine, Wishing)
     text = machine.wished(values(machine))
     start = text.index("[path]")

@@ -15,7 +15,7 @@ from planter.planting.file import Machine, load
 from planter.planting.model import Device
 from planter.planting.objective import CycleObjective
 from planter.planting.show import PlantingView
-from planter.view.subject import opened
+from planter.view.subject import open_machine
 from tests.planter.studio.static.told import TWELVE, Told, assert_drawn
 from tests.support import pairs
 from tests.support.cli import run
@@ -27,7 +27,7 @@ pytestmark = needs_wasm
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
 def test_readings_equal_studio_to_twelve_digits(page: Told, model: str) -> None:
-    machine = opened("wang2017-wide")
+    machine = open_machine("wang2017-wide")
     for values in page.designs(6):
         expected = {reading.name: reading.value for reading in machine.readings(values, model)}
         assert page.readings(model, values) == pytest.approx(expected, rel=TWELVE)
@@ -46,7 +46,7 @@ def test_changed_constant_is_detected(page: Told) -> None:
 @pytest.mark.parametrize("model", ["exact", "printed"])
 def test_drawing_equals_studio(page: Told, model: str) -> None:
     """Every series, place, outline and label that follows numbers, at designs that it was not built at."""
-    machine = opened("wang2017-wide")
+    machine = open_machine("wang2017-wide")
     plan = page.machine["models"][model]["plan"]
     for values in page.designs(4)[1:]:
         numbers, scene = page.numbers(model, "seen", values), machine.scenes(values, model)[0]

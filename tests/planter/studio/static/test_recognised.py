@@ -12,9 +12,9 @@ import pytest
 from planter.errors import ComputationError
 from planter.mechanism.show import MechanismView
 from planter.studio.static_model import Recogniser
-from planter.studio.static_page import bundle, file_template
+from planter.studio.static_page import bundle_modules, file_template
 from planter.view.scene import Scene
-from planter.view.subject import Movable, Values, opened
+from planter.view.subject import Movable, Values, open_machine
 from tests.planter.studio.static.told import assert_drawn
 from tests.support import own
 
@@ -23,7 +23,7 @@ NAMES = ("wang2017-wide", "slider_crank")
 
 @cache
 def machine(name: str) -> Movable:
-    machine = MechanismView(own.file(name)) if name == "slider_crank" else opened(name)
+    machine = MechanismView(own.file(name)) if name == "slider_crank" else open_machine(name)
     assert isinstance(machine, Movable)
     return machine
 
@@ -93,7 +93,7 @@ def test_modules_become_a_single_scoped_script() -> None:
         "one": "export const digits = (x) => x;\nconst own = 1;\nexport class Two {}\nexport default { own };\n",
         "two": 'import { digits, Two } from "./one.js";\nexport async function three() { return digits(new Two()); }\n',
     }
-    script = bundle(modules)
+    script = bundle_modules(modules)
     assert "import " not in script
     assert "export " not in script
     assert "return { digits, Two };" in script
