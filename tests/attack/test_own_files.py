@@ -10,7 +10,7 @@ import pytest
 import typer
 
 from derive.generated_folder import OwnError, add_files, list_strays
-from planter.cli.app import application
+from planter.cli.app import build_application
 from planter.report import files
 from planter.report.folder import NAME, renew_files
 from planter.safe_text import file_name
@@ -171,7 +171,7 @@ def test_manifests_of_derivation_and_results_are_equal(tmp_path: Path) -> None:
     add_files(tmp_path, {"own.py": "1"})
     files.write_text(tmp_path / "own.py", "2")
     add_files(tmp_path, {"own.py": "3"})
-    with renewing(tmp_path):
+    with renew_files(tmp_path):
         files.write_text(tmp_path / "summary.json", "1")
     with renew_files(tmp_path):
         pass
