@@ -13,7 +13,7 @@ import pytest
 import derive
 import planter
 from planter.audit import verdicts
-from planter.cli.references import load_references
+from planter.cli.commands import load_references
 from planter.explain import dictionary
 from planter.kernels import generated
 from tests.support.cli import run

@@ -5,30 +5,30 @@ from __future__ import annotations
 import os
 import sys
 
-from planter.terminal import signals
+from planter.terminal import process
 
 
 def main() -> None:
     """Entry point: a call that cannot be understood ends in one sentence and exit code 2, a signal in one line."""
-    signals.listen_signals()
+    process.listen_signals()
     code = _ended()
-    if signals.exit_code() is not None:
+    if process.exit_code() is not None:
         os._exit(code)  # an interrupt that passed a text being executed would make Python end by signal 2
     sys.exit(code)
 
 
 def _ended() -> int:
     from planter.files.text import check_arguments
-    from planter.terminal import streams
+    from planter.terminal import process
     from planter.terminal.console import Console
 
-    streams.take_any_text()
+    process.take_any_text()
     try:
         with Console("--json" in sys.argv).outcome():
             check_arguments(sys.argv)
-            with streams.flush_output():
+            with process.flush_output():
                 code = _called()
-                signals.ignore_signals()
+                process.ignore_signals()
             return code
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
@@ -44,7 +44,7 @@ def _called() -> int:
         if not hasattr(error, "format_message"):  # what the command-line library raises for bad arguments has one
             raise
         raise InputError(error.format_message() + _hint()) from None
-    if code and signals.exit_code() is not None:  # the library ends silently where a signal comes between its own lines
+    if code and process.exit_code() is not None:  # the library ends silently where a signal comes between its own lines
         raise KeyboardInterrupt
     return code
 

@@ -27,10 +27,9 @@ from planter.mapping.dyads import (
     misses,
     solve_dyads,
 )
-from planter.mapping.file import PointsData, PoseFile
+from planter.mapping.file import PointsData, PoseFile, build_path_curve
 from planter.mapping.linkage import Defects, FourBar, Reversal, Standing, defects, reversals, standings
 from planter.mapping.nearest import SLOPES, Miss, Nearest, find_misses, find_nearest, interpolate_poses
-from planter.mapping.paths import build_path_curve
 from planter.mapping.results import (
     AtPose,
     Back,

@@ -31,8 +31,7 @@ from planter.records import Record
 from planter.report import files
 from planter.report.html import Items, Keys, Section, Table, Text
 from planter.report.labels import format_label, format_name, list_values
-from planter.report.presentation import ModelAssumptions, ResultPresentation, list_warning_sections
-from planter.report.proof import describe_proof
+from planter.report.presentation import ModelAssumptions, ResultPresentation, describe_proof, list_warning_sections
 from planter.version import __version__
 from planter.view.animation import Motion as MotionBlock
 

@@ -45,8 +45,13 @@ from planter.planting.toothed import compute_ratios, locate_pitch_curves
 from planter.report import files
 from planter.report.html import Block, Cell, Folded, Keys, Section, Table, Text
 from planter.report.labels import format_label, list_values, tabulate_angles
-from planter.report.presentation import ModelAssumptions, ResultPresentation, describe_basis, list_warning_sections
-from planter.report.proof import describe_proof
+from planter.report.presentation import (
+    ModelAssumptions,
+    ResultPresentation,
+    describe_basis,
+    describe_proof,
+    list_warning_sections,
+)
 from planter.version import __version__
 from planter.view.animation import Motion
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import zip_longest
@@ -11,17 +11,56 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from planter import safe_text
+from planter.files import units
 from planter.files.document import Document
 from planter.kernels import Array
 from planter.progress import Listener
 from planter.records import Record, WarningRecord
-from planter.report import bundle, files
-from planter.report.html import Block, FigureSvg, Items, Keys, Section, Table, Text, render_page
-from planter.report.inputs import provenance_section, tabulate_inputs
+from planter.report import bundle, files, labels
+from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, render_page
+from planter.report.labels import format_cell, separate_words
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from planter.files.document import Document
+
+
+def describe_proof(proof: Mapping[str, Any]) -> Iterator[Block]:
+    """Yield the bound on the objective of any design within the bounds, its gap to the optimum, and the method.
+
+    Bound and gap are dashes if the objective is not bounded.
+    """
+    yield Text(f"{proof['statement'][0].upper()}{proof['statement'][1:]}.", "" if proof["proved"] else "warning")
+    yield Keys({labels.format_label(key): value for key, value in proof.items() if key not in ("statement", "design")})
+    rows = [(labels.format_label(key), value) for key, value in proof["design"].items()]
+    yield Table(("quantity", "best design that is known"), rows)
+    yield Text(
+        "By branch and bound on enclosures of the objective and its derivatives over boxes, in doubles whose rounding "
+        "is added to each: it rests on the arithmetic of IEEE 754, and on sines, cosines, arc tangents within 2^-49.",
+        "note",
+    )
+
+
+def tabulate_inputs(machine: Document, meanings: Mapping[str, str], besides: Collection[str] = ()) -> Iterator[Block]:
+    """Yield tables of every number of a file with its unit, meaning and origin, without the sections `besides`."""
+    by_section: dict[str, list[tuple[Cell, ...]]] = {}
+    origins = machine.number_origins()
+    for path, value in machine.numbers().items():
+        section, _, key = path.partition(".")
+        if section not in besides:
+            row = (key, value, units.display_unit(path), meanings.get(path, ""), origins[path])
+            by_section.setdefault(section, []).append(row)
+    yield Text("What is not marked as the paper's was chosen by whoever wrote the machine file.", "note")
+    for section, rows in by_section.items():
+        yield Folded(separate_words(section), [Table(("key", "value", "unit", "meaning", "origin"), rows)])
+
+
+def provenance_section(provenance: Mapping[str, Any]) -> Section:
+    """Return versions, hash and seed, as `planter.report.files.list_provenance` returns them, as a section."""
+    return Section("Provenance", [Keys({name: format_cell(value) for name, value in provenance.items()})])
+
 
 WIDTH = 80
 """Columns of a terminal that sentences are filled to."""

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from planter.report import files
 from planter.report.html import Folded, Items, Keys, Section, Table, Text
-from planter.report.inputs import tabulate_inputs
 from planter.report.labels import format_cell, format_label
-from planter.report.presentation import ResultPresentation
+from planter.report.presentation import ResultPresentation, tabulate_inputs
 from planter.sweeps.figures import MOST_KINDS, SweepData, draw_envelope, draw_map, list_numeric_inputs
 from planter.sweeps.results import SweepFound, Varied
 from planter.sweeps.sweep import Rows, Sweep

@@ -14,7 +14,7 @@ from planter import safe_text
 from planter.errors import ComputationError, InputError, Interrupted, PlanterError
 from planter.progress import Progress
 from planter.records import Record
-from planter.terminal import signals, streams
+from planter.terminal import process
 
 Rows = Iterable[Sequence[object]]
 
@@ -27,12 +27,12 @@ class Console:
 
     def result(self, content: Record | dict[str, Any], tables: Callable[[], None]) -> None:
         """Print a result: as JSON, or by `tables`. From here on signals do not count: the work is done."""
-        if signals.exit_code() is not None:
+        if process.exit_code() is not None:
             raise Interrupted
-        signals.ignore_signals()
+        process.ignore_signals()
         table = content.table() if isinstance(content, Record) else content
         text = json.dumps(table, indent=2, allow_nan=False) if self.as_json else ""
-        with streams.flush_output():
+        with process.flush_output():
             if self.as_json:
                 print(text)
             else:
@@ -59,7 +59,7 @@ class Console:
 
     def say(self, text: str) -> None:
         """Print a note on standard error."""
-        streams.print_line(safe_text.sanitise_line(text))
+        process.print_line(safe_text.sanitise_line(text))
 
     def progress(self, at: Progress) -> None:
         """Tell how far a work is: one line that is written over on a terminal, else ten lines in all."""
@@ -77,7 +77,7 @@ class Console:
         except Interrupted as stop:
             self.fail(stop)
         except (KeyboardInterrupt, Exception) as error:
-            if isinstance(error, KeyboardInterrupt) or signals.exit_code() is not None:
+            if isinstance(error, KeyboardInterrupt) or process.exit_code() is not None:
                 self.fail(Interrupted())
             if isinstance(error, MemoryError):
                 self.fail(ComputationError("there is not enough memory for this"))
@@ -87,12 +87,12 @@ class Console:
 
     def fail(self, error: PlanterError) -> NoReturn:
         """End with an error's sentence and exit code, with JSON also its object; each signal has a different code."""
-        signals.ignore_signals()
-        streams.print_line(f"planter: {error.message}")
+        process.ignore_signals()
+        process.print_line(f"planter: {error.message}")
         if self.as_json and error.exit_code != InputError.exit_code:
-            with suppress(PlanterError), streams.flush_output():
+            with suppress(PlanterError), process.flush_output():
                 print(json.dumps(error.table(), indent=2, allow_nan=False))
-        code = signals.exit_code() if isinstance(error, Interrupted) else None
+        code = process.exit_code() if isinstance(error, Interrupted) else None
         raise SystemExit(code or error.exit_code)
 
 

@@ -94,8 +94,7 @@ def tolerance(
         from planter.parallel.task import Means
         from planter.report.folder import renew_files
         from planter.sweeps.adapter import ResolvedMachine
-        from planter.tolerance.analysis import ToleranceRequest, analyse_tolerances, default_tolerances
-        from planter.tolerance.file import Tolerances
+        from planter.tolerance.analysis import ToleranceRequest, Tolerances, analyse_tolerances, default_tolerances
         from planter.tolerance.presentation import present_tolerance
         from planter.tolerance.robust import Settings
 

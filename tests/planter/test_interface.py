@@ -121,7 +121,7 @@ def test_designs_carry_names_and_units(device: Device) -> None:
     assert x[device.names.index("R3_mm")] == pytest.approx(0.031, rel=1e-15)
     assert (device.x() == device.design).all()
     assert device.x() is not device.design
-    with pytest.raises(InputError, match="R3_m is no design parameter of wang2017: did you mean R3_mm"):
+    with pytest.raises(InputError, match="R3_m is not a design parameter of wang2017: did you mean R3_mm"):
         device.x(R3_m=0.031)
     with pytest.raises(InputError, match="it must be one of theta_deg, "):
         device.x(unheard_of=1.0)

@@ -16,7 +16,7 @@ import typer
 from planter import cli
 from planter.cli import app
 from planter.cli.app import build_application
-from planter.terminal import signals
+from planter.terminal import process
 from planter.terminal.console import Console
 
 
@@ -32,7 +32,7 @@ def run(*arguments: str) -> tuple[int, str, str]:
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
         patch.setattr(sys, "argv", ["planter", *arguments])
         patch.setattr(app, "build_application", _commands)
-        patch.setattr(signals, "listen_signals", lambda: None)
+        patch.setattr(process, "listen_signals", lambda: None)
         with pytest.raises(SystemExit) as end:
             cli.main()
     return int(end.value.code or 0), _text(out), _text(err)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planter.mapping.conics import common_points, eliminant
+from planter.mapping.dyads import common_points, eliminant
 
 
 def pencil(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

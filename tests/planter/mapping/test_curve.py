@@ -9,9 +9,9 @@ from planter.files import examples
 from planter.mapping import model
 from planter.mapping.curve import AngleCurve, closed_turn, load_curve, unwrap_rotations
 from planter.mapping.dyads import Dyad, solve_dyads
+from planter.mapping.file import Choice, build_path_curve
 from planter.mapping.linkage import FourBar
 from planter.mapping.nearest import Nearest, find_misses, find_nearest, interpolate_poses, list_misses
-from planter.mapping.paths import Choice, build_path_curve
 from planter.numerics.arrays import TURN
 from tests.planter.mapping.data import CORRECTED, si
 

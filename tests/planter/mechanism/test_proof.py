@@ -25,7 +25,7 @@ from planter.optimise.proof.enclosures import JetNamespace, ObjectiveBounds, enc
 from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
 from planter.optimise.proof.search import GlobalBound, Incumbent, prove_bound
-from planter.report.proof import describe_proof
+from planter.report.presentation import describe_proof
 from tests.support import own
 from tests.support.cli import answer, refusal
 

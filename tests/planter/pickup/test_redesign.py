@@ -9,10 +9,9 @@ from planter.optimise.certificate import check_conditions, estimate_multipliers,
 from planter.optimise.epigraph import Epigraph
 from planter.optimise.local_search import STATIONARITY_TOLERANCE
 from planter.pickup.file import load_pickup
-from planter.pickup.graph import build_nodes
 from planter.pickup.inverse import invert_path
 from planter.pickup.model import build_train
-from planter.pickup.redesign import NAMES, PINNED, LeastChange, redesign_path
+from planter.pickup.redesign import NAMES, PINNED, LeastChange, build_nodes, redesign_path
 from planter.pickup.requirements import find_push, list_requirements
 from tests.planter.pickup.pickups import steps
 

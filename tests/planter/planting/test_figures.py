@@ -21,9 +21,9 @@ from matplotlib.transforms import Bbox
 
 from planter.errors import InputError
 from planter.planting.report import figures
+from planter.planting.report.figures import find_nondominated
 from planter.planting.toothed import Gearing, PlottedPitchCurve
 from planter.report import style
-from planter.report.search import find_nondominated
 from tests.support.sampled import sampled
 
 PHI = np.arange(360.0)

@@ -39,7 +39,7 @@ def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 def commented(tmp_path: Path) -> str:
     """A file of a stranger's: built in, with a comment more and an awkward text."""
     path = tmp_path / "own.toml"
-    text = examples.text("compact", "planting")
+    text = examples.read_source("compact", "planting")
     name = 'name = "mine \\"quoted\\" # no comment"'
     lines = [name if line.startswith("name =") else line for line in text.splitlines()]
     path.write_text("\n".join(["# of my own", *lines, "# the end"]))

@@ -19,8 +19,13 @@ from planter.planting.swept import ROOM
 from planter.report.labels import format_label
 from planter.sweeps.adapter import ResolvedMachine
 from planter.sweeps.job import CHUNK
-from planter.tolerance.analysis import ToleranceRequest, analyse_tolerances, default_tolerances, first_order_std
-from planter.tolerance.file import Tolerances
+from planter.tolerance.analysis import (
+    ToleranceRequest,
+    Tolerances,
+    analyse_tolerances,
+    default_tolerances,
+    first_order_std,
+)
 from planter.tolerance.job import Spread
 from planter.tolerance.robust import RobustGoal, Settings, find_robust
 from tests.support.cli import answer, refusal, run

@@ -9,8 +9,8 @@ import pytest
 
 from planter.errors import InputError
 from planter.files.text import read_text
-from planter.report import bundle, files, folder_lock
-from planter.report.folder import NAME, allow_overwriting, keep_file, renew_files, renews_files
+from planter.report import bundle, files
+from planter.report.folder import LOCK_NAME, NAME, allow_overwriting, keep_file, renew_files, renews_files
 
 
 @renews_files
@@ -29,7 +29,7 @@ def stopped(out: Path) -> None:
 
 def list_files(folder: Path) -> set[str]:
     files = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
-    return files - {NAME, folder_lock.NAME}
+    return files - {NAME, LOCK_NAME}
 
 
 def test_earlier_files_and_empty_folders_are_removed(tmp_path: Path) -> None:

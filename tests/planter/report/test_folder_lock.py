@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from planter.errors import InputError
-from planter.report import folder_lock
+from planter.report import folder
 from planter.report.folder import renew_files
 
 OWNER = """\
@@ -38,12 +38,12 @@ def test_a_second_process_is_refused_until_the_first_is_killed(tmp_path: Path, o
         pytest.fail("two owners")
     assert str(tmp_path) in refused.value.message
     assert str(owner.pid) in refused.value.message
-    assert [path.name for path in tmp_path.iterdir()] == [folder_lock.NAME]
+    assert [path.name for path in tmp_path.iterdir()] == [folder.LOCK_NAME]
     owner.kill()
     owner.wait()
     with renew_files(tmp_path):
         pass
-    assert not (tmp_path / folder_lock.NAME).exists()
+    assert not (tmp_path / folder.LOCK_NAME).exists()
 
 
 def test_a_second_thread_is_refused_too(tmp_path: Path) -> None:
@@ -70,7 +70,7 @@ def test_owners_take_turns(tmp_path: Path) -> None:
     def own_folder() -> None:
         while True:
             try:
-                with folder_lock.lock_folder(tmp_path):
+                with folder.lock_folder(tmp_path):
                     owners.append(1)
                     largest.append(len(owners))
                     owners.pop()
@@ -87,9 +87,9 @@ def test_owners_take_turns(tmp_path: Path) -> None:
 
 
 def test_a_file_of_the_user_is_neither_locked_nor_removed(tmp_path: Path) -> None:
-    path = tmp_path / folder_lock.NAME
+    path = tmp_path / folder.LOCK_NAME
     path.write_text("my notes")
-    with pytest.raises(InputError, match=folder_lock.NAME), renew_files(tmp_path):
+    with pytest.raises(InputError, match=folder.LOCK_NAME), renew_files(tmp_path):
         pytest.fail("no owner")
     assert path.read_text() == "my notes"
 
@@ -98,6 +98,6 @@ def test_a_file_system_without_locks_is_named(tmp_path: Path, monkeypatch: pytes
     def refuse(_file: int) -> None:
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr(folder_lock, "_lock", refuse)
+    monkeypatch.setattr(folder, "_lock", refuse)
     with pytest.warns(RuntimeWarning, match="no locks"), renew_files(tmp_path):
         pass

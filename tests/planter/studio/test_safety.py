@@ -14,8 +14,8 @@ import pytest
 
 from planter import workers
 from planter.errors import ComputationError, InputError
-from planter.studio import remote
-from planter.studio.remote import GivenUpError, RemoteSession
+from planter.studio import live
+from planter.studio.live import GivenUpError, RemoteSession
 from planter.studio.session import FAILED, Session, _format_answer, answer_request
 from tests.planter.studio.serving import answer, line, message_with, studio
 
@@ -157,11 +157,11 @@ def test_slow_request_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         assert opening
         assert session._process
         os.kill(session._process.pid, signal.SIGSTOP)
-        monkeypatch.setattr(remote, "LONGEST_S", 0.2)
+        monkeypatch.setattr(live, "LONGEST_S", 0.2)
         with pytest.raises(ComputationError, match="given up after"):
             await session.ask("file", opening, {"values": {}})
-        monkeypatch.setattr(remote, "LONGEST_S", 60.0)
-        monkeypatch.setattr(remote, "GRACE_S", 0.1)
+        monkeypatch.setattr(live, "LONGEST_S", 60.0)
+        monkeypatch.setattr(live, "GRACE_S", 0.1)
         assert (await session.ask("file", opening, {"values": {}})).done
         os.kill(session._process.pid, signal.SIGSTOP)
         asking = asyncio.create_task(session.ask("file", opening, {"values": {}}))

@@ -52,7 +52,7 @@ def test_rows_equal_single_machine_outputs(name: str) -> None:
 
 def test_file_changed_during_run_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    path.write_text(examples.text("shi2021", "clutch"), encoding="utf-8")
+    path.write_text(examples.read_source("shi2021", "clutch"), encoding="utf-8")
     resolved = ResolvedMachine(str(path), {"crank_mm": 31.0})
     frozen = resolved.adapter.frozen(resolved.machine)
     assert resolved.adapter.thaw(frozen).numbers()["linkage.crank_mm"] == 31.0
