@@ -81,7 +81,7 @@ class Table:
 def parse_number(cell: str) -> float | None:
     """Return the number in a cell, NaN and infinities included; None if the cell is not a number.
 
-    >>> parse_number("1.5"), number("1_5"), number("high")
+    >>> parse_number("1.5"), parse_number("1_5"), parse_number("high")
     (1.5, None, None)
     """
     try:

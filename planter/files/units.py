@@ -72,7 +72,7 @@ def display_unit(key: str) -> str:
 def unit_suffix(key: str) -> str:
     """Return the ending of a key that names its unit, empty for a number without a unit.
 
-    >>> unit_suffix("omega_rad_s"), suffix("hinge_A_mm[0]"), suffix("m31")
+    >>> unit_suffix("omega_rad_s"), unit_suffix("hinge_A_mm[0]"), unit_suffix("m31")
     ('_rad_s', '_mm', '')
     """
     match = _SUFFIX.search(key)
@@ -82,7 +82,7 @@ def unit_suffix(key: str) -> str:
 def display_key(name: str, si_unit: str) -> str:
     """Return the key of a quantity in its display unit: lengths in mm, angles in deg, others in SI.
 
-    >>> display_key("phi52", "rad"), key("M_Q", "N m"), key("ratio", "1")
+    >>> display_key("phi52", "rad"), display_key("M_Q", "N m"), display_key("ratio", "1")
     ('phi52_deg', 'M_Q_Nm', 'ratio')
     """
     suffix = _SHOWN_IN.get(si_unit)

@@ -12,7 +12,7 @@ from planter.report.html import Cell, Keys, Table
 def format_label(key: str) -> str:
     """Return a key as a label with its unit.
 
-    >>> format_label("variance_N2"), label("start_objective"), label("seconds")
+    >>> format_label("variance_N2"), format_label("start_objective"), format_label("seconds")
     ('variance / N2', 'start objective', 'seconds')
     """
     unit = units.display_unit(key)
@@ -38,7 +38,7 @@ def separate_words(key: str) -> str:
 def format_cell(value: Any) -> Cell:
     """Return a value as one cell of a table.
 
-    >>> format_cell([0.1 + 0.2, 2]), flat({"lower": 1.0}), flat([])
+    >>> format_cell([0.1 + 0.2, 2]), format_cell({"lower": 1.0}), format_cell([])
     ('0.3, 2', 'lower 1', None)
     """
     if isinstance(value, list | tuple):
