@@ -76,7 +76,7 @@ def test_another_print_makes_no_number_equal() -> None:
     """Each is moved by two units of its last digit, and by all that the rounding of its inputs leaves open."""
     table = copy.deepcopy(numbers.load_numbers())
 
-    def shifted(number: numbers.Number) -> str:
+    def shifted(number: numbers.PrintedNumber) -> str:
         low, high = numbers.recompute(number, numbers.load_numbers()).computed.interval or (0.0, 0.0)
         place = Decimal(1).scaleb(int(Decimal(number.printed).as_tuple().exponent))
         return str(Decimal(number.printed) + (2 + round((high - low) / float(place))) * place)
