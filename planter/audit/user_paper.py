@@ -25,11 +25,11 @@ from planter.errors import InputError
 from planter.files import paths
 from planter.files.derivation import GENERATED, derive_file
 from planter.files.fields import (
+    FileSection,
     Line,
     Positive,
     Problems,
     Real,
-    Section,
     Whole,
     check,
     describe_problems,
@@ -93,7 +93,7 @@ RoundedInput = Annotated[Real, WrapValidator(_as_written)]
 PrintedTexts = Annotated[list[Annotated[Line, AfterValidator(_check_number)]], BeforeValidator(_check_texts)]
 
 
-class PrintedNumberRow(Section):
+class PrintedNumberRow(FileSection):
     """A printed number, or a row of them: lists in `each` of one length, of which every number takes its entry."""
 
     place: Annotated[Line, Field(min_length=1)]
@@ -122,7 +122,7 @@ class PrintedNumberRow(Section):
             yield text, {name: entries[k] for name, entries in self.each.items()}
 
 
-class NumbersFile(Section):
+class NumbersFile(FileSection):
     """Printed numbers of one paper: values that it discloses, values that it does not, and the numbers."""
 
     paper: Line | None = None

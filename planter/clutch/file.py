@@ -10,12 +10,12 @@ from pydantic import BeforeValidator, Field
 
 from planter.files.document import Document, Origins
 from planter.files.fields import (
+    FileSection,
     NotNegative,
     Pair,
     Positive,
     Problems,
     Real,
-    Section,
     Whole,
     check,
     invalid_value_problem,
@@ -30,7 +30,7 @@ def _some_numbers(value: Any) -> Any:
     return value
 
 
-class Sleeve(Section):
+class Sleeve(FileSection):
     """Hexagonal hole that confines the body, its taper and travel, and the forces along the axis."""
 
     hexagon_side_mm: Positive
@@ -44,7 +44,7 @@ class Sleeve(Section):
     switching_speed_mm_s: Positive
 
 
-class Shaft(Section):
+class Shaft(FileSection):
     """Output shaft: a hexagon with rounded corners, overhanging its bearing."""
 
     flat_to_flat_mm: Positive
@@ -60,14 +60,14 @@ class Shaft(Section):
             yield invalid_value_problem("fillet_mm", self.fillet_mm, allowed)
 
 
-class ToothSection(Section):
+class ToothSection(FileSection):
     """Distances of tooth tips and roots from the centroid of the body."""
 
     tip_mm: Positive
     root_mm: Positive
 
 
-class LinkageSection(Section):
+class LinkageSection(FileSection):
     """Crank gear on its rack, crank, rod, and the distance of the crank's axis from the sleeve's pin when engaged."""
 
     crank_gear_radius_mm: Positive
@@ -79,7 +79,7 @@ class LinkageSection(Section):
     distance_mm: Positive
 
 
-class Engagement(Section):
+class Engagement(FileSection):
     """Masses, radius, speed and load when the clutch engages."""
 
     body_kg: Positive
@@ -88,7 +88,7 @@ class Engagement(Section):
     load_Nm: NotNegative
 
 
-class SlipSection(Section):
+class SlipSection(FileSection):
     """Angle and forces of a tooth that slips."""
 
     angle_deg: Acute
@@ -96,7 +96,7 @@ class SlipSection(Section):
     friction_N: NotNegative
 
 
-class Places(Section):
+class Places(FileSection):
     """Places along the row: of the first and last seed, of the opener's entry and exit."""
 
     first_seed_mm: Real
@@ -105,7 +105,7 @@ class Places(Section):
     exit_mm: Real
 
 
-class LevelsSection(Section):
+class LevelsSection(FileSection):
     """Axial angles to compare, each with the rod for its travel."""
 
     axial_angles_deg: Annotated[tuple[Acute, ...], BeforeValidator(_some_numbers)]
@@ -119,7 +119,7 @@ class LevelsSection(Section):
             )
 
 
-class SizingSection(Section):
+class SizingSection(FileSection):
     """Travel, space and limits that a clutch is sized for."""
 
     wanted_travel_mm: Positive
@@ -129,7 +129,7 @@ class SizingSection(Section):
     lift_limit_deg: Acute
 
 
-class ClutchLimitsSection(Section):
+class ClutchLimitsSection(FileSection):
     """Limits of sizing and optimisation."""
 
     normal_force_N: Positive
@@ -140,7 +140,7 @@ class ClutchLimitsSection(Section):
     teeth_least: Annotated[Whole, Field(ge=5)]
 
 
-class ClutchSearchSection(Section):
+class ClutchSearchSection(FileSection):
     """Bounds of the optimisation variables, and the speed of the rising links."""
 
     axial_angle_bounds_deg: Pair
@@ -160,7 +160,7 @@ class ClutchSearchSection(Section):
             yield invalid_value_problem("axial_angle_bounds_deg", self.axial_angle_bounds_deg, "it must end below 90")
 
 
-class ContactModel(Section):
+class ContactModel(FileSection):
     """Contact law, masses, spring, slides of the coupling: the same for both clutches."""
 
     stiffness_N_m15: Positive
@@ -178,7 +178,7 @@ class ContactModel(Section):
     phase_deg: Real
 
 
-class Dog(Section):
+class Dog(FileSection):
     """The dog clutch: jaws of each half, their backlash, rounded edges and overlap, and the fit of the driving half."""
 
     jaws: Annotated[Whole, Field(ge=2, le=60)]

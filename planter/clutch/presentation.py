@@ -195,10 +195,10 @@ def present_engagement(
 
     def animate() -> Iterator[Block]:
         from planter.clutch.report.drawings import build_engagement_scene
-        from planter.view.animation import Motion
+        from planter.view.animation import MotionBlock
 
         if runs is not None:
-            yield Motion(build_engagement_scene(runs["reuleaux"].engagement), ENGAGING)
+            yield MotionBlock(build_engagement_scene(runs["reuleaux"].engagement), ENGAGING)
 
     return ResultPresentation(
         title=f"Engagement of the clutch {clutch.name}",
@@ -231,10 +231,10 @@ def _present(
 
     def animate() -> Iterator[Block]:
         from planter.clutch.report.drawings import build_rotor_scene
-        from planter.view.animation import Motion
+        from planter.view.animation import MotionBlock
 
         if rotor is not None:
-            yield Motion(build_rotor_scene(rotor, title), ROTATING)
+            yield MotionBlock(build_rotor_scene(rotor, title), ROTATING)
 
     return ResultPresentation(
         title=title,

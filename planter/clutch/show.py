@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from planter.files import examples
 from planter.view.subject import (
-    Check,
     Control,
+    DetailTable,
     Export,
     Reading,
-    Table,
+    RequirementCheck,
     Values,
     change_numbers,
     list_controls,
@@ -91,17 +91,19 @@ class ReuleauxClutch:
             Reading("time of the largest load", "ms", loads["t_max"] * 1e3),
         ]
 
-    def checks(self, values: Values, model: str) -> Sequence[Check]:
+    def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
         """Return the inequalities of a clutch that works."""
         rows = self._geometry(values).conditions
-        return [Check(row.condition, row.unit.removeprefix("1"), None, row.margin, row.holds) for row in rows]
+        return [
+            RequirementCheck(row.condition, row.unit.removeprefix("1"), None, row.margin, row.holds) for row in rows
+        ]
 
-    def details(self, values: Values, model: str) -> Sequence[Table]:
+    def details(self, values: Values, model: str) -> Sequence[DetailTable]:
         """Return the rotation of the crank at the angles and with the rods of the field test."""
         head = ("axial angle / deg", "rod / mm", "crank rotation / deg", "lift of the link / deg", "teeth")
         rows = [(f"{row.axial_angle_deg:g}", row.rod_mm, row.crank_rotation_deg, row.link_lift_deg, row.teeth)
                 for row in self._geometry(values).linkage]  # fmt: skip
-        return [Table("Linkage, for the printed travel", head, rows)]
+        return [DetailTable("Linkage, for the printed travel", head, rows)]
 
     def text(self, values: Values) -> str:
         """The file with these numbers."""

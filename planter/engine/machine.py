@@ -100,7 +100,7 @@ class Vector:
 
 
 @dataclass(frozen=True)
-class Stage:
+class MachineStage:
     """A function (phi, d, h, q) -> values (m,) along the angle of a machine, and what these are."""
 
     function: ca.Function
@@ -166,7 +166,7 @@ class Machine:
     acceleration: int | None = None
     losses: tuple[str, ...] = ()
     energies: tuple[str, ...] = ()
-    stages: Mapping[str, Stage] = field(default_factory=dict)
+    stages: Mapping[str, MachineStage] = field(default_factory=dict)
     objective: tuple[Measure, ...] = ()
     limits: tuple[Limit, ...] = ()
     sampling: Sampling = "refined"

@@ -15,7 +15,7 @@ from planter.terminal.console import Console
 from planter.terminal.options import (
     JsonOption,
     MachineArgument,
-    Model,
+    ModelName,
     ModelOption,
     SetOption,
     SpeedOption,
@@ -40,10 +40,10 @@ app.add_typer(export, name="export")
 FolderOption = Annotated[Path, typer.Option("--out", metavar="DIR", help="folder for the files", show_default=False)]
 
 
-def _load(source: str, model: Model, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
+def _load(source: str, model: ModelName, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
     from planter.engine.machine import load_machine
 
-    choices = {} if model is Model.exact else {"model": model.value}
+    choices = {} if model is ModelName.exact else {"model": model.value}
     return load_machine(source, parse_changes(set_), speed_rpm, **choices)
 
 
@@ -62,7 +62,7 @@ def _add_source_command(name: str, description: str) -> None:
     def write_source(
         machine: MachineArgument,
         out: FolderOption,
-        model: ModelOption = Model.exact,
+        model: ModelOption = ModelName.exact,
         set_: SetOption = None,
         speed_rpm: SpeedOption = None,
         as_json: JsonOption = False,
@@ -111,7 +111,7 @@ def motion(
     samples: Annotated[
         int | None, typer.Option(help="angles of a turn [default: the machine file's]", show_default=False)
     ] = None,
-    model: ModelOption = Model.exact,
+    model: ModelOption = ModelName.exact,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,
@@ -145,7 +145,7 @@ def fmu(
         Path, typer.Option("--out", metavar="FILE", help="the unit's file, which ends in .fmu", show_default=False)
     ],
     fmi: Annotated[Fmi, typer.Option(help="version of the interface")] = Fmi.fmi2,
-    model: ModelOption = Model.exact,
+    model: ModelOption = ModelName.exact,
     set_: SetOption = None,
     speed_rpm: SpeedOption = None,
     as_json: JsonOption = False,

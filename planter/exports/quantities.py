@@ -18,7 +18,7 @@ from planter.engine.measures import Measure, format_sum, parse_distance
 from planter.engine.response import INPUTS, MachineResponse
 from planter.errors import InputError
 from planter.files import units
-from planter.interchange.motion_tables import Column, Motion
+from planter.interchange.motion_tables import Column, MotionTable
 from planter.kernels import Array, Kernel
 
 STATISTICS = ("high", "low", "mean", "variance")
@@ -266,7 +266,7 @@ def _factor(word: str, power: int) -> str:
     return f"{match[1]}{exponent if exponent > 1 else ''}"
 
 
-def build_motion(machine: Machine, turns: int = 1, samples: int | None = None) -> Motion:
+def build_motion(machine: Machine, turns: int = 1, samples: int | None = None) -> MotionTable:
     """Return all quantities, and places of the bodies' points, over whole turns at the machine's speed.
 
     There are `samples` to a turn, and the last turn's end is included. Raises InputError for numbers of turns or
@@ -286,7 +286,7 @@ def build_motion(machine: Machine, turns: int = 1, samples: int | None = None) -
         f"{build_headline(machine)}; {turns} {'turn' if turns == 1 else 'turns'} at a constant speed of {rpm}",
         *([f"Assumes: {'; '.join(machine.assumptions)}."] if machine.assumptions else []),
     )
-    return Motion(build_name(machine), notes, columns)
+    return MotionTable(build_name(machine), notes, columns)
 
 
 def _check_numbers(machine: Machine, turns: int, samples: int | None) -> int:

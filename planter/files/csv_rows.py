@@ -43,7 +43,7 @@ def format_csv(comments: Iterable[str], head: Iterable[str], rows: Iterable[Iter
 
 
 @dataclass(frozen=True)
-class Table:
+class CsvTable:
     """Comments with their lines, a header, and rows of stripped cells with their lines."""
 
     source: str
@@ -101,7 +101,7 @@ def shorten_text(text: str) -> str:
     return repr(text if len(text) <= _SHOWN else f"{text[:_SHOWN]}...")
 
 
-def read_table(text: str, source: str, columns: Sequence[str] = ()) -> Table:
+def read_table(text: str, source: str, columns: Sequence[str] = ()) -> CsvTable:
     """Read the table of a CSV text, which must have exactly the `columns`, if any are named, in any order.
 
     Raises InputError, which names source and line, if the header or the rows are missing, column names are empty, occur
@@ -126,7 +126,7 @@ def read_table(text: str, source: str, columns: Sequence[str] = ()) -> Table:
                 f"{source}: line {at} has {len(row)} cells, but it must have {len(header)} as the header "
                 f"has{_cut_by_commas(row, len(header))}"
             )
-    return Table(source, comments, header, tuple(n for n, _ in rows), tuple(row for _, row in rows))
+    return CsvTable(source, comments, header, tuple(n for n, _ in rows), tuple(row for _, row in rows))
 
 
 def _is_comment(line: str) -> bool:

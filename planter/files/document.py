@@ -13,9 +13,9 @@ from planter.errors import InputError
 from planter.files import examples, paths, units
 from planter.files.fields import (
     SET,
+    FileSection,
     Line,
     Problems,
-    Section,
     Words,
     check,
     describe_problems,
@@ -119,7 +119,7 @@ def _flat(value: Any) -> Any:
 Origins = Annotated[dict[str, Words], BeforeValidator(_flat)]
 
 
-class Document(Section):
+class Document(FileSection):
     """A file: its sections, and the origins of their numbers.
 
     Sections have values in the units of the file; `si` converts them. The class of a file ends with the field

@@ -239,7 +239,7 @@ def _numbers(place: str, value: object) -> Iterator[tuple[str, float]]:
             yield from _numbers(f"{place}[{index}]", entry)
 
 
-class Section(BaseModel):
+class FileSection(BaseModel):
     """An immutable table of a file, with a fixed set of keys and finite numbers.
 
     After the validation of each value all methods marked as `check` run, and all their problems are reported.

@@ -22,7 +22,6 @@ from planter.gears.options import Keep
 from planter.gears.parts import GearPart, PartSettings, PlacedGear, check_parts
 from planter.gears.request import Teeth, find_curve_path, load_pair, parse_tooth_counts
 from planter.gears.results import (
-    Extent,
     Friction,
     FrictionCurves,
     GearCut,
@@ -31,6 +30,7 @@ from planter.gears.results import (
     Intermittent,
     LooseMotion,
     LooseTurn,
+    PartExtent,
     Ratio,
     Scaled,
     StageCut,
@@ -181,9 +181,9 @@ def _summarise_gear(gear: Gear, part: GearPart) -> GearCut:
     )
 
 
-def _find_extent(values: Array | tuple[float, float]) -> Extent:
+def _find_extent(values: Array | tuple[float, float]) -> PartExtent:
     """Return the smallest and the largest value, ignoring NaN."""
-    return Extent(float(np.nanmin(values)), float(np.nanmax(values)))
+    return PartExtent(float(np.nanmin(values)), float(np.nanmax(values)))
 
 
 def _summarise_ratio(values: Array) -> Ratio:
@@ -260,7 +260,7 @@ def summarise_intermittent_pair(
         loose=_summarise_loose(turn.loose),
         farther_loose=_summarise_loose(turn.farther(farther).loose) if farther else None,
         contact_ratio=Ratio(float(ratios.min()), float(ratios.max()), float(ratios.mean())),
-        pressure_angle_deg=Extent(float(pressure_angles.min()), float(pressure_angles.max())),
+        pressure_angle_deg=PartExtent(float(pressure_angles.min()), float(pressure_angles.max())),
         transmission_error_rad=float(np.abs(turn.contacts.errors).max()),
         sliding_max_mm=float(turn.contacts.sliding.max()) * _MM,
         overlap_mm2=overlap * _MM**2,

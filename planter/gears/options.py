@@ -15,7 +15,7 @@ class Keep(enum.StrEnum):
     module = "module"
 
 
-class Process(enum.StrEnum):
+class CuttingProcessOption(enum.StrEnum):
     """Process by which the gears are cut."""
 
     hob = "hob"
@@ -73,7 +73,9 @@ CentreErrorOption = Annotated[
         help="also report lost motion and contact ratio for axes farther apart by this",
     ),
 ]
-ProcessOption = Annotated[Process, typer.Option(help="manufacturing process; a hob cannot cut concave pitch curves")]
+ProcessOption = Annotated[
+    CuttingProcessOption, typer.Option(help="manufacturing process; a hob cannot cut concave pitch curves")
+]
 UndercutOption = Annotated[bool, typer.Option("--allow-undercut", help="allow undercut flanks")]
 ToleranceOption = Annotated[float, typer.Option("--tolerance-um", min=0.05, max=100, help="tolerance of the arcs")]
 BoreOption = Annotated[

@@ -27,7 +27,7 @@ from planter.report import files
 from planter.report.folder import renews_files
 from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
 from planter.report.presentation import ResultPresentation
-from planter.view.animation import Motion
+from planter.view.animation import MotionBlock
 from planter.view.scene import Scene
 
 if TYPE_CHECKING:
@@ -229,7 +229,7 @@ def write_gears(
     result = replace(result, files=[str(folder / name) for name in (*contents, *curves)])
     presentation = replace(
         present_gears(result),
-        motions=lambda: [Motion(scene) for scene in scenes],
+        motions=lambda: [MotionBlock(scene) for scene in scenes],
         figures=lambda: figures,
         tables=lambda: curves,
         comments=[f"machine: {result.machine}", "angles stand close to each other on both sides of every jump"],

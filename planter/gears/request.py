@@ -18,7 +18,7 @@ from planter.errors import InputError
 from planter.files import csv_rows, examples, text
 from planter.gear_geometry.cutting import ToothOrder
 from planter.gear_geometry.pitch_curves import POLAR, CurvePair, build_sampled_pair
-from planter.gears.options import Keep, Process
+from planter.gears.options import CuttingProcessOption, Keep
 from planter.gears.parts import PartSettings
 from planter.gears.results import GearsFound
 from planter.kernels import Array
@@ -38,7 +38,7 @@ class Teeth:
     tip_radius: float = 1.0
     backlash_mm: float = 0.0
     centre_error_mm: float = 0.0
-    process: Process = Process.hob
+    process: CuttingProcessOption = CuttingProcessOption.hob
     allow_undercut: bool = False
 
     def order(self, teeth: int | None, module_mm: float | None, keep: Keep | None) -> ToothOrder:

@@ -63,7 +63,7 @@ class GearCut(Record):
 
 
 @dataclass(frozen=True)
-class Extent(Record):
+class PartExtent(Record):
     """Least and largest value."""
 
     min: float
@@ -100,18 +100,18 @@ class StageCut(Record):
     perimeter_mm: list[float]
     gears: list[GearCut]
     contact_ratio: Ratio
-    pressure_angle_deg: Extent
+    pressure_angle_deg: PartExtent
     transmission_error_rad: float
-    gap_mm: Extent
-    lost_motion_deg: Extent
-    lost_motion_total_deg: Extent
-    farther_lost_motion_deg: Extent | None
-    farther_total_deg: Extent | None
+    gap_mm: PartExtent
+    lost_motion_deg: PartExtent
+    lost_motion_total_deg: PartExtent
+    farther_lost_motion_deg: PartExtent | None
+    farther_total_deg: PartExtent | None
     farther_contact_ratio: Ratio | None
     sliding_max_mm: float
     penetration_modules: float
     overlap_mm2: float
-    polygon_gap_mm: Extent
+    polygon_gap_mm: PartExtent
     positions: int
 
 
@@ -139,7 +139,7 @@ class FrictionTurn(Record):
 
     largest_N: dict[str, float]
     rms_N: dict[str, float]
-    torque_Nm: Extent
+    torque_Nm: PartExtent
     motor_work_J: float
     lost_J: dict[str, float]
     efficiency: list[float]
@@ -239,7 +239,7 @@ class Intermittent(Record):
     loose: LooseTurn
     farther_loose: LooseTurn | None
     contact_ratio: Ratio
-    pressure_angle_deg: Extent
+    pressure_angle_deg: PartExtent
     transmission_error_rad: float
     sliding_max_mm: float
     overlap_mm2: float

@@ -48,7 +48,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionTable:
     """Columns of one length, the time [s] first, which rises; `notes` are comments on all of them."""
 
     name: str
@@ -98,7 +98,7 @@ def _convert_product(product: str) -> tuple[str, float]:
     return " ".join(words), factor
 
 
-def _format_dictionary(title: str, motion: Motion, columns: Iterable[PlacedColumn]) -> dict[str, bytes]:
+def _format_dictionary(title: str, motion: MotionTable, columns: Iterable[PlacedColumn]) -> dict[str, bytes]:
     """Return the dictionary with name, unit, meaning and source of each column as CSV."""
     rows = (
         (entry.place, entry.column.name, entry.unit, repr(entry.factor), entry.column.meaning, entry.column.source)
@@ -107,7 +107,7 @@ def _format_dictionary(title: str, motion: Motion, columns: Iterable[PlacedColum
     return {DICTIONARY: csv_rows.format_csv(motion.notes, (title, *_HEAD), rows).encode()}
 
 
-def format_adams(motion: Motion) -> dict[str, bytes]:
+def format_adams(motion: MotionTable) -> dict[str, bytes]:
     """Return `motion.cmd` and the dictionary of its splines."""
     columns = [convert_to_millimetres(column, f"{motion.name}_{column.name}") for column in motion.columns[1:]]
     notes = (*motion.notes, "Units: mm, N, N mm, deg, s.")
@@ -136,7 +136,7 @@ def _format_numbers(name: str, values: Sequence[float]) -> Iterator[str]:
         yield f"{head}{part}{',' if first + _NUMBERS_PER_LINE < len(values) else ''} &"
 
 
-def format_solidworks(motion: Motion) -> dict[str, bytes]:
+def format_solidworks(motion: MotionTable) -> dict[str, bytes]:
     """Return a file for each quantity, and the dictionary of all."""
     columns = [convert_to_key_unit(column, f"{column.key}.csv") for column in motion.columns[1:]]
     time = motion.time.tolist()
@@ -147,7 +147,7 @@ def format_solidworks(motion: Motion) -> dict[str, bytes]:
     return points | _format_dictionary("file", motion, columns)
 
 
-def format_simulink(motion: Motion) -> dict[str, bytes]:
+def format_simulink(motion: MotionTable) -> dict[str, bytes]:
     """Return `motion.mat` with the matrix `motion` in SI units and radians, and the dictionary of its rows."""
     columns = [PlacedColumn(str(row), column.unit, 1.0, column) for row, column in enumerate(motion.columns, 1)]
     stream = io.BytesIO()
@@ -157,7 +157,7 @@ def format_simulink(motion: Motion) -> dict[str, bytes]:
     return {"motion.mat": content} | _format_dictionary("row", motion, columns)
 
 
-def format_csv(motion: Motion) -> dict[str, bytes]:
+def format_csv(motion: MotionTable) -> dict[str, bytes]:
     """Return `motion.csv`, with a column for each quantity under a name that ends in its unit, and its dictionary."""
     columns = [convert_to_key_unit(column, column.key) for column in motion.columns]
     rows = zip(*(column.values.tolist() for column in columns), strict=True)
@@ -165,7 +165,7 @@ def format_csv(motion: Motion) -> dict[str, bytes]:
     return {"motion.csv": table.encode()} | _format_dictionary("column", motion, columns)
 
 
-FORMATS: dict[str, Callable[[Motion], dict[str, bytes]]] = {
+FORMATS: dict[str, Callable[[MotionTable], dict[str, bytes]]] = {
     "adams": format_adams, "solidworks": format_solidworks, "simulink": format_simulink, "csv": format_csv,
 }  # fmt: skip
 """Functions that return names and contents of the files of a motion."""

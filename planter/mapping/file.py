@@ -14,12 +14,12 @@ from planter.errors import ComputationError, InputError
 from planter.files.document import Document, Origins
 from planter.files.fields import (
     Angle,
+    FileSection,
     Line,
     Pair,
     Positive,
     Problems,
     Real,
-    Section,
     Words,
     check,
     invalid_value_problem,
@@ -105,7 +105,7 @@ Coordinate = Annotated[Real, Field(ge=-LARGEST, le=LARGEST)]
 Angles = Annotated[list[Angle], Field(max_length=MOST)]
 
 
-class PoseEntry(Section):
+class PoseEntry(FileSection):
     """A pose of the arm: place of its tip and direction of its x axis, from X, counter-clockwise."""
 
     x_mm: Coordinate
@@ -113,7 +113,7 @@ class PoseEntry(Section):
     phi_deg: Angle
 
 
-class CarrierDyad(Section):
+class CarrierDyad(FileSection):
     """The dyad of the carrier, where a file names one."""
 
     moving_point_mm: Pair
@@ -121,21 +121,21 @@ class CarrierDyad(Section):
     radius_mm: Positive
 
 
-class TrainData(Section):
+class TrainData(FileSection):
     """Data of the gear train."""
 
     centre_distance_mm: Positive = 70.0
     carrier_speed_rpm: Positive = 60.0
 
 
-class CurveData(Section):
+class CurveData(FileSection):
     """Points of an angle curve, one closed turn."""
 
     carrier_deg: Angles
     relative_deg: Angles
 
 
-class PointsData(Section):
+class PointsData(FileSection):
     """Carrier angles of the points of the curve: on the path of either assembly of a linkage, and free ones.
 
     `linkage` counts as in the results. Free ordinates are given, or lie on a monotone cubic through the others.

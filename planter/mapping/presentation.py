@@ -173,20 +173,20 @@ def _figure_name(dyads: Sequence[int]) -> str:
 
 def _animate_linkages(synthesis: Synthesis) -> Iterator[Block]:
     from planter.mapping import scene
-    from planter.view.animation import Motion
+    from planter.view.animation import MotionBlock
 
     for linkage in synthesis.linkages:
         for circuit in sorted({standing.circuit for standing in linkage.standings}):
-            yield Motion(scene.linkage(linkage, synthesis.poses, circuit))
+            yield MotionBlock(scene.linkage(linkage, synthesis.poses, circuit))
 
 
 def _animate_train(training: Training) -> Iterator[Block]:
     from planter.mapping import scene
-    from planter.view.animation import Motion
+    from planter.view.animation import MotionBlock
 
     moving = scene.train(training)
     if moving is not None:
-        yield Motion(moving)
+        yield MotionBlock(moving)
 
 
 def _draw_synthesis(synthesis: Synthesis) -> dict[str, Figure]:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 from planter.files import examples
 from planter.view.subject import (
-    Check,
     Control,
+    DetailTable,
     Export,
     Reading,
-    Table,
+    RequirementCheck,
     Values,
     change_numbers,
     list_controls,
@@ -69,11 +69,11 @@ class Poses:
         ]
         return [Reading("real dyads", "", float(len(result.dyads))), *transmissions]
 
-    def checks(self, values: Values, model: str) -> Sequence[Check]:
+    def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
         """Return no checks: poses have no margins."""
         return []
 
-    def details(self, values: Values, model: str) -> Sequence[Table]:
+    def details(self, values: Values, model: str) -> Sequence[DetailTable]:
         """Return no tables: the report has them."""
         return []
 
@@ -89,7 +89,7 @@ class Poses:
         return self._latest[1]
 
 
-class Kind:
+class MappingKind:
     """Files of poses."""
 
     def takes(self, source: str) -> bool:
@@ -103,4 +103,4 @@ class Kind:
         return Poses(load_poses(source, changes))
 
 
-KIND = Kind()
+KIND = MappingKind()

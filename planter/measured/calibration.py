@@ -20,9 +20,9 @@ from planter.measured.findings import (
     MeasuredFound,
     ModelMeasured,
     Noise,
+    NoiseSpread,
     Outcome,
     Prediction,
-    Spread,
 )
 from planter.measured.fit import STARTS, Correlation, Fit, SearchEnd, assess_correlation, fit_curve, prepare_searches
 from planter.measured.reading import Columns, Measurement
@@ -37,7 +37,7 @@ EXPLAINS = 1.5
 
 
 @dataclass(frozen=True)
-class Check:
+class ValidationMeasurement:
     """A second measurement at another speed [r/min], which is predicted and not fitted."""
 
     path: str | Path
@@ -61,7 +61,7 @@ def calibrate(
     bounds: Mapping[str, tuple[float, float]],
     quantity: str,
     rebuild: Callable[[Mapping[str, float]], Document] | None,
-    check: Check | None = None,
+    check: ValidationMeasurement | None = None,
     seed: int = 0,
     progress: Listener | None = None,
     means: Means = AUTO,
@@ -126,8 +126,8 @@ def prepare_starts(
     return prepare_searches(MeasuredCurve(build(), chosen, measured, quantity))
 
 
-def _spread(rms: float, points: int, unit: str) -> Spread:
-    return Spread(rms, points, rms if unit == FORCE else None)
+def _spread(rms: float, points: int, unit: str) -> NoiseSpread:
+    return NoiseSpread(rms, points, rms if unit == FORCE else None)
 
 
 def rebuild_machine(fit: Fit, rebuild: Callable[[Mapping[str, float]], Document]) -> tuple[Document | None, list[str]]:
@@ -244,7 +244,7 @@ def _warnings(result: ModelMeasured) -> list[str]:
     return warnings
 
 
-def _predict(check: Check, columns: Columns, fits: Mapping[str, Fit], quantity: str) -> Prediction:
+def _predict(check: ValidationMeasurement, columns: Columns, fits: Mapping[str, Fit], quantity: str) -> Prediction:
     """Return the residuals of all fitted models for a measurement at another speed."""
     rms: dict[str, float] = {}
     points = 0

@@ -59,7 +59,7 @@ class ModelMeasured(Record):
 
 
 @dataclass(frozen=True)
-class Spread(Record):
+class NoiseSpread(Record):
     """Root mean square over points, in the unit of the result: of the data about their mean, or of residuals.
 
     `rms_N` is the same value if the unit is N, else null.
@@ -111,13 +111,13 @@ class MeasuredFound(Record):
     warnings: list[str]
     left_out: int
     noise: Noise
-    target: Spread
-    reached: Spread
+    target: NoiseSpread
+    reached: NoiseSpread
     fitted: list[FittedInput]
     rank: int
     starts: int
     agreeing_starts: int
     models: dict[str, ModelMeasured]
-    other_model: Spread | None
+    other_model: NoiseSpread | None
     prediction: Prediction | None = None
     noise_N: float | None = None

@@ -107,7 +107,7 @@ def _outliers(used: Flags) -> str:
     return f"{count} of {len(used)} points removed as outliers" if count else "no outliers removed"
 
 
-def _table(text: str, source: str) -> tuple[csv_rows.Table, str]:
+def _table(text: str, source: str) -> tuple[csv_rows.CsvTable, str]:
     """Return a file with any separator as a table, and a description of its layout."""
     lines = [
         line for line in text.replace("\r\n", "\n").split("\n") if line.strip() and not line.lstrip().startswith("#")
@@ -125,13 +125,13 @@ def _table(text: str, source: str) -> tuple[csv_rows.Table, str]:
         head = ",".join(str(i + 1) for i in range(len(first.split(separator))))
         cells = [line for line in text.split("\n") if line.strip() and not line.lstrip().startswith("#")]
         rows = tuple(tuple(cell.strip() for cell in line.split(",")) for line in cells)
-        table = csv_rows.Table(source, (), tuple(head.split(",")), tuple(range(1, len(rows) + 1)), rows)
+        table = csv_rows.CsvTable(source, (), tuple(head.split(",")), tuple(range(1, len(rows) + 1)), rows)
         return table, f"columns separated by {names[separator]}, no header: columns are numbered from 1"
     decimals = ", decimal commas" if commas else ""
     return csv_rows.read_table(text, source), f"columns separated by {names[separator]}{decimals}"
 
 
-def _column(table: csv_rows.Table, name: str, option: str) -> str:
+def _column(table: csv_rows.CsvTable, name: str, option: str) -> str:
     """Return the column of a name, with or without its unit."""
     if name in table.header:
         return name
@@ -145,7 +145,7 @@ def _column(table: csv_rows.Table, name: str, option: str) -> str:
     raise InputError(f"{table.source}: {option} = {name} is not a column: {hint}it must be one of {columns}")
 
 
-def _place(table: csv_rows.Table, columns: Columns) -> tuple[str, dict[str, float]]:
+def _place(table: csv_rows.CsvTable, columns: Columns) -> tuple[str, dict[str, float]]:
     if columns.time is not None:
         return _column(table, columns.time, "--time"), TIMES
     if columns.angle is not None:
@@ -154,7 +154,7 @@ def _place(table: csv_rows.Table, columns: Columns) -> tuple[str, dict[str, floa
 
 
 def _factor(
-    table: csv_rows.Table, name: str, units: dict[str, float], unit_option: str | None, option: str
+    table: csv_rows.CsvTable, name: str, units: dict[str, float], unit_option: str | None, option: str
 ) -> tuple[float, str]:
     """Return the factor and the unit of a column, by its option, else by its header."""
     match = _UNIT.search(name)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from planter.engine.drive import Motor
     from planter.engine.machine import Machine
     from planter.files.document import Document
-    from planter.measured.calibration import Calibrated, Check
+    from planter.measured.calibration import Calibrated, ValidationMeasurement
     from planter.measured.reading import Columns
     from planter.optimise.optimiser import Method
     from planter.optimise.range_variance import Sampling
@@ -195,7 +195,7 @@ def calibrate_machine(
     columns: Columns,
     bounds: Mapping[str, tuple[float, float]],
     quantity: str | None,
-    check: Check | None = None,
+    check: ValidationMeasurement | None = None,
     seed: int = 0,
     progress: Listener | None = None,
     means: Means | None = None,

@@ -48,7 +48,7 @@ BALANCE_TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True)
-class Run:
+class MotionRun:
     """A motion: times (n,) [s], states (2k, n), accelerations (k, n) and results (n,) by name, in SI and radians.
 
     A state holds coordinates, then rates. Signs, axes and units of results are those of the statement
@@ -259,7 +259,7 @@ class Dynamics:
     def run(
         self, times: Array, tolerance: float = 1e-10, state: Array | None = None, minimum_norm: bool = False,
         stiff: bool = False,
-    ) -> Run:  # fmt: skip
+    ) -> MotionRun:  # fmt: skip
         """Return the motion at times (n,) [s] that rise, from ``state`` (2k,) [rad, m and per s] at the first of them.
 
         The start of the statement is used unless a state is passed; each step is projected onto the constraints.
@@ -271,7 +271,7 @@ class Dynamics:
         with threadpool_limits(1, "blas"):
             return self._run(times, tolerance, state, minimum_norm, stiff)
 
-    def _run(self, times: Array, tolerance: float, state: Array | None, minimum_norm: bool, stiff: bool) -> Run:
+    def _run(self, times: Array, tolerance: float, state: Array | None, minimum_norm: bool, stiff: bool) -> MotionRun:
         """Return the motion; one thread solves each of its many small linear systems, since more would wait."""
         times = np.asarray(times, dtype=float)
         at = self.project(times[0], self.start() if state is None else state)
@@ -301,7 +301,7 @@ class Dynamics:
             solver.f = solver.fun(solver.t, solver.y)
         return self._results(times, np.array(states).T, minimum_norm, share)
 
-    def _results(self, times: Array, states: Array, minimum_norm: bool, share: float) -> Run:
+    def _results(self, times: Array, states: Array, minimum_norm: bool, share: float) -> MotionRun:
         pairs = zip(times, states.T, strict=True)
         accelerations = np.array([self.accelerations(time, state, share)[0] for time, state in pairs]).T
         inputs = {"time": times, "data": self.data, "state": states, "accelerations": accelerations}
@@ -314,7 +314,7 @@ class Dynamics:
             for name, values in self.formulas("lane", **inputs).items()
             if minimum_norm or name not in undetermined
         }
-        return Run(times, states, accelerations, results, undetermined)
+        return MotionRun(times, states, accelerations, results, undetermined)
 
 
 class _Pace:

@@ -13,7 +13,7 @@ from planter.engine.measures import Limit, Measure, format_sum, parse_limit, par
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.files.document import Document, Origins
-from planter.files.fields import Line, Pair, Real, Section, Whole
+from planter.files.fields import FileSection, Line, Pair, Real, Whole
 from planter.files.text import is_file, read_toml
 from planter.kernels import Array
 from planter.kernels.formulas import Formulas
@@ -23,20 +23,20 @@ from planter.optimise.sections import GeneticAlgorithm
 GENERATED = Path("generated")
 
 
-class CycleSettings(Section):
+class CycleSettings(FileSection):
     """Samples of a cycle."""
 
     samples: Annotated[Whole, Field(ge=4, le=100_000)] = 360
 
 
-class ObjectiveSection(Section):
+class ObjectiveSection(FileSection):
     """Objective of `planter optimise`: a sum of measures, over `samples` of a cycle or, "refined", by true extremes."""
 
     least: Line
     samples: Annotated[Whole, Field(ge=4, le=100_000)] | Literal["refined"] = "refined"
 
 
-class RequirementsSection(Section):
+class RequirementsSection(FileSection):
     """Limits on measures of a cycle."""
 
     hold: Annotated[list[Line], Field(min_length=1)]

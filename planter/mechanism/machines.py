@@ -15,9 +15,9 @@ from planter.engine.machine import (
     Documentation,
     FunctionSignature,
     Machine,
+    MachineStage,
     Quantity,
     Role,
-    Stage,
     Value,
     Vector,
     build_vectors,
@@ -123,7 +123,7 @@ class _Stages(NamedTuple):
     lane: ca.Function
     loops: KinematicLoops | None
     events: ca.Function | None
-    further: Mapping[str, Stage]
+    further: Mapping[str, MachineStage]
 
 
 @cache
@@ -157,7 +157,7 @@ def _stages(formulas: Formulas) -> _Stages:
         loops=loops,
         events=compose("events", inputs) if "events" in formulas.sidecar["functions"] else None,
         further={
-            name: Stage(compose(name, inputs), _list_quantities(formulas, (name,)))
+            name: MachineStage(compose(name, inputs), _list_quantities(formulas, (name,)))
             for name in FURTHER
             if name in formulas.sidecar["functions"]
         },

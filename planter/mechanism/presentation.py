@@ -33,7 +33,7 @@ from planter.report.html import Items, Keys, Section, Table, Text
 from planter.report.labels import format_label, format_name, list_values
 from planter.report.presentation import ModelAssumptions, ResultPresentation, describe_proof, list_warning_sections
 from planter.version import __version__
-from planter.view.animation import Motion as MotionBlock
+from planter.view.animation import MotionBlock as MotionBlock
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

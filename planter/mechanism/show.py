@@ -7,7 +7,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.mechanism.swept import ROOM
-from planter.view.subject import Check, Control, Export, Reading, Table, Values, list_controls, write_numbers
+from planter.view.subject import (
+    Control,
+    DetailTable,
+    Export,
+    Reading,
+    RequirementCheck,
+    Values,
+    list_controls,
+    write_numbers,
+)
 
 if TYPE_CHECKING:
     from planter.mechanism.cycle import MechanismCycle
@@ -52,11 +61,11 @@ class MechanismView:
         return [Reading(f"{kind} {key}", quantity.unit, value) for key, quantity in moving
                 for kind, value in (("largest", quantity.max), ("least", quantity.min))]  # fmt: skip
 
-    def checks(self, values: Values, model: str) -> Sequence[Check]:
+    def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
         """Return nothing: `planter validate` and `planter optimise` check limits."""
         return []
 
-    def details(self, values: Values, model: str) -> Sequence[Table]:
+    def details(self, values: Values, model: str) -> Sequence[DetailTable]:
         """Return nothing: the report of the cycle has details."""
         return []
 

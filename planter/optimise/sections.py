@@ -6,10 +6,10 @@ from typing import Annotated
 
 from pydantic import Field
 
-from planter.files.fields import Probability, Section, Share, Whole
+from planter.files.fields import FileSection, Probability, Share, Whole
 
 
-class GeneticAlgorithm(Section):
+class GeneticAlgorithm(FileSection):
     """Settings of the genetic algorithm."""
 
     individuals: Annotated[Whole, Field(ge=4, le=10_000)]

@@ -15,7 +15,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from planter.errors import ComputationError, InputError
-from planter.parallel.task import AUTO, Answer, Means, Task, count_cores, run_job
+from planter.parallel.task import AUTO, JobAnswer, Means, Task, count_cores, run_job
 from planter.workers import Worker, WorkerEndedError
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ MAX_LOST_PROCESSES = 5
 class LocalWorkers:
     """A number of processes, each started with its first job, which put the answers of jobs into a queue."""
 
-    def __init__(self, task: bytes, count: int, answers: queue.SimpleQueue[Answer]) -> None:
+    def __init__(self, task: bytes, count: int, answers: queue.SimpleQueue[JobAnswer]) -> None:
         self.count, self._task, self._answers = count, task, answers
         self._jobs: queue.SimpleQueue[tuple[int, Any] | None] = queue.SimpleQueue()
         self._workers: dict[int, Worker] = {}
@@ -58,7 +58,7 @@ class LocalWorkers:
                 content = self._run(place, pickle.dumps(job))
             except Exception as error:
                 content = ComputationError(f"a worker process cannot run this job: {type(error).__name__}: {error}")
-            self._answers.put(Answer(number, content))
+            self._answers.put(JobAnswer(number, content))
 
     def _run(self, place: int, message: bytes) -> Any:
         """Return the result of a job, or the error."""
@@ -91,7 +91,7 @@ class ClusterWorkers:
     Raises InputError if Dask is missing or no scheduler answers.
     """
 
-    def __init__(self, task: bytes, address: str, answers: queue.SimpleQueue[Answer]) -> None:
+    def __init__(self, task: bytes, address: str, answers: queue.SimpleQueue[JobAnswer]) -> None:
         self._client, self._task, self._answers = _connect(address), task, answers
         self._jobs: queue.SimpleQueue[tuple[int, Any] | None] = queue.SimpleQueue()
         self._futures: dict[int, Future] = {}
@@ -131,7 +131,7 @@ class ClusterWorkers:
     def _answer(self, number: int, content: Any) -> None:
         self._futures.pop(number, None)  # the cluster drops results without references
         self._slots.release()
-        self._answers.put(Answer(number, content))
+        self._answers.put(JobAnswer(number, content))
 
 
 def _connect(address: str) -> Client:
@@ -161,8 +161,8 @@ class Jobs:
     """
 
     def __init__(self, task: Task, jobs: Sequence[Any] = (), means: Means = AUTO) -> None:
-        self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
-        self._pending: dict[int, Answer] = {}
+        self._answers: queue.SimpleQueue[JobAnswer] = queue.SimpleQueue()
+        self._pending: dict[int, JobAnswer] = {}
         self.count = self._taken = 0
         text, processes = task.to_bytes(), means.processes or count_cores()
         self._workers: LocalWorkers | ClusterWorkers
@@ -189,7 +189,7 @@ class Jobs:
     def __exit__(self, *_: object) -> None:
         self._workers.end()
 
-    def __iter__(self) -> Iterator[Answer]:
+    def __iter__(self) -> Iterator[JobAnswer]:
         """Yield the answers in order of completion."""
         for _ in range(self.count):
             yield self._answers.get()

@@ -45,7 +45,7 @@ class Task:
         return pickle.dumps((__version__, pickle.dumps(self)))
 
 
-class Answer(NamedTuple):
+class JobAnswer(NamedTuple):
     """Number of a job, counted from 0, and its result or error."""
 
     job: int

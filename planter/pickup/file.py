@@ -17,12 +17,12 @@ from planter.files.csv_rows import Points, inline_points
 from planter.files.document import Document, Origins
 from planter.files.fields import (
     Angle,
+    FileSection,
     NotNegative,
     Pair,
     Positive,
     Problems,
     Real,
-    Section,
     Whole,
     check,
     invalid_value_problem,
@@ -86,7 +86,7 @@ def _places(cell: str) -> int:
     return min(len(digits.partition(".")[2]) - int(power or 0), _FINEST)
 
 
-class Bars(Section):
+class Bars(FileSection):
     """Carrier arm L1 and planet arm L2; where a path drives the pick-up they are found from it."""
 
     L1_mm: Length
@@ -98,7 +98,7 @@ class Bars(Section):
             yield invalid_value_problem("L2_mm", self.L2_mm, f"it must be greater than L1_mm = {self.L1_mm:g}")
 
 
-class Carrier(Section):
+class Carrier(FileSection):
     """Bend at the intermediate axis, centre distance of stage 2, speed."""
 
     gamma_deg: Annotated[Real, Field(gt=90, lt=180)]
@@ -106,7 +106,7 @@ class Carrier(Section):
     speed_deg_per_s: Annotated[Positive, Field(le=1e9)]
 
 
-class HelicalStage(Section):
+class HelicalStage(FileSection):
     """Standard helical pair; its helix angle follows from the centre distance."""
 
     mn_mm: Module
@@ -122,7 +122,7 @@ class HelicalStage(Section):
             yield invalid_value_problem("z2", self.z2, f"it must equal z1 = {self.z1}: the ratio of stage 2 is 1")
 
 
-class NoncircularStage(Section):
+class NoncircularStage(FileSection):
     """Teeth of the non-circular pair."""
 
     m_mm: Module
@@ -131,7 +131,7 @@ class NoncircularStage(Section):
     alpha0_deg: Annotated[Real, Field(ge=5, lt=45)]
 
 
-class LawData(Section):
+class LawData(FileSection):
     """Slope of the arm's angle over the carrier's: c (1 + p cos t) on the teeth, zero in the dwell.
 
     At the ends of the dwell the slope jumps, unless these are smooth: then it goes to zero within `transition_deg`.
@@ -177,7 +177,7 @@ class LawData(Section):
         return math.radians(TRANSITION_DEG if self.transition_deg is None else self.transition_deg)
 
 
-class PathData(Section):
+class PathData(FileSection):
     """Points of the tip's path, in a CSV or here, and how far apart distances may be that count as one (the dwell).
 
     Without a tolerance it is two of the last decimal place that a CSV's points are given to, and not below `LEAST_MM`.
@@ -198,13 +198,13 @@ class PathData(Section):
                 yield invalid_value_problem(f"points_mm[{number + 1}]", list(after), "neighbours must differ")
 
 
-class SplineData(Section):
+class SplineData(FileSection):
     """Value points that are taken from a law, equally spaced over the turn."""
 
     value_points: Annotated[Whole, Field(ge=12, le=1000)] = 25
 
 
-class Tray(Section):
+class Tray(FileSection):
     """Tray box and cell: a cell is a trapezium, its axis square to the tray."""
 
     box_inclination_deg: Annotated[Positive, Field(lt=90)]
@@ -220,7 +220,7 @@ class Tray(Section):
             yield invalid_value_problem("cell_top_mm", self.cell_top_mm, f"{allowed} = {self.cell_pitch_mm:g}")
 
 
-class Needle(Section):
+class Needle(FileSection):
     """The needle as seen along the axes of the gears; `mounting_deg` turns it against the arm O1 to tip."""
 
     length_mm: Length = 80.0
@@ -228,7 +228,7 @@ class Needle(Section):
     mounting_deg: Annotated[Real, Field(ge=-180, le=180)] = 0.0
 
 
-class Targets(Section):
+class Targets(FileSection):
     """Requirements of the path (the paper's Table 1, by the numbers in its text), each with a tolerance."""
 
     push_deg: Angle = 90.0
@@ -242,7 +242,7 @@ class Targets(Section):
     clearance_mm: NotNegative = 0.0
 
 
-class TipPath(Section):
+class TipPath(FileSection):
     """Points that the tip's path must pass, in the sun's frame, each with the radius of its tube."""
 
     points_mm: Points

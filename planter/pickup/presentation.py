@@ -91,10 +91,10 @@ def _points_before(outcome: PickupOutcome) -> Array | None:
 
 def _animate(outcome: PickupOutcome) -> Iterator[Block]:
     from planter.pickup.scene import build_pickup_scene
-    from planter.view.animation import Motion
+    from planter.view.animation import MotionBlock
 
     scene = build_pickup_scene(outcome.machine, outcome.train, _points_before(outcome))
-    yield Motion(scene, "The pick-up over a cycle. Thick arcs on the gears lock the arm in the dwell.")
+    yield MotionBlock(scene, "The pick-up over a cycle. Thick arcs on the gears lock the arm in the dwell.")
 
 
 def _draw(outcome: PickupOutcome) -> dict[str, Figure]:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from planter.files import examples
 from planter.view.subject import (
-    Check,
     Control,
+    DetailTable,
     Export,
     Reading,
+    RequirementCheck,
     Sought,
-    Table,
     Values,
     list_controls,
     list_readings,
@@ -109,20 +109,23 @@ class PickUp:
                    "centre distance of the non-circular pair": at.a1}  # fmt: skip
         return [Reading(name, "mm", 1e3 * value) for name, value in lengths.items()]
 
-    def checks(self, values: Values, model: str) -> Sequence[Check]:
+    def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
         """Return the requirements of the path at the tray."""
         from planter.pickup.requirements import list_requirements
 
-        return [Check(r.name, r.unit, r.value, r.margin, r.holds) for r in list_requirements(*self._train(values))]
+        return [
+            RequirementCheck(r.name, r.unit, r.value, r.margin, r.holds)
+            for r in list_requirements(*self._train(values))
+        ]
 
-    def details(self, values: Values, model: str) -> Sequence[Table]:
+    def details(self, values: Values, model: str) -> Sequence[DetailTable]:
         """Single numbers of what `planter pickup` tells."""
         from planter.pickup.analysis import build_result
 
         rows = [
             (row.name, row.value, row.unit) for row in list_readings(build_result(*self._train(values), ()).table())
         ]
-        return [Table("Gears and motion", ("quantity", "value", "unit"), rows)]
+        return [DetailTable("Gears and motion", ("quantity", "value", "unit"), rows)]
 
     def text(self, values: Values) -> str:
         """The file with these numbers."""

@@ -17,7 +17,7 @@ from planter.errors import InputError
 from planter.files import paths
 from planter.kernels import Array
 from planter.measured import calibration
-from planter.measured.calibration import Calibrated, Check
+from planter.measured.calibration import Calibrated, ValidationMeasurement
 from planter.measured.reading import Columns
 from planter.parallel.jobs import run_in_order
 from planter.parallel.task import AUTO, Means, Task
@@ -257,7 +257,7 @@ def calibrate_to_data(
     columns: Columns,
     bounds: Mapping[str, tuple[float, float]],
     quantity: str = SUPPORT,
-    check: Check | None = None,
+    check: ValidationMeasurement | None = None,
     seed: int = 0,
     progress: Listener | None = None,
     means: Means = AUTO,

@@ -53,7 +53,7 @@ from planter.report.presentation import (
     list_warning_sections,
 )
 from planter.version import __version__
-from planter.view.animation import Motion
+from planter.view.animation import MotionBlock
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -414,9 +414,9 @@ def _list_origins(machine: Machine, previous: Mapping[str, float], method: str) 
     return {name: words for name, words in machine.origins.items() if name not in renamed} | changed
 
 
-def _animate(device: Device, x: Array, start: Array | None = None) -> Motion:
+def _animate(device: Device, x: Array, start: Array | None = None) -> MotionBlock:
     dashed = "" if start is None else " Dashed: the path before the optimisation."
-    return Motion(build_scene(device, x, start), f"{MOTION_CAPTION}{dashed}")
+    return MotionBlock(build_scene(device, x, start), f"{MOTION_CAPTION}{dashed}")
 
 
 def _compute_columns(device: Device, x: Array) -> dict[str, Array]:

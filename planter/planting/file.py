@@ -16,13 +16,13 @@ from planter.files import paths
 from planter.files.csv_rows import inline_points
 from planter.files.document import Document, Origins
 from planter.files.fields import (
+    FileSection,
     NotNegative,
     Pair,
     Positive,
     PositiveTriple,
     Problems,
     Real,
-    Section,
     Triple,
     Whole,
     check,
@@ -38,7 +38,7 @@ from planter.planting.requirements_section import Requirements
 _ROUNDING = 1e-12
 
 
-class OperationSection(Section):
+class OperationSection(FileSection):
     """Operating conditions; the machine travels at `forward_speed_m_s`, of either sign."""
 
     speed_rpm: Positive
@@ -46,7 +46,7 @@ class OperationSection(Section):
     forward_speed_m_s: Real
 
 
-class ContactAngles(Section):
+class ContactAngles(FileSection):
     """Pressure angle of the teeth; friction angles mu1 at the cam and mu2 at the teeth."""
 
     pressure_angle_deg: Annotated[Positive, Field(lt=45)]
@@ -63,7 +63,7 @@ class ContactAngles(Section):
             )
 
 
-class Mass(Section):
+class Mass(FileSection):
     """Masses; each of the two sides has one middle body, one planet body and two nozzle halves C1 + C2."""
 
     sun_kg: Positive
@@ -74,7 +74,7 @@ class Mass(Section):
     half_C2_kg: Positive
 
 
-class Inertia(Section):
+class Inertia(FileSection):
     """Moments of inertia: middle body about A1, planet body about B1, centroidal for a half's two parts."""
 
     J56_about_A1_kg_m2: Positive
@@ -92,7 +92,7 @@ class Inertia(Section):
                 )
 
 
-class Centroid(Section):
+class Centroid(FileSection):
     """Centroids: sun and middle body polar (direction at phi = 0, global), planet body in x', y'."""
 
     sun_radius_mm: NotNegative
@@ -102,7 +102,7 @@ class Centroid(Section):
     planet_xy_mm: Pair
 
 
-class Nozzle(Section):
+class Nozzle(FileSection):
     """Inner nozzle half: hinge in x', y', z'; from there two centroids and the spring hook; tip along x'."""
 
     hinge_A_mm: Triple
@@ -112,7 +112,7 @@ class Nozzle(Section):
     tip_distance_mm: Positive
 
 
-class CamSection(Section):
+class CamSection(FileSection):
     """End-face cam and rocker: the nozzle opens over the rise and closes over the fall of cam angle delta."""
 
     rocker_length_mm: Positive
@@ -151,20 +151,20 @@ class CamSection(Section):
             yield invalid_value_problem("psi0_deg", self.psi0_deg, allowed)
 
 
-class Spring(Section):
+class Spring(FileSection):
     """Return spring between the hooks of a side's two halves, along z'."""
 
     preload_N: NotNegative
     rate_N_m: NotNegative
 
 
-class GearPair(Section):
+class GearPair(FileSection):
     """A pair of gears: the family of its inner pitch curve (on the sun in stage 1, on gear 6 in stage 2)."""
 
     family: Annotated[str, Field(min_length=1)]
 
 
-class GearsSection(Section):
+class GearsSection(FileSection):
     """Teeth and material of all gears, for contact ratio and stress; stress takes all four of the numbers."""
 
     module_mm: Annotated[Positive, Field(ge=0.1, le=50)]
@@ -178,7 +178,7 @@ class GearsSection(Section):
         return None not in (self.face_width_mm, self.youngs_modulus_GPa, self.poisson_ratio)
 
 
-class ForceObjectiveSection(Section):
+class ForceObjectiveSection(FileSection):
     """Objective to be minimised: weight_range * range + weight_variance * spread of the support force.
 
     The spread is the population variance (N2) for kind "paper", equation (31) of Wang et al. (2017), and the

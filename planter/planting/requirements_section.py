@@ -14,11 +14,11 @@ from pydantic import Field, create_model
 from planter.files import units
 from planter.files.csv_rows import Points
 from planter.files.fields import (
+    FileSection,
     NotNegative,
     Positive,
     Problems,
     Real,
-    Section,
     check,
     invalid_value_problem,
     missing_value_problem,
@@ -84,7 +84,7 @@ SOIL_LINE = "soil_line_mm"
 """Instead of the first of them: the level of the soil in the machine's frame, above O if positive."""
 
 
-class Limited(Section):
+class Limited(FileSection):
     """Base of the section of requirements, whose fields are built from the catalogue."""
 
     @check

@@ -16,13 +16,13 @@ from planter.planting.file import Machine
 from planter.planting.model import Device
 from planter.planting.swept import ROOM
 from planter.view.subject import (
-    Check,
     Control,
+    DetailTable,
     Export,
     Reading,
     RequiredOption,
+    RequirementCheck,
     Sought,
-    Table,
     Values,
     change_numbers,
     list_controls,
@@ -183,7 +183,7 @@ class PlantingView:
             Reading("centre distance of stage 2", "mm", float(a2)),
         ]
 
-    def checks(self, values: Values, model: str) -> Sequence[Check]:
+    def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
         """The file's requirements."""
         from planter.planting.requirement_rows import RequirementRows
         from planter.planting.requirements import evaluate_requirements
@@ -193,18 +193,18 @@ class PlantingView:
             return []
         if self._measures is None or self._measures.device is not device:
             self._measures = RequirementRows(device)
-        return [Check(r.meaning, r.unit, r.value, r.margin, r.verdict != "fail")
+        return [RequirementCheck(r.meaning, r.unit, r.value, r.margin, r.verdict != "fail")
                 for r in evaluate_requirements(self._measures, x)]  # fmt: skip
 
-    def details(self, values: Values, model: str) -> Sequence[Table]:
+    def details(self, values: Values, model: str) -> Sequence[DetailTable]:
         """The designer's summary: torque, forces, gears with their limits, shocks."""
         from planter.planting.design_results import describe_design, list_design_tables
         from planter.planting.design_summary import summarise_design
 
         record = summarise_design(*self._at(values, model))
         notes = [[sentence] for sentence in describe_design(record)]
-        tables = (Table(table.caption, table.head, table.rows) for table in list_design_tables(record))
-        return [*tables, Table("Notes", ("",), notes)]
+        tables = (DetailTable(table.caption, table.head, table.rows) for table in list_design_tables(record))
+        return [*tables, DetailTable("Notes", ("",), notes)]
 
     def text(self, values: Values) -> str:
         """The machine file with these numbers."""

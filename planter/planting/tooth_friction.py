@@ -16,7 +16,7 @@ from planter.files import units
 from planter.gear_geometry.cutting import ToothedPair
 from planter.gear_geometry.mesh import SIDES, BearingPairs, SharedLoad, find_changes
 from planter.gear_geometry.pitch_curves import POLAR
-from planter.gears.results import KINDS, Extent, Friction, FrictionCurves, FrictionTurn, name_column
+from planter.gears.results import KINDS, Friction, FrictionCurves, FrictionTurn, PartExtent, name_column
 from planter.kernels import Array
 from planter.numerics import piecewise
 from planter.numerics.arrays import TURN
@@ -212,7 +212,7 @@ def summarise_turn(teeth: ToothedTurn, turn: LiftedCycle) -> FrictionTurn:
     return FrictionTurn(
         largest_N={name: float(size.max()) for name, size in sizes.items()},
         rms_N={name: float(np.sqrt(mean(size**2))) for name, size in sizes.items()},
-        torque_Nm=Extent(float(torque.min()), float(torque.max())),
+        torque_Nm=PartExtent(float(torque.min()), float(torque.max())),
         motor_work_J=TURN * mean(torque),
         lost_J={place: per_turn * mean(turn.one[name] + turn.two[name]) for place, name in LOST.items()},
         efficiency=[1 - mean(turn.one[f"F_{tag}_loss"]) / mean(_input_power(turn, tag)) for tag in MESHES],

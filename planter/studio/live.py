@@ -16,7 +16,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from planter import safe_text
 from planter.errors import ComputationError, InputError, PlanterError
 from planter.files.text import LIMIT_BYTES, parse_json
-from planter.studio.process import ExportTask, Process, export_file
+from planter.studio.process import ExportTask, StudioProcess, export_file
 from planter.studio.session import DONE, Message, list_sources
 from planter.studio.session import __name__ as WORKER
 from planter.workers import Worker, WorkerEndedError
@@ -35,7 +35,7 @@ class GivenUpError(ComputationError):
 
 
 @dataclass(frozen=True)
-class Answer:
+class StudioAnswer:
     """The JSON object of an answer, and whether it is a result rather than an error."""
 
     text: str
@@ -66,12 +66,12 @@ class RemoteSession:
         async with self._lock:
             self._start()
 
-    async def open(self, message: Message) -> Answer:
+    async def open(self, message: Message) -> StudioAnswer:
         """Open a machine. Raises ComputationError if the process ends."""
         async with self._lock:
             return await self._open(message)
 
-    async def ask(self, request: Request, opening: Message, message: Message) -> Answer:
+    async def ask(self, request: Request, opening: Message, message: Message) -> StudioAnswer:
         """Return the answer to a request on the machine opened by `opening`.
 
         If the caller is cancelled, the process still completes this request before the next. Raises ComputationError
@@ -94,7 +94,7 @@ class RemoteSession:
         self._process = None
         self._thread.shutdown(wait=False)
 
-    async def _ask(self, request: Request, opening: Message, message: Message) -> Answer:
+    async def _ask(self, request: Request, opening: Message, message: Message) -> StudioAnswer:
         async with self._lock:
             if opening and (self._opened is not opening or self._process is None):
                 answer = await self._open(opening)
@@ -102,20 +102,20 @@ class RemoteSession:
                     return answer
             return await self._exchange(request, message)
 
-    async def _open(self, message: Message) -> Answer:
+    async def _open(self, message: Message) -> StudioAnswer:
         answer = await self._exchange("open", message)
         if answer.done:
             self._opened = message
         return answer
 
-    async def _exchange(self, request: str, message: Message) -> Answer:
+    async def _exchange(self, request: str, message: Message) -> StudioAnswer:
         process = self._start()
         self._request_count += 1
         self._busy, self._given_up = True, self._closed
         content, loop = _to_bytes({"do": request, "message": message}), asyncio.get_running_loop()
         try:
             text = (await loop.run_in_executor(self._thread, process.ask, content, LONGEST_S)).decode("ascii")
-            return Answer(text[1:], text.startswith(DONE))
+            return StudioAnswer(text[1:], text.startswith(DONE))
         except TimeoutError:
             self._process = None
             raise ComputationError(f"this was given up after {LONGEST_S:g} s") from None
@@ -164,7 +164,7 @@ class Live:
         self.front, self.background = (
             RemoteSession(self.folder, Path(self._scratch.name, name), explicit) for name in ("front", "background")
         )
-        self.search, self.export = Process("search", self._send), Process("export", self._send)
+        self.search, self.export = StudioProcess("search", self._send), StudioProcess("export", self._send)
         self._to_open: Message | None = None
         self._newest: Message | None = None
         self._opening: Message = {}

@@ -31,7 +31,7 @@ def to_page_words(sentence: str, labels: Mapping[str, str]) -> str:
     return sentence
 
 
-class Process:
+class StudioProcess:
     """A task of a page, such as a search or an export, which runs commands one after another."""
 
     def __init__(self, name: str, send: Send) -> None:
@@ -141,7 +141,7 @@ class ExportTask:
         return [{"path": path.relative_to(root).as_posix(), "bytes": path.stat().st_size} for path in files]
 
 
-async def export_file(process: Process, folder: Path, tasks: Sequence[ExportTask]) -> None:
+async def export_file(process: StudioProcess, folder: Path, tasks: Sequence[ExportTask]) -> None:
     """Write exports, and send the files of each after it has been written.
 
     A command replaces files that it wrote before, and refuses to replace others.

@@ -14,7 +14,7 @@ from planter.files.document import Document
 from planter.kernels import Array
 
 
-class Subject(Protocol):
+class SweepSubject(Protocol):
     """A machine that evaluates rows of inputs."""
 
     def evaluated(self, points: Array, threads: int) -> Array:
@@ -57,7 +57,7 @@ class SweepAdapter(Protocol):
     def subject(
         self, frozen: Mapping[str, Any], choices: Mapping[str, str],
         inputs: Mapping[str, tuple[float, float]], outputs: Sequence[str],
-    ) -> Subject:  # fmt: skip
+    ) -> SweepSubject:  # fmt: skip
         """Build a machine whose `inputs`, by path, take values between two ends.
 
         Raises InputError if it cannot be built at these ends.

@@ -273,14 +273,14 @@ Chunk = tuple[int, bytes]
 
 
 @dataclass(frozen=True)
-class Run:
+class JobRun:
     """Outcome of a job: numbers of chunks reused and of workers started."""
 
     resumed: int
     workers: int
 
 
-def run_job(recipe: Recipe, store: Store, means: Means = AUTO, progress: Listener | None = None) -> Run:
+def run_job(recipe: Recipe, store: Store, means: Means = AUTO, progress: Listener | None = None) -> JobRun:
     """Compute every chunk that the store lacks.
 
     Raises ComputationError if a chunk cannot be computed, and Interrupted with the number of finished rows on Ctrl-C.
@@ -300,7 +300,7 @@ def run_job(recipe: Recipe, store: Store, means: Means = AUTO, progress: Listene
                 phase.report(phase.done + stop - start)
     except KeyboardInterrupt:
         raise Interrupted({"rows": rows, "rows_done": phase.done}) from None
-    return Run(len(done), 0 if jobs is None else jobs.workers)
+    return JobRun(len(done), 0 if jobs is None else jobs.workers)
 
 
 def _rows(chunks: set[int], rows: int) -> int:

@@ -14,10 +14,10 @@ from scipy.stats import qmc
 
 from planter.errors import InputError
 from planter.files.fields import (
+    FileSection,
     Line,
     Problems,
     Real,
-    Section,
     Whole,
     Words,
     check,
@@ -45,7 +45,7 @@ def _choice(value: Any) -> Any:
     return tuple(value)
 
 
-class Axis(Section):
+class Axis(FileSection):
     """An input: a list of `values`, or a range `from` ... `to`, which a grid divides into `steps` values."""
 
     values: Annotated[tuple[Real | str, ...] | None, BeforeValidator(_choice), Field(min_length=1)] = None
@@ -224,7 +224,7 @@ def _listed(value: Any) -> Any:
 Sources = Annotated[list[Annotated[Line, Field(min_length=1)]], BeforeValidator(_listed), Field(min_length=1)]
 
 
-class Map(Section):
+class Map(FileSection):
     """A figure of an output over two inputs."""
 
     x: Line
@@ -232,7 +232,7 @@ class Map(Section):
     output: Line
 
 
-class Plan(Section):
+class Plan(FileSection):
     """Plan of a sweep: the inputs that vary and the outputs to compute.
 
     `machine` is a file or a name, or a list of these, which is then the first input. `points` is the number of points

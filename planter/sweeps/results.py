@@ -8,7 +8,7 @@ from planter.records import Record
 
 
 @dataclass(frozen=True)
-class Extent(Record):
+class SweepExtent(Record):
     """Range of an output over all rows, in its unit: `min_at`, `max_at` are the inputs of the rows with the extremes.
 
     All values are null if no row has a result; `missing` is the number of rows without a result.
@@ -39,7 +39,7 @@ class SweepFound(Record):
     resumed: int
     seconds: float
     workers: int
-    envelope: dict[str, Extent]
+    envelope: dict[str, SweepExtent]
 
 
 @dataclass(frozen=True)

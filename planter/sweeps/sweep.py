@@ -17,10 +17,10 @@ from planter.errors import InputError
 from planter.kernels import Array
 from planter.progress import Listener, ProgressPhase
 from planter.report import folder
-from planter.sweeps.adapter import ResolvedMachine, Subject, SweepAdapter, find_full_name, resolve_source
+from planter.sweeps.adapter import ResolvedMachine, SweepAdapter, SweepSubject, find_full_name, resolve_source
 from planter.sweeps.job import Recipe, Store
 from planter.sweeps.plan import Axis, Plan, Points
-from planter.sweeps.results import Extent
+from planter.sweeps.results import SweepExtent
 
 PARQUET_HINT = "rows.parquet is not written, rows.csv has the same rows; for Parquet: pip install 'planter[parquet]'"
 
@@ -62,7 +62,7 @@ class Rows:
             inputs[name] = float(value) if texts is None else texts[int(value)]
         return inputs
 
-    def envelope(self) -> dict[str, Extent]:
+    def envelope(self) -> dict[str, SweepExtent]:
         """Return the range of each output over all rows."""
         tallies = [_Tally() for _ in self.outputs]
         for points, outputs in self.blocks():
@@ -97,11 +97,11 @@ class _Tally:
         if column[high] > self.high:
             self.high, self.high_at = float(column[high]), points[high]
 
-    def extent(self, rows: Rows) -> Extent:
+    def extent(self, rows: Rows) -> SweepExtent:
         if self.low_at is None or self.high_at is None:
-            return Extent(None, None, None, self.missing, None, None)
+            return SweepExtent(None, None, None, self.missing, None, None)
         mean = self.total / self.count
-        return Extent(
+        return SweepExtent(
             self.low, self.high, mean, self.missing, rows.describe_point(self.low_at), rows.describe_point(self.high_at)
         )
 
@@ -232,7 +232,7 @@ class PlanJob:
         self._texts = [index for index, axis in enumerate(self._axes.values()) if axis.texts is not None]
         self._numbers = [index for index in range(len(inputs)) if index not in self._texts]
         self.rows, self.width = self.points.rows, len(outputs)
-        self._subjects: dict[tuple[int, ...], Subject] = {}
+        self._subjects: dict[tuple[int, ...], SweepSubject] = {}
 
     def chunk(self, start: int, stop: int, threads: int) -> Array:
         """Return the outputs of the points from `start` to `stop`, (stop - start, width)."""
@@ -245,7 +245,7 @@ class PlanJob:
             outputs[rows] = subject.evaluated(block[rows][:, self._numbers], threads)
         return outputs
 
-    def _subject(self, kind: tuple[int, ...]) -> Subject:
+    def _subject(self, kind: tuple[int, ...]) -> SweepSubject:
         """Return the machine that the texts of a row select, by their indices."""
         if kind not in self._subjects:
             chosen = {}

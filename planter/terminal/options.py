@@ -14,7 +14,7 @@ from planter import safe_text
 from planter.errors import InputError
 
 
-class Model(enum.StrEnum):
+class ModelName(enum.StrEnum):
     """Models of a machine that a paper describes."""
 
     exact = "exact"
@@ -30,7 +30,7 @@ MachineArgument = Annotated[
     ),
 ]
 ModelOption = Annotated[
-    Model, typer.Option(help="first principles, or the paper's equations as printed, of machines that have both")
+    ModelName, typer.Option(help="first principles, or the paper's equations as printed, of machines that have both")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="print one JSON object instead of tables")]
 OutOption = Annotated[Path | None, typer.Option(help="folder for result files", show_default=False)]

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from planter.tolerance.robust import RobustGoal, Settings
 
 
-class Subject(adapter.Subject, Protocol):
+class ToleranceSubject(adapter.SweepSubject, Protocol):
     """A machine that evaluates rows of inputs, and slopes at one point."""
 
     def slopes(self, point: Array) -> tuple[Array, Array] | None:

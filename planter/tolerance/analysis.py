@@ -15,7 +15,7 @@ from pydantic import Field, ValidationError
 from scipy.stats import sobol_indices
 
 from planter.errors import ComputationError, InputError
-from planter.files.fields import Positive, Problems, Real, Section, check, describe_problems, invalid_value_problem
+from planter.files.fields import FileSection, Positive, Problems, Real, check, describe_problems, invalid_value_problem
 from planter.files.paths import last_part
 from planter.files.text import read_toml
 from planter.kernels import Array
@@ -25,13 +25,13 @@ from planter.report import folder
 from planter.sweeps.adapter import ResolvedMachine
 from planter.sweeps.job import open_store, run_job
 from planter.tolerance import job
-from planter.tolerance.adapter import Subject, ToleranceAdapter
+from planter.tolerance.adapter import ToleranceAdapter, ToleranceSubject
 from planter.tolerance.job import Kind, Spread
 from planter.tolerance.results import Band, Share, Toleranced, ToleranceFound
 from planter.tolerance.robust import Settings
 
 
-class Tolerance(Section):
+class Tolerance(FileSection):
     """Tolerance of an input about its nominal value: `plus_minus` in its unit, `percent` of it, or `from` ... `to`.
 
     The default distribution is normal with its ends at three standard deviations, or uniform for `from` ... `to`.
@@ -62,7 +62,7 @@ class Tolerance(Section):
         return Spread(self.distribution or "normal", nominal - half, nominal + half)
 
 
-class Tolerances(Section):
+class Tolerances(FileSection):
     """Tolerances by input: a name as in `--set`, or a pattern such as "mass.*" for all inputs that match it."""
 
     tolerances: Annotated[dict[str, Tolerance], Field(min_length=1)]
@@ -213,13 +213,13 @@ class ToleranceCase:
         return adapter
 
     @property
-    def subject(self) -> Subject:
+    def subject(self) -> ToleranceSubject:
         """The machine, built for inputs between the ends of their tolerances."""
         ends = {name: (spread.low, spread.high) for name, spread in self.spreads.items()}
         subject: Any = self.adapter.subject(
             self.adapter.frozen(self.resolved.machine), self.choices, ends, self.outputs
         )
-        return cast(Subject, subject)
+        return cast(ToleranceSubject, subject)
 
     @property
     def centre(self) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from planter.kernels import Array
-from planter.sweeps.adapter import ResolvedMachine, Subject
+from planter.sweeps.adapter import ResolvedMachine, SweepSubject
 from planter.sweeps.job import Recipe
 from planter.sweeps.plan import SobolSequence, chunk_generator
 
@@ -90,7 +90,7 @@ class Turns:
         """Build the machine; `curves`, hashes of files that outputs need, distinguish jobs with other files."""
         distributions = {name: Spread(*entry) for name, entry in spreads.items()}
         ends = {name: (spread.low, spread.high) for name, spread in distributions.items()}
-        self.subject: Subject = import_module(module).ROOM.subject(machine, choices, ends, outputs)
+        self.subject: SweepSubject = import_module(module).ROOM.subject(machine, choices, ends, outputs)
         kind = Saltelli if "base" in drawn else RandomPoints
         self.points: RandomPoints | Saltelli = kind(tuple(distributions.values()), **drawn)
         self.rows, self.width = self.points.rows, len(outputs)

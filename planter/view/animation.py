@@ -104,7 +104,7 @@ def pack_scene(scene: Scene) -> Record:
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionBlock:
     """An animated scene as a block of a page."""
 
     scene: Scene

@@ -100,7 +100,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Check:
+class RequirementCheck:
     """A requirement with its margin, and whether it is satisfied; `value` is None if only the margin is known."""
 
     name: str
@@ -111,7 +111,7 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Table:
+class DetailTable:
     """A table; the first cell of a row is its heading."""
 
     title: str
@@ -137,10 +137,10 @@ class Shown(Protocol):
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Return the results that are displayed while numbers are changed."""
 
-    def checks(self, values: Values, model: str) -> Sequence[Check]:
+    def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
         """Return the requirements, if there are any; this may take longer."""
 
-    def details(self, values: Values, model: str) -> Sequence[Table]:
+    def details(self, values: Values, model: str) -> Sequence[DetailTable]:
         """Return tables for sizing, if there are any; this may take a second."""
 
     def text(self, values: Values) -> str:

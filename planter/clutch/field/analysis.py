@@ -207,7 +207,7 @@ def read_samples(text: str, source: str) -> list[Sample]:
     return samples
 
 
-def _check(table: csv_rows.Table) -> None:
+def _check(table: csv_rows.CsvTable) -> None:
     for row, sd in enumerate(table.numbers("sd")):
         if sd < 0:
             raise InputError(f"{table.place(row, 'sd')}: {sd:g}: it must not be negative")
@@ -216,7 +216,7 @@ def _check(table: csv_rows.Table) -> None:
             raise InputError(f"{table.place(row, 'n')}: {n:g}: it must be a whole number from 2 on")
 
 
-def _check_distinct(table: csv_rows.Table, samples: Sequence[Sample]) -> None:
+def _check_distinct(table: csv_rows.CsvTable, samples: Sequence[Sample]) -> None:
     seen: dict[tuple[str, float, str], int] = {}
     for sample, line in zip(samples, table.lines, strict=True):
         before = seen.setdefault((sample.clutch, sample.speed_m_s, sample.measure), line)

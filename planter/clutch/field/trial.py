@@ -113,7 +113,7 @@ def read_trial(text: str, source: str, columns: FieldColumns | None = None) -> T
     return Trial(source, factors, responses, blanks)
 
 
-def _check_named(table: csv_rows.Table, columns: FieldColumns) -> None:
+def _check_named(table: csv_rows.CsvTable, columns: FieldColumns) -> None:
     options = {"--response": columns.responses, "--blank": columns.blanks, "--ignore": columns.ignored}
     for option, names in options.items():
         for name in names:
@@ -123,7 +123,7 @@ def _check_named(table: csv_rows.Table, columns: FieldColumns) -> None:
                 )
 
 
-def _check_roles(table: csv_rows.Table, by_role: Mapping[str, Sequence[str]]) -> None:
+def _check_roles(table: csv_rows.CsvTable, by_role: Mapping[str, Sequence[str]]) -> None:
     listing = ", ".join(table.header)
     if not by_role["response"]:
         raise InputError(
@@ -140,7 +140,7 @@ def _check_roles(table: csv_rows.Table, by_role: Mapping[str, Sequence[str]]) ->
             )
 
 
-def _response(table: csv_rows.Table, name: str, legend: Legend) -> FieldResponse:
+def _response(table: csv_rows.CsvTable, name: str, legend: Legend) -> FieldResponse:
     values = np.array(table.numbers(name))
     if np.ptp(values) == 0:
         raise InputError(
@@ -149,7 +149,7 @@ def _response(table: csv_rows.Table, name: str, legend: Legend) -> FieldResponse
     return FieldResponse(name, values, legend.label(name))
 
 
-def _factor(table: csv_rows.Table, name: str, legend: Legend) -> Factor:
+def _factor(table: csv_rows.CsvTable, name: str, legend: Legend) -> Factor:
     cells = table.column(name)
     numeric = [csv_rows.parse_number(cell) is not None for cell in cells]
     if any(numeric) and not all(numeric):
@@ -174,7 +174,7 @@ def _plain(value: float) -> int | float:
     return int(value) if value.is_integer() and abs(value) < 1e15 else value
 
 
-def _check_runs(table: csv_rows.Table, name: str, factors: Sequence[Factor]) -> None:
+def _check_runs(table: csv_rows.CsvTable, name: str, factors: Sequence[Factor]) -> None:
     """Runs that are counted leave none out, and those of one number have the same levels."""
     counts = table.numbers(name)
     first: dict[float, int] = {}
@@ -217,7 +217,7 @@ class Legend:
     entries: Mapping[str, LegendEntry]
 
     @classmethod
-    def from_table(cls, table: csv_rows.Table) -> Legend:
+    def from_table(cls, table: csv_rows.CsvTable) -> Legend:
         """Return the legend of a table from its comments."""
         entries: dict[str, LegendEntry] = {}
         for line, comment in table.comments:

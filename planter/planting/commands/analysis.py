@@ -34,7 +34,7 @@ from planter.terminal.options import (
     JsonOption,
     LeastOption,
     MachineArgument,
-    Model,
+    ModelName,
     ModelOption,
     OutOption,
     SeedOption,
@@ -56,7 +56,7 @@ app = typer.Typer()
 @writes_files("summary.json", "report.html")
 def simulate(
     machine: MachineArgument,
-    model: ModelOption = Model.exact,
+    model: ModelOption = ModelName.exact,
     samples: SamplesOption = None,
     at: Annotated[
         list[float] | None, typer.Option(metavar="DEG", help="also report at this drive angle", show_default=False)
@@ -77,7 +77,7 @@ def simulate(
     console = Console(as_json)
     with console.outcome():
         if (other := load_other(machine, set_, speed_rpm)) is not None:
-            refuse_options(other, {"--model": model is not Model.exact, "--lift": lift})
+            refuse_options(other, {"--model": model is not ModelName.exact, "--lift": lift})
             run_simulate(console, other, samples, at or (), out)
             return
         if out is not None:
@@ -100,7 +100,7 @@ app.command("turn", help="Another name for `simulate`.")(simulate)
 @writes_files("summary.json", "report.html")
 def sensitivity(
     machine: MachineArgument,
-    model: ModelOption = Model.exact,
+    model: ModelOption = ModelName.exact,
     samples: SamplesOption = None,
     least: LeastOption = None,
     all_values: Annotated[
@@ -121,7 +121,7 @@ def sensitivity(
     console = Console(as_json)
     with console.outcome():
         if (other := load_other(machine, set_, speed_rpm)) is not None:
-            refuse_options(other, {"--model": model is not Model.exact})
+            refuse_options(other, {"--model": model is not ModelName.exact})
             run_sensitivity(console, other, least, samples, all_values, out)
             return
         from planter.planting import simulation
@@ -215,7 +215,9 @@ def validate(
 def calibrate(
     machine: MachineArgument,
     target: Annotated[str, typer.Option(help="what to fit to: table1 (the paper's)")] = "table1",
-    model: Annotated[Model, typer.Option(help="the model that is reported first; both are tried")] = Model.printed,
+    model: Annotated[
+        ModelName, typer.Option(help="the model that is reported first; both are tried")
+    ] = ModelName.printed,
     flank: Annotated[list[str] | None, text_option("try only this law of the cam's flanks (repeatable)", "LAW")] = None,
     data: Annotated[Path | None, text_option("fit to a measured curve in this CSV file instead", "CSV")] = None,
     column: Annotated[str | None, text_option("its column with the measured values", "NAME")] = None,
@@ -268,14 +270,14 @@ def calibrate(
         if data is None:
             _fit_to_figures(console, build_device(machine, model, set_, speed_rpm), target, flank or (), means, out)
             return
-        from planter.measured.calibration import Check
+        from planter.measured.calibration import ValidationMeasurement
         from planter.measured.reading import Columns
 
         if column is None:
             raise InputError("--column must name the column of --data with the measured values")
         if (check is None) != (check_rpm is None):
             raise InputError("--check and --check-rpm belong together: a second measurement and its speed")
-        second = None if check is None or check_rpm is None else Check(check, check_rpm)
+        second = None if check is None or check_rpm is None else ValidationMeasurement(check, check_rpm)
         columns = Columns(column, angle, time, unit, place_unit)
         bounds = read_ranges("--fit", fit or ())
         from planter.planting import calibration

@@ -29,7 +29,7 @@ from planter.terminal.options import (
     JsonOption,
     LeastOption,
     MachineArgument,
-    Model,
+    ModelName,
     ModelOption,
     OutOption,
     SeedOption,
@@ -74,7 +74,7 @@ standard module: the pitch curves then have the lengths pi m z, so that `planter
 @writes_files("summary.json", "optimum.toml", "report.html")
 def optimise(
     machine: MachineArgument,
-    model: ModelOption = Model.exact,
+    model: ModelOption = ModelName.exact,
     method: Annotated[
         Method | None,
         typer.Option(
@@ -138,7 +138,7 @@ def optimise(
             )
             teeth_options = {"--teeth": teeth, "--module": module, "--module1": module1, "--module2": module2}
             present = {option: value is not None for option, value in teeth_options.items()}
-            refuse_options(other, {"--model": model is not Model.exact, **present})
+            refuse_options(other, {"--model": model is not ModelName.exact, **present})
             run_optimise(console, other, least, hold or (), options, out)
             return
         method = method or Method.hybrid

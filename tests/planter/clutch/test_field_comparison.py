@@ -95,7 +95,7 @@ BAD = {
         "line 4 gives Y1 of a at 1 m/s again after line 2",
     ),
     "one clutch": (HEAD + "a,1,Y1,1,1,5\n", "column clutch names 1, there must be 2 to 20"),
-    "no name": (HEAD + ",1,Y1,1,1,5\n", "line 2, column clutch: nothing stands there"),
+    "no name": (HEAD + ",1,Y1,1,1,5\n", "line 2, column clutch: it is empty"),
 }
 
 

@@ -87,7 +87,7 @@ def test_a_plan_is_printed_and_written(tmp_path: Path) -> None:
     result = answer(*arguments, "--response", "Y1", "--response", "Y2")
     assert list(result["columns"]) == ["run", "angle_deg", "k", "blank1", "blank2", "Y1", "Y2"]
     assert sorted(result["columns"]["k"]) == ["0.3"] * 3 + ["0.4"] * 3 + ["0.5"] * 3
-    assert "column Y1: nothing stands there" in refusal("field", str(tmp_path / "plan.csv"))
+    assert "column Y1: it is empty" in refusal("field", str(tmp_path / "plan.csv"))
 
 
 @pytest.fixture(scope="module")

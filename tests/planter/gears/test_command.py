@@ -114,11 +114,11 @@ def test_standard_module_scales_pair_and_reports_effects() -> None:
 
 def test_gears_mesh_where_an_assembly_puts_them(device: Device) -> None:
     train = toothed.cut_gear_train(device, [ToothOrder()] * 2)
-    shapes = [shape(placed) for placed in train.placed()]
+    shapes = [shape(placed) for placed in train.place_gears()]
     for first, second in ((0, 1), (2, 3)):
         assert shapely.intersection(shapes[first], shapes[second]).area < 1e-13
         assert shapely.distance(shapes[first], shapes[second]) < 2e-7
-    turned = [PlacedGear(p.gear, p.angle + 1e-3, p.centre) for p in train.placed()]
+    turned = [PlacedGear(p.gear, p.angle + 1e-3, p.centre) for p in train.place_gears()]
     assert shapely.intersection(shapes[0], shape(turned[1])).area > 1e-9
 
 
@@ -126,7 +126,7 @@ def test_flank_cut_at_turning_point_is_reported(device: Device) -> None:
     """There the flank stands still, and its arc length is known to half the digits."""
     slender = ToothOrder(pressure_angle=np.radians(14.5), addendum=1.3, process="wire", allow_undercut=True)
     train = toothed.cut_gear_train(device, [replace(slender, teeth=45), replace(slender, teeth=60)])
-    assert all(shape(placed).is_valid for placed in train.placed())
+    assert all(shape(placed).is_valid for placed in train.place_gears())
 
 
 def shape(placed: PlacedGear) -> shapely.Polygon:
@@ -136,7 +136,7 @@ def shape(placed: PlacedGear) -> shapely.Polygon:
 
 def test_marks_of_gears_on_a_shaft_agree(device: Device) -> None:
     """The angle between the teeth of gears 5 and 6 follows from gamma, beta6 and the sun's phase."""
-    _, five, six, _ = toothed.cut_gear_train(device, [ToothOrder(module=2e-3)] * 2).placed()
+    _, five, six, _ = toothed.cut_gear_train(device, [ToothOrder(module=2e-3)] * 2).place_gears()
     assert five.key is not None
     assert six.key is not None
     assert np.exp(1j * (five.angle + five.key)) == pytest.approx(np.exp(1j * (six.angle + six.key)), abs=1e-12)

@@ -9,7 +9,7 @@ import pytest
 from scipy.io import loadmat
 
 from planter.interchange.motion_formats import MotionFormat
-from planter.interchange.motion_tables import DICTIONARY, FORMATS, Column, Motion, convert_to_millimetres
+from planter.interchange.motion_tables import DICTIONARY, FORMATS, Column, MotionTable, convert_to_millimetres
 from planter.kernels import Array
 
 TIME = np.linspace(0.0, 0.7, 9)
@@ -20,9 +20,9 @@ NUMBERS = {
 }  # fmt: skip
 
 
-def motion() -> Motion:
+def motion() -> MotionTable:
     columns = (Column(n, key, unit, f'what "{n}", means', "made up", v) for n, (key, unit, v) in NUMBERS.items())
-    return Motion("toy", ("a toy", "a note that is long " * 20), tuple(columns))
+    return MotionTable("toy", ("a toy", "a note that is long " * 20), tuple(columns))
 
 
 def rows(content: bytes) -> list[dict[str, str]]:

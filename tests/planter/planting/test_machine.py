@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from planter.errors import GeometryError, InputError
 from planter.files import examples, paths
-from planter.files.fields import Problems, Section, check, invalid_value_problem
+from planter.files.fields import FileSection, Problems, check, invalid_value_problem
 from planter.planting.file import Machine, load
 from planter.planting.model import Device
 
@@ -480,7 +480,7 @@ def test_every_inconsistent_number_is_reported(tmp_path: Path) -> None:
 def test_unmarked_section_checks_are_not_run() -> None:
     """The tampered case of the one before."""
 
-    class Marked(Section):
+    class Marked(FileSection):
         a: float
 
         @check

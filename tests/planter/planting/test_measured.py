@@ -10,7 +10,7 @@ import pytest
 from planter.engine.machine import Machine as EngineMachine
 from planter.errors import InputError
 from planter.measured import calibration, reading
-from planter.measured.calibration import Calibrated, Check
+from planter.measured.calibration import Calibrated, ValidationMeasurement
 from planter.measured.curve import Chosen, MeasuredCurve
 from planter.measured.fit import Correlation, Fit, assess_correlation, fit_curve, ljung_box_probability
 from planter.measured.presentation import MACHINE_FILE, present_fit
@@ -66,7 +66,7 @@ def calibrations(tmp_path_factory: pytest.TempPathFactory) -> dict[Model, Calibr
         faster = base.with_numbers({**TRUE, "operation.speed_rpm": 50.0})
         data = written(folder / f"{model}.csv", model, phase=2.0, missing=40)
         check = written(folder / f"{model}-faster.csv", model, faster, phase=2.0, seed=8)
-        results[model] = calibrate_to_data(base, model, data, COLUMNS, BOUNDS, check=Check(check, 50.0))
+        results[model] = calibrate_to_data(base, model, data, COLUMNS, BOUNDS, check=ValidationMeasurement(check, 50.0))
     return results
 
 

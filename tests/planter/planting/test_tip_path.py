@@ -118,7 +118,7 @@ def test_points_and_limit_require_each_other() -> None:
         machine(f"points_mm = {POINTS}", 'points_csv = "path.csv"')
     with pytest.raises(InputError, match="points_mm is missing: tube_excess is limited"):
         machine("tube_excess_max_mm = 0")
-    with pytest.raises(InputError, match="not at both"):
+    with pytest.raises(InputError, match="not both"):
         machine("soil_line_mm = -270")
 
 

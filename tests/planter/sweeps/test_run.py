@@ -20,7 +20,7 @@ def squares(**more: object) -> Recipe:
     return Recipe("tests.planter.sweeps.toys:Squares", {"rows": ROWS, **more})
 
 
-def answered(recipe: Recipe, path: Path | None = None, means: Means = AUTO) -> tuple[str, job.Run]:
+def answered(recipe: Recipe, path: Path | None = None, means: Means = AUTO) -> tuple[str, job.JobRun]:
     """Hash of the answer, and how it came about; the numbers are those of the job."""
     with Store(path, recipe.question, ROWS, 2) as store:
         done = job.run_job(recipe, store, means)

@@ -20,7 +20,7 @@ from planter.planting.model import Device
 from planter.planting.report import scene
 from planter.planting.report.scene import build_scene
 from planter.report.html import Section, render_page
-from planter.view.animation import Motion, pack_scene
+from planter.view.animation import MotionBlock, pack_scene
 from planter.view.picture import draw_picture
 from planter.view.scene import Curve, Scene
 from tests.support.browser import page_after_scripts
@@ -151,13 +151,13 @@ def test_half_cycle_repetition_is_packed_once(device_scene: Scene) -> None:
 
 
 def test_a_page_grows_by_less_than_100_kB(device_scene: Scene) -> None:
-    block = Motion(device_scene)
+    block = MotionBlock(device_scene)
     assert len(f"{block.html('s1')}{block.script}{block.style}".encode()) < 100_000
 
 
 def test_names_are_text_and_never_markup(device_scene: Scene) -> None:
     curves = [replace(device_scene.curves[0], name="</script><b>bold</b>")]
-    text = Motion(replace(device_scene, title="<i>&", curves=curves)).html("s1")
+    text = MotionBlock(replace(device_scene, title="<i>&", curves=curves)).html("s1")
     assert "<i>" not in text
     assert "<b>" not in text
     assert text.count("</script>") == 1
@@ -170,7 +170,7 @@ def test_the_picture_stands_without_a_script(device_scene: Scene) -> None:
 
 
 def moving_page(device_scene: Scene) -> str:
-    return render_page("A machine", [Section("Motion", [Motion(device_scene)])])
+    return render_page("A machine", [Section("Motion", [MotionBlock(device_scene)])])
 
 
 def test_page_policy_allows_only_local_script(device_scene: Scene, tmp_path: Path) -> None:
