@@ -7,7 +7,7 @@ import inspect
 import re
 import sys
 from collections.abc import Iterator
-from pydoc import locate
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def listed_members() -> Iterator[tuple[str, object]]:
             if cls is not derive.Mechanism or name not in reference.UNLISTED:
                 yield f"{cls.__name__}.{name}", member
     for page in reference.PAGES:
-        entries = ((name, locate(name)) for name in reference.names(page))
+        entries = ((name, resolve_name(name)) for name in reference.names(page))
         yield from ((name, item) for name, item in entries if inspect.isclass(item) or inspect.isfunction(item))
 
 

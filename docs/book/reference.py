@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Iterator
 from dataclasses import dataclass
-from pydoc import locate
+from pkgutil import resolve_name
 
 import derive
 
@@ -69,7 +69,7 @@ PAGES = {
     "running": Page(RUNNING, {
         "Along an angle": "planter.load_mechanism planter.mechanism.model.Model",
         "Free motion": "planter.mechanism.file.load planter.mechanism.dynamics.Dynamics "
-        "planter.mechanism.dynamics.Run planter.mechanism.dynamics.Equations",
+        "planter.mechanism.dynamics.MotionRun planter.mechanism.dynamics.Equations",
     }),
 }  # fmt: skip
 """Names that begin with a dot are those of `derive.Mechanism`."""
@@ -95,8 +95,8 @@ def complete(entry: str) -> str:
 
 def directive(name: str) -> Iterator[str]:
     """Yield the lines by which Sphinx shows a name."""
-    item = locate(name)
-    parent = locate(name.rpartition(".")[0])
+    item = resolve_name(name)
+    parent = resolve_name(name.rpartition(".")[0])
     if isinstance(item, property):
         kind = "autoproperty"
     elif inspect.isclass(item):
