@@ -260,7 +260,7 @@ def close_cases(expr: Expr) -> Expr:
     return expr.replace(lambda e: isinstance(e, sp.Piecewise), closed)
 
 
-def ordered(equations: Sequence[Equation], unknowns: Sequence[Quantity], wanted: Sequence[Quantity]) -> Chain:
+def ordered(equations: Sequence[Equation], unknowns: Sequence[Quantity], targets: Sequence[Quantity]) -> Chain:
     """A chain whose order is found by matching.
 
     Again and again the first equation with a single open unknown gives it. Where there is none, the first balance
@@ -270,7 +270,7 @@ def ordered(equations: Sequence[Equation], unknowns: Sequence[Quantity], wanted:
     still_open = set(unknowns)
     left = list(equations)
     order: list[Solve | Together] = []
-    while still_open & set(wanted):
+    while still_open & set(targets):
         solve = _single(left, still_open) or _common(left, still_open) or _together(left, unknowns, still_open)
         taken, unknowns_solved = _taken(solve)
         left = [e for e in left if e.number not in taken]

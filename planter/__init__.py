@@ -118,9 +118,9 @@ _HOMES = {
 def __getattr__(name: str) -> object:
     for module, names in _HOMES.items():
         for entry in names:
-            public, _, own = entry.partition(":")
+            public, _, attribute = entry.partition(":")
             if public == name:
-                return getattr(import_module(f"{__name__}.{module}"), own or public)
+                return getattr(import_module(f"{__name__}.{module}"), attribute or public)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

@@ -96,12 +96,12 @@ class Outcome:
     """Findings on an equation: under the reading that is kindest to it, and under every other."""
 
     kindest: Hearing
-    every: tuple[Hearing, ...] = ()
+    alternatives: tuple[Hearing, ...] = ()
 
     @property
     def robust(self) -> bool:
         """Whether every reading gives the same verdict."""
-        return len({hearing.judgement.verdict for hearing in (self.kindest, *self.every)}) == 1
+        return len({hearing.judgement.verdict for hearing in (self.kindest, *self.alternatives)}) == 1
 
 
 def judge_readings(case: Case, number: str) -> Outcome:

@@ -36,7 +36,7 @@ def group_causes(records: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
         for reason in _chosen(record, shared):
             records_by_cause.setdefault((record["paper"], reason), []).append(record)
     ranked = sorted(records_by_cause.items(), key=lambda item: -len(item[1]))
-    return [_cause(paper, reason, mine) for (paper, reason), mine in ranked]
+    return [_cause(paper, reason, members) for (paper, reason), members in ranked]
 
 
 def _chosen(record: Mapping[str, Any], shared: Mapping[tuple[str, str], int]) -> list[str]:
@@ -240,7 +240,7 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     lost = printed.legibility == "lost" and printed.residual == 0
     read = _read_as(case, number, outcome)
     depends = [{"reading": h.choice.meaning, "because": h.choice.because, "verdict": h.judgement.verdict,
-                "finding": _describe_finding(h.judgement)} for h in outcome.every]  # fmt: skip
+                "finding": _describe_finding(h.judgement)} for h in outcome.alternatives]  # fmt: skip
     return {
         "paper": case.paper.name,
         "equation": number,

@@ -66,10 +66,10 @@ class Printer:
     def __call__(self, expr: Basic) -> str:
         return self.text(expr, TEST)
 
-    def text(self, expr: Basic, least: int) -> str:
-        """The expression as text, in brackets where it binds less than ``least``."""
+    def text(self, expr: Basic, min_binding: int) -> str:
+        """The expression as text, in brackets where it binds less than ``min_binding``."""
         text, binding = self._handler(expr)(self, expr)
-        return f"({text})" if binding < least else text
+        return f"({text})" if binding < min_binding else text
 
     @staticmethod
     def _handler(expr: Basic) -> Handler:

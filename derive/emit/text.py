@@ -148,7 +148,7 @@ def _solve(step: LinearSolve, dialect: Dialect) -> list[str]:
     return [
         *textwrap.wrap(step.source, WIDTH, initial_indent="# ", subsequent_indent="# "),
         f"{names} = solved(",
-        *(f"    {given}," for given in dialect.first),
+        *(f"    {line}," for line in dialect.first),
         "    [",
         *(f"        {line}" for row in rows for line in _filled(f"{row},")),
         "    ],",

@@ -195,7 +195,7 @@ ROUNDS, CYCLES, FUSED = 9, 200_000, 200_000
 
 def count_operations(kernel: Kernel) -> int:
     """Return the number of arithmetic operations in the graph of a lane."""
-    graph = LaneGraph.of(kernel.function, kernel.lanes)
+    graph = LaneGraph.from_function(kernel.function, kernel.lanes)
     assignments = [a for a in graph.varying if isinstance(a.source, ScalarOperation)]
     turned = {a.arguments for a in assignments if _text(a) in SERIES}
     return sum(_cost(_text(a)) for a in assignments) + REDUCTION * len(turned)

@@ -54,5 +54,5 @@ def _hint() -> str:
     from planter import safe_text
 
     pointed = (safe_text.replace_decimal_comma(argument.rpartition("=")[2]) for argument in sys.argv[1:])
-    found = next(filter(None, pointed), None)
-    return f" (with a decimal point: {found})" if found else ""
+    number = next(filter(None, pointed), None)
+    return f" (with a decimal point: {number})" if number else ""

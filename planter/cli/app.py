@@ -11,8 +11,8 @@ from planter.terminal.options import join_applications
 from planter.version import __version__
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
+def _version(requested: bool) -> None:
+    if requested:
         print(f"planter {__version__}")
         raise typer.Exit
 

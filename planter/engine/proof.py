@@ -117,8 +117,8 @@ class ProvableObjective:
         terms = [samples.bound_term(measure) for measure in self.terms]
         smooth = [term.smooth for term in terms if term.smooth is not None]
         extremes = [extreme for term in terms for extreme in term.extremes]
-        result = bound_objective(sum(smooth[1:], smooth[0]) if smooth else space.whole(0), extremes)
-        if not (np.isfinite(result.least) and np.isfinite(result.looseness).all()):
+        result = bound_objective(sum(smooth[1:], smooth[0]) if smooth else space.integer(0), extremes)
+        if not (np.isfinite(result.lower_bound) and np.isfinite(result.looseness).all()):
             raise Unbounded("a bound is not finite")
         is_whole = all(term.is_whole for term in terms)
         is_free = all(_is_satisfied(limit, samples.find_span(limit.measure, ANYWHERE)) for limit in self.limits)
@@ -222,7 +222,7 @@ class EnclosedSamples:
             return jet.mean() * self._length(measure)
         square = enclose_mean_square(jet) if measure.kind == "rms" else enclose_variance(jet)
         if jet.lanes < self.count:
-            square = square * (self.space.whole(jet.lanes) / self.space.whole(self.count))
+            square = square * (self.space.integer(jet.lanes) / self.space.integer(self.count))
         return square if measure.kind == "variance" else square.sqrt()
 
     def _length(self, measure: Measure) -> Jet:

@@ -229,7 +229,7 @@ class MachineText:
         if self.has_objective:
             printed += [(self.response.values_function, lanes), (self.response.slopes_function, lanes),
                         (self.goal.function, [])]  # fmt: skip
-        graphs = [LaneGraph.of(function, names) for function, names in printed]
+        graphs = [LaneGraph.from_function(function, names) for function, names in printed]
         return "\n".join(
             [lane_source.print_functions(self.name), *(f"static {print_function(g, summed=False)}" for g in graphs)]
         )

@@ -57,7 +57,7 @@ class CudaText:
         if self.guards:
             parts.append(MachineResponse(self.machine, self.guards).values_function(*symbols))
         function = ca.Function("lane", symbols, [ca.vertcat(*parts)], list(INPUTS), ["rows"])
-        return LaneGraph.of(function, ["phi", "q"] if self.coordinates else ["phi"])
+        return LaneGraph.from_function(function, ["phi", "q"] if self.coordinates else ["phi"])
 
     def values(self) -> dict[str, object]:
         """Return the template's words."""
@@ -107,7 +107,7 @@ class CudaText:
             single += [self.machine.loops.steps_function, self.machine.loops.start_function]
         if self.goal.measures:
             single.append(self.goal.function)
-        texts = [f"static {print_function(LaneGraph.of(function, []), summed=False)}" for function in single]
+        texts = [f"static {print_function(LaneGraph.from_function(function, []), summed=False)}" for function in single]
         return "\n".join([*_list_lane_lines(self.graph, shared), *map(_to_device, texts)])
 
     def _loops(self) -> str:

@@ -28,7 +28,7 @@ from planter.version import __version__
 if TYPE_CHECKING:
     from planter.terminal.console import Console
 
-DEGREES: dict[str, Any] = {"shown": "deg", "factor": units.unit_factor("phi_deg")}
+DEGREES: dict[str, Any] = {"display_unit": "deg", "factor": units.unit_factor("phi_deg")}
 RESERVED = ("speed", "phi_start", "phi", "time")
 """Names of the unit's own variables, and the time, which FMI knows."""
 
@@ -113,7 +113,9 @@ def _display(key: str, unit: str) -> dict[str, Any]:
     """Return the unit of a key, if it is not SI's."""
     factor = units.unit_factor(key)
     return (
-        {} if factor == 1.0 or units.display_unit(key) == unit else {"shown": units.display_unit(key), "factor": factor}
+        {}
+        if factor == 1.0 or units.display_unit(key) == unit
+        else {"display_unit": units.display_unit(key), "factor": factor}
     )
 
 

@@ -44,7 +44,7 @@ _PERMISSIONS = 0o100644
 class Variable:
     """A number of a unit, in SI units and radians.
 
-    `shown` is the display unit, `factor` its size in SI; `start` and the range from `low` to `high` are in SI, None
+    `factor` is the size of `display_unit` in SI; `start` and the range from `low` to `high` are in SI, None
     without one. A `fixed` parameter does not change after the start.
     """
 
@@ -55,7 +55,7 @@ class Variable:
     start: float | None = None
     low: float | None = None
     high: float | None = None
-    shown: str = ""
+    display_unit: str = ""
     factor: float = 1.0
     fixed: bool = False
 
@@ -174,8 +174,8 @@ def _add_units(parent: Element, variables: Sequence[Variable]) -> None:
     display_units: dict[str, dict[str, float]] = {}
     for variable in variables:
         units = display_units.setdefault(variable.unit, {})
-        if variable.shown:
-            units[variable.shown] = 1 / variable.factor
+        if variable.display_unit:
+            units[variable.display_unit] = 1 / variable.factor
     for unit, factors in sorted(display_units.items()):
         element = SubElement(parent, "Unit", name=unit)
         SubElement(element, "BaseUnit", {base: str(power) for base, power in decompose_unit(unit).items()})
@@ -197,7 +197,7 @@ def _describe_role(index: int, variable: Variable) -> dict[str, str]:
 def _describe_values(variable: Variable) -> dict[str, str]:
     """Return units, range and start of a variable."""
     limits = {"min": variable.low, "max": variable.high, "start": variable.start}
-    attributes = {"unit": variable.unit} | ({"displayUnit": variable.shown} if variable.shown else {})
+    attributes = {"unit": variable.unit} | ({"displayUnit": variable.display_unit} if variable.display_unit else {})
     return attributes | {name: repr(value) for name, value in limits.items() if value is not None}
 
 

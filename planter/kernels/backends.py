@@ -96,7 +96,7 @@ class LaneTask:
     @cached_property
     def loop(self) -> str:
         """The function as a loop over lanes. Raises NotPrintableError if it has no such form, or is too large."""
-        return print_file([LaneGraph.of(self.function, self.varying, MAX_LOOP_SIZE)], [self.summed])
+        return print_file([LaneGraph.from_function(self.function, self.varying, MAX_LOOP_SIZE)], [self.summed])
 
     @property
     def passes(self) -> tuple[str, ...]:

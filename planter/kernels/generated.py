@@ -87,11 +87,11 @@ def _from_file(path: Path) -> ModuleType:
 
 
 def extract_outputs(
-    module: ModuleType, stage: str, outputs: Sequence[int], known: Mapping[str, Any]
+    module: ModuleType, stage: str, outputs: Sequence[int], bindings: Mapping[str, Any]
 ) -> Callable[..., tuple[Any, ...]]:
     """Return a straight-line function of a generated module that yields some of its outputs, by their indices.
 
-    `known` are values of variables, which are not computed then, and functions that replace those of the module.
+    `bindings` are values of variables, which are not computed then, and functions that replace those of the module.
     """
     tree = ast.parse(inspect.getsource(getattr(module, stage)))
     (function,) = tree.body
@@ -101,13 +101,13 @@ def extract_outputs(
     assert isinstance(end.value, ast.Tuple)
     end.value.elts = [end.value.elts[index] for index in outputs]
     body: list[ast.stmt] = [end]
-    needed = _find_names(end) - set(known)
+    needed = _find_names(end) - set(bindings)
     for statement in reversed(function.body[:-1]):
         if isinstance(statement, ast.Assign) and needed & _find_names(statement.targets[0]):
             body.append(statement)
-            needed |= _find_names(statement.value) - set(known)
+            needed |= _find_names(statement.value) - set(bindings)
     function.body = body[::-1]
-    namespace = {**vars(module), **known}
+    namespace = {**vars(module), **bindings}
     exec(compile(tree, f"{module.__file__}, cut down", "exec"), namespace)
     result: Callable[..., tuple[Any, ...]] = namespace[stage]
     return result

@@ -144,14 +144,14 @@ class Kernel:
 
     def __call__(self, **inputs: object) -> dict[str, Array]:
         """Outputs by name, each (rows, columns) [in the function's units]; lanes have a column each."""
-        return self._evaluated(*self._given(inputs))
+        return self._evaluated(*self._flatten_inputs(inputs))
 
     def masked(self, **inputs: Array) -> tuple[dict[str, Array], NDArray[np.bool_]]:
         """Return the outputs by name, each (rows, lanes), and the lanes (n,) that are finite [units of the function].
 
         Inputs are not checked. Raises CallError for a missing, unknown or misshapen input.
         """
-        arrays, count = self._given(inputs)
+        arrays, count = self._flatten_inputs(inputs)
         results = dict(zip(self.outputs, self._way(arrays, count), strict=True))
         finite = np.ones(count, dtype=bool)
         for result in results.values():
@@ -159,7 +159,7 @@ class Kernel:
                 finite &= np.isfinite(result).all(axis=0)
         return results, finite
 
-    def _given(self, inputs: Mapping[str, object]) -> tuple[list[Array], int]:
+    def _flatten_inputs(self, inputs: Mapping[str, object]) -> tuple[list[Array], int]:
         """Inputs in their order, as matrices of their exact shapes, and the number of lanes."""
         if inputs.keys() != self._wanted:
             raise CallError(f"{self._name} takes {self.names}, and was given {sorted(inputs)}")
@@ -184,7 +184,7 @@ class Kernel:
         for name, array in inputs.items():
             if not (isinstance(array, np.ndarray) and array.dtype == np.float64 and array.flags.aligned):
                 raise CallError(f"{self._name}: input {name} must be an array of float64 to be bound")
-        arrays, count = self._given(inputs)
+        arrays, count = self._flatten_inputs(inputs)
         for name, array in zip(self.names, arrays, strict=True):
             lanes = name in self.lanes
             if not (array.flags.c_contiguous if lanes else array.flags.f_contiguous):

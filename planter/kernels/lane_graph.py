@@ -138,14 +138,14 @@ class LaneGraph:
     stores: tuple[OutputStore, ...]
 
     @classmethod
-    def of(cls, function: ca.Function, lanes: Sequence[str], most: int | None = None) -> LaneGraph:
+    def from_function(cls, function: ca.Function, lanes: Sequence[str], limit: int | None = None) -> LaneGraph:
         """The graph of a function; an MXFunction is expanded first.
 
         Raises NotPrintableError for a function that has no such form: a sparse input or output, a solver inside, a
-        reserved name, more than `most` instructions.
+        reserved name, more than `limit` instructions.
         """
         _check_printable(function, lanes)
-        return _GraphBuilder(_expand_function(function, most), lanes).graph()
+        return _GraphBuilder(_expand_function(function, limit), lanes).graph()
 
     @property
     def invariant(self) -> list[Assignment]:
@@ -172,14 +172,14 @@ def _check_printable(function: ca.Function, lanes: Sequence[str]) -> None:
         raise NotPrintableError(f"{function.name()}: {', '.join(sparse)} must be dense")
 
 
-def _expand_function(function: ca.Function, most: int | None) -> ca.Function:
-    """Return a function as at most `most` scalar operations, with equal subexpressions computed once."""
+def _expand_function(function: ca.Function, limit: int | None) -> ca.Function:
+    """Return a function as at most `limit` scalar operations, with equal subexpressions computed once."""
     try:
         flat = function if function.is_a("SXFunction") else function.expand()
     except RuntimeError as error:
         raise NotPrintableError(f"{function.name()} has no scalar form") from error
-    if most is not None and flat.n_instructions() > most:
-        raise NotPrintableError(f"{function.name()} has {flat.n_instructions()} instructions, more than {most}")
+    if limit is not None and flat.n_instructions() > limit:
+        raise NotPrintableError(f"{function.name()} has {flat.n_instructions()} instructions, more than {limit}")
     inputs = flat.sx_in()
     outputs = flat.call(inputs)
     return ca.Function(flat.name(), inputs, ca.cse(outputs), flat.name_in(), flat.name_out())
@@ -200,7 +200,7 @@ class _GraphBuilder:
         self.places: dict[int, str] = {}
         self.varies: dict[str, bool] = {}
         self.truths: set[str] = set()
-        self.known: dict[tuple[object, tuple[str, ...]], str] = {}
+        self.names: dict[tuple[object, tuple[str, ...]], str] = {}
         self.assignments: list[Assignment] = []
         self.stores: list[OutputStore] = []
 
@@ -211,20 +211,20 @@ class _GraphBuilder:
 
     def _instruction(self, number: int) -> None:
         f = self.function
-        code, taken, given = f.instruction_id(number), f.instruction_input(number), f.instruction_output(number)
+        code, taken, results = f.instruction_id(number), f.instruction_input(number), f.instruction_output(number)
         if code == ca.OP_CONST:
-            self.places[given[0]] = _print_constant(f.instruction_constant(number))
+            self.places[results[0]] = _print_constant(f.instruction_constant(number))
         elif code == ca.OP_INPUT:
             name = self.inputs[taken[0]]
             place = ArrayElement(name, taken[1], f.numel_in(taken[0]) == 1)
-            self.places[given[0]] = self._value(place, (), name in self.lanes)
+            self.places[results[0]] = self._value(place, (), name in self.lanes)
         elif code == ca.OP_OUTPUT:
-            place = ArrayElement(self.outputs[given[0]], given[1], f.numel_out(given[0]) == 1)
+            place = ArrayElement(self.outputs[results[0]], results[1], f.numel_out(results[0]) == 1)
             self.stores.append(OutputStore(place, self.places[taken[0]]))
         elif code in OPERATIONS:
             operation = OPERATIONS[code]
             arguments = tuple(self.places[place] for place in taken[: operation.arguments])
-            self.places[given[0]] = self._operation(operation, arguments)
+            self.places[results[0]] = self._operation(operation, arguments)
         else:
             raise NotPrintableError(f"{f.name()}: instruction {number} (operation {code}) has no form in C")
 
@@ -237,11 +237,11 @@ class _GraphBuilder:
         return name if name in self.truths else self._operation(OPERATIONS[ca.OP_NE], (name, "0.0"))
 
     def _value(self, source: ArrayElement | ScalarOperation, arguments: tuple[str, ...], varies: bool) -> str:
-        if (source, arguments) not in self.known:
+        if (source, arguments) not in self.names:
             name = f"{'t' if varies else 's'}{len(self.assignments)}"
-            self.known[source, arguments] = name
+            self.names[source, arguments] = name
             self.varies[name] = varies
             if isinstance(source, ScalarOperation) and source.truth:
                 self.truths.add(name)
             self.assignments.append(Assignment(name, varies, source, arguments))
-        return self.known[source, arguments]
+        return self.names[source, arguments]

@@ -36,10 +36,10 @@ TERMS = 11
 
 @dataclass(frozen=True)
 class _Arithmetic:
-    """Rules for printing a b + c and the result of `within`."""
+    """Rules for printing a b + c and the result of `reduced`."""
 
     multiply_add: str
-    within: str
+    reduced: str
 
     def sum(self, a: str, b: str, c: str) -> str:
         return self.multiply_add.format(a, b, c)
@@ -56,7 +56,7 @@ class _Arithmetic:
         """`turned_sin` and `turned_cos`."""
         return f"""\
 INLINED double half_turns(double x) {{ return rint(x * {1 / pi!r}); }}
-INLINED double within(double x, double k) {{ return {self.within}; }}
+INLINED double within(double x, double k) {{ return {self.reduced}; }}
 INLINED double parity(double k) {{ const double h = 0.5 * k; return {self.sum("-4.0", "fabs(h - rint(h))", "1.0")}; }}
 INLINED double turned_sin(double x)
 {{

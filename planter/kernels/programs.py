@@ -40,16 +40,16 @@ class ProgramStep:
 
 
 class Program:
-    """Steps whose inputs are `given` or results of earlier steps; their functions have different names.
+    """Steps whose inputs are `start` or results of earlier steps; their functions have different names.
 
     All vectors are flat: what varies over lanes row by row, other matrices column by column. Inside a program a name
     belongs to one vector alone.
     """
 
-    def __init__(self, name: str, given: Mapping[str, Array], steps: Sequence[ProgramStep]) -> None:
+    def __init__(self, name: str, start: Mapping[str, Array], steps: Sequence[ProgramStep]) -> None:
         self.name, self.steps = name, steps
-        self.given = {key: np.asarray(value, dtype=float).ravel() for key, value in given.items()}
-        self.sizes = {key: len(value) for key, value in self.given.items()}
+        self.start = {key: np.asarray(value, dtype=float).ravel() for key, value in start.items()}
+        self.sizes = {key: len(value) for key, value in self.start.items()}
         for step in steps:
             f = step.function
             self.sizes |= {key: f.numel_out(key) * self.count(step) for key in f.name_out()}
@@ -62,7 +62,7 @@ class Program:
 
     @cached_property
     def offsets(self) -> dict[str, int]:
-        """Offsets of the vectors, which are consecutive, the given ones first."""
+        """Offsets of the vectors, which are consecutive, those of `start` first."""
         ends = np.cumsum([0, *self.sizes.values()]).tolist()
         return dict(zip(self.sizes, ends, strict=False))
 
@@ -77,7 +77,7 @@ class Program:
 
     def __call__(self, **changed: Array) -> dict[str, Array]:
         """All vectors by name, from what is given, some of it changed."""
-        vectors = self.given | changed
+        vectors = self.start | changed
         for step, kernel in zip(self.steps, self._kernels, strict=True):
             before = vectors
             inputs = {name: self._matrix(step, name, before[name]) for name in step.function.name_in()}
@@ -100,7 +100,7 @@ LOOPS_FILE, MAIN_FILE = "loops.c", "programs.c"
 def print_programs(programs: Sequence[Program]) -> dict[str, str]:
     """The texts by file name. Raises NotPrintableError where a function over lanes has no such form."""
     steps = [step for program in programs for step in program.steps]
-    graphs = [LaneGraph.of(step.function, step.lanes) for step in steps if step.lanes]
+    graphs = [LaneGraph.from_function(step.function, step.lanes) for step in steps if step.lanes]
     return {LOOPS_FILE: print_file(graphs, [False] * len(graphs), wasm=True), MAIN_FILE: _print_main(programs, steps)}
 
 
@@ -121,7 +121,7 @@ def _print_main(programs: Sequence[Program], steps: Sequence[ProgramStep]) -> st
 def _print_program(program: Program) -> str:
     interface = f"{program.name}_numbers"
     place = {name: f"{program.name}_all + {offset}" for name, offset in program.offsets.items()}
-    start = [repr(float(value)) for vector in program.given.values() for value in vector]
+    start = [repr(float(value)) for vector in program.start.values() for value in vector]
     count = len(start)
     return "\n".join([
         f"static double {program.name}_all[{program.size}];", "",

@@ -215,9 +215,9 @@ class _Graph:
 
     def _gradient(self, curve: ca.MX, slopes: ca.MX) -> ca.MX:
         p = self.programme
-        along = slopes.T @ express_spread(self.weights, curve)[1]
+        direction = slopes.T @ express_spread(self.weights, curve)[1]
         end = self.weights.weight_range * p.unit
-        return ca.vertcat(along, end, -end) / p.problem.scale
+        return ca.vertcat(direction, end, -end) / p.problem.scale
 
     def _jacobian(self, slopes: ca.MX) -> ca.MX:
         p, a, b = self.programme, len(self.local.upper), len(self.local.lower)
@@ -239,22 +239,22 @@ class _Graph:
         h, dh = self.prologue
         packed, slope = self.compiled.bending(self.phi, self.d, h, dh, lanes)
         size = 1 + self.x.numel()
-        whole = ca.triu2symm(ca.MX(ca.Sparsity.upper(size), packed.T))[1:, 1:]
-        whole = whole + self.compiled.curvature(self.d, slope.T)
+        hessian = ca.triu2symm(ca.MX(ca.Sparsity.upper(size), packed.T))[1:, 1:]
+        hessian = hessian + self.compiled.curvature(self.d, slope.T)
         free = self.programme.free.tolist()
-        return whole[free, free] * (self.width @ self.width.T)
+        return hessian[free, free] * (self.width @ self.width.T)
 
 
 def express_spread(weights: Weights, values: ca.MX, slopes: ca.MX | None = None) -> tuple[ca.MX, ca.MX, ca.MX]:
     """The weighted spread of values (n,), its slope (n,) in them, and what their slopes (n, p) add to its Hessian."""
     count = values.numel()
-    f, along = ca.MX.sym("f", count), ca.MX.sym("along", count, 0 if slopes is None else slopes.size2())
-    found = weights.weighted(ca.sumsqr(f - ca.sum1(f) / count) / count, ca.sqrt)
-    slope = ca.gradient(found, f)
-    squared = along.T @ ca.jtimes(slope, f, along)
-    function = ca.Function("spread", [f, along], [found, slope, squared])
-    given = [values, ca.MX(count, 0) if slopes is None else slopes]
-    value, rate, added = function.call(given, True, False)
+    f, direction = ca.MX.sym("f", count), ca.MX.sym("direction", count, 0 if slopes is None else slopes.size2())
+    spread = weights.weighted(ca.sumsqr(f - ca.sum1(f) / count) / count, ca.sqrt)
+    slope = ca.gradient(spread, f)
+    squared = direction.T @ ca.jtimes(slope, f, direction)
+    function = ca.Function("spread", [f, direction], [spread, slope, squared])
+    arguments = [values, ca.MX(count, 0) if slopes is None else slopes]
+    value, rate, added = function.call(arguments, True, False)
     return value, rate, added
 
 

@@ -208,7 +208,7 @@ def sample_starts(problem: Problem, count: int, seed: int) -> list[Array]:
     if count < 2:
         return [first]
     cube = qmc.LatinHypercube(len(problem.independent), seed=np.random.default_rng(seed)).random(count - 1)
-    return [first, *(problem.within(v) for v in cube)]
+    return [first, *(problem.interpolate(v) for v in cube)]
 
 
 def select_start(problem: Problem, start: Array) -> Array:
@@ -276,7 +276,7 @@ def find_minima(
         return descent.join(problem)
 
     def wait() -> None:
-        phase.report_if_slow(problem.least)
+        phase.report_if_slow(problem.best_objective)
 
     ends: Iterator[LocalMinimum | ComputationError]
     if under_way is None:
@@ -289,7 +289,7 @@ def find_minima(
         else:
             minima += 1
             yield end
-        phase.report(done, best=problem.least)
+        phase.report(done, best=problem.best_objective)
     if error is not None and not minima:
         raise ComputationError(f"no start leads anywhere: {error.message}")
 

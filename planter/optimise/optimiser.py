@@ -71,13 +71,13 @@ def search_genetically(
     problem.heard = phase.report_if_slow
     chromosomes = random.random((settings.individuals, len(problem.independent) * length)) < 0.5
     merits = _evaluate(problem, chromosomes, length)
-    phase.report(1, best=problem.least)
+    phase.report(1, best=problem.best_objective)
     for generation in range(2, settings.generations + 1):
         children = breed_offspring(random, chromosomes, merits, offspring, settings)
         elite = np.argsort(merits, kind="stable")[: settings.individuals - offspring]
         chromosomes = np.vstack([chromosomes[elite], children])
         merits = np.concatenate([merits[elite], _evaluate(problem, children, length)])
-        phase.report(generation, best=problem.least)
+        phase.report(generation, best=problem.best_objective)
     points = decode_points(problem, chromosomes, length)
     individuals = [Individual(u, float(merit)) for u, merit in zip(points, merits, strict=True)]
     return sorted(individuals, key=lambda individual: individual.objective)
@@ -115,7 +115,7 @@ def decode_points(problem: Problem, bits: Bits, length: int) -> list[Array]:
     """
     genes = bits.astype(float).reshape(len(bits), len(problem.independent), length)
     values = genes @ (2.0 ** np.arange(length - 1, -1, -1)) / (2.0**length - 1)
-    return [problem.onto(problem.within(v)) for v in values]
+    return [problem.onto(problem.interpolate(v)) for v in values]
 
 
 def select_distinct(individuals: list[Individual], count: int, separation: float) -> list[Individual]:

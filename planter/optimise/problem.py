@@ -93,7 +93,7 @@ class Problem:
 
     def absorb(self, counts: Counts, best: BestPoint | None, history: Sequence[tuple[int, float]]) -> None:
         """Append the counts, best point and history of a copy of this problem to its own."""
-        before, best_objective = self.counts.total, self.least
+        before, best_objective = self.counts.total, self.best_objective
         self.history += [
             (before + n, value) for n, value in history if best_objective is None or value < best_objective
         ]
@@ -132,7 +132,7 @@ class Problem:
         """Return a point (p,) with the same independent coordinates and the best values of the others."""
         return u
 
-    def within(self, shares: Array) -> Array:
+    def interpolate(self, shares: Array) -> Array:
         """Return the point (p,) at shares (i,) of the way from the lower to the upper independent bounds."""
         chosen, u = self.independent, self.start.copy()
         bottom, top = self.box.bottom[chosen], self.box.top[chosen]
@@ -181,11 +181,11 @@ class Problem:
             self.best = BestPoint(u.copy(), evaluation.objective)
             self.history.append((self.counts.total, evaluation.objective))
         if self.heard is not None:
-            self.heard(self.least)
+            self.heard(self.best_objective)
         return evaluation
 
     @property
-    def least(self) -> float | None:
+    def best_objective(self) -> float | None:
         """Best objective so far, or None."""
         return None if self.best is None else self.best.objective
 

@@ -26,7 +26,7 @@ from scipy.optimize import minimize
 from planter.audit import numbers
 from planter.kernels import Array, generated
 from planter.planting import functions
-from planter.planting.file import Machine, load
+from planter.planting.file import PlantingMachine, load
 from planter.planting.model import Device
 from planter.planting.unpublished_inputs import (
     PUSH_MARGIN,
@@ -164,7 +164,7 @@ def read_saved_front() -> Front | None:
     return json.loads(file.read_text(encoding="utf-8")) if file.is_file() else None
 
 
-def compute_key(machine: Machine, points: PaperPoints) -> str:
+def compute_key(machine: PlantingMachine, points: PaperPoints) -> str:
     """Return a hash of the machine, the bounds, the generated code without its comments, and the search's settings."""
     names = ["planting_exact", *map(functions.find_flank_module, functions.list_flank_laws()),
              *(f"curve_{stage.family}" for stage in (machine.stage1, machine.stage2))]  # fmt: skip
@@ -173,7 +173,7 @@ def compute_key(machine: Machine, points: PaperPoints) -> str:
     return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def search_front(machine: Machine, paper_points: PaperPoints, progress: Listener | None = None) -> Front:
+def search_front(machine: PlantingMachine, paper_points: PaperPoints, progress: Listener | None = None) -> Front:
     """Return the largest variance within each cap on the range, over all laws, for each sign of the contact force."""
     caps = sorted({*CAPS, *(point["range_N"] for point in paper_points.values())})
     phase = ProgressPhase("front", "search", len(functions.list_flank_laws()) * len(CONTACTS) * len(caps), progress)
@@ -224,7 +224,7 @@ def find_largest_range_of_laws(searches: Sequence[LawSearch], pushing: bool) -> 
 class LawSearch:
     """Searches with one law: each starts at random, and from the best points of the previous ones."""
 
-    def __init__(self, machine: Machine) -> None:
+    def __init__(self, machine: PlantingMachine) -> None:
         device = Device(machine, "exact")
         self.law, self.force = machine.cam.flank, CalibrationForce(device, CalibrationInputs.wide(device))
         self._rng = np.random.default_rng(SEED)
@@ -265,9 +265,9 @@ def _largest_variance_within(points: Sequence[Front], cap: float) -> float | Non
     return max((p["variance_N2"] for p in points if p["cap_N"] <= cap), default=None)
 
 
-def _with_flank(machine: Machine, law: str) -> Machine:
+def _with_flank(machine: PlantingMachine, law: str) -> PlantingMachine:
     table = machine.table()
-    return Machine.read({**table, "cam": {**table["cam"], "flank": law}}, machine.source)
+    return PlantingMachine.read({**table, "cam": {**table["cam"], "flank": law}}, machine.source)
 
 
 def _renew_front(paper: str) -> None:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from planter.engine.machine import Machine as EngineMachine
+from planter.engine.machine import Machine
 from planter.errors import InputError
 from planter.files import paths
 from planter.kernels import Array
@@ -23,7 +23,7 @@ from planter.parallel.jobs import run_in_order
 from planter.parallel.task import AUTO, Means, Task
 from planter.planting import cycle, functions, simulation
 from planter.planting.attainable_force import find_largest_range
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS, Model
 from planter.planting.machines import build_machine
 from planter.planting.model import Device
@@ -64,7 +64,7 @@ AT_BOUND = 1e-6
 
 
 def calibrate(
-    machine: Machine, model: Model, target: str, laws: Sequence[str] = (), progress: Listener | None = None,
+    machine: PlantingMachine, model: Model, target: str, laws: Sequence[str] = (), progress: Listener | None = None,
     means: Means = AUTO,
 ) -> CalibrationFound:  # fmt: skip
     """ForceFit the undisclosed inputs of a machine to a target in both models; the result speaks of `model` first.
@@ -105,10 +105,12 @@ def calibrate(
     )
 
 
-def with_flank(machine: Machine, law: str) -> Machine:
+def with_flank(machine: PlantingMachine, law: str) -> PlantingMachine:
     """A machine with another law of its cam's flanks."""
     table = machine.table()
-    return Machine.read({**table, "cam": {**table["cam"], "flank": law}}, machine.source, changed=machine.changed)
+    return PlantingMachine.read(
+        {**table, "cam": {**table["cam"], "flank": law}}, machine.source, changed=machine.changed
+    )
 
 
 def _find_target(name: str) -> Figures:
@@ -125,7 +127,7 @@ def _check_choice(option: str, name: str, allowed: Collection[str]) -> None:
 class LawFits:
     """Best fits by model and law of the cam's flanks: the jobs of a worker."""
 
-    def __init__(self, machine: Machine, figures: Figures) -> None:
+    def __init__(self, machine: PlantingMachine, figures: Figures) -> None:
         self._machine, self._figures = machine, figures
         self._forces: dict[tuple[Model, str], CalibrationForce] = {}
 
@@ -225,7 +227,7 @@ def _measure_distance(fit: ForceFit) -> Distance:
     return Distance(fit.distance, on, unusual)
 
 
-def fitted_machine(fit: ForceFit) -> Machine:
+def fitted_machine(fit: ForceFit) -> PlantingMachine:
     """The machine with the fitted inputs."""
     rows = fit.force.inputs.table(fit.z)
     return fit.force.device.machine.with_numbers({row["name"]: row["value"] for row in rows})
@@ -251,7 +253,7 @@ SUPPORT = "support_N"
 
 
 def calibrate_to_data(
-    machine: Machine,
+    machine: PlantingMachine,
     model: Model,
     data: str | Path,
     columns: Columns,
@@ -268,7 +270,7 @@ def calibrate_to_data(
     inputs that cannot be used.
     """
     models = (model, *(other for other in MODELS if other != model))
-    builders: dict[str, Callable[[], EngineMachine]] = {
+    builders: dict[str, Callable[[], Machine]] = {
         each: partial(_build_engine_machine, machine, each) for each in models
     }
     return calibration.calibrate(
@@ -276,5 +278,5 @@ def calibrate_to_data(
     )
 
 
-def _build_engine_machine(machine: Machine, model: Model) -> EngineMachine:
+def _build_engine_machine(machine: PlantingMachine, model: Model) -> Machine:
     return build_machine(Device(machine, model))

@@ -20,13 +20,13 @@ from planter.planting.results import PlantingWarning, Statistics
 class DeviceQuantity:
     """A quantity of side 1, of side 2, half a turn behind, or, with side 0, of both together.
 
-    `name` is a plain word, that of the equations, on side 2 with `_2` behind it; `unit` its SI unit; `shown` its key in
+    `name` is a plain word, that of the equations, on side 2 with `_2` behind it; `unit` its SI unit; `key` its key in
     tables, which ends in the unit there.
     """
 
     name: str
     unit: str
-    shown: str
+    key: str
     meaning: str
     source: str
     side: int

@@ -26,7 +26,7 @@ from planter.planting.design_results import (
     list_design_tables,
     list_tooth_count_blocks,
 )
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS
 from planter.planting.model import Device
 from planter.planting.objective import build_problem, find_curve_angles, read_weights
@@ -195,7 +195,7 @@ def _list_comments(device: Device, x: Array, seed: int | None = None) -> list[st
     return list(files.list_comments(device.machine, "machine", (f"model: {device.model}", f"design: {design}"), seed))
 
 
-def _list_simulation_sections(result: SimulationFound, machine: Machine) -> Iterator[Section]:
+def _list_simulation_sections(result: SimulationFound, machine: PlantingMachine) -> Iterator[Section]:
     yield from list_warning_sections(result.warnings)
     sampled = {**result.support_force.table(), "objective": result.objective}
     columns = {TRUE: result.refined.table(), _name_sampling(result.samples): sampled}
@@ -211,7 +211,7 @@ def _list_simulation_sections(result: SimulationFound, machine: Machine) -> Iter
         yield Section("At single angles", [_tabulate_states(result.at)])
 
 
-def _list_optimum_sections(result: OptimisationFound, machine: Machine) -> Iterator[Section]:
+def _list_optimum_sections(result: OptimisationFound, machine: PlantingMachine) -> Iterator[Section]:
     yield _tabulate_design(machine, result)
     yield Section(FORCE, [_tabulate_optimised_force(result)])
     details = Folded("torques, forces, gears and shocks of the optimum", list(_describe_designer(result.designer)))
@@ -250,7 +250,7 @@ def _tabulate_force(
     return Table(("", *columns, "unit"), [*rows, *more])
 
 
-def _tabulate_design(machine: Machine, optimum: OptimisationFound | None = None) -> Section:
+def _tabulate_design(machine: PlantingMachine, optimum: OptimisationFound | None = None) -> Section:
     """Return the machine's own design with its bounds, and the optimum with what limits each parameter."""
     start = machine.design
     values, notes = [start], dict.fromkeys(start, "")
@@ -360,7 +360,7 @@ def _list_multipliers(certificate: PlantingCertificate) -> list[tuple[Cell, ...]
 
 def _tabulate_names(sidecar: Mapping[str, Any], summary: Mapping[str, Any], command: str) -> Folded:
     """Return columns of cycle.csv and numbers of the summary: unit, meaning, source, and the figures that draw them."""
-    columns = [quantity.shown for quantity in cycle.list_device_quantities(sidecar) if quantity.side != 2]
+    columns = [quantity.key for quantity in cycle.list_device_quantities(sidecar) if quantity.side != 2]
     keys = [key for key, value in summary.items() if isinstance(value, int | float)]
     rows = [
         (name, units.display_unit(name), meaning.meaning, meaning.source, ", ".join(meaning.figures or ()))
@@ -370,7 +370,7 @@ def _tabulate_names(sidecar: Mapping[str, Any], summary: Mapping[str, Any], comm
     return Folded("columns of cycle.csv and numbers of summary.json; planter explain has all", [Table(head, rows)])
 
 
-def format_optimum_file(machine: Machine, model: str, result: OptimisationFound, sampling: Sampling) -> str:
+def format_optimum_file(machine: PlantingMachine, model: str, result: OptimisationFound, sampling: Sampling) -> str:
     """Return a machine file (TOML) with an optimum of `machine` as its design.
 
     Its objective is that of the optimum: the file contains the number of samples of the search, if it had one.
@@ -379,7 +379,7 @@ def format_optimum_file(machine: Machine, model: str, result: OptimisationFound,
     table["design"] = {name: _restore_digits(machine, name, value) for name, value in result.design.items()}
     if sampling != "refined":
         table["objective"]["samples"] = int(sampling)
-    optimised = Machine.read(table, machine.source).numbers()
+    optimised = PlantingMachine.read(table, machine.source).numbers()
     previous = {path: numbers[path] for path, value in optimised.items() if value != numbers[path]}
     method = f"{model} model, {result.method}, seed {result.seed}, " + (
         "true extremes and integrals" if sampling == "refined" else f"{sampling} samples"
@@ -400,13 +400,13 @@ def format_optimum_file(machine: Machine, model: str, result: OptimisationFound,
     return "\n".join([*head, "", *format_lines(table, notes)]) + "\n"
 
 
-def _restore_digits(machine: Machine, name: str, value: float) -> float:
+def _restore_digits(machine: PlantingMachine, name: str, value: float) -> float:
     """Return a design value without the last digits that conversion to SI units changes, and within its bounds."""
     start, (lower, upper) = machine.design[name], machine.bounds[name]
     return start if math.isclose(value, start, rel_tol=ROUNDING) else min(max(value, lower), upper)
 
 
-def _list_origins(machine: Machine, previous: Mapping[str, float], method: str) -> dict[str, str]:
+def _list_origins(machine: PlantingMachine, previous: Mapping[str, float], method: str) -> dict[str, str]:
     """Return the origins in the file, with new ones for numbers that changed or were set on the command line."""
     changed = dict.fromkeys((*machine.changed, *previous), SET_ORIGIN)
     changed |= dict.fromkeys((path for path in previous if path.startswith("design.")), f"optimised ({method})")

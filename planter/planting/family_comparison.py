@@ -18,7 +18,7 @@ from planter.files.text import read_json
 from planter.parallel.jobs import Jobs
 from planter.parallel.task import Means, Task
 from planter.planting.family_pairs import Pair, add_requirements, build_pair_machine, list_pairs, prepare_pairs
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.requirements import RequirementConstraints
 from planter.planting.results import ComparedPair, ComparisonFound, NarrowBox, Proposal
@@ -34,7 +34,7 @@ PairTask = tuple[str, str] | None
 
 
 def compare_families(
-    own: Machine,
+    own: PlantingMachine,
     starts: int = 3,
     seed: int = 0,
     out: Path | None = None,
@@ -92,7 +92,7 @@ def compare_families(
 class ComparisonStore:
     """Finished devices in a folder, each with a hash of its question and of its pair; nothing without a folder."""
 
-    def __init__(self, folder: Path | None, machine: Machine, starts: int, seed: int) -> None:
+    def __init__(self, folder: Path | None, machine: PlantingMachine, starts: int, seed: int) -> None:
         self.folder = folder
         question = [LAYOUT, machine.table(), add_requirements(machine).table(), starts, seed, __version__]
         self._question = json.dumps(question, sort_keys=True)
@@ -148,7 +148,7 @@ def _order(entry: ComparedPair) -> tuple[bool, bool, int, float]:
     return not entry.feasible, not entry.settled, len(entry.violations), size
 
 
-def build_proposal(machine: Machine, ranked: Sequence[ComparedPair]) -> Proposal | None:
+def build_proposal(machine: PlantingMachine, ranked: Sequence[ComparedPair]) -> Proposal | None:
     """Return the requirements that every device violates, and relaxed limits; None if a device is feasible.
 
     The limits are those that the closest device satisfies; `violation` is that device's remaining one under them, in
@@ -168,7 +168,7 @@ def build_proposal(machine: Machine, ranked: Sequence[ComparedPair]) -> Proposal
     )
 
 
-def compute_remaining_violation(machine: Machine, entry: ComparedPair, limits: dict[str, float]) -> float:
+def compute_remaining_violation(machine: PlantingMachine, entry: ComparedPair, limits: dict[str, float]) -> float:
     """Return the largest violation [steps] of an entry's design under other limits."""
     changed = machine.with_numbers({f"requirements.{key}": value for key, value in limits.items()})
     device = Device(build_pair_machine(changed, (entry.stage1, entry.stage2)))

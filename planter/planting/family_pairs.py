@@ -29,7 +29,7 @@ from planter.optimise.local_search import (
 from planter.optimise.problem import Problem
 from planter.planting import file
 from planter.planting.design_summary import summarise_design
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.objective import build_problem as task_of
 from planter.planting.requirements import RequirementConstraints, build_infeasibility_error
@@ -48,7 +48,7 @@ def list_pairs() -> list[Pair]:
     return list(itertools.product(families.list_families(), families.list_families()))
 
 
-def add_requirements(machine: Machine) -> Machine:
+def add_requirements(machine: PlantingMachine) -> PlantingMachine:
     """Return the machine; without requirements, with those of the reference and its speed over ground."""
     if machine.requirements is not None:
         return machine
@@ -56,19 +56,19 @@ def add_requirements(machine: Machine) -> Machine:
     table["requirements"] = reference["requirements"]
     if not machine.operation.forward_speed_m_s:
         table["operation"]["forward_speed_m_s"] = reference["operation"]["forward_speed_m_s"]
-    return Machine.read(table, machine.source)
+    return PlantingMachine.read(table, machine.source)
 
 
-def build_narrow_machine(machine: Machine) -> Machine:
+def build_narrow_machine(machine: PlantingMachine) -> PlantingMachine:
     """Return the machine with the paper's design and bounds if its parameters are the same, else with its own."""
     paper, constrained = file.load(NARROW), add_requirements(machine)
     if set(paper.design) != set(machine.design):
         return constrained
     table = constrained.table() | {"design": dict(paper.design), "bounds": dict(paper.bounds)}
-    return Machine.read(table, machine.source)
+    return PlantingMachine.read(table, machine.source)
 
 
-def build_pair_machine(machine: Machine, pair: Pair) -> Machine:
+def build_pair_machine(machine: PlantingMachine, pair: Pair) -> PlantingMachine:
     """Return the machine with a pair of families in the shared bounds, its design close to that of the machine."""
     table = machine.table()
     device = Device(machine)
@@ -84,7 +84,7 @@ def build_pair_machine(machine: Machine, pair: Pair) -> Machine:
     origin = {name: text for name, text in table["origin"].items() if name.split(".")[0] in table}
     origin = {name: text for name, text in origin.items() if name.split(".")[0] not in ("design", "bounds")}
     table |= {"design": design, "bounds": bounds, "origin": {"default": "assumed", **origin}}
-    return Machine.read(table, f"{machine.source}, {pair[0]} and {pair[1]}")
+    return PlantingMachine.read(table, f"{machine.source}, {pair[0]} and {pair[1]}")
 
 
 def _widen(bounds: tuple[float, float], value: float) -> tuple[float, float]:
@@ -139,7 +139,7 @@ AT_LIMIT = 1e-4
 
 
 def prepare_pairs(
-    machine: Machine, constrained: Machine, starts: int, seed: int
+    machine: PlantingMachine, constrained: PlantingMachine, starts: int, seed: int
 ) -> Callable[[Pair | None], dict[str, Any]]:
     """Return the function that makes the entry of a pair in the comparison, as read from JSON; None is the narrow box.
 
@@ -156,7 +156,7 @@ def prepare_pairs(
     return run
 
 
-def optimise_pair(machine: Machine, pair: Pair, starts: int, seed: int) -> dict[str, Any]:
+def optimise_pair(machine: PlantingMachine, pair: Pair, starts: int, seed: int) -> dict[str, Any]:
     """Return the entry of a pair in the comparison; extremes and integrals are true ones, not sampled."""
     begin = time.perf_counter()
     device = Device(build_pair_machine(machine, pair))
@@ -274,7 +274,7 @@ def list_family_parameters(device: Device, x: Array) -> dict[str, float]:
     return design
 
 
-def optimise_narrow(machine: Machine) -> dict[str, Any]:
+def optimise_narrow(machine: PlantingMachine) -> dict[str, Any]:
     """Return the entry of the paper's narrow bounds, optimised without the requirements, which it may violate."""
     device = Device(build_narrow_machine(machine))
     problem = task_of(device, "refined")

@@ -1,4 +1,4 @@
-"""Machine files of planting devices: TOML in, a validated `Machine` out, every number with its unit and its origin.
+"""Machine files of planting devices: TOML in, a validated `PlantingMachine` out, numbers with unit and origin.
 
 Values stay as in the file, in mm, deg, r/min, kg, N: a key ends in its unit. Points are those of the closed nozzle: x',
 y', z' in the planet frame at B1, xi, eta, zeta in the half frame at the hinge.
@@ -203,7 +203,7 @@ def minimum_inertia(mass_kg: float, offset_mm: tuple[float, ...]) -> float:
     return mass_kg * math.hypot(*offset_mm) ** 2 * 1e-6
 
 
-class Machine(Document):
+class PlantingMachine(Document):
     """A planting device: two gear stages on a carrier, a cam-driven nozzle on each of two sides.
 
     Sections hold the values as the file shows them; `si` gives the value inside. The names in `design` and
@@ -307,7 +307,7 @@ class Machine(Document):
                 yield invalid_value_problem(f"inertia.{key}", getattr(inertia, key), allowed)
 
 
-def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Machine:
+def load(source: str | Path, changes: Mapping[str, float] | None = None) -> PlantingMachine:
     """The machine in a file, or the built-in one of that name, with some numbers set by `changes`.
 
     A name in `changes` is a full path (`mass.sun_kg`, `nozzle.hinge_A_mm[0]`) or a last part that fits one
@@ -315,4 +315,4 @@ def load(source: str | Path, changes: Mapping[str, float] | None = None) -> Mach
 
     Raises InputError, one sentence that names file, key, value and what is allowed.
     """
-    return Machine.load(source, "planting", changes)
+    return PlantingMachine.load(source, "planting", changes)

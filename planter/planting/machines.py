@@ -107,7 +107,7 @@ def load(source: str, changes: Mapping[str, float], model: Model = "exact") -> M
     return _build_with_requirements(model, file.load(source, changes))
 
 
-def _build_with_requirements(model: Model, machine: file.Machine) -> Machine:
+def _build_with_requirements(model: Model, machine: file.PlantingMachine) -> Machine:
     device = Device(machine, model)
     built = build_machine(device)
     if machine.requirements is None:

@@ -13,8 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from planter.engine.machine import Documentation, Quantity, Value, build_vectors
-from planter.engine.machine import Machine as EngineMachine
+from planter.engine.machine import Documentation, Machine, Quantity, Value, build_vectors
 from planter.engine.measures import Kind, Measure
 from planter.engine.problem import QuantityCurve
 from planter.engine.response import DesignPoint
@@ -25,7 +24,7 @@ from planter.gear_geometry import families, stage
 from planter.gear_geometry.stage import StageCandidate
 from planter.kernels import Array, Kernel, formulas
 from planter.planting import functions
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.functions import Functions, Model
 from planter.records.record import format_table
 
@@ -57,7 +56,7 @@ class Device:
     Raises GeometryError where the machine's own design, or a corner of its bounds, has no gears.
     """
 
-    def __init__(self, machine: Machine, model: Model = "exact") -> None:
+    def __init__(self, machine: PlantingMachine, model: Model = "exact") -> None:
         self.machine, self.model = machine, model
         self.compiled = False
         self.formulas = formulas.load(f"planting_{model}")
@@ -79,7 +78,7 @@ class Device:
         self.stages = first, second
         self.functions = Functions(model, self.stages, functions.build_flank_function(machine.cam.flank))
 
-    def _take(self, machine: Machine) -> None:
+    def _take(self, machine: PlantingMachine) -> None:
         """Take the numbers of a machine in SI: design and bounds (p,), and the model's other inputs (c,)."""
         self.machine, numbers = machine, machine.numbers()
         design = self.scale * [machine.design[name] for name in self.names]
@@ -118,7 +117,7 @@ class Device:
         return [StageCandidate(self.design[part], lambda name: f"{source}: design.{name}"),
                 *(StageCandidate(corner, lambda name: f"{source}: bounds.{name}") for corner in corners)]  # fmt: skip
 
-    def like(self, machine: Machine) -> Device:
+    def like(self, machine: PlantingMachine) -> Device:
         """The device of another machine with the same families, cam law and names: what was built for this one serves.
 
         Raises GeometryError where the machine's own design has no gears; the corners of its bounds are not looked at.
@@ -242,7 +241,7 @@ class Device:
         return self.force.slopes(at, phi)
 
 
-def _restore_device(machine: Machine, model: Model, compiled: bool, data: Array) -> Device:
+def _restore_device(machine: PlantingMachine, model: Model, compiled: bool, data: Array) -> Device:
     """Return a device that was pickled."""
     device = Device(machine, model)
     device.data = data
@@ -251,7 +250,7 @@ def _restore_device(machine: Machine, model: Model, compiled: bool, data: Array)
     return device
 
 
-def build_machine(device: Device) -> EngineMachine:
+def build_machine(device: Device) -> Machine:
     """Return a device as a machine: its values are the design parameters, then the numbers of the file."""
     functions, vectors = device.functions, device.sidecar["vectors"]
     size = len(device.names)
@@ -260,7 +259,7 @@ def build_machine(device: Device) -> EngineMachine:
         for name, entry in zip(device.names, device.entries, strict=True)
     ]
     data = [
-        Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"], read_range(Machine, e["shown"]))
+        Value(e["name"], e["unit"], e["meaning"], e["shown"], e["source"], read_range(PlantingMachine, e["shown"]))
         for e in vectors["machine"]
     ]
     values = (*design, *data)
@@ -284,7 +283,7 @@ def build_machine(device: Device) -> EngineMachine:
         for vector, total in (("side", False), ("totals", True))
         for e in vectors[vector]
     )  # fmt: skip
-    return EngineMachine(
+    return Machine(
         document=device.machine,
         build=partial(_rebuild_machine, type(device), device.model),
         assumptions=tuple(device.sidecar["assumptions"]),
@@ -312,11 +311,11 @@ def build_machine(device: Device) -> EngineMachine:
     )
 
 
-def _rebuild_machine(kind: type[Device], model: Model, machine: Machine) -> EngineMachine:
+def _rebuild_machine(kind: type[Device], model: Model, machine: PlantingMachine) -> Machine:
     return build_machine(kind(machine, model))
 
 
-def build_measures(machine: Machine) -> tuple[Measure, Measure]:
+def build_measures(machine: PlantingMachine) -> tuple[Measure, Measure]:
     """Return range and scatter of the support force as measures, weighted as in the machine file."""
     objective = machine.objective
     scatter: Kind = "variance" if objective.kind == "paper" else "std"

@@ -13,7 +13,7 @@ from planter.errors import InputError
 from planter.files import units
 from planter.kernels import Array, generated
 from planter.planting.cycle import compute_statistics
-from planter.planting.file import Machine as MachineFile
+from planter.planting.file import PlantingMachine
 from planter.planting.functions import build_flank_function
 from planter.planting.model import FORCE, SIDES, SPEED, Device
 from planter.planting.results import DriveFound
@@ -23,7 +23,7 @@ PATH = "operation.acceleration_rad_s2"
 """Path of the carrier's acceleration, which no file has: it is zero unless a motor drives the device."""
 
 
-def build_driven_file(machine: MachineFile) -> Machine:
+def build_driven_file(machine: PlantingMachine) -> Machine:
     """Return the driven device of a file."""
     return build_driven_machine(Device(machine))
 

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from planter.engine.cycles import Cycles, Memory
-from planter.engine.machine import Machine as EngineMachine
+from planter.engine.machine import Machine
 from planter.engine.outputs import CHUNK, OBJECTIVE, OutputBatch, SampledOutputs, evaluate_outputs
 from planter.engine.problem import CurveProblem
 from planter.errors import ComputationError, PlanterError
@@ -35,7 +35,7 @@ from planter.optimise.range_variance import Sampling
 from planter.optimise.response import ONE_SIDED_OFFSET
 from planter.optimise.sampled_cycle import SampledCycle, sample_angles
 from planter.optimise.variance import WeightedSum, Weights
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.results import SampledScore, TrueExtremes
 from planter.progress import Listener, ProgressPhase
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 
-def read_weights(machine: Machine) -> Weights:
+def read_weights(machine: PlantingMachine) -> Weights:
     """Return the weights of range and spread of the support force in the machine file."""
     settings = machine.objective
     return Weights(settings.weight_range, settings.weight_variance, settings.kind)
@@ -266,13 +266,13 @@ def evaluate_many(
 
 @overload
 def evaluate_many(
-    device: EngineMachine, designs: Array, samples: int | None = None, progress: Listener | None = None,
+    device: Machine, designs: Array, samples: int | None = None, progress: Listener | None = None,
     threads: int | None = None, *, gradients: bool = False, outputs: Sequence[str],
 ) -> OutputBatch: ...  # fmt: skip
 
 
 def evaluate_many(
-    device: Device | EngineMachine,
+    device: Device | Machine,
     designs: Array,
     samples: int | None = None,
     progress: Listener | None = None,
@@ -289,7 +289,7 @@ def evaluate_many(
     the row, for one that is not finite or has no finite force; other machines have no numbers there. Ctrl-C ends it
     after the chunks in hand.
     """
-    if isinstance(device, EngineMachine):
+    if isinstance(device, Machine):
         return evaluate_outputs(device, designs, outputs, samples, progress, threads, gradients)
     if np.ndim(designs) != 2 or np.shape(designs)[1] != len(device.design):
         raise CallError(f"designs have the shape (m, {len(device.design)}), and were given as {np.shape(designs)}")

@@ -33,7 +33,7 @@ from planter.optimise.result import OptimiserResult
 from planter.parallel.task import AUTO, Means, Task
 from planter.planting import objective
 from planter.planting.design_summary import summarise_design
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
 from planter.planting.objective import build_problem, evaluate_samples, evaluate_true_extremes
@@ -100,7 +100,7 @@ def build_descent_task(device: Device, sampling: Sampling, lengths: PitchLengthC
 
 
 def prepare_device_descents(
-    machine: Machine, model: Model, sampling: Sampling, compiled: bool, tooth_counts: ToothCountSpec | None
+    machine: PlantingMachine, model: Model, sampling: Sampling, compiled: bool, tooth_counts: ToothCountSpec | None
 ) -> Callable[[Array], SearchRecord]:
     """Return the function that descends from a point (p,), with kernels compiled if asked for, whole teeth if any."""
     device = Device(machine, model)

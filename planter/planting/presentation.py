@@ -14,7 +14,7 @@ from planter.kernels import generated
 from planter.mechanism.drawing import draw_drive_speeds, label_cycle_curves
 from planter.planting.cycle import compute_weight
 from planter.planting.design_results import BORNE, COMPARED, list_largest_loads
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import FORCE, Device
 from planter.planting.motor_drive import NAME, DeviceDrive
 from planter.planting.results import CalibrationFound, ComparedPair, ComparisonFound, ModelFitted, NarrowBox
@@ -84,7 +84,7 @@ CSV_COLUMNS = (
 )  # fmt: skip
 
 
-def present_comparison(result: ComparisonFound, machine: Machine) -> ResultPresentation:
+def present_comparison(result: ComparisonFound, machine: PlantingMachine) -> ResultPresentation:
     """Return the presentation of compared gear families: ranks, requirements, loads, conflicting requirements."""
     return ResultPresentation(
         title=f"Comparison of gear families in the planting device {machine.name}",
@@ -157,7 +157,7 @@ def describe_pair(entry: ComparedPair) -> Iterator[str]:
         yield f"lacks {' and '.join(entry.lacks)}"
 
 
-def format_devices_csv(machine: Machine, result: ComparisonFound) -> str:
+def format_devices_csv(machine: PlantingMachine, result: ComparisonFound) -> str:
     """Return the ranked devices with their loads and their active or violated requirements as CSV."""
     head = f"# machine: {machine.name}, {result.starts} starts, seed {result.seed}"
     rows = [head, ",".join((*CSV_COLUMNS, *BORNE, "binding"))]

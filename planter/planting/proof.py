@@ -27,7 +27,7 @@ from planter.optimise.proof.jets import Jet, Space
 from planter.optimise.proof.roots import enclose_roots
 from planter.optimise.proof.search import SECONDS, Incumbent, prove_bound, share_boxes
 from planter.parallel.task import AUTO, Means
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.functions import Model
 from planter.planting.model import Device, build_measures
 from planter.planting.optimisation import DeviceOptimum, Optimisation, search_optimum
@@ -111,11 +111,11 @@ class StageEnclosure:
 
     def meshing(self, xp: JetNamespace, jets: Sequence[Jet]) -> PitchCurveEnclosure:
         """The stage with parameters `jets`, in the box of `xp`."""
-        size, parameters = xp.space.whole(1), list(jets)
+        size, parameters = xp.space.integer(1), list(jets)
         if self._lengths:
             size = jets[self._lengths[0]]
             for place in self._lengths:
-                parameters[place] = xp.space.whole(1) if place == self._lengths[0] else jets[place] / size
+                parameters[place] = xp.space.integer(1) if place == self._lengths[0] else jets[place] / size
         distance, *series = self._hoisted(xp, jets, parameters)
         return PitchCurveEnclosure(self._module, parameters, [distance, *series], [distance * size, *series])
 
@@ -185,7 +185,7 @@ def add_proof(
     return replace(optimisation, result=replace(optimisation.result, proof=proof))
 
 
-def build_objective_enclosure(machine: Machine, model: Model, count: int) -> ObjectiveEnclosure:
+def build_objective_enclosure(machine: PlantingMachine, model: Model, count: int) -> ObjectiveEnclosure:
     """Return the objective of a machine over `count` samples as a proof bounds it."""
     return ObjectiveEnclosure(Device(machine, model), count)
 

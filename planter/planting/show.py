@@ -12,7 +12,7 @@ import numpy as np
 from planter.interchange.motion_formats import MotionFormat
 from planter.kernels import Array
 from planter.planting import cycle
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.swept import ROOM
 from planter.view.subject import (
@@ -62,12 +62,12 @@ REACH_MM = 80.0
 TUBES_MM = (0.5, 50.0)
 
 
-def list_point_handles(machine: Machine) -> list[tuple[str, str]]:
+def list_point_handles(machine: PlantingMachine) -> list[tuple[str, str]]:
     """Paths of the numbers x and y of every point."""
     return [(f"{POINTS}[{k}][0]", f"{POINTS}[{k}][1]") for k in range(len(_list_points(machine)))]
 
 
-def find_point_bounds(machine: Machine) -> dict[str, tuple[float, float]]:
+def find_point_bounds(machine: PlantingMachine) -> dict[str, tuple[float, float]]:
     """Return the ranges of the points' numbers by path."""
     bounds = {}
     for k, (x, y, tube) in enumerate(_list_points(machine)):
@@ -77,17 +77,17 @@ def find_point_bounds(machine: Machine) -> dict[str, tuple[float, float]]:
     return bounds
 
 
-def add_path_points(device: Device, x: Array, machine: Machine) -> Machine:
+def add_path_points(device: Device, x: Array, machine: PlantingMachine) -> PlantingMachine:
     """A machine whose tip must pass points on the path of a design x (p,), in SI."""
     turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(COUNT)).columns()
     places = np.round(np.column_stack([turn["tip_machine_x_mm"], turn["tip_y_mm"]]), 3)
     table = machine.table()
     points = [[*place, TUBE_MM] for place in places.tolist()]
     required = {"tube_excess_max_mm": 0.0, **(table.get("requirements") or {}), "points_mm": points}
-    return Machine.read({**table, "requirements": required}, machine.source)
+    return PlantingMachine.read({**table, "requirements": required}, machine.source)
 
 
-def _list_points(machine: Machine) -> list[tuple[float, float, float]]:
+def _list_points(machine: PlantingMachine) -> list[tuple[float, float, float]]:
     return [] if machine.requirements is None else machine.requirements.points_mm or []
 
 
@@ -107,7 +107,7 @@ class PlantingView:
     exports: Sequence[Export] = EXPORTS
     search: Sequence[str] = ("optimise",)
 
-    def __init__(self, machine: Machine) -> None:
+    def __init__(self, machine: PlantingMachine) -> None:
         self.machine, self.name = machine, machine.name
         self._devices: dict[str, tuple[Device, Values]] = {}
         self._measures: RequirementRows | None = None

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
-from planter.engine.machine import Machine as EngineMachine
+from planter.engine.machine import Machine
 from planter.engine.sensitivity import SensitivityResult, build_goal
 from planter.errors import InputError
 from planter.files import units
@@ -24,7 +24,7 @@ from planter.optimise.continuous_cycle import CyclePanels
 from planter.planting import cycle as planting
 from planter.planting import lifted
 from planter.planting.design_summary import summarise_design
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device, build_measures
 from planter.planting.objective import evaluate_true_extremes, find_curve_angles, read_weights
 from planter.planting.requirements import evaluate_device_requirements
@@ -89,7 +89,7 @@ RANGES = (
 )
 
 
-def find_implausible_values(machine: Machine) -> list[PlantingWarning]:
+def find_implausible_values(machine: PlantingMachine) -> list[PlantingWarning]:
     """A warning for every value outside its range: what it is, what is usual, and why."""
     numbers = machine.numbers()
     return [
@@ -155,11 +155,11 @@ def simulate(
 
 
 @overload
-def simulate(device: EngineMachine, samples: int | None = None, at_deg: Sequence[float] = ()) -> MechanismCycle: ...
+def simulate(device: Machine, samples: int | None = None, at_deg: Sequence[float] = ()) -> MechanismCycle: ...
 
 
 def simulate(
-    device: Device | EngineMachine,
+    device: Device | Machine,
     samples: int | None = None,
     at_deg: Sequence[float] = (),
     lift_mm: float | None = None,
@@ -170,7 +170,7 @@ def simulate(
     of a planting device does is found, too. Raises InputError for a number of samples out of range, for an angle that
     is not finite, and where the printed model's assumptions are to be lifted.
     """
-    if isinstance(device, EngineMachine):
+    if isinstance(device, Machine):
         return mechanism.simulate_machine(device, samples, at_deg)
     if lift_mm is not None and device.model != "exact":
         raise InputError("--lift needs --model exact: the printed model has no assumptions to relax")
@@ -235,14 +235,14 @@ def compute_work(device: Device) -> WorkPerCycle:
 
 
 def sensitivity(
-    device: Device | EngineMachine, samples: int | None = None, least: str | None = None, all_values: bool = False
+    device: Device | Machine, samples: int | None = None, least: str | None = None, all_values: bool = False
 ) -> SensitivityResult:
     """Return the sensitivity of the objective, or of the sum `least`, over samples.
 
     It is that in the design, or, with `all_values`, in all numbers of the machine's file. Of any other machine, as
     `load_mechanism` returns it, it is that of true extremes where neither `samples` nor the file say a number.
     """
-    if isinstance(device, EngineMachine):
+    if isinstance(device, Machine):
         return compute_objective_sensitivity(device, least, samples, all_values)
     count = check_samples(device.machine.objective.samples if samples is None else samples)
     return compute_objective_sensitivity(device.force.machine, least, count, all_values)

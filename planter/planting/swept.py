@@ -10,7 +10,7 @@ from planter.engine.outputs import SampledOutputs
 from planter.errors import InputError
 from planter.files import examples, units
 from planter.planting import KIND, OWN_TABLES
-from planter.planting.file import Machine as MachineFile
+from planter.planting.file import PlantingMachine
 from planter.planting.machines import DEVIATIONS, add_deviations
 from planter.planting.model import Device, build_machine
 from planter.planting.requirements import RequirementConstraints
@@ -48,23 +48,23 @@ class PlantingSweepAdapter(MachineAdapter):
         """Return whether a source is a built-in name, or a file with the tables of such a machine."""
         return examples.belongs_to_package(source, KIND, OWN_TABLES)
 
-    def build(self, machine: MachineFile) -> Machine:
+    def build(self, machine: PlantingMachine) -> Machine:
         """Return the machine of a file, with deviations of its centre distances."""
         return _build_machine(Device(machine), DEVIATIONS)
 
-    def default_outputs(self, machine: MachineFile) -> Sequence[str]:
+    def default_outputs(self, machine: PlantingMachine) -> Sequence[str]:
         """Return the objective, its components, and the motor's torque."""
         return "objective", "support_range_N", "support_max_N", "M_L_max_Nm", "M_L_rms_Nm"
 
-    def frozen(self, machine: MachineFile) -> dict[str, Any]:
+    def frozen(self, machine: PlantingMachine) -> dict[str, Any]:
         """Return its table."""
         return {"table": machine.table(), "source": machine.source}
 
-    def thaw(self, frozen: Mapping[str, Any]) -> MachineFile:
+    def thaw(self, frozen: Mapping[str, Any]) -> PlantingMachine:
         """Return the file of a table."""
-        return MachineFile.read(frozen["table"], frozen["source"])
+        return PlantingMachine.read(frozen["table"], frozen["source"])
 
-    def tolerances(self, machine: MachineFile) -> dict[str, dict[str, Any]]:
+    def tolerances(self, machine: PlantingMachine) -> dict[str, dict[str, Any]]:
         """Return assumed ones of masses, centroids, phases, centre distances, curves and friction; speeds measured."""
         return _assume_tolerances(machine)
 
@@ -79,7 +79,7 @@ class PlantingSweepAdapter(MachineAdapter):
         return SampledOutputs(_build_machine(device, inputs), tuple(inputs), outputs)
 
     def build_robust(
-        self, machine: MachineFile, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings
+        self, machine: PlantingMachine, choices: Mapping[str, str], spreads: Mapping[str, Spread], settings: Settings
     ) -> RobustGoal | None:
         """Return the objective over machines as the tolerances make them, under the file's requirements.
 
@@ -102,7 +102,7 @@ def _build_machine(device: Device, inputs: Sequence[str] | Mapping[str, Any]) ->
     return add_deviations(machine, device) if set(DEVIATIONS) & set(inputs) else machine
 
 
-def _build_device(machine: MachineFile, choices: Mapping[str, str], inputs: Ends) -> Device:
+def _build_device(machine: PlantingMachine, choices: Mapping[str, str], inputs: Ends) -> Device:
     """Return a device with the ends of varied design parameters as their bounds, so that all corners have gears.
 
     Raises InputError if the file does not allow an end.
@@ -126,7 +126,7 @@ def _build_device(machine: MachineFile, choices: Mapping[str, str], inputs: Ends
     )
 
 
-def _assume_tolerances(machine: MachineFile) -> dict[str, ToleranceSpec]:
+def _assume_tolerances(machine: PlantingMachine) -> dict[str, ToleranceSpec]:
     """Tolerances by input, as a file has them."""
     return dict(_list_tolerances(Device(machine)))
 

@@ -175,7 +175,7 @@ def optimise_with_tooth_counts(
     begin = time.perf_counter()
     _check_feasibility(device, spec, seed)
     free = optimisation.optimise(device, method, samples, seed, starts, progress, means=means)
-    device, optimum, candidates = free.devices[device.model], free.found, None
+    device, optimum, candidates = free.devices[device.model], free.optimum, None
     sampling, constraints = optimum.sampling, PitchLengthConstraints(device, spec)
     try:
         if not spec.is_complete:
@@ -187,7 +187,7 @@ def optimise_with_tooth_counts(
             device, method, sampling, seed, starts, progress, keep, constraints, nearby, means
         )
         return _add_tooth_counts(
-            optimisation.evaluate_in_both_models(device, optimum), free.found, constraints, candidates, begin
+            optimisation.evaluate_in_both_models(device, optimum), free.optimum, constraints, candidates, begin
         )
     except KeyboardInterrupt:
         raise OptimisationInterrupted(optimum, device.scale) from None
@@ -211,7 +211,7 @@ def _add_tooth_counts(
     begin: float,
 ) -> Optimisation:
     """Return an optimum with the limits and the price of its tooth numbers; the searches began at `begin` [s]."""
-    device, optimum = constraints.device, scored.found
+    device, optimum = constraints.device, scored.optimum
     x, objective = _find_free_optimum(device, free, optimum)
     price = optimum.objective - objective
     teeth = ToothCountResult(

@@ -342,7 +342,7 @@ class Portable:
 
     def at(self, values: Values, program: Program) -> dict[str, Array]:
         """Evaluate a program with changed numbers of the file, and return its vectors by name."""
-        vectors = {number.vector: program.given[number.vector].copy() for number in self.inputs}
+        vectors = {number.vector: program.start[number.vector].copy() for number in self.inputs}
         for number in self.inputs:
             if number.path in values:
                 vectors[number.vector][number.index] = values[number.path] * number.factor

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from tests.support import kinematics, machines, model
 from tests.support.jets import Place
@@ -30,12 +30,12 @@ def angles(count: int = 200) -> Array:
 # --- momentum --------------------------------------------------------------------------------------
 
 
-def weight(machine: Machine) -> float:
+def weight(machine: PlantingMachine) -> float:
     side = machine.si("middle_kg") + machine.si("planet_kg") + 2 * (machine.si("half_C1_kg") + machine.si("half_C2_kg"))
     return machine.si("gravity_m_s2") * (machine.si("sun_kg") + machine.si("carrier_kg") + 2 * side)
 
 
-def momentum_rate(machine: Machine, phi: Array) -> tuple[Array, Array]:
+def momentum_rate(machine: PlantingMachine, phi: Array) -> tuple[Array, Array]:
     """Sum over all bodies of mass times acceleration, horizontal and vertical."""
     device = kinematics.Device(machine)
     parts = [part for angle in (phi, phi - np.pi) for part in device.side(angle).weights()]
@@ -43,7 +43,7 @@ def momentum_rate(machine: Machine, phi: Array) -> tuple[Array, Array]:
     return x, y
 
 
-def momentum_gap(device: Device, bodies: Machine) -> float:
+def momentum_gap(device: Device, bodies: PlantingMachine) -> float:
     phi = angles()
     totals = model.cycle(device, phi).totals
     x, y = momentum_rate(bodies, phi)
@@ -65,7 +65,7 @@ def test_momentum_detects_error_of_1_percent(path: str) -> None:
 # --- a cycle ---------------------------------------------------------------------------------------
 
 
-def lost_power(machine: Machine, outputs: model.Outputs, phi: Array) -> Array:
+def lost_power(machine: PlantingMachine, outputs: model.Outputs, phi: Array) -> Array:
     """Power that friction takes on both sides: each contact force against the relative velocity there."""
     device, total = kinematics.Device(machine), np.zeros(len(phi))
     for angle, side in zip((phi, phi - np.pi), outputs.sides, strict=True):
@@ -93,7 +93,7 @@ def body_velocity(centre: Place, spin: Array, place: tuple[Array, Array]) -> tup
     return x.rate - spin * (place[1] - y.value), y.rate + spin * (place[0] - x.value)
 
 
-def work_gap(name: str, moving: Machine) -> float:
+def work_gap(name: str, moving: PlantingMachine) -> float:
     """Input work of a turn less friction work, with the sliding of the machine that is `moving`."""
     phi, weights = panels(name)
     outputs = model.cycle(machines.device(name), phi)

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from mpmath import mp
 
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from tests.support import kinematics, machines, model, xp_mpmath
 from tests.support.arithmetic import MPMATH, Number
 from tests.support.lagrange import RELEASED, WHOLE, Objects, State
@@ -116,7 +116,7 @@ class Side:
 SIDE = ("F_E", "F_Px", "F_Py", "F_Qx", "F_Qy", "F_A1x", "F_A1y", "F_B1x", "F_B1y")
 
 
-def lagrange(machine: Machine, phi: Number) -> tuple[list[dict[str, Number]], dict[str, Number]]:
+def lagrange(machine: PlantingMachine, phi: Number) -> tuple[list[dict[str, Number]], dict[str, Number]]:
     """Forces of both sides, and of the frame on the whole device."""
     device = kinematics.Device(machine, MPMATH)
     sides = [Side(device, device.side(angle)).solve() for angle in (phi, phi - mp.pi)]
@@ -136,7 +136,7 @@ def generated(name: str, phi: Number) -> model.Outputs:
     return model.ArrayModel(device, TERMS)(xp_mpmath, phi, design, constants)
 
 
-def gaps(name: str, machine: Machine, phi: Number) -> dict[str, Number]:
+def gaps(name: str, machine: PlantingMachine, phi: Number) -> dict[str, Number]:
     """Relative differences of the generated model to Lagrange's equations for a machine."""
     expected, actual = lagrange(machine, phi), generated(name, phi)
     pairs = {f"{key}, side {i + 1}": (expected[0][i][key], actual.sides[i][key]) for i in (0, 1) for key in SIDE}

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from tests.support import kinematics, machines, model
 
 pin = pytest.importorskip("pinocchio")
@@ -31,7 +31,7 @@ MIRROR = 0.123
 class Engine:
     """The device as a tree of Pinocchio joints. Side 2 is mounted half a turn round the carrier."""
 
-    numbers: Machine
+    numbers: PlantingMachine
     motion: kinematics.Device
     tree: pin.Model = field(default_factory=pin.Model)
 
@@ -189,7 +189,7 @@ class Case:
         return np.array(self.engine.data.oMi[index].act(self.engine.point("hook_F", "inner")))
 
 
-def at(name: str, phi: float, numbers: Machine | None = None, cam_turned: float = 0.0) -> Case:
+def at(name: str, phi: float, numbers: PlantingMachine | None = None, cam_turned: float = 0.0) -> Case:
     """Model and engine at one angle; `numbers` may give the engine another machine than the model's."""
     motion = kinematics.Device(machines.machine(name))
     sides = motion.side(np.array([phi])), motion.side(np.array([phi - np.pi]))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from tests.support import kinematics, machines, model
 
@@ -27,7 +27,7 @@ def roots(f: Callable[[Array], Array]) -> list[float]:
     return [brentq(lambda p: f(np.array([p]))[0], grid[i], grid[i + 1], xtol=1e-15, rtol=1e-15) for i in places]
 
 
-def passages(machine: Machine) -> list[tuple[Callable[[kinematics.Side], Array], float]]:
+def passages(machine: PlantingMachine) -> list[tuple[Callable[[kinematics.Side], Array], float]]:
     """Angles of the train, and values at which they meet a joint of a pitch curve or of a cam flank."""
     positions = (0.0, *kinematics.INNER_JOINTS.get(machine.cam.flank, ()), 1.0)
     ends = [[machine.si(f"{flank}_delta_deg[{i}]") for i in (0, 1)] for flank in ("rise", "fall")]
@@ -39,7 +39,7 @@ def passages(machine: Machine) -> list[tuple[Callable[[kinematics.Side], Array],
     ]
 
 
-def of_side(machine: Machine) -> list[float]:
+def of_side(machine: PlantingMachine) -> list[float]:
     """Where side 1 meets them within a turn of the carrier."""
     device = kinematics.Device(machine)
     angles = []

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
 
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from tests.support.arithmetic import FLOATS, Arithmetic, Number
 from tests.support.jets import Jet, Place, added, turned_y, turned_z
 
@@ -156,7 +156,7 @@ def flank(law: str, x: Jet) -> Jet:
 class Device:
     """Geometry of a machine in one of the number systems."""
 
-    machine: Machine
+    machine: PlantingMachine
     ops: Arithmetic = FLOATS
 
     def __getitem__(self, name: str) -> Number:

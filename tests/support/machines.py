@@ -8,7 +8,7 @@ import pytest
 
 from planter.errors import PlanterError
 from planter.files import examples
-from planter.planting.file import Machine, load
+from planter.planting.file import PlantingMachine, load
 from planter.planting.functions import Model
 from planter.planting.model import Device
 
@@ -37,7 +37,7 @@ def sampled(*seeds: int) -> list[Any]:
 
 
 @cache
-def machine(name: str) -> Machine:
+def machine(name: str) -> PlantingMachine:
     """A built-in machine, or "random <seed>"."""
     if name in BUILT_IN:
         return load(name)
@@ -52,13 +52,13 @@ def machine(name: str) -> Machine:
         return changed
 
 
-def with_flank(base: Machine, law: str) -> Machine:
+def with_flank(base: PlantingMachine, law: str) -> PlantingMachine:
     """A machine with another law of its cam's flanks."""
     table = base.table()
-    return Machine.read({**table, "cam": {**table["cam"], "flank": law}}, base.source)
+    return PlantingMachine.read({**table, "cam": {**table["cam"], "flank": law}}, base.source)
 
 
-def _draw(base: Machine, rng: np.random.Generator) -> dict[str, float]:
+def _draw(base: PlantingMachine, rng: np.random.Generator) -> dict[str, float]:
     changes = {f"design.{name}": float(rng.uniform(*limits)) for name, limits in DESIGN.items()}
     for path, value in base.numbers().items():
         section, _, key = path.partition(".")
@@ -75,7 +75,7 @@ def device(name: str, model: Model = "exact") -> Device:
     return Device(machine(name), model)
 
 
-def tampered(name: str, path: str, factor: float = 1.01) -> Machine:
+def tampered(name: str, path: str, factor: float = 1.01) -> PlantingMachine:
     """A machine with one number changed."""
     base = machine(name)
     return base.with_numbers({path: base.numbers()[path] * factor})

@@ -38,20 +38,20 @@ class Mutant:
     """A printed equation with one error in it, and what the error is."""
 
     kind: str
-    what: str
+    change: str
     equation: Equation
 
     @property
     def errors(self) -> int:
         """How many errors it is made of."""
-        return self.what.count(", ") + 1 if self.kind == "several" else 1
+        return self.change.count(", ") + 1 if self.kind == "several" else 1
 
 
 @cache
-def tried(name: str, equation: Equation) -> Judgement:
+def judge_alone(name: str, equation: Equation) -> Judgement:
     """The judgement on an equation in the place of the printed one of its number."""
-    asked = questions(name, equation.number)
-    alone = replace(CASES[name].paper, equations={equation.number: equation}, questions=asked)
+    open_questions = questions(name, equation.number)
+    alone = replace(CASES[name].paper, equations={equation.number: equation}, questions=open_questions)
     return judge_readings(_like(name, alone), equation.number).kindest.judgement
 
 
@@ -62,9 +62,9 @@ def questions(name: str, number: str) -> list[Question]:
 
 def at_its_points(name: str, paper: Paper) -> Case:
     """The case of another paper with what the subject of a known one says, at the same points."""
-    own = CASES[name]
-    case = replace(own, paper=paper)
-    vars(case).update({key: getattr(own, key) for key in ("claims", "points", "cycle", "nearby")})
+    subject = CASES[name]
+    case = replace(subject, paper=paper)
+    vars(case).update({key: getattr(subject, key) for key in ("claims", "points", "cycle", "nearby")})
     return case
 
 
@@ -78,12 +78,15 @@ def _like(name: str, paper: Paper) -> Case:
 @cache
 def untouched(name: str, number: str) -> Judgement:
     """The judgement on an equation as printed."""
-    return tried(name, CASES[name].paper.equations[number])
+    return judge_alone(name, CASES[name].paper.equations[number])
 
 
-def outcome(found: Judgement) -> tuple[str, frozenset[tuple[str, ...]], frozenset[Expr], frozenset[Expr]]:
+def outcome(judgement: Judgement) -> tuple[str, frozenset[tuple[str, ...]], frozenset[Expr], frozenset[Expr]]:
     """What has to change: verdict, corrections, terms that the print lacks or that have no explanation."""
-    return found.verdict, frozenset(found.corrections), frozenset(found.missing), frozenset(found.unexplained)
+    return (
+        judgement.verdict, frozenset(judgement.corrections), frozenset(judgement.missing),
+        frozenset(judgement.unexplained),
+    )  # fmt: skip
 
 
 def _pair(name: str, equation: Equation) -> tuple[Equation, Equation | None]:
@@ -154,12 +157,12 @@ def mutants(name: str, count: int, among: tuple[str, ...] | None = None) -> tupl
     pools = {kind: _pool(name, kind, derivable(name) if among is None else among) for kind in KINDS}
     for pool in pools.values():
         rng.shuffle(pool)
-    found: list[Mutant] = []
-    while len(found) < count and any(pools.values()):
+    chosen_mutants: list[Mutant] = []
+    while len(chosen_mutants) < count and any(pools.values()):
         for pool in pools.values():
             chosen = next((m for m in _drained(pool) if changes(name, m.equation)), None)
-            found += [chosen] if chosen and len(found) < count else []
-    return tuple(found)
+            chosen_mutants += [chosen] if chosen and len(chosen_mutants) < count else []
+    return tuple(chosen_mutants)
 
 
 def _drained(pool: list[Mutant]) -> Iterator[Mutant]:
@@ -169,12 +172,12 @@ def _drained(pool: list[Mutant]) -> Iterator[Mutant]:
 
 def _pool(name: str, kind: str, numbers: tuple[str, ...]) -> list[Mutant]:
     """Every error of a kind in equations of a paper."""
-    own = CASES[name]
+    case = CASES[name]
     return [
-        Mutant(kind, what, mutated)
+        Mutant(kind, change, mutated)
         for number in numbers
-        for what, mutated in KINDS[kind](own.paper.equations[number], own.words)
-        if is_sound(name, own.paper.equations[number]) or is_consistent(mutated)
+        for change, mutated in KINDS[kind](case.paper.equations[number], case.words)
+        if is_sound(name, case.paper.equations[number]) or is_consistent(mutated)
     ]
 
 
@@ -218,9 +221,9 @@ def _factors(before: Expr, after: Expr, point: Point, both: bool) -> list[mpf]:
     return [f for f in (mpf(1), mpf(-1), ratio) if abs(f) > EQUAL and (both or f > 0)]
 
 
-def _differs(point: Point, one: Expr, other: Expr, factor: mpf) -> bool:
-    first = point(one)
-    size = max(abs(point(t)) for t in sp.Add.make_args(one))
+def _differs(point: Point, expression: Expr, other: Expr, factor: mpf) -> bool:
+    first = point(expression)
+    size = max(abs(point(t)) for t in sp.Add.make_args(expression))
     try:
         with mpmath.workdps(DIGITS):
             second = factor * point(other)

@@ -10,7 +10,7 @@ from derive.gearing.families import FAMILIES
 from planter.files import units
 from planter.gear_geometry import families
 from planter.gear_geometry.stage import Stage, StageCandidate, converge_series
-from planter.planting.file import Machine, load
+from planter.planting.file import PlantingMachine, load
 from tests.support.sizing import Size, Sizing
 
 Drawn = tuple[str, int]
@@ -48,7 +48,7 @@ def stage_of(family: str, parameters: np.ndarray) -> Stage:
 
 
 @cache
-def machine(first: str, second: str) -> Machine:
+def machine(first: str, second: str) -> PlantingMachine:
     """The built-in machine with other gears: families of both stages, sizes near the paper's."""
     table = load("wang2017").table()
     mounting = {name: table["design"][name] for name in ("theta_deg", "gamma_deg", "alpha3_deg", "beta6_deg")}
@@ -57,7 +57,7 @@ def machine(first: str, second: str) -> Machine:
     table["bounds"] = {name: _vary(value) for name, value in table["design"].items()}
     table["origin"] = {"default": "assumed"}
     sections = {key: value for key, value in table.items() if key != "requirements"}
-    return Machine.read(sections | {"name": f"{first}-{second}"}, f"{first}-{second}.toml")
+    return PlantingMachine.read(sections | {"name": f"{first}-{second}"}, f"{first}-{second}.toml")
 
 
 def _describe_size(family: str, gear: str, size: Size) -> dict[str, float]:

@@ -3,7 +3,7 @@
 from functools import cache
 from typing import Any
 
-from planter.planting.file import Machine, load
+from planter.planting.file import PlantingMachine, load
 
 DESIGN = {
     "theta_deg": 66.0, "gamma_deg": 31.0, "alpha3_deg": 24.0, "beta6_deg": 2.0,
@@ -23,5 +23,5 @@ def table() -> dict[str, Any]:
 
 
 @cache
-def machine() -> Machine:
-    return Machine.read(table(), "swapped.toml")
+def machine() -> PlantingMachine:
+    return PlantingMachine.read(table(), "swapped.toml")

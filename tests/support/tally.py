@@ -9,7 +9,7 @@ import sympy as sp
 
 from derive.audit.judge import Judgement
 from tests.support import mutations
-from tests.support.mutations import CASES, Mutant, outcome, tried, untouched
+from tests.support.mutations import CASES, Mutant, judge_alone, outcome, untouched
 from tests.support.rewrites import PLACES_KEPT, REWRITES
 
 
@@ -41,40 +41,40 @@ def tally(paper: str, count: int) -> Tally:
 
 
 def is_noticed(paper: str, mutant: Mutant) -> bool:
-    return outcome(tried(paper, mutant.equation)) != outcome(untouched(paper, mutant.equation.number))
+    return outcome(judge_alone(paper, mutant.equation)) != outcome(untouched(paper, mutant.equation.number))
 
 
 def is_told(paper: str, mutant: Mutant) -> bool:
     """Whether an error in a sound equation is told as what it is: its correction, or the very terms that are gone."""
-    found = tried(paper, mutant.equation)
-    if found.corrections and not found.missing and not found.unexplained:
-        return min(map(len, found.corrections)) <= mutant.errors
-    return found.verdict == "incomplete" and not found.corrections and _is_gone(paper, mutant, found)
+    judgement = judge_alone(paper, mutant.equation)
+    if judgement.corrections and not judgement.missing and not judgement.unexplained:
+        return min(map(len, judgement.corrections)) <= mutant.errors
+    return judgement.verdict == "incomplete" and not judgement.corrections and _is_gone(paper, mutant, judgement)
 
 
-def _is_gone(paper: str, mutant: Mutant, found: Judgement) -> bool:
+def _is_gone(paper: str, mutant: Mutant, judgement: Judgement) -> bool:
     """Whether the missing terms are what the planted error took away, but for a sign or factor on the whole."""
-    own = CASES[paper]
-    before, after = (mutations.read(paper, e) for e in (own.paper.equations[mutant.equation.number], mutant.equation))
-    taken, told = before - after, sp.Add(*found.missing)
-    ratios = {round(float(point(taken) / point(told)), 9) for point in own.points}
+    case = CASES[paper]
+    before, after = (mutations.read(paper, e) for e in (case.paper.equations[mutant.equation.number], mutant.equation))
+    taken, reported = before - after, sp.Add(*judgement.missing)
+    ratios = {round(float(point(taken) / point(reported)), 9) for point in case.points}
     return len(ratios) == 1
 
 
 def is_accused(paper: str, name: str, number: str) -> bool:
     """Whether a harmless rewrite changes the verdict."""
     rewritten = REWRITES[name](CASES[paper].paper.equations[number])
-    return tried(paper, rewritten).verdict != untouched(paper, number).verdict
+    return judge_alone(paper, rewritten).verdict != untouched(paper, number).verdict
 
 
 def _is_neutral(paper: str, name: str, number: str) -> bool:
     """Whether a rewrite changes the text, of a faulty equation without changing the places of its faults."""
     equation = CASES[paper].paper.equations[number]
-    kept = name in PLACES_KEPT or mutations.is_sound(paper, equation)
-    return kept and REWRITES[name](equation) != equation
+    comparable = name in PLACES_KEPT or mutations.is_sound(paper, equation)
+    return comparable and REWRITES[name](equation) != equation
 
 
 if __name__ == "__main__":
-    wanted = sys.argv[1].split(",") if len(sys.argv) > 1 else list(CASES)
-    for paper in wanted:
+    papers = sys.argv[1].split(",") if len(sys.argv) > 1 else list(CASES)
+    for paper in papers:
         print(paper, tally(paper, int(sys.argv[2]) if len(sys.argv) > 2 else 100), flush=True)

@@ -83,8 +83,8 @@ def _sums(function: Emitted) -> bool:
 
 
 def _function(function: Emitted) -> str:
-    given = "".join(f", {composed.name}" for composed in function.functions)
-    return f'''def {function.name}(xp, {function.names()}{given}):
+    parameters = "".join(f", {composed.name}" for composed in function.functions)
+    return f'''def {function.name}(xp, {function.names()}{parameters}):
     """{function.output.name}: {len(function.output)} entries in the order of the CasADi function."""
 {function.body(ARRAY)}
     return (

@@ -242,14 +242,14 @@ class ExtremumTerm:
 
 @dataclass(frozen=True)
 class ObjectiveBounds:
-    """Bounds of an objective over a box: `least` is below all values, `reached` above the value at the centre.
+    """Bounds of an objective over a box: `lower_bound` is below all values, `reached` above the value at the centre.
 
     `slopes` (p,) enclose the derivatives, at kinks the one-sided ones; `looseness` (p,) is the contribution of the
     width of each parameter to the looseness of the bounds. The slopes do not apply to an objective that `may_jump`,
     nor to an objective of which only a part is bounded.
     """
 
-    least: float
+    lower_bound: float
     reached: float
     slopes: Ball
     looseness: Array
@@ -281,7 +281,7 @@ def bound_objective(smooth: Jet, extremes: Sequence[ExtremumTerm]) -> ObjectiveB
         slopes = smooth.over(felt).gradient[ANYWHERE][:, 0]
         for extreme, lanes in zip(extremes, candidates, strict=True):
             slopes = slopes + extreme.samples.over(felt).taken(lanes).gradient[ANYWHERE].spread()
-    lower = total.least.reshape([len(lanes) for lanes in chosen])
+    lower = total.lower_bound.reshape([len(lanes) for lanes in chosen])
     falling = tuple(axis for axis, extreme in enumerate(extremes) if not extreme.largest)
     reached = smooth.value[CENTRE][0]
     for extreme in extremes:
@@ -301,7 +301,7 @@ def _expand_bounds(total: Jet, bounds: ObjectiveBounds) -> ObjectiveBounds:
     size, felt = len(total.space.lower), list(total.felt)
     mid, rad, loose = np.zeros(size), np.zeros(size), np.zeros(size)
     mid[felt], rad[felt], loose[felt] = bounds.slopes.mid, bounds.slopes.rad, bounds.looseness
-    return ObjectiveBounds(bounds.least, bounds.reached, Ball(mid, rad), loose, total.space.may_jump)
+    return ObjectiveBounds(bounds.lower_bound, bounds.reached, Ball(mid, rad), loose, total.space.may_jump)
 
 
 def enclose_variance(samples: Jet) -> Jet:
@@ -321,5 +321,5 @@ def _find_candidates(extreme: ExtremumTerm) -> Integers:
     """Return the lanes that may be extreme somewhere in the box, as the extreme at the centre does not exclude them."""
     jet = extreme.samples if extreme.largest else -extreme.samples
     largest = jet.taken([int(np.argmax(jet.value[CENTRE].mid))])
-    lanes: Integers = np.flatnonzero((largest - jet).least <= 0)
+    lanes: Integers = np.flatnonzero((largest - jet).lower_bound <= 0)
     return lanes

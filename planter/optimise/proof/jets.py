@@ -83,7 +83,7 @@ class Space:
             return value
         return self.constant(Ball.exact(np.atleast_1d(np.asarray(value, dtype=float))))
 
-    def whole(self, number: int) -> Jet:
+    def integer(self, number: int) -> Jet:
         """Return an integer as a jet."""
         return self.constant(Ball.exact([float(number)]))
 
@@ -169,7 +169,7 @@ class Jet:
         )  # fmt: skip
 
     @property
-    def least(self) -> Array:
+    def lower_bound(self) -> Array:
         """Lower bounds over the box, (lanes,)."""
         half, (rows, columns) = self.space.half[list(self.felt)], packed_indices(len(self.felt))
         weights = np.where(rows == columns, 0.5, 1.0)[:, None] * half[rows] * half[columns]

@@ -57,13 +57,13 @@ BoundListener = Callable[[float, int, float], None]
 
 @dataclass(frozen=True)
 class BoundedBox:
-    """Designs between `lower` and `upper` (p,) with objectives of at least `least`.
+    """Designs between `lower` and `upper` (p,) with objectives of at least `lower_bound`.
 
     The box is bisected along the parameter `widest`, None for a point. `obstacle` is the reason if its bound is that of
     the enclosing box.
     """
 
-    least: float
+    lower_bound: float
     lower: Array
     upper: Array
     widest: int | None
@@ -86,12 +86,12 @@ class BoundedBox:
 
 @dataclass(frozen=True)
 class BoundingResult:
-    """Lower bound `least` of an objective over a box, and the smallest value `met` at the centre of a part.
+    """Lower bound `lower_bound` of an objective over a box, and the smallest value `met` at the centre of a part.
 
-    `obstacle` is the reason if the part with `least` has only the bound of its enclosing box, else empty.
+    `obstacle` is the reason if the part with `lower_bound` has only the bound of its enclosing box, else empty.
     """
 
-    least: float
+    lower_bound: float
     met: float
     boxes: int
     seconds: float
@@ -121,7 +121,7 @@ class BranchAndBound:
         """Bisect boxes until the bound reaches `goal` or the time [s] is over."""
         begun, order = time.perf_counter(), itertools.count()
         (root,) = self._bound([(self.lower, self.upper, self.floor)])
-        open_ = [(root.least, next(order), root)]
+        open_ = [(root.lower_bound, next(order), root)]
         while True:
             bound, _, box = open_[0]
             spent = time.perf_counter() - begun
@@ -134,7 +134,7 @@ class BranchAndBound:
                 bound, _, box = heapq.heappop(open_)
                 halves += [(lower, upper, bound) for lower, upper in box.halves()]
             for half in self._bound(halves):
-                heapq.heappush(open_, (half.least, next(order), half))
+                heapq.heappush(open_, (half.lower_bound, next(order), half))
 
     def _bound(self, boxes: Sequence[tuple[Array, Array, float]]) -> list[BoundedBox]:
         """Return boxes (lower, upper, bound of the enclosing box) with their own bounds.
@@ -149,7 +149,7 @@ class BranchAndBound:
                 if isinstance(result, Unbounded):
                     unbounded.append(BoundedBox(bound, lower, upper, None, result.message))
                     continue
-                bound, self.met = max(bound, result.least), min(self.met, result.reached)
+                bound, self.met = max(bound, result.lower_bound), min(self.met, result.reached)
                 open_, slopes = upper > lower, result.slopes
                 rising, falling = open_ & (slopes.low >= 0), open_ & (slopes.high <= 0) & (slopes.low < 0)
                 if result.may_jump and bound < np.inf and open_.any() and not result.looseness[open_].any():
@@ -238,12 +238,12 @@ class _Clock:
         self.next = max(self.next, int(spent) + 1)
 
     def end(self, result: BoundingResult) -> None:
-        self._tell(self.total, result.boxes, result.least)
+        self._tell(self.total, result.boxes, result.lower_bound)
 
-    def _tell(self, second: int, boxes: int, least: float) -> None:
+    def _tell(self, second: int, boxes: int, lower_bound: float) -> None:
         if self.listener is not None:
             self.listener(
-                Progress("proof", "second", second, self.total, f"{boxes} boxes, gap {self.reached - least:.3g}")
+                Progress("proof", "second", second, self.total, f"{boxes} boxes, gap {self.reached - lower_bound:.3g}")
             )
 
 
@@ -265,7 +265,7 @@ def prove_bound(
         search = BranchAndBound(bounding, *box, bounding.floor, bounding.batch, bounding.bound_boxes)
         result = search.run(reached - GOAL * abs(incumbent.objective), seconds, clock)
         clock.end(result)
-    lower_bound = min(result.least, reached)  # all other designs may be excluded as worse or infeasible
+    lower_bound = min(result.lower_bound, reached)  # all other designs may be excluded as worse or infeasible
     gap, is_bounded = reached - lower_bound, bool(np.isfinite(lower_bound))
     is_proved = gap <= GOAL * abs(incumbent.objective)
     return GlobalBound(

@@ -12,8 +12,8 @@ from planter.errors import InputError, Interrupted
 from planter.terminal.options import parse_changes
 
 if TYPE_CHECKING:
-    from planter.engine.machine import Machine as EngineMachine
-    from planter.planting.file import Machine
+    from planter.engine.machine import Machine
+    from planter.planting.file import PlantingMachine
     from planter.planting.model import Device
     from planter.planting.tooth_counts import ToothCountSpec
 
@@ -33,7 +33,7 @@ def text_option(help_: str, metavar: str) -> typer.models.OptionInfo:
     return option
 
 
-def load_device_file(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine:
+def load_device_file(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> PlantingMachine:
     """Return a machine with the numbers that `--set` and `--speed-rpm` change.
 
     Raises InputError as its file does, and for the file of a user-defined mechanism.
@@ -56,7 +56,7 @@ def build_device(source: str, model: str, set_: Sequence[str] | None, speed_rpm:
     return Device(load_device_file(source, set_, speed_rpm), "exact" if model == "exact" else "printed")
 
 
-def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> EngineMachine | None:
+def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None) -> Machine | None:
     """Return the machine of a source, None if it is a planting device or unknown."""
     from planter.engine.machine import load_machine
 

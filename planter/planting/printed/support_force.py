@@ -19,7 +19,7 @@ from planter.audit.registry import Inputs, consequence, formula
 from planter.files.units import unit_factor
 from planter.kernels import Array
 from planter.planting import cycle, optimisation
-from planter.planting.file import Machine, load
+from planter.planting.file import PlantingMachine, load
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
 from planter.planting.objective import build_problem, read_weights
@@ -34,7 +34,7 @@ _IDLE = ("design", "bounds", "genetic_algorithm", "operation.forward_speed_m_s",
 class BothModels:
     """A machine in both of its models."""
 
-    machine: Machine
+    machine: PlantingMachine
 
     @cached_property
     def devices(self) -> dict[Model, Device]:

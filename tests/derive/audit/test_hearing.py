@@ -61,28 +61,28 @@ def test_the_kindest_reading_decides_and_all_are_shown() -> None:
     result = outcome(open_case(b * u, Reading("b is a width"), Reading("b is the length a", {b: a})))
     assert result.kindest.judgement.verdict == "confirmed"
     assert result.kindest.choice.meaning == "b is the length a"
-    assert [h.judgement.verdict for h in result.every] == ["misprint", "confirmed"]
+    assert [h.judgement.verdict for h in result.alternatives] == ["misprint", "confirmed"]
     assert not result.robust
 
 
 def test_a_verdict_is_robust_where_all_readings_give_it() -> None:
     result = outcome(open_case(b * u, Reading("b is a width"), Reading("b is twice a", {b: 2 * a})))
-    assert [h.judgement.verdict for h in result.every] == ["misprint", "misprint"]
+    assert [h.judgement.verdict for h in result.alternatives] == ["misprint", "misprint"]
     assert result.robust
 
 
 def test_a_reading_may_be_of_the_derivation_or_of_the_text() -> None:
     derivation = outcome(open_case(b * u, Reading("as derived"), Reading("another mechanism", derived={a: b})))
-    assert [h.judgement.verdict for h in derivation.every] == ["misprint", "confirmed"]
+    assert [h.judgement.verdict for h in derivation.alternatives] == ["misprint", "confirmed"]
     text = outcome(open_case(b * u, Reading("as read"), Reading("read otherwise", text=x - a * u)))
-    assert [h.judgement.verdict for h in text.every] == ["misprint", "confirmed"]
+    assert [h.judgement.verdict for h in text.alternatives] == ["misprint", "confirmed"]
 
 
 def test_two_questions_have_every_pair_of_answers() -> None:
     case_ = open_case(b * v, Reading("b"), Reading("b is a", {b: a}))
     case_.paper.admits(["1"], Reading("v"), Reading("v is u", {v: u}))
     result = outcome(case_)
-    assert len(result.every) == 4
+    assert len(result.alternatives) == 4
     assert result.kindest.choice.meaning == "b is a; v is u"
 
 
@@ -125,7 +125,7 @@ def test_least_sum_of_severities_decides() -> None:
     """The first answer, alone kindest to (1), costs (2) more than the second costs (1)."""
     case_ = linked_case(b * u, b * v / 2 + d * sp.sin(b / a), *B_OR_A)
     first, second = (sum(h.judgement.severity[0] for h in pair) for pair in zip(
-        *(judge_readings(case_, n).every for n in ("1", "2")), strict=True))  # fmt: skip
+        *(judge_readings(case_, n).alternatives for n in ("1", "2")), strict=True))  # fmt: skip
     chosen = judge_readings(case_, "1").kindest.choice.meaning
     assert chosen == B_OR_A[second < first].meaning
 
@@ -162,7 +162,10 @@ def test_hinge_forces_of_both_halves_confirm_the_planet_balances() -> None:
     assert {t["term"] for t in records[3]["terms"]} == {"-M_Az", "-M_Aoz"}
     assert all(r["depends"][0]["verdict"] == "incomplete" for r in records), "the inner half's alone"
     case_ = CASES["wang2017"]
-    assert [h.judgement.verdict for h in judge_readings(only(case_, "17"), "17").every] == ["incomplete", "confirmed"]
+    assert [h.judgement.verdict for h in judge_readings(only(case_, "17"), "17").alternatives] == [
+        "incomplete",
+        "confirmed",
+    ]
 
 
 def test_force_in_z_has_the_same_sign_in_both_balances() -> None:
@@ -316,11 +319,11 @@ def test_assumed_shape_of_the_shaft_needs_a_hinged_end() -> None:
     """Clamped or held elastically it would have another slope: only a bearing in which it turns freely admits it."""
     assert [r["verdict"] for r in load_schema("shi2021", "9", "10")] == ["misprint", "confirmed"]
     judged = judge_readings(only(CASES["shi2021"], "10"), "10")
-    assert [h.judgement.loose for h in judged.every] == [("slope at the bearing",)] * 2 + [()]
+    assert [h.judgement.loose for h in judged.alternatives] == [("slope at the bearing",)] * 2 + [()]
 
 
 def test_end_of_a_beam_starts_with_the_speed_of_the_body() -> None:
-    overhang, end = judge_readings(CASES["shi2021"], "start").every
+    overhang, end = judge_readings(CASES["shi2021"], "start").alternatives
     assert (overhang.judgement.verdict, end.judgement.verdict) == ("contradicted", "confirmed")
 
 

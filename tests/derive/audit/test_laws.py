@@ -19,7 +19,7 @@ from derive.model import Let
 from derive.papers import wang2017
 from derive.systems.planting import quantities as q
 from derive.systems.planting import subject as laws
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from tests.support import machines, model
 
@@ -126,7 +126,7 @@ def test_elimination_may_find_larger_restoring_sets(printed: Trial, monkeypatch:
 
 def printed_cycle() -> tuple[float, float, float]:
     """Mean vertical support force, motor work and friction work of a turn, from the printed model's kernels."""
-    machine: Machine = machines.machine("wang2017")
+    machine: PlantingMachine = machines.machine("wang2017")
     phi = 2 * np.pi * (np.arange(20000) + 0.5) / 20000
     cycle = model.cycle(Device(machine, "printed"), phi)
     loss = cycle.side1["F_E_loss"] + cycle.side2["F_E_loss"]

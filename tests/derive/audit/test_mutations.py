@@ -15,7 +15,7 @@ from derive.audit.terms import expand_sum
 from derive.equations import Equation
 from tests.support import mutations
 from tests.support.errors import KINDS, REVERSED
-from tests.support.mutations import CASES, outcome, tried, untouched
+from tests.support.mutations import CASES, judge_alone, outcome, untouched
 from tests.support.rewrites import PLACES_KEPT, REWRITES
 from tests.support.sampled import sampled
 from tests.support.tally import is_told, tally
@@ -50,8 +50,8 @@ SOUND = ("confirmed", "confirmed as rebuilt", "untested")
 @pytest.mark.parametrize("index", sampled([0], range(PLANTED)))
 def test_planted_error_changes_the_finding(paper: str, index: int) -> None:
     mutant = mutations.mutants(paper, PLANTED)[index]
-    before, after = untouched(paper, mutant.equation.number), tried(paper, mutant.equation)
-    assert outcome(after) != outcome(before), f"({mutant.equation.number}) {mutant.kind}: {mutant.what}"
+    before, after = untouched(paper, mutant.equation.number), judge_alone(paper, mutant.equation)
+    assert outcome(after) != outcome(before), f"({mutant.equation.number}) {mutant.kind}: {mutant.change}"
     assert before.verdict not in SOUND or after.verdict not in SOUND
 
 
@@ -59,9 +59,9 @@ def test_planted_error_changes_the_finding(paper: str, index: int) -> None:
 def test_planted_error_changes_a_contradicted_finding(index: int) -> None:
     planted = ((p, m) for p in PAPERS for m in mutations.mutants(p, PLANTED_IN_CONTRADICTED, mutations.contradicted(p)))
     paper, mutant = next(islice(planted, index, None))
-    before, after = untouched(paper, mutant.equation.number), tried(paper, mutant.equation)
+    before, after = untouched(paper, mutant.equation.number), judge_alone(paper, mutant.equation)
     assert before.verdict == "contradicted"
-    assert outcome(after) != outcome(before), f"({mutant.equation.number}) {mutant.kind}: {mutant.what}"
+    assert outcome(after) != outcome(before), f"({mutant.equation.number}) {mutant.kind}: {mutant.change}"
 
 
 @pytest.mark.parametrize("paper", PAPERS)
@@ -86,7 +86,7 @@ def test_most_errors_are_explained_correctly(paper: str) -> None:
     planted = [m for m in mutations.mutants(paper, PLANTED)[::2] if mutations.is_sound(paper, printed(paper, m))]
     explained = [m for m in planted if is_told(paper, m)]
     assert len(explained) >= EXACT * len(planted) - 1, [
-        (m.equation.number, m.what) for m in planted if m not in explained
+        (m.equation.number, m.change) for m in planted if m not in explained
     ]
 
 
@@ -103,7 +103,7 @@ def test_errors_of_every_kind_are_planted_in_some_paper() -> None:
 @pytest.mark.parametrize("place", PLACES)
 def test_rewrite_of_confirmed_equation_stays_confirmed(paper: str, name: str, place: int) -> None:
     for equation in _sample_equation(paper, name, place, sound=True):
-        assert outcome(tried(paper, REWRITES[name](equation))) == outcome(untouched(paper, equation.number)), (
+        assert outcome(judge_alone(paper, REWRITES[name](equation))) == outcome(untouched(paper, equation.number)), (
             equation.number
         )
 
@@ -112,7 +112,7 @@ def test_rewrite_of_confirmed_equation_stays_confirmed(paper: str, name: str, pl
 @pytest.mark.parametrize("place", PLACES)
 def test_rewrite_of_faulty_equation_changes_only_positions(paper: str, name: str, place: int) -> None:
     for equation in _sample_equation(paper, name, place, sound=False):
-        before, after = untouched(paper, equation.number), tried(paper, REWRITES[name](equation))
+        before, after = untouched(paper, equation.number), judge_alone(paper, REWRITES[name](equation))
         assert _shape(after) == _shape(before), equation.number
 
 

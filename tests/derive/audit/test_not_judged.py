@@ -104,7 +104,7 @@ def test_unreadable_interpretation_is_the_least_kind() -> None:
     case.paper.defines("1", x, b * u, MadeUpClaim.SUM)
     case.paper.admits(["1"], Reading("b is odd", {b: ODD(a)}), Reading("b is twice a", {b: 2 * a}))
     outcome = judge_readings(case, "1")
-    assert [hearing.judgement.verdict for hearing in outcome.every] == ["not judged", "misprint"]
+    assert [hearing.judgement.verdict for hearing in outcome.alternatives] == ["not judged", "misprint"]
     assert outcome.kindest.judgement.verdict == "misprint"
 
 

@@ -59,7 +59,7 @@ def test_variables_are_the_values_of_the_file() -> None:
     owner = load_machine(str(machine_file(SLIDER)))
     variables = {variable.name: variable for variable in fmu.build_model(owner).variables}
     radius, mass = variables["design.r"], variables["machine.m_r"]
-    assert (radius.low, radius.high, radius.shown) == (pytest.approx(0.03), pytest.approx(0.08), "mm")
+    assert (radius.low, radius.high, radius.display_unit) == (pytest.approx(0.03), pytest.approx(0.08), "mm")
     assert (mass.start, mass.low, mass.high, mass.unit) == (0.93, 0.0, None, "kg")
     assert sum(variable.causality == "input" for variable in variables.values()) == 1
     assert not [name for name in variables if name.startswith(("law_", "pivot_", "states_"))]

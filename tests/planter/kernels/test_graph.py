@@ -94,7 +94,7 @@ class TestWhatVaries:
         assert total["one"][0, 0] == pytest.approx(rows["one"].sum(), rel=1e-13)
 
     def test_invariants_precede_the_loop(self) -> None:
-        graph = LaneGraph.of(work("phi x y", FORCE, [phi, x, y], "phi").function, ["phi"])
+        graph = LaneGraph.from_function(work("phi x y", FORCE, [phi, x, y], "phi").function, ["phi"])
         outside, inside = print_function(graph, summed=False).split("for (long i")
         assert "turned_cos(" in outside
         assert "turned_sin(" in inside
@@ -139,7 +139,7 @@ def test_constants_and_inputs_as_outputs() -> None:
 def test_repeated_expression_is_computed_once() -> None:
     twice = {"one": ca.sin(phi) * x[0], "two": ca.sin(phi) + x[0] * ca.sin(phi)}
     task = work("phi x", twice, [phi, x], "phi")
-    loop = print_function(LaneGraph.of(task.function, ["phi"]), summed=False)
+    loop = print_function(LaneGraph.from_function(task.function, ["phi"]), summed=False)
     assert loop.count("turned_sin") == 1
     assert loop.count("phi[i]") == 1
     actual, expected = both(task, PHI, [[0.3], [2.0]])
@@ -176,7 +176,7 @@ NO_FORM = {
 def test_unsupported_form_has_a_reason(case: str) -> None:
     function, varying, reason = NO_FORM[case]
     with pytest.raises(NotPrintableError, match=reason):
-        LaneGraph.of(function, [varying])
+        LaneGraph.from_function(function, [varying])
 
 
 @needs_compiler

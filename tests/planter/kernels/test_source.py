@@ -41,11 +41,11 @@ def small() -> LaneTask:
 
 
 def text() -> str:
-    graph = LaneGraph.of(small().function, ["phi"])
+    graph = LaneGraph.from_function(small().function, ["phi"])
     function = small().function
     inputs = function.sx_in()
     total = ca.Function("total", inputs, function.call(inputs)[:1], ["phi", "x"], ["curve"])
-    return print_file([graph, LaneGraph.of(total, ["phi"])], [False, True])
+    return print_file([graph, LaneGraph.from_function(total, ["phi"])], [False, True])
 
 
 def test_a_kernel_as_text() -> None:
@@ -124,7 +124,7 @@ def test_a_device_s_kernels_are_vector_instructions(march: str, model: Model, tm
     for task in _device_works(model)[: 2 if march == "native" else 1]:
         path = _object(task, march, tmp_path)
         instructions, expected = _arithmetic(path), count_selections(path)
-        assert instructions[register] >= 0.9 * len(LaneGraph.of(task.function, task.varying).varying) / 2
+        assert instructions[register] >= 0.9 * len(LaneGraph.from_function(task.function, task.varying).varying) / 2
         assert instructions[register] >= 0.8 * instructions["scalar"]
         fused = letter != "b"
         assert not expected & {"sin", "cos"} if fused else calls <= expected

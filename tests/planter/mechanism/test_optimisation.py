@@ -20,7 +20,7 @@ from planter.mechanism.optimisation import optimise_machine
 from planter.optimise.optimiser import METHODS
 from planter.optimise.problem import Problem
 from planter.parallel.task import Means
-from planter.planting.file import Machine as PlantingFile
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.simulation import simulate
 from tests.planter.optimise.test_smooth import SHORT
@@ -249,7 +249,7 @@ def test_device_has_an_optimum_of_any_sum() -> None:
     machine = load_machine("wang2017").with_moved({"design.alpha3_deg": (25.0, 26.0), "design.m31": (1.5, 1.6)})
     optimum = optimise_machine(machine, "range F_support", spec=SearchSpec(12, starts=1), means=Means(1))
     document = optimum.machine.document
-    assert isinstance(document, PlantingFile)
+    assert isinstance(document, PlantingMachine)
     turned = simulate(Device(document), 12).result
     assert optimum.result.objective == pytest.approx(turned.support_force.range_N, rel=1e-9)
     assert optimum.result.objective < optimum.result.start_objective

@@ -120,7 +120,7 @@ def test_bounds_are_below_the_objective_of_every_design(objective: str) -> None:
     centre = (box[0] + box[1]) / 2
     values = [goal.evaluate(x) for x in draw_designs(box, 6)]
     slack = 1e-9 * abs(goal.evaluate(centre))
-    assert bounds.least <= min(values) + slack
+    assert bounds.lower_bound <= min(values) + slack
     assert bounds.reached == pytest.approx(goal.evaluate(centre), rel=1e-9)
     spread = bounds.slopes.low @ (box[1] - box[0]), bounds.slopes.high @ (box[1] - box[0])
     assert spread[0] - slack <= goal.evaluate(box[1]) - goal.evaluate(box[0]) <= spread[1] + slack
@@ -167,12 +167,12 @@ def test_boxes_violating_a_limit_are_empty() -> None:
     objective, machine = "range F_Ox + rms M_in", build_machine(own.file("transplanting_arm"))
     greatest = Goal(machine, parse_sum("max M_in"), (), COUNT).evaluate(machine.design)
     free = bound_arm(objective)
-    assert bound_arm(objective, f"max M_in <= {0.9 * greatest}").least == np.inf
-    assert bound_arm(objective, f"M_in >= {1.1 * greatest}").least == np.inf
+    assert bound_arm(objective, f"max M_in <= {0.9 * greatest}").lower_bound == np.inf
+    assert bound_arm(objective, f"M_in >= {1.1 * greatest}").lower_bound == np.inf
     limited = bound_arm(objective, f"M_in <= {1.1 * greatest}")
-    assert (limited.least, limited.reached, limited.may_jump) == (free.least, free.reached, False)
+    assert (limited.lower_bound, limited.reached, limited.may_jump) == (free.lower_bound, free.reached, False)
     crossed = bound_arm(objective, f"max M_in <= {greatest}")
-    assert crossed.least == free.least
+    assert crossed.lower_bound == free.lower_bound
     assert crossed.may_jump, "no side stands for a box that a limit crosses"
 
 
@@ -187,8 +187,8 @@ def test_samples_without_an_enclosure_are_left_out(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(EnclosedMechanism, "follow", fail)
     for objective, other in zip(sums, free_bounds, strict=True):
         part = bound_arm(objective)
-        assert part.least <= other.least + 1e-9 * abs(other.least)
-        assert part.least > 0.5 * other.least
+        assert part.lower_bound <= other.lower_bound + 1e-9 * abs(other.lower_bound)
+        assert part.lower_bound > 0.5 * other.lower_bound
         assert (part.reached, part.may_jump) == (np.inf, True)
     with pytest.raises(Unbounded, match="every angle"):
         bound_arm("mean F_Ox")
@@ -218,7 +218,9 @@ def test_batched_boxes_equal_single_boxes() -> None:
         (alone,) = bound_at_once(box)
         assert isinstance(result, ObjectiveBounds)
         assert isinstance(alone, ObjectiveBounds)
-        assert result.least == pytest.approx(alone.least, rel=1e-5), "how often roots are narrowed may differ"
+        assert result.lower_bound == pytest.approx(alone.lower_bound, rel=1e-5), (
+            "how often roots are narrowed may differ"
+        )
         assert result.reached == pytest.approx(alone.reached, rel=1e-9)
         np.testing.assert_allclose(result.slopes.mid, alone.slopes.mid, rtol=1e-3, atol=1e-3)
 
@@ -226,9 +228,11 @@ def test_batched_boxes_equal_single_boxes() -> None:
 def test_boxes_whose_loops_cannot_close_hold_no_design() -> None:
     machine = build_machine(own.file("transplanting_arm"))
     lower, upper = move(OPEN)
-    assert [result.least for result in bound_at_once((lower, upper)) if isinstance(result, ObjectiveBounds)] == [np.inf]
+    assert [result.lower_bound for result in bound_at_once((lower, upper)) if isinstance(result, ObjectiveBounds)] == [
+        np.inf
+    ]
     (wide,) = bound_at_once((np.minimum(lower, machine.design), np.maximum(upper, machine.design)))
-    assert isinstance(wide, Unbounded) or wide.least < np.inf, "one of its designs closes"
+    assert isinstance(wide, Unbounded) or wide.lower_bound < np.inf, "one of its designs closes"
 
 
 def measure_gaps(xp: object, q: Sequence[float]) -> tuple[float, ...]:

@@ -129,7 +129,7 @@ def test_inequality_multiplier_has_a_sign(problem: Problem) -> None:
 
 
 def test_programme_is_unbounded_with_exact_derivatives(problem: Problem) -> None:
-    u = problem.within(np.array([0.6, 0.4, 0.3]))
+    u = problem.interpolate(np.array([0.6, 0.4, 0.3]))
     programme = Epigraph(problem, problem.local(u), u)
     assert len(programme.start) == len(programme.lower) == 3
     weights = np.array([0.3, -1.2, 0.7])

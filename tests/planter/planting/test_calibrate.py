@@ -8,7 +8,7 @@ import pytest
 from planter.errors import InputError
 from planter.planting import calibration, cycle, file
 from planter.planting.calibration import FLANK, fitted_machine
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.presentation import present_calibration
 from planter.planting.results import CalibrationFound
@@ -28,19 +28,19 @@ LAWS = ("modified trapezoid",)
 
 
 @pytest.fixture(scope="module")
-def machine() -> Machine:
+def machine() -> PlantingMachine:
     return file.load("wang2017")
 
 
 @pytest.fixture(scope="module")
-def calibrated(machine: Machine) -> CalibrationFound:
+def calibrated(machine: PlantingMachine) -> CalibrationFound:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(calibration, "SLOW_STARTS", calibration.STARTS["lanes"])
         return calibration.calibrate(machine, "printed", "table1", LAWS)
 
 
 @pytest.fixture(scope="module")
-def force(machine: Machine) -> CalibrationForce:
+def force(machine: PlantingMachine) -> CalibrationForce:
     device = Device(calibration.with_flank(machine, LAWS[0]), "printed")
     return CalibrationForce(device, CalibrationInputs.with_events(device))
 
@@ -101,7 +101,7 @@ def test_the_result_has_the_keys_of_the_contract(calibrated: CalibrationFound) -
     assert calibrated.events == pytest.approx({"rise_begins_deg": 160, "fall_begins_deg": 280})
 
 
-def test_fitted_machine_reproduces_reached_values(calibrated: CalibrationFound, machine: Machine) -> None:
+def test_fitted_machine_reproduces_reached_values(calibrated: CalibrationFound, machine: PlantingMachine) -> None:
     fitted = calibration.with_flank(machine, calibrated.choices[FLANK]).with_numbers(
         {f.name: f.value for f in calibrated.fitted}
     )
@@ -118,7 +118,7 @@ def test_fitted_machine_reproduces_reached_values(calibrated: CalibrationFound, 
             assert statistics.range_N == pytest.approx(calibrated.other_model.range_N, rel=1e-9)
 
 
-def test_calibrated_machine_is_not_changed(calibrated: CalibrationFound, machine: Machine) -> None:
+def test_calibrated_machine_is_not_changed(calibrated: CalibrationFound, machine: PlantingMachine) -> None:
     assert machine == file.load("wang2017")
     assert machine.cam.flank != calibrated.choices[FLANK]
 
@@ -130,7 +130,7 @@ def test_fitted_inputs_are_a_machine(force: CalibrationForce) -> None:
 
 @pytest.mark.parametrize("met", [True, False])
 def test_terminal_and_page_report_whether_target_is_met(
-    met: bool, calibrated: CalibrationFound, machine: Machine, capsys: pytest.CaptureFixture[str]
+    met: bool, calibrated: CalibrationFound, machine: PlantingMachine, capsys: pytest.CaptureFixture[str]
 ) -> None:
     presented = calibrated if met else replace(calibrated, **vars(calibrated.models["exact"]), model="exact")
     word = "is met by the printed model" if met else "is missed by the exact model: "
@@ -148,6 +148,8 @@ def test_terminal_and_page_report_whether_target_is_met(
     ("table2", (), "--target = table2: did you mean table1"),
     ("table1", ("cycloid",), "--flank = cycloid: did you mean cycloidal"),
 ])  # fmt: skip
-def test_an_unknown_target_or_law_is_refused(target: str, law: tuple[str, ...], message: str, machine: Machine) -> None:
+def test_an_unknown_target_or_law_is_refused(
+    target: str, law: tuple[str, ...], message: str, machine: PlantingMachine
+) -> None:
     with pytest.raises(InputError, match=message):
         calibration.calibrate(machine, "printed", target, law)

@@ -130,7 +130,7 @@ def test_machine_design_equals_described_design(resumed: tuple[dict, dict[str, i
     device_table = file.load("wang2017").table()
     device_table["design"] = {name: entry["design"][name] for name in device_table["design"]}
     device_table["bounds"] = {name: [value - 1e-3, value + 1e-3] for name, value in device_table["design"].items()}
-    device = Device(file.Machine.read(device_table, "own"))
+    device = Device(file.PlantingMachine.read(device_table, "own"))
     look = ContinuousCycle(device.force).look(device.design)
     assert look.high - look.low == pytest.approx(entry["range_N"], rel=1e-7)
 

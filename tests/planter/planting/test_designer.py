@@ -14,7 +14,7 @@ from planter.planting import design_summary as summary
 from planter.planting.design_presentation import present_simulation
 from planter.planting.design_results import DesignersSummary
 from planter.planting.design_summary import DesignTurn
-from planter.planting.file import Machine, load
+from planter.planting.file import PlantingMachine, load
 from planter.planting.model import Device
 from planter.terminal.console import Console
 from tests.support import machines
@@ -28,8 +28,8 @@ def summarise_machine(name: str, model: str = "exact") -> tuple[Device, Designer
     return device, summary.summarise_design(device, device.design)
 
 
-def with_teeth(machine: Machine, **changes: float) -> Machine:
-    return Machine.read({**machine.table(), "gears": {**TEETH, **changes}}, machine.source)
+def with_teeth(machine: PlantingMachine, **changes: float) -> PlantingMachine:
+    return PlantingMachine.read({**machine.table(), "gears": {**TEETH, **changes}}, machine.source)
 
 
 @pytest.mark.parametrize("name", ["wang2017", "compact", "random 1", "random 3"])
@@ -75,7 +75,7 @@ def test_nearly_circular_gears_equal_textbook() -> None:
     base = with_teeth(machines.machine("wang2017"))
     wide = {**base.bounds, "k6": (1e-9, 0.1), "m61": (0.9, 1.5)}
     table = {**base.table(), "bounds": wide, "design": {**base.design, "k6": 1e-8, "m61": 1.0}}
-    device = Device(Machine.read(table, "own"))
+    device = Device(PlantingMachine.read(table, "own"))
     designer = summary.summarise_design(device, device.design)
     (stage,) = designer.stages[1:]
     radius = base.design["A6_mm"]
@@ -138,7 +138,7 @@ def test_only_a_cam_whose_acceleration_jumps_gives_shocks() -> None:
 def test_missing_gear_values_are_reported() -> None:
     base = machines.machine("wang2017")
     assert "module" in summarise_machine("wang2017")[1].notes[0]
-    only = Machine.read({**base.table(), "gears": {"module_mm": 2.0}}, "own")
+    only = PlantingMachine.read({**base.table(), "gears": {"module_mm": 2.0}}, "own")
     designer = summary.summarise_design(Device(only), Device(only).design)
     assert designer.stages[0].contact_ratio_min is not None
     assert "face_width_mm" in designer.notes[0]

@@ -49,8 +49,8 @@ def furthest(device: Device, lines: list[str]) -> float:
     quantities = list_device_quantities(device.sidecar)
     assert lines[0].split(",") == ["phi", *(q.name for q in quantities)]
     columns = turn.columns()
-    assert list(columns) == ["phi_deg", *(q.shown for q in quantities)]
-    expected = np.array([columns[q.shown] * units.unit_factor(q.shown) for q in quantities])
+    assert list(columns) == ["phi_deg", *(q.key for q in quantities)]
+    expected = np.array([columns[q.key] * units.unit_factor(q.key) for q in quantities])
     return float((np.abs(rows[:, 1:].T - expected).max(axis=1) / np.abs(expected).max(axis=1)).max())
 
 
@@ -97,7 +97,7 @@ def written(device: Device, folder: Path) -> list[Path]:
 def test_another_machine_an_odd_number_of_samples(tmp_path: Path) -> None:
     table = swapped.table()
     table["objective"]["samples"], table["name"] = 37, "My 2nd */ machine"
-    device = Device(swapped.Machine.read(table, "swapped.toml"))
+    device = Device(swapped.PlantingMachine.read(table, "swapped.toml"))
     files = written(device, tmp_path)
     assert [f.name for f in files] == ["my_2nd_machine.h", "my_2nd_machine.c", "my_2nd_machine_main.c"]
     value, gradient = compute_objective_gradient(device, 37)

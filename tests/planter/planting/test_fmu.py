@@ -21,8 +21,7 @@ from planter.interchange import co_simulation
 from planter.kernels import Array
 from planter.kernels.compiler import CompilerError
 from planter.planting.cycle import evaluate_cycle, list_device_quantities
-from planter.planting.file import Machine as MachineFile
-from planter.planting.file import load
+from planter.planting.file import PlantingMachine, load
 from planter.planting.functions import MODELS, Model
 from planter.planting.machines import build_machine
 from planter.planting.model import SPEED, Device
@@ -119,7 +118,7 @@ def names(owner: Device) -> list[str]:
 def expected(owner: Device, phi: Array) -> Array:
     """The same numbers as `simulate` has them, in SI, (quantities, n)."""
     columns = evaluate_cycle(owner, owner.prologue(owner.design), phi).columns()
-    return np.array([columns[q.shown] * units.unit_factor(q.shown) for q in list_device_quantities(owner.sidecar)])
+    return np.array([columns[q.key] * units.unit_factor(q.key) for q in list_device_quantities(owner.sidecar)])
 
 
 def difference(first: Array, other: Array) -> float:
@@ -173,7 +172,7 @@ def test_design_and_machine_can_be_tuned_between_steps(unit: str, written: dict[
         phi, *values = slave.get("phi", *names(owner))
         assert phi == pytest.approx(0.1 * own_speed(), rel=1e-14)
         columns = evaluate_cycle(owner, owner.prologue(x), np.array([phi])).columns()
-        expected = [columns[q.shown][0] * units.unit_factor(q.shown) for q in list_device_quantities(owner.sidecar)]
+        expected = [columns[q.key][0] * units.unit_factor(q.key) for q in list_device_quantities(owner.sidecar)]
         np.testing.assert_allclose(values, expected, rtol=1e-10, atol=1e-12)
         assert values[names(owner).index("F_support")] != pytest.approx(before[0], rel=1e-3)
 
@@ -281,7 +280,7 @@ def test_description_equals_sidecar(written: dict[str, Path]) -> None:
      ("contact.cam_friction_angle_deg", (0, 45)), ("operation.forward_speed_m_s", (None, None))],
 )  # fmt: skip
 def test_ranges_are_those_of_the_file(path: str, expected: tuple[Any, Any]) -> None:
-    assert read_range(MachineFile, path) == expected
+    assert read_range(PlantingMachine, path) == expected
 
 
 @both_versions

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 from planter.errors import GeometryError, InputError
 from planter.files import examples, paths
 from planter.files.fields import FileSection, Problems, check, invalid_value_problem
-from planter.planting.file import Machine, load
+from planter.planting.file import PlantingMachine, load
 from planter.planting.model import Device
 
 INERTIA_C1 = "C1_centroidal_xx_yy_zz_kg_m2"
@@ -64,7 +64,7 @@ def test_every_value_of_the_file_is_in_the_machine() -> None:
 
 def test_machine_survives_table_and_pickle() -> None:
     machine = load("compact", {"sun_kg": 0.3})
-    assert Machine.model_validate(machine.table()).table() == machine.table()
+    assert PlantingMachine.model_validate(machine.table()).table() == machine.table()
     copy = pickle.loads(pickle.dumps(machine))
     assert copy == machine
     assert copy.origin("sun_kg") == machine.origin("sun_kg") == "set on the command line"
@@ -194,7 +194,7 @@ def test_origin_entries_may_be_paths_with_and_without_quotes(tmp_path: Path) -> 
     machine = load(path)
     assert machine.origin("carrier_kg") == "measured"
     assert machine.origin("nozzle.C2_mm[1]") == "calibrated to Table 1"
-    assert Machine.model_validate(machine.table()).origins == machine.origins
+    assert PlantingMachine.model_validate(machine.table()).origins == machine.origins
 
 
 # --- changes -----------------------------------------------------------------------------------------

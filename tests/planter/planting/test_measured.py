@@ -7,7 +7,7 @@ import jsonschema
 import numpy as np
 import pytest
 
-from planter.engine.machine import Machine as EngineMachine
+from planter.engine.machine import Machine
 from planter.errors import InputError
 from planter.measured import calibration, reading
 from planter.measured.calibration import Calibrated, ValidationMeasurement
@@ -17,7 +17,7 @@ from planter.measured.presentation import MACHINE_FILE, present_fit
 from planter.measured.reading import Columns, read
 from planter.planting import cycle
 from planter.planting.calibration import SUPPORT, calibrate_to_data
-from planter.planting.file import Machine, load
+from planter.planting.file import PlantingMachine, load
 from planter.planting.functions import Model
 from planter.planting.machines import build_machine
 from planter.planting.model import Device
@@ -35,16 +35,16 @@ NOISE = 0.05
 
 
 @cache
-def wang() -> EngineMachine:
+def wang() -> Machine:
     return build_machine(machines.device("wang2017"))
 
 
-def curve(machine: Machine, model: Model, degrees: np.ndarray) -> np.ndarray:
+def curve(machine: PlantingMachine, model: Model, degrees: np.ndarray) -> np.ndarray:
     device = Device(machine, model)
     return device.support(device.prologue(device.design), np.radians(degrees))
 
 
-def written(path: Path, model: Model, machine: Machine | None = None, **more: float) -> Path:
+def written(path: Path, model: Model, machine: PlantingMachine | None = None, **more: float) -> Path:
     """A measurement of the true machine: noise, an offset [N], a wrong zero of the angle [deg], a missing piece."""
     changed_machine = machines.machine("wang2017").with_numbers(TRUE) if machine is None else machine
     degrees = np.arange(0, 360, 1.5)

@@ -108,7 +108,7 @@ def test_optimum_file_has_all_inputs_and_marks_changes(tmp_path: Path) -> None:
     design = {**machine.design, "R3_mm": 30.95, "k6": 0.04}
     result = SimpleNamespace(design=design, objective=1.9, start_objective=2.0, method="ga", seed=3, teeth=None)
     text = design_presentation.format_optimum_file(machine, "exact", result, 360)
-    back = file.Machine.read(tomllib.loads(text), "back")
+    back = file.PlantingMachine.read(tomllib.loads(text), "back")
     moved = {"design.R3_mm", "design.k6"}
     numbers = machine.numbers()
     assert {path for path, value in back.numbers().items() if value != numbers[path]} == moved

@@ -156,8 +156,8 @@ def test_bounds_hold_at_designs_of_a_box(model: Model, count: int) -> None:
     bounds = bounding(lower, upper)
     for seed in range(count):
         x = lower + np.random.default_rng(seed).random(len(lower)) * (upper - lower)
-        assert bounds.least <= bounding(x, x).reached
-    assert bounds.least <= bounding(corner, corner).reached
+        assert bounds.lower_bound <= bounding(x, x).reached
+    assert bounds.lower_bound <= bounding(corner, corner).reached
     open_ = upper > lower
     assert ((bounds.slopes.low > 0) | (bounds.slopes.high < 0))[open_].sum() >= 5
 
@@ -175,11 +175,11 @@ def test_small_box_is_proved_and_false_claim_is_not() -> None:
     bounding, corner, lower, upper = problem("exact")
     best = bounding(corner, corner).reached
     honest = shifted("wang2017", lower, upper, bounding.force.without, corner).run(best * (1 - 1e-6), 60.0)
-    assert honest.least <= min(best, honest.met)
-    assert honest.least >= honest.met * (1 - 1e-3)
+    assert honest.lower_bound <= min(best, honest.met)
+    assert honest.lower_bound >= honest.met * (1 - 1e-3)
     elsewhere = np.where(np.isin(bounding.device.names, ["m31"]), bounding.device.upper, corner)
     false = shifted("wang2017", lower, upper, (*bounding.force.without, "m31"), elsewhere).run(best, 5.0)
-    assert false.least > best
+    assert false.lower_bound > best
 
 
 def test_command_reports_reached_gap() -> None:

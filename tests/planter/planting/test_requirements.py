@@ -19,7 +19,7 @@ from planter.optimise.feasibility import find_feasible_or_nearest, minimise_viol
 from planter.optimise.problem import Problem
 from planter.planting import cycle
 from planter.planting import file as machine
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.objective import build_problem as problem_with
 from planter.planting.requirement_rows import RequirementRows
@@ -305,7 +305,7 @@ def test_huge_curvature_radius_limit_has_an_excess() -> None:
 def test_the_section_survives_table_and_pickle() -> None:
     wide = machine.load(WIDE, {"release_tilt_max_deg": 12})
     assert pickle.loads(pickle.dumps(wide)) == wide
-    assert Machine.read(wide.table(), WIDE).table() == wide.table()
+    assert PlantingMachine.read(wide.table(), WIDE).table() == wide.table()
 
 
 REFUSED = {

@@ -9,7 +9,7 @@ import pytest
 from planter.engine.response import MachineResponse
 from planter.errors import InputError
 from planter.planting import cycle, file, simulation
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.swept import ROOM
 from planter.sweeps.plan import Plan
@@ -30,11 +30,11 @@ MEASURED: dict[str, Callable[[np.ndarray], float]] = {
 
 
 @pytest.fixture(scope="module")
-def machine(kernel_cache: None) -> Machine:
+def machine(kernel_cache: None) -> PlantingMachine:
     return file.load("wang2017", {"objective.samples": 90})
 
 
-def by_simulation(machine: Machine, model: str, point: np.ndarray, outputs: tuple[str, ...]) -> list[float]:
+def by_simulation(machine: PlantingMachine, model: str, point: np.ndarray, outputs: tuple[str, ...]) -> list[float]:
     """Outputs of a row by `planter simulate`: a machine of its own, all of its quantities."""
     changed = machine.with_numbers(dict(zip(INPUTS, map(float, point), strict=True)))
     simulated = simulation.simulate(Device(changed, "printed" if model == "printed" else "exact"))
@@ -48,7 +48,7 @@ def by_simulation(machine: Machine, model: str, point: np.ndarray, outputs: tupl
 
 
 @pytest.mark.parametrize("model", ["exact", "printed"])
-def test_rows_equal_simulate(machine: Machine, model: str) -> None:
+def test_rows_equal_simulate(machine: PlantingMachine, model: str) -> None:
     subject = ROOM.subject(ROOM.frozen(machine), {"model": model}, INPUTS, OUTPUTS)
     shares = np.random.default_rng(3).random((3, len(INPUTS)))
     low, high = np.array(list(INPUTS.values())).T
@@ -57,7 +57,9 @@ def test_rows_equal_simulate(machine: Machine, model: str) -> None:
     np.testing.assert_allclose(subject.evaluated(points, 1), expected, rtol=1e-9, atol=1e-12)
 
 
-def test_rows_do_not_hang_on_threads_or_on_their_neighbours(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_do_not_hang_on_threads_or_on_their_neighbours(
+    machine: PlantingMachine, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("planter.engine.rows.MOST_ROWS", 7)
     monkeypatch.setattr("planter.engine.rows.LEAST_WALKING", 16)
     monkeypatch.setattr("planter.engine.rows.MOST_WALKING", 16)
@@ -68,7 +70,7 @@ def test_rows_do_not_hang_on_threads_or_on_their_neighbours(machine: Machine, mo
         assert np.array_equal(subject.evaluated(points, threads)[::2], np.repeat(alone, 20, axis=0))
 
 
-def test_without_a_compiler_it_is_the_same(machine: Machine, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_compiler_it_is_the_same(machine: PlantingMachine, monkeypatch: pytest.MonkeyPatch) -> None:
     points = np.array(list(INPUTS.values())).T
     compiled = ROOM.subject(ROOM.frozen(machine), {}, INPUTS, OUTPUTS).evaluated(points, 1)
     monkeypatch.setenv("PLANTER_KERNELS", "casadi-vm")
@@ -76,7 +78,7 @@ def test_without_a_compiler_it_is_the_same(machine: Machine, monkeypatch: pytest
     np.testing.assert_allclose(plain, compiled, rtol=1e-11)
 
 
-def test_the_mean_force_is_the_weight_whatever_is_varied(machine: Machine) -> None:
+def test_the_mean_force_is_the_weight_whatever_is_varied(machine: PlantingMachine) -> None:
     inputs = {"mass.planet_kg": (1.0, 1.4), "mass.sun_kg": (0.3, 0.5), "operation.speed_rpm": (10.0, 80.0)}
     fine = machine.with_numbers({"objective.samples": 2000})
     subject = ROOM.subject(ROOM.frozen(fine), {}, inputs, ["support_mean_N"])
@@ -87,7 +89,7 @@ def test_the_mean_force_is_the_weight_whatever_is_varied(machine: Machine) -> No
     np.testing.assert_allclose(subject.evaluated(points, 1)[:, 0], weights, rtol=1e-7)
 
 
-def test_row_without_finite_cycle_is_empty(machine: Machine) -> None:
+def test_row_without_finite_cycle_is_empty(machine: PlantingMachine) -> None:
     subject = ROOM.subject(ROOM.frozen(machine), {}, {"mass.planet_kg": (1.0, 1.4)}, OUTPUTS)
     rows = subject.evaluated(np.array([[1.2], [1e308], [1.2]]), 1)
     assert np.isnan(rows[1]).all()
@@ -157,7 +159,7 @@ def test_impossible_range_ends_are_refused(inputs: dict, message: str) -> None:
     assert message in refused.value.message
 
 
-def test_machine_path_is_relative_to_plan(tmp_path: Path, machine: Machine) -> None:
+def test_machine_path_is_relative_to_plan(tmp_path: Path, machine: PlantingMachine) -> None:
     from planter.files import examples
 
     text = examples.example("wang2017").replace("planet_kg = 1.20", "planet_kg = 1.30")

@@ -9,7 +9,7 @@ from planter.errors import ComputationError, InputError
 from planter.files import examples
 from planter.files.text import parse_toml
 from planter.planting import cycle, file
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.requirement_rows import RequirementRows
 from planter.planting.requirements import evaluate_requirements
@@ -21,11 +21,11 @@ EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "tip_path.csv"
 POINTS = [[-150.0, -100.0, 30.0], [60.0, -300.0, 5.0], [0.0, 0.0, 2.0]]
 
 
-def machine(*lines: str, drop: str = "", source: str = "wide.toml") -> Machine:
+def machine(*lines: str, drop: str = "", source: str = "wide.toml") -> PlantingMachine:
     """The wide machine with more lines among its requirements."""
     text = examples.example("wang2017-wide").replace("[requirements]", "[requirements]\n" + "\n".join(lines), 1)
     kept_lines = [line for line in text.splitlines() if not drop or not line.startswith(drop)]
-    return Machine.read(parse_toml("\n".join(kept_lines), source), source)
+    return PlantingMachine.read(parse_toml("\n".join(kept_lines), source), source)
 
 
 @pytest.fixture(scope="module")

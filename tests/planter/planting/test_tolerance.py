@@ -12,7 +12,7 @@ from planter.errors import InputError
 from planter.kernels import Array
 from planter.parallel.task import Means
 from planter.planting import simulation
-from planter.planting.file import Machine
+from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.objective import CycleObjective
 from planter.planting.swept import ROOM
@@ -49,7 +49,7 @@ def spreads(resolved: ResolvedMachine) -> dict[str, Spread]:
     return default_tolerances(resolved).spreads(resolved, "usual")
 
 
-def subject(machine: Machine, spreads: dict[str, Spread], model: str = "exact") -> SampledOutputs:
+def subject(machine: PlantingMachine, spreads: dict[str, Spread], model: str = "exact") -> SampledOutputs:
     ends = {name: (spread.low, spread.high) for name, spread in spreads.items()}
     return ROOM.subject(ROOM.frozen(machine), {"model": model}, ends, OUTPUTS)
 

@@ -76,14 +76,14 @@ def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_pitch_curve_lengths_agree_with_quadrature() -> None:
     for k, module in enumerate((2e-3, 1.97e-3)):
-        curve = build_stage_pair(device().stages[k], device().of_stage(k, optimisation().found.design)).gear
+        curve = build_stage_pair(device().stages[k], device().of_stage(k, optimisation().optimum.design)).gear
         assert curve.length == pytest.approx(np.pi * module * 31, rel=1e-13)
     assert all(abs(stage.length_error) < 1e-14 for stage in optimisation().result.teeth.stages)
 
 
 def test_certificate_holds_on_the_constraints_only() -> None:
     task = device_search.build_constrained_problem(device(), 60, None, PitchLengthConstraints(device(), SPEC))
-    design = optimisation().found.design
+    design = optimisation().optimum.design
     assert optimisation().result.certificate.kkt_residual < 1e-9
     assert kkt_residual(task, (design - task.box.origin) / task.box.unit) < 1e-9
     longer = design.copy()
@@ -228,12 +228,12 @@ def test_interrupt_returns_best_so_far(monkeypatch: pytest.MonkeyPatch, part: st
 
     finished = optimisation()
     monkeypatch.setattr(tooth_count_search.optimisation, "optimise", lambda *_, **__: finished)
-    monkeypatch.setattr(tooth_count_search.optimisation, "search_optimum", lambda *_, **__: finished.found)
+    monkeypatch.setattr(tooth_count_search.optimisation, "search_optimum", lambda *_, **__: finished.optimum)
     monkeypatch.setattr(f"planter.planting.tooth_count_search.{part}", interrupt)
     spec = ToothCountSpec(SPEC.modules, (None, None)) if part == "ToothCountSearch.run" else SPEC
     with pytest.raises(OptimisationInterrupted) as stopped:
         optimise_with_tooth_counts(device(), spec)
-    assert stopped.value.best is finished.found
+    assert stopped.value.best is finished.optimum
 
 
 def test_a_single_stage_takes_an_integer_number() -> None:

@@ -82,9 +82,9 @@ def test_bounds_of_a_jet_are_bounds(name: str) -> None:
     jet, rng = enclosed(FUNCTIONS[name]), np.random.default_rng(5)
     points = LOWER + rng.random((200, 3)) * (UPPER - LOWER)
     values = [FUNCTIONS[name](np, point) for point in points]
-    assert jet.least[0] <= min(values)
-    assert -(-jet).least[0] >= max(values)
-    assert max(values) - min(values) > 0.5 * (-(-jet).least[0] - jet.least[0])
+    assert jet.lower_bound[0] <= min(values)
+    assert -(-jet).lower_bound[0] >= max(values)
+    assert max(values) - min(values) > 0.5 * (-(-jet).lower_bound[0] - jet.lower_bound[0])
 
 
 def test_a_wrong_sign_is_noticed() -> None:

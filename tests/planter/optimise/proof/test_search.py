@@ -108,7 +108,7 @@ def test_bounds_of_objective_and_slopes_hold_at_random_designs() -> None:
         assert value(middle) <= bounds.reached + 1e-14
         for _ in range(20):
             x, y = (middle + rng.uniform(-1, 1, 3) * half for _ in range(2))
-            assert bounds.least <= value(x) + 1e-14
+            assert bounds.lower_bound <= value(x) + 1e-14
             low, high = bounds.slopes.low, bounds.slopes.high
             step = y - x
             largest = np.where(step > 0, high, low) @ step
@@ -117,7 +117,7 @@ def test_bounds_of_objective_and_slopes_hold_at_random_designs() -> None:
 
 def test_the_optimum_is_proved() -> None:
     proof = proved()
-    assert BEST - 1e-6 <= proof.least <= BEST + 1e-14
+    assert BEST - 1e-6 <= proof.lower_bound <= BEST + 1e-14
     assert proof.met >= BEST - 1e-9
     assert 1 < proof.boxes < 400
 
@@ -125,9 +125,9 @@ def test_the_optimum_is_proved() -> None:
 def test_box_without_optimum_is_not_the_total() -> None:
     """The bound of a part is above the optimum of the whole; a false optimum that is too high is never proved."""
     part = proved((LOWER, np.array([UPPER[0] - 0.1, *UPPER[1:]])))
-    assert part.least > BEST + 1e-3
+    assert part.lower_bound > BEST + 1e-3
     above = BranchAndBound(bounding, LOWER, UPPER, floor=0.0).run(BEST + 0.01, 3.0)
-    assert above.least <= BEST + 1e-14
+    assert above.lower_bound <= BEST + 1e-14
     assert above.met < BEST + 0.01
 
 
@@ -136,10 +136,10 @@ def test_a_wrong_sign_gives_a_bound_above_the_optimum(tamper: str) -> None:
     def wrong(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
         bounds = bounding(lower, upper)
         slopes = -bounds.slopes if tamper == "slopes" else bounds.slopes
-        bound = bounds.least if tamper == "slopes" else 2 * bounds.reached - bounds.least
+        bound = bounds.lower_bound if tamper == "slopes" else 2 * bounds.reached - bounds.lower_bound
         return enclosures.ObjectiveBounds(bound, bounds.reached, slopes, bounds.looseness)
 
-    assert BranchAndBound(wrong, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 20.0).least > BEST
+    assert BranchAndBound(wrong, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 20.0).lower_bound > BEST
 
 
 def test_unbounded_box_is_halved_until_time_ends() -> None:
@@ -148,9 +148,9 @@ def test_unbounded_box_is_halved_until_time_ends() -> None:
             raise Unbounded("a denominator may vanish")
         return bounding(lower, upper)
 
-    assert BranchAndBound(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 60.0).least >= BEST - 1e-6
+    assert BranchAndBound(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 60.0).lower_bound >= BEST - 1e-6
     hurried = BranchAndBound(partly, LOWER, UPPER, floor=0.0).run(BEST - 1e-6, 0.0)
-    assert hurried.least == 0.0
+    assert hurried.lower_bound == 0.0
 
 
 def test_root_is_enclosed_with_derivatives() -> None:
@@ -213,9 +213,12 @@ def test_a_least_sample_among_choices_is_bounded_from_below() -> None:
     space = Space(np.array([-1.0]), np.array([1.0]))
     (x,) = space.parameters()
     lines = x * space.constant(Ball.exact([1.0, -1.0]))
-    assert enclosures.bound_objective(space.whole(0), [enclosures.ExtremumTerm(lines, largest=False)]).least <= -1.0
-    assert enclosures.bound_objective(space.whole(0), [enclosures.ExtremumTerm(lines)]).least <= 0.0
-    wrong = enclosures.bound_objective(space.whole(0), [enclosures.ExtremumTerm(lines)]).least
+    assert (
+        enclosures.bound_objective(space.integer(0), [enclosures.ExtremumTerm(lines, largest=False)]).lower_bound
+        <= -1.0
+    )
+    assert enclosures.bound_objective(space.integer(0), [enclosures.ExtremumTerm(lines)]).lower_bound <= 0.0
+    wrong = enclosures.bound_objective(space.integer(0), [enclosures.ExtremumTerm(lines)]).lower_bound
     assert wrong > -1.0 - 1e-9, "what is taken for a largest sample is no bound of a least one"
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from planter.kernels import compiler, programs
-from planter.planting.file import Machine, load
+from planter.planting.file import PlantingMachine, load
 from planter.planting.model import Device
 from planter.planting.objective import CycleObjective
 from planter.planting.show import PlantingView
@@ -86,7 +86,7 @@ def test_other_families_flanks_masses_and_objectives_go_too() -> None:
     base["objective"] |= {"kind": "newton", "weight_range": 0.3, "samples": 250}
     base["mass"] |= {"planet_kg": 2.5, "middle_kg": 0.2}
     base["nozzle"]["tip_distance_mm"] = 180.0
-    machine = PlantingView(Machine.read(base, "other.toml"))
+    machine = PlantingView(PlantingMachine.read(base, "other.toml"))
     portable = machine.portable("exact")
     running = Running(programs.build_webassembly(portable.programs))
     values = {control.path: control.lower + 0.3 * (control.upper - control.lower) for control in machine.controls}
