@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
@@ -15,7 +15,7 @@ from .model import Let, LinearSolve, Step
 from .quantity import Quantity
 
 MOST_CASES = 4
-"""Unknowns of a set that may stand as sizes |N|; each doubles the number of times that the set is solved."""
+"""Unknowns of a set whose signs may decide; each doubles the number of times that the set is solved."""
 
 STATES = "states_"
 """Beginning of the names of how many states of friction are possible."""
@@ -70,20 +70,28 @@ def _closure(first: Quantity, needs: Mapping[Quantity, Sequence[Quantity]]) -> s
 def solve_set(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tuple[Step, ...]:
     """The steps that give the unknowns of a closed set.
 
-    The set must be linear in them but for sizes ``Abs(N)`` of unknowns, as friction has them: it is solved for each
-    choice of their signs, and that solution stands whose signs are those chosen. Raises BlockError for any other set.
+    The set must be linear in them but for sizes ``Abs(N)`` of unknowns, as friction has them, and for cases by the sign
+    of an unknown, as the flanks of teeth are: it is solved for each choice of the signs, and that solution stands whose
+    signs are those chosen. Raises BlockError for any other set.
     """
-    sizes = sorted({a for e in equations for a in e.residual.atoms(sp.Abs) if a.args[0] in unknowns}, key=str)
-    if len(sizes) > MOST_CASES:
-        raise BlockError(f"{', '.join(map(str, sizes))} are sizes of unknowns; at most {MOST_CASES} can be told apart")
+    deciding = sorted({u for e in equations for u in _deciding_unknowns(e.residual) if u in unknowns}, key=str)
+    if len(deciding) > MOST_CASES:
+        names = ", ".join(map(str, deciding))
+        raise BlockError(f"the signs of {names} decide; at most {MOST_CASES} can be told apart")
     source = "derived: " + "; ".join(e.source.removeprefix("derived: ") for e in equations)
-    if not sizes:
-        return is_linear([e.residual for e in equations], unknowns, source)
-    return _by_cases(equations, unknowns, sizes, source)
+    if not deciding:
+        return solve_linear_set([e.residual for e in equations], unknowns, source)
+    return _by_cases(equations, unknowns, deciding, source)
 
 
-def is_linear(residuals: Sequence[Expr], unknowns: Sequence[Quantity], source: str) -> tuple[Step, ...]:
-    """Steps that make residuals vanish which are linear in the unknowns; raises BlockError where one is not."""
+def _deciding_unknowns(residual: Expr) -> Iterator[Expr]:
+    """Yield what stands in ``Abs`` or is compared with zero."""
+    yield from (size.args[0] for size in residual.atoms(sp.Abs))
+    yield from (test.lhs for test in residual.atoms(sp.Ge) if test.rhs == 0)
+
+
+def solve_linear_set(residuals: Sequence[Expr], unknowns: Sequence[Quantity], source: str) -> tuple[Step, ...]:
+    """Return steps that make residuals vanish which are linear in the unknowns; raises BlockError where one is not."""
     nothing = dict.fromkeys(unknowns, sp.S.Zero)
     rows, right = [], []
     for residual in residuals:
@@ -99,10 +107,6 @@ def is_linear(residuals: Sequence[Expr], unknowns: Sequence[Quantity], source: s
     return (LinearSolve(tuple(unknowns), pivot(unknowns[0]), tuple(rows), tuple(right), source),)
 
 
-def _signs(signed: Mapping[Expr, Expr]) -> str:
-    return ", ".join(f"{size} = {value}" for size, value in signed.items())
-
-
 def pivot(first: Quantity) -> Quantity:
     """The pivot of simultaneous equations, by the first of their unknowns."""
     meaning = f"least pivot over its column where {first} is found with others: zero where nothing determines them"
@@ -110,17 +114,23 @@ def pivot(first: Quantity) -> Quantity:
 
 
 def _by_cases(
-    equations: Sequence[Equation], unknowns: Sequence[Quantity], sizes: Sequence[Expr], source: str
+    equations: Sequence[Equation], unknowns: Sequence[Quantity], deciding: Sequence[Expr], source: str
 ) -> tuple[Step, ...]:
     """One solution for each choice of signs, and the one that is true to its own."""
+    defined = [e.defines if e.defines in unknowns else None for e in equations]
     steps: list[Step] = []
     cases: list[tuple[dict[Quantity, Quantity], Expr]] = []
-    for number, signs in enumerate(product((1, -1), repeat=len(sizes)), 1):
+    for number, signs in enumerate(product((1, -1), repeat=len(deciding)), 1):
         named = {u: Quantity(f"{u}_case{number}", u.unit, f"{u.meaning}, case {number}", source) for u in unknowns}
-        signed = {size: sign * size.args[0] for size, sign in zip(sizes, signs, strict=True)}
-        residuals = [e.residual.xreplace(signed).xreplace(named) for e in equations]
-        steps += is_linear(residuals, list(named.values()), f"{source}; {_signs(signed)}")
-        cases.append((named, sp.Min(*(s * named[a.args[0]] for a, s in zip(sizes, signs, strict=True)))))
+        signed: dict[sp.Basic, sp.Basic] = {}
+        for unknown, sign in zip(deciding, signs, strict=True):
+            signed |= {sp.Abs(unknown): sign * unknown, sp.Ge(unknown, 0): sp.sympify(sign > 0)}
+        core, definitions = _eliminate_definitions([e.residual.xreplace(signed) for e in equations], defined)
+        said = ", ".join(f"{sp.Abs(u)} = {sign * u}" for u, sign in zip(deciding, signs, strict=True))
+        label, open_unknowns = f"{source}; {said}", [named[u] for u in unknowns if u not in definitions]
+        steps += solve_linear_set([residual.xreplace(named) for residual in core], open_unknowns, label)
+        steps += [Let(named[u], value.xreplace(named), label) for u, value in definitions.items()]
+        cases.append((named, sp.Min(*(s * named[u] for u, s in zip(deciding, signs, strict=True)))))
     for unknown in unknowns:
         chosen: Expr = cases[-1][0][unknown]
         for named, true in reversed(cases[:-1]):
@@ -133,6 +143,20 @@ def _by_cases(
         Let(friction_states(unknowns[0]), sp.Max(strictly, any_), f"{source}; cases that are true to their signs")
     )
     return tuple(steps)
+
+
+def _eliminate_definitions(
+    residuals: Sequence[Expr], defined: Sequence[Quantity | None]
+) -> tuple[list[Expr], dict[Quantity, Expr]]:
+    """Return residuals without what some of them define, and those definitions in an order of evaluation."""
+    pending = {u: u - residual for u, residual in zip(defined, residuals, strict=True) if u is not None}
+    core = [residual for u, residual in zip(defined, residuals, strict=True) if u is None]
+    ordered_definitions: dict[Quantity, Expr] = {}
+    while ready := [u for u, value in pending.items() if not value.free_symbols & pending.keys()]:
+        ordered_definitions |= {u: pending.pop(u) for u in ready}
+    for unknown, value in reversed(ordered_definitions.items()):
+        core = [residual.xreplace({unknown: value}) for residual in core]
+    return [*core, *(unknown - value for unknown, value in pending.items())], ordered_definitions
 
 
 def friction_states(first: Quantity) -> Quantity:

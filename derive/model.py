@@ -295,6 +295,30 @@ def needed(steps: Sequence[S], symbols: frozenset[sp.Symbol]) -> tuple[S, ...]:
     return tuple(reversed(needed_steps))
 
 
+def split_steps(steps: Sequence[Step], moving: frozenset[sp.Symbol]) -> tuple[tuple[Step, ...], tuple[Step, ...]]:
+    """Steps that do not depend on ``moving``, and those that do."""
+    still: list[Step] = []
+    lane: list[Step] = []
+    for step in steps:
+        if step.needs & moving:
+            moving = moving | set(step.defines)
+            lane.append(step)
+        else:
+            still.append(step)
+    return tuple(still), tuple(lane)
+
+
+def list_passing_events(
+    steps: Sequence[Step], events: Iterable[Event], moving: frozenset[sp.Symbol]
+) -> tuple[Event, ...]:
+    """The events that can happen: those whose argument depends on ``moving``.
+
+    Under constant load the teeth of round gears never change their flank.
+    """
+    symbols = moving.union(*(step.defines for step in split_steps(steps, moving)[1]))
+    return tuple(event for event in events if event.argument.free_symbols & symbols)
+
+
 def join_entries(packed: Input) -> tuple[Quantity, ...]:
     """The quantities that an input is known to hold."""
     if isinstance(packed, Quantity):

@@ -13,7 +13,7 @@ from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanTrue
 
 from ..functions import Polynomial, Turns
-from ..model import Event, Lane, Let, LinearSolve, Step
+from ..model import Event, Lane, Let, LinearSolve, Step, split_steps
 from ..quantity import Quantity, Vector
 
 ATOM, POWER, FACTOR, PRODUCT, SUM, TEST = 5, 4, 3, 2, 1, 0
@@ -246,7 +246,7 @@ def schedule_steps(lane: Lane) -> Schedule:
     """Share common subexpressions, then move to the prologue what the angle does not change."""
     joints = tuple(_joint(i, event) for i, event in enumerate(lane.events))
     steps = share_subexpressions((*lane.steps, *joints), prefix="c")
-    still, moving = split(steps, frozenset({lane.angle}.union(*lane.along)))
+    still, moving = split_steps(steps, frozenset({lane.angle}.union(*lane.along)))
     at_joints = frozenset(joint.symbol for joint in joints)
     events = tuple(s for s in moving if isinstance(s, Let) and s.symbol in at_joints)
     if len(events) < len(joints):
@@ -263,19 +263,6 @@ def _joint(index: int, event: Event) -> Let:
     meaning = f"{event.name}: {event.argument} less {event.target}"
     symbol = Quantity(f"g{index}", "1", meaning, "derived: joint")
     return Let(symbol, event.argument - event.target, f"joint: {event.name}")
-
-
-def split(steps: Sequence[Step], moving: frozenset[sp.Symbol]) -> tuple[tuple[Step, ...], tuple[Step, ...]]:
-    """Steps that do not depend on ``moving``, and those that do."""
-    still: list[Step] = []
-    lane: list[Step] = []
-    for step in steps:
-        if step.needs & moving:
-            moving = moving | set(step.defines)
-            lane.append(step)
-        else:
-            still.append(step)
-    return tuple(still), tuple(lane)
 
 
 def share_subexpressions(steps: Sequence[Step], prefix: str) -> tuple[Step, ...]:

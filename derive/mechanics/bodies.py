@@ -85,7 +85,10 @@ class Body:
 
 @dataclass(frozen=True)
 class Action:
-    """A force at a point and a moment, of one body on another; the reverse acts on the other."""
+    """A force at a point and a moment, of one body on another; the reverse acts on the other.
+
+    A ``workless`` action, alone or with others of its contact, does no work in any motion that its joint allows.
+    """
 
     name: str
     on: Body
@@ -93,6 +96,7 @@ class Action:
     at: Point
     force: Vec
     moment: Vec
+    workless: bool = False
 
     def sign(self, body: Body) -> int:
         """Return 1 for the body on which the action acts, -1 for the body by which it acts, else 0."""
@@ -151,9 +155,11 @@ class Assembly:
         self.unknowns.append(quantity)
         return quantity
 
-    def act(self, name: str, on: Body, by: Body, at: Point, force: Vec, moment: Vec | None = None) -> None:
+    def act(
+        self, name: str, on: Body, by: Body, at: Point, force: Vec, moment: Vec | None = None, workless: bool = False
+    ) -> None:  # fmt: skip
         """Add a force [N] ``on`` one body ``by`` another at a point, and a moment [N m] if there is one."""
-        self.actions.append(Action(name, on, by, at, force, moment or zero(force.frame)))
+        self.actions.append(Action(name, on, by, at, force, moment or zero(force.frame), workless))
 
     def torque(self, name: str, on: Body, by: Body, at: Point, axis: Vec, meaning: str) -> Quantity:
         """An unknown torque about an axis."""
@@ -201,10 +207,10 @@ Anchor = Callable[[Body], Point]
 """A point that is fixed in a body."""
 
 
-def virtual_loads(assembly: Assembly, ground: Body, anchor: Anchor) -> list[tuple[Vec, Vec]]:
+def virtual_loads(assembly: Assembly, ground: Body, anchor: Anchor, actions: Iterable[Action]) -> list[tuple[Vec, Vec]]:
     """Forces and moments of actions, weights and inertia, each with the velocity that it works on."""
     motion = assembly.motion
-    acting = [pair for action in assembly.actions for pair in action_load(motion, action, ground, anchor)]
+    acting = [pair for action in actions for pair in action_load(motion, action, ground, anchor)]
     return acting + [pair for body in assembly.bodies for pair in body_loads(assembly, body, ground)]
 
 
@@ -229,17 +235,19 @@ def body_loads(assembly: Assembly, body: Body, ground: Body) -> list[tuple[Vec, 
 
 def total_power(assembly: Assembly, ground: Body, anchor: Anchor) -> Expr:
     """Power of actions, weights and inertia of all bodies [W]."""
-    return sp.Add(*(load.dot(speed) for load, speed in virtual_loads(assembly, ground, anchor)))
+    return sp.Add(*(load.dot(speed) for load, speed in virtual_loads(assembly, ground, anchor, assembly.actions)))
 
 
 def virtual_work(
-    assembly: Assembly, ground: Body, anchor: Anchor, rate: Quantity, plain: Callable[[Expr], Expr]
-) -> Expr:
+    assembly: Assembly, ground: Body, anchor: Anchor, rate: Quantity, plain: Callable[[Expr], Expr],
+    actions: Iterable[Action] | None = None,
+) -> Expr:  # fmt: skip
     """Virtual work of the same while one coordinate alone moves: joints that this opens do work, no other does.
 
-    ``plain`` tells speeds in the rates of the coordinates, of which ``rate`` is one.
+    ``plain`` tells speeds in the rates of the coordinates, of which ``rate`` is one; of the actions, all count unless
+    some are passed.
     """
-    pairs = virtual_loads(assembly, ground, anchor)
+    pairs = virtual_loads(assembly, ground, anchor, assembly.actions if actions is None else actions)
     virtual_velocities = (
         (load, Vec(v.frame, _triple(partial_derivative(plain(c), rate) for c in v.components))) for load, v in pairs
     )

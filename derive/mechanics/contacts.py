@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy as sp
 from sympy import Expr, S
@@ -23,6 +23,10 @@ class GearContact:
     ``outer_radius`` [m]. ``pressure_angle`` [rad] is that between the normal force and the tangent of the pitch curves;
     ``friction`` [rad] the angle of friction, which acts outwards on the inner gear; ``tangent`` [rad], in (0, pi), the
     angle from the line to the tangent, counter-clockwise, a right angle for round gears (`derive.tangent_angle`).
+
+    ``internal`` gears mesh inside each other: the inner gear is the planet, the outer the ring around it, and the line
+    points from the planet's centre to the ring's. An infinite radius (``sympy.oo``) is that of a rack: the line is
+    perpendicular to it, and ``outer`` is the pitch point, which keeps its distance from the inner gear's centre.
     """
 
     frame: Frame
@@ -31,17 +35,24 @@ class GearContact:
     pressure_angle: Expr
     friction: Expr = S.Zero
     tangent: Expr = sp.pi / 2
+    internal: bool = field(default=False, kw_only=True)
+
+    @property
+    def is_rack(self) -> bool:
+        """Whether the outer gear is a rack."""
+        return self.outer_radius == sp.oo
 
     def normal(self, bearing: int) -> Expr:
         """Return the direction [rad] of the normal force on the inner gear, from its radius vector: into the gear.
 
         ``bearing`` is 1 for the flank that turns the outer gear counter-clockwise, -1 for the other.
         """
-        return self.tangent + self.pressure_angle if bearing > 0 else self.tangent + sp.pi - self.pressure_angle
+        angle = -self.pressure_angle if self.internal else self.pressure_angle
+        return self.tangent + angle if bearing > 0 else self.tangent + sp.pi - angle
 
     def across(self, bearing: int) -> Expr:
         """Return the direction [rad] of friction on the inner gear, from its radius vector: outwards."""
-        return self.normal(bearing) - bearing * sp.pi / 2
+        return self.normal(bearing) - (-bearing if self.internal else bearing) * sp.pi / 2
 
     def flank(self, bearing: int) -> tuple[Expr, Expr, Expr]:
         """Return the force on the inner gear per normal force, without unit, along x, y and z of the contact's frame.
@@ -60,11 +71,16 @@ class GearContact:
     @property
     def pitch_point(self) -> Point:
         """The point where the pitch curves touch, ``outer_radius`` [m] from the outer gear's centre."""
+        if self.is_rack:
+            return self.outer
         return Point("pitch point", self.outer, Vec(self.frame, (-self.outer_radius, S.Zero, S.Zero)))
 
     def lever(self, bearing: int) -> Expr:
-        """Return the moment of the teeth on the outer gear about its centre per normal force [m]."""
-        return self.outer_radius * self.flank(bearing)[1]
+        """Return the moment of the teeth on the outer gear about its centre per normal force [m].
+
+        Of a rack, the force of the teeth on the inner gear along the rack per normal force, without unit.
+        """
+        return self.flank(bearing)[1] if self.is_rack else self.outer_radius * self.flank(bearing)[1]
 
 
 @dataclass(frozen=True)
@@ -186,13 +202,18 @@ class Contacts(Kinematics):
         """
         normal = self.assembly.unknown(f"N_{name}", "N", f"force of {by} on {on} at {at.name}, along the normal")
         self.pushing.append(normal)
-        self.assembly.act(name, on, by, at, normal * way)
+        self.assembly.act(name, on, by, at, normal * way, workless=True)
         return normal
 
-    def mesh(self, tag: str, inner: Body, outer: Body, contact: GearContact) -> None:
-        """State the teeth of two gears side by side; the flank that gives the required moment bears the load.
+    def mesh(
+        self, tag: str, inner: Body, outer: Body, contact: GearContact, equal_to: Quantity | None = None
+    ) -> Quantity:  # fmt: skip
+        """State the teeth of two gears; the flank that gives the required moment bears the load. Returns the moment.
 
         M_tag [N m] is the moment of ``inner`` on ``outer`` about the outer gear's centre, positive counter-clockwise.
+        Of a rack, T_tag [N] is returned instead: its force on ``inner`` along y of the contact's frame. ``equal_to`` is
+        the moment or force of another mesh that is as large, as equal planets share a load: balances alone do not say
+        how rigid planets share it.
         F_Ntag [N] is the normal force, positive where it presses the teeth together, F_tagx and F_tagy [N] are the
         force of ``outer`` on ``inner`` along the axes of the world, friction included. With `derive.SlidingContact`,
         F_tag_loss [W] is the power lost to friction. The pitch curves must roll on each other: the residuals
@@ -215,6 +236,7 @@ class Contacts(Kinematics):
         >>> m.pin("O", pinion, m.ground, m.O)
         >>> m.pin("D", wheel, m.ground, D)
         >>> m.mesh("P", pinion, wheel, GearContact(m.world, D, q.R, q.alpha))
+        M_P
         >>> m.torque("load", wheel, m.ground, q.T)
         >>> m.motor("M_in", pinion, m.ground, m.O)
         M_in
@@ -224,19 +246,30 @@ class Contacts(Kinematics):
         """
         mechanism, teeth = self.assembly, f"the teeth of {inner} and {outer}"
         self.rolling[tag] = inner, outer, contact.pitch_point
-        moment = mechanism.unknown(f"M_{tag}", "N m", f"moment about {contact.outer.name} of {inner} on {outer}")
+        if not (self.spatial or contact.is_rack):
+            self.meshing[tag] = self.rolling[tag]  # with pitch curves to draw and to cut
+        if contact.is_rack:
+            moment = mechanism.unknown(f"T_{tag}", "N", f"force of {outer} on {inner} along {outer}")
+        else:
+            moment = mechanism.unknown(f"M_{tag}", "N m", f"moment about {contact.outer.name} of {inner} on {outer}")
+        deciding = moment if equal_to is None else equal_to
+        if equal_to is not None:
+            mechanism.laws.append(Let(moment, equal_to, f"derived: {moment.meaning}, an equal share"))
         plus, minus = contact.flank(1), contact.flank(-1)
         normal = mechanism.unknown(f"F_N{tag}", "N", f"normal force between {teeth}")
-        lever = switch(moment, contact.lever(1), contact.lever(-1))
+        lever = switch(deciding, contact.lever(1), contact.lever(-1))
         mechanism.laws.append(Let(normal, moment / lever, f"derived: {normal.meaning}"))
-        force = Vec(contact.frame, tuple(normal * switch(moment, p, m) for p, m in zip(plus, minus, strict=True)))
+        force = Vec(contact.frame, tuple(normal * switch(deciding, p, m) for p, m in zip(plus, minus, strict=True)))
         named = mechanism.name_vector(f"F_{tag}", force.resolved(self.world), "N", f"tooth force of {outer} on {inner}")
-        mechanism.act(f"F_{tag}", inner, outer, contact.outer, named, (-moment) * unit(self.world, Z))
-        self.events.append(Event(f"teeth at {tag}, change of flank", moment, S.Zero, order=1))
+        couple = None if contact.is_rack else (-moment) * unit(self.world, Z)
+        rolls = not isinstance(contact, SlidingContact)
+        mechanism.act(f"F_{tag}", inner, outer, contact.outer, named, couple, workless=rolls)
+        self.events.append(Event(f"teeth at {tag}, change of flank", deciding, S.Zero, order=1))
         if isinstance(contact, SlidingContact):
             loss = mechanism.unknown(f"F_{tag}_loss", "W", f"power lost to friction between {teeth}")
-            power = normal * switch(moment, contact.loss(1), contact.loss(-1))
+            power = normal * switch(deciding, contact.loss(1), contact.loss(-1))
             mechanism.laws.append(Let(loss, power, f"derived: {loss.meaning}"))
+        return moment
 
     def follower(
         self, name: str, on: Body, cam: Body, at: Point, cam_axis: Point, friction: Expr = S.Zero,
@@ -285,7 +318,7 @@ class Contacts(Kinematics):
         direction = (sp.cos(friction) / sp.sqrt(in_plane.dot(in_plane))) * in_plane.cross(across)
         direction -= (sp.sin(friction) / sp.sqrt(sliding.dot(sliding))) * sliding
         components = mechanism.name_vector(name, size * direction, "N", force)
-        mechanism.act(name, on, cam, at, components)
+        mechanism.act(name, on, cam, at, components, workless=friction == 0)
         if friction != 0:
             loss = mechanism.unknown(f"{name}_loss", "W", f"power lost to friction between {cam} and {on} at {at.name}")
             mechanism.laws.append(Let(loss, -components.dot(sliding), f"derived: {loss.meaning}"))
@@ -315,7 +348,7 @@ class Contacts(Kinematics):
         """
         meaning = f"moment of the coupling on {second}"
         moment = self.assembly.torque(name, second, carrier, hinges[1], axis, meaning)
-        self.assembly.act(name, first, carrier, hinges[0], zero(axis.frame), (-ratio * moment) * axis)
+        self.assembly.act(name, first, carrier, hinges[0], zero(axis.frame), (-ratio * moment) * axis, workless=True)
         return moment
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy import Expr
 
-from ..chain import STATES, Chain, ordered
-from ..equations import Equation, derived_equation
+from ..chain import STATES, BlockError, Chain, ordered
+from ..equations import Definition, Equation, derived_equation
 from ..model import (
     MESHES,
     ClosedForm,
@@ -24,6 +24,7 @@ from ..model import (
     Twin,
     build_function,
     let,
+    list_passing_events,
     needed,
     sorted_steps,
 )
@@ -93,15 +94,16 @@ def derive_driven_motion(
     if reported is None or any(str(name).startswith(LAW) for name in reported):
         reports += build_law_residuals(stated, [(angle, speed), *((c.value, c.rate) for c in stated.loops.coordinates)])
     outputs = stated.chosen(_reportable(stated, steps, reports, reported is None), reported)
-    forces = solve_forces(stated)
+    forces = solve_forces(stated, speed)
     tested = [s for s in needed((*steps, *forces), frozenset(outputs)) if isinstance(s, LinearSolve)]
     pivots = [s.pivot for s in tested if s.pivot not in stated.loops.pivots]
     counts = [s.symbol for s in forces if isinstance(s, Let) and s.symbol.name.startswith(STATES)]
     results, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
     needs = sorted_steps(needed((*steps, *forces, *reports), frozenset(results)))
+    moving = frozenset({angle}.union(*stated.loops.inputs))
     lane = DrivenLane(
-        angle, (data,), needs, results, tuple(stated.events), along=stated.loops.inputs, speed=speed,
-        acceleration=acceleration,
+        angle, (data,), needs, results, list_passing_events(needs, stated.events, moving), along=stated.loops.inputs,
+        speed=speed, acceleration=acceleration,
     )  # fmt: skip
     inputs: tuple[Packed, ...] = (angle, data, *stated.loops.inputs)
     drawing_functions = place_functions(stated, inputs, _point_sources(stated))
@@ -166,9 +168,31 @@ def _reportable(stated: Statement, steps: Sequence[Step], reports: Sequence[Let]
     return [*stated.loops.all, *named, *stated.assembly.unknowns, *(report.symbol for report in reports)]
 
 
-def solve_forces(stated: Statement) -> tuple[Step, ...]:
-    """The unknown actions from the balances; raises MechanismError where some are left that nothing can keep."""
-    return solve_balances(stated, stated.equations(), stated.unknowns).steps()
+def solve_forces(stated: Statement, rate: Quantity | None = None) -> tuple[Step, ...]:
+    """The unknown actions from the balances; raises MechanismError where some are left that nothing can keep.
+
+    Where the side on which teeth bear leaves a set of balances that is not linear, the virtual work of what does work
+    gives the force of the drive first, whose speed is ``rate``; one balance then follows from the others, and is kept
+    as a law that vanishes.
+    """
+    equations = stated.equations()
+    try:
+        return solve_balances(stated, equations, stated.unknowns).steps()
+    except BlockError:
+        if rate is None or stated.loops.coordinates:
+            raise
+        chain = ordered((_virtual_work_balance(stated, rate), *equations), stated.unknowns, stated.unknowns)
+        return chain.steps()
+
+
+def _virtual_work_balance(stated: Statement, rate: Quantity) -> Equation:
+    """Return the virtual work of all but ideal joints and contacts, where the drive alone moves (d'Alembert)."""
+    moving = stated.told_in({rate})
+    working = [action for action in stated.assembly.actions if not action.workless]
+    work = virtual_work(
+        stated.assembly, stated.ground, stated.anchor, rate, lambda expr: expr.xreplace(moving), working
+    )  # fmt: skip
+    return Equation("virtual work", work, "derived: virtual work of loads and inertia", Definition("virtual work"))
 
 
 def solve_balances(stated: Statement, equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> Chain:
@@ -241,4 +265,6 @@ def derive_twin_lane(
     side_outputs = Vector("side", tuple(dict.fromkeys((*sides.reported, *passed))))
     needed_symbols = frozenset(side_outputs).union(*(event.argument.free_symbols for event in stated.events))
     totals = Shared(sides.twin, sums, Vector("totals", sides.totals))
-    return Lane(stated.angle, tuple(inputs), needed(side, needed_symbols), side_outputs, tuple(stated.events), totals)
+    steps = needed(side, needed_symbols)
+    events = list_passing_events(steps, stated.events, frozenset({stated.angle}))
+    return Lane(stated.angle, tuple(inputs), steps, side_outputs, events, totals)

@@ -119,7 +119,7 @@ class Joints(Contacts):
         cross = unit(by.frame, axis).cross(unit(on.frame, other).resolved(by.frame))
         self._joint(name, on, by, at, self._directions, ())
         moment = self.assembly.unknown(f"M_{name}", "N m", f"moment of {by} on {on} at {at.name}, across both axes")
-        self.assembly.act(f"{name}, moment", on, by, at, zero(by.frame), moment * cross)
+        self.assembly.act(f"{name}, moment", on, by, at, zero(by.frame), moment * cross, workless=True)
 
     def cylinder(self, name: str, on: Body, by: Body, at: Point, axis: Axis) -> None:
         """State a cylindrical joint, which turns about and slides along ``axis`` of ``by``'s frame; in space.
@@ -232,7 +232,7 @@ class Joints(Contacts):
             drag = friction * sp.Abs(normal) * switch(sliding, S.One, S.NegativeOne)
             force -= drag * way
             self.report(f"P_{name}", "W", f"power lost to friction at {at.name}", drag * sliding)
-        self.assembly.act(name, on, by, at, force, moment * unit(by.frame, Z))
+        self.assembly.act(name, on, by, at, force, moment * unit(by.frame, Z), workless=friction == 0)
 
     def motor(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z) -> Quantity:
         """State the motor that keeps the motion along the angle, and return its torque ``name`` [N m].
@@ -322,7 +322,7 @@ class Joints(Contacts):
             meaning = f"moment of {by} on {on} at {at.name}, {AXES[i]} of {by.frame}"
             moment[i] = self.assembly.unknown(f"M_{name}{AXES[i]}", "N m", meaning)
         forces_, moments_ = Vec(frame or self.world, to_triple(force)), Vec(by.frame, to_triple(moment))
-        self.assembly.act(name, on, by, at, forces_, moments_)
+        self.assembly.act(name, on, by, at, forces_, moments_, workless=True)
         self._along_other_axes(f"F_{name}", "N", f"force of {by} on {on} at {at.name}", forces_)
         self._along_other_axes(f"M_{name}", "N m", f"moment of {by} on {on} at {at.name}", moments_)
 

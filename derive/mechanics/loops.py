@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from sympy import Expr
 
-from ..chain import is_linear, pivot
+from ..chain import solve_linear_set, pivot
 from ..model import ClosedForm, Let, Step, needed
 from ..quantity import Quantity, Vector
 from .frames import Motion
@@ -123,7 +123,7 @@ class Loops:
                 gap.xreplace(at) + sum(entry.xreplace(at) * s for entry, s in zip(row, steps, strict=True))
                 for gap, row in zip(gaps, rows, strict=True)
             ]
-            newton_steps += is_linear(moved, steps, f"derived: loops, Newton step {turn}")
+            newton_steps += solve_linear_set(moved, steps, f"derived: loops, Newton step {turn}")
             last = turn == ROUNDS
             new = [c.value if last else c.near(turn) for c in self.coordinates]
             newton_steps += [
@@ -138,8 +138,8 @@ class Loops:
         once = [motion.rate(gap) for gap in self.gaps.values()]
         twice = [motion.rate(gap) for gap in once]
         return [
-            *is_linear(once, rates, "derived: loops stay closed, rates"),
-            *is_linear(twice, accelerations, "derived: loops stay closed, accelerations"),
+            *solve_linear_set(once, rates, "derived: loops stay closed, rates"),
+            *solve_linear_set(twice, accelerations, "derived: loops stay closed, accelerations"),
         ]
 
     def functions(self, angle: Quantity, data: Vector, before: Sequence[Let]) -> tuple[ClosedForm, ...]:

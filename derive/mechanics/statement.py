@@ -40,6 +40,7 @@ class Statement:
         self.events: list[Event] = []
         self.shared: list[Body] = []
         self.rolling: dict[str, tuple[Body, Body, Point]] = {}
+        self.meshing: dict[str, tuple[Body, Body, Point]] = {}
         self.pushing: list[Quantity] = []
         self.rollers: dict[str, tuple[Body, Vec]] = {}
         self.turned: dict[str, tuple[str, str, Vec]] = {}
@@ -48,11 +49,6 @@ class Statement:
     def axes(self) -> tuple[str, ...]:
         """The names of the axes of the world along which bodies move: x and y, in space also z; without unit."""
         return AXES if self.spatial else AXES[:2]
-
-    @property
-    def meshing(self) -> dict[str, tuple[Body, Body, Point]]:
-        """Gears that mesh in a plane, inner and outer, with their pitch point, by the tag of their mesh."""
-        return {} if self.spatial else self.rolling
 
     @property
     def named(self) -> list[Let]:
@@ -225,7 +221,11 @@ class Statement:
         """
         if body.pin is not None:
             return body.pin
-        joints = sorted((a for a in self.assembly.actions if a.sign(body)), key=lambda a: not a.sign(self.ground))
+        reactions = set(self.assembly.unknowns)  # a pole on a given load would leave joints' forces in the moments
+        joints = sorted(
+            (a for a in self.assembly.actions if a.sign(body)),
+            key=lambda a: (not a.needs & reactions, not a.sign(self.ground)),
+        )
         at = next(iter((*(a.at for a in joints), *(part.centroid for part in body.parts))), None)
         if at is None:
             raise MechanismError(f"body {body.name} has neither a joint nor a mass")

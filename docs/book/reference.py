@@ -76,7 +76,7 @@ PAGES = {
 SPLIT = (derive.Mechanism, derive.Formulas, derive.Paper)
 """Classes whose members have entries of their own."""
 UNLISTED = {
-    "anchor", "axes", "chosen", "common", "component_axes", "data", "defined", "meshing", "name_accelerations",
+    "anchor", "axes", "chosen", "common", "component_axes", "data", "defined", "name_accelerations",
     "pin_of", "told_in", "world_components",
 }  # fmt: skip
 """Members of `derive.Mechanism` for derivations, which no statement needs."""

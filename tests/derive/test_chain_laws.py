@@ -20,6 +20,7 @@ from derive.chain import (
     solve_set,
 )
 from derive.equations import Definition, Equation
+from derive.functions import switch
 from derive.model import Let, LinearSolve, Step
 from derive.quantity import Quantity
 
@@ -152,9 +153,22 @@ def test_two_sizes_have_four_exclusive_cases(values: tuple[int, int]) -> None:
     assert solution[friction_states(a)] == 1
 
 
+@pytest.mark.parametrize("load", [6, -6])
+def test_sign_of_unknown_decides_case(load: int) -> None:
+    """As the flanks of teeth do: ``b`` presses with another lever on either side; definitions are eliminated."""
+    lever = switch(a, sp.Integer(2), sp.Integer(-3))
+    block = [equation("lever", b - a / lever, b), equation("sum", c - b, c), equation("load", a + c - k)]
+    steps = solve_set(block, (a, b, c))
+    values = after(steps, {k: sp.Integer(load)})
+    assert [e.residual.xreplace(values) for e in block] == [0, 0, 0]
+    assert values[a] == (4 if load > 0 else -9)
+    assert values[friction_states(a)] == 1
+    assert not any(isinstance(step, LinearSolve) for step in steps)
+
+
 def test_too_many_sizes_are_refused() -> None:
     sizes = [equation(str(u), u + sp.Abs(u) / 2 - k) for u in UNKNOWNS[:5]]
-    with pytest.raises(BlockError, match="are sizes of unknowns; at most 4"):
+    with pytest.raises(BlockError, match="u0.*u4.*at most 4"):
         solve_set(sizes, UNKNOWNS[:5])
     assert len(solve_set(sizes[:4], UNKNOWNS[:4])) == 2**4 + 4 + 1
     names = [str(u) for step in solve_set(sizes[:1], UNKNOWNS[:1]) for u in step.defines]
