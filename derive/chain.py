@@ -126,8 +126,8 @@ def _by_cases(
         for unknown, sign in zip(deciding, signs, strict=True):
             signed |= {sp.Abs(unknown): sign * unknown, sp.Ge(unknown, 0): sp.sympify(sign > 0)}
         core, definitions = _eliminate_definitions([e.residual.xreplace(signed) for e in equations], defined)
-        said = ", ".join(f"{sp.Abs(u)} = {sign * u}" for u, sign in zip(deciding, signs, strict=True))
-        label, open_unknowns = f"{source}; {said}", [named[u] for u in unknowns if u not in definitions]
+        choice = ", ".join(f"{sp.Abs(u)} = {sign * u}" for u, sign in zip(deciding, signs, strict=True))
+        label, open_unknowns = f"{source}; {choice}", [named[u] for u in unknowns if u not in definitions]
         steps += solve_linear_set([residual.xreplace(named) for residual in core], open_unknowns, label)
         steps += [Let(named[u], value.xreplace(named), label) for u, value in definitions.items()]
         cases.append((named, sp.Min(*(s * named[u] for u, s in zip(deciding, signs, strict=True)))))

@@ -253,9 +253,9 @@ def schedule_steps(lane: Lane) -> Schedule:
         raise ValueError(f"lane: an event does not depend on {lane.angle}, so it never happens")
     needed_later = frozenset(lane.outputs).union(*(step.needs for step in moving))
     hoisted = tuple(s for step in still for s in step.defines if s in needed_later)
-    own = tuple(step for step in moving if step not in events)
+    lane_steps = tuple(step for step in moving if step not in events)
     frame = share_subexpressions(lane.shared.steps, prefix="d") if lane.shared else ()
-    return Schedule(lane, still, Vector("hoisted", hoisted), own, events, frame)
+    return Schedule(lane, still, Vector("hoisted", hoisted), lane_steps, events, frame)
 
 
 def _joint(index: int, event: Event) -> Let:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from sympy import Expr
 
-from ..chain import solve_linear_set, pivot
+from ..chain import pivot, solve_linear_set
 from ..model import ClosedForm, Let, Step, needed
 from ..quantity import Quantity, Vector
 from .frames import Motion

@@ -168,7 +168,7 @@ def test_sign_of_unknown_decides_case(load: int) -> None:
 
 def test_too_many_sizes_are_refused() -> None:
     sizes = [equation(str(u), u + sp.Abs(u) / 2 - k) for u in UNKNOWNS[:5]]
-    with pytest.raises(BlockError, match="u0.*u4.*at most 4"):
+    with pytest.raises(BlockError, match=r"u0.*u4.*at most 4"):
         solve_set(sizes, UNKNOWNS[:5])
     assert len(solve_set(sizes[:4], UNKNOWNS[:4])) == 2**4 + 4 + 1
     names = [str(u) for step in solve_set(sizes[:1], UNKNOWNS[:1]) for u in step.defines]
