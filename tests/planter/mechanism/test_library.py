@@ -1,0 +1,135 @@
+"""Machines of the library, held against closed forms, numbers in print, and positions by intersecting circles."""
+
+import numpy as np
+import pytest
+import scipy.optimize
+
+from planter.kernels import Array
+from planter.mechanism.cycle import compute_cycle
+from planter.mechanism.model import Model
+from tests.support import own
+
+MACHINES = ["geneva_wheel", "hooke_joint", "rssr", "scotch_yoke", "swash_plate", "toggle_press", "watt_six_bar"]
+TURN = np.linspace(0.05, 6.2, 83)
+STEP = 1e-3
+
+
+def evaluate(name: str, angles: Array = TURN, **values: float) -> dict[str, Array]:
+    return Model(own.machine(name, **values))(angles)
+
+
+def differentiate(values: Array) -> tuple[Array, Array]:
+    """Return first and second derivatives (n,) from values (5, n) at angles -2 to 2 steps away."""
+    a, b, c, d, e = values
+    return (a - 8 * b + 8 * d - e) / (12 * STEP), (-a + 16 * b - 30 * c + 16 * d - e) / (12 * STEP**2)
+
+
+def angles_around(angles: Array) -> Array:
+    return angles + STEP * np.arange(-2, 3)[:, None]
+
+
+def intersect_circles(first: Array, second: Array, radii: tuple[float, float], side: int) -> Array:
+    """Return the point (n,), as a complex number, at distances from two points, left of their line or right of it."""
+    line = second - first
+    distance = np.abs(line)
+    along = (distance**2 + radii[0] ** 2 - radii[1] ** 2) / (2 * distance)
+    across = np.sqrt(radii[0] ** 2 - along**2)
+    result: Array = first + line / distance * (along + side * 1j * across)
+    return result
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_cycle_satisfies_laws(name: str) -> None:
+    laws = compute_cycle(Model(own.machine(name)), 90).result.laws
+    assert {"W", "N", "N m"} <= {law.unit for law in laws}
+    assert max(law.violation for law in laws) < 1e-10
+
+
+def test_scotch_yoke_is_harmonic() -> None:
+    values, speed = evaluate("scotch_yoke"), 240 * np.pi / 30
+    assert values["s"] == pytest.approx(0.04 * np.cos(TURN), abs=1e-15)
+    load = 80 - 1.2 * 0.04 * speed**2 * np.cos(TURN)
+    assert values["M_in"] == pytest.approx(-0.04 * np.sin(TURN) * load, abs=1e-12)
+
+
+@pytest.mark.parametrize("bend", [10.0, 30.0])
+def test_hooke_joint_has_its_ratio(bend: float) -> None:
+    """The ratio lies between the cosine of the angle between the shafts and its inverse."""
+    values, beta, speed = evaluate("hooke_joint", beta_deg=bend), np.radians(bend), 540 * np.pi / 30
+    shape = 1 - np.sin(beta) ** 2 * np.cos(TURN) ** 2
+    ratio, bending = np.cos(beta) / shape, -np.cos(beta) * np.sin(beta) ** 2 * np.sin(2 * TURN) / shape**2
+    assert values["psi_dot"] == pytest.approx(ratio * speed, rel=1e-10)
+    assert values["M_in"] == pytest.approx(ratio * (100 + 0.05 * bending * speed**2), rel=1e-9)
+    extremes = evaluate("hooke_joint", np.array([0.0, np.pi / 2]), beta_deg=bend)["psi_dot"] / speed
+    assert extremes == pytest.approx([1 / np.cos(beta), np.cos(beta)], rel=1e-12)
+
+
+def test_geneva_wheel_agrees_with_print() -> None:
+    """I. I. Artobolevsky, Mechanisms in modern engineering design, three-slot inverse Geneva wheel: 0.464, 1.729.
+
+    The second number, the acceleration where the pin enters, is tan 60 degrees: 1.732.
+    """
+    speed, entry = 60 * np.pi / 30, np.radians(30)
+    values = evaluate("geneva_wheel", np.array([np.pi, entry + 1e-9, entry / 2, 2 * np.pi - entry / 2]))
+    assert values["psi_dot"][0] / speed == pytest.approx(0.464, abs=5e-4)
+    assert values["psi_ddot"][1] / speed**2 == pytest.approx(1.729, abs=4e-3)
+    assert values["psi_ddot"][1] / speed**2 == pytest.approx(np.tan(np.radians(60)), abs=1e-7)
+    assert list(values["psi_dot"][2:]) == list(values["M_in"][2:]) == [0.0, 0.0], "the wheel rests for 60 degrees"
+    moving = evaluate("geneva_wheel")
+    assert moving["M_in"] == pytest.approx(0.004 * moving["psi_ddot"] * moving["psi_dot"] / speed, abs=1e-12)
+
+
+def test_swash_plate_bears_oil_and_inertia() -> None:
+    values, slope, speed = evaluate("swash_plate"), np.tan(np.radians(18)), 1500 * np.pi / 30
+    load = 900 - 0.08 * 0.035 * slope * speed**2 * np.cos(TURN)
+    assert values["N_plate"] == pytest.approx(load / np.cos(np.radians(18)), rel=1e-12)
+    assert values["M_in"] == pytest.approx(-0.035 * slope * np.sin(TURN) * load, abs=1e-10)
+
+
+def find_rocker_angle(angle: float) -> float:
+    """The angle at which the rod of the RSSR has its length, by a bracketed root."""
+
+    def excess(psi: float) -> float:
+        rocker = np.array([60.0, 170.0 - 110 * np.sin(psi), -30 + 110 * np.cos(psi)])
+        return float(np.linalg.norm(rocker - [40 * np.cos(angle), 40 * np.sin(angle), 0.0]) - 210)
+
+    return float(scipy.optimize.brentq(excess, -1.2, 1.2, xtol=1e-15))
+
+
+def test_rssr_agrees_with_its_lengths() -> None:
+    values, speed, angles = evaluate("rssr"), 120 * np.pi / 30, angles_around(TURN)
+    positions = np.vectorize(find_rocker_angle)(angles)
+    slope, bend = differentiate(positions)
+    assert values["psi"] == pytest.approx(positions[2], abs=1e-12)
+    assert values["M_in"] == pytest.approx(slope * (6 + 0.006 * bend * speed**2), abs=1e-6)
+
+
+def test_watt_six_bar_agrees_with_print() -> None:
+    """R. L. Norton, Design of machinery, example 4-1, the open circuit: 20.30 and 57.33 degrees at a crank at 40.
+
+    The print computes with rounded numbers; unrounded, the second angle is 57.325 degrees.
+    """
+    values = evaluate("watt_six_bar", np.array([np.radians(40)]))
+    assert np.degrees([values["beta"][0], values["gamma"][0]]) == pytest.approx([20.30, 57.33], abs=0.006)
+
+
+def test_watt_six_bar_does_the_work_of_its_load() -> None:
+    angles = angles_around(TURN)
+    crank = 0.04 * np.exp(1j * angles)
+    pin = intersect_circles(crank, np.full_like(crank, 0.1), (0.12, 0.08), 1)
+    arm = 0.1 - 0.06j * (pin - 0.1) / 0.08
+    out = np.unwrap(np.angle(intersect_circles(arm, np.full_like(arm, 0.23), (0.14, 0.09), 1) - 0.23), axis=0)
+    values = evaluate("watt_six_bar", omega_rpm=1e-4)
+    assert np.cos(values["chi"] - out[2]) == pytest.approx(1.0, abs=1e-12)
+    lift = differentiate((crank + pin).imag / 2)[0]
+    assert values["M_in"] == pytest.approx(4 * differentiate(out)[0] + 0.5 * 9.81 * lift, abs=1e-8)
+
+
+def test_toggle_press_does_the_work_of_its_load() -> None:
+    angles = angles_around(TURN)
+    crank = -0.34 - 0.23j + 0.05 * np.exp(1j * angles)
+    knee = intersect_circles(crank, np.zeros_like(crank), (0.3, 0.25), -1)
+    ram = -knee.imag + np.sqrt(0.25**2 - knee.real**2)
+    values = evaluate("toggle_press", omega_rpm=1e-4)
+    assert values["s"] == pytest.approx(ram[2], abs=1e-12)
+    assert values["M_in"] == pytest.approx((5000 - 12 * 9.81) * differentiate(ram)[0], abs=1e-6)
