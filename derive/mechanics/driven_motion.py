@@ -199,11 +199,24 @@ def solve_balances(stated: Statement, equations: Sequence[Equation], unknowns: S
     """The chain that gives unknown actions from balances; raises MechanismError where some of these are left."""
     chain = ordered(equations, unknowns, unknowns)
     if left := [e.number for e in equations if e.number not in chain.spent]:
+        _refuse_free_spins(stated)
         raise MechanismError(
             f"{stated.name}: {len(equations)} balances for {len(unknowns)} forces and torques, so a joint or a drive "
             f"is lacking: nothing is left to keep {'; '.join(left)}"
         )
     return chain
+
+
+def _refuse_free_spins(stated: Statement) -> None:
+    """Raise MechanismError for a body in space that only two forces at points hold: it spins about their line."""
+    for body in stated.assembly.bodies:
+        holding = [a for a in stated.assembly.actions if a.sign(body) and a.needs & set(stated.unknowns)]
+        if stated.spatial and len(holding) == 2 and not any(any(a.moment.components) for a in holding):
+            first, second = (action.at.name for action in holding)
+            raise MechanismError(
+                f"{stated.name}: {body} spins freely about the line from {first} to {second}: make one of its ball "
+                "joints a universal one, or state a light rod by `constrain` and `contact`"
+            )
 
 
 @dataclass(frozen=True)

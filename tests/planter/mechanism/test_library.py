@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 import scipy.optimize
 
+from derive import Mechanism, Z
+from derive.mechanics.statement import MechanismError
+from derive.quantity import Quantity
 from planter.kernels import Array
 from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.model import Model
@@ -12,6 +15,8 @@ from tests.support import own
 MACHINES = ["geneva_wheel", "hooke_joint", "rssr", "scotch_yoke", "swash_plate", "toggle_press", "watt_six_bar"]
 TURN = np.linspace(0.05, 6.2, 83)
 STEP = 1e-3
+PHI, OMEGA = Quantity("phi", "rad", "crank", "test"), Quantity("omega", "rad/s", "speed", "test")
+MASS = Quantity("m", "kg", "mass", "test")
 
 
 def evaluate(name: str, angles: Array = TURN, **values: float) -> dict[str, Array]:
@@ -133,3 +138,13 @@ def test_toggle_press_does_the_work_of_its_load() -> None:
     values = evaluate("toggle_press", omega_rpm=1e-4)
     assert values["s"] == pytest.approx(ram[2], abs=1e-12)
     assert values["M_in"] == pytest.approx((5000 - 12 * 9.81) * differentiate(ram)[0], abs=1e-6)
+
+
+def test_rod_between_balls_spins_freely() -> None:
+    m = Mechanism("strut", angle=PHI, speed=OMEGA, spatial=True)
+    crank = m.frame("crank", PHI, Z)
+    rod, end = m.body("rod", crank, MASS, m.point("S", m.O, crank, 1)), m.point("E", m.O, crank, 2)
+    m.ball("A", rod, m.ground, m.O)
+    m.ball("B", rod, m.ground, end)
+    with pytest.raises(MechanismError, match=r"rod spins freely about the line from O to E"):
+        m.system()
