@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy import Expr
 
-from ..chain import STATES, BlockError, Chain, ordered
+from ..chain import STATES, BlockError, Chain, ChainError, ordered
 from ..equations import Definition, Equation, derived_equation
 from ..model import (
     MESHES,
@@ -197,7 +197,11 @@ def _virtual_work_balance(stated: Statement, rate: Quantity) -> Equation:
 
 def solve_balances(stated: Statement, equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> Chain:
     """The chain that gives unknown actions from balances; raises MechanismError where some of these are left."""
-    chain = ordered(equations, unknowns, unknowns)
+    try:
+        chain = ordered(equations, unknowns, unknowns)
+    except ChainError:
+        _refuse_free_spins(stated)
+        raise
     if left := [e.number for e in equations if e.number not in chain.spent]:
         _refuse_free_spins(stated)
         raise MechanismError(

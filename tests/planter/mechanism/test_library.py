@@ -16,7 +16,7 @@ MACHINES = ["geneva_wheel", "hooke_joint", "rssr", "scotch_yoke", "swash_plate",
 TURN = np.linspace(0.05, 6.2, 83)
 STEP = 1e-3
 PHI, OMEGA = Quantity("phi", "rad", "crank", "test"), Quantity("omega", "rad/s", "speed", "test")
-MASS = Quantity("m", "kg", "mass", "test")
+MASS, LENGTH = Quantity("m", "kg", "mass", "test"), Quantity("l", "m", "rod", "test")
 
 
 def evaluate(name: str, angles: Array = TURN, **values: float) -> dict[str, Array]:
@@ -143,7 +143,7 @@ def test_toggle_press_does_the_work_of_its_load() -> None:
 def test_rod_between_balls_spins_freely() -> None:
     m = Mechanism("strut", angle=PHI, speed=OMEGA, spatial=True)
     crank = m.frame("crank", PHI, Z)
-    rod, end = m.body("rod", crank, MASS, m.point("S", m.O, crank, 1)), m.point("E", m.O, crank, 2)
+    rod, end = m.body("rod", crank, MASS, m.point("S", m.O, crank, LENGTH / 2)), m.point("E", m.O, crank, LENGTH)
     m.ball("A", rod, m.ground, m.O)
     m.ball("B", rod, m.ground, end)
     with pytest.raises(MechanismError, match=r"rod spins freely about the line from O to E"):
