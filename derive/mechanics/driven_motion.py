@@ -213,9 +213,10 @@ def solve_balances(stated: Statement, equations: Sequence[Equation], unknowns: S
 
 def _refuse_free_spins(stated: Statement) -> None:
     """Raise MechanismError for a body in space that only two forces at points hold: it spins about their line."""
-    for body in stated.assembly.bodies:
+    bodies = (body for body in stated.assembly.bodies if body != stated.ground)
+    for body in bodies if stated.spatial else ():
         holding = [a for a in stated.assembly.actions if a.sign(body) and a.needs & set(stated.unknowns)]
-        if stated.spatial and len(holding) == 2 and not any(any(a.moment.components) for a in holding):
+        if len(holding) == 2 and not any(any(a.moment.components) for a in holding):
             first, second = (action.at.name for action in holding)
             raise MechanismError(
                 f"{stated.name}: {body} spins freely about the line from {first} to {second}: make one of its ball "
