@@ -305,7 +305,7 @@ def _quantity(cells: list[str], source: str, section: str) -> Quantity:
         raise TableError(
             f"{written_unit} is no unit: {error.args[0]} is not known; SI units and {', '.join(SHOWN)} are"
         ) from None
-    ending = _ENDINGS.get(written_unit, written_unit.replace("/", "_").replace(" ", "_"))
+    ending = _ENDINGS.get(written_unit, written_unit.replace("/", "_").replace(" ", "_").replace(".", ""))
     key = f"{section}.{name}_{ending}" if ending else f"{section}.{name}"
     return Quantity(name, unit, meaning, source, key if section else "")
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import TypeAlias
 
 import sympy as sp
@@ -13,7 +13,8 @@ from ..model import Event
 from ..quantity import Quantity
 from .bodies import AXES, SHAFT, Body, Part, Pin, point_velocity
 from .contacts import Contacts
-from .frames import Axis, Frame, Point, Vec, X, Z, displacement, unit, zero
+from .frames import Axis, Frame, Point, Vec, X, Y, Z, displacement, unit, zero
+from .impact import creeping
 from .statement import MechanismError, to_triple
 
 Scalar: TypeAlias = Expr | float
@@ -247,6 +248,29 @@ class Joints(Contacts):
         self.report(f"P_{name}", "W", f"power of {name}", torque * turning.dot(way))
         return torque
 
+    def actuator(self, name: str, on: Body, by: Body, ends: tuple[Point, Point]) -> Quantity:
+        r"""State the linear drive that keeps the motion along the angle, and return its pull ``name`` [N].
+
+        The balances determine the force. It acts between a point of ``on`` and one of ``by``, positive where it pulls
+        the ``ends`` together; its stroke follows from the motion as stated, as a law of the angle or of time. P_name
+        [W] is its power, positive where it drives. The force has no direction where the ends coincide.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("phi | rad | phase\nomega | rad/s | its speed | 1\nh | m | stroke | 0.1\nm | kg | load | 2")
+        >>> m = Mechanism("lift", q, angle=q.phi, speed=q.omega)
+        >>> P = m.point("P", m.O, m.world, q.h * (2 + q.phi))
+        >>> load = m.body("load", m.world, q.m, P)
+        >>> m.slide("guide", load, m.ground, P)
+        >>> m.actuator("F_in", load, m.ground, (P, m.O))
+        F_in
+        """
+        line = displacement(*ends, self.world)
+        long = sp.sqrt(line.dot(line))
+        pull = self.assembly.unknown(name, "N", f"pull between {on} and {by}, which keeps the motion")
+        self.assembly.act(name, on, by, ends[0], (pull / long) * line)
+        self.report(f"P_{name}", "W", f"power of {name}", -pull * line.dot(self.motion.derivative(line)) / long)
+        return pull
+
     def spring(
         self, name: str, on: Body, by: Body, ends: tuple[Point, Point], stiffness: Scalar, length: Scalar,
         damping: Scalar = 0,
@@ -272,14 +296,103 @@ class Joints(Contacts):
         >>> m.equations()[0].residual
         F_spring*(-s + w)/l_spring - m*s_ddot
         """
+        long, pull = self._strut(
+            name, on, by, ends, lambda distance, rate: stiffness * (distance - length) + damping * rate
+        )  # fmt: skip
+        self.potentials.append(stiffness * (long - length) ** 2 / 2)
+        return pull
+
+    def strut(
+        self, name: str, on: Body, by: Body, ends: tuple[Point, Point], law: Callable[[Expr, Expr], Expr]
+    ) -> Quantity:  # fmt: skip
+        r"""State a light strut of any law between a point of ``on`` and one of ``by``, and return its pull F_name [N].
+
+        ``law`` gives the pull of l_name, the distance of the ``ends`` [m], and of its rate [m/s]: a spring that
+        stiffens, a gas spring, a damper, a belt that does not push, an actuator. Signs are those of `spring`.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("c | N s2/m2 | damper | 40\nw | m | wall | 0.3\nm | kg | block | 2")
+        >>> m = Mechanism("damper", q)
+        >>> at = m.point("P", m.O, m.world, m.coordinate("s", "m", "place"))
+        >>> block = m.body("block", m.world, q.m, at)
+        >>> ends = at, m.point("wall", m.O, m.world, q.w)
+        >>> m.strut("damper", block, m.ground, ends, lambda distance, rate: q.c * rate * abs(rate))
+        F_damper
+        """
+        return self._strut(name, on, by, ends, law)[1]
+
+    def _strut(
+        self, name: str, on: Body, by: Body, ends: tuple[Point, Point], law: Callable[[Expr, Expr], Expr]
+    ) -> tuple[Quantity, Quantity]:  # fmt: skip
+        """Return the length [m] of a strut and its pull [N]."""
         line = displacement(*ends, self.world)
         long = self.name_(f"l_{name}", "m", f"length of {name}", sp.sqrt(line.dot(line)))
         rate = line.dot(self.motion.derivative(line)) / long
         self.motion.rates[long] = rate
-        pull = self.name_(f"F_{name}", "N", f"pull of {name}", stiffness * (long - length) + damping * rate)
-        self.potentials.append(stiffness * (long - length) ** 2 / 2)
+        pull = self.name_(f"F_{name}", "N", f"pull of {name}", law(long, rate))
         self.force(name, on, ends[0], (pull / long) * line, by)
-        return pull
+        return long, pull
+
+    def bushing(
+        self, name: str, on: Body, by: Body, ends: tuple[Point, Point], stiffness: Scalar, damping: Scalar = 0
+    ) -> None:
+        r"""State an elastic joint: a force that draws a point of ``on`` back to one of ``by``.
+
+        F_namex, F_namey, in space F_namez, [N] act on ``on`` along the axes of ``by``'s frame: minus ``stiffness``
+        [N/m] times the place of the first of the ``ends`` from the second, less ``damping`` [N s/m] times its rate, as
+        ``by`` sees it. Turning meets no resistance.
+
+        >>> from derive import Mechanism, quantities
+        >>> q = quantities("k | N/m | rubber | 9e4\nm | kg | block | 2")
+        >>> m = Mechanism("mount", q)
+        >>> at = m.point("P", m.O, m.world, m.coordinate("s", "m", "place"))
+        >>> block = m.body("block", m.world, q.m, at)
+        >>> m.bushing("mount", block, m.ground, (at, m.O), q.k)
+        >>> m.equations()[0].residual
+        F_mountx - m*s_ddot
+        """
+        place = displacement(ends[1], ends[0], by.frame)
+        pull = (-stiffness) * place + (-damping) * self.motion.relative_derivative(place, by.frame)
+        named = [
+            self.name_(f"F_{name}{axis}", "N", f"force of {by} on {on} in {name}, {axis}", component)
+            if component != 0 else S.Zero
+            for axis, component in zip(AXES, pull.components, strict=True)
+        ]  # fmt: skip
+        self.potentials.append(stiffness * place.dot(place) / 2)
+        self.force(name, on, ends[0], Vec(by.frame, to_triple(named)), by)
+
+    def compliant_contact(
+        self, name: str, on: Body, by: Body, at: Point, plane: Point, law: Callable[[Expr, Expr], Expr],
+        normal: Axis = Y, friction: Scalar = 0, creep: Scalar = 0,
+    ) -> Quantity:  # fmt: skip
+        r"""State a contact that gives way and can open: a point of ``on`` over a plane of ``by``. Returns N_name [N].
+
+        The plane passes through the point ``plane`` across ``normal``, an axis of ``by``'s frame, and pushes ``at``
+        along it. ``law`` gives the force [N] of the depth [m] and of its rate [m/s]; it counts where the point is below
+        the plane, and never pulls. Friction against the sliding has the coefficient ``friction``, without unit, and
+        creeps below the speed ``creep`` [m/s] (`derive.creeping`). For soil, an end stop, clearance; with the law
+        K d^(3/2) (1 + D d_dot) the contact of Hunt and Crossley (J. Appl. Mech. 42, 1975).
+
+        >>> from derive import Mechanism, Y, quantities
+        >>> q = quantities("K | N/m | soil | 9e4\nm | kg | block | 2\ng | m/s2 | free fall | 9.81")
+        >>> m = Mechanism("drop", q, gravity=q.g)
+        >>> at = m.point("P", m.O, m.world, 0, m.coordinate("h", "m", "height"))
+        >>> block = m.body("block", m.world, q.m, at)
+        >>> m.compliant_contact("floor", block, m.ground, at, m.O, lambda depth, rate: q.K * depth)
+        N_floor
+        """
+        place = displacement(plane, at, by.frame)
+        motion, way = self.motion.relative_derivative(place, by.frame), unit(by.frame, normal)
+        gap, opening = place.dot(way), motion.dot(way)
+        depth = switch(gap, S.Zero, -gap)
+        push = self.name_(
+            f"N_{name}", "N", f"force of {by} on {on} at {at.name}, along the normal",
+            switch(gap, S.Zero, sp.Max(law(depth, -opening), 0)),
+        )  # fmt: skip
+        slip = motion - opening * way
+        drag = creeping(friction * push, slip.components, creep) if friction != 0 else S.Zero
+        self.force(name, on, at, push * way - drag * slip, by)
+        return push
 
     def force(self, name: str, on: Body, at: Point, force: Vec, by: Body | None = None) -> None:
         """Apply a given force [N] to a body at a point, and its reverse there to ``by`` or else to the ground.

@@ -48,9 +48,9 @@ PAGES = {
         "Coordinates": ".coordinate .follow",
         "Bodies": ".body .bodies derive.Body derive.Part derive.about_pin",
         "Joints": ".pin .weld .slide .ball .universal .cylinder .plane .wheel",
-        "Forces": ".force .torque .spring .motor derive.creeping derive.dahl",
-        "Contacts and teeth": ".contact .follower .mesh .couple derive.GearContact derive.SlidingContact "
-        "derive.SharedContact derive.tangent_angle derive.Impact derive.ImpactLaw",
+        "Forces": ".force .torque .spring .strut .bushing .motor .actuator derive.creeping derive.dahl",
+        "Contacts and teeth": ".contact .compliant_contact .follower .mesh .couple derive.GearContact "
+        "derive.SlidingContact derive.SharedContact derive.tangent_angle derive.Impact derive.ImpactLaw",
         "Closed loops": ".close .parallel .constrain",
         "Free motion": ".begin .roll .accelerations",
         "Results": ".name_ .let .report .system .equations .balance .named .unknowns",

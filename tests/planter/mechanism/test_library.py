@@ -12,7 +12,16 @@ from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.model import Model
 from tests.support import own
 
-MACHINES = ["geneva_wheel", "hooke_joint", "rssr", "scotch_yoke", "swash_plate", "toggle_press", "watt_six_bar"]
+MACHINES = [
+    "geneva_wheel",
+    "hooke_joint",
+    "lift_arm",
+    "rssr",
+    "scotch_yoke",
+    "swash_plate",
+    "toggle_press",
+    "watt_six_bar",
+]
 TURN = np.linspace(0.05, 6.2, 83)
 STEP = 1e-3
 PHI, OMEGA = Quantity("phi", "rad", "crank", "test"), Quantity("omega", "rad/s", "speed", "test")
@@ -37,9 +46,9 @@ def intersect_circles(first: Array, second: Array, radii: tuple[float, float], s
     """Return the point (n,), as a complex number, at distances from two points, left of their line or right of it."""
     line = second - first
     distance = np.abs(line)
-    along = (distance**2 + radii[0] ** 2 - radii[1] ** 2) / (2 * distance)
-    across = np.sqrt(radii[0] ** 2 - along**2)
-    result: Array = first + line / distance * (along + side * 1j * across)
+    projection = (distance**2 + radii[0] ** 2 - radii[1] ** 2) / (2 * distance)
+    height = np.sqrt(radii[0] ** 2 - projection**2)
+    result: Array = first + line / distance * (projection + side * 1j * height)
     return result
 
 
@@ -128,6 +137,21 @@ def test_watt_six_bar_does_the_work_of_its_load() -> None:
     assert np.cos(values["chi"] - out[2]) == pytest.approx(1.0, abs=1e-12)
     lift = differentiate((crank + pin).imag / 2)[0]
     assert values["M_in"] == pytest.approx(4 * differentiate(out)[0] + 0.5 * 9.81 * lift, abs=1e-8)
+
+
+def test_lift_arm_bears_its_load() -> None:
+    """The cylinder's pull is the weight's by the ratio of their speeds, with the inertia of the arm."""
+    phase, speed = np.linspace(0.3, 2.8, 41), 6 * np.pi / 30
+    angles = angles_around(phase)
+    length = 0.52 + 0.08 * (1 - np.cos(angles))
+    base, pin = np.hypot(0.12, 0.45), 0.3
+    arm = np.arccos((base**2 + pin**2 - length**2) / (2 * base * pin)) - np.arctan2(0.45, 0.12)
+    slope, bend = differentiate(arm)
+    values = evaluate("lift_arm", phase)
+    assert values["theta"] == pytest.approx(arm[2], abs=1e-12)
+    moment = 180 * (9.81 * 0.8 * np.cos(arm[2]) + 0.8**2 * bend * speed**2) + 12 * bend * speed**2
+    assert -values["F_cylinder"] * differentiate(length)[0] == pytest.approx(moment * slope, rel=1e-7)
+    assert values["P_F_cylinder"] == pytest.approx(moment * slope * speed, rel=1e-7)
 
 
 def test_toggle_press_does_the_work_of_its_load() -> None:
