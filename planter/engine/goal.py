@@ -132,7 +132,8 @@ class Goal:
         self.nodes: Mapping[Key, Nodes] = dict(self._build_nodes(count, with_events)) if nodes is None else nodes
         self.variables = [(m, side) for m in self.terms for side in self._sides(m)]
         self._objective_size = len(self.variables)
-        self.variables += [(limit.measure, 1) for limit in self.limits if limit.measure.kind == "range"]
+        ranges = [limit.measure for limit in self.limits if limit.measure.kind == "range" and not limit.is_reached]
+        self.variables += [(measure, 1) for measure in ranges]
         self.unit = np.array([self.spread(m) for m, _ in self.variables])
         self.blocks = list(self._build_blocks())
 
@@ -206,6 +207,8 @@ class Goal:
             node = self._node(measure)
             unit = np.eye(len(values))[node]
             return GoalTerm(float(values[node]), slopes[node], unit, none, np.zeros((self.size, self.size)))
+        if measure.kind in SIDES:
+            return self._reached(measure, values, slopes)
         if measure.kind == "work":
             return self._work(x, at, row, self.machine.find_quantity(measure.name))
         kind = next(kind for kind in SMOOTH if kind == measure.kind)
@@ -213,6 +216,16 @@ class Goal:
         gradient = statistic.gradient(slopes, at.weight_slopes)
         extra = statistic.curvature(slopes, at.weight_slopes)
         return GoalTerm(statistic.value, gradient, statistic.slope, statistic.weight_slope, extra)
+
+    def _reached(self, measure: Measure, values: Array, slopes: Array) -> GoalTerm:
+        """Return an extreme or a range as that of the nodes that have it now, for a limit that one angle satisfies."""
+        weights, sizes = np.zeros(len(values)), np.abs(values) if measure.is_size else values
+        for side in SIDES[measure.kind]:
+            node = int(np.argmax(side * sizes))
+            share = float(np.sign(values[node])) if measure.is_size else 1.0
+            weights[node] += share * (side if measure.kind == "range" else 1)
+        none = np.zeros(len(values))
+        return GoalTerm(float(weights @ values), weights @ slopes, weights, none, np.zeros((self.size, self.size)))
 
     def _work(self, x: Array, at: NodeValues, row: int, quantity: Quantity) -> GoalTerm:
         """Return the work [J] of a power over the time of the nodes, or of a torque over their angle."""
@@ -339,6 +352,8 @@ class Goal:
             measure, step = limit.measure, self.step(limit)
             level = limit.number / step
             bounds = (-level if measure.is_size else -np.inf, level) if limit.sign > 0 else (level, np.inf)
+            if limit.is_reached:
+                continue
             if measure.kind == "range":
                 yield from self._blocks_of(measure, 1 / step, (next(spare), -1 / step), (-level, np.inf), owner)
             elif measure.kind in ("at", *EVERYWHERE):
@@ -396,7 +411,10 @@ class GoalConstraints(Constraints):
 
     def __init__(self, goal: Goal) -> None:
         self.goal, blocks = goal, goal.blocks
-        self._smooth = [(k, h) for k, h in enumerate(goal.limits) if h.measure.kind not in ("at", "range", *EVERYWHERE)]
+        pointwise = ("at", "range", *EVERYWHERE)
+        self._smooth = [
+            (k, h) for k, h in enumerate(goal.limits) if h.is_reached or h.measure.kind not in pointwise
+        ]  # fmt: skip
         self._steps = np.array([goal.step(h) for _, h in self._smooth])
         levels = np.array([h.number for _, h in self._smooth]) / self._steps
         upper = np.array([h.sign > 0 for _, h in self._smooth], dtype=bool)

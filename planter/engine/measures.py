@@ -210,6 +210,11 @@ class Limit:
         """Names of all quantities that the limit speaks of, its own first."""
         return self.measure.names
 
+    @property
+    def is_reached(self) -> bool:
+        """Whether one angle is enough to satisfy it: a least stroke, a greatest value that must be reached."""
+        return (self.measure.kind, self.sign) in (("max", -1), ("min", 1), ("range", -1))
+
     def __str__(self) -> str:
         return f"{self.measure} {'<=' if self.sign > 0 else '>='} {_text(self.number, self.unit)}"
 
@@ -247,12 +252,12 @@ def parse_limit(text: str, label: str = "--hold") -> Limit:
     measure = reader.read_measure()
     sign, number, unit = reader.read_bound(("<=", ">="))
     reader.end()
-    if measure.size and sign == ">=":
-        reader.refuse("only abs NAME <= is a limit")
+    if measure.size and sign == ">=" and measure.kind != "max":
+        reader.refuse("only abs NAME <= and max abs NAME >= are limits")
     if measure.size and measure.kind in WITHOUT_SIZE:
         reader.refuse(f"{measure.kind} takes no abs, which has corners")
-    if (measure.kind, sign) in (("max", ">="), ("min", "<="), ("range", ">="), ("jump", ">=")):
-        reader.refuse("only max <=, min >=, range <= and jump <= are limits")
+    if (measure.kind, sign) == ("jump", ">="):
+        reader.refuse("only jump <= is a limit")
     return Limit(measure, 1 if sign == "<=" else -1, number, unit)
 
 

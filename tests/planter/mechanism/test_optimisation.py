@@ -1,5 +1,6 @@
 """Measures of a mechanism made least: derivatives against differences, optima against closed forms and dense grids."""
 
+import math
 from pathlib import Path
 
 import jsonschema
@@ -97,6 +98,31 @@ def test_optimum_equals_closed_form(file: Path) -> None:
     assert optimum.holds[0].value >= 170 - 1e-4
 
 
+def compute_stroke(design: dict[str, float]) -> float:
+    crank, rod, offset = design["r_mm"], design["l_mm"], design["e_mm"]
+    return math.sqrt((rod + crank) ** 2 - offset**2) - math.sqrt((rod - crank) ** 2 - offset**2)
+
+
+@pytest.mark.parametrize("limit", ["range s >= {}", "max s >= {}", "min s <= {}"])
+def test_least_stroke_is_reached_at_its_price(file: Path, limit: str) -> None:
+    """Limits that one angle satisfies; the price is how much the optimum rises with the limit."""
+    number, step = {"range s >= {}": (90.0, 0.2), "max s >= {}": (245.0, 0.2), "min s <= {}": (75.0, -0.2)}[limit]
+    first, second = (
+        optimise_machine(
+            build_machine(load(file)), "rms M_in", [limit.format(level)], spec=SearchSpec(starts=2), means=Means(1)
+        ).result
+        for level in (number, number + step)
+    )
+    assert first.certificate.kkt_residual < 1e-6
+    assert first.holds[0].value == pytest.approx(number, abs=1e-3)
+    if limit.startswith("range"):
+        assert compute_stroke(first.design) == pytest.approx(number, abs=1e-3)
+    (price,) = first.certificate.active_limits
+    rise = (second.objective - first.objective) / abs(step)
+    assert price.multiplier == pytest.approx(rise, rel=5e-2)
+    assert rise > 0
+
+
 def test_limited_optimum_equals_dense_grid(file: Path) -> None:
     machine = load(file)
     optimum = optimise_machine(build_machine(machine), "max abs M_in", ["s at 180 >= 100"], spec=SearchSpec(starts=2))
@@ -130,7 +156,8 @@ def test_infeasible_limit_is_named_with_reached_value(file: Path) -> None:
         ("mean abs s", None, "mean takes no abs"),
         ("-1 max s", None, "max s can only be made smaller"),
         ("range s", "s < 3", "it must be .MEASURE. .abs. NAME"),
-        ("range s", "max s >= 3", "only max <=, min >=, range <= and jump <= are limits"),
+        ("range s", "jump s >= 3", "only jump <= is a limit"),
+        ("range s", "rms abs s >= 3", "rms takes no abs|only abs NAME <="),
     ],
 )
 def test_invalid_goal_is_refused(file: Path, objective: str, hold: str | None, message: str) -> None:
