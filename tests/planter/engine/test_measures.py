@@ -139,7 +139,7 @@ def test_refusal_names_word_and_character(text: str, parts: list[str]) -> None:
 @pytest.mark.parametrize(
     ("text", "part"),
     [("F < 3", "'<' at character 3"), ("F", "a limit is missing"), ("2 max F <= 3", "'2' at character 1"),
-     ("abs F >= 3", "abs"), ("jump F >= 3", "jump <="), ("jump F >= 3", "jump <="),
+     ("abs F >= 3", "abs"), ("jump F >= 3", "jump <="),
      ("F <= 3 parsecs", "parsecs"), ("F <= 3 <= 4", "character 8"),
      ("mean F while y <= 3", "a limit is missing")],
 )  # fmt: skip
