@@ -77,7 +77,7 @@ def solve_set(equations: Sequence[Equation], unknowns: Sequence[Quantity]) -> tu
     deciding = sorted({u for e in equations for u in _deciding_unknowns(e.residual) if u in unknowns}, key=str)
     if len(deciding) > MOST_CASES:
         names = ", ".join(map(str, deciding))
-        raise BlockError(f"the signs of {names} decide; at most {MOST_CASES} can be told apart")
+        raise BlockError(f"the signs of {names} decide; at most {MOST_CASES} are supported")
     source = "derived: " + "; ".join(e.source.removeprefix("derived: ") for e in equations)
     if not deciding:
         return solve_linear_set([e.residual for e in equations], unknowns, source)
@@ -275,7 +275,7 @@ def solve_linear(equation: Equation, unknown: sp.Symbol) -> Expr:
 
 
 def close_cases(expr: Expr) -> Expr:
-    """Let the last of a list of cases hold wherever no other does (the papers leave out borderlines)."""
+    """Let the last of a list of cases hold where no other does (the papers leave out borderlines)."""
 
     def closed(cases: sp.Piecewise) -> Expr:
         *head, (last, _) = cases.args
@@ -367,7 +367,7 @@ def _single(equations: Sequence[Equation], still_open: set[Quantity]) -> Solve |
 
 
 def _common(equations: Sequence[Equation], still_open: set[Quantity]) -> Solve | None:
-    """A balance in several unknowns that all hang on one: those others are eliminated through their definitions."""
+    """A balance in several unknowns that all depend on one: those others are eliminated through their definitions."""
     definitions = {e.defines: e for e in equations if e.defines in still_open}
     for equation in equations:
         open_unknowns = equation.residual.free_symbols & still_open

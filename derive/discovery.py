@@ -1,4 +1,4 @@
-"""Finds modules that offer something: in a package's own folder, in installed packages, in files of a user's own.
+"""Finds modules that offer something: in a package's own folder, in installed packages, in a user's files.
 
 A module offers ``SYSTEMS`` (a tuple of functions that derive a model each) or ``SYSTEM`` (a model), ``CASE`` (a paper
 and what it is tried against), ``TARGET`` (a language to write in), and families of pitch curves by ``@register``.
@@ -47,7 +47,7 @@ def find_files(path: Path) -> list[Path]:
 
 @contextmanager
 def load_user_modules(path: Path) -> Iterator[list[ModuleType]]:
-    """The modules of a file or folder, run by path; while they are used, they may import what lies beside them."""
+    """The modules of a file or folder, run by path; while they are used, they may import from their folder."""
     folder = str(path.parent if path.is_file() else path)
     sys.path.append(folder)
     try:

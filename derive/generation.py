@@ -23,7 +23,7 @@ NOTHING = (
 
 
 def derive_code(names: Collection[str] = ()) -> dict[str, str]:
-    """Path inside `generated/` -> content: models, families and targets of our own, none of an installed package."""
+    """Path inside `generated/` -> content: models, families and targets of this package, none of an installed one."""
     targets = _chosen(built_in(), names)
     return render_texts(
         derive_models((*import_modules(gearing), *import_modules(systems), *import_modules(papers))),
@@ -35,8 +35,8 @@ def derive_code(names: Collection[str] = ()) -> dict[str, str]:
 def derive_user_code(name: str, target_names: Collection[str] = ()) -> tuple[dict[str, str], Path]:
     """Return the same for a file, a folder or an installed package's offer, and the folder next to it to write to.
 
-    ``target_names`` are names of targets that are written beside those that always are. Raises OwnError where there is
-    nothing to derive, or where it raises.
+    ``target_names`` are names of targets that are written in addition to those that always are. Raises OwnError where
+    there is nothing to derive, or where it raises.
     """
     path = Path(name)
     targets = _chosen(

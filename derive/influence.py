@@ -1,4 +1,4 @@
-"""What a result feels: the steps and inputs that cannot change it, proved symbolically.
+"""What a result depends on: the steps and inputs that cannot change it, proved symbolically.
 
 The result is differentiated backwards through the steps, side by side where a machine has equal sides. A quantity whose
 derivative is identically zero, whatever the values of all that comes before it, cannot change the result and is put to
@@ -122,7 +122,7 @@ class Influence:
 
     @staticmethod
     def _shorten(symbol: sp.Symbol, slope: Expr) -> Expr:
-        """A long slope as a number of its own, of which nothing is known: what vanishes with it vanishes without."""
+        """A long slope as a new symbol, of which nothing is known: what vanishes with it vanishes without."""
         if sp.count_ops(slope) <= LONG:
             return slope
         return Quantity(f"slope_{symbol}", "1", f"slope in {symbol}", "derived: influence")
@@ -175,7 +175,7 @@ def _expanded(expr: Expr) -> Expr:
 def _simple(expr: Expr) -> Expr:
     """Zero if the expression is found to be identically zero; else as it is, or another form of it.
 
-    Nothing is sought among branches and polynomials: what vanishes on each of them counts as felt.
+    Nothing is sought among branches and polynomials: what vanishes on each of them counts as an influence.
     """
     if expr == 0 or expr.has(sp.Piecewise, Polynomial) or _differs(expr):
         return expr

@@ -221,7 +221,7 @@ class System:
     """A model of a machine: a lane along its angle, functions in closed form, or both.
 
     ``data`` are the values that its statement gives of quantities, by name; ``pushing`` are names of forces of contacts
-    that cannot pull; ``axes`` name the frames by which components of joints' actions are told, if not the world's;
+    that cannot pull; ``axes`` name the frames by which components of joints' actions are given, if not the world's;
     ``meshes`` are names of gears that mesh, by the tag of their mesh.
     """
 
@@ -350,7 +350,7 @@ Packed = Vector | Quantity
 
 @dataclass(frozen=True)
 class Mesh:
-    """Two gears that touch on their line of centres, beside each other.
+    """Two gears that touch on their line of centres.
 
     ``line`` [rad] is the direction from the inner gear's centre to the outer's, which is at ``centre`` [m]. ``polar``
     [rad] are the directions of the pitch point in the frames of both gears, ``radii`` [m] its distances from their

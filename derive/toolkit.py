@@ -1,4 +1,4 @@
-"""What a mechanism, a pitch curve or a target of one's own is made of, in one place: `from derive import ...`.
+"""What a mechanism, a pitch curve or a target consists of, in one place: `from derive import ...`.
 
 Its import finds the targets, so that from then on the names that they need are refused.
 """

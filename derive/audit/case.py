@@ -207,7 +207,7 @@ class Case:
         return tuple(n for n in self.paper.equations if n in numbers)
 
     def joint_choices(self, numbers: Collection[str]) -> list[dict[str, Choice]]:
-        """Every way to read linked equations together: each question has one answer, wherever it is asked."""
+        """Every way to read linked equations together: each question has one answer in all of them."""
         questions = [q for q in self.paper.questions if not {*numbers}.isdisjoint(q.numbers)]
         return [
             {n: Choice(tuple(a for q, a in zip(questions, answers, strict=True) if n in q.numbers)) for n in numbers}

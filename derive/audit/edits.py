@@ -60,7 +60,7 @@ def list_edits(
 
 @dataclass(frozen=True)
 class Words:
-    """Quantities that may have been meant, and those that may be lacking beside others."""
+    """Quantities that may have been meant, and those that may be lacking together with others."""
 
     vocabulary: tuple[Quantity, ...]
     lacking: tuple[Quantity, ...]

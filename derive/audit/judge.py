@@ -42,9 +42,9 @@ UNJUDGED: Word = "not judged"
 class Judgement:
     """A verdict with its evidence. ``missing`` are terms of the derivation that the print lacks.
 
-    ``domain`` says where an equation does not hold that holds wherever the machine uses it, and is empty elsewhere.
-    ``loose`` names what must vanish where a thing is held and does not; ``edits`` are those of the first correction,
-    with what they replace.
+    ``domain`` says where an equation does not hold that holds at all angles that the machine uses, and is empty
+    elsewhere. ``loose`` names what must vanish where a thing is held and does not; ``edits`` are those of the first
+    correction, with what they replace.
     """
 
     verdict: Word
@@ -221,7 +221,7 @@ def _agreement(printed: Equation, derived: Equation) -> Judgement:
 
 
 def _corrected(start: Comparison, words: list[Quantity], done: tuple[Said, ...], remark: str) -> Judgement:
-    """The verdict on a difference; ``done`` are edits that are needed beside those of the residual."""
+    """The verdict on a difference; ``done`` are edits that are needed in addition to those of the residual."""
     first = start.edits(words)
     exact = [edit for edit in first if _solves(start, edit)]
     if exact:

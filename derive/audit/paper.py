@@ -86,7 +86,7 @@ class Subject(Protocol):
         ...
 
     def reference(self, points: int) -> Sequence[Mapping[Any, Any]]:
-        """Values of all quantities along the machine's own cycle, to tell how large a term becomes."""
+        """Values of all quantities along the machine's own cycle, to estimate how large a term becomes."""
         ...
 
     def nearby(self, rng: random.Random) -> Sequence[Mapping[Any, Any]] | None:
@@ -136,7 +136,7 @@ class Subject(Protocol):
         return None
 
     def files(self) -> Iterable[Path]:
-        """Files that the dynamics depend on beside the modules that the subject's own one imports."""
+        """Files that the dynamics depend on in addition to the modules that the subject's own one imports."""
         return ()
 
 

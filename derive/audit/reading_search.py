@@ -138,7 +138,7 @@ def _attempted(case: Case, number: str, choice: Choice) -> Hearing:
 
 
 def _heard(case: Case, number: str, choice: Choice) -> Hearing:
-    """The mildest judgement among the footings; missing terms are told on that which leaves fewest."""
+    """The mildest judgement among the footings; missing terms are reported on the one that leaves fewest."""
     hearings = [
         Hearing(_judged(case, printed, derived), printed, derived, choice)
         for printed, derived in case.footings(number, choice)

@@ -64,7 +64,7 @@ def describe_law_cause(law: Mapping[str, Any], equations: Mapping[str, Mapping[s
     """Return what is missing where, and by how much its repair alone reduces the violation of a broken law.
 
     The equation is that of the largest Shapley value. These values may be negative or exceed the violation, so none of
-    them is told as a part of it.
+    them is reported as a part of it.
     """
     if not law["shares"]:
         return ""
@@ -308,7 +308,7 @@ def _text(equation: Equation) -> str:
 
 
 def _terms(case: Case, terms: Sequence[Expr], derived: Equation | None) -> list[Record]:
-    """Terms with their largest size over the cycle, beside that of the largest derived term; null without a value."""
+    """Terms with their largest size over the cycle, with that of the largest derived term; null without a value."""
     if not terms or derived is None:
         return []
     largest = max((_largest(t, case.cycle) or mpmath.mpf(0) for t in expand_sum(derived.residual)), default=None)

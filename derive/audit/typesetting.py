@@ -90,7 +90,7 @@ class Presentation(Printer):
         return minus, self.in_brackets(-term if minus else term, PRECEDENCE["Mul"])
 
     def emptyPrinter(self, expr: Basic) -> str:
-        """Raise TypeError for an expression that has no method of its own in the printer."""
+        """Raise TypeError for an expression for which the printer has no method."""
         raise TypeError(f"cannot set {type(expr).__name__} in {expr}")
 
     def _print_Symbol(self, expr: sp.Symbol) -> str:
@@ -199,7 +199,7 @@ def typeset_inline(expr: Basic) -> str:
 
 
 def typeset_equation(equation: Equation) -> str:
-    """An equation as an element of its own, solved for what it defines."""
+    """An equation as a separate element, solved for what it defines."""
     text = f"{equation.residual} {equation.relation} 0"
     left, right = sides(equation)
     return _math(_set(_SETTER.terms(left), equation.relation, _SETTER.terms(right)), text, display=True)

@@ -65,7 +65,7 @@ def as_page(
 
 
 def format_overview(records: Sequence[Record]) -> list[str]:
-    """A table of the papers: verdicts, equations at fault, causes, and what hangs on a reading or a character."""
+    """A table of the papers: verdicts, equations at fault, causes, and what depends on a reading or a character."""
     lines = ["| paper | verdicts | at fault | causes | on a reading | on one character |", "|---|---|---|---|---|---|"]
     for paper, counts in count_verdicts(records).items():
         paper_records = [r for r in records if r["paper"] == paper]
@@ -246,8 +246,8 @@ def find_cases(modules: Iterable[ModuleType]) -> dict[str, Case]:
 def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) -> dict[str, str]:
     """File name -> content: what the audit found of every equation of the modules' papers, and of the laws.
 
-    What a committed audit.json says of an equation is kept if it was made from the same. Raises ClaimError where an
-    equation claims what its subject does not derive.
+    What a committed audit.json says of an equation is used again if it was made from the same. Raises ClaimError where
+    an equation claims what its subject does not derive.
     """
     committed_records, committed_typeset = (_read(committed.with_name(name)) if committed else {} for name in FILES[:2])
     modules_ = list(modules)
@@ -265,7 +265,7 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
 
 
 def _about(case: Case) -> dict[str, str]:
-    """Title of a paper, and the name of the model that computes its numbers anew, if there is one."""
+    """Title of a paper, and the name of the model that computes its numbers, if there is one."""
     model = case.subject.model()
     return {"title": case.paper.reference, "model": "" if model is None else model.name}
 
@@ -282,7 +282,7 @@ def judge_modules(
 ) -> tuple[list[Record], list[Record]]:
     """Records of all equations and laws: known ones that still hold, and the rest, judged in parallel.
 
-    A chain is held to its laws as its equations are read, which their judgement decides: those come first.
+    A chain is checked by its laws together with its equations, which their judgement decides: those come first.
     """
     cases_by_module = find_cases(modules)
     for case in cases_by_module.values():

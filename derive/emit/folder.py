@@ -25,7 +25,7 @@ class Target:
     """A language: the place of its files, such as ``array/{name}.py``, and the texts of a model and of a pitch curve.
 
     ``reserved`` are names that the texts need for themselves, so that no quantity can have them. A target
-    ``on_request`` is written, and keeps its names, where it is asked for alone.
+    ``on_request`` is written, with its names unchanged, only on request.
     """
 
     name: str
@@ -54,7 +54,8 @@ def built_in() -> list[Target]:
 
 
 def select_targets(targets: Iterable[Target], names: Collection[str] = ()) -> list[Target]:
-    """The languages that are always written, and those that are asked for by name, whose names are kept from now on.
+    """The languages that are always written, and those that are asked for by name, whose names are reserved from now
+    on.
 
     Raises ValueError where none has a name that is asked for.
     """

@@ -175,7 +175,7 @@ class Assembly:
         return definition
 
     def name_vector(self, name: str, vector: Vec, unit: str, meaning: str) -> Vec:
-        """Give the components of a vector names of their own; they are laws between unknowns."""
+        """Name the components of a vector; they are laws between unknowns."""
         symbols: list[Expr] = []
         for axis, component in zip(AXES, vector.components, strict=True):
             if component == 0:

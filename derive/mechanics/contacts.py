@@ -26,7 +26,7 @@ class GearContact:
 
     ``internal`` gears mesh inside each other: the inner gear is the planet, the outer the ring around it, and the line
     points from the planet's centre to the ring's. An infinite radius (``sympy.oo``) is that of a rack: the line is
-    perpendicular to it, and ``outer`` is the pitch point, which keeps its distance from the inner gear's centre.
+    perpendicular to it, and ``outer`` is the pitch point, at a fixed distance from the inner gear's centre.
     """
 
     frame: Frame
@@ -111,7 +111,7 @@ class SlidingContact(GearContact):
     def lever(self, bearing: int) -> Expr:
         """Return the moment of the teeth on the outer gear about its centre per normal force [m].
 
-        Friction acts beyond the pitch point; the normal force keeps the lever that it has at the pitch point.
+        Friction acts beyond the pitch point; the normal force has the lever of the pitch point.
         """
         return super().lever(bearing) + sp.sign(self.turning) * self._rubbing(bearing)
 

@@ -172,7 +172,7 @@ def solve_forces(stated: Statement, rate: Quantity | None = None) -> tuple[Step,
     """The unknown actions from the balances; raises MechanismError where some are left that nothing can keep.
 
     Where the side on which teeth bear leaves a set of balances that is not linear, the virtual work of what does work
-    gives the force of the drive first, whose speed is ``rate``; one balance then follows from the others, and is kept
+    gives the force of the drive first, whose speed is ``rate``; one balance then follows from the others, and remains
     as a law that vanishes.
     """
     equations = stated.equations()
@@ -247,7 +247,7 @@ class Other:
 
 
 def side_quantities(stated: Statement) -> frozenset[Quantity]:
-    """Quantities that each side has of its own: its motion, and what acts in it."""
+    """Quantities of each side: its motion, and what acts in it."""
     return frozenset(s for step in stated.steps for s in step.defines) | set(stated.unknowns)
 
 

@@ -1,4 +1,4 @@
-"""Frames as data; vectors and points that know their frame; differentiation in time."""
+"""Frames as data; vectors and points in frames; differentiation in time."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ def dahl(
 
     ``sliding`` [m/s] and ``bent`` [m] are components of the sliding velocity and of the bristles' deflection; the force
     is ``-stiffness * bent``, with ``stiffness`` in [N/m]. It is elastic at first and tends to ``limit`` [N] while
-    sliding continues one way. ``creep`` [m/s] keeps the law smooth at rest (Dahl, Solid friction damping of mechanical
+    sliding continues one way. ``creep`` [m/s] makes the law smooth at rest (Dahl, Solid friction damping of mechanical
     vibrations, AIAA J. 14, 1976).
 
     >>> from sympy import symbols

@@ -424,7 +424,7 @@ class Joints(Contacts):
     ) -> None:  # fmt: skip
         """Forces by axes of the world or of a frame, moments by those of ``by``'s.
 
-        Whatever is not by those of the world is told by these as well.
+        Whatever is not by those of the world is reported in these as well.
         """
         force, moment = [S.Zero] * 3, [S.Zero] * 3
         for i in forces:

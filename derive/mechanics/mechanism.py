@@ -198,7 +198,7 @@ class Mechanism(Joints):
     def parallel(
         self, name: str, first: tuple[Frame, Axis], second: tuple[Frame, Axis], start: Mapping[Quantity, Scalar]
     ) -> None:
-        """Keep two axes parallel, as a hinge that closes a loop in space does beside `close`.
+        """Keep two axes parallel, as a hinge that closes a loop in space does in addition to `close`.
 
         Each of ``first`` and ``second`` is a frame and one of its axes X, Y, Z. It adds two gaps without unit: the
         components of the second axis across the first, in the first frame. ``start`` and errors are those of `close`.

@@ -121,7 +121,7 @@ class Statement:
 
     @property
     def component_axes(self) -> dict[str, str]:
-        """Names of the frames by which components of joints' actions are told, by the components' names.
+        """Names of the frames by which components of joints' actions are given, by the components' names.
 
         The components of all others, and those that say so in their name, are the world's.
         """
@@ -133,7 +133,7 @@ class Statement:
         }
 
     def world_components(self) -> list[Let]:
-        """The world's components, ``NAME_world_AXIS``, of the joints' actions that are told by other axes."""
+        """The world's components, ``NAME_world_AXIS``, of the joints' actions that are given along other axes."""
         return [
             let(quantity(f"{name}_world_{axis}", unit, f"{meaning}, {axis} of the world"), component)
             for name, (unit, meaning, action) in self.turned.items()
@@ -241,7 +241,7 @@ class Statement:
         return body.parts[0].centroid if body.parts else self.pin_of(body).at
 
     def name_accelerations(self) -> None:
-        """Give the accelerations of all centroids names of their own, but of those whose places have names."""
+        """Name the accelerations of all centroids, except those whose places have names."""
         with_names = self.motion.accelerations.keys() | self.motion.places.keys()
         for body in self.assembly.bodies:
             for number, part in enumerate(body.parts, 1):

@@ -89,7 +89,7 @@ def _sections(functions: Iterable[Emitted]) -> Iterator[str]:
 
 
 def _aligned(steps: Iterable[Step]) -> str:
-    """Abbreviations, which have no meaning of their own."""
+    """Abbreviations, which have no meaning."""
     lines = " \\\\\n".join(map(_equations, steps))
     return f"\\begin{{align}}\n{lines}\n\\end{{align}}"
 

@@ -63,7 +63,7 @@ def run(statement: str, times: np.ndarray, start: dict[str, float] | None = None
     return motion.run(times, state=state)
 
 
-def test_cubic_strut_has_its_period() -> None:
+def test_cubic_strut_swings_at_closed_form_period() -> None:
     """Of m s'' = -k s^3 with amplitude A: 4 K(1/2) sqrt(m/k) / A, with the complete elliptic integral K."""
     period = 4 * scipy.special.ellipk(0.5) * np.sqrt(2 / 5000) / 0.3
     motion = run(STRUT, np.array([0.0, period / 4, period / 2, period]))
@@ -92,7 +92,7 @@ def test_rebound_follows_hunt_and_crossley(losses: float) -> None:
     assert motion.states[3][-1] == pytest.approx(rebound, rel=1e-6)
 
 
-def test_friction_stops_what_slides() -> None:
+def test_friction_decelerates_sliding_block() -> None:
     rest = (2 * 9.81 / 300000) ** (2 / 3)
     motion = run(DROP, np.array([0.0, 0.1]), {"h": -rest, "x_dot": 1.0})
     assert motion.results["N_floor"][-1] == pytest.approx(2 * 9.81, rel=1e-6)

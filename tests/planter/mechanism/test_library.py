@@ -67,7 +67,7 @@ def test_scotch_yoke_is_harmonic() -> None:
 
 
 @pytest.mark.parametrize("bend", [10.0, 30.0])
-def test_hooke_joint_has_its_ratio(bend: float) -> None:
+def test_hooke_joint_follows_closed_form(bend: float) -> None:
     """The ratio lies between the cosine of the angle between the shafts and its inverse."""
     values, beta, speed = evaluate("hooke_joint", beta_deg=bend), np.radians(bend), 540 * np.pi / 30
     shape = 1 - np.sin(beta) ** 2 * np.cos(TURN) ** 2
@@ -110,7 +110,7 @@ def find_rocker_angle(angle: float) -> float:
     return float(scipy.optimize.brentq(excess, -1.2, 1.2, xtol=1e-15))
 
 
-def test_rssr_agrees_with_its_lengths() -> None:
+def test_rssr_agrees_with_bracketed_root() -> None:
     values, speed, angles = evaluate("rssr"), 120 * np.pi / 30, angles_around(TURN)
     positions = np.vectorize(find_rocker_angle)(angles)
     slope, bend = differentiate(positions)
@@ -127,7 +127,7 @@ def test_watt_six_bar_agrees_with_print() -> None:
     assert np.degrees([values["beta"][0], values["gamma"][0]]) == pytest.approx([20.30, 57.33], abs=0.006)
 
 
-def test_watt_six_bar_does_the_work_of_its_load() -> None:
+def test_watt_six_bar_balances_virtual_work() -> None:
     angles = angles_around(TURN)
     crank = 0.04 * np.exp(1j * angles)
     pin = intersect_circles(crank, np.full_like(crank, 0.1), (0.12, 0.08), 1)
@@ -139,7 +139,7 @@ def test_watt_six_bar_does_the_work_of_its_load() -> None:
     assert values["M_in"] == pytest.approx(4 * differentiate(out)[0] + 0.5 * 9.81 * lift, abs=1e-8)
 
 
-def test_lift_arm_bears_its_load() -> None:
+def test_lift_arm_balances_virtual_work() -> None:
     """The cylinder's pull is the weight's by the ratio of their speeds, with the inertia of the arm."""
     phase, speed = np.linspace(0.3, 2.8, 41), 6 * np.pi / 30
     angles = angles_around(phase)
@@ -154,7 +154,7 @@ def test_lift_arm_bears_its_load() -> None:
     assert values["P_F_cylinder"] == pytest.approx(moment * slope * speed, rel=1e-7)
 
 
-def test_toggle_press_does_the_work_of_its_load() -> None:
+def test_toggle_press_balances_virtual_work() -> None:
     angles = angles_around(TURN)
     crank = -0.34 - 0.23j + 0.05 * np.exp(1j * angles)
     knee = intersect_circles(crank, np.zeros_like(crank), (0.3, 0.25), -1)

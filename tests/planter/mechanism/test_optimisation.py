@@ -104,7 +104,7 @@ def compute_stroke(design: dict[str, float]) -> float:
 
 
 @pytest.mark.parametrize("limit", ["range s >= {}", "max s >= {}", "min s <= {}"])
-def test_least_stroke_is_reached_at_its_price(file: Path, limit: str) -> None:
+def test_lower_limit_is_active_with_correct_price(file: Path, limit: str) -> None:
     """Limits that one angle satisfies; the price is how much the optimum rises with the limit."""
     number, step = {"range s >= {}": (90.0, 0.2), "max s >= {}": (245.0, 0.2), "min s <= {}": (75.0, -0.2)}[limit]
     first, second = (
