@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.integrate
 import scipy.optimize
 
 from derive import Mechanism, Z
@@ -13,11 +14,14 @@ from planter.mechanism.model import Model
 from tests.support import own
 
 MACHINES = [
+    "eccentric_train",
     "geneva_wheel",
+    "hay_baler",
     "hooke_joint",
     "lift_arm",
     "rssr",
     "scotch_yoke",
+    "stephenson_six_bar",
     "swash_plate",
     "toggle_press",
     "watt_six_bar",
@@ -76,6 +80,12 @@ def test_hooke_joint_follows_closed_form(bend: float) -> None:
     assert values["M_in"] == pytest.approx(ratio * (100 + 0.05 * bending * speed**2), rel=1e-9)
     extremes = evaluate("hooke_joint", np.array([0.0, np.pi / 2]), beta_deg=bend)["psi_dot"] / speed
     assert extremes == pytest.approx([1 / np.cos(beta), np.cos(beta)], rel=1e-12)
+
+
+def test_hooke_joint_agrees_with_print() -> None:
+    """R. S. Khurmi, J. K. Gupta, Theory of machines, double universal joint: its first joint, 500 r/min, 20 degrees."""
+    values = evaluate("hooke_joint", np.array([0.0, np.pi / 2]), beta_deg=20.0, omega_rpm=500.0)
+    assert values["psi_dot"] * 30 / np.pi == pytest.approx([532.1, 469.85], abs=0.05)
 
 
 def test_geneva_wheel_agrees_with_print() -> None:
@@ -137,6 +147,98 @@ def test_watt_six_bar_balances_virtual_work() -> None:
     assert np.cos(values["chi"] - out[2]) == pytest.approx(1.0, abs=1e-12)
     lift = differentiate((crank + pin).imag / 2)[0]
     assert values["M_in"] == pytest.approx(4 * differentiate(out)[0] + 0.5 * 9.81 * lift, abs=1e-8)
+
+
+def test_stephenson_six_bar_balances_virtual_work() -> None:
+    angles = angles_around(TURN)
+    crank = 0.04 * np.exp(1j * angles)
+    pin = intersect_circles(crank, np.full_like(crank, 0.1), (0.12, 0.08), 1)
+    point = crank + (0.075 + 0.06j) * (pin - crank) / 0.12
+    shaft = 0.21 + 0.04j
+    joint = intersect_circles(point, np.full_like(point, shaft), (0.15, 0.12), 1)
+    out = np.unwrap(np.angle(joint - shaft), axis=0)
+    values = evaluate("stephenson_six_bar", omega_rpm=1e-4)
+    assert np.cos(values["chi"] - out[2]) == pytest.approx(1.0, abs=1e-12)
+    assert values["M_in"] == pytest.approx(
+        4 * differentiate(out)[0] + 0.5 * 9.81 * differentiate(point.imag)[0], abs=1e-8
+    )
+
+
+def test_hay_baler_agrees_with_print() -> None:
+    """R. L. Norton, Design of machinery, example 4-2, the open circuit: 152.91 degrees and 126.84 mm at a crank at 60.
+
+    The print measures the rod's angle at the slider: the rod here points the other way.
+    """
+    values = evaluate("hay_baler", np.array([np.radians(60)]), r_mm=40.0, l_mm=120.0, e_mm=-20.0)
+    assert 180 + np.degrees(values["beta"][0]) == pytest.approx(152.91, abs=0.005)
+    assert values["s"][0] == pytest.approx(0.12684, abs=5e-6)
+
+
+def test_hay_baler_balances_virtual_work() -> None:
+    """The motor bears the hay, the rod's weight and, over a stroke, the work up to the dead centre."""
+    angles = angles_around(TURN)
+    crank = 0.36 * np.exp(1j * angles)
+    tilt = np.arcsin((-0.06 - crank.imag) / 1.0)
+    place = crank.real + np.cos(tilt)
+    slope = differentiate(place)[0]
+    hay = np.where(slope > 0, 6e4 * np.maximum((place[2] - 1) / 0.35, 0) ** 3, 0)
+    assert np.count_nonzero(hay) > 10
+    values = evaluate("hay_baler", omega_rpm=1e-4)
+    assert values["F_hay"] == pytest.approx(hay, abs=1e-6)
+    lift = differentiate(crank.imag + 0.42 * np.sin(tilt))[0]
+    assert values["M_in"] == pytest.approx(hay * slope + 32 * 9.81 * lift, abs=1e-5)
+    stroke = evaluate("hay_baler", np.linspace(0, 2 * np.pi, 5760, endpoint=False))["M_in"].mean() * 2 * np.pi
+    farthest = np.sqrt(1.36**2 - 0.06**2)
+    assert stroke == pytest.approx(6e4 * 0.35 / 4 * ((farthest - 1) / 0.35) ** 4, rel=1e-6)
+
+
+def gear_ratio(driver: float, mate: float) -> float:
+    """The ratio of two eccentric involute gears by the law of gearing.
+
+    The line of action touches both base circles from different sides; where it crosses the line of the shafts lies the
+    pitch point.
+    """
+    distance, eccentricity = 42.0, 3.0
+    base = distance / 2 * np.cos(np.radians(20))
+    first, second = eccentricity * np.exp(1j * driver), distance + eccentricity * np.exp(1j * mate)
+    separation = abs(second - first)
+    normal = (second - first) / separation * np.exp(1j * np.arccos(2 * base / separation))
+    foot = first + base * normal
+    pitch = foot.real + foot.imag * normal.imag / normal.real
+    return float(-pitch / (distance - pitch))
+
+
+def test_eccentric_train_follows_law_of_gearing() -> None:
+    """The angles agree with the integral of the ratio from where the long side of one gear meets the short side."""
+
+    def integrate(angles: Array) -> Array:
+        """Return the mate's angle (n,) at angles of the driver (n,)."""
+        solution = [
+            scipy.integrate.solve_ivp(
+                lambda t, u: [gear_ratio(t, u[0])], (0, angle), [0.0], "DOP853", rtol=1e-12, atol=1e-13
+            ).y[0, -1]
+            for angle in angles
+        ]
+        return np.array(solution)
+
+    phase = TURN[::9]
+    values, bend = evaluate("eccentric_train", phase), np.radians(-50)
+    middle = integrate(np.radians(20) - phase)
+    assert values["psi"] == pytest.approx(middle, abs=1e-10)
+    assert values["chi"] == pytest.approx(integrate(middle - bend), abs=1e-10)
+    slow, neighbours = evaluate("eccentric_train", phase, omega_rpm=1e-4), angles_around(phase)
+    angles = evaluate("eccentric_train", neighbours.ravel())["chi"].reshape(neighbours.shape)
+    outwards = neighbours + bend
+    shaft = 0.042 * (np.sin(neighbours) + np.sin(outwards))
+    lift = 0.64 * (shaft + 0.042 * np.sin(outwards + angles - np.radians(30))) + 0.21 * 0.042 * np.sin(neighbours)
+    assert slow["M_in"] == pytest.approx(9.81 * differentiate(lift)[0], abs=1e-7)
+
+
+def test_eccentric_train_without_eccentricity_is_round() -> None:
+    """Round equal gears: the middle gear turns twice as fast as the carrier, and the planet keeps its direction."""
+    values = evaluate("eccentric_train", e_mm=0.0)
+    assert values["psi"] == pytest.approx(TURN - np.radians(20), abs=1e-12)
+    assert values["chi"] == pytest.approx(np.radians(-50 + 20) - TURN, abs=1e-12)
 
 
 def test_lift_arm_balances_virtual_work() -> None:
