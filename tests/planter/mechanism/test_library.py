@@ -235,7 +235,7 @@ def test_eccentric_train_follows_law_of_gearing() -> None:
 
 
 def test_eccentric_train_without_eccentricity_is_round() -> None:
-    """Round equal gears: the middle gear turns twice as fast as the carrier, and the planet keeps its direction."""
+    """Round equal gears: the middle gear turns twice as fast as the carrier, and the planet translates."""
     values = evaluate("eccentric_train", e_mm=0.0)
     assert values["psi"] == pytest.approx(TURN - np.radians(20), abs=1e-12)
     assert values["chi"] == pytest.approx(np.radians(-50 + 20) - TURN, abs=1e-12)
