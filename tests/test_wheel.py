@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from tests.support import packages
+from tests.support import own, packages
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS = "Scripts" if os.name == "nt" else "bin"
@@ -144,7 +144,7 @@ OTHERS = {"slider_crank_paper", "elliptic_gears"}
 
 
 def test_every_example_is_run_here() -> None:
-    assert {path.stem for path in EXAMPLES.glob("*.py")} == {*MECHANISMS, *OTHERS}
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == {*MECHANISMS, *OTHERS, *own.LIBRARY}
 
 
 def test_user_file_runs_from_wheel(environment: Path, examples: Path) -> None:

@@ -16,6 +16,24 @@ from planter.mechanism.file import MechanismFile, load
 from planter.mechanism.machines import build_machine
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+LIBRARY = (
+    "eccentric_train",
+    "geneva_wheel",
+    "hay_baler",
+    "hooke_joint",
+    "internal_gears",
+    "lift_arm",
+    "planetary_gear",
+    "rack_press",
+    "row_unit",
+    "rssr",
+    "scotch_yoke",
+    "stephenson_six_bar",
+    "swash_plate",
+    "toggle_press",
+    "watt_six_bar",
+)
+"""Machines of the library of examples, each with its tests in `mechanism/test_library`."""
 
 
 @cache
