@@ -13,6 +13,7 @@ from ..equations import Definition, Equation, derived_equation
 from ..model import (
     MESHES,
     ClosedForm,
+    Event,
     Input,
     Lane,
     Let,
@@ -101,10 +102,10 @@ def derive_driven_motion(
     results, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
     needs = sorted_steps(needed((*steps, *forces, *reports), frozenset(results)))
     moving = frozenset({angle}.union(*stated.loops.inputs))
+    events = list_passing_events(needs, [*stated.events, *_list_case_events(stated)], moving)
     lane = DrivenLane(
-        angle, (data,), needs, results, list_passing_events(needs, stated.events, moving), along=stated.loops.inputs,
-        speed=speed, acceleration=acceleration,
-    )  # fmt: skip
+        angle, (data,), needs, results, events, along=stated.loops.inputs, speed=speed, acceleration=acceleration
+    )
     inputs: tuple[Packed, ...] = (angle, data, *stated.loops.inputs)
     drawing_functions = place_functions(stated, inputs, _point_sources(stated))
     mesh_functions = build_function(MESHES, (s for mesh in find_meshes(stated) for s in mesh.lets()), inputs, steps)
@@ -115,6 +116,25 @@ def derive_driven_motion(
         *mesh_functions,
         *roller_functions,
     )
+
+
+def _list_case_events(stated: Statement) -> Iterator[Event]:
+    """Yield an event for each condition that decides between stated cases, unless an event marks the place already.
+
+    True extremes and means are computed piece by piece between events: a jump that no event marks would falsify them.
+    """
+    marked = {sign * (event.argument - event.target) for event in stated.events for sign in (1, -1)}
+    for step in (*stated.steps, *stated.reports):
+        if not isinstance(step, Let):
+            continue
+        for cases in sp.ordered(step.expr.atoms(sp.Piecewise)):
+            conditions = (
+                condition for _, condition in cases.args if isinstance(condition, sp.core.relational.Relational)
+            )
+            for deciding in (condition.lhs - condition.rhs for condition in conditions):
+                if deciding not in marked:
+                    marked |= {deciding, -deciding}
+                    yield Event(f"another case of {step.symbol.name}", deciding, sp.S.Zero, order=0)
 
 
 def roller_centres(stated: Statement, angle: Quantity) -> Iterator[Let]:

@@ -8,6 +8,7 @@ import scipy.optimize
 from derive import Mechanism, Z
 from derive.mechanics.statement import MechanismError
 from derive.quantity import Quantity
+from planter.engine.summary import PiecewiseCycle, build_rows
 from planter.kernels import Array
 from planter.mechanism.cycle import compute_cycle
 from planter.mechanism.model import Model
@@ -187,9 +188,17 @@ def test_hay_baler_balances_virtual_work() -> None:
     assert values["F_hay"] == pytest.approx(hay, abs=1e-6)
     lift = differentiate(crank.imag + 0.42 * np.sin(tilt))[0]
     assert values["M_in"] == pytest.approx(hay * slope + 32 * 9.81 * lift, abs=1e-5)
-    stroke = evaluate("hay_baler", np.linspace(0, 2 * np.pi, 5760, endpoint=False))["M_in"].mean() * 2 * np.pi
-    farthest = np.sqrt(1.36**2 - 0.06**2)
-    assert stroke == pytest.approx(6e4 * 0.35 / 4 * ((farthest - 1) / 0.35) ** 4, rel=1e-6)
+
+
+def test_mean_torque_of_hay_baler_is_exact() -> None:
+    """The work of a stroke is that of the hay up to the dead centre, where its force drops to zero."""
+    machine, farthest = own.machine("hay_baler"), np.sqrt(1.36**2 - 0.06**2)
+    cycle = PiecewiseCycle(machine, build_rows(machine))
+    stroke = cycle.motor("M_in").mean_Nm
+    assert stroke == pytest.approx(6e4 * 0.35 / 4 * ((farthest - 1) / 0.35) ** 4 / (2 * np.pi), rel=1e-12)
+    drop = next(shock for shock in cycle.shocks() if shock.quantity == "F_hay")
+    assert np.radians(drop.phi_deg) == pytest.approx(2 * np.pi - np.arcsin(0.06 / 1.36), abs=1e-12)
+    assert [drop.before, drop.after] == pytest.approx([6e4 * ((farthest - 1) / 0.35) ** 3, 0.0], rel=1e-9)
 
 
 def gear_ratio(driver: float, mate: float) -> float:
