@@ -71,6 +71,13 @@ def test_scotch_yoke_is_harmonic() -> None:
     assert values["M_in"] == pytest.approx(-0.04 * np.sin(TURN) * load, abs=1e-12)
 
 
+def test_cam_follower_agrees_with_print() -> None:
+    """R. L. Norton, Cam design and manufacturing handbook: a harmonic rise has the factors 1.571 and 4.935."""
+    values, pace = evaluate("cam_follower", np.array([0.0, np.pi / 2])), 240 * np.pi / 30 / np.pi
+    assert values["s_dot"][1] / (0.014 * pace) == pytest.approx(1.571, abs=5e-4)
+    assert values["s_ddot"][0] / (0.014 * pace**2) == pytest.approx(4.935, abs=5e-4)
+
+
 @pytest.mark.parametrize("bend", [10.0, 30.0])
 def test_hooke_joint_follows_closed_form(bend: float) -> None:
     """The ratio lies between the cosine of the angle between the shafts and its inverse."""
