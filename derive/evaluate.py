@@ -16,7 +16,7 @@ import sympy as sp
 from mpmath import mpf
 from sympy import Basic, Expr
 
-from .functions import Turns
+from .functions import TabulatedFunction, Turns
 
 DIGITS = 50
 GUARD = 10
@@ -102,6 +102,10 @@ class Point:
         if isinstance(expr, sp.Piecewise):
             return self._case(expr)
         values = [self._value(a) for a in expr.args]
+        if isinstance(expr, TabulatedFunction):
+            if expr.is_outside(values[0]):
+                raise NotEvaluated(f"{expr} is not real")
+            return expr.evaluate_at(values[0])
         if isinstance(expr, sp.Add):
             return mpmath.fsum(values)
         if isinstance(expr, sp.Mul):

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
+from typing import Any
 
 import sympy as sp
 from sympy import Expr, S
@@ -65,6 +67,40 @@ class Polynomial(sp.Function):
 
     def _eval_evalf(self, prec: int) -> Expr:
         return self.doit()._eval_evalf(prec)
+
+
+class TabulatedFunction(sp.Function):
+    """A piecewise polynomial of one argument; `derive.read_table` creates a class for every table.
+
+    ``pieces`` holds where each polynomial begins and its coefficients, of the highest power first, in the distance from
+    there; ``exponents`` are those of kg, m and s in the unit. Outside of ``limits``, if there are any, it has no value.
+    """
+
+    nargs = 1
+    exponents: tuple[Fraction, Fraction, Fraction]
+    pieces: tuple[tuple[float, tuple[float, ...]], ...] = ()
+    limits: tuple[float, float] | None = None
+    slope: type[TabulatedFunction] | None = None
+
+    def fdiff(self, argindex: int = 1) -> Expr:
+        """Return the derivative in the first argument."""
+        return sp.S.Zero if self.slope is None else self.slope(self.args[0])
+
+    def is_outside(self, at: Any) -> bool:
+        """Return whether the function has no value there."""
+        return self.limits is not None and not self.limits[0] <= at <= self.limits[1]
+
+    def _eval_evalf(self, prec: int) -> Expr | None:
+        at = self.args[0].evalf(prec)
+        return None if not at.is_number or self.is_outside(at) else self.evaluate_at(at)
+
+    def evaluate_at(self, at: Any) -> Any:
+        """Return the value at a number of any precision."""
+        start, coefficients = next((piece for piece in reversed(self.pieces) if piece[0] <= at), self.pieces[0])
+        value = 0 * at
+        for coefficient in coefficients:
+            value = value * (at - start) + coefficient
+        return value
 
 
 def directional_derivative(expr: Expr, rates: Mapping[sp.Symbol, Expr]) -> Expr:

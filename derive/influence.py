@@ -16,7 +16,7 @@ from mpmath import mpf
 from sympy import Expr, S
 
 from .evaluate import Point
-from .functions import Polynomial
+from .functions import Polynomial, TabulatedFunction
 from .model import Call, Lane, Let, Step, needed
 from .quantity import Quantity
 
@@ -177,7 +177,7 @@ def _simple(expr: Expr) -> Expr:
 
     Nothing is sought among branches and polynomials: what vanishes on each of them counts as an influence.
     """
-    if expr == 0 or expr.has(sp.Piecewise, Polynomial) or _differs(expr):
+    if expr == 0 or expr.has(sp.Piecewise, Polynomial, TabulatedFunction) or _differs(expr):
         return expr
     return _expanded(expr)
 

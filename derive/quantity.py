@@ -14,7 +14,7 @@ import sympy as sp
 from sympy import Expr
 from sympy.core.relational import Relational
 
-from .functions import Turns
+from .functions import TabulatedFunction, Turns
 
 _RESERVED: dict[str, str] = {}
 
@@ -131,6 +131,8 @@ def dimension(expr: Expr) -> Dimension | None:
     """Dimension of an expression; None for a zero, which fits everywhere. Raises DimensionError where it has none."""
     if expr.is_Symbol:
         return of_unit(expr.unit) if isinstance(expr, Quantity) else NONE
+    if isinstance(expr, TabulatedFunction):  # which has checked its argument
+        return expr.exponents
     if expr.is_number:
         return None if expr.is_zero else NONE
     if isinstance(expr, sp.Add | sp.Min | sp.Max):

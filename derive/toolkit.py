@@ -24,6 +24,7 @@ from .mechanics.mechanism import Mechanism
 from .model import Call, ClosedForm, Event, Lane, Let, RuntimeFunction, Shared, System, needed
 from .quantity import OpenVector, Quantities, Quantity, Vector, quantities
 from .systems.user_mechanism.trial import trial
+from .tables import read_table
 
 built_in()
 
@@ -84,6 +85,7 @@ __all__ = [
     "needed",
     "ordered",
     "quantities",
+    "read_table",
     "register",
     "switch",
     "tangent_angle",

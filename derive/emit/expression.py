@@ -12,7 +12,7 @@ from sympy import Basic
 from sympy.functions.elementary.piecewise import ExprCondPair
 from sympy.logic.boolalg import BooleanTrue
 
-from ..functions import Polynomial, Turns
+from ..functions import Polynomial, TabulatedFunction, Turns
 from ..model import Event, Lane, Let, LinearSolve, Step, split_steps
 from ..quantity import Quantity, Vector
 
@@ -182,6 +182,27 @@ def _polynomial(p: Printer, expr: Basic) -> Text:
     return p.dialect.call("polyval", f"[{listed}]", p.text(at, TEST)), ATOM
 
 
+def _tabulated(p: Printer, expr: Basic) -> Text:
+    """Choose the piece by halves, so that hundreds of pieces are nested a few deep."""
+    at = p.text(expr.args[0], SUM)
+
+    def choose(pieces: Sequence[tuple[float, tuple[float, ...]]]) -> str:
+        if len(pieces) == 1:
+            start, coefficients = pieces[0]
+            listed = ", ".join(map(repr, coefficients))
+            distance = f"{at} + {-start!r}" if start < 0 else f"{at} - {start!r}"
+            return p.dialect.call("polyval", f"[{listed}]", distance)
+        half = len(pieces) // 2
+        return p.dialect.call("select", f"{at} < {pieces[half][0]!r}", choose(pieces[:half]), choose(pieces[half:]))
+
+    text = choose(expr.pieces)
+    if expr.limits is None:
+        return text, ATOM
+    lower, upper = expr.limits
+    inside = p.dialect.call("and", f"{at} >= {lower!r}", f"{at} <= {upper!r}")
+    return f"{p.dialect.call('sqrt', p.dialect.call('select', inside, '1.0', '-1.0'))} * {text}", PRODUCT
+
+
 def _function(name: str) -> Handler:
     return lambda p, expr: p.call(name, *expr.args)
 
@@ -211,6 +232,7 @@ TABLE: dict[type[Basic], Handler] = {
     sp.Abs: _function("abs"),
     Turns: _function("floor"),
     Polynomial: _polynomial,
+    TabulatedFunction: _tabulated,
     **{getattr(sp, name): _function(name) for name in PLAIN if name not in ("sqrt", "polyval")},
 }  # fmt: skip
 
@@ -222,6 +244,8 @@ def count_operations(expr: Basic) -> int:
     inner = sum(count_operations(a) for a in expr.args)
     if isinstance(expr, Polynomial):
         return inner + 2 * (len(expr.args) - 2)
+    if isinstance(expr, TabulatedFunction):
+        return inner + len(expr.pieces) * (2 * len(expr.pieces[0][1]) + 1)
     if isinstance(expr, sp.Add | sp.Mul | sp.Min | sp.Max | sp.And | sp.Or | sp.Piecewise):
         return inner + len(expr.args) - 1
     return inner if isinstance(expr, ExprCondPair) else inner + 1

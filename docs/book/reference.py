@@ -43,6 +43,7 @@ PAGES = {
     "mechanism": Page(MECHANISM, {
         "Mechanism": "derive.Mechanism .time",
         "Table of quantities": "derive.quantities derive.Quantities derive.Quantity",
+        "Tables from CSV files as functions": "derive.read_table",
         "Frames and points": ".frame .point .vector .position .velocity .rate derive.displacement derive.unit "
         "derive.zero derive.Frame derive.Point derive.Vec derive.Motion derive.FrameError",
         "Coordinates": ".coordinate .follow",

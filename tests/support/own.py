@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import shutil
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
@@ -42,6 +43,8 @@ def generated(source: str) -> Path:
     name, text = (source, (EXAMPLES / f"{source}.py").read_text()) if "\n" not in source else ("own", source)
     path = Path(mkdtemp()) / f"{name}.py"
     path.write_text(text, encoding="utf-8")
+    for curve in EXAMPLES.glob("*.csv"):
+        shutil.copy(curve, path.parent)
     assert derive([str(path)]) == 0
     return path.parent / "generated"
 
