@@ -281,9 +281,9 @@ class Mechanism(Joints):
         (`name_`, `let`, `report`), actions of joints and, along an angle, residuals ``law_...`` of momentum and power,
         which vanish. Free motion adds ``kinetic`` and ``potential`` energy [J].
 
-        Raises MechanismError for a result of an unknown name, or if balances are left that no joint or drive can keep;
-        LoopError if loops and coordinates differ in number; ChainError if balances do not determine a force;
-        DimensionError if terms of different units are added.
+        Raises MechanismError for a result of an unknown name, if two quantities have one name, or if balances are left
+        that no joint or drive can keep; LoopError if loops and coordinates differ in number; ChainError if balances do
+        not determine a force; DimensionError if terms of different units are added.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities("phi | rad | crank angle\nomega | rad/s | its speed | 10\nr | m | crank | 0.05")
@@ -293,6 +293,7 @@ class Mechanism(Joints):
         >>> m.system(reported=[height]).lane.outputs.quantities
         (height,)
         """
+        self.refuse_shared_names()
         if self.angle is not None and self.speed is not None:
             lane, functions = derive_driven_motion(self, self.angle, self.speed, self.acceleration, reported)
             return System(

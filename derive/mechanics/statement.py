@@ -179,6 +179,21 @@ class Statement:
         self.loops.gaps[f"gap_{name}"] = gap
         self.loops.start |= {value: sp.sympify(at) for value, at in start.items()}
 
+    def refuse_shared_names(self) -> None:
+        """Raise MechanismError if two of the table's quantities, actions, coordinates and results have one name."""
+        coordinates = (q for c in self.loops.coordinates for q in (c.value, c.rate, c.acceleration))
+        steps = (step.symbol for step in self.named if step.symbol not in self.given.values())
+        reports = (report.symbol for report in self.reports)
+        meanings: dict[str, str] = {}
+        for symbol in (*self.given.values(), *coordinates, *steps, *self.assembly.unknowns, *reports):
+            meaning = str(getattr(symbol, "meaning", symbol.name))
+            if symbol.name in meanings:
+                raise MechanismError(
+                    f"{self.name}: two quantities are called {symbol.name} ({meanings[symbol.name]}; {meaning}): "
+                    "rename one of them"
+                )
+            meanings[symbol.name] = meaning
+
     def roll(self, name: str, slip: Expr) -> None:
         """Keep a speed [m/s] at zero that is not the rate of a gap, as the slip of a blade; ``name`` names the slip.
 

@@ -8,7 +8,7 @@ from derive.chain import ChainError
 from derive.mechanics.loops import LoopError
 from derive.mechanics.mechanism import MechanismError
 from derive.model import LinearSolve
-from derive.quantity import DimensionError, TableError
+from derive.quantity import DimensionError, Quantities, TableError
 
 TABLE = """
     phi   | rad   | crank angle
@@ -226,3 +226,28 @@ def test_slips_are_refused_along_an_angle() -> None:
     m.roll("wheel", m.rate(m.given.phi) * m.given.a)
     with pytest.raises(MechanismError, match="slip_wheel: slips vanish in free motion only"):
         m.system()
+
+
+@pytest.mark.parametrize("name", ["F_Ax", "P_M_in", "psi", "psi_dot"])
+def test_name_clash_is_refused_before_the_derivation(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The reverse: a name that nothing else has reaches the derivation."""
+    q = quantities(f"phi | rad | crank angle\nomega | rad/s | speed | 10\n{name} | N | load of the crop | 3")
+
+    def build_crank(table: Quantities) -> Mechanism:
+        m = Mechanism("crank", table, angle=q.phi, speed=q.omega)
+        crank = m.body("crank", m.frame("crank", q.phi))
+        m.pin("A", crank, m.ground, m.O)
+        m.coordinate("psi", "rad", "another angle", equals=2 * q.phi)
+        m.motor("M_in", crank, m.ground, m.O)
+        return m
+
+    def derive_nothing(*_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr("derive.mechanics.mechanism.derive_driven_motion", derive_nothing)
+    with pytest.raises(MechanismError, match=rf"{name} \(load of the crop; "):
+        build_crank(q).system()
+    with pytest.raises(AssertionError):
+        build_crank(
+            quantities("phi | rad | crank angle\nomega | rad/s | speed | 10\nF | N | load of the crop | 3")
+        ).system()
