@@ -119,22 +119,26 @@ def derive_driven_motion(
 
 
 def _list_case_events(stated: Statement) -> Iterator[Event]:
-    """Yield an event for each condition that decides between stated cases, unless an event marks the place already.
+    """Yield an event for each condition of the motion that decides between stated cases, unless one is there already.
 
     True extremes and means are computed piece by piece between events: a jump that no event marks would falsify them.
     """
     marked = {sign * (event.argument - event.target) for event in stated.events for sign in (1, -1)}
-    for step in (*stated.steps, *stated.reports):
-        if not isinstance(step, Let):
-            continue
-        for cases in sp.ordered(step.expr.atoms(sp.Piecewise)):
+    lets = (step for step in (*stated.steps, *stated.reports) if isinstance(step, Let))
+    stated_cases = [(step.symbol.name, step.expr) for step in lets]
+    for action in stated.assembly.actions:
+        stated_cases += [
+            (action.name, component) for component in (*action.force.components, *action.moment.components)
+        ]
+    for name, expr in stated_cases:
+        for cases in sp.ordered(sp.sympify(expr).atoms(sp.Piecewise)):
             conditions = (
                 condition for _, condition in cases.args if isinstance(condition, sp.core.relational.Relational)
             )
             for deciding in (condition.lhs - condition.rhs for condition in conditions):
-                if deciding not in marked:
+                if deciding not in marked and not deciding.free_symbols & set(stated.assembly.unknowns):
                     marked |= {deciding, -deciding}
-                    yield Event(f"another case of {step.symbol.name}", deciding, sp.S.Zero, order=0)
+                    yield Event(f"another case of {name}", deciding, sp.S.Zero, order=0)
 
 
 def roller_centres(stated: Statement, angle: Quantity) -> Iterator[Let]:

@@ -203,6 +203,10 @@ def test_mean_torque_of_hay_baler_is_exact() -> None:
     cycle = PiecewiseCycle(machine, build_rows(machine))
     stroke = cycle.motor("M_in").mean_Nm
     assert stroke == pytest.approx(6e4 * 0.35 / 4 * ((farthest - 1) / 0.35) ** 4 / (2 * np.pi), rel=1e-12)
+    named = 'hay = m.report("F_hay", "N", "force of the hay", Piecewise('
+    text = (own.EXAMPLES / "hay_baler.py").read_text(encoding="utf-8").replace(named, "hay = (Piecewise(")
+    other = own.machine(text, "hay_baler")
+    assert PiecewiseCycle(other, build_rows(other)).motor("M_in").mean_Nm == pytest.approx(stroke, rel=1e-12)
     drop = next(shock for shock in cycle.shocks() if shock.quantity == "F_hay")
     assert np.radians(drop.phi_deg) == pytest.approx(2 * np.pi - np.arcsin(0.06 / 1.36), abs=1e-12)
     assert [drop.before, drop.after] == pytest.approx([6e4 * ((farthest - 1) / 0.35) ** 3, 0.0], rel=1e-9)
