@@ -10,9 +10,12 @@ from derive.emit import expression
 from derive.emit.expression import Printer, UnsupportedNode, count_operations
 from derive.emit.targets.array import ARRAY
 from derive.emit.targets.casadi import CASADI
-from derive.functions import Polynomial, Turns, clip, switch, wrap
+from derive.functions import Polynomial, TabulatedFunction, Turns, clip, switch, wrap
 
 x, y, z = sp.symbols("x y z", real=True)
+PIECES = ((-2.0, (1.0, -0.5, 3.0)), (0.2, (0.3, 1.0, -1.0)), (0.7, (-1.0, 2.0, 0.5)))
+OPEN_TABLE = type("open_table", (TabulatedFunction,), {"pieces": PIECES})
+BOUNDED_TABLE = type("bounded_table", (TabulatedFunction,), {"pieces": PIECES, "limits": (-2.0, 2.0)})
 NODES = {
     "symbol": x,
     "integer": x + 7,
@@ -47,6 +50,8 @@ NODES = {
     "floor": sp.floor(10 * x),
     "turns": Turns(-7 * x / 2),
     "polynomial": Polynomial(x * y, 2, -3, 0, sp.Rational(1, 4)),
+    "table": OPEN_TABLE(x - y),
+    "table with limits": x / BOUNDED_TABLE(z),
     "min": sp.Min(x, y, z),
     "max": sp.Max(x, y, z),
     "switch": switch(x - y, x**2, y / 3),
@@ -113,6 +118,12 @@ def test_no_case_is_multiplied() -> None:
     text = Printer(CASADI)(switch(x, 1 / x, y))
     assert text.startswith("if_else(")
     assert by_casadi(text, (-1.0, 2.0, 0.0)) == 2.0
+
+
+def test_table_has_no_value_beyond_its_limits() -> None:
+    point = 4.4, 0.0, 0.0
+    assert by_casadi(Printer(CASADI)(OPEN_TABLE(x)), point) == pytest.approx(-(3.7**2) + 2 * 3.7 + 0.5, rel=1e-14)
+    assert np.isnan(by_casadi(Printer(CASADI)(BOUNDED_TABLE(x)), point))
 
 
 def test_derivatives_of_turns_and_wrap() -> None:
