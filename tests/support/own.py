@@ -18,6 +18,7 @@ from planter.mechanism.machines import build_machine
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 LIBRARY = (
+    "belt_drive",
     "eccentric_train",
     "geneva_wheel",
     "hay_baler",
