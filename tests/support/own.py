@@ -32,10 +32,11 @@ LIBRARY = (
     "scotch_yoke",
     "stephenson_six_bar",
     "swash_plate",
+    "tabulated_cam",
     "toggle_press",
     "watt_six_bar",
 )
-"""Machines of the library of examples, each with its tests in `mechanism/test_library`."""
+"""Machines of the library of examples, each with its tests in the folder `mechanism`."""
 
 
 @cache
