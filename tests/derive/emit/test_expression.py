@@ -120,7 +120,7 @@ def test_no_case_is_multiplied() -> None:
     assert by_casadi(text, (-1.0, 2.0, 0.0)) == 2.0
 
 
-def test_table_has_no_value_beyond_its_limits() -> None:
+def test_table_is_undefined_beyond_limits() -> None:
     point = 4.4, 0.0, 0.0
     assert by_casadi(Printer(CASADI)(OPEN_TABLE(x)), point) == pytest.approx(-(3.7**2) + 2 * 3.7 + 0.5, rel=1e-14)
     assert np.isnan(by_casadi(Printer(CASADI)(BOUNDED_TABLE(x)), point))

@@ -37,7 +37,7 @@ def closed_form_lift(angles: Array) -> Array:
     return lift
 
 
-def test_cam_follows_its_table(model: Model) -> None:
+def test_cam_follows_table(model: Model) -> None:
     rows = np.loadtxt(LIFT, delimiter=",", skiprows=2)
     spline = CubicSpline(np.radians(rows[:, 0]), rows[:, 1] / 1000, bc_type="periodic")
     values = model(ANGLES)
@@ -82,7 +82,7 @@ def test_units_of_derivatives_are_per_argument(tmp_path: Path) -> None:
         read_table(path, "s | mm | depth\nload | N | soil")(PHI)
 
 
-def test_table_has_no_value_beyond_its_rows(tmp_path: Path) -> None:
+def test_table_is_undefined_beyond_rows(tmp_path: Path) -> None:
     lift = read_table(write_table(tmp_path, ROWS[:4]), COLUMNS)
     with pytest.raises(NotEvaluated):
         Point({PHI: 5})(lift(PHI))
@@ -127,7 +127,7 @@ def edit_row(row: int, text: str) -> Callable[[Path], Path]:
         (lambda folder: folder / "missing.csv", "missing.csv"),
     ],
 )
-def test_bad_table_is_refused_with_its_place(tmp_path: Path, build: Callable[[Path], Path], place: str) -> None:
+def test_bad_table_is_refused_with_location(tmp_path: Path, build: Callable[[Path], Path], place: str) -> None:
     path = build(tmp_path)
     with pytest.raises(TableError, match=place) as refusal:
         read_table(path, COLUMNS, periodic=True)
