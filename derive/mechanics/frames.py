@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cache, reduce
+from typing import TypeAlias
 
 import sympy as sp
 from sympy import Expr, Matrix, S
@@ -14,6 +15,7 @@ Axis = tuple[int, int, int]
 X: Axis = (1, 0, 0)
 Y: Axis = (0, 1, 0)
 Z: Axis = (0, 0, 1)
+NO_AXIS: Axis = (0, 0, 0)
 LONG = 50
 """Operations of a component that multiplying out only makes longer; what it shortens has fewer than ten."""
 
@@ -23,15 +25,62 @@ class FrameError(ValueError):
 
 
 @dataclass(frozen=True)
+class Quaternion:
+    """A turn in space by a unit quaternion, without unit: its scalar part and its vector part.
+
+    Source: J. B. Kuipers, Quaternions and Rotation Sequences, Princeton 1999, chapters 5 to 7 and 11.
+
+    >>> from sympy import S
+    >>> about_z = Quaternion(S(1) / 2, (S.Zero, S.Zero, sp.sqrt(3) / 2))
+    >>> about_z.matrix()
+    Matrix([
+    [     -1/2, -sqrt(3)/2, 0],
+    [sqrt(3)/2,       -1/2, 0],
+    [        0,          0, 1]])
+    >>> about_z * -about_z
+    Quaternion(scalar=1, vector=(0, 0, 0))
+    """
+
+    scalar: Expr
+    vector: Triple
+
+    def __neg__(self) -> Quaternion:
+        """Return the reverse turn."""
+        x, y, z = self.vector
+        return Quaternion(self.scalar, (-x, -y, -z))
+
+    def __mul__(self, other: Quaternion) -> Quaternion:
+        """Return the turn by ``other`` and then by this one, both along the axes of the root."""
+        first, second = Matrix(self.vector), Matrix(other.vector)
+        x, y, z = self.scalar * second + other.scalar * first + first.cross(second)
+        return Quaternion(self.scalar * other.scalar - first.dot(second), (x, y, z))
+
+    def matrix(self) -> sp.ImmutableMatrix:
+        """Return the matrix of the turn (3, 3), without unit."""
+        w, (x, y, z) = self.scalar, self.vector
+        return sp.ImmutableMatrix([
+            [w**2 + x**2 - y**2 - z**2, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), w**2 - x**2 + y**2 - z**2, 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), w**2 - x**2 - y**2 + z**2],
+        ])  # fmt: skip
+
+
+Turn: TypeAlias = "tuple[Axis, Expr | Quaternion]"
+
+
+@dataclass(frozen=True)
 class Frame:
-    """A right-handed frame: its parent, turned by ``angle`` [rad] about ``axis``, a unit vector of both."""
+    """A right-handed frame: its parent, turned by ``angle`` [rad] about ``axis``, a unit vector of both.
+
+    A `Quaternion` in place of the angle turns the parent in any way; the axis is then NO_AXIS.
+    """
 
     name: str
     parent: Frame | None = None
     axis: Axis = Z
-    angle: Expr = S.Zero
+    angle: Expr | Quaternion = S.Zero
 
-    def turns(self) -> list[tuple[Axis, Expr]]:
+    def turns(self) -> list[Turn]:
         """Return the rotations (axis, angle [rad]) that carry components in this frame to the root, outermost first."""
         return [] if self.parent is None else [*self.parent.turns(), (self.axis, self.angle)]
 
@@ -40,20 +89,25 @@ class Frame:
 
 
 @cache
-def rotation(axis: Axis, angle: Expr) -> sp.ImmutableMatrix:
-    """Rodrigues' matrix for a turn by ``angle`` about the unit vector ``axis``."""
+def rotation(axis: Axis, angle: Expr | Quaternion) -> sp.ImmutableMatrix:
+    """Return Rodrigues' matrix for a turn by ``angle`` [rad] about the unit vector ``axis``, or a quaternion's."""
+    if isinstance(angle, Quaternion):
+        return angle.matrix()
     cross = sp.ImmutableMatrix(3, 3, lambda i, j: -sum(sp.LeviCivita(i, j, k) * axis[k] for k in range(3)))
     return sp.eye(3) + sp.sin(angle) * cross + (1 - sp.cos(angle)) * cross * cross
 
 
-def _merge(turns: list[tuple[Axis, Expr]]) -> list[tuple[Axis, Expr]]:
-    """Adjacent turns about one axis become one; turns by nothing vanish."""
-    merged: list[tuple[Axis, Expr]] = []
+def _merge(turns: list[Turn]) -> list[Turn]:
+    """Return turns with adjacent ones about one axis made one; those by nothing and those that cancel vanish."""
+    merged: list[Turn] = []
     for axis, angle in turns:
-        if merged and merged[-1][0] == axis:
-            angle = merged.pop()[1] + angle
-        if angle != 0:
-            merged.append((axis, angle))
+        before = merged.pop() if merged and merged[-1][0] == axis else None
+        if before is None:
+            merged += [(axis, angle)] if angle != 0 else []
+        elif isinstance(angle, Quaternion) or isinstance(before[1], Quaternion):
+            merged += [before, (axis, angle)] if before[1] != -angle else []
+        elif before[1] + angle != 0:
+            merged.append((axis, before[1] + angle))
     return merged
 
 
@@ -184,8 +238,14 @@ class Motion:
         """Return the angular velocity [rad/s] of a frame, along its own axes, absolute or ``seen_from`` an ancestor."""
         if frame.parent is None or frame == seen_from:
             return zero(frame)
-        relative = self.rate(frame.angle) * unit(frame, frame.axis)
-        return self.spin(frame.parent, seen_from).resolved(frame) + relative
+        return self.spin(frame.parent, seen_from).resolved(frame) + self._relative_spin(frame)
+
+    def _relative_spin(self, frame: Frame) -> Vec:
+        """Return the angular velocity of a frame as its parent sees it; of a quaternion q, the vector of 2 q* dq/dt."""
+        if not isinstance(frame.angle, Quaternion):
+            return self.rate(frame.angle) * unit(frame, frame.axis)
+        x, y, z = map(self.rate, frame.angle.vector)
+        return 2 * Vec(frame, (-frame.angle * Quaternion(self.rate(frame.angle.scalar), (x, y, z))).vector)
 
     def derivative(self, vector: Vec) -> Vec:
         """Return the absolute time derivative of a vector [its unit per s], along the axes of the vector's frame."""

@@ -11,7 +11,7 @@ from ..model import Input, Lane, Let, Step, System
 from ..quantity import NONE, NOTHING, DimensionError, Quantities, Quantity, dimension
 from .bodies import AXES
 from .driven_motion import Sides, derive_driven_motion, derive_twin_lane
-from .frames import Axis, Frame, Motion, Point, Vec, Z, displacement, unit
+from .frames import NO_AXIS, Axis, Frame, Motion, Point, Quaternion, Vec, Z, displacement, unit
 from .free_motion import FreeMotion, derive_free_motion, symbolic_accelerations
 from .joints import Joints, Scalar
 from .statement import MechanismError, to_triple
@@ -117,6 +117,45 @@ class Mechanism(Joints):
         if angle_dimension not in (None, NONE):
             raise DimensionError(f"frame {name}: its angle {angle} is not in rad")
         return Frame(name, parent or self.world, axis, sp.sympify(angle))
+
+    def free_frame(
+        self, name: str, parent: Frame | None = None, start: Sequence[tuple[Axis, Scalar]] = (),
+        spin: Sequence[Scalar] = (0, 0, 0),
+    ) -> Frame:  # fmt: skip
+        r"""Return a frame that turns in any way against its parent, as on a ball joint or in free flight; in space.
+
+        No pose is singular: the coordinates are the unit quaternion NAME_q0 (scalar), NAME_q1, NAME_q2, NAME_q3,
+        without unit, which a gap keeps at length one. ``start`` lists turns (axis, angle [rad]), each about an axis X,
+        Y or Z of the frame turned so far, which lead from the parent to the start; ``spin`` [rad/s] is the angular
+        velocity against the parent there, along the frame's own axes. spin_NAMEx, spin_NAMEy, spin_NAMEz [rad/s], the
+        absolute angular velocity along these axes, are reported. Raises MechanismError in the plane or along an angle.
+
+        >>> from derive import Mechanism, X, quantities
+        >>> q = quantities("m | kg | stone | 0.4\nA | kg m2 | x | 3e-4\nB | kg m2 | y | 5e-4\nC | kg m2 | z | 6e-4")
+        >>> m = Mechanism("stone", q, spatial=True)
+        >>> turned = m.free_frame("stone", start=[(X, 1.5)], spin=(0, 8, 0.01))
+        >>> stone = m.body("stone", turned, q.m, m.O, (q.A, q.B, q.C))
+        >>> m.ball("hold", stone, m.ground, m.O)
+        >>> m.loops.gaps
+        {'gap_stone': stone_q0**2 + stone_q1**2 + stone_q2**2 + stone_q3**2 - 1}
+        """
+        self._in_space(name)
+        if self.angle is not None:
+            raise MechanismError(f"{name}: a frame is free in free motion only; along an angle state its angles")
+        w, x, y, z = (self.coordinate(f"{name}_q{i}", "1", f"quaternion of {name}, {i}") for i in range(4))
+        now = Quaternion(w, (x, y, z))
+        at = Quaternion(S.One, (S.Zero, S.Zero, S.Zero))
+        for axis, angle in start:
+            half = sp.sympify(angle) / 2
+            at = at * Quaternion(sp.cos(half), to_triple([sp.sin(half) * a for a in axis]))
+        rates = at * Quaternion(S.Zero, to_triple([sp.sympify(c) / 2 for c in spin]))
+        for symbols, values in (((w, x, y, z), at), ([self.motion.rates[c] for c in (w, x, y, z)], rates)):
+            self.begin(dict(zip(symbols, (values.scalar, *values.vector), strict=True)))
+        self.constrain(name, w**2 + x**2 + y**2 + z**2 - 1, {})
+        frame = Frame(name, parent or self.world, NO_AXIS, now)
+        for axis_name, speed in zip(AXES, self.motion.spin(frame).components, strict=True):
+            self.report(f"spin_{name}{axis_name}", "rad/s", f"angular velocity of {name}, {axis_name} of {name}", speed)
+        return frame
 
     def point(self, name: str, base: Point, frame: Frame, x: Scalar = 0, y: Scalar = 0, z: Scalar = 0) -> Point:
         r"""Return the point at the offset (x, y, z) [m] from ``base``, along the axes of ``frame``.

@@ -53,7 +53,7 @@ PAGES = {
         "Contacts and teeth": ".contact .compliant_contact .follower .mesh .couple derive.GearContact "
         "derive.SlidingContact derive.SharedContact derive.tangent_angle derive.Impact derive.ImpactLaw",
         "Closed loops": ".close .parallel .constrain",
-        "Free motion": ".begin .roll .accelerations",
+        "Free motion": ".free_frame .begin .roll .accelerations",
         "Results": ".name_ .let .report .system .equations .balance .named .unknowns",
         "Pitch curves and cam laws chosen at run time": ".stage .flank derive.GearStage derive.FollowerLaw",
         "Named places and equal sides": ".name_place .name_acceleration .hang .mirror_place .twin_lane derive.Sides",

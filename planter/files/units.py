@@ -13,6 +13,8 @@ import re
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from planter.errors import InputError
+
 
 class _Unit(NamedTuple):
     display: str
@@ -34,10 +36,21 @@ _UNITS: dict[str, _Unit] = {
     "rad_s2": _Unit("rad/s2", 1.0),
     "rpm": _Unit("r/min", math.pi / 30),
     "s": _Unit("s", 1.0),
+    "per_s": _Unit("1/s", 1.0),
+    "per_s2": _Unit("1/s2", 1.0),
     "kg": _Unit("kg", 1.0),
     "kg_m2": _Unit("kg m2", 1.0),
     "kg_m3": _Unit("kg/m3", 1.0),
+    "kg_m_s": _Unit("kg m/s", 1.0),
+    "kg_m2_s": _Unit("kg m2/s", 1.0),
+    "m2": _Unit("m2", 1.0),
+    "m3": _Unit("m3", 1.0),
+    "m2_s": _Unit("m2/s", 1.0),
+    "m3_s": _Unit("m3/s", 1.0),
     "N": _Unit("N", 1.0),
+    "Ns": _Unit("N s", 1.0),
+    "Ns_m": _Unit("N s/m", 1.0),
+    "Pa": _Unit("Pa", 1.0),
     "N2": _Unit("N2", 1.0),
     "N_m": _Unit("N/m", 1.0),
     "N_m15": _Unit("N/m^1.5", 1.0),
@@ -82,12 +95,17 @@ def unit_suffix(key: str) -> str:
 def display_key(name: str, si_unit: str) -> str:
     """Return the key of a quantity in its display unit: lengths in mm, angles in deg, others in SI.
 
+    Raises InputError if no key names the unit.
+
     >>> display_key("phi52", "rad"), display_key("M_Q", "N m"), display_key("ratio", "1")
     ('phi52_deg', 'M_Q_Nm', 'ratio')
     """
     suffix = _SHOWN_IN.get(si_unit)
     if suffix is None:
-        suffix = next(s for s, unit in _UNITS.items() if unit.display == si_unit and unit.si == 1.0)
+        suffix = next((s for s, unit in _UNITS.items() if unit.display == si_unit and unit.si == 1.0), None)
+    if suffix is None:
+        units = ", ".join(unit.display for unit in _UNITS.values() if unit.si == 1.0)
+        raise InputError(f"{name}: unit = {si_unit}: results can be in {units}, or without unit")
     return f"{name}_{suffix}" if suffix else name
 
 

@@ -30,6 +30,7 @@ LIBRARY = (
     "row_unit",
     "rssr",
     "scotch_yoke",
+    "spinning_top",
     "stephenson_six_bar",
     "swash_plate",
     "tabulated_cam",

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from planter.files.units import display_unit, unit_factor
+from planter.errors import InputError
+from planter.files.units import display_key, display_unit, unit_factor
 
 
 @pytest.mark.parametrize(
@@ -33,6 +34,9 @@ from planter.files.units import display_unit, unit_factor
         ("variance_N2", "N2", 1),
         ("input_J", "J", 1),
         ("t_max_s", "s", 1),
+        ("top_q0_dot_per_s", "1/s", 1),
+        ("area_m2", "m2", 1),
+        ("c_Ns_m", "N s/m", 1),
         ("m31", "", 1),
         ("k6", "", 1),
         ("m61", "", 1),
@@ -50,3 +54,9 @@ def test_unit_is_the_longest_known_ending(key: str, unit_text: str, si: float) -
 def test_a_unit_counts_only_as_an_ending_after_an_underscore(key: str) -> None:
     assert display_unit(key) == ""
     assert unit_factor(key) == 1
+
+
+def test_units_without_a_key_are_refused_by_name() -> None:
+    assert display_unit(display_key("top_q0_dot", "1/s")) == "1/s"
+    with pytest.raises(InputError, match=r"flux.*W/m3"):
+        display_key("flux", "W/m3")
