@@ -20,6 +20,7 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 LIBRARY = (
     "belt_drive",
     "eccentric_train",
+    "geared_five_bar",
     "geneva_wheel",
     "hay_baler",
     "hooke_joint",
@@ -27,6 +28,7 @@ LIBRARY = (
     "lift_arm",
     "planetary_gear",
     "rack_press",
+    "radial_pump",
     "row_unit",
     "rssr",
     "scotch_yoke",
