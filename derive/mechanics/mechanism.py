@@ -128,7 +128,8 @@ class Mechanism(Joints):
         without unit, which a gap keeps at length one. ``start`` lists turns (axis, angle [rad]), each about an axis X,
         Y or Z of the frame turned so far, which lead from the parent to the start; ``spin`` [rad/s] is the angular
         velocity against the parent there, along the frame's own axes. spin_NAMEx, spin_NAMEy, spin_NAMEz [rad/s], the
-        absolute angular velocity along these axes, are reported. Raises MechanismError in the plane or along an angle.
+        absolute angular velocity along these axes, are reported. Raises MechanismError in the plane, along an angle, or
+        for a start that is no list of turns.
 
         >>> from derive import Mechanism, X, quantities
         >>> q = quantities("m | kg | stone | 0.4\nA | kg m2 | x | 3e-4\nB | kg m2 | y | 5e-4\nC | kg m2 | z | 6e-4")
@@ -145,9 +146,13 @@ class Mechanism(Joints):
         w, x, y, z = (self.coordinate(f"{name}_q{i}", "1", f"quaternion of {name}, {i}") for i in range(4))
         now = Quaternion(w, (x, y, z))
         at = Quaternion(S.One, (S.Zero, S.Zero, S.Zero))
-        for axis, angle in start:
-            half = sp.sympify(angle) / 2
-            at = at * Quaternion(sp.cos(half), to_triple([sp.sin(half) * a for a in axis]))
+        for turn in start:
+            if len(turn) != 2 or dimension(sp.sympify(turn[1])) not in (None, NONE):
+                raise MechanismError(f"frame {name}: start = {turn}: write (axis, angle), with the angle in rad")
+            half = sp.sympify(turn[1]) / 2
+            at = at * Quaternion(sp.cos(half), to_triple([sp.sin(half) * a for a in turn[0]]))
+        if len(spin) != 3:
+            raise MechanismError(f"frame {name}: spin = {spin}: write its three components in rad/s")
         rates = at * Quaternion(S.Zero, to_triple([sp.sympify(c) / 2 for c in spin]))
         for symbols, values in (((w, x, y, z), at), ([self.motion.rates[c] for c in (w, x, y, z)], rates)):
             self.begin(dict(zip(symbols, (values.scalar, *values.vector), strict=True)))

@@ -1,11 +1,13 @@
 """Bodies that turn in any way in space, held against elliptic functions (Landau and Lifshitz, Mechanics, 35 and 37)."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 import scipy.special
 from scipy.spatial.transform import Rotation
 
-from derive import Mechanism
+from derive import Mechanism, X
 from derive.mechanics.statement import MechanismError
 from derive.quantity import Quantity
 from planter.kernels import Array
@@ -103,3 +105,13 @@ def test_free_frame_is_refused_in_the_plane_and_along_an_angle() -> None:
     phi, omega = Quantity("phi", "rad", "crank", "test"), Quantity("omega", "rad/s", "speed", "test")
     with pytest.raises(MechanismError, match=r"stone.*free motion"):
         Mechanism("driven", angle=phi, speed=omega, spatial=True).free_frame("stone")
+
+
+def test_start_that_is_no_list_of_turns_is_refused() -> None:
+    length = Quantity("l", "m", "arm", "test")
+    starts: tuple[Any, ...] = ([(X, length)], [X])
+    for start in starts:
+        with pytest.raises(MechanismError, match=r"stone.*start"):
+            Mechanism("own", spatial=True).free_frame("stone", start=start)
+    with pytest.raises(MechanismError, match=r"stone.*spin"):
+        Mechanism("own", spatial=True).free_frame("stone", spin=(0, 1))
