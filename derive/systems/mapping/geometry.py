@@ -227,7 +227,7 @@ CARRIER = Frame("carrier", WORLD, UP, q.theta)
 MOTION = Motion(rates={q.theta: q.w1, q.phi: q.w2})
 
 CARRIED_HINGE = Point("moving hinge, on the carrier", FIXED_HINGE, Vec(CARRIER, (q.L1, S.Zero, S.Zero)))
-ANGLE_CURVE = ARM.angle - CARRIER.angle
+ANGLE_CURVE = q.phi - q.theta
 
 
 def tip_position() -> dict[Quantity, Expr]:
@@ -243,7 +243,7 @@ def relative_rate(frame: Frame) -> Expr:
 
 def curve_slope() -> Expr:
     """Return the slope of the angle curve."""
-    return MOTION.rate(ANGLE_CURVE) / MOTION.rate(CARRIER.angle)
+    return MOTION.rate(ANGLE_CURVE) / MOTION.rate(q.theta)
 
 
 def total_ratio() -> Expr:
