@@ -13,7 +13,6 @@ from ..equations import Definition, Equation, derived_equation
 from ..model import (
     MESHES,
     ClosedForm,
-    Event,
     Input,
     Lane,
     Let,
@@ -102,7 +101,7 @@ def derive_driven_motion(
     results, data = Vector("outputs", (*outputs, *pivots, *counts)), stated.data(angle)
     needs = sorted_steps(needed((*steps, *forces, *reports), frozenset(results)))
     moving = frozenset({angle}.union(*stated.loops.inputs))
-    events = list_passing_events(needs, [*stated.events, *_list_case_events(stated)], moving)
+    events = list_passing_events(needs, [*stated.events, *stated.case_events()], moving)
     lane = DrivenLane(
         angle, (data,), needs, results, events, along=stated.loops.inputs, speed=speed, acceleration=acceleration
     )
@@ -116,29 +115,6 @@ def derive_driven_motion(
         *mesh_functions,
         *roller_functions,
     )
-
-
-def _list_case_events(stated: Statement) -> Iterator[Event]:
-    """Yield an event for each condition of the motion that decides between stated cases, unless one is there already.
-
-    True extremes and means are computed piece by piece between events: a jump that no event marks would falsify them.
-    """
-    marked = {sign * (event.argument - event.target) for event in stated.events for sign in (1, -1)}
-    lets = (step for step in (*stated.steps, *stated.reports) if isinstance(step, Let))
-    stated_cases = [(step.symbol.name, step.expr) for step in lets]
-    for action in stated.assembly.actions:
-        stated_cases += [
-            (action.name, component) for component in (*action.force.components, *action.moment.components)
-        ]
-    for name, expr in stated_cases:
-        for cases in sp.ordered(sp.sympify(expr).atoms(sp.Piecewise)):
-            conditions = (
-                condition for _, condition in cases.args if isinstance(condition, sp.core.relational.Relational)
-            )
-            for deciding in (condition.lhs - condition.rhs for condition in conditions):
-                if deciding not in marked and not deciding.free_symbols & set(stated.assembly.unknowns):
-                    marked |= {deciding, -deciding}
-                    yield Event(f"another case of {name}", deciding, sp.S.Zero, order=0)
 
 
 def roller_centres(stated: Statement, angle: Quantity) -> Iterator[Let]:

@@ -9,14 +9,14 @@ perspectives", Multibody Syst. Dyn. 1 (1997) 149-188, section 3.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import sympy as sp
 from sympy import Expr, S
 
 from ..equations import Balance
 from ..functions import directional_derivative, partial_derivative
-from ..model import ClosedForm, Let, Step, let, needed, sorted_steps
+from ..model import ClosedForm, Let, Step, let, list_passing_events, needed, sorted_steps
 from ..quantity import Quantity, Vector
 from .bodies import Action, Body, Part, action_load, body_loads, kinetic_energy, point_velocity, potential_energy
 from .frames import Motion, Vec, zero
@@ -63,7 +63,14 @@ class Free:
         self.state = Vector("state", (*(c.value for c in self.coordinates), *(c.rate for c in self.coordinates)))
         self.accelerations = Vector("accelerations", tuple(c.acceleration for c in self.coordinates))
         self.inputs: tuple[Vector | Quantity, ...] = (time, stated.data(time), self.state)
-        self._moving = stated.told_in({q for c in self.coordinates for q in (c.rate, c.acceleration)})
+        self._sizes = {
+            sp.Abs(force): quantity(f"size_{force}", force.unit, f"size of {force}")
+            for force in stated.assembly.unknowns
+            if any(sp.Abs(force) in e.atoms(sp.Abs) for a in stated.assembly.actions for e in a.force.components)
+        }
+        sizes = Vector("sizes", tuple(self._sizes.values()))
+        self.loaded = (*self.inputs, sizes) if self._sizes else self.inputs
+        self._moving = stated.told_in({q for c in self.coordinates for q in (c.rate, c.acceleration)}) | self._sizes
 
     def functions(self, reported: Sequence[str | Quantity] | None) -> tuple[ClosedForm, ...]:
         """Build the functions in closed form that integrate the motion, and those of what is ``reported``."""
@@ -80,6 +87,7 @@ class Free:
                 self._let(f"force_{a}", _FORCE[c.value.unit], force)
                 for a, c, force in zip(names, self.coordinates, forces, strict=True)
             ],
+            "events": list(self._events()),
             "gaps": [self._let(name, "m", gap) for name, gap in self.stated.loops.gaps.items()],
             "speeds": [self._let(f"speed_{name}", "m/s", speed) for name, speed in constrained_speeds.items()],
             "slopes": [
@@ -93,7 +101,10 @@ class Free:
             ],
         }
         full = {name: [step for step in steps if step.expr != 0] for name, steps in rows.items()}
-        forms = [self._form(name, self.inputs, steps) for name, steps in full.items() if steps]
+        forms = [
+            self._form(name, self.loaded if name == "forces" else self.inputs, steps)
+            for name, steps in full.items() if steps
+        ]  # fmt: skip
         drawing_functions = place_functions(self.stated, self.inputs, self.stated.named)
         return (self._start(), *forms, *self._outputs(reported), *drawing_functions)
 
@@ -117,10 +128,10 @@ class Free:
         steps = sorted_steps(needed((*stated.defined, *reports), frozenset(outputs)))
         taken = frozenset(outputs).union(*(step.needs for step in steps))
         inputs = (*self.inputs, self.accelerations)
-        if not taken & frozenset(actions):
+        if not (taken & frozenset(actions) or self._sizes):
             return (ClosedForm("lane", inputs, steps, outputs),)
         return (
-            self._form("balances", inputs, self._balances()),
+            self._form("balances", (*self.loaded, self.accelerations), self._balances()),
             ClosedForm("lane", (*inputs, actions), steps, outputs),
         )
 
@@ -134,14 +145,13 @@ class Free:
         rows = []
         for i, equation in enumerate(self.stated.equations()):
             moment = isinstance(equation.claims, Balance) and equation.claims.kind == "moment"
-            actions = [u for u in unknowns if u in equation.residual.free_symbols]
+            residual = equation.residual.xreplace(self._sizes)
+            actions = [u for u in unknowns if u in residual.free_symbols]
             for u in actions:
                 unit = "m" if moment and u.unit == "N" else "1"
                 name = f"held_{i}_{u}"
-                rows.append(
-                    let(quantity(name, unit, f"{equation.number}, by {u}"), partial_derivative(equation.residual, u))
-                )
-            rest = equation.residual.xreplace(nothing)
+                rows.append(let(quantity(name, unit, f"{equation.number}, by {u}"), partial_derivative(residual, u)))
+            rest = residual.xreplace(nothing)
             pushed = quantity(f"pushed_{i}", "N m" if moment else "N", f"{equation.number}, without joints")
             rows.append(let(pushed, rest))
         return [step for step in rows if step.expr != 0]
@@ -215,14 +225,23 @@ class Free:
         return [(body, part) for body in self.stated.assembly.bodies for part in body.parts]
 
     def _refuse(self) -> None:
-        """Raises MechanismError where a joint's unknown action would work: friction that follows its own force."""
-        sizes = {sp.Abs(unknown) for unknown in self.stated.assembly.unknowns}
+        """Raises MechanismError for friction that jumps where the sliding turns: no integrator rests there."""
         for action in self.stated.assembly.actions:
-            if any(sizes & e.atoms(sp.Abs) for e in action.force.components):
+            if any(self._sizes.keys() & e.atoms(sp.Abs) and e.has(sp.Piecewise) for e in action.force.components):
                 raise MechanismError(
-                    f"{self.stated.name}: friction of {action.name} follows from a force that free motion does not "
-                    "know; state it as a force, of the speed"
+                    f"{self.stated.name}: {action.name} jumps where the sliding turns; in free motion it needs "
+                    "`creep`, the speed below which it is smooth"
                 )
+
+    def _events(self) -> Iterator[Let]:
+        """Yield a step for each event of a state; its value vanishes there."""
+        stated, unavailable = self.stated, {*self.stated.assembly.unknowns, *self.accelerations}
+        moving = frozenset({self.inputs[0], *self.state})
+        stated_events = list_passing_events(stated.named, [*stated.events, *stated.case_events()], moving)
+        for number, event in enumerate(stated_events):
+            gap = self._plain(event.argument - event.target)
+            if event.period is None and not gap.free_symbols & unavailable:
+                yield let(quantity(f"event_{number}", "1", event.name), gap)
 
     def _given_actions(self) -> list[Action]:
         """Actions without an unknown."""
@@ -230,7 +249,7 @@ class Free:
         return [
             a
             for a in self.stated.assembly.actions
-            if not any(e.free_symbols & unknowns for e in (*a.force.components, *a.moment.components))
+            if not any(self._plain(e).free_symbols & unknowns for e in (*a.force.components, *a.moment.components))
         ]
 
     def _constrained_speeds(self) -> Mapping[str, Expr]:

@@ -45,7 +45,8 @@ class Joints(Contacts):
         Moments are balanced about ``about``, else about a joint, the ground's before others, else about the centroid.
         With ``about``, balances are along ``axes``, the world's unless they are passed, and in space those of moments
         about x and y are left out unless ``tilting``. A ``shared`` body belongs to two equal sides (`twin_lane`).
-        Raises MechanismError for a mass without a centroid or the reverse, or for a second body of the name.
+        Raises MechanismError for a mass without a centroid or the reverse, for an inertia without them, or for a second
+        body of the name.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities("m | kg | mass | 2\nJ | kg m2 | about the centroid | 0.01\nl | m | centroid | 0.3")
@@ -56,6 +57,8 @@ class Joints(Contacts):
         """
         if (mass is None) != (centroid is None):
             raise MechanismError(f"body {name}: a mass needs a centroid, and a centroid a mass")
+        if inertia != 0 and mass is None:
+            raise MechanismError(f"body {name}: an inertia needs a mass and a centroid")
         if name in {body.name for body in self.assembly.bodies}:
             raise MechanismError(f"two bodies are called {name}")
         tensor = inertia if isinstance(inertia, Sequence) else (0, 0, inertia)
@@ -183,7 +186,7 @@ class Joints(Contacts):
 
     def slide(
         self, name: str, on: Body, by: Body, at: Point, along: Axis = X, friction: Scalar = 0,
-        origin: Point | None = None,
+        origin: Point | None = None, creep: Scalar = 0,
     ) -> None:  # fmt: skip
         """State a prismatic joint along an axis ``along`` of ``by``'s frame.
 
@@ -191,12 +194,13 @@ class Joints(Contacts):
         the axis), and M_name [N m] the moment of ``by`` on ``on`` about z. With ``friction``, Coulomb's coefficient
         without unit, friction |N_name| acts on ``on`` against its sliding v_name [m/s] along the axis, and P_name [W]
         is the power lost, never negative. The sliding is that of ``at`` against a point fixed in ``by``: ``origin``,
-        which may be left out for the ground.
+        which may be left out for the ground. Below the speed ``creep`` [m/s] friction is smooth (`derive.creeping`),
+        which free motion needs.
 
         In space F_name [N] are the forces of ``by`` on ``on`` across the axis and M_name [N m] all moments, along the
         axes of ``by``'s frame; F_name_world_x, M_name_world_x and their like are along the world's. Raises
         MechanismError for friction in space, or without the ``origin`` of a moving ``by``; free motion raises it for
-        friction in `system`.
+        friction without ``creep`` in `system`.
 
         >>> from derive import Mechanism, quantities
         >>> q = quantities('''
@@ -227,13 +231,17 @@ class Joints(Contacts):
         normal = self.assembly.unknown(f"N_{name}", "N", f"normal force of {by} on {on} at {at.name}")
         moment = self.assembly.unknown(f"M_{name}", "N m", f"moment of {by} on {on} at {at.name}")
         way = unit(by.frame, along)
-        force = normal * unit(by.frame, Z).cross(way)
+        across = unit(by.frame, Z).cross(way)
+        self.assembly.act(name, on, by, at, normal * across, moment * unit(by.frame, Z), workless=True)
         if friction != 0:
-            sliding = self._sliding(name, by, at, way, origin)
-            drag = friction * sp.Abs(normal) * switch(sliding, S.One, S.NegativeOne)
-            force -= drag * way
+            sliding, limit = self._sliding(name, by, at, way, origin), friction * sp.Abs(normal)
+            if creep != 0:
+                drag = creeping(limit, [sliding], creep) * sliding
+            else:
+                drag = limit * switch(sliding, S.One, S.NegativeOne)
+                self.events.append(Event(f"sliding of {name} turns", sliding, S.Zero, 0))
+            self.assembly.act(f"friction of {name}", on, by, at, -drag * way)
             self.report(f"P_{name}", "W", f"power lost to friction at {at.name}", drag * sliding)
-        self.assembly.act(name, on, by, at, force, moment * unit(by.frame, Z), workless=friction == 0)
 
     def motor(self, name: str, on: Body, by: Body, at: Point, axis: Axis = Z) -> Quantity:
         """State the motor that keeps the motion along the angle, and return its torque ``name`` [N m].
@@ -362,15 +370,18 @@ class Joints(Contacts):
         self.force(name, on, ends[0], Vec(by.frame, to_triple(named)), by)
 
     def compliant_contact(
-        self, name: str, on: Body, by: Body, at: Point, plane: Point, law: Callable[[Expr, Expr], Expr],
-        normal: Axis = Y, friction: Scalar = 0, creep: Scalar = 0,
+        self, name: str, on: Body, by: Body, at: Point, surface: Point, law: Callable[[Expr, Expr], Expr],
+        normal: Axis = Y, friction: Scalar = 0, creep: Scalar = 0, radius: Scalar = 0,
     ) -> Quantity:  # fmt: skip
-        r"""State a contact that gives way and can open: a point of ``on`` over a plane of ``by``. Returns N_name [N].
+        r"""State a contact that gives way and can open: a point of ``on`` over a surface of ``by``. Returns N_name [N].
 
-        The plane passes through the point ``plane`` across ``normal``, an axis of ``by``'s frame, and pushes ``at``
-        along it. ``law`` gives the force [N] of the depth [m] and of its rate [m/s]; it counts where the point is below
-        the plane, and never pulls. Friction against the sliding has the coefficient ``friction``, without unit, and
-        creeps below the speed ``creep`` [m/s] (`derive.creeping`). For soil, an end stop, clearance; with the law
+        The surface is the plane through the point ``surface`` across ``normal``, an axis of ``by``'s frame along which
+        it pushes ``at``. With a ``radius`` [m] it is a circle, in space a sphere, about that point: a positive one
+        pushes outwards, as a disc does (of two discs it is the sum of their radii), a negative one inwards, as a bush
+        does (of a pin in it, minus the radial clearance). gap_name [m] is the distance from the surface, negative at a
+        depth. ``law`` gives the force [N] of the depth [m] and of its rate [m/s]; it counts where there is a depth, and
+        never pulls. Friction against the sliding of ``at`` has the coefficient ``friction``, without unit, and creeps
+        below the speed ``creep`` [m/s] (`derive.creeping`). For soil, an end stop, clearance; with the law
         K d^(3/2) (1 + D d_dot) the contact of Hunt and Crossley (J. Appl. Mech. 42, 1975).
 
         >>> from derive import Mechanism, Y, quantities
@@ -381,9 +392,16 @@ class Joints(Contacts):
         >>> m.compliant_contact("floor", block, m.ground, at, m.O, lambda depth, rate: q.K * depth)
         N_floor
         """
-        place = displacement(plane, at, by.frame)
-        motion, way = self.motion.relative_derivative(place, by.frame), unit(by.frame, normal)
-        gap, opening = place.dot(way), motion.dot(way)
+        place, way = displacement(surface, at, by.frame), unit(by.frame, normal)
+        motion, distance = self.motion.relative_derivative(place, by.frame), place.dot(way)
+        if radius != 0:
+            far = self.name_(f"l_{name}", "m", f"distance of {at.name} from {surface.name}", sp.sqrt(place.dot(place)))
+            side = switch(sp.sympify(radius), S.One, -S.One)
+            way, distance = (side / far) * place, side * far - radius
+        opening = motion.dot(way)
+        gap = self.name_(f"gap_{name}", "m", f"distance of {at.name} from the surface of {by}", distance)
+        self.motion.rates[gap] = opening
+        self.events.append(Event(f"contact of {name}", gap, S.Zero, 0))
         depth = switch(gap, S.Zero, -gap)
         push = self.name_(
             f"N_{name}", "N", f"force of {by} on {on} at {at.name}, along the normal",
@@ -446,14 +464,12 @@ class Joints(Contacts):
             self.turned[name] = (unit_, meaning, action)
 
     def _sliding(self, name: str, by: Body, at: Point, way: Vec, origin: Point | None) -> Quantity:
-        """Return the speed of a point along a direction, seen from a body; friction reverses where it vanishes."""
+        """Return the speed of a point along a direction, seen from a body."""
         if origin is None and by != self.ground:
             raise MechanismError(f"{name}: name the point of {by} that the sliding is counted from, `origin`")
         place = displacement(origin or self.O, at, by.frame)
         speed = self.motion.relative_derivative(place, by.frame).dot(way)
-        sliding = self.name_(f"v_{name}", "m/s", f"sliding at {at.name} on {by}", speed)
-        self.events.append(Event(f"sliding of {name} turns", sliding, S.Zero, 0))
-        return sliding
+        return self.name_(f"v_{name}", "m/s", f"sliding at {at.name} on {by}", speed)
 
 
 def _across(axis: Axis) -> tuple[int, ...]:

@@ -8,7 +8,8 @@ Redundant constraints are left out: a QR decomposition with column pivoting sele
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -20,7 +21,7 @@ import scipy.linalg
 import scipy.optimize
 from threadpoolctl import threadpool_limits
 
-from planter.errors import ComputationError, InputError
+from planter.errors import ComputationError, InputError, NotFiniteError
 from planter.kernels import Array, Kernel
 from planter.kernels.formulas import Formulas
 from planter.mechanism.file import MechanismFile
@@ -33,6 +34,12 @@ GAP_TOLERANCE = 1e-12
 """Gaps below this, in SI units, are closed."""
 DIFFERENCE_STEP = 1e-7
 """Step of the implicit integrator's differences, in parts of a state and one."""
+EVENT_SAMPLES = 8
+"""Parts of an integrator's step in which an event is looked for."""
+TIME_RESOLUTION = 1e-12
+"""Events are located to this share of a motion's duration."""
+MOST_SIGN_CHANGES = 50
+"""Steps to the sizes of normal forces that friction follows from."""
 MOST_PROJECTIONS = 30
 """Newton steps onto the constraints."""
 MOST_EVALUATIONS = 1_000_000
@@ -53,7 +60,8 @@ class MotionRun:
 
     A state holds coordinates, then rates. Signs, axes and units of results are those of the statement
     (`derive.Mechanism`). ``undetermined`` names statically indeterminate reactions: results lack them unless they are
-    of minimum norm.
+    of minimum norm. ``events`` are those of the statement, in the order of time: contacts that close or open, laws that
+    take another case.
     """
 
     times: Array
@@ -61,6 +69,16 @@ class MotionRun:
     accelerations: Array
     results: dict[str, Array]
     undetermined: tuple[str, ...] = ()
+    events: tuple[Passage, ...] = ()
+
+
+@dataclass(frozen=True)
+class Passage:
+    """The time [s] at which an event's value, such as the gap of a contact, changes its sign, rising or falling."""
+
+    event: str
+    time: float
+    rising: bool
 
 
 @dataclass(frozen=True)
@@ -149,8 +167,12 @@ class Dynamics:
 
     @cached_property
     def function(self) -> ca.Function:
-        """The CasADi function (time [s], state (2k,)) -> parts of `Equations` [SI]; what always vanishes is sparse."""
+        """The CasADi function (time [s], state (2k,), sizes (f,) [N]) -> parts of `Equations` [SI]; some are sparse.
+
+        The sizes are those of the normal forces that friction follows from (`find_sizes`).
+        """
         time, state = ca.SX.sym("time"), ca.SX.sym("state", 2 * self.size)
+        sizes = ca.SX.sym("sizes", len(self._pressing))
         coordinates, constraints = self.names[: self.size], self.constraints
         gaps = [name for name in constraints if name in self._list_outputs("gaps")]
         names = {
@@ -161,32 +183,41 @@ class Dynamics:
             "speeds": [[f"speed_{c}"] for c in constraints],
             "gaps": [[c] for c in gaps],
         }
-        parts = [self._arrange(stage, entries, time, state) for stage, entries in names.items()]
-        return ca.Function("motion", [time, state], parts, ["time", "state"], list(names))
+        parts = [self._arrange(stage, entries, time, state, sizes) for stage, entries in names.items()]
+        return ca.Function("motion", [time, state, sizes], parts, ["time", "state", "sizes"], list(names))
+
+    @cached_property
+    def _pressing(self) -> list[str]:
+        """The names of the normal forces that friction follows from."""
+        return [entry["name"].removeprefix("size_") for entry in self.formulas.sidecar["vectors"].get("sizes", ())]
 
     def _list_outputs(self, stage: str) -> list[str]:
         return self.formulas.outputs(stage) if stage in self._stages else []
 
-    def _arrange(self, stage: str, names: list[list[str]], time: ca.SX, state: ca.SX) -> ca.SX:
+    def _arrange(self, stage: str, names: list[list[str]], time: ca.SX, state: ca.SX, sizes: ca.SX) -> ca.SX:
         """Return the outputs of a stage as a matrix in the arrangement of their names."""
         width = len(names[0]) if names else 1 if stage != "slopes" else self.size
         matrix = ca.SX(len(names), width)
         places = {name: (i, j) for i, row in enumerate(names) for j, name in enumerate(row)}
         if stage in self._stages:
-            values = self.formulas.function(stage)(time, self.data, state)
+            loaded = [sizes] if stage == "forces" and self._pressing else []
+            values = self.formulas.function(stage)(time, self.data, state, *loaded)
             for k, name in enumerate(self._list_outputs(stage)):
                 matrix[places[name]] = values[k]
         return matrix
 
     @cached_property
     def _kernel(self) -> Kernel:
-        time, state = ca.SX.sym("time"), ca.SX.sym("state", 2 * self.size)
-        parts = list(map(ca.densify, self.function(time, state)))
-        return Kernel(ca.Function("motion", [time, state], parts, ["time", "state"], self.function.name_out()))
+        names, inputs = self.function.name_in(), self.function.sx_in()
+        parts = list(map(ca.densify, self.function(*inputs)))
+        return Kernel(ca.Function("motion", inputs, parts, names, self.function.name_out()))
 
-    def equations(self, time: float, state: Array) -> Equations:
-        """Return the parts of the equations of motion [SI] in a state (2k,) [rad, m and per s] at a time [s]."""
-        now = self._kernel(time=time, state=state)
+    def equations(self, time: float, state: Array, sizes: Array | None = None) -> Equations:
+        """Return the parts of the equations of motion [SI] in a state (2k,) [rad, m and per s] at a time [s].
+
+        Without the ``sizes`` (f,) [N] of normal forces (`find_sizes`) it is as if there were no friction.
+        """
+        now = self._kernel(time=time, state=state, sizes=np.zeros(len(self._pressing)) if sizes is None else sizes)
         columns = {name: now[name][:, 0] for name in ("forces", "bends", "speeds", "gaps")}
         return Equations(now["inertia"], slopes=now["slopes"], **columns)
 
@@ -195,9 +226,52 @@ class Dynamics:
 
         The time is in [s], the state in rad, m and per s. A multiplier is the generalised force per slope, [N] for a
         gap in m; it is zero for a constraint that follows from others. Rows of slopes that add less than ``share`` of
-        the first follow from others. Raises ComputationError if neither inertia nor a constraint resists some motion.
+        the first follow from others. Raises ComputationError if neither inertia nor a constraint resists some motion,
+        or as `find_sizes` does.
         """
-        now = self.equations(time, state)
+        return self._accelerate(time, state, self.find_sizes(time, state, share), share)
+
+    def find_sizes(self, time: float, state: Array, share: float = RANK) -> Array:
+        """Return the sizes (f,) [N] of the normal forces that friction follows from, which it changes itself.
+
+        The normal forces are linear in their own sizes, through the accelerations. Arguments are those of
+        `accelerations`. Raises ComputationError if no sizes do, since the mechanism jams, or if a normal force is
+        statically indeterminate.
+        """
+        count = len(self._pressing)
+        if not count:
+            return np.empty(0)
+        trials = np.vstack([np.zeros(count), np.eye(count)])
+        accelerations = [self._accelerate(time, state, sizes, share)[0] for sizes in trials]
+        forces = self._normal_forces(time, state, trials, np.array(accelerations))
+        alone, slopes = forces[0], (forces[1:] - forces[0]).T
+        signs, before = np.copysign(1.0, alone), None
+        for _ in range(MOST_SIGN_CHANGES):
+            sizes: Array = np.linalg.solve(np.eye(count) - signs[:, None] * slopes, signs * alone)
+            signs, before = np.copysign(1.0, alone + slopes @ sizes), signs
+            if np.array_equal(signs, before):
+                return sizes
+        raise ComputationError(
+            f"{self.file.name}: at {time:.6g} s friction jams: no forces {', '.join(self._pressing)} go with it"
+        )
+
+    def _normal_forces(self, time: float, state: Array, sizes: Array, accelerations: Array) -> Array:
+        """Return the normal forces (n, f) [N] at sizes (n, f) [N], with the accelerations (n, k) that they give."""
+        inputs = {"time": np.full(len(sizes), time), "data": self.data, "state": np.tile(state, (len(sizes), 1)).T}
+        actions, undetermined = self._reactions.solve(inputs | {"sizes": sizes.T, "accelerations": accelerations.T})
+        if lacking := set(undetermined) & set(self._pressing):
+            raise ComputationError(
+                f"{self.file.name}: friction of {', '.join(sorted(lacking))}, which is statically indeterminate"
+            )
+        return actions[[self._reactions.names.index(name) for name in self._pressing]].T
+
+    @cached_property
+    def _reactions(self) -> Reactions:
+        return Reactions(self.formulas)
+
+    def _accelerate(self, time: float, state: Array, sizes: Array, share: float) -> tuple[Array, Array]:
+        """Return accelerations (k,) and multipliers (c,) with given sizes of the forces that friction follows from."""
+        now = self.equations(time, state, sizes)
         rows = find_independent_rows(now.slopes, share)
         multipliers = np.zeros(len(now.slopes))
         accelerations, multipliers[rows] = self._solve(time, now.inertia, now.slopes[rows], now.forces, now.bends[rows])
@@ -281,7 +355,10 @@ class Dynamics:
 
         def rates(time: float, y: Array) -> Array:
             pace.count(time)
-            return np.concatenate([y[self.size :], self.accelerations(time, y, share)[0]])
+            with suppress(NotFiniteError):
+                if np.isfinite(y).all():
+                    return np.concatenate([y[self.size :], self.accelerations(time, y, share)[0]])
+            return np.full(2 * self.size, np.nan)  # the step is too long: the integrator tries a shorter one
 
         def differentiate(time: float, y: Array) -> Array:
             steps = DIFFERENCE_STEP * (1 + np.abs(y))
@@ -289,32 +366,68 @@ class Dynamics:
             return jacobian
 
         method = partial(scipy.integrate.Radau, jac=differentiate) if stiff else scipy.integrate.DOP853
-        solver = method(rates, times[0], at, times[-1], rtol=tolerance, atol=1e-2 * tolerance)
-        states = [at]
-        while solver.status == "running":
+        begin = partial(method, rates, rtol=tolerance, atol=1e-2 * tolerance)
+        solver, states, passages = begin(times[0], at, times[-1]), [at], []
+        resolution = TIME_RESOLUTION * (times[-1] - times[0])
+        while solver.t < times[-1]:
+            at = solver.y
             if (message := solver.step()) is not None:
                 raise ComputationError(f"{self.file.name}: the motion stops at {solver.t:.6g} s: {message}")
-            passed = times[len(states) :][times[len(states) :] <= solver.t]
-            dense = solver.dense_output() if len(passed) else None
-            states += [self.project(t, dense(t), share) for t in passed if dense is not None]
-            solver.y = self.project(solver.t, solver.y, share)
-            solver.f = solver.fun(solver.t, solver.y)
-        return self._results(times, np.array(states).T, minimum_norm, share)
+            crossed = self._find_passages(solver, resolution) if self._event_names else []
+            if crossed and solver.t > crossed[-1].time + 2 * resolution:  # another law holds in part of the step
+                solver = begin(solver.t_old, at, crossed[-1].time + resolution)
+                continue
+            passages += crossed
+            if len(passed := times[len(states) :][times[len(states) :] <= solver.t]):
+                dense = solver.dense_output()
+                states += [self.project(time, dense(time), share) for time in passed]
+            at = self.project(solver.t, solver.y, share)
+            if crossed or solver.status == "finished":
+                solver = begin(solver.t, at, times[-1])
+            else:
+                solver.y, solver.f = at, solver.fun(solver.t, at)
+        return self._results(times, np.array(states).T, minimum_norm, share, passages)
 
-    def _results(self, times: Array, states: Array, minimum_norm: bool, share: float) -> MotionRun:
+    @cached_property
+    def _event_names(self) -> list[str]:
+        """The names of the events, which the meanings of their values are."""
+        return [entry["meaning"] for entry in self.formulas.sidecar["vectors"].get("events_outputs", ())]
+
+    def _find_passages(self, solver: scipy.integrate.OdeSolver, resolution: float) -> list[Passage]:
+        """Return the first event of an integrator's last step, and those less than ``resolution`` [s] later."""
+        state = solver.dense_output()
+
+        def evaluate(times: Array) -> Array:
+            return np.array(list(self.formulas("events", time=times, data=self.data, state=state(times)).values()))
+
+        times = np.linspace(solver.t_old, solver.t, EVENT_SAMPLES + 1)
+        is_positive = evaluate(times).T > 0
+        passages = []
+        for part, event in np.argwhere(is_positive[1:] != is_positive[:-1]):
+            time = scipy.optimize.brentq(
+                lambda t, i=event: evaluate(np.array([t]))[i, 0], *times[part : part + 2], xtol=resolution
+            )
+            passages.append(Passage(self._event_names[event], float(time), bool(is_positive[part + 1, event])))
+        first = min((passage.time for passage in passages), default=solver.t)
+        return sorted((p for p in passages if p.time <= first + resolution), key=lambda passage: passage.time)
+
+    def _results(
+        self, times: Array, states: Array, minimum_norm: bool, share: float, passages: Sequence[Passage]
+    ) -> MotionRun:
         pairs = zip(times, states.T, strict=True)
         accelerations = np.array([self.accelerations(time, state, share)[0] for time, state in pairs]).T
         inputs = {"time": times, "data": self.data, "state": states, "accelerations": accelerations}
         undetermined: tuple[str, ...] = ()
         if "balances" in self._stages:
-            reactions = Reactions(self.formulas)
-            inputs["actions"], undetermined = reactions.solve(inputs)
+            sizes = [self.find_sizes(time, state, share) for time, state in zip(times, states.T, strict=True)]
+            loads = {"sizes": np.array(sizes).T} if self._pressing else {}
+            inputs["actions"], undetermined = self._reactions.solve(inputs | loads)
         results = {
             name: values
             for name, values in self.formulas("lane", **inputs).items()
             if minimum_norm or name not in undetermined
         }
-        return MotionRun(times, states, accelerations, results, undetermined)
+        return MotionRun(times, states, accelerations, results, undetermined, tuple(passages))
 
 
 class _Pace:

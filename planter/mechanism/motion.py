@@ -15,7 +15,7 @@ from planter.errors import ComputationError, InputError
 from planter.files import units
 from planter.kernels import Array
 from planter.mechanism.dynamics import Dynamics, find_independent_rows
-from planter.mechanism.results import ChangedStart, MechanismEnergy, MotionResult, QuantityHistory
+from planter.mechanism.results import ChangedStart, MechanismEnergy, MotionEvent, MotionResult, QuantityHistory
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,7 @@ def compute_motion(
         dependent_constraints=dynamics.dependent(run.states[:, 0]),
         undetermined_actions=list(run.undetermined),
         changed_start=_list_changes(dynamics, run.states[:, 0]),
+        events=[MotionEvent(passage.event, passage.time, passage.rising) for passage in run.events],
         **(_describe_equilibrium(dynamics) if rest else {}),
     )
     meanings = {keys[entry["name"]]: entry["meaning"] for entry in entries}
@@ -175,8 +176,9 @@ def eigenvalues(dynamics: Dynamics, state: Array, time: float = 0.0) -> Array:
 def _differentiate(dynamics: Dynamics, time: float, state: Array) -> tuple[Array, Array, Array, Array, Array, int]:
     """Return slopes; derivatives of forces by place and by rate, of speeds by place; inertia; the number of gaps."""
     acceleration, multipliers = dynamics.accelerations(time, state)
+    sizes = dynamics.find_sizes(time, state)
     symbol, k = ca.SX.sym("state", 2 * dynamics.size), dynamics.size
-    inertia, forces, slopes, _, speeds, gaps = dynamics.function(time, symbol)
+    inertia, forces, slopes, _, speeds, gaps = dynamics.function(time, symbol, sizes)
     force = forces + slopes.T @ multipliers - inertia @ acceleration
     parts = [slopes, ca.jacobian(force, symbol), ca.jacobian(speeds, symbol), inertia]
     rows, by_state, by_speed, mass = (

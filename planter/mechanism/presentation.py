@@ -24,6 +24,7 @@ from planter.mechanism.results import (
     LimitResult,
     MachineValidation,
     MechanismOptimumResult,
+    MotionResult,
     QuantityHistory,
     QuantityStatistics,
 )
@@ -217,12 +218,24 @@ def _list_motion_sections(motion: MechanismMotion) -> Iterator[Section]:
         ]
         table = Table(("quantity", "stated", "used", "unit"), changed)
         yield Section("Start", [Text(CHANGED_START, "warning"), table])
+    if result.events:
+        yield Section(
+            "Events", [Table(("event", "rises", "falls", "first / s", "last / s"), list(_count_events(result)))]
+        )
     yield Section("Energy of weights, springs and motion", [list_values(result.energy.table())])
     if sentences := list(_describe_constraints(motion)):
         yield Section("Constraints", [Items(sentences)])
     if result.equilibrium is not None and result.eigenvalues_per_s is not None:
         values = Table(("real / 1/s", "imaginary / 1/s"), result.eigenvalues_per_s, "Eigenvalues")
         yield Section("Equilibrium", [list_values(result.equilibrium), values])
+
+
+def _count_events(result: MotionResult) -> Iterator[tuple[str, int, int, float, float]]:
+    """Yield each event of a motion: how often its value rises and falls through zero, and the first and last time."""
+    for name in dict.fromkeys(event.event for event in result.events):
+        events = [event for event in result.events if event.event == name]
+        rises = sum(event.rising for event in events)
+        yield name, rises, len(events) - rises, events[0].time_s, events[-1].time_s
 
 
 def _describe_constraints(motion: MechanismMotion) -> Iterator[str]:

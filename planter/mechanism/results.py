@@ -140,6 +140,18 @@ class ChangedStart(Record):
 
 
 @dataclass(frozen=True)
+class MotionEvent(Record):
+    """An event of a motion: a contact closes or opens, a law takes another case.
+
+    `rising` says whether the value that decides becomes positive there: the gap of a contact that opens.
+    """
+
+    event: str
+    time_s: float
+    rising: bool
+
+
+@dataclass(frozen=True)
 class MotionResult(Record):
     """A free motion; eigenvalues are pairs of real and imaginary part, at the equilibrium.
 
@@ -156,6 +168,7 @@ class MotionResult(Record):
     dependent_constraints: list[str]
     undetermined_actions: list[str]
     changed_start: list[ChangedStart]
+    events: list[MotionEvent]
     equilibrium: dict[str, float] | None = None
     eigenvalues_per_s: list[tuple[float, float]] | None = None
 
