@@ -124,8 +124,8 @@ def test_constraint_drift_is_detected(folder: Path) -> None:
         return np.concatenate([state[3:], free_motion.accelerations(time, state)[0]])
 
     free = scipy.integrate.solve_ivp(rates, (0, 40), free_motion.start(), rtol=1e-4, atol=1e-6)
-    gap = free_motion._kernel(time=0.0, state=free.y[:, -1])["gaps"]
-    residuals = free_motion._kernel(time=0.0, state=free_motion.run(np.array([0.0, 40.0]), 1e-4).states[:, -1])["gaps"]
+    gap = free_motion.equations(0.0, free.y[:, -1]).gaps
+    residuals = free_motion.equations(0.0, free_motion.run(np.array([0.0, 40.0]), 1e-4).states[:, -1]).gaps
     assert np.abs(residuals).max() < 1e-11
     assert np.abs(gap).max() > 1e-6
 

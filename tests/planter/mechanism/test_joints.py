@@ -82,12 +82,3 @@ def test_a_joint_of_space_in_the_plane_is_refused() -> None:
     body = m.body("bar", m.frame("bar", m.coordinate("a", "rad", "turn")))
     with pytest.raises(MechanismError, match="C: a joint of space"):
         m.cylinder("C", body, m.ground, m.O, X)
-
-
-def test_self_dependent_friction_is_refused_in_free_motion() -> None:
-    q = quantities("m | kg | mass | 1\nmu | 1 | friction | 0.2\ng | m/s2 | free fall | 9.81")
-    m = Mechanism("sledge", q, gravity=q.g)
-    place = m.point("P", m.O, m.world, m.coordinate("x", "m", "place"))
-    m.slide("S", m.body("sledge", m.world, q.m, place), m.ground, place, friction=q.mu)
-    with pytest.raises(MechanismError, match="friction of S follows from a force that free motion does not know"):
-        m.system()
