@@ -19,6 +19,7 @@ from planter.mechanism.machines import build_machine
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 LIBRARY = (
     "belt_drive",
+    "coupler_path",
     "eccentric_train",
     "gear_rattle",
     "geared_five_bar",

@@ -1,0 +1,76 @@
+"""A four-bar whose coupler point follows given points, held against the theorem of Roberts and Chebyshev."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.kernels import Array
+from planter.mechanism.machines import build_machine
+from planter.mechanism.optimisation import optimise_machine
+from tests.support import own
+from tests.support.cli import answer
+
+FOUR_BAR = {"a": 40.0, "b": 115.0, "c": 105.0, "D": 128 + 0j, "P": 65 + 50j}
+"""The four-bar that the points are of, in mm: crank, coupler, rocker, shaft of the rocker, point in the coupler."""
+
+
+def trace(phi: Array, a: float, b: float, c: float, D: complex, P: complex) -> Array:
+    """The coupler point by the law of cosines, as complex numbers."""
+    crank = a * np.exp(1j * phi)
+    line = D - crank
+    beta = np.angle(line) + np.arccos((b**2 + np.abs(line) ** 2 - c**2) / (2 * b * np.abs(line)))
+    points: Array = crank + P * np.exp(1j * beta)
+    return points
+
+
+def write_points(path: Path, count: int) -> None:
+    points = trace(np.linspace(0, 2 * np.pi, count), **FOUR_BAR)
+    rows = [f"{point.real:.9f},{point.imag:.9f}" for point in points[:-1]]
+    path.write_text("\n".join(["x_mm,y_mm", *rows, rows[0]]) + "\n", encoding="utf-8")
+
+
+def test_example_finds_the_four_bar_of_its_points() -> None:
+    """Within what 36 chords leave open: the points, not the curve between them, are given."""
+    folder = own.generated("coupler_path")
+    least = "rms distance x_P y_P to coupler_path.csv"
+    (folder / "coupler_path.csv").write_text((own.EXAMPLES / "coupler_path.csv").read_text())
+    result = answer("optimise", str(folder / "coupler_path.toml"), "--least", least, "--starts", "2")
+    assert result["objective"] < 0.04 < 3 < result["start_objective"]
+    assert result["design"]["a_mm"] == pytest.approx(40, abs=0.2)
+
+
+def test_optimum_recovers_the_four_bar_of_dense_points(tmp_path: Path) -> None:
+    write_points(tmp_path / "path.csv", 901)
+    machine = build_machine(own.file("coupler_path"))
+    optimum = optimise_machine(machine, f"rms distance x_P y_P to {tmp_path / 'path.csv'}")
+    lengths = {path.rpartition(".")[2]: value for path, value in optimum.result.design.items()}
+    expected = {"a_mm": 40, "b_mm": 115, "c_mm": 105, "x_D_mm": 128, "y_D_mm": 0, "u_mm": 65, "v_mm": 50}
+    assert lengths == pytest.approx(expected, abs=2e-3)
+    assert optimum.result.objective < 1e-4
+
+
+def test_cognate_traces_the_same_path() -> None:
+    """Roberts and Chebyshev: with P = ratio b, another four-bar on the shafts O + ratio (D - O) and D does so too."""
+    a, b, c, D, P = FOUR_BAR.values()
+    ratio = P / b
+    rest, sense = 1 - ratio, (ratio - 1) / abs(ratio - 1)
+    cognate = {"a": abs(rest) * a, "b": abs(rest) * c, "c": abs(rest) * b, "D": rest * D, "P": ratio * c / sense}
+    phi = np.linspace(0, 2 * np.pi, 13)
+    crank = a * np.exp(1j * phi)
+    beta = np.angle((trace(phi, **FOUR_BAR) - crank) / P)
+    gamma = np.angle(crank + b * np.exp(1j * beta) - D)
+    turned, coupler = np.angle(rest) + phi, np.angle(sense) + gamma
+    pin = cognate["a"] * np.exp(1j * turned) + cognate["b"] * np.exp(1j * coupler)
+    text = (own.EXAMPLES / "coupler_path.py").read_text(encoding="utf-8")
+    start = f"beta: {coupler[0]}, gamma: {np.angle(pin[0] - cognate['D'])}"
+    assert "beta: 0.9, gamma: 1.6" in text
+    values = {f"{name}_mm": cognate[name].real for name in "abc"}
+    values |= {"x_D_mm": cognate["D"].real, "y_D_mm": cognate["D"].imag}
+    values |= {"u_mm": cognate["P"].real, "v_mm": cognate["P"].imag}
+    file = own.file(text.replace("beta: 0.9, gamma: 1.6", start), "coupler_path", **values)
+    results = own.evaluate_lane(file, turned)
+    path = 1e3 * (results["x_P"] + 1j * results["y_P"]) + ratio * D
+    assert path == pytest.approx(trace(phi, **FOUR_BAR), abs=1e-9)
