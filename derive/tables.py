@@ -44,28 +44,34 @@ def read_table(path: str | Path, columns: str, periodic: bool = False) -> Callab
     >>> load(q.phi).subs(q.phi, 0.5 * 3.141592653589793).n(3)
     40.0
     """
-    from scipy.interpolate import CubicSpline
-
-    argument, value = _parse_columns(columns)
-    x, y = _read(Path(path), argument, value)
+    argument, value = parse_columns(columns)
+    x, y = read_columns(Path(path), argument, value)
     if periodic and y[-1] != y[0]:
         raise TableError(
             f"{path}: column {_key(value)}: the last value {y[-1]:g} is not the first, {y[0]:g}: close the period by a "
             "last row with the first value, or leave out periodic=True"
         )
-    spline = CubicSpline(x, y, bc_type="periodic" if periodic else "not-a-knot")
-    pieces = [(start, row) for start, row in zip(x, spline.c.T.tolist(), strict=False)]
-    limits = None if periodic else (x[0], x[-1])
-    units = of_unit(value.unit), of_unit(argument.unit)
-    function = _build_functions(value.name, units, pieces, limits)
+    table = build_table(value.name, (of_unit(value.unit), of_unit(argument.unit)), x, y, periodic)
 
     def tabulate(at: Expr) -> Expr:
         at = sp.sympify(at)
         if dimension(at) not in (None, of_unit(argument.unit)):
             raise DimensionError(f"{value.name}({at}): its argument is not in {argument.unit}, as {path} has it")
-        return function(x[0] + wrap(at - x[0], sp.Float(x[-1] - x[0])) if periodic else at)
+        return table(at)
 
     return tabulate
+
+
+def build_table(
+    name: str, units: tuple[Dimension, Dimension], x: Sequence[float], y: Sequence[float], periodic: bool
+) -> Callable[[Expr], Expr]:
+    """Return the cubic spline through points as a function; the units are of value and argument."""
+    from scipy.interpolate import CubicSpline
+
+    spline = CubicSpline(x, y, bc_type="periodic" if periodic else "not-a-knot")
+    pieces = [(start, row) for start, row in zip(x, spline.c.T.tolist(), strict=False)]
+    function = _build_functions(name, units, pieces, None if periodic else (x[0], x[-1]))
+    return lambda at: function(x[0] + wrap(at - x[0], sp.Float(x[-1] - x[0])) if periodic else at)
 
 
 def _build_functions(
@@ -86,7 +92,8 @@ def _build_functions(
     return type(name, (TabulatedFunction,), members)
 
 
-def _parse_columns(columns: str) -> tuple[Quantity, Quantity]:
+def parse_columns(columns: str) -> tuple[Quantity, Quantity]:
+    """Return the argument and the value of a table. Raises TableError for more or fewer columns."""
     parsed = list(quantities(columns).values())
     if len(parsed) != 2:
         raise TableError(f"a table has two columns, the argument and the value, and these are {len(parsed)}")
@@ -102,8 +109,8 @@ def _factor(column: Quantity) -> float:
     return FACTORS.get(_key(column).removeprefix(f"{column.name}_"), 1.0)
 
 
-def _read(path: Path, *columns: Quantity) -> list[list[float]]:
-    """Return the numbers of columns, in SI; the first of them rises."""
+def read_columns(path: Path, *columns: Quantity) -> list[list[float]]:
+    """Return the numbers of columns of a file, in SI; the first of them rises. Raises TableError as `read_table`."""
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:

@@ -13,6 +13,7 @@ from .emit.text import Emitted
 from .equations import Balance, Equation, loop, what
 from .formulas import Formulas
 from .functions import clip, switch, wrap
+from .gearing.pairs import GearTable, RollingPair, gear_pair, read_gear_pair
 from .gearing.pitch_curve import Condition, PitchCurve, Shape, register
 from .mechanics.bodies import Body, Part, about_pin
 from .mechanics.contacts import GearContact, SharedContact, SlidingContact, tangent_angle
@@ -48,6 +49,7 @@ __all__ = [
     "FrameError",
     "GearContact",
     "GearStage",
+    "GearTable",
     "Impact",
     "ImpactLaw",
     "Lane",
@@ -62,6 +64,7 @@ __all__ = [
     "Printer",
     "Quantities",
     "Quantity",
+    "RollingPair",
     "RuntimeFunction",
     "Shape",
     "Shared",
@@ -81,10 +84,12 @@ __all__ = [
     "creeping",
     "dahl",
     "displacement",
+    "gear_pair",
     "loop",
     "needed",
     "ordered",
     "quantities",
+    "read_gear_pair",
     "read_table",
     "register",
     "switch",

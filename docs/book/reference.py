@@ -52,6 +52,7 @@ PAGES = {
         "Forces": ".force .torque .spring .strut .bushing .motor .actuator derive.creeping derive.dahl",
         "Contacts and teeth": ".contact .compliant_contact .follower .mesh .couple derive.GearContact "
         "derive.SlidingContact derive.SharedContact derive.tangent_angle derive.Impact derive.ImpactLaw",
+        "Gears that are not round": "derive.gear_pair derive.read_gear_pair derive.RollingPair derive.GearTable",
         "Closed loops": ".close .parallel .constrain",
         "Free motion": ".free_frame .begin .roll .accelerations",
         "Results": ".name_ .let .report .system .equations .balance .named .unknowns",

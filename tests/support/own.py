@@ -28,6 +28,7 @@ LIBRARY = (
     "hooke_joint",
     "internal_gears",
     "lift_arm",
+    "measured_gears",
     "pin_clearance",
     "planetary_gear",
     "rack_press",

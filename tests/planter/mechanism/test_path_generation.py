@@ -35,9 +35,9 @@ def write_points(path: Path, count: int) -> None:
 def test_example_finds_the_four_bar_of_its_points() -> None:
     """Within what 36 chords leave open: the points, not the curve between them, are given."""
     folder = own.generated("coupler_path")
-    least = "rms distance x_P y_P to coupler_path.csv"
+    objective = "rms distance x_P y_P to coupler_path.csv"
     (folder / "coupler_path.csv").write_text((own.EXAMPLES / "coupler_path.csv").read_text())
-    result = answer("optimise", str(folder / "coupler_path.toml"), "--least", least, "--starts", "2")
+    result = answer("optimise", str(folder / "coupler_path.toml"), "--least", objective, "--starts", "2")
     assert result["objective"] < 0.04 < 3 < result["start_objective"]
     assert result["design"]["a_mm"] == pytest.approx(40, abs=0.2)
 
