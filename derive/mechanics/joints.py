@@ -20,6 +20,10 @@ from .statement import MechanismError, to_triple
 Scalar: TypeAlias = Expr | float
 
 
+CENTRE = sp.Rational(1, 10**9)
+"""Nearer to its centre than this share of the radius, a round surface has no normal."""
+
+
 class Joints(Contacts):
     """Bodies of a mechanism, the joints between them, springs, motors and forces."""
 
@@ -397,7 +401,7 @@ class Joints(Contacts):
         if radius != 0:
             far = self.name_(f"l_{name}", "m", f"distance of {at.name} from {surface.name}", sp.sqrt(place.dot(place)))
             side = switch(sp.sympify(radius), S.One, -S.One)
-            way, distance = (side / far) * place, side * far - radius
+            way, distance = (side / sp.Max(far, CENTRE * sp.Abs(radius))) * place, side * far - radius
         opening = motion.dot(way)
         gap = self.name_(f"gap_{name}", "m", f"distance of {at.name} from the surface of {by}", distance)
         self.motion.rates[gap] = opening

@@ -8,7 +8,7 @@ Redundant constraints are left out: a QR decomposition with column pivoting sele
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -34,7 +34,7 @@ GAP_TOLERANCE = 1e-12
 """Gaps below this, in SI units, are closed."""
 DIFFERENCE_STEP = 1e-7
 """Step of the implicit integrator's differences, in parts of a state and one."""
-EVENT_SAMPLES = 8
+EVENT_SAMPLES = 32
 """Parts of an integrator's step in which an event is looked for."""
 TIME_RESOLUTION = 1e-12
 """Events are located to this share of a motion's duration."""
@@ -401,13 +401,15 @@ class Dynamics:
             return np.array(list(self.formulas("events", time=times, data=self.data, state=state(times)).values()))
 
         times = np.linspace(solver.t_old, solver.t, EVENT_SAMPLES + 1)
-        is_positive = evaluate(times).T > 0
         passages = []
-        for part, event in np.argwhere(is_positive[1:] != is_positive[:-1]):
-            time = scipy.optimize.brentq(
-                lambda t, i=event: evaluate(np.array([t]))[i, 0], *times[part : part + 2], xtol=resolution
-            )
-            passages.append(Passage(self._event_names[event], float(time), bool(is_positive[part + 1, event])))
+        for index, values in enumerate(evaluate(times)):
+
+            def value(time: float, index: int = index) -> float:
+                return float(evaluate(np.array([time]))[index, 0])
+
+            for start, end in _bracket_sign_changes(value, times, values):
+                time = scipy.optimize.brentq(value, start, end, xtol=resolution)
+                passages.append(Passage(self._event_names[index], float(time), value(start) <= 0))
         first = min((passage.time for passage in passages), default=solver.t)
         return sorted((p for p in passages if p.time <= first + resolution), key=lambda passage: passage.time)
 
@@ -447,6 +449,24 @@ class _Pace:
                 "s: its values are extreme, or stiff, or the time is long; --stiff, a larger --tolerance or a smaller "
                 "--until may help"
             )
+
+
+def _bracket_sign_changes(
+    value: Callable[[float], float], times: Array, values: Array
+) -> Iterator[tuple[float, float]]:  # fmt: skip
+    """Yield ends of intervals in which a value changes its sign, also where it is back at the next time."""
+    is_positive = values > 0
+    for part in np.flatnonzero(is_positive[1:] != is_positive[:-1]):
+        yield times[part], times[part + 1]
+    sizes = np.abs(values)
+    for at in 1 + np.flatnonzero((sizes[1:-1] < sizes[:-2]) & (sizes[1:-1] < sizes[2:])):
+        if is_positive[at - 1] == is_positive[at] == is_positive[at + 1]:
+            sign = 1 if is_positive[at] else -1
+            dip = scipy.optimize.minimize_scalar(
+                lambda time, sign=sign: sign * value(time), bounds=(times[at - 1], times[at + 1]), method="bounded"
+            )
+            if dip.fun < 0:
+                yield times[at - 1], float(dip.x)
 
 
 def find_independent_rows(slopes: Array, share: float = RANK) -> npt.NDArray[np.intp]:

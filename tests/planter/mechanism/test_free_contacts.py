@@ -112,6 +112,23 @@ first, second = m.body("first", m.world, q.m, P), m.body("second", m.world, q.n,
 m.compliant_contact("rims", first, second, P, Q, lambda depth, rate: q.K * depth ** Rational(3, 2), radius=q.R)
 SYSTEM = m.system()
 """
+PEG = """
+from derive import Mechanism, quantities
+q = quantities('''
+    m | kg   | ball      | 1
+    g | m/s2 | free fall | 9.81
+    K | N/m  | contact   | 1e5
+    R | mm   | ball      | 100
+    h | m    | start     | 0.5
+''')
+m = Mechanism("own", q, gravity=q.g)
+x, y = m.coordinate("x", "m", "x"), m.coordinate("y", "m", "y")
+m.begin({y: q.h})
+C = m.point("C", m.O, m.world, x, y)
+ball = m.body("ball", m.world, q.m, C)
+m.compliant_contact("peg", ball, m.ground, C, m.O, lambda depth, rate: q.K * depth, radius=q.R)
+SYSTEM = m.system()
+"""
 Rates = Callable[[float, Array], list[float]]
 
 
@@ -244,3 +261,22 @@ def test_result_lists_events() -> None:
     events = motion.result.events
     assert [event.time_s for event in events] == sorted(event.time_s for event in events)
     assert {event.rising for event in events} == {True, False}
+
+
+@pytest.mark.parametrize("radius", [0.1, 0.01, 1e-3])
+def test_ball_does_not_pass_through_peg(radius: float) -> None:
+    """In free fall steps are long: a contact may begin and end within one."""
+    run = own.dynamics(PEG, "own", R_mm=1e3 * radius, K_N_m=1e10).run(np.array([0.0, 2.0]))
+    bounces = [event.time for event in run.events if not event.rising]
+    fall = np.sqrt(2 * (0.5 - radius) / 9.81)
+    assert bounces == pytest.approx(fall * np.arange(1, 2 * len(bounces), 2), abs=1e-3)
+    assert len(bounces) == int((2 / fall + 1) / 2)
+    assert run.states[1, -1] > radius
+
+
+def test_pin_may_start_in_the_middle_of_its_bush() -> None:
+    text = (own.EXAMPLES / "pin_clearance.py").read_text(encoding="utf-8")
+    motion = own.dynamics(text.replace("s: q.r + q.l - q.c", "s: q.r + q.l"), "pin_clearance")
+    run = motion.run(np.array([0.0, 0.002]))
+    assert run.results["gap_pin"][0] == pytest.approx(2e-4, rel=1e-9)
+    assert [event.rising for event in run.events] == [False]
