@@ -17,7 +17,7 @@ from sympy import Expr, S
 from ..equations import Balance
 from ..functions import directional_derivative, partial_derivative
 from ..model import ClosedForm, Let, Step, let, list_passing_events, needed, sorted_steps
-from ..quantity import Quantity, Vector
+from ..quantity import Quantity, Vector, dimension, of_unit
 from .bodies import Action, Body, Part, action_load, body_loads, kinetic_energy, point_velocity, potential_energy
 from .frames import Motion, Vec, zero
 from .loops import Coordinate
@@ -128,12 +128,12 @@ class Free:
         steps = sorted_steps(needed((*stated.defined, *reports), frozenset(outputs)))
         taken = frozenset(outputs).union(*(step.needs for step in steps))
         inputs = (*self.inputs, self.accelerations)
-        if not (taken & frozenset(actions) or self._sizes):
-            return (ClosedForm("lane", inputs, steps, outputs),)
-        return (
-            self._form("balances", (*self.loaded, self.accelerations), self._balances()),
-            ClosedForm("lane", (*inputs, actions), steps, outputs),
-        )
+        needs_actions = bool(taken & frozenset(actions) or self._sizes)
+        lane = ClosedForm("lane", (*inputs, actions) if needs_actions else inputs, steps, outputs)
+        lengths = [gap for gap in stated.loops.gaps.values() if dimension(gap) != of_unit("1")]
+        is_held = bool(actions or stated.slips or lengths)  # gaps of unit quaternions push nothing
+        balances = self._balances() if needs_actions or not is_held else []
+        return (self._form("balances", (*self.loaded, self.accelerations), balances), lane) if balances else (lane,)
 
     def _balances(self) -> list[Let]:
         """Every balance as a row: ``held_i_u``, its slope in the action u, and ``pushed_i``, all that is no joint's.

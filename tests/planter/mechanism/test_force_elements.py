@@ -21,6 +21,7 @@ q = quantities("""
     mu | 1 | friction | 0.3
     g | m/s2 | free fall | 9.81
     w | m | wall | 1
+    v_c | m/s | creep | 0.001
     s_0 | m | start | 0.3
 """)
 '''
@@ -50,7 +51,7 @@ m.begin({h: q.s_0})
 at = m.point("P", m.O, m.world, x, h)
 block = m.body("block", m.world, q.m, at)
 m.compliant_contact("floor", block, m.ground, at, m.O,
-    lambda depth, rate: q.K * depth ** Rational(3, 2) * (1 + q.D * rate), friction=q.mu, creep=q.w / 1000)
+    lambda depth, rate: q.K * depth ** Rational(3, 2) * (1 + q.D * rate), friction=q.mu, creep=q.v_c)
 SYSTEM = m.system()
 """
 
