@@ -245,12 +245,13 @@ class Dynamics:
         accelerations = [self._accelerate(time, state, sizes, share)[0] for sizes in trials]
         forces = self._normal_forces(time, state, trials, np.array(accelerations))
         alone, slopes = forces[0], (forces[1:] - forces[0]).T
-        signs, before = np.copysign(1.0, alone), None
-        for _ in range(MOST_SIGN_CHANGES):
-            sizes: Array = np.linalg.solve(np.eye(count) - signs[:, None] * slopes, signs * alone)
-            signs, before = np.copysign(1.0, alone + slopes @ sizes), signs
-            if np.array_equal(signs, before):
-                return sizes
+        signs = np.copysign(1.0, alone)
+        with suppress(np.linalg.LinAlgError):
+            for _ in range(MOST_SIGN_CHANGES):
+                sizes: Array = np.linalg.solve(np.eye(count) - signs[:, None] * slopes, signs * alone)
+                before, signs = signs, np.copysign(1.0, alone + slopes @ sizes)
+                if np.array_equal(signs, before):
+                    return sizes
         raise ComputationError(
             f"{self.file.name}: at {time:.6g} s friction jams: no forces {', '.join(self._pressing)} go with it"
         )

@@ -37,7 +37,7 @@ SYSTEM = m.system()
 CRANK = """
 from derive import Mechanism, quantities
 q = quantities('''
-    phi   | rad   | crank
+    phi   | rad   | crank | 0
     omega | rad/s | its speed | 11
     g     | m/s2  | free fall | 9.81
     r     | m     | crank     | 0.05
@@ -65,13 +65,35 @@ m.close(B, S, start={psi: 0, s: q.r + q.l})
 m.motor("T_in", crank, m.ground, m.O)
 SYSTEM = m.system()
 """
-FREE_CRANK = (
-    CRANK.replace(", angle=q.phi, speed=q.omega", "")
-    .replace("    phi   | rad   | crank\n", "")
-    .replace("phi, psi, s = q.phi,", 'phi, psi, s = m.coordinate("turn", "rad", "crank"),')
-    .replace("friction=q.mu", "friction=q.mu, creep=q.v_c")
-    .replace('m.motor("T_in", crank, m.ground, m.O)', 'm.torque("T_in", crank, m.ground, q.T)')
-)
+TRAMMEL = """
+from derive import Mechanism, X, Y, quantities
+q = quantities('''
+    phi   | rad   | bar | 0
+    omega | rad/s | its speed | 11
+    g     | m/s2  | free fall | 9.81
+    l     | m     | bar       | 0.4
+    m     | kg    | bar       | 2
+    J     | kg m2 | bar       | 0.03
+    a     | kg    | slider, x | 0.7
+    b     | kg    | slider, y | 0.9
+    mu    | 1     | friction  | 0.25
+    v_c   | m/s   | creep     | 1e-9
+    T     | N m   | torque    | 0
+''')
+m = Mechanism("own", q, angle=q.phi, speed=q.omega, gravity=q.g)
+phi, psi, s = q.phi, m.coordinate("psi", "m", "slider, y"), m.coordinate("s", "m", "slider, x")
+bar = m.frame("bar", phi)
+A, B = m.point("A", m.O, m.world, s), m.point("B", m.O, m.world, 0, psi)
+rod = m.body("rod", bar, q.m, m.point("C", A, bar, q.l / 2), q.J)
+first, second = m.body("first", m.world, q.a, A), m.body("second", m.world, q.b, B)
+m.slide("guide", first, m.ground, A, along=X, friction=q.mu)
+m.slide("other", second, m.ground, B, along=Y, friction=q.mu)
+m.pin("A", rod, first, A)
+m.pin("B", rod, second, B)
+m.close(m.point("E", A, bar, q.l), B, start={s: -q.l, psi: 0})
+m.motor("T_in", rod, m.ground, m.O)
+SYSTEM = m.system()
+"""
 FALLING_ROD = """
 from derive import Mechanism, quantities
 q = quantities('''
@@ -140,20 +162,36 @@ def test_block_on_slope_decelerates_by_coulomb() -> None:
     assert up == pytest.approx(-9.81 * (np.sin(0.5) + 0.2 * np.cos(0.5)), rel=1e-12)
 
 
+def make_free(driven: str) -> str:
+    """The statement with its drive as a coordinate, the motor as a torque T, and smooth friction."""
+    changes = {
+        ", angle=q.phi, speed=q.omega": "",
+        "    phi   |": "    phi_0 |",
+        "= q.phi,": '= m.coordinate("turn", "rad", "drive"),',
+        "friction=q.mu": "friction=q.mu, creep=q.v_c",
+        'm.motor("T_in", crank, m.ground, m.O)': 'm.torque("T_in", crank, m.ground, q.T)',
+        'm.motor("T_in", rod, m.ground, m.O)': 'm.torque("T_in", rod, m.ground, q.T)',
+    }
+    for old, new in changes.items():
+        driven = driven.replace(old, new)
+    return driven
+
+
 @pytest.mark.parametrize("angle", [0.4, 1.9, 2.8, 4.0, 5.5])
-def test_friction_agrees_with_driven_motion(angle: float) -> None:
-    """With the torque that keeps the speed, the crank of the free mechanism does not accelerate."""
-    driven = own.evaluate_lane(own.file(CRANK, "own"), np.array([angle]))
+@pytest.mark.parametrize(("statement", "pressing"), [(CRANK, ["N_guide"]), (TRAMMEL, ["N_guide", "N_other"])])
+def test_friction_agrees_with_driven_motion(statement: str, pressing: list[str], angle: float) -> None:
+    """With the torque that keeps the speed, the drive of the free mechanism does not accelerate."""
+    driven = own.evaluate_lane(own.file(statement, "own"), np.array([angle]))
     now = {name: float(values[0]) for name, values in driven.items()}
-    free = own.dynamics(FREE_CRANK, "own", T_Nm=now["T_in"])
+    free = own.dynamics(make_free(statement), "own", T_Nm=now["T_in"], phi_0_rad=0.0)
     state = np.array([angle, now["psi"], now["s"], 11.0, now["psi_dot"], now["s_dot"]])
     accelerations, _ = free.accelerations(0.0, state)
     assert accelerations == pytest.approx([0.0, now["psi_ddot"], now["s_ddot"]], abs=1e-7)
-    assert free.find_sizes(0.0, state) == pytest.approx([abs(now["N_guide"])], rel=1e-9)
+    assert free.find_sizes(0.0, state) == pytest.approx([abs(now[name]) for name in pressing], rel=1e-9)
 
 
 def test_friction_takes_what_energy_loses() -> None:
-    free = own.dynamics(FREE_CRANK, "own", v_c_m_s=1e-3)
+    free = own.dynamics(make_free(CRANK), "own", v_c_m_s=1e-3, phi_0_rad=0.0)
     state = free.start()
     state[3:] = [11.0, -11.0 * 0.05 / 0.17, 0.0]
     run = free.run(np.linspace(0.0, 0.1, 1001), state=free.project(0.0, state))
