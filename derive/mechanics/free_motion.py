@@ -17,11 +17,11 @@ from sympy import Expr, S
 from ..equations import Balance
 from ..functions import directional_derivative, partial_derivative
 from ..model import ClosedForm, Let, Step, let, list_passing_events, needed, sorted_steps
-from ..quantity import Quantity, Vector, dimension, of_unit
+from ..quantity import Quantity, Vector
 from .bodies import Action, Body, Part, action_load, body_loads, kinetic_energy, point_velocity, potential_energy
 from .frames import Motion, Vec, zero
 from .loops import Coordinate
-from .statement import MechanismError, Statement, place_functions, quantity
+from .statement import MechanismError, Statement, check_unit, place_functions, quantity
 
 _OF = {"rad": "m", "m": "1", "1": "m"}
 _FORCE = {"rad": "N m", "m": "N", "1": "N m"}
@@ -128,12 +128,12 @@ class Free:
         steps = sorted_steps(needed((*stated.defined, *reports), frozenset(outputs)))
         taken = frozenset(outputs).union(*(step.needs for step in steps))
         inputs = (*self.inputs, self.accelerations)
-        needs_actions = bool(taken & frozenset(actions) or self._sizes)
-        lane = ClosedForm("lane", (*inputs, actions) if needs_actions else inputs, steps, outputs)
-        lengths = [gap for gap in stated.loops.gaps.values() if dimension(gap) != of_unit("1")]
-        is_held = bool(actions or stated.slips or lengths)  # gaps of unit quaternions push nothing
-        balances = self._balances() if needs_actions or not is_held else []
-        return (self._form("balances", (*self.loaded, self.accelerations), balances), lane) if balances else (lane,)
+        if not (taken & frozenset(actions) or self._sizes):
+            return (ClosedForm("lane", inputs, steps, outputs),)
+        return (
+            self._form("balances", (*self.loaded, self.accelerations), self._balances()),
+            ClosedForm("lane", (*inputs, actions), steps, outputs),
+        )
 
     def _balances(self) -> list[Let]:
         """Every balance as a row: ``held_i_u``, its slope in the action u, and ``pushed_i``, all that is no joint's.
@@ -225,7 +225,11 @@ class Free:
         return [(body, part) for body in self.stated.assembly.bodies for part in body.parts]
 
     def _refuse(self) -> None:
-        """Raises MechanismError for friction that jumps where the sliding turns: no integrator rests there."""
+        """Raises DimensionError for a given action of another unit, MechanismError for friction that jumps at rest."""
+        for action in self._given_actions():
+            for load, unit in ((action.force, "N"), (action.moment, "N m")):
+                for component in load.components:
+                    check_unit(action.name, component, unit)
         for action in self.stated.assembly.actions:
             if any(self._sizes.keys() & e.atoms(sp.Abs) and e.has(sp.Piecewise) for e in action.force.components):
                 raise MechanismError(

@@ -320,7 +320,10 @@ class Statement:
     @property
     def defined(self) -> tuple[Step, ...]:
         """The named steps of the motion, each in the unit of its name. Raises DimensionError."""
-        return tuple(_in_unit(step) if isinstance(step, Let) else step for step in self.steps)
+        for step in self.steps:
+            if isinstance(step, Let):
+                check_unit(str(step.symbol), step.expr, step.symbol.unit)
+        return tuple(self.steps)
 
 
 def quantity(name: str, unit: str, meaning: str) -> Quantity:
@@ -338,14 +341,14 @@ def to_triple(components: Sequence[Expr]) -> Triple:
     return x, y, z
 
 
-def _in_unit(step: Let) -> Let:
+def check_unit(name: str, expr: Expr, unit: str) -> None:
+    """Raises DimensionError if an expression is not of a unit."""
     try:
-        expr_dimension = dimension(step.expr)
+        expr_dimension = dimension(expr)
     except DimensionError as error:
-        raise DimensionError(f"{step.symbol}: {error}") from None
-    if expr_dimension is not None and expr_dimension != of_unit(step.symbol.unit):
-        raise DimensionError(f"{step.symbol} is in {step.symbol.unit}, and {step.expr} is not")
-    return step
+        raise DimensionError(f"{name}: {error}") from None
+    if expr_dimension is not None and expr_dimension != of_unit(unit):
+        raise DimensionError(f"{name} is in {unit}, and {expr} is not")
 
 
 def _consistent(equation: Equation) -> Equation:

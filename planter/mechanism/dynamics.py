@@ -424,8 +424,7 @@ class Dynamics:
         if "balances" in self._stages:
             sizes = [self.find_sizes(time, state, share) for time, state in zip(times, states.T, strict=True)]
             loads = {"sizes": np.array(sizes).T} if self._pressing else {}
-            actions, undetermined = self._reactions.solve(inputs | loads)
-            inputs |= {"actions": actions} if self._reactions.names else {}
+            inputs["actions"], undetermined = self._reactions.solve(inputs | loads)
         results = {
             name: values
             for name, values in self.formulas("lane", **inputs).items()
@@ -501,7 +500,7 @@ class Reactions:
 
     def __init__(self, formulas: Formulas) -> None:
         self.formulas = formulas
-        self.names = [entry["name"] for entry in formulas.sidecar["vectors"].get("actions", ())]
+        self.names = [entry["name"] for entry in formulas.sidecar["vectors"]["actions"]]
         self._places = [name.split("_", 2) for name in formulas.outputs("balances")]
 
     def solve(self, inputs: Mapping[str, object]) -> tuple[Array, tuple[str, ...]]:

@@ -106,3 +106,11 @@ def test_contact_never_pulls() -> None:
     assert force.min() == 0.0
     assert force[height > 0].max() == 0.0
     assert force.max() > 100.0
+
+
+@pytest.mark.parametrize("wrong", ["friction=q.mu, creep=q.w", "friction=q.w, creep=q.v_c"])
+def test_force_in_other_units_is_refused_by_name(wrong: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Where no joint is asked for, no balance would tell."""
+    with pytest.raises(AssertionError):
+        own.generated(HEAD + DROP.replace("friction=q.mu, creep=q.v_c", wrong))
+    assert "DimensionError: floor" in capsys.readouterr().err

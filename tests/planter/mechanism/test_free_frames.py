@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 from derive import Mechanism, X
 from derive.mechanics.statement import MechanismError
 from derive.quantity import Quantity
-from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.mechanism.dynamics import MotionRun
 from tests.support import own
@@ -116,11 +115,3 @@ def test_start_that_is_no_list_of_turns_is_refused() -> None:
             Mechanism("own", spatial=True).free_frame("stone", start=start)
     with pytest.raises(MechanismError, match=r"stone.*spin"):
         Mechanism("own", spatial=True).free_frame("stone", spin=(0, 1))
-
-
-def test_body_without_its_joint_is_found_out() -> None:
-    """Nothing holds the top's point any more, and the coordinates say that it stays."""
-    text = (own.EXAMPLES / "spinning_top.py").read_text(encoding="utf-8")
-    assert 'm.ball("J", top, m.ground, m.O)\n' in text
-    with pytest.raises(ComputationError, match="a joint or force is missing"):
-        own.dynamics(text.replace('m.ball("J", top, m.ground, m.O)\n', ""), "spinning_top").run(np.array([0.0, 0.01]))
