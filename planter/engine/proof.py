@@ -1,33 +1,35 @@
-"""A sum of measures of a machine over samples of a cycle, bounded over boxes of designs."""
+"""A sum of measures of a machine over a cycle, or over samples of it, bounded over boxes of designs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
 
 import numpy as np
 
-from planter.engine.goal import SHARES, SIDES
+from planter.engine.goal import SIDES
 from planter.engine.machine import Machine
 from planter.engine.measures import Kind, Limit, Measure
 from planter.errors import InputError
 from planter.kernels import Array
-from planter.numerics.arrays import Flags, Integers
+from planter.numerics.arrays import Integers
 from planter.optimise.proof.enclosures import (
     PI,
     EnclosedResponse,
-    ExtremumTerm,
+    Maximum,
     ObjectiveBounds,
     bound_objective,
-    enclose_at,
-    enclose_mean_square,
-    enclose_variance,
+    enclose_moving,
+    enclose_square,
+    enclose_turns,
     list_angles,
     list_samples,
 )
-from planter.optimise.proof.intervals import Ball, Unbounded
-from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
+from planter.optimise.proof.intervals import Ball, Unbounded, intersect_balls
+from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, join_lanes, join_parts
+from planter.optimise.proof.panels import AnglePanels, MovingKinks
 
 NONNEGATIVE = ("range", "variance", "std", "rms")
 """Measures that are never below zero, of whatever quantity."""
@@ -35,14 +37,27 @@ NONNEGATIVE = ("range", "variance", "std", "rms")
 MOST_LANES = 768
 """Lanes of boxes and angles above which it saves no more time to bound several boxes at once."""
 
+PANELS, PANELS_AT_POINT = 360, 2880
+"""Least number of panels of a period over a box, and at a single design."""
+PEAKS = 3
+"""Angles at which the greatest value of a quantity is bounded from below."""
+WIDE_CENTRE = 0.2
+"""Share of the looseness of a smooth part that its value at the centre may have."""
+
+Extreme = tuple[str, bool, int]
+"""A quantity by name, or its size, and the side on which it is extreme, +1 or -1."""
+FindKinks = Callable[[Array], MovingKinks]
+"""Gives the kinks of quantities within their period at a design (p,)."""
 Enclose = Callable[[Sequence[tuple[str, bool]]], EnclosedResponse]
 """Gives enclosures of quantities by name, or of their sizes."""
 
 
 class ProvableObjective:
-    """A sum of measures over samples of a cycle, in display units, bounded over boxes [lower, upper] (p,).
+    """A sum of measures of a cycle, in display units, bounded over boxes [lower, upper] (p,).
 
-    `count` is the number of samples that differ, and `batch` that of boxes which are best bounded at once.
+    Extremes, means and works are those of `count` samples, or, if it is None, true extremes and integrals, for which
+    `find_kinks` gives the angles in a period at which quantities have kinks; bounds hold whatever it gives.
+    `batch` is the number of boxes that are best bounded at once.
 
     Designs count that satisfy the limits; a box in which one is certainly violated has no bound but infinity. Limits at
     angles that move are not heeded, which leaves bounds true. Angles at which quantities cannot be enclosed are left
@@ -50,19 +65,24 @@ class ProvableObjective:
     """
 
     def __init__(
-        self, machine: Machine, terms: Sequence[Measure], count: int, enclose: Enclose, limits: Sequence[Limit] = ()
-    ) -> None:
-        self.machine, self.terms = machine, tuple(terms)
+        self, machine: Machine, terms: Sequence[Measure], count: int | None, enclose: Enclose,
+        limits: Sequence[Limit] = (), find_kinks: FindKinks | None = None,
+    ) -> None:  # fmt: skip
+        self.machine, self.terms, self.count = machine, tuple(terms), count
         self.limits = tuple(_resolve(limit) for limit in limits if is_fixed(machine, limit.measure))
         self.heeds_all = len(self.limits) == len(limits)
         measures = (*self.terms, *(limit.measure for limit in self.limits))
         self._quantities = list(dict.fromkeys((measure.name, measure.size) for measure in measures))
+        self._extremes = list(dict.fromkeys(
+            (measure.name, measure.size, side)
+            for measure in measures if measure.kind in SIDES for side in SIDES[measure.kind]
+        ))  # fmt: skip
         self._angles = list(dict.fromkeys(measure.angle for measure in measures if measure.angle is not None))
-        self._enclosed = enclose(self._quantities)
-        cycle = list_samples(self._enclosed, count)
-        self.count = len(cycle)
-        self._turns = [*cycle, *(Fraction(angle % 360) / 360 for angle in self._angles)]
-        self.batch = max(1, MOST_LANES // len(self._turns)) if len(self._enclosed.offsets) == 1 else 1
+        self._fixed = [Fraction(angle % 360) / 360 for angle in self._angles]
+        self._enclosed, self._find_kinks = enclose(self._quantities), find_kinks
+        self._turns = [] if count is None else [*list_samples(self._enclosed, count), *self._fixed]
+        many = self._turns and len(self._enclosed.offsets) == 1
+        self.batch = max(1, MOST_LANES // len(self._turns)) if many else 1
 
     def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
         """Return the bounds over a box. Raises Unbounded without bounds."""
@@ -78,56 +98,97 @@ class ProvableObjective:
             return [result for batch in batches for result in self._bound_batch(batch)]
 
     def _bound_batch(self, boxes: Sequence[tuple[Array, Array]]) -> list[ObjectiveBounds | Unbounded]:
-        """Return the bounds over boxes, each of which takes as many lanes as there are angles."""
+        try:
+            cycles = [self._enclose_panels(*boxes[0])] if self.count is None else self._enclose_samples(boxes)
+        except Unbounded as error:
+            return [error] if len(boxes) == 1 else [result for box in boxes for result in self._bound_batch([box])]
+        return [self._bound_cycle(*pair) for pair in zip(boxes, cycles, strict=True)]
+
+    def _enclose_samples(self, boxes: Sequence[tuple[Array, Array]]) -> list[EnclosedCycle]:
+        """Return the samples of cycles over boxes, each of which takes as many lanes as there are angles."""
         count = len(self._turns)
         ends = [np.repeat(np.array(side).T, count, axis=1) for side in zip(*boxes, strict=True)]
         space = Space(*(ends if len(boxes) > 1 else boxes[0]))
-        try:
-            jets = enclose_at(self._enclosed, space, self._turns * len(boxes))
-        except Unbounded as error:
-            return [error] if len(boxes) == 1 else [result for box in boxes for result in self._bound_batch([box])]
-        return [
-            self._bound_lanes(box, jets, space.jumping, slice(k * count, (k + 1) * count))
-            for k, box in enumerate(boxes)
-        ]
+        jets = enclose_turns(self._enclosed, space, self._turns * len(boxes))
+        cycles = []
+        for k, box in enumerate(boxes):
+            lanes, designs = slice(k * count, (k + 1) * count), Space(*box)
+            designs.jumping = space.jumping[lanes]
+            taken = self._convert([replace(jet.taken(lanes), space=designs) for jet in jets])
+            samples = count - len(self._angles)
+            shares = (designs.integer(1) / samples).repeated(samples)
+            cycles.append(EnclosedCycle(self.machine, designs, taken, shares, self._angles, list_angles(self._turns)))
+        return cycles
 
-    def _bound_lanes(
-        self, box: tuple[Array, Array], jets: Sequence[Jet], jumping: Flags, lanes: slice
-    ) -> ObjectiveBounds | Unbounded:
-        """Return the bounds over a box from some lanes of jets, those without bounds left out."""
-        space = Space(*box)
-        jets = [replace(jet.taken(lanes), space=space) for jet in jets]
-        places = np.flatnonzero(np.all([jet.is_bounded for jet in jets], axis=0))
-        space.jumping = jumping[lanes][places]
-        jets = [jet.taken(places) for jet in jets]
+    def _enclose_panels(self, lower: Array, upper: Array) -> EnclosedCycle:
+        """Return a cycle over a box in panels of angles, and a few angles at which each extreme nearly is."""
+        assert self._find_kinks is not None
+        designs, count = Space(lower, upper), PANELS if (upper > lower).any() else PANELS_AT_POINT
+        kinks, fixed = self._find_kinks(designs.centre), list_angles(self._fixed)
+        panels = AnglePanels.build(kinks, designs.half[:, 0], list_angles([self._enclosed.period]), count)
+        space = Space(np.append(lower, -1.0), np.append(upper, 1.0))
+        phi, shares = panels.angles(space)
+        lanes = join_lanes([phi, space.constant(fixed)]) if self._fixed else phi
+        jets = self._convert(enclose_moving(self._enclosed, space, lanes))
+        points = self._enclose_peaks(
+            designs, panels, {key: jet.taken(slice(0, phi.lanes)) for key, jet in jets.items()}
+        )
+        designs.jumping = space.jumping
+        angles = Ball.exact(np.append(panels.places, fixed.mid))
+        return EnclosedCycle(self.machine, designs, jets, shares, self._angles, angles, points)
+
+    def _enclose_peaks(
+        self, space: Space, panels: AnglePanels, jets: Mapping[tuple[str, bool], Jet]
+    ) -> dict[Extreme, Jet]:
+        """Return quantities, minus those whose least value is asked for, at angles where they nearly are extreme."""
+        if not self._extremes:
+            return {}
+        signed = {(name, size, side): side * jets[name, size] for name, size, side in self._extremes}
+        peaks = [panels.find_peaks(jet, len(space.lower), PEAKS) for jet in signed.values()]
+        angles = space.linear(*(np.concatenate(part) for part in zip(*peaks, strict=True)))
+        values = self._convert(enclose_moving(self._enclosed, space, angles))
+        return {
+            (name, size, side): side * values[name, size].taken(slice(k * PEAKS, (k + 1) * PEAKS))
+            for k, (name, size, side) in enumerate(self._extremes)
+        }
+
+    def _bound_cycle(self, box: tuple[Array, Array], cycle: EnclosedCycle) -> ObjectiveBounds | Unbounded:
+        """Return the bounds over a box from a cycle there, angles without bounds left out."""
         try:
-            if len(places) < len(self._turns) and self._enclosed.is_empty(*box, list_angles(self._turns)):
-                return _exclude(space)
-            if not len(places):
+            if not cycle.is_whole and self._enclosed.is_empty(*box, cycle.phi):
+                return _exclude(cycle.space)
+            if not len(cycle.places):
                 raise Unbounded("a quantity may have no bound at any angle")
-            return self._bound(
-                space, EnclosedSamples(self.machine, self.count, self._angles, places, self._convert(jets), space)
-            )
+            return self._bound(cycle)
         except Unbounded as error:
             return error
 
-    def _bound(self, space: Space, samples: EnclosedSamples) -> ObjectiveBounds:
-        if any(_is_violated(limit, samples.find_span(limit.measure, ANYWHERE)) for limit in self.limits):
-            return _exclude(space)
-        terms = [samples.bound_term(measure) for measure in self.terms]
-        smooth = [term.smooth for term in terms if term.smooth is not None]
+    def _bound(self, cycle: EnclosedCycle) -> ObjectiveBounds:
+        if any(_is_violated(limit, cycle.find_span(limit.measure, ANYWHERE)) for limit in self.limits):
+            return _exclude(cycle.space)
+        terms = [cycle.bound_term(measure) for measure in self.terms]
         extremes = [extreme for term in terms for extreme in term.extremes]
-        result = bound_objective(sum(smooth[1:], smooth[0]) if smooth else space.integer(0), extremes)
+        result = bound_objective(self._narrow(cycle.space, _add_smooth(cycle.space, terms)), extremes)
         if not (np.isfinite(result.lower_bound) and np.isfinite(result.looseness).all()):
             raise Unbounded("a bound is not finite")
         is_whole = all(term.is_whole for term in terms)
-        is_free = all(_is_satisfied(limit, samples.find_span(limit.measure, ANYWHERE)) for limit in self.limits)
-        is_met = all(_is_satisfied(limit, samples.find_span(limit.measure, CENTRE)) for limit in self.limits)
+        is_free = all(_is_satisfied(limit, cycle.find_span(limit.measure, ANYWHERE)) for limit in self.limits)
+        is_met = all(_is_satisfied(limit, cycle.find_span(limit.measure, CENTRE)) for limit in self.limits)
         return replace(
             result,
             reached=result.reached if is_whole and is_met and self.heeds_all else np.inf,
             may_jump=result.may_jump or not is_whole or not is_free,  # no side of the box may stand for it
         )
+
+    def _narrow(self, space: Space, smooth: Jet) -> Jet:
+        """Return a smooth part whose value at the centre, if panels leave it too open, is that of more panels."""
+        centre = smooth.value[CENTRE]
+        room = WIDE_CENTRE * (centre.mid - smooth.lower_bound)
+        if self.count is not None or not space.half.any() or not (centre.rad > room).all():
+            return smooth
+        cycle = self._enclose_panels(space.centre, space.centre)
+        narrow = _add_smooth(cycle.space, [cycle.bound_term(measure) for measure in self.terms]).value[CENTRE]
+        return smooth.holding(join_parts(intersect_balls(centre, narrow), smooth.value[ANYWHERE])).cut()
 
     @property
     def floor(self) -> float:
@@ -143,26 +204,41 @@ class ProvableObjective:
 
 @dataclass(frozen=True)
 class BoundedTerm:
-    """A lower bound of a measure: a smooth part (one lane), if any, and extremes; it is exact if it `is_whole`."""
+    """A lower bound of a measure: a smooth part (one lane), if any, and greatest values; exact if it `is_whole`."""
 
     smooth: Jet | None
-    extremes: tuple[ExtremumTerm, ...]
+    extremes: tuple[Maximum, ...]
     is_whole: bool
 
 
 @dataclass(frozen=True)
-class EnclosedSamples:
-    """Quantities, or their sizes, over a box at those angles that could be enclosed, in display units.
+class EnclosedCycle:
+    """Quantities, or their sizes, over a box, at samples or anywhere in panels of a cycle, in display units.
 
-    `places` are the places of the lanes among all angles: `count` samples of the cycle, then `angles` [deg].
+    Lanes of `jets` are those of the cycle, whose `shares` in it add up to one, then those of `angles` [deg].
+    In panels, jets have a place after the parameters of the box, and `points` are values that extremes are not below.
+    `phi` are angles of the lanes [rad].
     """
 
     machine: Machine
-    count: int
-    angles: Sequence[float]
-    places: Integers
-    jets: Mapping[tuple[str, bool], Jet]
     space: Space
+    jets: Mapping[tuple[str, bool], Jet]
+    shares: Jet
+    angles: Sequence[float]
+    phi: Ball
+    points: Mapping[Extreme, Jet] = field(default_factory=dict)
+
+    @cached_property
+    def places(self) -> Integers:
+        """The lanes in which all quantities have bounds."""
+        lanes: Integers = np.flatnonzero(np.all([jet.is_bounded for jet in self.jets.values()], axis=0))
+        self.space.jumping = self.space.jumping[lanes]
+        return lanes
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all lanes have bounds."""
+        return len(self.places) == self.shares.lanes + len(self.angles)
 
     def bound_term(self, measure: Measure) -> BoundedTerm:
         """Return a weighted measure, or what it is not below. Raises Unbounded for one that needs all angles."""
@@ -171,12 +247,13 @@ class EnclosedSamples:
             raise Unbounded(f"{measure} cannot be enclosed at every angle")
         if not len(lanes):
             return BoundedTerm(None, (), False)
-        jet = self.jets[measure.name, measure.size].taken(lanes)
-        if measure.kind in SIDES:  # minus a least value is the greatest of minus the values
-            ends = tuple(ExtremumTerm(jet * (share * measure.weight)) for share in SHARES[measure.kind])
-            return BoundedTerm(None, ends, is_whole)
+        if measure.kind in SIDES:
+            weight = abs(measure.weight)
+            return BoundedTerm(
+                None, tuple(self._find_maximum(measure, side, weight) for side in SIDES[measure.kind]), is_whole
+            )
         try:
-            return BoundedTerm(self._average(measure, jet) * measure.weight, (), is_whole)
+            return BoundedTerm(self._average(measure) * measure.weight, (), is_whole)
         except Unbounded:
             if not _is_nonnegative(measure):
                 raise
@@ -187,17 +264,13 @@ class EnclosedSamples:
         lanes, is_whole = self._find_lanes(measure)
         if not len(lanes):
             return -np.inf, np.inf
-        jet = self.jets[measure.name, measure.size].taken(lanes)
         if measure.kind in SIDES:
-            low, high = jet.value[part].low, jet.value[part].high
-            minimum = float(low.min()) if is_whole else -np.inf, float(high.min())
-            maximum = float(low.max()), float(high.max()) if is_whole else np.inf
-            if measure.kind == "range":
-                extent = Ball.exact(maximum) - Ball.exact(minimum[::-1])
-                return float(extent.low[0]), float(extent.high[1])
-            return maximum if measure.kind == "max" else minimum
+            spans = [self._find_maximum(measure, side).find_span(part) for side in SIDES[measure.kind]]
+            low, high = spans[0] if len(spans) == 1 else _add_down(*spans)
+            high = high if is_whole else np.inf
+            return (-high, -low) if measure.kind == "min" else (low, high)
         try:
-            value = self._average(measure, jet).value[part]
+            value = self._average(measure).value[part]
         except Unbounded:
             return -np.inf, np.inf
         if is_whole:
@@ -206,24 +279,41 @@ class EnclosedSamples:
 
     def _find_lanes(self, measure: Measure) -> tuple[Integers, bool]:
         """Return the lanes of the angles that a measure takes, and whether they are all."""
+        count = self.shares.lanes
         if measure.angle is None:
-            lanes = np.flatnonzero(self.places < self.count)
-            return lanes, len(lanes) == self.count
-        lanes = np.flatnonzero(self.places == self.count + self.angles.index(measure.angle))
+            lanes = self.places[self.places < count]
+            return lanes, len(lanes) == count
+        lanes = self.places[self.places == count + self.angles.index(measure.angle)]
         return lanes, len(lanes) == 1
 
-    def _average(self, measure: Measure, jet: Jet) -> Jet:
+    def _find_maximum(self, measure: Measure, side: int, weight: float = 1.0) -> Maximum:
+        """Return the greatest value of a quantity, or of minus it, times a positive weight."""
+        lanes, _ = self._find_lanes(measure)
+        curve = self.jets[measure.name, measure.size].taken(lanes).hull(len(self.space.lower))
+        panels = replace(curve, space=self.space) * (side * weight)
+        points = self.points.get((measure.name, measure.size, side))
+        if points is None or not points.is_bounded.any():
+            return Maximum(panels, panels)
+        return Maximum(points.taken(points.is_bounded) * weight, panels)
+
+    def _average(self, measure: Measure) -> Jet:
         """Return a measure without corners; of squares, those that are missing count as zero."""
+        lanes, is_whole = self._find_lanes(measure)
+        jet = self.jets[measure.name, measure.size].taken(lanes)
         if measure.kind == "at":
-            return jet
-        if measure.kind == "mean":
-            return jet.mean()
-        if measure.kind == "work":
-            return jet.mean() * self._length(measure)
-        square = enclose_mean_square(jet) if measure.kind == "rms" else enclose_variance(jet)
-        if jet.lanes < self.count:
-            square = square * (self.space.integer(jet.lanes) / self.space.integer(self.count))
+            return replace(jet, space=self.space)
+        shares = self.shares.taken(lanes)
+        if measure.kind in ("mean", "work"):
+            mean = replace(self._mean(jet, shares), space=self.space)
+            return mean if measure.kind == "mean" else mean * self._length(measure)
+        if measure.kind != "rms":
+            mean = self._mean(jet, shares)
+            jet = jet - (mean if is_whole else mean / shares.sum())
+        square = replace(self._mean(enclose_square(jet), shares), space=self.space)
         return square if measure.kind == "variance" else square.sqrt()
+
+    def _mean(self, jet: Jet, shares: Jet) -> Jet:
+        return (jet.average(len(self.space.lower)) * shares).sum()
 
     def _length(self, measure: Measure) -> Jet:
         """Return how long a cycle is for the work of a quantity, in time or in angle."""
@@ -235,6 +325,17 @@ class EnclosedSamples:
             speed = space.parameters()[self.machine.moved.index(index)]
             return turn / speed if space.centre[self.machine.moved.index(index)] > 0 else turn / -speed
         return turn / abs(float(self.machine.data[index]))
+
+
+def _add_smooth(space: Space, terms: Sequence[BoundedTerm]) -> Jet:
+    """Return the sum of the smooth parts of terms."""
+    return sum((term.smooth for term in terms if term.smooth is not None), space.integer(0))
+
+
+def _add_down(*spans: tuple[float, float]) -> tuple[float, float]:
+    """Return between which values a sum is, from spans of two numbers."""
+    total = Ball.exact(spans[0]) + Ball.exact(spans[1])
+    return float(total.low[0]), float(total.high[1])
 
 
 def _exclude(space: Space) -> ObjectiveBounds:

@@ -1,7 +1,6 @@
 """`planter optimise --prove` for user-defined mechanisms: a bound on the objective of every design.
 
-The bounded objective is that of samples. A search over true extremes ends at another design: the incumbent of
-the proof is then the best design over the file's samples, which is searched from that optimum and other starts.
+The bounded objective is that of the search: of true extremes and integrals, or of samples.
 """
 
 from __future__ import annotations
@@ -18,9 +17,11 @@ from planter.engine.goal import Goal
 from planter.engine.loops import TURN, KinematicLoops
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
-from planter.engine.problem import build_problem
+from planter.engine.nodes import SCANNED
 from planter.engine.proof import ProvableObjective, check_provable
-from planter.engine.search import SearchSpec, minimise
+from planter.engine.response import Switchings
+from planter.engine.search import SearchSpec
+from planter.errors import ComputationError
 from planter.kernels import Array, generated
 from planter.kernels.formulas import HOISTED, Formulas
 from planter.kernels.generated import extract_outputs, find_periodic
@@ -31,7 +32,8 @@ from planter.numerics.arrays import Integers
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
 from planter.optimise.proof.enclosures import JetNamespace
 from planter.optimise.proof.intervals import Ball, Unbounded, Unbranched
-from planter.optimise.proof.jets import ANYWHERE, Jet, Space
+from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
+from planter.optimise.proof.panels import MovingKinks
 from planter.optimise.proof.roots import enclose_roots, has_rootless_lane, solve_linear_jets
 from planter.optimise.proof.search import SECONDS, Incumbent, prove_bound, share_boxes
 from planter.parallel.task import AUTO, Means
@@ -48,22 +50,21 @@ def with_proof(
     file: MechanismFile, optimum: MechanismOptimum, goal: StatedGoal, spec: SearchSpec, seconds: float = SECONDS,
     listener: Listener | None = None, means: Means = AUTO,
 ) -> MechanismOptimum:  # fmt: skip
-    """Return an optimum of a file with the proof of the best design over samples, within a time [s].
+    """Return an optimum of a file with the bound on the objective of every design, within a time [s].
 
     `means` are the processes that bound the boxes: a proof that ends in time does not depend on them.
     """
     machine = goal.machine
-    count = file.turn.samples if spec.sampling == "refined" else spec.sampling
-    sampled = Goal(machine, goal.objective, goal.limits, count, with_events=False)
-    x, objective = _find_incumbent(optimum, sampled, spec, replace(spec, sampling=count), listener)
+    count = None if spec.sampling == "refined" else spec.sampling
+    steps = Goal(machine, (), goal.limits, count or file.turn.samples, with_events=False)
     limits = [  # as the search takes them, to its tolerance
-        replace(limit, number=limit.number + limit.sign * FEASIBILITY_TOLERANCE * sampled.step(limit))
+        replace(limit, number=limit.number + limit.sign * FEASIBILITY_TOLERANCE * steps.step(limit))
         for limit in goal.limits
     ]
     build = partial(build_objective, file, machine.searched, goal.objective, limits, count)
     bounding = build()
-    design = {key: float(value) for key, value in zip(machine.design_names, x / machine.scale, strict=True)}
-    incumbent = Incumbent(x, design, objective, count, _describe_scope(goal, bounding))
+    design = {key: float(value) for key, value in zip(machine.design_names, optimum.x / machine.scale, strict=True)}
+    incumbent = Incumbent(optimum.x, design, optimum.result.objective, count, _describe_scope(goal, bounding))
     box = (machine.lower, machine.upper)
     with share_boxes(bounding, build, means) as shared:
         proof = prove_bound(shared, box, incumbent, seconds, listener)
@@ -71,15 +72,33 @@ def with_proof(
 
 
 def build_objective(
-    file: MechanismFile, searched: Mapping[str, Any], terms: Sequence[Measure], limits: Sequence[Limit], count: int
+    file: MechanismFile, searched: Mapping[str, Any], terms: Sequence[Measure], limits: Sequence[Limit],
+    count: int | None,
 ) -> ProvableObjective:  # fmt: skip
-    """Return a sum of measures over `count` samples as a proof bounds it, in the values that are searched."""
+    """Return a sum of measures, over `count` samples or true, as a proof bounds it, in the values that are searched."""
     machine = replace(build_machine(file), **searched)
+    switchings = Switchings(machine, max(machine.samples, SCANNED))
 
     def enclose(quantities: Sequence[tuple[str, bool]]) -> EnclosedMechanism:
         return EnclosedMechanism(machine, file.model, quantities)
 
-    return ProvableObjective(machine, terms, count, enclose, limits)
+    def find_kinks(x: Array) -> MovingKinks:
+        return _find_kinks(switchings, x)
+
+    return ProvableObjective(machine, terms, count, enclose, limits, find_kinks)
+
+
+def _find_kinks(switchings: Switchings, x: Array) -> MovingKinks:
+    """Return the switching points at a design (p,), none if its loops do not close; how they bend is not known."""
+    none, point = MovingKinks.none(len(x)), switchings.response.at(x)
+    try:
+        angles, rows = switchings.find(point)
+    except ComputationError:
+        return none
+    if not len(angles):
+        return none
+    slopes = switchings.response.slopes(point, angles)[1][rows, np.arange(len(rows))]
+    return MovingKinks(angles, -slopes[:, 1:] / slopes[:, :1], np.zeros((len(angles), len(x), len(x))))
 
 
 def _describe_scope(goal: StatedGoal, bounding: ProvableObjective) -> str:
@@ -90,22 +109,10 @@ def _describe_scope(goal: StatedGoal, bounding: ProvableObjective) -> str:
     return f"no design of the box that {' and '.join(conditions)}" if conditions else "no design of the box"
 
 
-def _find_incumbent(
-    optimum: MechanismOptimum, goal: Goal, spec: SearchSpec, sampled: SearchSpec, listener: Listener | None
-) -> tuple[Array, float]:
-    """Return the optimum over the samples of a goal (p,) and its objective: the given one, or one searched from there.
-
-    `spec` are the settings of the given one, `sampled` those of the search over samples.
-    """
-    if spec == sampled:
-        return optimum.x, optimum.result.objective
-    start = goal.machine.with_data(goal.machine.build_data(optimum.x))
-    best = minimise(build_problem(start, goal.terms, goal.limits, sampled.sampling), sampled, listener)
-    return best.x, goal.evaluate(best.x)
-
-
 FARTHEST = 1e3
 """Largest size of a coordinate at which an assembly is looked for [m or rad]."""
+MOST_TURNS = 1000
+"""Largest number of turns of a cycle."""
 MOST_NEWTON_STEPS = 9
 """Newton steps of generated code have numbers of one digit."""
 
@@ -118,11 +125,11 @@ class EnclosedMechanism:
     """
 
     offsets = (Fraction(0),)
-    period = Fraction(1)
     is_continuous = False
 
     def __init__(self, machine: Machine, formulas: Formulas, quantities: Sequence[tuple[str, bool]]) -> None:
         self.machine = machine
+        self.period = Fraction(machine.turn / TURN).limit_denominator(MOST_TURNS)
         self.sizes = tuple(is_size for _, is_size in quantities)
         self._unclosed = set[bytes]()  # centres of the boxes that were enclosed last at which loops do not close
         self._module = module = generated.module(f"array.{formulas.name}", formulas.folder)
@@ -134,7 +141,7 @@ class EnclosedMechanism:
         outputs = [names.index(name) for name, _ in quantities]
         self._lane = extract_outputs(module, "lane", outputs, {**steps, "solved": _solve})
 
-    def follow(self, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
+    def follow(self, space: Space, phi: Jet) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
         """Return the quantities over a box as a function of lanes, of angles phi (lanes,) [rad].
 
         Raises Unbounded where loops do not close at the centre of the box, or may not close within it.
@@ -143,7 +150,7 @@ class EnclosedMechanism:
 
         def shares(xp: JetNamespace, lanes: Integers) -> Sequence[Jet]:
             values = {
-                self._inputs[0]: xp.space.constant(phi[lanes]),
+                self._inputs[0]: replace(phi.taken(lanes), space=xp.space),
                 "data": self._data(xp.space),
                 "loops": [replace(jet.taken(lanes), space=xp.space) for jet in coordinates],
             }
@@ -158,20 +165,20 @@ class EnclosedMechanism:
     def _data(self, space: Space) -> list[Jet]:
         """Return all values (v,) over a box, those that do not move as constants."""
         data = [space.constant(Ball.exact([value])) for value in self.machine.data]
-        for index, jet in zip(self.machine.moved, space.parameters(), strict=True):
+        for index, jet in zip(self.machine.moved, space.parameters()[: len(self.machine.moved)], strict=True):
             data[index] = jet
         return data
 
-    def _enclose_loops(self, space: Space, phi: Ball) -> list[Jet]:
+    def _enclose_loops(self, space: Space, phi: Jet) -> list[Jet]:
         """Return the coordinates of loops (c,) over a box, in lanes."""
         loops = self.machine.loops
         if loops is None:
             return []
-        start = self._find_coordinates(loops, space, phi.mid)
+        start = self._find_coordinates(loops, space, phi.value.mid[CENTRE])
         if np.isnan(start).all():
             raise Unbounded("loops do not close at the centre of a box")
-        smooth = space.asking(Unbranched.none(len(phi.mid)))
-        angles, data = smooth.constant(phi), self._data(smooth)
+        smooth = space.asking(Unbranched.none(phi.lanes))
+        angles, data = replace(phi, space=smooth), self._data(smooth)
 
         def residual(q: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
             closure = self._module.closure(JetNamespace(smooth), angles, data, q)
@@ -207,9 +214,13 @@ class EnclosedMechanism:
 
     def _find_coordinates(self, loops: KinematicLoops, space: Space, phi: Array) -> Array:
         """Return coordinates (c, lanes) at the centres of boxes, NaN where a walk from 0 on along closed loops ends."""
-        centres, boxes = np.unique(space.centre.reshape(len(space.centre), -1), axis=1, return_inverse=True)
+        designs = space.centre[: len(self.machine.moved)]
+        centres, boxes = np.unique(designs.reshape(len(designs), -1), axis=1, return_inverse=True)
+        phi = np.mod(phi, self.machine.turn)
         angles, places = np.unique(phi, return_inverse=True)
-        walk = loops.walk(np.array([self.machine.build_data(x) for x in centres.T]).T, np.append(angles, TURN))
+        walk = loops.walk(
+            np.array([self.machine.build_data(x) for x in centres.T]).T, np.append(angles, self.machine.turn)
+        )
         _, returned = walk.gains()
         self._unclosed = {x.tobytes() for x in centres.T[~returned]}
         reached = np.where(returned, np.inf, np.where(walk.assembled & ~walk.alive, walk.reached, -1.0))

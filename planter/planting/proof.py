@@ -1,8 +1,7 @@
 """`planter optimise --prove`: a bound on how much better any design within the bounds can be than the best known one.
 
-The support force is enclosed over boxes of designs by generated array code. The enclosed objective is that of samples.
-A search over true extremes ends at another design: the incumbent of the proof is then the best design over the machine
-file's samples, which is searched from that optimum and other initial points.
+The support force is enclosed over boxes of designs by generated array code. The enclosed objective is that of the
+search: of true extremes and integrals, or of samples.
 """
 
 from __future__ import annotations
@@ -24,13 +23,15 @@ from planter.numerics.arrays import Integers
 from planter.optimise.proof.enclosures import JetNamespace
 from planter.optimise.proof.intervals import Ball
 from planter.optimise.proof.jets import Jet, Space
+from planter.optimise.proof.panels import MovingKinks
 from planter.optimise.proof.roots import enclose_roots
 from planter.optimise.proof.search import SECONDS, Incumbent, prove_bound, share_boxes
+from planter.optimise.response import find_breakpoints
 from planter.parallel.task import AUTO, Means
 from planter.planting.file import PlantingMachine
 from planter.planting.functions import Model
 from planter.planting.model import Device, build_measures
-from planter.planting.optimisation import DeviceOptimum, Optimisation, search_optimum
+from planter.planting.optimisation import Optimisation
 from planter.progress import Listener
 
 FLANK = "4-5-6-7 polynomial"
@@ -58,9 +59,18 @@ class EnclosedForce:
         counts = [len(stage.names) for stage in device.stages]
         self._parts = np.cumsum([0, device.size - sum(counts), *counts]).tolist()
 
-    def follow(self, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
+    def follow(self, space: Space, phi: Jet) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
         """Return the shares over a box as a function of lanes, of angles phi (lanes,) [rad]."""
-        return lambda xp, lanes: self._shares(xp, xp.space.parameters(), xp.space.constant(phi[lanes]))
+        size = self.device.size
+        return lambda xp, lanes: self._shares(
+            xp, xp.space.parameters()[:size], replace(phi.taken(lanes), space=xp.space)
+        )
+
+    def find_kinks(self, x: Array) -> MovingKinks:
+        """Return the kinks of the force at a design (p,)."""
+        force = self.device.force
+        points = find_breakpoints(force, force.prologue(x))
+        return MovingKinks(points.folded, points.velocity, points.acceleration(np.arange(len(points.angles))))
 
     def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
         """Return False: every design of a box counts."""
@@ -169,43 +179,37 @@ def _sine_series(_xp: JetNamespace, u: Jet, b: Sequence[Jet]) -> Jet:
 def add_proof(
     optimisation: Optimisation, seconds: float = SECONDS, progress: Listener | None = None, means: Means = AUTO
 ) -> Optimisation:
-    """Return an optimum with the proof of the best design over samples, within a time [s].
+    """Return an optimum with the bound on the objective of every design, within a time [s].
 
     `means` says what bounds the boxes: a proof that ends before its time is up does not depend on it.
     """
-    device, optimum = optimisation.devices[optimisation.result.model], _search_incumbent(optimisation, progress)
-    build = partial(build_objective_enclosure, device.machine, device.model, int(optimum.sampling))
+    device, optimum = optimisation.devices[optimisation.result.model], optimisation.optimum
+    count = None if optimum.sampling == "refined" else optimum.sampling
+    build = partial(build_objective_enclosure, device.machine, device.model, count)
     bounding = build()
     scope = "no design of the box, requirements kept or not," if optimum.requirements else "no design of the box"
     design = device.named(optimum.design)
-    incumbent = Incumbent(optimum.design, design, optimum.objective, int(optimum.sampling), scope)
+    incumbent = Incumbent(optimum.design, design, optimum.objective, count, scope)
     box = bounding.searched(optimum.design)
     with share_boxes(bounding, build, means) as shared:
         proof = prove_bound(shared, box, incumbent, seconds, progress)
     return replace(optimisation, result=replace(optimisation.result, proof=proof))
 
 
-def build_objective_enclosure(machine: PlantingMachine, model: Model, count: int) -> ObjectiveEnclosure:
-    """Return the objective of a machine over `count` samples as a proof bounds it."""
+def build_objective_enclosure(machine: PlantingMachine, model: Model, count: int | None) -> ObjectiveEnclosure:
+    """Return the objective of a machine over `count` samples, or the true one, as a proof bounds it."""
     return ObjectiveEnclosure(Device(machine, model), count)
 
 
-def _search_incumbent(optimisation: Optimisation, progress: Listener | None) -> DeviceOptimum:
-    """The optimum over samples: the searched one, or the best that starts there and elsewhere lead to."""
-    optimum = optimisation.optimum
-    if optimum.sampling != "refined":
-        return optimum
-    device = optimisation.devices[optimisation.result.model]
-    samples = device.machine.objective.samples
-    return search_optimum(device, "ipopt", samples, optimum.seed, progress=progress, nearby=[optimum.design])
-
-
 class ObjectiveEnclosure(ProvableObjective):
-    """Objective (31) of a device over N samples, bounded over boxes of designs [lower, upper] (p,)."""
+    """Objective (31) of a device, bounded over boxes of designs [lower, upper] (p,)."""
 
-    def __init__(self, device: Device, count: int) -> None:
+    def __init__(self, device: Device, count: int | None) -> None:
         self.device, self.force = device, EnclosedForce(device)
-        super().__init__(device.force.machine, build_measures(device.machine), count, lambda _: self.force)
+        super().__init__(
+            device.force.machine, build_measures(device.machine), count, lambda _: self.force,
+            find_kinks=self.force.find_kinks,
+        )  # fmt: skip
 
     def searched(self, design: Array) -> tuple[Array, Array]:
         """The device's box, parameters without effect held at their value in `design` (p,)."""

@@ -10,7 +10,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from math import prod
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,7 +17,7 @@ import numpy as np
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.optimise.proof.intervals import LIBM, Ball, Branches, U, Unbounded, select_balls
-from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
+from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, join_lanes, join_parts
 
 
 class JetNamespace:
@@ -149,10 +148,11 @@ class EnclosedResponse(Protocol):
     @property
     def is_continuous(self) -> bool: ...
 
-    def follow(self, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
+    def follow(self, space: Space, phi: Jet) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
         """Return the function (namespace, lanes) -> shares over a box at some of the angles phi (lanes,) [rad].
 
-        The shares are smooth except where their code has conditions, which the space of the namespace answers.
+        After the p parameters of a design, a space may have the place in a panel of angles as one more. The shares are
+        smooth except where their code has conditions, which the space of the namespace answers.
         """
 
     def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
@@ -161,20 +161,31 @@ class EnclosedResponse(Protocol):
 
 def enclose_samples(response: EnclosedResponse, space: Space, count: int) -> list[Jet]:
     """Return each quantity over a box at phi = 2 pi i / count, with a lane for each angle modulo the period."""
-    return enclose_at(response, space, list_samples(response, count))
+    return enclose_turns(response, space, list_samples(response, count))
 
 
 def list_samples(response: EnclosedResponse, count: int) -> list[Fraction]:
-    """Return the angles i / count [turns] that differ modulo the period."""
-    is_integer = (count * response.period).denominator == 1
-    return [Fraction(i, count) for i in range(int(count * response.period) if is_integer else count)]
+    """Return the angles [turns] of `count` equal steps of a cycle, of a turn or more, that differ modulo the period."""
+    cycle = max(Fraction(1), response.period)
+    share = response.period / cycle * count
+    return [cycle * i / count for i in range(int(share) if share.denominator == 1 else count)]
 
 
-def enclose_at(response: EnclosedResponse, space: Space, turns: Sequence[Fraction]) -> list[Jet]:
-    """Return each quantity over a box at angles [turns], a lane for each."""
-    count = len(turns)
-    phi = list_angles([turn + offset for offset in response.offsets for turn in turns])
-    sides, shares = range(1, len(response.offsets)), _enclose_pieces(response, space, phi)
+def enclose_turns(response: EnclosedResponse, space: Space, turns: Sequence[Fraction]) -> list[Jet]:
+    """Return each quantity over a box at fixed angles [turns], a lane for each."""
+    fixed = [list_angles([turn + offset for turn in turns]) for offset in response.offsets]
+    return enclose_at(response, space, [space.constant(phi) for phi in fixed])
+
+
+def enclose_moving(response: EnclosedResponse, space: Space, phi: Jet) -> list[Jet]:
+    """Return each quantity over a box at angles that may move with the design [rad], a lane for each."""
+    return enclose_at(response, space, [phi + space.constant(list_angles([offset])) for offset in response.offsets])
+
+
+def enclose_at(response: EnclosedResponse, space: Space, angles: Sequence[Jet]) -> list[Jet]:
+    """Return each quantity over a box from the angles [rad] of its shares, of the same lanes each."""
+    count = angles[0].lanes
+    sides, shares = range(1, len(angles)), _enclose_pieces(response, space, join_lanes(angles))
     space.jumping = np.asarray(space.jumping.reshape(-1, count).any(axis=0))
     return [
         sum((share.taken(slice(k * count, (k + 1) * count)) for k in sides), share.taken(slice(0, count)))
@@ -188,12 +199,13 @@ def list_angles(turns: Sequence[Fraction]) -> Ball:
     return PI * Ball(share, U * np.abs(share))
 
 
-def _enclose_pieces(response: EnclosedResponse, space: Space, phi: Ball) -> list[Jet]:
+def _enclose_pieces(response: EnclosedResponse, space: Space, phi: Jet) -> list[Jet]:
     """Return enclosures of the shares at angles (lanes,) [rad], each around all smooth pieces."""
-    lanes, script = np.arange(len(phi.mid)), np.empty((0, len(phi.mid)))
+    count = phi.lanes
+    lanes, script = np.arange(count), np.empty((0, count))
     parts: list[tuple[Integers, list[Jet]]] = []
     shares = response.follow(space, phi)
-    space.jumping = np.zeros(len(phi.mid), dtype=bool)
+    space.jumping = np.zeros(count, dtype=bool)
     while len(lanes):
         branches = Branches(len(lanes), script)
         jets = shares(JetNamespace(space.asking(branches, lanes)), lanes)
@@ -202,7 +214,7 @@ def _enclose_pieces(response: EnclosedResponse, space: Space, phi: Ball) -> list
         parts.append((lanes, [replace(jet.repeated(len(lanes)), space=space) for jet in jets]))
         further, script = branches.further()
         lanes = lanes[further]
-        if sum(len(piece_lanes) for piece_lanes, _ in parts) > MAX_LANES * len(phi.mid):
+        if sum(len(piece_lanes) for piece_lanes, _ in parts) > MAX_LANES * count:
             raise Unbounded("a box goes through many branches")
     quantities = range(len(parts[0][1]))
     return [_enclose_parts([(piece_lanes, jets[index]) for piece_lanes, jets in parts]) for index in quantities]
@@ -229,15 +241,34 @@ def _enclose_parts(parts: Sequence[tuple[Integers, Jet]]) -> Jet:
 
 
 MAX_CHOICES = 60
-"""Maximum number of combinations of samples, one for each extreme, that are enumerated."""
+"""Maximum number of combinations of angles, one for each extreme, at which an objective is bounded from below."""
 
 
 @dataclass(frozen=True)
-class ExtremumTerm:
-    """The largest or smallest of the samples (lanes) of a jet."""
+class Maximum:
+    """The greatest value of a quantity over a cycle: it is nowhere below `points` (lanes), and one of `panels` (lanes).
 
-    samples: Jet
-    largest: bool = True
+    These are the same samples, or a few angles and what the quantity is anywhere in panels of all angles.
+    """
+
+    points: Jet
+    panels: Jet
+
+    @cached_property
+    def order(self) -> Integers:
+        """The points by their values at the centre, the greatest first."""
+        return np.argsort(-self.points.value[CENTRE].mid, kind="stable")
+
+    def find_span(self, part: int) -> tuple[float, float]:
+        """Return between which values the greatest value is, at the centre of the box or anywhere in it."""
+        return float(self.points.value[part].low.max()), float(self.panels.value[part].high.max())
+
+    def find_slopes(self, felt: tuple[int, ...]) -> Ball:
+        """Return what encloses the slopes of the greatest value: those of all panels that may have it."""
+        panels = self.panels.over(tuple(sorted({*felt, *self.panels.felt})))
+        lanes = np.flatnonzero((self.points.taken(self.order[:1]) - panels).lower_bound <= 0)
+        places = [panels.felt.index(k) for k in felt]
+        return panels.taken(lanes).gradient[ANYWHERE].spread()[places]
 
 
 @dataclass(frozen=True)
@@ -256,42 +287,26 @@ class ObjectiveBounds:
     may_jump: bool = False
 
 
-def bound_objective(smooth: Jet, extremes: Sequence[ExtremumTerm]) -> ObjectiveBounds:
-    """Return bounds of a smooth part (one lane) plus extremes of samples.
-
-    The slopes of an extreme are among those of the samples that may be extreme somewhere in the box. If there are
-    too many combinations, the sample that is the largest at the centre bounds the maximum from below.
-    """
-    candidates = [_find_candidates(extreme) for extreme in extremes]
-    centre = [
-        np.array([(np.argmax if e.largest else np.argmin)(e.samples.value[CENTRE].mid)]) if e.largest else lanes
-        for e, lanes in zip(extremes, candidates, strict=True)
-    ]
-    is_enumerated = prod(len(lanes) for lanes in candidates) <= MAX_CHOICES
-    chosen = candidates if is_enumerated else centre
+def bound_objective(smooth: Jet, extremes: Sequence[Maximum]) -> ObjectiveBounds:
+    """Return bounds of a smooth part (one lane) plus greatest values."""
+    count = int(MAX_CHOICES ** (1 / max(1, len(extremes))))
+    chosen = [extreme.order[:count] for extreme in extremes]
     total = smooth
     for extreme, lanes in zip(extremes, np.meshgrid(*chosen, indexing="ij"), strict=True):
-        total = total + extreme.samples.taken(lanes.ravel())
-    if not extremes:
-        total = total.taken([0])
-    slopes = total.gradient[ANYWHERE].spread()
-    if not is_enumerated:
-        felt = tuple(sorted({*total.felt, *(k for extreme in extremes for k in extreme.samples.felt)}))
-        total = total.over(felt)
-        slopes = smooth.over(felt).gradient[ANYWHERE][:, 0]
-        for extreme, lanes in zip(extremes, candidates, strict=True):
-            slopes = slopes + extreme.samples.over(felt).taken(lanes).gradient[ANYWHERE].spread()
-    lower = total.lower_bound.reshape([len(lanes) for lanes in chosen])
-    falling = tuple(axis for axis, extreme in enumerate(extremes) if not extreme.largest)
+        total = total + extreme.points.taken(lanes.ravel())
+    moved = (k for extreme in extremes for k in extreme.panels.felt if smooth.space.half[k].any())
+    total = total.over(tuple(sorted({*total.felt, *moved})))
+    slopes = smooth.over(total.felt).gradient[ANYWHERE][:, 0]
+    for extreme in extremes:
+        slopes = slopes + extreme.find_slopes(total.felt)
     reached = smooth.value[CENTRE][0]
     for extreme in extremes:
-        high = extreme.samples.value[CENTRE].high
-        reached = reached + Ball.exact(high.max() if extreme.largest else high.min())
+        reached = reached + Ball.exact(extreme.find_span(CENTRE)[1])
     space = smooth.space
     half = space.half[list(total.felt)]
     curvature = (half * space.reach(total.felt, total.hessian.magnitude)).max(axis=-1)
     bounds = ObjectiveBounds(
-        float(lower.min(axis=falling).max()), float(reached.high), slopes, curvature + half[:, 0] * slopes.rad
+        float(total.lower_bound.max()), float(reached.high), slopes, curvature + half[:, 0] * slopes.rad
     )
     return _expand_bounds(total, bounds)
 
@@ -304,22 +319,9 @@ def _expand_bounds(total: Jet, bounds: ObjectiveBounds) -> ObjectiveBounds:
     return ObjectiveBounds(bounds.lower_bound, bounds.reached, Ball(mid, rad), loose, total.space.may_jump)
 
 
-def enclose_variance(samples: Jet) -> Jet:
-    """Return the population variance over the lanes."""
-    return enclose_mean_square(samples - samples.mean())
-
-
-def enclose_mean_square(samples: Jet) -> Jet:
-    """Return the mean of squares over the lanes."""
-    value, mean = samples.value.square().sum(), (samples**2).mean()
-    share = Ball(value.mid[:, None], value.rad[:, None]) / Ball.exact(float(samples.lanes))
-    low, high = np.maximum(mean.value.low, share.low), np.minimum(mean.value.high, share.high)
-    return mean.holding(Ball.between(low, high))
-
-
-def _find_candidates(extreme: ExtremumTerm) -> Integers:
-    """Return the lanes that may be extreme somewhere in the box, as the extreme at the centre does not exclude them."""
-    jet = extreme.samples if extreme.largest else -extreme.samples
-    largest = jet.taken([int(np.argmax(jet.value[CENTRE].mid))])
-    lanes: Integers = np.flatnonzero((largest - jet).lower_bound <= 0)
-    return lanes
+def enclose_square(jet: Jet) -> Jet:
+    """Return the squares, which are nowhere negative."""
+    square = jet**2
+    anywhere, power = square.value[ANYWHERE], jet.value[ANYWHERE].square()
+    value = Ball.between(np.maximum(anywhere.low, power.low), np.minimum(anywhere.high, power.high))
+    return square.holding(join_parts(square.value[CENTRE], value))

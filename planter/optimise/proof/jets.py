@@ -8,7 +8,7 @@ each operation intersects its result with these forms.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
@@ -18,7 +18,16 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
-from planter.optimise.proof.intervals import GROWTH, TINY, Ball, Branches, intersect_balls, select_balls, sum_products
+from planter.optimise.proof.intervals import (
+    GROWTH,
+    SLACK,
+    TINY,
+    Ball,
+    Branches,
+    intersect_balls,
+    select_balls,
+    sum_products,
+)
 
 CENTRE, ANYWHERE = 0, 1
 
@@ -82,6 +91,15 @@ class Space:
             assert value.space is self
             return value
         return self.constant(Ball.exact(np.atleast_1d(np.asarray(value, dtype=float))))
+
+    def linear(self, values: Array, slopes: Array) -> Jet:
+        """Return functions of the first parameters, with values (m,) at the centre and slopes (m, k), as a jet."""
+        felt = tuple(k for k in np.flatnonzero(slopes.any(axis=0)).tolist() if self.half[k].any())
+        rates = slopes.T[list(felt)]
+        change = _weigh(self.half[list(felt)], np.abs(rates)) * GROWTH + TINY
+        value = Ball(np.stack([values, values]), np.stack([0 * values, change if felt else 0 * values]))
+        bend = np.zeros((packed_size(len(felt)), len(values)))
+        return Jet(self, felt, value, Ball.exact(np.stack([rates, rates])), Ball.exact(bend))
 
     def integer(self, number: int) -> Jet:
         """Return an integer as a jet."""
@@ -286,10 +304,36 @@ class Jet:
 
     def mean(self) -> Jet:
         """Return the mean over the lanes."""
-        share = Ball.exact(1.0) / Ball.exact(float(self.lanes))
+        return self.sum() / self.space.integer(self.lanes)
+
+    def average(self, k: int) -> Jet:
+        """Return the mean over a parameter k in [-1, 1], as a function of the others, in each lane.
+
+        With f(c, s) = f(c) + f_s s + H_ss s^2 / 2, terms odd in s cancel but for what differs between pieces: radii.
+        """
+        return self._without(k, lambda slope, bend: _center(slope) + bend / Ball.exact(6.0), _center)
+
+    def hull(self, k: int) -> Jet:
+        """Return what the jet is at any fixed place in [-1, 1] of a parameter k, as a function of the others."""
+        return self._without(k, _bound_parabola, lambda slope: Ball(np.zeros_like(slope.rad), slope.magnitude))
+
+    def _without(self, k: int, change: Callable[[Ball, Ball], Ball], tilt: Callable[[Ball], Ball]) -> Jet:
+        """Return the jet without a parameter k, by what its slope and bend change the value, and a slope the slopes."""
+        if k not in self.felt:
+            return self
+        place, (rows, columns) = self.felt.index(k), packed_indices(len(self.felt))
+        rest = [i for i in range(len(self.felt)) if i != place]
+        of_k, is_square = (rows == place) | (columns == place), rows == columns
+        slope, mixed = self.gradient[CENTRE], self.hessian[of_k & ~is_square]
+        value = self.value[CENTRE] + change(slope[place], self.hessian[of_k & is_square][0])
+        gradient = join_parts(slope[rest] + tilt(mixed), self.gradient[ANYWHERE][rest])
+        felt = tuple(self.felt[i] for i in rest)
+        return Jet(self.space, felt, join_parts(value, self.value[ANYWHERE]), gradient, self.hessian[~of_k]).cut()
+
+    def sum(self) -> Jet:
+        """Return the sum over the lanes."""
         sums = (_broadcast_lanes(b, self.lanes).sum() for b in (self.value, self.gradient, self.hessian))
-        value, gradient, hessian = (Ball(b.mid[..., None], b.rad[..., None]) * share for b in sums)
-        return Jet(self.space, self.felt, value, gradient, hessian).cut()
+        return Jet(self.space, self.felt, *(Ball(b.mid[..., None], b.rad[..., None]) for b in sums)).cut()
 
     def where(self, condition: Any, other: Any) -> Jet:
         """Return this jet on the lanes where the condition is true and the other jet elsewhere."""
@@ -336,6 +380,34 @@ class Jet:
 
     def __ge__(self, other: Any) -> Flags:
         return (-self)._ask(-other, strictly=False)
+
+
+def _center(slope: Ball) -> Ball:
+    """Return the mean of slope times s over s in [-1, 1], where the slope may differ from one s to the next."""
+    return Ball(np.zeros_like(slope.rad), slope.rad / 2 * GROWTH + TINY)
+
+
+def _bound_parabola(slope: Ball, bend: Ball) -> Ball:
+    """Return slope * s + bend * s^2 / 2 over all s in [-1, 1]."""
+    steep = slope.magnitude
+
+    def rise(curve: Array) -> Array:
+        is_round = (curve < 0) & (steep < -curve)
+        bound: Array = np.where(is_round, steep**2 / np.where(is_round, -2 * curve, 1.0), steep + curve / 2)
+        return bound * GROWTH + (steep + np.abs(curve)) * SLACK + TINY
+
+    return Ball.between(-rise(-bend.low), rise(bend.high))
+
+
+def join_lanes(jets: Sequence[Jet]) -> Jet:
+    """Return the lanes of all jets, one after the other."""
+    felt = tuple(sorted({k for jet in jets for k in jet.felt}))
+    parts = [[getattr(jet.repeated(jet.lanes).over(felt), part) for jet in jets]
+             for part in ("value", "gradient", "hessian")]  # fmt: skip
+    return Jet(jets[0].space, felt, *(
+        Ball(np.concatenate([b.mid for b in balls], axis=-1), np.concatenate([b.rad for b in balls], axis=-1))
+        for balls in parts
+    ))  # fmt: skip
 
 
 def _polynomial_derivative(taylor: Sequence[Ball], step: Ball, order: int) -> Ball:

@@ -30,12 +30,13 @@ from planter.records import Record
 class GlobalBound(Record):
     """No design of the box has an objective below `lower_bound`, which is null, with `gap`, if none was reached.
 
-    `kind` is that of this objective: "sampled", over `samples` angles; nothing follows for true extremes then.
-    `objective` is that of the incumbent `design`, the best that is known; `gap` is the difference.
+    `kind` is that of this objective: "true", of true extremes and integrals, or "sampled", over `samples` angles, from
+    which nothing follows for true extremes. `objective` is that of the incumbent `design`, the best that is known;
+    `gap` is the difference.
     """
 
     kind: Literal["sampled", "true"]
-    samples: int
+    samples: int | None
     design: dict[str, float]
     objective: float
     lower_bound: float | None
@@ -214,7 +215,7 @@ class BoxObjective(Protocol):
 
 @dataclass(frozen=True)
 class Incumbent:
-    """Best known design over samples: its point `x` (p,), its values by name, its objective.
+    """Best known design: its point `x` (p,), its values by name, its objective, over `samples` or true if None.
 
     `scope` states for which designs the bound holds, as the subject of a sentence.
     """
@@ -222,7 +223,7 @@ class Incumbent:
     x: Array
     design: dict[str, float]
     objective: float
-    samples: int
+    samples: int | None
     scope: str = "no design of the box"
 
 
@@ -269,14 +270,16 @@ def prove_bound(
     gap, is_bounded = reached - lower_bound, bool(np.isfinite(lower_bound))
     is_proved = gap <= GOAL * abs(incumbent.objective)
     return GlobalBound(
-        kind="sampled", samples=incumbent.samples, design=incumbent.design, objective=incumbent.objective,
+        kind="true" if incumbent.samples is None else "sampled", samples=incumbent.samples, design=incumbent.design,
+        objective=incumbent.objective,
         lower_bound=lower_bound if is_bounded else None, gap=gap if is_bounded else None, boxes=result.boxes,
         seconds=result.seconds, proved=is_proved, statement=_describe_bound(result, incumbent, gap, is_proved),
     )  # fmt: skip
 
 
 def _describe_bound(result: BoundingResult, incumbent: Incumbent, gap: float, is_proved: bool) -> str:
-    objective, over = incumbent.objective, f"over {incumbent.samples} samples"
+    objective, samples = incumbent.objective, incumbent.samples
+    over = "over the whole cycle" if samples is None else f"over {samples} samples"
     claim = "proved" if is_proved else f"not proved to {GOAL:g} of the objective in {result.seconds:.0f} s"
     if result.obstacle:
         claim += f", because parts of the box have no bound ({result.obstacle})"
@@ -285,7 +288,7 @@ def _describe_bound(result: BoundingResult, incumbent: Incumbent, gap: float, is
         statement = f"nothing bounds the objective {objective:.9g} {over} from below"
     if result.met < objective - GOAL * abs(objective) and not is_proved:
         statement += f"; a design was met that is better: {result.met:.9g}"
-    return f"{claim}: {statement}; of true extremes nothing is proved"
+    return f"{claim}: {statement}" + ("" if samples is None else "; of true extremes nothing is proved")
 
 
 JOBS_PER_ROUND = 16

@@ -94,9 +94,7 @@ def optimise(
     vary: VaryOption = None,
     prove: Annotated[
         bool,
-        typer.Option(
-            "--prove", help="also prove a bound on how much better any design within the bounds can be, over samples"
-        ),
+        typer.Option("--prove", help="also prove a bound on how much better any design within the bounds can be"),
     ] = False,
     prove_seconds: Annotated[float, typer.Option(min=0, help="time for the proof, the search excluded")] = 480,
     module: ModuleOption = None,

@@ -89,7 +89,7 @@ def test_too_narrow_an_enclosure_of_loops_is_caught(monkeypatch: pytest.MonkeyPa
     file, name = own.file("transplanting_arm"), "transplanting_arm"
     honest = EnclosedMechanism._enclose_loops
 
-    def pinch(self: EnclosedMechanism, space: Space, phi: Ball) -> list[Jet]:
+    def pinch(self: EnclosedMechanism, space: Space, phi: Jet) -> list[Jet]:
         return honest(self, Space(space.centre, space.centre), phi)
 
     monkeypatch.setattr(EnclosedMechanism, "_enclose_loops", pinch)
@@ -180,8 +180,8 @@ def test_samples_without_an_enclosure_are_left_out(monkeypatch: pytest.MonkeyPat
     sums = "range F_Ox + rms M_in", "max F_Ox + std M_in - min F_Oy + variance F_Ay"
     free_bounds, follow = [bound_arm(objective) for objective in sums], EnclosedMechanism.follow
 
-    def fail(self: EnclosedMechanism, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
-        shares, gap = follow(self, space, phi), np.where(np.arange(len(phi.mid)) == 5, np.nan, 0.0)
+    def fail(self: EnclosedMechanism, space: Space, phi: Jet) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
+        shares, gap = follow(self, space, phi), np.where(np.arange(phi.lanes) == 5, np.nan, 0.0)
         return lambda xp, lanes: [jet + xp.space.constant(Ball.exact(gap[lanes])) for jet in shares(xp, lanes)]
 
     monkeypatch.setattr(EnclosedMechanism, "follow", fail)
@@ -277,16 +277,20 @@ def test_optimise_proves_user_mechanism() -> None:
     proof = result["proof"]
     keys = {"objective", "lower_bound", "gap", "boxes", "seconds", "proved", "statement", "kind", "samples", "design"}
     assert set(proof) == keys
-    assert (proof["kind"], proof["samples"]) == ("sampled", COUNT)
+    assert (proof["kind"], proof["samples"]) == ("true", None)
     assert proof["proved"], proof["statement"]
-    assert proof["lower_bound"] <= proof["objective"] <= result["objective"]
+    assert proof["lower_bound"] <= proof["objective"] == result["objective"]
     assert 0 <= proof["gap"] <= 1e-6 * proof["objective"]
+    sampled = answer("optimise", write_arm(), "--starts", "1", "--samples", str(COUNT), "--prove")["proof"]
+    assert (sampled["kind"], sampled["samples"]) == ("sampled", COUNT)
+    assert sampled["proved"], sampled["statement"]
+    assert sampled["objective"] < proof["lower_bound"], "twelve samples miss the extremes"
 
 
 def test_objective_of_a_proof_is_over_samples_alone() -> None:
     """Friction reverses between samples, where the pin's force has an extreme that no bound over samples knows."""
     path = str(own.generated("slider_crank") / "slider_crank.toml")
-    result = answer("optimise", path, "--set", "turn.samples=12", "--least", "range F_Bx", "--starts", "1", "--prove",
+    result = answer("optimise", path, "--samples", "12", "--least", "range F_Bx", "--starts", "1", "--prove",
                    "--prove-seconds", "0")  # fmt: skip
     machine = own.machine("slider_crank", **result["proof"]["design"])
     forces = compute_cycle(Model(machine), 12).result.quantities["F_Bx_N"]

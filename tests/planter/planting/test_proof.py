@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from functools import cache
 from itertools import pairwise, product
 
@@ -17,6 +18,7 @@ from planter.optimise.proof.search import BranchAndBound
 from planter.planting import optimisation, proof
 from planter.planting.functions import MODELS, Model
 from planter.planting.model import Device
+from planter.planting.objective import evaluate_true_extremes
 from planter.planting.proof import EnclosedForce
 from planter.progress import Progress
 from tests.support import xp_arb
@@ -196,19 +198,52 @@ def test_command_reports_reached_gap() -> None:
     assert proof["statement"].startswith("not proved to 1e-06 of the objective in ")
 
 
-def test_the_true_optimum_is_not_claimed_by_a_sampled_proof() -> None:
-    """Over the file's samples another design of the box is better: that one is the incumbent, and is named so."""
-    options = ("--method", "ipopt", "--starts", "1", "--prove", "--prove-seconds", "0", "--set", f"samples={COUNT}")
-    result = answer("optimise", "wang2017", *options)
+def test_a_refined_search_has_a_proof_of_true_extremes() -> None:
+    result = answer("optimise", "wang2017", "--method", "ipopt", "--starts", "1", "--prove", "--prove-seconds", "0")
     proof = result["proof"]
-    assert result["samples"] == "refined"
-    assert (proof["kind"], proof["samples"]) == ("sampled", COUNT)
-    assert proof["objective"] < result["sampled"]["objective"] - 1e-6
-    assert proof["design"] != result["design"]
-    assert f"over {COUNT} samples" in proof["statement"]
-    scored = answer("simulate", "wang2017", "--set", f"samples={COUNT}",
-                    *(f"--set={name}={value!r}" for name, value in proof["design"].items()))  # fmt: skip
-    assert scored["objective"] == pytest.approx(proof["objective"], rel=1e-12)
+    assert (proof["kind"], proof["samples"]) == ("true", None)
+    assert (proof["objective"], proof["design"]) == (result["objective"], result["design"])
+    assert proof["lower_bound"] < proof["objective"]
+    assert not proof["proved"]
+
+
+@cache
+def true_problem(model: Model) -> tuple[proof.ObjectiveEnclosure, Device, Array]:
+    """Return the true objective, its device, and a design inside the bounds with kinks of the pitch curves."""
+    subject = device("wang2017", model)
+    return proof.ObjectiveEnclosure(subject, None), subject, (subject.lower + 2 * subject.upper) / 3
+
+
+def evaluate(subject: Device, x: Array) -> float:
+    return evaluate_true_extremes(subject, x).objective
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_true_objective_at_a_design_is_enclosed_narrowly(model: Model) -> None:
+    """Against extremes by Newton's method and Gauss-Legendre quadrature between kinks."""
+    bounding, subject, x = true_problem(model)
+    bounds, value = bounding(x, x), evaluate(subject, x)
+    assert bounds.lower_bound - 1e-9 * value <= value <= bounds.reached + 1e-9 * value
+    assert bounds.reached - bounds.lower_bound < 2e-6 * value
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_true_bounds_hold_at_designs_of_a_box(model: Model) -> None:
+    bounding, subject, x = true_problem(model)
+    half = 0.005 * (subject.upper - subject.lower)
+    bounds, rng = bounding(x - half, x + half), np.random.default_rng(2)
+    values = [evaluate(subject, x + rng.uniform(-1, 1, len(x)) * half) for _ in range(5)]
+    assert bounds.lower_bound <= min(values)
+    assert bounds.lower_bound > 0.98 * min(values)
+    assert ((bounds.slopes.low > 0) | (bounds.slopes.high < 0)).sum() >= 5
+
+
+def test_true_bounds_of_a_part_of_the_cycle_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    bounding, subject, x = true_problem("exact")
+    value = evaluate(subject, x)
+    monkeypatch.setattr(EnclosedForce, "period", Fraction(49, 100))
+    bounds = bounding(x, x)
+    assert not bounds.lower_bound <= value <= bounds.reached
 
 
 def test_a_proof_is_made_where_it_is_asked_for() -> None:

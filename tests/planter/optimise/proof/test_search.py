@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -12,7 +13,7 @@ from scipy.optimize import minimize_scalar
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
 from planter.optimise.proof import enclosures
-from planter.optimise.proof.enclosures import JetNamespace
+from planter.optimise.proof.enclosures import JetNamespace, Maximum
 from planter.optimise.proof.intervals import Ball, Branches, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
 from planter.optimise.proof.roots import enclose_roots
@@ -27,8 +28,8 @@ class Bent:
 
     offsets, period, is_continuous = (Fraction(0), Fraction(-1, 2)), Fraction(1, 2), True
 
-    def follow(self, space: Space, phi: Ball) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
-        return lambda xp, lanes: self.shares(xp, xp.space.parameters(), xp.space.constant(phi[lanes]))
+    def follow(self, space: Space, phi: Jet) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
+        return lambda xp, lanes: self.shares(xp, xp.space.parameters(), replace(phi.taken(lanes), space=xp.space))
 
     def shares(self, xp: JetNamespace, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
         return [x[0] * xp.absolute(xp.sin(phi - x[2])) + (x[1] - x[2] ** 2) / 2 * xp.cos(2 * phi)]
@@ -46,8 +47,8 @@ def value(x: Array) -> float:
 
 def bounding(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
     (force,) = enclosures.enclose_samples(Bent(), Space(lower, upper), SAMPLES)
-    extremes = [enclosures.ExtremumTerm(force * 0.6), enclosures.ExtremumTerm(force * -0.6)]
-    return enclosures.bound_objective(enclosures.enclose_variance(force) * 0.4, extremes)
+    extremes = [Maximum(samples, samples) for samples in (force * 0.6, force * -0.6)]
+    return enclosures.bound_objective(enclosures.enclose_square(force - force.mean()).mean() * 0.4, extremes)
 
 
 def found_by_hand() -> Array:
@@ -208,18 +209,17 @@ def test_roots_of_two_equations_are_enclosed_in_every_lane() -> None:
     assert max(jet.value.rad[0].max() for jet in roots) < 1e-13
 
 
-def test_a_least_sample_among_choices_is_bounded_from_below() -> None:
-    """The least of the samples counts with all that may be it, not with that of the centre alone."""
-    space = Space(np.array([-1.0]), np.array([1.0]))
+def test_greatest_value_of_crossing_lines_is_bounded_from_below() -> None:
+    """max(x, -x) is 0 at the least: the line that is greatest at the centre bounds it, and no slope has one sign."""
+    space = Space(np.array([-1.0]), np.array([2.0]))
     (x,) = space.parameters()
     lines = x * space.constant(Ball.exact([1.0, -1.0]))
-    assert (
-        enclosures.bound_objective(space.integer(0), [enclosures.ExtremumTerm(lines, largest=False)]).lower_bound
-        <= -1.0
-    )
-    assert enclosures.bound_objective(space.integer(0), [enclosures.ExtremumTerm(lines)]).lower_bound <= 0.0
-    wrong = enclosures.bound_objective(space.integer(0), [enclosures.ExtremumTerm(lines)]).lower_bound
-    assert wrong > -1.0 - 1e-9, "what is taken for a largest sample is no bound of a least one"
+    bounds = enclosures.bound_objective(space.integer(0), [Maximum(lines, lines)])
+    assert bounds.lower_bound <= 0.0
+    assert bounds.slopes.low[0] <= -1.0
+    assert bounds.slopes.high[0] >= 1.0
+    alone = enclosures.bound_objective(space.integer(0), [Maximum(lines.taken([0]), lines.taken([0]))])
+    assert alone.slopes.low[0] == pytest.approx(1.0), "a line that is left out is missed"
 
 
 def test_uncertain_root_is_refused() -> None:
