@@ -5,7 +5,7 @@ The bounded objective is that of the search: of true extremes and integrals, or 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -34,6 +34,7 @@ from planter.optimise.proof.enclosures import JetNamespace
 from planter.optimise.proof.intervals import Ball, Unbounded, Unbranched
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
 from planter.optimise.proof.panels import MovingKinks
+from planter.optimise.proof.programs import RecordingNamespace, StraightLine, UnrecordedError
 from planter.optimise.proof.roots import enclose_roots, has_rootless_lane, solve_linear_jets
 from planter.optimise.proof.search import SECONDS, Incumbent, prove_bound, share_boxes
 from planter.parallel.task import AUTO, Means
@@ -139,28 +140,26 @@ class EnclosedMechanism:
         loops = machine.loops.names if machine.loops else ()
         steps = {f"{name}_step{k}": 0 for name in loops for k in range(1, MOST_NEWTON_STEPS + 1)}
         outputs = [names.index(name) for name, _ in quantities]
+        self.code = StraightLine(self._evaluate)
         self._lane = extract_outputs(module, "lane", outputs, {**steps, "solved": _solve})
 
-    def follow(self, space: Space, phi: Jet) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
-        """Return the quantities over a box as a function of lanes, of angles phi (lanes,) [rad].
+    def prepare(self, space: Space, phi: Jet) -> list[Jet]:
+        """Return angles phi (lanes,) [rad], all values, and coordinates of loops over a box.
 
         Raises Unbounded where loops do not close at the centre of the box, or may not close within it.
         """
-        coordinates = self._enclose_loops(space, phi)
+        return [phi, *self._data(space), *(replace(jet, space=space) for jet in self._enclose_loops(space, phi))]
 
-        def shares(xp: JetNamespace, lanes: Integers) -> Sequence[Jet]:
-            values = {
-                self._inputs[0]: replace(phi.taken(lanes), space=xp.space),
-                "data": self._data(xp.space),
-                "loops": [replace(jet.taken(lanes), space=xp.space) for jet in coordinates],
-            }
-            if HOISTED in self._inputs:
-                values[HOISTED] = self._module.prologue(xp, *(values[name] for name in self._prologue["inputs"]))
-            rows = self._lane(xp, *(values[name] for name in self._inputs))
-            jets = [xp.space.lift(row) for row in rows]
-            return [xp.absolute(jet) if is_size else jet for jet, is_size in zip(jets, self.sizes, strict=True)]
-
-        return shares
+    def _evaluate(self, xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
+        """Return the quantities from what `prepare` returns."""
+        phi, *rest = inputs
+        count = len(self.machine.data)
+        values = {self._inputs[0]: phi, "data": rest[:count], "loops": rest[count:]}
+        if HOISTED in self._inputs:
+            values[HOISTED] = self._module.prologue(xp, *(values[name] for name in self._prologue["inputs"]))
+        rows = self._lane(xp, *(values[name] for name in self._inputs))
+        lifted = [xp.space.lift(row) for row in rows]
+        return [xp.absolute(row) if is_size else row for row, is_size in zip(lifted, self.sizes, strict=True)]
 
     def _data(self, space: Space) -> list[Jet]:
         """Return all values (v,) over a box, those that do not move as constants."""
@@ -230,4 +229,6 @@ class EnclosedMechanism:
 
 def _solve(xp: JetNamespace, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> tuple[Any, ...]:
     """Return the unknowns of simultaneous equations, and None for the pivot, of which no result is made."""
+    if isinstance(xp, RecordingNamespace):
+        raise UnrecordedError("simultaneous equations are solved with the numbers of each lane")
     return (*solve_linear_jets(xp.space, matrix, right), None)

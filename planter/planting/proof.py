@@ -6,7 +6,7 @@ search: of true extremes and integrals, or of samples.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
@@ -19,11 +19,11 @@ import numpy as np
 from planter.engine.proof import ProvableObjective
 from planter.gear_geometry.stage import Stage
 from planter.kernels import Array, generated
-from planter.numerics.arrays import Integers
 from planter.optimise.proof.enclosures import JetNamespace
 from planter.optimise.proof.intervals import Ball
 from planter.optimise.proof.jets import Jet, Space
 from planter.optimise.proof.panels import MovingKinks
+from planter.optimise.proof.programs import StraightLine
 from planter.optimise.proof.roots import enclose_roots
 from planter.optimise.proof.search import SECONDS, Incumbent, prove_bound, share_boxes
 from planter.optimise.response import find_breakpoints
@@ -56,15 +56,43 @@ class EnclosedForce:
         effects = self.sidecar["effects"]
         self._insensitive = set(effects["without"])
         self._gears = [StageEnclosure(*pair) for pair in zip(device.stages, effects["felt"].values(), strict=True)]
+        self.code, self._prologue = StraightLine(self._evaluate), StraightLine(self._evaluate_prologue)
+        self._sizes: list[int] = []
         counts = [len(stage.names) for stage in device.stages]
         self._parts = np.cumsum([0, device.size - sum(counts), *counts]).tolist()
 
-    def follow(self, space: Space, phi: Jet) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
-        """Return the shares over a box as a function of lanes, of angles phi (lanes,) [rad]."""
-        size = self.device.size
-        return lambda xp, lanes: self._shares(
-            xp, xp.space.parameters()[:size], replace(phi.taken(lanes), space=xp.space)
-        )
+    def prepare(self, space: Space, phi: Jet) -> list[Jet]:
+        """Return angles phi (lanes,) [rad], then what the code of a lane takes besides, over a box."""
+        x = space.parameters()[: self.device.size]
+        mounting, *parameters = (x[a:b] for a, b in pairwise(self._parts))
+        constants = [space.constant(Ball.exact([value])) for value in self.device.constants]
+        groups: list[Sequence[Jet]] = [mounting, constants]
+        for gear, jets in zip(self._gears, parameters, strict=True):
+            curve = gear.enclose(space, jets)
+            groups += [jets, curve.outputs, curve.parameters, curve.hoisted]
+        self._sizes = [len(group) for group in groups]
+        fixed = [jet for group in groups for jet in group]
+        return [phi, *fixed, *self._prologue.enclose_smooth(space, fixed)]
+
+    def _split(self, inputs: Sequence[Any]) -> tuple[list[Any], list[Any], Sequence[Any]]:
+        """Return the arguments of the generated code before the invariants, the stages, and the invariants."""
+        ends = np.cumsum([0, *self._sizes]).tolist()
+        mounting, constants, *curves = (inputs[a:b] for a, b in pairwise(ends))
+        packed = [part for k in range(0, len(curves), 4) for part in curves[k : k + 2]]
+        contacts = [partial(_touch, gear.module, *curves[4 * k + 2 : 4 * k + 4]) for k, gear in enumerate(self._gears)]
+        return [mounting, *packed, constants], contacts, inputs[ends[-1] :]
+
+    def _evaluate_prologue(self, xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
+        """Return what no angle changes."""
+        arguments, contacts, _ = self._split(inputs)
+        hoisted: Sequence[Any] = self._module.prologue(xp, *arguments, *contacts)
+        return [xp.space.lift(value) for value in hoisted]
+
+    def _evaluate(self, xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
+        """Return the force of a side from what `prepare` returns."""
+        arguments, contacts, hoisted = self._split(inputs[1:])
+        force: Sequence[Any] = self._module.lane(xp, inputs[0], *arguments, hoisted, *contacts)
+        return force
 
     def find_kinks(self, x: Array) -> MovingKinks:
         """Return the kinks of the force at a design (p,)."""
@@ -75,16 +103,6 @@ class EnclosedForce:
     def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
         """Return False: every design of a box counts."""
         return False
-
-    def _shares(self, xp: JetNamespace, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
-        mounting, *parameters = (x[a:b] for a, b in pairwise(self._parts))
-        stages = [gear.meshing(xp, jets) for gear, jets in zip(self._gears, parameters, strict=True)]
-        packed = [part for jets, stage in zip(parameters, stages, strict=True) for part in (jets, stage.outputs)]
-        constants = [xp.space.constant(Ball.exact([value])) for value in self.device.constants]
-        contacts = [stage.contact for stage in stages]
-        hoisted = self._module.prologue(xp, mounting, *packed, constants, *contacts)
-        force: Sequence[Jet] = self._module.lane(xp, phi, mounting, *packed, constants, hoisted, *contacts)
-        return force
 
     @property
     def without(self) -> tuple[str, ...]:
@@ -108,66 +126,76 @@ class StageEnclosure:
 
     def __init__(self, stage: Stage, felt: Sequence[str]) -> None:
         self.stage, similar = stage, stage.sidecar["similar"]
-        self._module: ModuleType = generated.module(f"array.curve_{stage.family}")
+        self.module: ModuleType = generated.module(f"array.curve_{stage.family}")
         order = [entry["name"] for entry in stage.sidecar["parameters"]]
         unchanged = set(felt) <= set(similar["unchanged"])
         self._lengths = [order.index(name) for name in similar["lengths"]] if unchanged else []
         self._known: dict[Any, list[Jet]] = {}
+        module, terms = self.module, stage.terms
+        self._distance = StraightLine(lambda xp, parameters: [module.prologue(xp, parameters, 0)[0]])
+        self._radii = StraightLine(lambda xp, parameters: module.radii(xp, parameters, terms)[1])
+        self._closure = StraightLine(lambda _, inputs: module.closure(inputs[0], inputs[1:])[1:])
+        self._series = StraightLine(self._evaluate_series)
 
     @property
     def without(self) -> tuple[str, ...]:
         """The length of a curve that has no effect on the results."""
         return (self.stage.names[self._lengths[0]],) if len(self._lengths) == 1 else ()
 
-    def meshing(self, xp: JetNamespace, jets: Sequence[Jet]) -> PitchCurveEnclosure:
-        """The stage with parameters `jets`, in the box of `xp`."""
-        size, parameters = xp.space.integer(1), list(jets)
+    def enclose(self, space: Space, jets: Sequence[Jet]) -> PitchCurveEnclosure:
+        """Return the stage with parameters `jets` in a box."""
+        size, parameters = space.integer(1), list(jets)
         if self._lengths:
             size = jets[self._lengths[0]]
             for place in self._lengths:
-                parameters[place] = xp.space.integer(1) if place == self._lengths[0] else jets[place] / size
-        distance, *series = self._hoisted(xp, jets, parameters)
-        return PitchCurveEnclosure(self._module, parameters, [distance, *series], [distance * size, *series])
+                parameters[place] = space.integer(1) if place == self._lengths[0] else jets[place] / size
+        distance, *series = self._find_invariants(space, jets, parameters)
+        return PitchCurveEnclosure(parameters, [distance, *series], [distance * size, *series])
 
-    def _hoisted(self, xp: JetNamespace, moved: Sequence[Jet], parameters: Sequence[Jet]) -> list[Jet]:
+    def _find_invariants(self, space: Space, moved: Sequence[Jet], parameters: Sequence[Jet]) -> list[Jet]:
         """Centre distance and series of a curve with these parameters, which `moved` change."""
         box = tuple(float(part) for jet in moved for part in (*jet.value.mid[:, 0], *jet.value.rad[:, 0]))
         if box not in self._known:
             if len(self._known) == REMEMBERED:
                 del self._known[next(iter(self._known))]
-            self._known[box] = self._compute_invariants(xp, parameters)
-        return [replace(jet, space=xp.space) for jet in self._known[box]]
+            self._known[box] = self._compute_invariants(space, parameters)
+        return [replace(jet, space=space) for jet in self._known[box]]
 
-    def _compute_invariants(self, xp: JetNamespace, parameters: Sequence[Jet]) -> list[Jet]:
+    def _compute_invariants(self, space: Space, parameters: Sequence[Jet]) -> list[Jet]:
         if not self.stage.sidecar["series"]:
-            return [self._module.prologue(xp, parameters, 0)[0]]
-        nodes, radii = self._module.radii(xp, parameters, self.stage.terms)
+            return self._distance.enclose_smooth(space, parameters)
+        radii = self._radii.enclose_smooth(space, parameters)
         middle = np.array([jet.value.mid[0, 0] for jet in parameters])
         start = self.stage.prologue(parameters=middle)["hoisted"][:1, :1]
 
         def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
-            _, excess, slope = self._module.closure(a[0], radii)
+            excess, slope = self._closure.enclose_smooth(space, [a[0], *radii])
             return [excess], [[slope]]
 
-        (distance,) = enclose_roots(xp.space, start, residual)
-        ratios, _, _ = self._module.closure(distance, radii)
-        return [distance, *self._module.series(xp, ratios, nodes)]
+        (distance,) = enclose_roots(space, start, residual)
+        return [distance, *self._series.enclose_smooth(space, [distance, *parameters])]
+
+    def _evaluate_series(self, xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
+        distance, *parameters = inputs
+        nodes, radii = self.module.radii(xp, parameters, self.stage.terms)
+        ratios, _, _ = self.module.closure(distance, radii)
+        series: Sequence[Any] = self.module.series(xp, ratios, nodes)
+        return series
 
 
 @dataclass(frozen=True)
 class PitchCurveEnclosure:
-    """A pitch curve with its conjugate over a box: the invariants of its generated code, and the inputs of a lane."""
+    """A pitch curve with its conjugate over a box: parameters and invariants of its generated code, and its outputs."""
 
-    module: ModuleType
     parameters: Sequence[Jet]
     hoisted: Sequence[Jet]
     outputs: Sequence[Jet]
 
-    def contact(self, xp: JetNamespace, t: Jet, _parameters: Any, _outputs: Any) -> tuple[Jet, ...]:
-        """Return the contact of the stage at an angle t, with derivatives."""
-        options = {"sine_series": _sine_series} if len(self.hoisted) > 1 else {}
-        contact: tuple[Jet, ...] = self.module.contact(xp, t, self.parameters, self.hoisted, **options)
-        return contact
+
+def _touch(module: ModuleType, parameters: Sequence[Any], hoisted: Sequence[Any], xp: Any, t: Any, *_: Any) -> Any:
+    """Return the contact of a stage at an angle t, with derivatives."""
+    options = {"sine_series": _sine_series} if len(hoisted) > 1 else {}
+    return module.contact(xp, t, parameters, hoisted, **options)
 
 
 def _sine_series(_xp: JetNamespace, u: Jet, b: Sequence[Jet]) -> Jet:

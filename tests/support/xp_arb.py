@@ -64,3 +64,23 @@ def polyval(coefficients: list[int], x: Number) -> Number:
     for a in coefficients:
         value = value * x + a
     return value
+
+
+def arctan2(y: Number, x: Number) -> Number:
+    return arb.atan2(arb(y), arb(x))
+
+
+def arcsin(x: Number) -> Number:
+    return arb(x).asin()
+
+
+def arccos(x: Number) -> Number:
+    return arb(x).acos()
+
+
+def exp(x: Number) -> Number:
+    return arb(x).exp()
+
+
+def log(x: Number) -> Number:
+    return arb(x).log()

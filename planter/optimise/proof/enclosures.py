@@ -6,7 +6,7 @@ sample of a response over a cycle, and from these an objective and its slopes.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -135,6 +135,15 @@ MAX_LANES = 8
 """Average number of pieces of a lane above which a box is too wide to follow them."""
 
 
+class EnclosedCode(Protocol):
+    """Code whose results are enclosed over boxes."""
+
+    def enclose(
+        self, space: Space, inputs: Sequence[Jet], lanes: Integers, script: Array
+    ) -> tuple[Branches, Sequence[Jet]]:
+        """Return the results on some lanes of inputs, and the conditions that were asked; `script` has answers."""
+
+
 class EnclosedResponse(Protocol):
     """Quantities F(phi, x): sums over `offsets` [turns] of shares at phi + offset, with a common `period` [turns].
 
@@ -148,11 +157,14 @@ class EnclosedResponse(Protocol):
     @property
     def is_continuous(self) -> bool: ...
 
-    def follow(self, space: Space, phi: Jet) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
-        """Return the function (namespace, lanes) -> shares over a box at some of the angles phi (lanes,) [rad].
+    @property
+    def code(self) -> EnclosedCode:
+        """The code of the shares, smooth but for its conditions."""
 
-        After the p parameters of a design, a space may have the place in a panel of angles as one more. The shares are
-        smooth except where their code has conditions, which the space of the namespace answers.
+    def prepare(self, space: Space, phi: Jet) -> Sequence[Jet]:
+        """Return the inputs of the code over a box at angles phi (lanes,) [rad].
+
+        After the p parameters of a design, a space may have the place in a panel of angles as one more.
         """
 
     def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
@@ -204,11 +216,10 @@ def _enclose_pieces(response: EnclosedResponse, space: Space, phi: Jet) -> list[
     count = phi.lanes
     lanes, script = np.arange(count), np.empty((0, count))
     parts: list[tuple[Integers, list[Jet]]] = []
-    shares = response.follow(space, phi)
+    inputs = response.prepare(space, phi)
     space.jumping = np.zeros(count, dtype=bool)
     while len(lanes):
-        branches = Branches(len(lanes), script)
-        jets = shares(JetNamespace(space.asking(branches, lanes)), lanes)
+        branches, jets = response.code.enclose(space, inputs, lanes, script)
         if not response.is_continuous:
             np.logical_or.at(space.jumping, lanes, branches.jumping)
         parts.append((lanes, [replace(jet.repeated(len(lanes)), space=space) for jet in jets]))

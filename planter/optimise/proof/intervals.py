@@ -14,6 +14,7 @@ the response is that of one of its lanes.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Self
 
@@ -276,6 +277,22 @@ class Branches:
                     self.alternatives.append((int(lane), question, float(other)))
         return answer
 
+    def replay(self, largest: Array, smallest: Array, answers: Array, jumps: Sequence[bool]) -> None:
+        """Take over conditions (q, lanes) that were evaluated elsewhere. Raises Unbounded if one has many answers."""
+        self.answers = list(answers)
+        open_ = largest != smallest
+        if (largest - smallest).max(where=open_, initial=0) >= MAX_ANSWERS:
+            raise Unbounded("a box goes through many branches")
+        self.jumping = np.asarray((open_ & np.array(jumps, dtype=bool)[:, None]).any(axis=0))
+        free = open_.copy()
+        free[: len(self.script)] &= np.isnan(self.script[: len(free)])
+        self.alternatives = [
+            (int(lane), int(question), float(other))
+            for question, lane in zip(*np.nonzero(free), strict=True)
+            for other in np.arange(smallest[question, lane], largest[question, lane] + 1)
+            if other != answers[question, lane]
+        ]
+
     def further(self) -> tuple[Integers, Array]:
         """Return the lanes from which further lanes branch off, (n,), and the scripts of these (q, n)."""
         lanes = np.array([lane for lane, _, _ in self.alternatives], dtype=np.int64)
@@ -291,5 +308,5 @@ class Unbranched(Branches):
 
     def _answer(self, largest: Array, smallest: Array, usual: Array, jumps: bool = True) -> Array:
         if (largest != smallest).any():
-            raise Unbounded("the gaps of a loop have several branches")
+            raise Unbounded("a condition has several answers over a box")
         return smallest

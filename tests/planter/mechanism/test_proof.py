@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import cache
 
 import numpy as np
@@ -20,8 +20,7 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.proof import EnclosedMechanism
-from planter.numerics.arrays import Integers
-from planter.optimise.proof.enclosures import JetNamespace, ObjectiveBounds, enclose_samples
+from planter.optimise.proof.enclosures import ObjectiveBounds, enclose_samples
 from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
 from planter.optimise.proof.search import GlobalBound, Incumbent, prove_bound
@@ -178,13 +177,14 @@ def test_boxes_violating_a_limit_are_empty() -> None:
 
 def test_samples_without_an_enclosure_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     sums = "range F_Ox + rms M_in", "max F_Ox + std M_in - min F_Oy + variance F_Ay"
-    free_bounds, follow = [bound_arm(objective) for objective in sums], EnclosedMechanism.follow
+    free_bounds, prepare = [bound_arm(objective) for objective in sums], EnclosedMechanism.prepare
 
-    def fail(self: EnclosedMechanism, space: Space, phi: Jet) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
-        shares, gap = follow(self, space, phi), np.where(np.arange(phi.lanes) == 5, np.nan, 0.0)
-        return lambda xp, lanes: [jet + xp.space.constant(Ball.exact(gap[lanes])) for jet in shares(xp, lanes)]
+    def fail(self: EnclosedMechanism, space: Space, phi: Jet) -> list[Jet]:
+        gap = np.where(np.arange(phi.lanes) == 5, np.nan, 0.0)
+        angles, *rest = prepare(self, space, phi)
+        return [angles + space.constant(Ball.exact(gap)), *rest]
 
-    monkeypatch.setattr(EnclosedMechanism, "follow", fail)
+    monkeypatch.setattr(EnclosedMechanism, "prepare", fail)
     for objective, other in zip(sums, free_bounds, strict=True):
         part = bound_arm(objective)
         assert part.lower_bound <= other.lower_bound + 1e-9 * abs(other.lower_bound)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
 from planter.kernels import Array
-from planter.numerics.arrays import Integers
 from planter.optimise.proof import enclosures
-from planter.optimise.proof.enclosures import JetNamespace, Maximum
+from planter.optimise.proof.enclosures import Maximum
 from planter.optimise.proof.intervals import Ball, Branches, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
+from planter.optimise.proof.programs import StraightLine
 from planter.optimise.proof.roots import enclose_roots
 from planter.optimise.proof.search import BoundingResult, BranchAndBound
 
@@ -28,10 +28,14 @@ class Bent:
 
     offsets, period, is_continuous = (Fraction(0), Fraction(-1, 2)), Fraction(1, 2), True
 
-    def follow(self, space: Space, phi: Jet) -> Callable[[JetNamespace, Integers], Sequence[Jet]]:
-        return lambda xp, lanes: self.shares(xp, xp.space.parameters(), replace(phi.taken(lanes), space=xp.space))
+    def __init__(self) -> None:
+        self.code = StraightLine(self.evaluate)
 
-    def shares(self, xp: JetNamespace, x: Sequence[Jet], phi: Jet) -> Sequence[Jet]:
+    def prepare(self, space: Space, phi: Jet) -> list[Jet]:
+        return [phi, *space.parameters()[:3]]
+
+    def evaluate(self, xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
+        phi, *x = inputs
         return [x[0] * xp.absolute(xp.sin(phi - x[2])) + (x[1] - x[2] ** 2) / 2 * xp.cos(2 * phi)]
 
 
