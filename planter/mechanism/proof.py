@@ -31,7 +31,7 @@ from planter.mechanism.optimisation import MechanismOptimum, StatedGoal
 from planter.numerics.arrays import Integers
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
 from planter.optimise.proof.enclosures import JetNamespace
-from planter.optimise.proof.intervals import Ball, Unbounded, Unbranched
+from planter.optimise.proof.intervals import Ball, Branches, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
 from planter.optimise.proof.panels import MovingKinks
 from planter.optimise.proof.programs import RecordingNamespace, StraightLine, UnrecordedError
@@ -112,6 +112,8 @@ def _describe_scope(goal: StatedGoal, bounding: ProvableObjective) -> str:
 
 FARTHEST = 1e3
 """Largest size of a coordinate at which an assembly is looked for [m or rad]."""
+WALKED = 72
+"""Steps of a cycle between which coordinates of loops are found from near ones."""
 MOST_TURNS = 1000
 """Largest number of turns of a cycle."""
 MOST_NEWTON_STEPS = 9
@@ -140,7 +142,7 @@ class EnclosedMechanism:
         loops = machine.loops.names if machine.loops else ()
         steps = {f"{name}_step{k}": 0 for name in loops for k in range(1, MOST_NEWTON_STEPS + 1)}
         outputs = [names.index(name) for name, _ in quantities]
-        self.code = StraightLine(self._evaluate)
+        self.code, self._closure = StraightLine(self._evaluate), StraightLine(self._evaluate_closure)
         self._lane = extract_outputs(module, "lane", outputs, {**steps, "solved": _solve})
 
     def prepare(self, space: Space, phi: Jet) -> list[Jet]:
@@ -161,6 +163,11 @@ class EnclosedMechanism:
         lifted = [xp.space.lift(row) for row in rows]
         return [xp.absolute(row) if is_size else row for row, is_size in zip(lifted, self.sizes, strict=True)]
 
+    def _evaluate_closure(self, xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
+        """Return the gaps of loops and their Jacobian from an angle, all values and coordinates."""
+        count = 1 + len(self.machine.data)
+        return [xp.space.lift(row) for row in self._module.closure(xp, inputs[0], inputs[1:count], inputs[count:])]
+
     def _data(self, space: Space) -> list[Jet]:
         """Return all values (v,) over a box, those that do not move as constants."""
         data = [space.constant(Ball.exact([value])) for value in self.machine.data]
@@ -176,12 +183,11 @@ class EnclosedMechanism:
         start = self._find_coordinates(loops, space, phi.value.mid[CENTRE])
         if np.isnan(start).all():
             raise Unbounded("loops do not close at the centre of a box")
-        smooth = space.asking(Unbranched.none(phi.lanes))
+        smooth = space.asking(Branches.none(1))  # `at_points` must not change the space of the caller
         angles, data = replace(phi, space=smooth), self._data(smooth)
 
         def residual(q: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
-            closure = self._module.closure(JetNamespace(smooth), angles, data, q)
-            rows = [smooth.lift(row) for row in closure]
+            rows = self._closure.enclose_smooth(smooth, [angles, *data, *q])
             size = loops.size
             return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
 
@@ -215,15 +221,25 @@ class EnclosedMechanism:
         """Return coordinates (c, lanes) at the centres of boxes, NaN where a walk from 0 on along closed loops ends."""
         designs = space.centre[: len(self.machine.moved)]
         centres, boxes = np.unique(designs.reshape(len(designs), -1), axis=1, return_inverse=True)
-        phi = np.mod(phi, self.machine.turn)
-        angles, places = np.unique(phi, return_inverse=True)
-        walk = loops.walk(
-            np.array([self.machine.build_data(x) for x in centres.T]).T, np.append(angles, self.machine.turn)
+        d, boxes = (
+            np.array([self.machine.build_data(x) for x in centres.T]).T,
+            np.broadcast_to(boxes.ravel(), phi.shape),
         )
+        phi = np.mod(phi, self.machine.turn)
+        grid = np.linspace(0, self.machine.turn, WALKED + 1)
+        walk = loops.walk(d, grid)
         _, returned = walk.gains()
         self._unclosed = {x.tobytes() for x in centres.T[~returned]}
+        start = np.minimum((phi / grid[1]).astype(int), WALKED - 1)
+        share = phi / grid[1] - start
+        guess = (1 - share) * walk.places[:, start, boxes] + share * walk.places[:, start + 1, boxes]
+        near, determinant, closed = loops.close(phi, d[:, boxes], guess)
+        _, sense, _ = loops.close(np.zeros(len(boxes)), d[:, boxes], walk.first[:, boxes])
+        if (returned[boxes] & closed & (determinant * sense > 0)).all():
+            return near
+        angles, places = np.unique(phi, return_inverse=True)
+        walk = loops.walk(d, np.append(angles, self.machine.turn))
         reached = np.where(returned, np.inf, np.where(walk.assembled & ~walk.alive, walk.reached, -1.0))
-        boxes = np.broadcast_to(boxes.ravel(), phi.shape)
         return np.where(phi <= reached[boxes], walk.places[:, places, boxes], np.nan)
 
 

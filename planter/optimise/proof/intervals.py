@@ -301,12 +301,3 @@ class Branches:
             script[:question, k] = [answer[lane] for answer in self.answers[:question]]
             script[question, k] = other
         return lanes, script
-
-
-class Unbranched(Branches):
-    """Conditions that must have a single answer over the box. Raises Unbounded if one has several."""
-
-    def _answer(self, largest: Array, smallest: Array, usual: Array, jumps: bool = True) -> Array:
-        if (largest != smallest).any():
-            raise Unbounded("a condition has several answers over a box")
-        return smallest

@@ -55,9 +55,10 @@ class Space:
 
     def asking(self, branches: Branches, lanes: Any = slice(None)) -> Space:
         """Return the same box, or the boxes of some lanes, with conditions answered by `branches`."""
-        return Space(self.lower[..., lanes], self.upper[..., lanes], branches) if self.lower.ndim > 1 else Space(
-            self.lower, self.upper, branches
-        )  # fmt: skip
+        ends = [end[..., lanes] if end.ndim > 1 else end for end in (self.lower, self.upper)]
+        space = Space(ends[0], ends[1], branches)
+        space.is_cutting = self.is_cutting
+        return space
 
     @contextmanager
     def at_points(self) -> Iterator[None]:

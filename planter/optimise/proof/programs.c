@@ -29,6 +29,7 @@ enum { CONSTANT, PI, ADD, NEGATE, MULTIPLY, POWER, INVERSE, SQRT, SIN, COS, ARCT
        ARCTAN2, FLOOR, BELOW, OR, AND, NOT, INPUT };
 
 static rounding R;
+static int cutting;
 static long none[MOST_PARAMETERS];   /* places of no parameter */
 
 static inline double magnitude(double mid, double rad) { return (fabs(mid) + rad) * R.growth; }
@@ -102,6 +103,7 @@ static inline void put(jet x, long row, int l, ball b) { x.mid[row][l] = b.mid; 
 
 /* Intersect value and gradient anywhere with what the Taylor form about the centre gives. */
 static void cut(jet x, const lane *half) {
+    if (!cutting) return;
     long k = x.k;
     lane change = {0};
     for (long i = 0; i < k; i++) {
@@ -346,7 +348,7 @@ typedef struct {
     double *const *output_mid, *const *output_rad;
     double *largest, *smallest, *answers;
     const long *strides;   /* 0 for an input that is the same in all lanes, last that of half */
-    long lanes, script_rows;
+    long lanes, script_rows, cutting;   /* whether jets are intersected with their Taylor forms */
 } call;
 
 static void load(jet y, const call *c, long input, long start) {
@@ -435,6 +437,7 @@ static void run_block(const program *p, const call *c, long start, lane *memory,
 /* Run a program on all lanes. Returns 0, or 1 if there is no memory. */
 long run(const program *p, const call *c, const rounding *r) {
     R = *r;
+    cutting = c->cutting;
     for (int n = 0; n < MOST_PARAMETERS; n++) none[n] = -1;
     size_t count = (size_t)(p->registers + TEMPORARIES) * 2 * p->rows + p->conditions + p->parameters + 1;
     lane *memory = malloc(count * sizeof(lane));

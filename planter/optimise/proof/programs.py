@@ -316,7 +316,7 @@ class _Call(ctypes.Structure):
     _fields_ = (
         *((name, ctypes.c_void_p) for name in ("half", "script", "input_mid", "input_rad", "output_mid", "output_rad",
                                                "largest", "smallest", "answers", "strides")),
-        ("lanes", ctypes.c_long), ("script_rows", ctypes.c_long),
+        *((name, ctypes.c_long) for name in ("lanes", "script_rows", "cutting")),
     )  # fmt: skip
 
 
@@ -370,7 +370,7 @@ class CompiledProgram:
         call = _Call(
             arrays[0].ctypes.data, arrays[1].ctypes.data, _point(mids), _point(rads), _point([m for m, _ in results]),
             _point([r for _, r in results]), *(part.ctypes.data for part in arrays[3:]), strides.ctypes.data, count,
-            len(script),
+            len(script), space.is_cutting,
         )  # fmt: skip
         constants = (intervals.U, intervals.SLACK, intervals.GROWTH, intervals.TINY, intervals.LIBM, np.pi)
         rounding = (ctypes.c_double * len(constants))(*constants)

@@ -82,6 +82,17 @@ def test_c_gives_the_balls_of_numpy(code: Code) -> None:
             assert (np.abs(ball.rad - other_ball.rad) <= 1e-11 * other_ball.rad + 1e-15 * scale).all()
 
 
+def test_functions_at_points_are_not_cut_by_the_box() -> None:
+    """Roots are differentiated along lines whose values hold at single designs: Taylor forms of the box do not."""
+    space, lanes = Space(LOWER, UPPER), np.arange(len(ANGLES))
+    (cut, *_) = StraightLine(smooth).enclose(space, find_inputs(space), lanes, NOTHING)[1]
+    with space.at_points():
+        (free, *_) = StraightLine(smooth).enclose(space, find_inputs(space), lanes, NOTHING)[1]
+        (other, *_) = enclose_by_numpy(smooth, space, lanes, NOTHING)[1]
+    assert (free.value.rad[ANYWHERE] > cut.value.rad[ANYWHERE]).all()
+    np.testing.assert_allclose(free.value.rad[ANYWHERE], other.value.rad[ANYWHERE], rtol=1e-11)
+
+
 def test_c_follows_the_branches_of_numpy() -> None:
     space, compiled = Space(LOWER, UPPER), StraightLine(broken)
     pieces = follow(lambda lanes, script: compiled.enclose(space, find_inputs(space), lanes, script))
