@@ -243,8 +243,8 @@ def _enclose_parts(parts: Sequence[tuple[Integers, Jet]]) -> Jet:
         touched[piece_lanes] = True
         piece = jet.over(felt).taken(np.arange(len(piece_lanes)))
         for (low, high), ball in zip(bounds, (piece.value, piece.gradient, piece.hessian), strict=True):
-            np.minimum.at(low, (..., piece_lanes), ball.low)
-            np.maximum.at(high, (..., piece_lanes), ball.high)
+            np.minimum.at(low.T, piece_lanes, ball.low.T)
+            np.maximum.at(high.T, piece_lanes, ball.high.T)
     if pieces:
         balls = [select_balls(touched, Ball.between(*side), ball) for side, ball in zip(bounds, balls, strict=True)]
     return Jet(hull.space, felt, *balls)
