@@ -37,7 +37,7 @@ NONNEGATIVE = ("range", "variance", "std", "rms")
 MOST_LANES = 768
 """Lanes of boxes and angles above which it saves no more time to bound several boxes at once."""
 
-PANELS, PANELS_AT_POINT = 360, 2880
+PANELS, PANELS_AT_POINT = 480, 2880
 """Least number of panels of a period over a box, and at a single design."""
 PEAKS = 3
 """Angles at which the greatest value of a quantity is bounded from below."""

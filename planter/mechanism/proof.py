@@ -128,11 +128,13 @@ class EnclosedMechanism:
     """
 
     offsets = (Fraction(0),)
-    is_continuous = False
 
     def __init__(self, machine: Machine, formulas: Formulas, quantities: Sequence[tuple[str, bool]]) -> None:
         self.machine = machine
         self.period = Fraction(machine.turn / TURN).limit_denominator(MOST_TURNS)
+        orders = [kind.get("order", 0) for kind in machine.event_kinds]
+        units = {machine.find_quantity(name).unit for name, _ in quantities}
+        self.is_continuous = bool(orders) and min(orders) > 0 and "rad" not in units  # an angle may lose a turn
         self.sizes = tuple(is_size for _, is_size in quantities)
         self._unclosed = set[bytes]()  # centres of the boxes that were enclosed last at which loops do not close
         self._module = module = generated.module(f"array.{formulas.name}", formulas.folder)
@@ -233,10 +235,10 @@ class EnclosedMechanism:
         start = np.minimum((phi / grid[1]).astype(int), WALKED - 1)
         share = phi / grid[1] - start
         guess = (1 - share) * walk.places[:, start, boxes] + share * walk.places[:, start + 1, boxes]
-        near, determinant, closed = loops.close(phi, d[:, boxes], guess)
+        coordinates, determinant, closed = loops.close(phi, d[:, boxes], guess)
         _, sense, _ = loops.close(np.zeros(len(boxes)), d[:, boxes], walk.first[:, boxes])
         if (returned[boxes] & closed & (determinant * sense > 0)).all():
-            return near
+            return coordinates
         angles, places = np.unique(phi, return_inverse=True)
         walk = loops.walk(d, np.append(angles, self.machine.turn))
         reached = np.where(returned, np.inf, np.where(walk.assembled & ~walk.alive, walk.reached, -1.0))

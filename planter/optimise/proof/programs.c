@@ -28,8 +28,8 @@ typedef struct {
 enum { CONSTANT, PI, ADD, NEGATE, MULTIPLY, POWER, INVERSE, SQRT, SIN, COS, ARCTAN, EXP, LOG, POLYNOMIAL, SELECT,
        ARCTAN2, FLOOR, BELOW, OR, AND, NOT, INPUT };
 
-static rounding R;
-static int cutting;
+static __thread rounding R;
+static __thread int cutting;
 static long none[MOST_PARAMETERS];   /* places of no parameter */
 
 static inline double magnitude(double mid, double rad) { return (fabs(mid) + rad) * R.growth; }

@@ -362,7 +362,7 @@ class CompiledProgram:
         plan = self._plans[key]
         half = space.half if space.half.shape[1] == 1 else space.half[:, lanes]
         mids, rads = zip(*(_pack(jet, lanes) for jet in inputs), strict=True)
-        strides = np.array([mid.shape[1] > 1 for mid in (*mids, half)], dtype=np.int64)
+        strides = np.array([mid.shape[1] > 1 for mid in (*mids, half)], dtype=ctypes.c_long)
         rows = [2 + 2 * len(felt) + packed_size(len(felt)) for felt in plan.felt]
         results = [(np.empty((row, count)), np.empty((row, count))) for row in rows]
         answers = np.zeros((3, len(self.program.jumps), count))
@@ -436,8 +436,8 @@ def _plan(program: RecordedProgram, felts: Sequence[tuple[int, ...]], parameters
         code.append([CODES.index(step.name), registers[n], *pair, more, len(tables), len(numbers)])
         tables += _tabulate(felt[n], argument_felts)
         numbers += step.numbers
-    results = np.array([[registers[n], len(felt[n])] for n in program.outputs], dtype=np.int64)
-    arrays = np.array(code, dtype=np.int64), np.array(tables, dtype=np.int64), results, np.array(numbers)
+    results = np.array([[registers[n], len(felt[n])] for n in program.outputs], dtype=ctypes.c_long)
+    arrays = np.array(code, dtype=ctypes.c_long), np.array(tables, dtype=ctypes.c_long), results, np.array(numbers)
     size = max(len(part) for part in felt.values())
     if max(size, parameters) > MOST_PARAMETERS:
         raise Unbounded("a mechanism has many parameters")
