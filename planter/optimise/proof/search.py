@@ -20,8 +20,8 @@ import numpy as np
 from planter.kernels import Array
 from planter.optimise.proof.enclosures import ObjectiveBounds
 from planter.optimise.proof.intervals import Unbounded
-from planter.parallel.jobs import Jobs
-from planter.parallel.task import AUTO, Means, Task
+from planter.parallel.jobs import MIN_PARALLEL_S, Jobs
+from planter.parallel.task import AUTO, Means, Task, count_cores
 from planter.progress import Listener, Progress
 from planter.records import Record
 
@@ -297,21 +297,36 @@ Boxes = Sequence[tuple[Array, Array]]
 
 
 class SharedObjective:
-    """An objective whose boxes are bounded by workers. Implements `BoxObjective`."""
+    """An objective whose boxes are bounded by workers. Implements `BoxObjective`.
 
-    def __init__(self, objective: BoxObjective, jobs: Jobs) -> None:
-        self._objective, self._jobs = objective, jobs
+    Without explicit `means`, workers are started for what is left after `MIN_PARALLEL_S` in this process.
+    """
+
+    def __init__(self, objective: BoxObjective, task: Task, means: Means) -> None:
+        self._objective, self._task, self._means = objective, task, means
         self.batch, self.floor = JOBS_PER_ROUND * objective.batch, objective.floor
+        self._begun = time.perf_counter()
+        self._jobs: Jobs | None = None
 
     def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
         """Return the bounds over a box [lower, upper] (p,). Raises Unbounded if it has no bounds there."""
         return self._objective(lower, upper)
 
-    def bound_boxes(self, boxes: Boxes) -> list[ObjectiveBounds | Unbounded]:
+    def bound_boxes(self, boxes: Boxes) -> Sequence[ObjectiveBounds | Unbounded]:
         """Return the bounds over each box, or the error that explains their absence."""
+        is_early = time.perf_counter() - self._begun < MIN_PARALLEL_S or count_cores() == 1
+        if self._jobs is None and self._means == AUTO and is_early:
+            return self._objective.bound_boxes(boxes)
+        if self._jobs is None:
+            self._jobs = Jobs(self._task, means=self._means)
         size = self._objective.batch
         self._jobs.add([boxes[k : k + size] for k in range(0, len(boxes), size)])
         return [result for results in self._jobs.in_order() for result in results]
+
+    def end(self) -> None:
+        """End the workers."""
+        if self._jobs is not None:
+            self._jobs.__exit__()
 
 
 @contextmanager
@@ -320,11 +335,11 @@ def share_boxes(objective: BoxObjective, build: Callable[[], BoxObjective], mean
 
     `build` is picklable and returns the objective in a worker.
     """
-    if means == AUTO:
-        yield objective
-        return
-    with Jobs(Task(prepare_boxes, {"build": build}), means=means) as jobs:
-        yield SharedObjective(objective, jobs)
+    shared = SharedObjective(objective, Task(prepare_boxes, {"build": build}), means)
+    try:
+        yield shared
+    finally:
+        shared.end()
 
 
 def prepare_boxes(build: Callable[[], BoxObjective]) -> Callable[[Boxes], Sequence[ObjectiveBounds | Unbounded]]:
