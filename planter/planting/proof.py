@@ -16,15 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from planter.engine.proof import ProvableObjective
+from planter.engine.proof import ProvedQuantity, build_provable_objective
 from planter.gear_geometry.stage import Stage
 from planter.kernels import Array, generated
-from planter.optimise.proof.enclosures import JetNamespace
-from planter.optimise.proof.intervals import Ball
-from planter.optimise.proof.jets import Jet, Space
+from planter.optimise.proof.enclosures import EnclosedResponse, ResponseProgram, ResponseRecorder, RootStart
+from planter.optimise.proof.objective import ProvableObjective
 from planter.optimise.proof.panels import MovingKinks
-from planter.optimise.proof.programs import StraightLine
-from planter.optimise.proof.roots import enclose_roots
 from planter.optimise.proof.search import SECONDS, Incumbent, prove_bound, share_boxes
 from planter.optimise.response import find_breakpoints
 from planter.parallel.task import AUTO, Means
@@ -36,16 +33,10 @@ from planter.progress import Listener
 
 FLANK = "4-5-6-7 polynomial"
 """The law that the support force alone was derived with."""
-REMEMBERED = 64
-"""Boxes of a stage's parameters for which what it hoists is kept."""
 
 
 class EnclosedForce:
-    """The vertical force on the support over boxes of designs, from generated array code. Implements `Enclosed`."""
-
-    offsets = (Fraction(0), Fraction(-1, 2))
-    period = Fraction(1, 2)
-    is_continuous = True
+    """The vertical force on the support of a device over boxes of designs, from generated array code."""
 
     def __init__(self, device: Device) -> None:
         if device.machine.cam.flank != FLANK:
@@ -55,54 +46,61 @@ class EnclosedForce:
         self._module = generated.module(f"array.{name}")
         effects = self.sidecar["effects"]
         self._insensitive = set(effects["without"])
-        self._gears = [StageEnclosure(*pair) for pair in zip(device.stages, effects["felt"].values(), strict=True)]
-        self.code, self._prologue = StraightLine(self._evaluate), StraightLine(self._evaluate_prologue)
-        self._sizes: list[int] = []
+        self._gears = [GearCode.of_stage(*pair) for pair in zip(device.stages, effects["felt"].values(), strict=True)]
         counts = [len(stage.names) for stage in device.stages]
-        self._parts = np.cumsum([0, device.size - sum(counts), *counts]).tolist()
+        self._ends = np.cumsum([0, device.size - sum(counts), *counts]).tolist()
 
-    def prepare(self, space: Space, phi: Jet) -> list[Jet]:
-        """Return angles phi (lanes,) [rad], then what the code of a lane takes besides, over a box."""
-        x = space.parameters()[: self.device.size]
-        mounting, *parameters = (x[a:b] for a, b in pairwise(self._parts))
-        constants = [space.constant(Ball.exact([value])) for value in self.device.constants]
-        groups: list[Sequence[Jet]] = [mounting, constants]
-        for gear, jets in zip(self._gears, parameters, strict=True):
-            curve = gear.enclose(space, jets)
-            groups += [jets, curve.outputs, curve.parameters, curve.hoisted]
-        self._sizes = [len(group) for group in groups]
-        fixed = [jet for group in groups for jet in group]
-        return [phi, *fixed, *self._prologue.enclose_smooth(space, fixed)]
+    def enclose(self, quantities: Sequence[ProvedQuantity]) -> EnclosedResponse:
+        """Return the force as each of some quantities."""
+        return EnclosedResponse(self.record(quantities), self.find_starts)
 
-    def _split(self, inputs: Sequence[Any]) -> tuple[list[Any], list[Any], Sequence[Any]]:
-        """Return the arguments of the generated code before the invariants, the stages, and the invariants."""
-        ends = np.cumsum([0, *self._sizes]).tolist()
-        mounting, constants, *curves = (inputs[a:b] for a, b in pairwise(ends))
-        packed = [part for k in range(0, len(curves), 4) for part in curves[k : k + 2]]
-        contacts = [partial(_touch, gear.module, *curves[4 * k + 2 : 4 * k + 4]) for k, gear in enumerate(self._gears)]
-        return [mounting, *packed, constants], contacts, inputs[ends[-1] :]
+    def record(self, quantities: Sequence[ProvedQuantity]) -> ResponseProgram:
+        """Return the code of the force, as each of some quantities of both sides."""
+        recorder = ResponseRecorder(self.device.size)
+        mounting, *parameters = (range(a, b) for a, b in pairwise(self._ends))
+        groups: list[Sequence[int]] = [mounting]
+        for gear, places in zip(self._gears, parameters, strict=True):
+            groups += gear.record(recorder, list(places))
+        fixed, ends = list(chain(*groups)), np.cumsum([0, *map(len, groups)]).tolist()
 
-    def _evaluate_prologue(self, xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
-        """Return what no angle changes."""
-        arguments, contacts, _ = self._split(inputs)
-        hoisted: Sequence[Any] = self._module.prologue(xp, *arguments, *contacts)
-        return [xp.space.lift(value) for value in hoisted]
+        def split(inputs: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+            """Return the arguments of the generated code before the invariants, and the stages."""
+            first, *curves = (inputs[a:b] for a, b in pairwise(ends))
+            packed = [part for k in range(0, len(curves), 4) for part in curves[k : k + 2]]
+            contacts = [
+                partial(_touch, gear.module, *curves[4 * k + 2 : 4 * k + 4]) for k, gear in enumerate(self._gears)
+            ]
+            return [first, *packed, [float(value) for value in self.device.constants]], contacts
 
-    def _evaluate(self, xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
-        """Return the force of a side from what `prepare` returns."""
-        arguments, contacts, hoisted = self._split(inputs[1:])
-        force: Sequence[Any] = self._module.lane(xp, inputs[0], *arguments, hoisted, *contacts)
-        return force
+        def evaluate_prologue(xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
+            arguments, contacts = split(inputs)
+            hoisted: Sequence[Any] = self._module.prologue(xp, *arguments, *contacts)
+            return hoisted
+
+        def evaluate(xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
+            arguments, contacts = split(inputs[1:])
+            (force,) = self._module.lane(xp, inputs[0], *arguments, inputs[1 + len(fixed) :], *contacts)
+            machine = self.device.force.machine
+            return [quantity.convert(machine, xp, force, ()) for quantity in quantities]
+
+        hoisted = recorder.call(evaluate_prologue, fixed)
+        recorder.call(evaluate, [recorder.phi, *fixed, *hoisted])
+        offsets = (Fraction(0), Fraction(-1, 2))
+        return ResponseProgram(self.device.size, tuple(recorder.stages), offsets, Fraction(1, 2), is_continuous=True)
+
+    def find_starts(self, x: Array) -> list[RootStart]:
+        """Return the centre distances of gear stages without closed form at a design (p,)."""
+        _, *parameters = (x[a:b] for a, b in pairwise(self._ends))
+        return [
+            RootStart(np.empty(0), gear.find_distance(part))
+            for gear, part in zip(self._gears, parameters, strict=True) if gear.has_series
+        ]  # fmt: skip
 
     def find_kinks(self, x: Array) -> MovingKinks:
         """Return the kinks of the force at a design (p,)."""
         force = self.device.force
         points = find_breakpoints(force, force.prologue(x))
         return MovingKinks(points.folded, points.velocity, points.acceleration(np.arange(len(points.angles))))
-
-    def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
-        """Return False: every design of a box counts."""
-        return False
 
     @property
     def without(self) -> tuple[str, ...]:
@@ -118,62 +116,63 @@ class EnclosedForce:
         return (*mounting, *chain.from_iterable(stages))
 
 
-class StageEnclosure:
-    """A stage over boxes of its parameters; what it hoists is remembered for some of them.
+@dataclass(frozen=True)
+class GearCode:
+    """Generated code of a gear stage; with `lengths`, places of parameters, that of the curve whose first is 1.
 
-    If similar curves give the same results, the curve of unit size is enclosed: its first length is 1.
+    Similar curves then give the same results.
     """
 
-    def __init__(self, stage: Stage, felt: Sequence[str]) -> None:
-        self.stage, similar = stage, stage.sidecar["similar"]
-        self.module: ModuleType = generated.module(f"array.curve_{stage.family}")
-        order = [entry["name"] for entry in stage.sidecar["parameters"]]
-        unchanged = set(felt) <= set(similar["unchanged"])
-        self._lengths = [order.index(name) for name in similar["lengths"]] if unchanged else []
-        self._known: dict[Any, list[Jet]] = {}
-        module, terms = self.module, stage.terms
-        self._distance = StraightLine(lambda xp, parameters: [module.prologue(xp, parameters, 0)[0]])
-        self._radii = StraightLine(lambda xp, parameters: module.radii(xp, parameters, terms)[1])
-        self._closure = StraightLine(lambda _, inputs: module.closure(inputs[0], inputs[1:])[1:])
-        self._series = StraightLine(self._evaluate_series)
+    stage: Stage
+    module: ModuleType
+    lengths: tuple[int, ...]
+
+    @classmethod
+    def of_stage(cls, stage: Stage, felt: Sequence[str]) -> GearCode:
+        """Return the code of a stage of which results `felt` matter."""
+        similar, order = stage.sidecar["similar"], [entry["name"] for entry in stage.sidecar["parameters"]]
+        is_unchanged = set(felt) <= set(similar["unchanged"])
+        lengths = tuple(order.index(name) for name in similar["lengths"]) if is_unchanged else ()
+        return cls(stage, generated.module(f"array.curve_{stage.family}"), lengths)
+
+    @property
+    def has_series(self) -> bool:
+        """Whether the centre distance has no closed form."""
+        return bool(self.stage.sidecar["series"])
 
     @property
     def without(self) -> tuple[str, ...]:
         """The length of a curve that has no effect on the results."""
-        return (self.stage.names[self._lengths[0]],) if len(self._lengths) == 1 else ()
+        return (self.stage.names[self.lengths[0]],) if len(self.lengths) == 1 else ()
 
-    def enclose(self, space: Space, jets: Sequence[Jet]) -> PitchCurveEnclosure:
-        """Return the stage with parameters `jets` in a box."""
-        size, parameters = space.integer(1), list(jets)
-        if self._lengths:
-            size = jets[self._lengths[0]]
-            for place in self._lengths:
-                parameters[place] = space.integer(1) if place == self._lengths[0] else jets[place] / size
-        distance, *series = self._find_invariants(space, jets, parameters)
-        return PitchCurveEnclosure(parameters, [distance, *series], [distance * size, *series])
+    def _resize(self, parameters: Sequence[Any]) -> list[Any]:
+        """Return the parameters of the curve of unit size."""
+        resized = list(parameters)
+        for place in self.lengths:
+            resized[place] = 1.0 if place == self.lengths[0] else parameters[place] / parameters[self.lengths[0]]
+        return resized
 
-    def _find_invariants(self, space: Space, moved: Sequence[Jet], parameters: Sequence[Jet]) -> list[Jet]:
-        """Centre distance and series of a curve with these parameters, which `moved` change."""
-        box = tuple(float(part) for jet in moved for part in (*jet.value.mid[:, 0], *jet.value.rad[:, 0]))
-        if box not in self._known:
-            if len(self._known) == REMEMBERED:
-                del self._known[next(iter(self._known))]
-            self._known[box] = self._compute_invariants(space, parameters)
-        return [replace(jet, space=space) for jet in self._known[box]]
+    def find_distance(self, parameters: Array) -> Array:
+        """Return the centre distance (1, 1) of a curve of unit size."""
+        resized = np.array(self._resize(parameters.tolist()))
+        distance: Array = self.stage.prologue(parameters=resized)["hoisted"][:1, :1]
+        return distance
 
-    def _compute_invariants(self, space: Space, parameters: Sequence[Jet]) -> list[Jet]:
-        if not self.stage.sidecar["series"]:
-            return self._distance.enclose_smooth(space, parameters)
-        radii = self._radii.enclose_smooth(space, parameters)
-        middle = np.array([jet.value.mid[0, 0] for jet in parameters])
-        start = self.stage.prologue(parameters=middle)["hoisted"][:1, :1]
-
-        def residual(a: Sequence[Jet]) -> tuple[Sequence[Jet], Sequence[Sequence[Jet]]]:
-            excess, slope = self._closure.enclose_smooth(space, [a[0], *radii])
-            return [excess], [[slope]]
-
-        (distance,) = enclose_roots(space, start, residual)
-        return [distance, *self._series.enclose_smooth(space, [distance, *parameters])]
+    def record(self, recorder: ResponseRecorder, places: Sequence[int]) -> list[list[int]]:
+        """Return indices of parameters, of results, and of the parameters and invariants of the curve of unit size."""
+        module, terms = self.module, self.stage.terms
+        unit = recorder.call(lambda _, p: self._resize(p), places) if self.lengths else list(places)
+        series: list[int] = []
+        if self.has_series:
+            radii = recorder.call(lambda xp, p: module.radii(xp, p, terms)[1], unit)
+            (distance,) = recorder.solve(lambda _, a: module.closure(a[0], a[1:])[1:], radii, [np.inf])
+            series = recorder.call(self._evaluate_series, [distance, *unit])
+        else:
+            (distance,) = recorder.call(lambda xp, p: [module.prologue(xp, p, 0)[0]], unit)
+        scaled = [distance]
+        if self.lengths:
+            scaled = recorder.call(lambda _, a: [a[0] * a[1]], [distance, places[self.lengths[0]]])
+        return [list(places), [*scaled, *series], unit, [distance, *series]]
 
     def _evaluate_series(self, xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
         distance, *parameters = inputs
@@ -183,24 +182,15 @@ class StageEnclosure:
         return series
 
 
-@dataclass(frozen=True)
-class PitchCurveEnclosure:
-    """A pitch curve with its conjugate over a box: parameters and invariants of its generated code, and its outputs."""
-
-    parameters: Sequence[Jet]
-    hoisted: Sequence[Jet]
-    outputs: Sequence[Jet]
-
-
 def _touch(module: ModuleType, parameters: Sequence[Any], hoisted: Sequence[Any], xp: Any, t: Any, *_: Any) -> Any:
     """Return the contact of a stage at an angle t, with derivatives."""
     options = {"sine_series": _sine_series} if len(hoisted) > 1 else {}
     return module.contact(xp, t, parameters, hoisted, **options)
 
 
-def _sine_series(_xp: JetNamespace, u: Jet, b: Sequence[Jet]) -> Jet:
+def _sine_series(xp: Any, u: Any, b: Sequence[Any]) -> Any:
     """Sum over k of b[k] sin(k u) / k, term by term: enclosures would grow with each step of a recurrence."""
-    terms = [b[k] / k * (u * k).sin() for k in range(1, len(b))]
+    terms = [b[k] / k * xp.sin(u * k) for k in range(1, len(b))]
     return sum(terms[1:], terms[0])
 
 
@@ -218,28 +208,23 @@ def add_proof(
     scope = "no design of the box, requirements kept or not," if optimum.requirements else "no design of the box"
     design = device.named(optimum.design)
     incumbent = Incumbent(optimum.design, design, optimum.objective, count, scope)
-    box = bounding.searched(optimum.design)
+    box = find_searched_box(device, optimum.design)
     with share_boxes(bounding, build, means) as shared:
         proof = prove_bound(shared, box, incumbent, seconds, progress)
     return replace(optimisation, result=replace(optimisation.result, proof=proof))
 
 
-def build_objective_enclosure(machine: PlantingMachine, model: Model, count: int | None) -> ObjectiveEnclosure:
-    """Return the objective of a machine over `count` samples, or the true one, as a proof bounds it."""
-    return ObjectiveEnclosure(Device(machine, model), count)
+def build_objective_enclosure(machine: PlantingMachine, model: Model, count: int | None) -> ProvableObjective:
+    """Return objective (31) of a machine over `count` samples, or the true one, as a proof bounds it."""
+    device = Device(machine, model)
+    force = EnclosedForce(device)
+    measures = build_measures(machine)
+    return build_provable_objective(
+        device.force.machine, measures, count, force.enclose, find_kinks=force.find_kinks
+    )  # fmt: skip
 
 
-class ObjectiveEnclosure(ProvableObjective):
-    """Objective (31) of a device, bounded over boxes of designs [lower, upper] (p,)."""
-
-    def __init__(self, device: Device, count: int | None) -> None:
-        self.device, self.force = device, EnclosedForce(device)
-        super().__init__(
-            device.force.machine, build_measures(device.machine), count, lambda _: self.force,
-            find_kinks=self.force.find_kinks,
-        )  # fmt: skip
-
-    def searched(self, design: Array) -> tuple[Array, Array]:
-        """The device's box, parameters without effect held at their value in `design` (p,)."""
-        insensitive = np.isin(self.device.names, self.force.without)
-        return np.where(insensitive, design, self.device.lower), np.where(insensitive, design, self.device.upper)
+def find_searched_box(device: Device, design: Array) -> tuple[Array, Array]:
+    """Return the box of a device [lower, upper] (p,), parameters without effect at their value in `design` (p,)."""
+    insensitive = np.isin(device.names, EnclosedForce(device).without)
+    return np.where(insensitive, design, device.lower), np.where(insensitive, design, device.upper)

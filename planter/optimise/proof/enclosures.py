@@ -1,203 +1,273 @@
 """Enclosures of a response and bounds of an objective over a box of designs.
 
-Generated array code is evaluated on jets, which have elementary functions under the names of NumPy. This encloses each
-sample of a response over a cycle, and from these an objective and its slopes.
+A response is a sequence of programs, some of whose results are roots of others. Evaluated on jets, it encloses each
+sample of a cycle, and from these an objective and its slopes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, TypeVar
 
 import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.arrays import Integers
-from planter.optimise.proof.intervals import LIBM, Ball, Branches, U, Unbounded, select_balls
+from planter.optimise.proof.intervals import PI, Ball, Branches, U, Unbounded, select_balls
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, join_lanes, join_parts
-
-
-class JetNamespace:
-    """Array namespace `xp` of generated code, for jets over a box."""
-
-    def __init__(self, space: Space) -> None:
-        self.space = space
-
-    @cached_property
-    def pi(self) -> Jet:
-        return self.space.constant(PI)
-
-    def where(self, condition: Any, yes: Any, no: Any) -> Any:
-        """Return an enclosure of the selection by a condition."""
-        if isinstance(yes, Jet):
-            return yes.where(condition, no)
-        if isinstance(no, Jet):
-            return no.where(np.logical_not(condition), yes)
-        return self.space.constant(Ball.exact(np.where(condition, yes, no)))
-
-    def absolute(self, x: Any) -> Any:
-        """Return an enclosure of the absolute value."""
-        return x.where(x.reaches(0), -x) if isinstance(x, Jet) else abs(x)
-
-    def maximum(self, a: Any, b: Any) -> Jet:
-        """Return an enclosure of the larger of two quantities."""
-        first = self.space.lift(a)
-        return first.where(first.reaches(b), b)
-
-    def minimum(self, a: Any, b: Any) -> Jet:
-        """Return an enclosure of the smaller of two quantities."""
-        first = self.space.lift(a)
-        return first.where(self.space.lift(b).reaches(first), b)
-
-    def sign(self, x: Any) -> Any:
-        """Return an enclosure of the sign."""
-        return self.where(x > 0, 1, self.where(x < 0, -1, 0))
-
-    logical_or, logical_and, logical_not = np.logical_or, np.logical_and, np.logical_not
-
-    def divide(self, a: Any, b: Any) -> Jet:
-        """Return an enclosure of the quotient."""
-        return self.space.lift(a) / b
-
-    def sin(self, x: Any) -> Jet:
-        """Return an enclosure of the sine."""
-        return self.space.lift(x).sin()
-
-    def cos(self, x: Any) -> Jet:
-        """Return an enclosure of the cosine."""
-        return self.space.lift(x).cos()
-
-    def tan(self, x: Any) -> Jet:
-        """Return an enclosure of the tangent."""
-        return self.sin(x) / self.cos(x)
-
-    def sqrt(self, x: Any) -> Jet:
-        """Return an enclosure of the square root."""
-        return self.space.lift(x).sqrt()
-
-    def exp(self, x: Any) -> Jet:
-        """Return an enclosure of the exponential."""
-        return self.space.lift(x).exp()
-
-    def log(self, x: Any) -> Jet:
-        """Return an enclosure of the natural logarithm."""
-        return self.space.lift(x).log()
-
-    def arctan(self, x: Any) -> Jet:
-        """Return an enclosure of the arc tangent."""
-        return self.space.lift(x).arctan()
-
-    def arcsin(self, x: Any) -> Jet:
-        """Return an enclosure of the arc sine."""
-        return self.arctan(x / self.sqrt(1 - x**2))
-
-    def arccos(self, x: Any) -> Jet:
-        """Return an enclosure of the arc cosine."""
-        return self.arctan2(self.sqrt(1 - x**2), x)
-
-    def arctan2(self, y: Any, x: Any) -> Jet:
-        """Return the angle of a point as the angle of a fixed direction near it plus the angle from there.
-
-        NaN in lanes in which the point may be the origin or the angle may jump by 2 pi. Raises Unbounded if that is
-        the case in every lane.
-        """
-        y, x = self.space.lift(y), self.space.lift(x)
-        ordinate, abscissa = y.value[ANYWHERE], x.value[ANYWHERE]
-        is_apart = (abscissa.low > 0) | (ordinate.low > 0) | (ordinate.high < 0)
-        if not is_apart.any():
-            raise Unbounded("an angle may jump by a turn")
-        angle = np.arctan2(y.value.mid[CENTRE], x.value.mid[CENTRE])
-        cos, sin = np.cos(angle), np.sin(angle)
-        radial, tangential = x * cos + y * sin, y * cos - x * sin
-        direction = np.arctan2(sin, cos)
-        fixed = Ball(np.where(is_apart, direction, np.nan), np.full_like(direction, 2 * LIBM))
-        return (tangential / radial).arctan() + self.space.constant(fixed)
-
-    @staticmethod
-    def polyval(coefficients: Sequence[float], x: Jet) -> Jet:
-        """Return the sum of a_k x^k, highest power first, about the centre, where little cancels."""
-        return x.polynomial(coefficients)
-
-    @staticmethod
-    def floor(x: Jet) -> Jet:
-        """Return an enclosure of the largest integers below the values."""
-        return x.floor()
-
-
-PI = Ball(np.array([np.pi]), np.array([2 * U]))
-"""The number pi; the nearest double is closer than 2^-52."""
-
+from planter.optimise.proof.panels import AnglePanels
+from planter.optimise.proof.programs import Code, ProgramRunner, RecordedProgram, record_program
+from planter.optimise.proof.roots import enclose_roots, has_rootless_lane
 
 MAX_LANES = 8
 """Average number of pieces of a lane above which a box is too wide to follow them."""
 
 
-class EnclosedCode(Protocol):
-    """Code whose results are enclosed over boxes."""
+@dataclass(frozen=True)
+class Stage:
+    """A step of a response: results of a program, or, where `limits` (k,) are given, roots of k unknowns.
 
-    def enclose(
-        self, space: Space, inputs: Sequence[Jet], lanes: Integers, script: Array
-    ) -> tuple[Branches, Sequence[Jet]]:
-        """Return the results on some lanes of inputs, and the conditions that were asked; `script` has answers."""
-
-
-class EnclosedResponse(Protocol):
-    """Quantities F(phi, x): sums over `offsets` [turns] of shares at phi + offset, with a common `period` [turns].
-
-    `is_continuous` is true if they do not jump over designs, whatever the conditions in their code.
+    `inputs` are indices of values of the response. The program of roots takes the unknowns first, whose sizes are at
+    most `limits`, and returns k residuals, then their Jacobian by rows.
     """
 
-    @property
-    def offsets(self) -> tuple[Fraction, ...]: ...
-    @property
-    def period(self) -> Fraction: ...
-    @property
-    def is_continuous(self) -> bool: ...
+    program: RecordedProgram
+    inputs: tuple[int, ...]
+    limits: tuple[float, ...] = ()
 
     @property
-    def code(self) -> EnclosedCode:
-        """The code of the shares, smooth but for its conditions."""
+    def size(self) -> int:
+        """The number of values that the stage adds."""
+        return len(self.limits or self.program.outputs)
 
-    def prepare(self, space: Space, phi: Jet) -> Sequence[Jet]:
-        """Return the inputs of the code over a box at angles phi (lanes,) [rad].
 
-        After the p parameters of a design, a space may have the place in a panel of angles as one more.
+@dataclass(frozen=True)
+class ResponseProgram:
+    """Quantities F(phi, x) as programs: sums over `offsets` [turns] of shares at phi + offset.
+
+    Values are the p parameters of a design, the angle phi [rad], then the results of each stage; those of the last
+    stage are the shares. The quantities have a common `period` [turns], and do not jump over designs if
+    `is_continuous`, whatever the conditions in their code.
+    """
+
+    parameters: int
+    stages: tuple[Stage, ...]
+    offsets: tuple[Fraction, ...]
+    period: Fraction
+    is_continuous: bool
+
+    @cached_property
+    def fixed(self) -> tuple[bool, ...]:
+        """Whether each stage is the same at all angles."""
+        moving, fixed, count = {self.parameters}, list[bool](), self.parameters + 1
+        for stage in self.stages:
+            fixed.append(moving.isdisjoint(stage.inputs))
+            moving |= set() if fixed[-1] else set(range(count, count + stage.size))
+            count += stage.size
+        return tuple(fixed)
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the response as a JSON object."""
+        return {
+            "parameters": self.parameters,
+            "stages": [
+                {**stage.program.to_document(), "inputs": stage.inputs, "limits": [x.hex() for x in stage.limits]}
+                for stage in self.stages
+            ],
+            "offsets": [str(offset) for offset in self.offsets], "period": str(self.period),
+            "continuous": self.is_continuous,
+        }  # fmt: skip
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> ResponseProgram:
+        """Return the response of a JSON object. Raises ValueError, KeyError, TypeError or IndexError if it is none."""
+        stages = tuple(
+            Stage(RecordedProgram.from_document(stage), tuple(stage["inputs"]),
+                  tuple(float.fromhex(x) for x in stage["limits"]))
+            for stage in document["stages"]
+        )  # fmt: skip
+        return cls(
+            int(document["parameters"]), stages, tuple(map(Fraction, document["offsets"])),
+            Fraction(document["period"]), bool(document["continuous"]),
+        )  # fmt: skip
+
+
+class ResponseRecorder:
+    """Builds a response of designs with `parameters` values, from code."""
+
+    def __init__(self, parameters: int) -> None:
+        self.parameters, self.stages = parameters, list[Stage]()
+        self._count = parameters + 1
+
+    @property
+    def phi(self) -> int:
+        """The index of the angle."""
+        return self.parameters
+
+    def call(self, code: Code, inputs: Sequence[int]) -> list[int]:
+        """Return the indices of the results of code."""
+        return self._add(Stage(record_program(code, len(inputs)), tuple(inputs)))
+
+    def solve(self, code: Code, inputs: Sequence[int], limits: Sequence[float]) -> list[int]:
+        """Return the indices of the roots of code, which takes the unknowns before the inputs."""
+        return self._add(Stage(record_program(code, len(limits) + len(inputs)), tuple(inputs), tuple(limits)))
+
+    def _add(self, stage: Stage) -> list[int]:
+        self.stages.append(stage)
+        self._count += stage.size
+        return list(range(self._count - stage.size, self._count))
+
+
+@dataclass(frozen=True)
+class RootStart:
+    """Values near roots: `values` (k, n) at `angles` (n,) [rad] from 0 to the end of a cycle, NaN where there are none.
+
+    A single column (k, 1) is for all angles.
+    """
+
+    angles: Array
+    values: Array
+
+    def find_near(self, phi: Array) -> Array:
+        """Return values (k, lanes) near the roots at angles phi (lanes,), by linear interpolation."""
+        if self.values.shape[1] == 1:
+            return np.repeat(self.values, len(phi), axis=1)
+        turned = np.mod(phi, self.angles[-1])
+        return np.array([np.interp(turned, self.angles, row) for row in self.values])
+
+
+Starts = Sequence[Sequence[RootStart]]
+"""For each box of a space, values near the roots of each stage that has some, in their order."""
+FindStarts = Callable[[Array], Sequence[RootStart]]
+"""Design (p,) -> values near the roots of each stage that has some. Raises Unbounded if there are none."""
+
+REMEMBERED = 64
+"""Results of a stage that are kept for inputs that come again."""
+
+
+class EnclosedResponse:
+    """The quantities of a response over boxes of designs; `find_starts` gives where to look for roots."""
+
+    def __init__(self, program: ResponseProgram, find_starts: FindStarts | None = None) -> None:
+        self.program = program
+        self.find_starts: FindStarts = find_starts or (lambda _: ())
+        self.runners = [ProgramRunner(stage.program) for stage in program.stages]
+        self._known: dict[Any, list[Jet]] = {}
+
+    def prepare(self, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
+        """Return the inputs of the last stage over a box at angles phi (lanes,) [rad].
+
+        After the p parameters of a design, a space may have the place in a panel of angles as one more. `starts` are
+        those of each of the boxes of the space, which have equal numbers of lanes. Raises Unbounded where roots do not
+        exist.
         """
+        values, roots = [*space.parameters()[: self.program.parameters], phi], 0
+        for index, stage in enumerate(self.program.stages[:-1]):
+            inputs, near = [values[k] for k in stage.inputs], None
+            if stage.limits:
+                lanes = np.split(phi.value.mid[CENTRE], len(starts))
+                near = np.concatenate(
+                    [box[roots].find_near(part) for box, part in zip(starts, lanes, strict=True)], axis=1
+                )
+                near = near[:, :1] if self.program.fixed[index] and len(starts) == 1 else near
+                roots += 1
+            values += self._evaluate(index, space, inputs, near)
+        return [values[k] for k in self.program.stages[-1].inputs]
+
+    def _evaluate(self, index: int, space: Space, inputs: Sequence[Jet], near: Array | None) -> list[Jet]:
+        """Return the results of a stage; those that no angle changes are remembered."""
+        if not self.program.fixed[index]:
+            return self._compute(index, space, inputs, near)
+        felt = sorted({k for jet in inputs for k in jet.felt})
+        parts = [ball for jet in inputs for ball in (jet.value, jet.gradient, jet.hessian)]
+        key = (index, *felt, space.half[felt].tobytes(), *(side.tobytes() for b in parts for side in (b.mid, b.rad)))
+        if key not in self._known:
+            if len(self._known) == REMEMBERED:
+                del self._known[next(iter(self._known))]
+            self._known[key] = self._compute(index, space, inputs, near)
+        return [replace(jet, space=space) for jet in self._known[key]]
+
+    def _compute(self, index: int, space: Space, inputs: Sequence[Jet], near: Array | None) -> list[Jet]:
+        runner = self.runners[index]
+        if near is None:
+            return runner.enclose_smooth(space, inputs)
+        if np.isnan(near).all():
+            raise Unbounded("loops do not close at the centre of a box")
+        smooth = space.asking(Branches.none(1))  # `at_points` must not change the space of the caller
+        fixed = [replace(jet, space=smooth) for jet in inputs]
+        roots = enclose_roots(smooth, near, lambda q: _split_gaps(runner.enclose_smooth(smooth, [*q, *fixed]), len(q)))
+        return [replace(root, space=space) for root in roots]
 
     def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
-        """Return whether no design of a box [lower, upper] (p,) is valid at some of the angles phi (lanes,) [rad]."""
+        """Return whether at one of the angles phi (lanes,) [rad] no design of a box [lower, upper] (p,) has roots.
+
+        Roots are searched up to the limits of their stage, which must take parameters and angles alone.
+        """
+        space = Space(lower, lower)
+        box = [space.constant(Ball.between(lower[k : k + 1], upper[k : k + 1])) for k in range(self.program.parameters)]
+        given = [*box, space.constant(phi)]
+        stages = zip(self.program.stages, self.runners, strict=True)
+        return any(
+            _has_no_roots(stage, runner, space, [given[k] for k in stage.inputs])
+            for stage, runner in stages
+            if np.isfinite(stage.limits).any() and max(stage.inputs) < len(given)
+        )
+
+
+def _has_no_roots(stage: Stage, runner: ProgramRunner, space: Space, inputs: Sequence[Jet]) -> bool:
+    """Return whether there are certainly no roots within the limits of a stage in one of the lanes of its inputs."""
+
+    def enclose_gaps(q: Sequence[Ball], lanes: Integers) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:
+        taken = [jet if jet.lanes == 1 else jet.taken(lanes) for jet in inputs]
+        rows = runner.enclose_smooth(space, [*map(space.constant, q), *taken])
+        return _split_gaps([row.value[ANYWHERE] for row in rows], len(q))
+
+    limits = np.array(stage.limits)
+    return has_rootless_lane(enclose_gaps, -limits, limits, max(jet.lanes for jet in inputs))
+
+
+T = TypeVar("T")
+
+
+def _split_gaps(rows: Sequence[T], size: int) -> tuple[Sequence[T], Sequence[Sequence[T]]]:
+    """Return the residuals (k,) and the rows of their Jacobian (k, k) from the results of code of roots."""
+    return rows[:size], [rows[k : k + size] for k in range(size, size + size * size, size)]
 
 
 def enclose_samples(response: EnclosedResponse, space: Space, count: int) -> list[Jet]:
     """Return each quantity over a box at phi = 2 pi i / count, with a lane for each angle modulo the period."""
-    return enclose_turns(response, space, list_samples(response, count))
+    starts = [response.find_starts(space.centre)]
+    return enclose_turns(response, space, list_samples(response.program, count), starts)
 
 
-def list_samples(response: EnclosedResponse, count: int) -> list[Fraction]:
+def list_samples(response: ResponseProgram, count: int) -> list[Fraction]:
     """Return the angles [turns] of `count` equal steps of a cycle, of a turn or more, that differ modulo the period."""
     cycle = max(Fraction(1), response.period)
     share = response.period / cycle * count
     return [cycle * i / count for i in range(int(share) if share.denominator == 1 else count)]
 
 
-def enclose_turns(response: EnclosedResponse, space: Space, turns: Sequence[Fraction]) -> list[Jet]:
-    """Return each quantity over a box at fixed angles [turns], a lane for each."""
-    fixed = [list_angles([turn + offset for turn in turns]) for offset in response.offsets]
-    return enclose_at(response, space, [space.constant(phi) for phi in fixed])
+def enclose_turns(
+    response: EnclosedResponse, space: Space, turns: Sequence[Fraction], starts: Starts
+) -> list[Jet]:  # fmt: skip
+    """Return each quantity over boxes at fixed angles [turns], a lane for each."""
+    fixed = [list_angles([turn + offset for turn in turns]) for offset in response.program.offsets]
+    return enclose_at(response, space, [space.constant(phi) for phi in fixed], starts)
 
 
-def enclose_moving(response: EnclosedResponse, space: Space, phi: Jet) -> list[Jet]:
+def enclose_moving(response: EnclosedResponse, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
     """Return each quantity over a box at angles that may move with the design [rad], a lane for each."""
-    return enclose_at(response, space, [phi + space.constant(list_angles([offset])) for offset in response.offsets])
+    offsets = response.program.offsets
+    return enclose_at(response, space, [phi + space.constant(list_angles([offset])) for offset in offsets], starts)
 
 
-def enclose_at(response: EnclosedResponse, space: Space, angles: Sequence[Jet]) -> list[Jet]:
-    """Return each quantity over a box from the angles [rad] of its shares, of the same lanes each."""
+def enclose_at(response: EnclosedResponse, space: Space, angles: Sequence[Jet], starts: Starts) -> list[Jet]:
+    """Return each quantity over boxes from the angles [rad] of its shares, of the same lanes each."""
     count = angles[0].lanes
-    sides, shares = range(1, len(angles)), _enclose_pieces(response, space, join_lanes(angles))
+    sides, shares = range(1, len(angles)), _enclose_pieces(response, space, join_lanes(angles), starts)
     space.jumping = np.asarray(space.jumping.reshape(-1, count).any(axis=0))
     return [
         sum((share.taken(slice(k * count, (k + 1) * count)) for k in sides), share.taken(slice(0, count)))
@@ -211,16 +281,16 @@ def list_angles(turns: Sequence[Fraction]) -> Ball:
     return PI * Ball(share, U * np.abs(share))
 
 
-def _enclose_pieces(response: EnclosedResponse, space: Space, phi: Jet) -> list[Jet]:
+def _enclose_pieces(response: EnclosedResponse, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
     """Return enclosures of the shares at angles (lanes,) [rad], each around all smooth pieces."""
     count = phi.lanes
     lanes, script = np.arange(count), np.empty((0, count))
     parts: list[tuple[Integers, list[Jet]]] = []
-    inputs = response.prepare(space, phi)
+    inputs = response.prepare(space, phi, starts)
     space.jumping = np.zeros(count, dtype=bool)
     while len(lanes):
-        branches, jets = response.code.enclose(space, inputs, lanes, script)
-        if not response.is_continuous:
+        branches, jets = response.runners[-1].enclose(space, inputs, lanes, script)
+        if not response.program.is_continuous:
             np.logical_or.at(space.jumping, lanes, branches.jumping)
         parts.append((lanes, [replace(jet.repeated(len(lanes)), space=space) for jet in jets]))
         further, script = branches.further()
@@ -282,6 +352,21 @@ class Maximum:
 
 
 @dataclass(frozen=True)
+class Evidence:
+    """Choices with which an objective was bounded over a box; bounds are true whatever they are.
+
+    `panels` of angles, angles `peaks` (n,) [rad] near extremes, which move with the design at `rates` (n, p), `starts`
+    of roots, and `narrow` panels at the centre of the box. Samples have none of them but starts.
+    """
+
+    starts: Sequence[RootStart] = ()
+    panels: AnglePanels | None = None
+    peaks: Array | None = None
+    rates: Array | None = None
+    narrow: AnglePanels | None = None
+
+
+@dataclass(frozen=True)
 class ObjectiveBounds:
     """Bounds of an objective over a box: `lower_bound` is below all values, `reached` above the value at the centre.
 
@@ -295,6 +380,7 @@ class ObjectiveBounds:
     slopes: Ball
     looseness: Array
     may_jump: bool = False
+    evidence: Evidence = Evidence()
 
 
 def bound_objective(smooth: Jet, extremes: Sequence[Maximum]) -> ObjectiveBounds:

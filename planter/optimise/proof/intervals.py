@@ -170,6 +170,10 @@ class Ball:
         return Ball.between(self.low.min(axis=axis), self.high.max(axis=axis))
 
 
+PI = Ball(np.array([np.pi]), np.array([2 * U]))
+"""The number pi; the nearest double is closer than 2^-52."""
+
+
 def sum_products(*pairs: tuple[Ball, Ball]) -> Ball:
     """Return an enclosure of the sum of up to four products."""
     (a, b), *rest = pairs

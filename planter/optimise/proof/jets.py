@@ -20,10 +20,12 @@ from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
 from planter.optimise.proof.intervals import (
     GROWTH,
+    LIBM,
     SLACK,
     TINY,
     Ball,
     Branches,
+    Unbounded,
     intersect_balls,
     select_balls,
     sum_products,
@@ -289,6 +291,23 @@ class Jet:
         second = -(Ball.exact(2.0) * self.value * first * first)[ANYWHERE]
         return self.through(self.value.arctan(), first, second)
 
+    def angle(self, abscissa: Jet) -> Jet:
+        """Return the angle of a point with this ordinate: that of a fixed direction near it plus the angle from there.
+
+        NaN in lanes in which the point may be the origin or the angle may jump by 2 pi. Raises Unbounded if that is
+        the case in every lane.
+        """
+        y, x = self.value[ANYWHERE], abscissa.value[ANYWHERE]
+        is_apart = (x.low > 0) | (y.low > 0) | (y.high < 0)
+        if not is_apart.any():
+            raise Unbounded("an angle may jump by a turn")
+        angle = np.arctan2(self.value.mid[CENTRE], abscissa.value.mid[CENTRE])
+        cos, sin = np.cos(angle), np.sin(angle)
+        radial, tangential = abscissa * cos + self * sin, self * cos - abscissa * sin
+        direction = np.arctan2(sin, cos)
+        fixed = Ball(np.where(is_apart, direction, np.nan), np.full_like(direction, 2 * LIBM))
+        return (tangential / radial).arctan() + self.space.constant(fixed)
+
     def exp(self) -> Jet:
         """Return an enclosure of the exponential."""
         value = self.value.exp()
@@ -349,13 +368,6 @@ class Jet:
     def _paired(self, other: Any) -> tuple[Jet, Jet]:
         return self, self.space.lift(other)
 
-    def reaches(self, other: Any) -> Flags:
-        """Return whether this is at least another, for a choice that is continuous where they are equal."""
-        return self.space.branches.below((other - self).value[ANYWHERE], strictly=False, jumps=False)
-
-    def _ask(self, other: Any, strictly: bool) -> Flags:
-        return self.space.branches.below((self - other).value[ANYWHERE], strictly)
-
     def __sub__(self, other: Any) -> Jet:
         return self + (-other)
 
@@ -369,18 +381,6 @@ class Jet:
         return self.inverse() * other
 
     __radd__, __rmul__ = __add__, __mul__
-
-    def __lt__(self, other: Any) -> Flags:
-        return self._ask(other, strictly=True)
-
-    def __le__(self, other: Any) -> Flags:
-        return self._ask(other, strictly=False)
-
-    def __gt__(self, other: Any) -> Flags:
-        return (-self)._ask(-other, strictly=True)
-
-    def __ge__(self, other: Any) -> Flags:
-        return (-self)._ask(-other, strictly=False)
 
 
 def _center(slope: Ball) -> Ball:

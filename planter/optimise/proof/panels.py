@@ -8,6 +8,7 @@ which a quantity has a kink, at some distance, kinks stay within narrow panels.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -35,13 +36,15 @@ class MovingKinks:
 
 @dataclass(frozen=True)
 class AnglePanels:
-    """Panels over a period: they begin at `places` (m,) [rad] at the centre of a box, with slopes (m, p) in the design.
+    """Panels over a period: `parts` (k,) equal ones from each of the `knots` (k,) [rad] to the next, or to its end.
 
-    Their space has the place in a panel, from -1 to 1, as the parameter after those of the design.
+    Knots are those at the centre of a box, with `rates` (k, p) in the design. The space of panels has the place in a
+    panel, from -1 to 1, as the parameter after those of the design.
     """
 
-    places: Array
-    slopes: Array
+    knots: Array
+    rates: Array
+    parts: tuple[int, ...]
     period: Ball
 
     @classmethod
@@ -59,13 +62,28 @@ class AnglePanels:
         while len(knots) > 1 and knots[0][0] + turn - knots[-1][0] <= np.abs(knots[0][1] - knots[-1][1]) @ half:
             knots.pop()
         knots = knots or [(0.0, np.zeros_like(half))]
-        places, slopes = [], []
-        for (low, slope), (high, further) in zip(knots, [*knots[1:], (knots[0][0] + turn, knots[0][1])], strict=True):
-            parts = max(1, int(np.ceil((high - low) / turn * count)))
-            share = np.arange(parts)[:, None] / parts
-            places.append(low + share[:, 0] * (high - low))
-            slopes.append(slope + share * (further - slope))
-        return cls(np.concatenate(places), np.concatenate(slopes), period)
+        places = np.array([place for place, _ in knots])
+        widths = np.diff(places, append=places[0] + turn)
+        parts = tuple(max(1, int(np.ceil(width / turn * count))) for width in widths)
+        return cls(places, np.array([rate for _, rate in knots]), parts, period)
+
+    @cached_property
+    def places(self) -> Array:
+        """Where panels begin at the centre of a box (m,) [rad]."""
+        return self._divide(self.knots, self.knots[:1] + self.period.mid[0])
+
+    @cached_property
+    def slopes(self) -> Array:
+        """Slopes (m, p) of the places in the design."""
+        return self._divide(self.rates, self.rates[:1])
+
+    def _divide(self, values: Array, end: Array) -> Array:
+        """Return values at all places from those (k, ...) at the knots and at the end of the period."""
+        steps = np.diff(values, axis=0, append=end)
+        shares = [np.arange(count) / count for count in self.parts]
+        return np.concatenate([
+            value + np.multiply.outer(share, step) for value, share, step in zip(values, shares, steps, strict=True)
+        ])  # fmt: skip
 
     def angles(self, space: Space) -> tuple[Jet, Jet]:
         """Return the angles in the panels [rad], and the shares of the panels in the period, over a box.

@@ -1,13 +1,13 @@
 """Straight-line programs: generated array code recorded once, and run on jets in C, or by NumPy without a compiler.
 
-A recorded condition is asked once, however often the code repeats it.
+A recorded condition is asked once, however often the code repeats it. A program is data, which a file can hold.
 """
 
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from importlib import resources
 from typing import Any
@@ -18,15 +18,15 @@ from planter.kernels import Array, toolchain
 from planter.kernels.compiler import CompilerError
 from planter.numerics.arrays import Integers
 from planter.optimise.proof import intervals
-from planter.optimise.proof.enclosures import JetNamespace
-from planter.optimise.proof.intervals import Ball, Branches, Unbounded
-from planter.optimise.proof.jets import Jet, Space, packed_size
+from planter.optimise.proof.intervals import PI, Ball, Branches, Unbounded
+from planter.optimise.proof.jets import ANYWHERE, Jet, Space, packed_size
+from planter.optimise.proof.roots import solve_linear_jets
 
 CODES = (
     "constant", "pi", "add", "negate", "multiply", "power", "inverse", "sqrt", "sin", "cos", "arctan", "exp", "log",
     "polynomial", "select", "arctan2", "floor", "below", "or", "and", "not", "input",
 )  # fmt: skip
-"""Names of operations, in the order of their numbers in C."""
+"""Names of operations, in the order of their numbers in C, which has none for simultaneous equations, "solve"."""
 CONDITIONS = ("below", "or", "and", "not")
 LEAVES = ("constant", "pi", "input")
 MOST_PARAMETERS, MOST_TERMS = 64, 64
@@ -42,7 +42,8 @@ class RecordedStep:
     """A step of a program: `arguments` are indices of earlier steps, `numbers` constants.
 
     Numbers are the constant, the exponent, the coefficients with the highest power first, the index of an input, or, of
-    "below", whether zero is not below zero, and whether the result may jump where the answer changes.
+    "below", whether zero is not below zero, and whether the result may jump where the answer changes. Arguments of
+    "solve" are the rows of a square matrix and the right side; its numbers are the size, and the index of the unknown.
     """
 
     name: str
@@ -56,6 +57,31 @@ class RecordedProgram:
 
     operations: tuple[RecordedStep, ...]
     outputs: tuple[int, ...]
+
+    def to_document(self) -> dict[str, Any]:
+        """Return the operations that outputs need as lists of name, arguments and numbers, these in hexadecimal."""
+        places = {n: place for place, n in enumerate(self.order)}
+        steps = [self.operations[n] for n in self.order]
+        return {
+            "operations": [
+                [step.name, [places[a] for a in step.arguments], [float(number).hex() for number in step.numbers]]
+                for step in steps
+            ],
+            "outputs": [places[n] for n in self.outputs],
+        }
+
+    @classmethod
+    def from_document(cls, document: Mapping[str, Any]) -> RecordedProgram:
+        """Return the program of a document. Raises ValueError, KeyError, TypeError or IndexError if it is none."""
+        operations = tuple(
+            RecordedStep(name, tuple(arguments), tuple(float.fromhex(number) for number in numbers))
+            for name, arguments, numbers in document["operations"]
+        )
+        if any(not 0 <= a < n for n, step in enumerate(operations) for a in step.arguments):
+            raise ValueError("an operation takes the result of a later one")
+        if unknown := sorted({step.name for step in operations} - {*CODES, "solve"}):
+            raise ValueError(f"there is no operation {unknown[0]!r}")
+        return cls(operations, tuple(document["outputs"]))
 
     @cached_property
     def jumps(self) -> tuple[bool, ...]:
@@ -97,19 +123,9 @@ class Recorder:
         """Return a number as a node; a node is returned unchanged. Raises UnrecordedError for anything else."""
         if isinstance(value, RecordedValue):
             return value
-        if np.ndim(value) or isinstance(value, Jet):
+        if np.ndim(value):
             raise UnrecordedError("an array is no single number")
         return self.record("constant", numbers=[float(value)])
-
-    def constant(self, value: Ball) -> RecordedValue:
-        """Return a number as a node. Raises UnrecordedError for a ball with a radius."""
-        if value.mid.size != 1 or value.rad.any():
-            raise UnrecordedError("a ball is no single number")
-        return self.lift(float(value.mid.ravel()[0]))
-
-    def integer(self, number: int) -> RecordedValue:
-        """Return an integer as a node."""
-        return self.lift(number)
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,38 +169,6 @@ class RecordedValue:
         """Return the reciprocal."""
         return self.space.record("inverse", self)
 
-    def sqrt(self) -> RecordedValue:
-        """Return the square root."""
-        return self.space.record("sqrt", self)
-
-    def sin(self) -> RecordedValue:
-        """Return the sine."""
-        return self.space.record("sin", self)
-
-    def cos(self) -> RecordedValue:
-        """Return the cosine."""
-        return self.space.record("cos", self)
-
-    def arctan(self) -> RecordedValue:
-        """Return the arc tangent."""
-        return self.space.record("arctan", self)
-
-    def exp(self) -> RecordedValue:
-        """Return the exponential."""
-        return self.space.record("exp", self)
-
-    def log(self) -> RecordedValue:
-        """Return the natural logarithm."""
-        return self.space.record("log", self)
-
-    def floor(self) -> RecordedValue:
-        """Return the largest integer below."""
-        return self.space.record("floor", self)
-
-    def polynomial(self, coefficients: Sequence[float]) -> RecordedValue:
-        """Return the sum of a_k x^k, with the highest power first."""
-        return self.space.record("polynomial", self, numbers=[float(a) for a in coefficients])
-
     def where(self, condition: Any, other: Any) -> RecordedValue:
         """Return this node where a condition holds, and the other where not."""
         if not isinstance(condition, RecordedValue):
@@ -212,40 +196,109 @@ class RecordedValue:
         return (-self + other).ask(strictly=False)
 
 
-class RecordingNamespace(JetNamespace):
+class RecordingNamespace:
     """Array namespace `xp` of generated code, for nodes."""
 
-    def __init__(self, recorder: Any) -> None:
-        super().__init__(recorder)
+    def __init__(self, recorder: Recorder) -> None:
         self._recorder = recorder
 
     @cached_property
-    def pi(self) -> Any:
+    def pi(self) -> RecordedValue:
         return self._recorder.record("pi")
 
-    def where(self, condition: Any, yes: Any, no: Any) -> Any:
+    def lift(self, value: Any) -> RecordedValue:
+        """Return a number as a node; a node is returned unchanged."""
+        return self._recorder.lift(value)
+
+    def where(self, condition: Any, yes: Any, no: Any) -> RecordedValue:
         """Return a selection by a condition."""
-        return self._recorder.lift(yes).where(condition, no)
+        return self.lift(yes).where(condition, no)
 
-    def absolute(self, x: Any) -> Any:
+    def absolute(self, x: Any) -> RecordedValue:
         """Return the absolute value."""
-        return self.where(self._recorder.lift(x).reaches(0), x, -x)
+        return self.where(self.lift(x).reaches(0), x, -x)
 
-    def arctan2(self, y: Any, x: Any) -> Any:
+    def maximum(self, a: Any, b: Any) -> RecordedValue:
+        """Return the larger of two quantities."""
+        return self.where(self.lift(a).reaches(b), a, b)
+
+    def minimum(self, a: Any, b: Any) -> RecordedValue:
+        """Return the smaller of two quantities."""
+        return self.where(self.lift(b).reaches(a), a, b)
+
+    def sign(self, x: Any) -> RecordedValue:
+        """Return the sign."""
+        return self.where(x > 0, 1, self.where(x < 0, -1, 0))
+
+    def divide(self, a: Any, b: Any) -> RecordedValue:
+        """Return the quotient."""
+        return self.lift(a) / b
+
+    def sin(self, x: Any) -> RecordedValue:
+        """Return the sine."""
+        return self._recorder.record("sin", self.lift(x))
+
+    def cos(self, x: Any) -> RecordedValue:
+        """Return the cosine."""
+        return self._recorder.record("cos", self.lift(x))
+
+    def tan(self, x: Any) -> RecordedValue:
+        """Return the tangent."""
+        return self.sin(x) / self.cos(x)
+
+    def sqrt(self, x: Any) -> RecordedValue:
+        """Return the square root."""
+        return self._recorder.record("sqrt", self.lift(x))
+
+    def exp(self, x: Any) -> RecordedValue:
+        """Return the exponential."""
+        return self._recorder.record("exp", self.lift(x))
+
+    def log(self, x: Any) -> RecordedValue:
+        """Return the natural logarithm."""
+        return self._recorder.record("log", self.lift(x))
+
+    def arctan(self, x: Any) -> RecordedValue:
+        """Return the arc tangent."""
+        return self._recorder.record("arctan", self.lift(x))
+
+    def arcsin(self, x: Any) -> RecordedValue:
+        """Return the arc sine."""
+        return self.arctan(x / self.sqrt(1 - x**2))
+
+    def arccos(self, x: Any) -> RecordedValue:
+        """Return the arc cosine."""
+        return self.arctan2(self.sqrt(1 - x**2), x)
+
+    def arctan2(self, y: Any, x: Any) -> RecordedValue:
         """Return the angle of a point."""
-        return self._recorder.record("arctan2", self._recorder.lift(y), self._recorder.lift(x))
+        return self._recorder.record("arctan2", self.lift(y), self.lift(x))
 
-    def logical_or(self, a: Any, b: Any) -> Any:  # type: ignore[override]
+    def polyval(self, coefficients: Sequence[float], x: Any) -> RecordedValue:
+        """Return the sum of a_k x^k, with the highest power first."""
+        return self._recorder.record("polynomial", self.lift(x), numbers=[float(a) for a in coefficients])
+
+    def floor(self, x: Any) -> RecordedValue:
+        """Return the largest integer below."""
+        return self._recorder.record("floor", self.lift(x))
+
+    def logical_or(self, a: Any, b: Any) -> RecordedValue:
         """Return whether one of two conditions holds."""
         return self._recorder.record("or", a, b)
 
-    def logical_and(self, a: Any, b: Any) -> Any:  # type: ignore[override]
+    def logical_and(self, a: Any, b: Any) -> RecordedValue:
         """Return whether both of two conditions hold."""
         return self._recorder.record("and", a, b)
 
-    def logical_not(self, a: Any) -> Any:  # type: ignore[override]
+    def logical_not(self, a: Any) -> RecordedValue:
         """Return whether a condition does not hold."""
         return self._recorder.record("not", a)
+
+    def solve(self, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> list[RecordedValue]:
+        """Return the unknowns (k,) of simultaneous equations."""
+        entries = [self.lift(entry) for row in (*matrix, right) for entry in row]
+        size = len(right)
+        return [self._recorder.record("solve", *entries, numbers=[size, k]) for k in range(size)]
 
 
 Code = Callable[[Any, Sequence[Any]], Sequence[Any]]
@@ -256,48 +309,86 @@ def record_program(code: Code, count: int) -> RecordedProgram:
     """Return the operations of code of a number of inputs. Raises UnrecordedError if they are no straight line."""
     recorder = Recorder()
     inputs = [recorder.record("input", numbers=[k]) for k in range(count)]
-    results = code(RecordingNamespace(recorder), inputs)
-    return RecordedProgram(tuple(recorder.operations), tuple(recorder.lift(result).index for result in results))
+    outputs = tuple(recorder.lift(result).index for result in code(RecordingNamespace(recorder), inputs))
+    return RecordedProgram(tuple(recorder.operations), outputs)
 
 
-class StraightLine:
-    """Code whose results over a box are enclosed, in C if it can be recorded and there is a compiler."""
+class ProgramRunner:
+    """Encloses the results of a program over boxes, in C if there is a compiler."""
 
-    def __init__(self, code: Code) -> None:
-        self._code = code
-        self._compiled: dict[int, CompiledProgram | None] = {}
+    def __init__(self, program: RecordedProgram) -> None:
+        self.program = program
+
+    @cached_property
+    def compiled(self) -> CompiledProgram | None:
+        """The program in C, None without a compiler or where C has no operation for a step."""
+        try:
+            return CompiledProgram(self.program)
+        except CompilerError:
+            return None
 
     def enclose(
         self, space: Space, inputs: Sequence[Jet], lanes: Integers, script: Array
     ) -> tuple[Branches, Sequence[Jet]]:
         """Return the results on some lanes of inputs, and the conditions that were asked; `script` has answers."""
-        compiled = self._find_compiled(len(inputs))
-        if compiled is not None:
-            return compiled.enclose(space, inputs, lanes, script)
+        if self.compiled is not None:
+            return self.compiled.enclose(space, inputs, lanes, script)
         branches = Branches(len(lanes), script)
         part = space.asking(branches, lanes)
-        taken = [_move(jet if jet.lanes == 1 else jet.taken(lanes), part) for jet in inputs]
-        return branches, [part.lift(result) for result in self._code(JetNamespace(part), taken)]
+        taken = [replace(jet if jet.lanes == 1 else jet.taken(lanes), space=part) for jet in inputs]
+        return branches, run_in_numpy(self.program, part, taken)
 
     def enclose_smooth(self, space: Space, inputs: Sequence[Jet]) -> list[Jet]:
         """Return the results in all lanes. Raises Unbounded if a condition has several answers over the box."""
-        count = max(jet.lanes for jet in inputs)
+        count = max((jet.lanes for jet in inputs), default=1)
         branches, jets = self.enclose(space, inputs, np.arange(count), np.empty((0, count)))
         if branches.alternatives:
             raise Unbounded("a condition has several answers over a box")
-        return [_move(jet, space) for jet in jets]
-
-    def _find_compiled(self, count: int) -> CompiledProgram | None:
-        if count not in self._compiled:
-            try:
-                self._compiled[count] = CompiledProgram(record_program(self._code, count))
-            except (UnrecordedError, CompilerError):
-                self._compiled[count] = None
-        return self._compiled[count]
+        return [replace(jet, space=space) for jet in jets]
 
 
-def _move(jet: Jet, space: Space) -> Jet:
-    return Jet(space, jet.felt, jet.value, jet.gradient, jet.hessian)
+def run_in_numpy(program: RecordedProgram, space: Space, inputs: Sequence[Jet]) -> list[Jet]:
+    """Return the results of a program; conditions are answered by the branches of the space."""
+    values: dict[int, Any] = {}
+    solutions: dict[tuple[int, ...], list[Jet]] = {}
+    for n in program.order:
+        step = program.operations[n]
+        arguments = [values[a] for a in step.arguments]
+        match step.name:
+            case "constant":
+                values[n] = space.constant(Ball.exact([step.numbers[0]]))
+            case "pi":
+                values[n] = space.constant(PI)
+            case "input":
+                values[n] = inputs[int(step.numbers[0])]
+            case "add":
+                values[n] = arguments[0] + arguments[1]
+            case "negate":
+                values[n] = -arguments[0]
+            case "multiply":
+                values[n] = arguments[0] * arguments[1]
+            case "power":
+                values[n] = arguments[0] ** int(step.numbers[0])
+            case "polynomial":
+                values[n] = arguments[0].polynomial(step.numbers)
+            case "select":
+                values[n] = arguments[0].where(arguments[2], arguments[1])
+            case "arctan2":
+                values[n] = arguments[0].angle(arguments[1])
+            case "below":
+                strictly, jumps = map(bool, step.numbers)
+                values[n] = space.branches.below(arguments[0].value[ANYWHERE], strictly, jumps)
+            case "or" | "and" | "not":
+                values[n] = getattr(np, f"logical_{step.name}")(*arguments)
+            case "solve":
+                size, k = map(int, step.numbers)
+                if step.arguments not in solutions:
+                    rows = [arguments[i : i + size] for i in range(0, len(arguments), size)]
+                    solutions[step.arguments] = solve_linear_jets(space, rows[:-1], rows[-1])
+                values[n] = solutions[step.arguments][k]
+            case name:
+                values[n] = getattr(arguments[0], name)()
+    return [values[n] for n in program.outputs]
 
 
 class _Program(ctypes.Structure):
@@ -343,13 +434,13 @@ class _Plan:
 
 
 class CompiledProgram:
-    """A program that C runs. Raises CompilerError without a compiler."""
+    """A program that C runs. Raises CompilerError without a compiler, or if C has no operation for a step."""
 
     def __init__(self, program: RecordedProgram) -> None:
+        if any(step.name == "solve" or len(step.numbers) > MOST_TERMS for step in program.operations):
+            raise CompilerError("C solves no simultaneous equations and adds up no polynomials of many terms")
         self.program, self._run = program, _load()
         self._plans: dict[Any, _Plan] = {}
-        if any(len(step.numbers) > MOST_TERMS for step in program.operations):
-            raise UnrecordedError("a polynomial has many terms")
 
     def enclose(
         self, space: Space, inputs: Sequence[Jet], lanes: Integers, script: Array

@@ -5,13 +5,14 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
 
 from planter.engine.goal import Goal
 from planter.engine.measures import parse_limit, parse_sum
-from planter.engine.proof import ProvableObjective
+from planter.engine.proof import ProvedQuantity, build_provable_objective
 from planter.engine.response import MachineResponse
 from planter.kernels import Array
 from planter.kernels.generated import find_periodic
@@ -20,9 +21,11 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.proof import EnclosedMechanism
-from planter.optimise.proof.enclosures import ObjectiveBounds, enclose_samples
+from planter.optimise.proof import enclosures
+from planter.optimise.proof.enclosures import EnclosedResponse, ObjectiveBounds, enclose_samples
 from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
+from planter.optimise.proof.objective import ProvableObjective
 from planter.optimise.proof.search import GlobalBound, Incumbent, prove_bound
 from planter.report.presentation import describe_proof
 from tests.support import own
@@ -51,8 +54,8 @@ def draw_designs(box: tuple[Array, Array], count: int) -> list[Array]:
 
 
 def enclose(file: MechanismFile, quantities: tuple[tuple[str, bool], ...], box: tuple[Array, Array]) -> list[Jet]:
-    enclosed = EnclosedMechanism(build_machine(file), file.model, quantities)
-    return enclose_samples(enclosed, Space(*box), COUNT)
+    enclosed = EnclosedMechanism(build_machine(file), file.model)
+    return enclose_samples(enclosed.enclose([ProvedQuantity(*pair) for pair in quantities]), Space(*box), COUNT)
 
 
 def count_misses(jets: list[Jet], file: MechanismFile, quantities: tuple[tuple[str, bool], ...]) -> int:
@@ -62,10 +65,10 @@ def count_misses(jets: list[Jet], file: MechanismFile, quantities: tuple[tuple[s
     angles, misses = 2 * np.pi * np.arange(COUNT) / COUNT, 0
     for x in draw_designs(find_box(file), 6):
         values, slopes = response.slopes(response.at(x), angles)
-        for jet, row, slope, (_, is_size) in zip(jets, values, slopes, quantities, strict=True):
-            sign = np.sign(row) if is_size else np.ones(COUNT)
-            misses += count_outside(jet.value[ANYWHERE], row * sign)
-            misses += count_outside(jet.gradient[ANYWHERE], (slope[:, 1:].T * sign)[list(jet.felt)])
+        for jet, row, slope, (name, is_size) in zip(jets, values, slopes, quantities, strict=True):
+            scale = (np.sign(row) if is_size else np.ones(COUNT)) / machine.find_quantity(name).factor
+            misses += count_outside(jet.value[ANYWHERE], row * scale)
+            misses += count_outside(jet.gradient[ANYWHERE], (slope[:, 1:].T * scale)[list(jet.felt)])
     return misses
 
 
@@ -86,12 +89,13 @@ def test_enclosures_hold_values_and_slopes_at_random_designs(name: str) -> None:
 
 def test_too_narrow_an_enclosure_of_loops_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
     file, name = own.file("transplanting_arm"), "transplanting_arm"
-    honest = EnclosedMechanism._enclose_loops
+    honest = enclosures.enclose_roots
 
-    def pinch(self: EnclosedMechanism, space: Space, phi: Jet) -> list[Jet]:
-        return honest(self, Space(space.centre, space.centre), phi)
+    def pinch(space: Space, *rest: Any) -> list[Jet]:
+        space.half = 0.3 * space.half
+        return honest(space, *rest)
 
-    monkeypatch.setattr(EnclosedMechanism, "_enclose_loops", pinch)
+    monkeypatch.setattr(enclosures, "enclose_roots", pinch)
     assert count_misses(enclose(file, QUANTITIES[name], find_box(file)), file, QUANTITIES[name]) > 0
 
 
@@ -100,9 +104,7 @@ def goal_of(name: str, objective: str) -> tuple[Goal, ProvableObjective]:
     file = own.file(name)
     machine, terms = build_machine(file), parse_sum(objective)
     goal = Goal(machine, terms, (), COUNT)
-    return goal, ProvableObjective(
-        machine, terms, COUNT, lambda quantities: EnclosedMechanism(machine, file.model, quantities)
-    )
+    return goal, build_provable_objective(machine, terms, COUNT, EnclosedMechanism(machine, file.model).enclose)
 
 
 SUMS = (
@@ -147,7 +149,7 @@ def test_possible_friction_reversal_disables_slope_proof() -> None:
     file = own.file("slider_crank", e_mm=0.0)
     machine = build_machine(file)
     objective = parse_sum("max abs F_Oy")
-    bounding = ProvableObjective(machine, objective, COUNT, lambda q: EnclosedMechanism(machine, file.model, q))
+    bounding = build_provable_objective(machine, objective, COUNT, EnclosedMechanism(machine, file.model).enclose)
     assert bounding(*find_box(file, 1e-5)).may_jump
     assert not goal_of("transplanting_arm", "range F_Ox + rms M_in")[1](
         *find_box(own.file("transplanting_arm"))
@@ -158,7 +160,7 @@ def bound_arm(objective: str, *limits: str) -> ObjectiveBounds:
     """Return bounds of a sum over a small box of the four-bar, under limits."""
     file = own.file("transplanting_arm")
     machine, terms, holds = build_machine(file), parse_sum(objective), [parse_limit(limit) for limit in limits]
-    bounding = ProvableObjective(machine, terms, COUNT, lambda q: EnclosedMechanism(machine, file.model, q), holds)
+    bounding = build_provable_objective(machine, terms, COUNT, EnclosedMechanism(machine, file.model).enclose, holds)
     return bounding(*find_box(file))
 
 
@@ -177,14 +179,14 @@ def test_boxes_violating_a_limit_are_empty() -> None:
 
 def test_samples_without_an_enclosure_are_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     sums = "range F_Ox + rms M_in", "max F_Ox + std M_in - min F_Oy + variance F_Ay"
-    free_bounds, prepare = [bound_arm(objective) for objective in sums], EnclosedMechanism.prepare
+    free_bounds, prepare = [bound_arm(objective) for objective in sums], EnclosedResponse.prepare
 
-    def fail(self: EnclosedMechanism, space: Space, phi: Jet) -> list[Jet]:
+    def fail(self: EnclosedResponse, space: Space, phi: Jet, starts: Any) -> list[Jet]:
         gap = np.where(np.arange(phi.lanes) == 5, np.nan, 0.0)
-        angles, *rest = prepare(self, space, phi)
+        angles, *rest = prepare(self, space, phi, starts)
         return [angles + space.constant(Ball.exact(gap)), *rest]
 
-    monkeypatch.setattr(EnclosedMechanism, "prepare", fail)
+    monkeypatch.setattr(EnclosedResponse, "prepare", fail)
     for objective, other in zip(sums, free_bounds, strict=True):
         part = bound_arm(objective)
         assert part.lower_bound <= other.lower_bound + 1e-9 * abs(other.lower_bound)

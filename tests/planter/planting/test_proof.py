@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise, product
@@ -10,14 +11,16 @@ import numpy as np
 import pytest
 from flint import arb, ctx
 
+from planter.engine.proof import ProvedQuantity
 from planter.kernels import Array, generated
-from planter.optimise.proof.enclosures import enclose_samples
+from planter.optimise.proof.enclosures import EnclosedResponse, enclose_samples
 from planter.optimise.proof.intervals import Ball
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
+from planter.optimise.proof.objective import ProvableObjective
 from planter.optimise.proof.search import BranchAndBound
 from planter.planting import optimisation, proof
 from planter.planting.functions import MODELS, Model
-from planter.planting.model import Device
+from planter.planting.model import FORCE, Device
 from planter.planting.objective import evaluate_true_extremes
 from planter.planting.proof import EnclosedForce
 from planter.progress import Progress
@@ -44,9 +47,13 @@ def box(name: str, model: Model, seed: int = 3) -> tuple[Array, Array]:
     return middle - half, middle + half
 
 
+def response(subject: Device) -> EnclosedResponse:
+    return EnclosedForce(subject).enclose([ProvedQuantity(FORCE)])
+
+
 @cache
 def enclosed(name: str, model: Model) -> Jet:
-    return enclose_samples(EnclosedForce(device(name, model)), Space(*box(name, model)), COUNT)[0]
+    return enclose_samples(response(device(name, model)), Space(*box(name, model)), COUNT)[0]
 
 
 def inside(name: str, model: Model, seed: int) -> Array:
@@ -98,13 +105,14 @@ def test_without_rounding_the_force_is_missed(model: Model, monkeypatch: pytest.
     exact = [by_arb(subject, x, i) for i in ASKED]
 
     def missed() -> int:
-        values = enclose_samples(EnclosedForce(subject), Space(x, x), COUNT)[0].value[ANYWHERE]
+        values = enclose_samples(response(subject), Space(x, x), COUNT)[0].value[ANYWHERE]
         return sum(not holds(values[i], value) for i, value in zip(ASKED, exact, strict=True))
 
     assert missed() == 0
     for part, value in (("U", 0.0), ("SLACK", 0.0), ("GROWTH", 1.0), ("TINY", 0.0), ("LIBM", 0.0)):
         monkeypatch.setattr(f"planter.optimise.proof.intervals.{part}", value)
-    monkeypatch.setattr("planter.optimise.proof.enclosures.PI", Ball.exact([np.pi]))
+    for module in ("enclosures", "programs"):
+        monkeypatch.setattr(f"planter.optimise.proof.{module}.PI", Ball.exact([np.pi]))
     assert missed() > 0
 
 
@@ -141,11 +149,11 @@ def test_parameters_without_effect() -> None:
 
 
 @cache
-def problem(model: Model) -> tuple[proof.ObjectiveEnclosure, Array, Array, Array]:
+def problem(model: Model) -> tuple[ProvableObjective, Array, Array, Array]:
     """Objective, a corner of the box that is an optimum of all that is near, and a small box there."""
     subject = device("wang2017", model)
-    bounding = proof.ObjectiveEnclosure(subject, COUNT)
-    lower, upper = bounding.searched(subject.design)
+    bounding = proof.build_objective_enclosure(subject.machine, model, COUNT)
+    lower, upper = proof.find_searched_box(subject, subject.design)
     half = 0.01 * (upper - lower)
     slopes = bounding(lower + half, upper - 97 * half).slopes.mid
     corner = np.where(slopes < 0, upper, lower)
@@ -168,19 +176,19 @@ def shifted(name: str, lower: Array, upper: Array, without: tuple[str, ...], des
     """A search that takes `without` as having no effect."""
     subject = device(name, "exact")
     gone = np.isin(subject.names, without)
-    bounding = proof.ObjectiveEnclosure(subject, COUNT)
+    bounding = proof.build_objective_enclosure(subject.machine, "exact", COUNT)
     return BranchAndBound(bounding, np.where(gone, design, lower), np.where(gone, design, upper), 0.0)
 
 
 def test_small_box_is_proved_and_false_claim_is_not() -> None:
     """The claim that the sun's deformation has no effect takes the optimum out of the box."""
     bounding, corner, lower, upper = problem("exact")
-    best = bounding(corner, corner).reached
-    honest = shifted("wang2017", lower, upper, bounding.force.without, corner).run(best * (1 - 1e-6), 60.0)
+    best, without = bounding(corner, corner).reached, EnclosedForce(device("wang2017", "exact")).without
+    honest = shifted("wang2017", lower, upper, without, corner).run(best * (1 - 1e-6), 60.0)
     assert honest.lower_bound <= min(best, honest.met)
     assert honest.lower_bound >= honest.met * (1 - 1e-3)
-    elsewhere = np.where(np.isin(bounding.device.names, ["m31"]), bounding.device.upper, corner)
-    false = shifted("wang2017", lower, upper, (*bounding.force.without, "m31"), elsewhere).run(best, 5.0)
+    elsewhere = np.where(np.isin(device("wang2017", "exact").names, ["m31"]), device("wang2017", "exact").upper, corner)
+    false = shifted("wang2017", lower, upper, (*without, "m31"), elsewhere).run(best, 5.0)
     assert false.lower_bound > best
 
 
@@ -208,10 +216,14 @@ def test_a_refined_search_has_a_proof_of_true_extremes() -> None:
 
 
 @cache
-def true_problem(model: Model) -> tuple[proof.ObjectiveEnclosure, Device, Array]:
+def true_problem(model: Model) -> tuple[ProvableObjective, Device, Array]:
     """Return the true objective, its device, and a design inside the bounds with kinks of the pitch curves."""
     subject = device("wang2017", model)
-    return proof.ObjectiveEnclosure(subject, None), subject, (subject.lower + 2 * subject.upper) / 3
+    return (
+        proof.build_objective_enclosure(subject.machine, model, None),
+        subject,
+        (subject.lower + 2 * subject.upper) / 3,
+    )
 
 
 def evaluate(subject: Device, x: Array) -> float:
@@ -241,7 +253,7 @@ def test_true_bounds_hold_at_designs_of_a_box(model: Model) -> None:
 def test_true_bounds_of_a_part_of_the_cycle_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     bounding, subject, x = true_problem("exact")
     value = evaluate(subject, x)
-    monkeypatch.setattr(EnclosedForce, "period", Fraction(49, 100))
+    monkeypatch.setattr(bounding.response, "program", replace(bounding.response.program, period=Fraction(49, 100)))
     bounds = bounding(x, x)
     assert not bounds.lower_bound <= value <= bounds.reached
 

@@ -8,9 +8,9 @@ import pytest
 from flint import arb, arb_series, ctx
 
 from planter.kernels import Array
-from planter.optimise.proof.enclosures import JetNamespace
 from planter.optimise.proof.intervals import Ball
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space, packed_indices
+from planter.optimise.proof.programs import record_program, run_in_numpy
 
 ctx.prec = 200
 LOWER, UPPER = np.array([0.9, 0.2, 1.5]), np.array([1.0, 0.25, 1.5])
@@ -38,8 +38,12 @@ FUNCTIONS: dict[str, Function] = {
 
 
 def enclosed(function: Function) -> Jet:
-    space = Space(LOWER, UPPER)
-    return function(JetNamespace(space), space.parameters())
+    return enclose(function, Space(LOWER, UPPER))
+
+
+def enclose(function: Function, space: Space) -> Jet:
+    program = record_program(lambda xp, x: [function(xp, x)], len(LOWER))
+    return run_in_numpy(program, space, space.parameters())[0]
 
 
 def series(function: Function, x: Array, direction: Array) -> list[arb]:
@@ -97,4 +101,4 @@ def test_too_small_box_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     """Widths that are forgotten leave values outside."""
     space = Space(LOWER, UPPER)
     space.half = space.half / 10
-    assert missed("waves", FUNCTIONS["waves"](JetNamespace(space), space.parameters())) > 0
+    assert missed("waves", enclose(FUNCTIONS["waves"], space)) > 0

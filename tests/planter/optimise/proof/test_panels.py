@@ -12,16 +12,16 @@ from scipy.optimize import minimize_scalar
 
 from planter.kernels import Array
 from planter.optimise.proof import enclosures, jets
-from planter.optimise.proof.enclosures import Maximum, ObjectiveBounds, enclose_moving, list_angles
+from planter.optimise.proof.enclosures import EnclosedResponse, Maximum, ObjectiveBounds, enclose_moving, list_angles
 from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
 from planter.optimise.proof.panels import AnglePanels, MovingKinks
 from planter.optimise.proof.search import BranchAndBound
-from tests.planter.optimise.proof.test_search import LOWER, UPPER, Bent
+from tests.planter.optimise.proof.test_search import BENT, LOWER, UPPER
 
 MIDDLE = np.array([0.4, 1.1, 0.03])
 HALF = np.array([0.02, 0.02, 0.004])
-PERIOD = list_angles([Bent.period])
+PERIOD = list_angles([BENT.period])
 
 
 def find_kinks(x: Array) -> MovingKinks:
@@ -38,7 +38,7 @@ def enclose(lower: Array, upper: Array, count: int = 40) -> tuple[AnglePanels, J
     """Return panels, the curve in them, and their shares."""
     panels, space = make_panels(lower, upper, count)
     phi, shares = panels.angles(space)
-    return panels, enclose_moving(Bent(), space, phi)[0], shares
+    return panels, enclose_moving(EnclosedResponse(BENT), space, phi, [()])[0], shares
 
 
 def curve(x: Array, phi: float) -> float:
@@ -74,7 +74,8 @@ def bound(lower: Array, upper: Array, count: int = 40) -> ObjectiveBounds:
     smooth = (enclosures.enclose_square(force - mean).average(3) * shares).sum() * 0.4
     extremes = []
     for side in (1, -1):
-        points = enclose_moving(Bent(), designs, designs.linear(*panels.find_peaks(side * force, 3, 3)))[0]
+        peaks = designs.linear(*panels.find_peaks(side * force, 3, 3))
+        (points,) = enclose_moving(EnclosedResponse(BENT), designs, peaks, [()])
         hull = (side * force).hull(3)
         extremes.append(Maximum(points * (side * 0.6), replace(hull, space=designs) * 0.6))
     return enclosures.bound_objective(
@@ -164,7 +165,7 @@ def test_the_true_optimum_is_proved() -> None:
 
 
 def test_panels_that_may_overlap_are_refused() -> None:
-    panels = AnglePanels(np.array([0.0, 1.0, 1.1]), np.array([[0.0], [1.0], [-1.0]]), PERIOD)
+    panels = AnglePanels(np.array([0.0, 1.0, 1.1]), np.array([[0.0], [1.0], [-1.0]]), (1, 1, 1), PERIOD)
     panels.angles(Space(np.array([0.0, -1.0]), np.array([0.05, 1.0])))
     with pytest.raises(Unbounded, match="overlap"):
         panels.angles(Space(np.array([0.0, -1.0]), np.array([0.3, 1.0])))

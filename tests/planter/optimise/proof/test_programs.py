@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import json
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -12,7 +14,14 @@ from flint import arb
 from planter.kernels import Array
 from planter.optimise.proof.intervals import Branches, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space
-from planter.optimise.proof.programs import CODES, Code, StraightLine, UnrecordedError, record_program
+from planter.optimise.proof.programs import (
+    CODES,
+    Code,
+    ProgramRunner,
+    RecordedProgram,
+    UnrecordedError,
+    record_program,
+)
 from tests.support import xp_arb
 
 LOWER, UPPER = np.array([0.40, 0.70, -0.35, 0.2]), np.array([0.42, 0.71, -0.33, 0.2])
@@ -50,9 +59,9 @@ def find_inputs(space: Space) -> list[Jet]:
 
 
 def enclose_by_numpy(code: Code, space: Space, lanes: Array, script: Array) -> tuple[Branches, Sequence[Jet]]:
-    line = StraightLine(code)
-    line._compiled[5] = None
-    return line.enclose(space, find_inputs(space), lanes, script)
+    runner = ProgramRunner(record_program(code, 5))
+    runner.compiled = None
+    return runner.enclose(space, find_inputs(space), lanes, script)
 
 
 def follow(enclose: Callable[[Array, Array], tuple[Branches, Sequence[Jet]]]) -> list[tuple[Any, ...]]:
@@ -70,9 +79,9 @@ def follow(enclose: Callable[[Array, Array], tuple[Branches, Sequence[Jet]]]) ->
 @pytest.mark.parametrize("code", [smooth, broken])
 def test_c_gives_the_balls_of_numpy(code: Code) -> None:
     space, lanes = Space(LOWER, UPPER), np.arange(len(ANGLES))
-    compiled = StraightLine(code)
-    _, jets = compiled.enclose(space, find_inputs(space), lanes, NOTHING)
-    assert compiled._compiled[5] is not None, "a machine without a compiler cannot run this test"
+    runner = ProgramRunner(record_program(code, 5))
+    _, jets = runner.enclose(space, find_inputs(space), lanes, NOTHING)
+    assert runner.compiled is not None, "a machine without a compiler cannot run this test"
     _, expected = enclose_by_numpy(code, space, lanes, NOTHING)
     for jet, other in zip(jets, expected, strict=True):
         same = other.over(jet.felt) if other.felt != jet.felt else other
@@ -85,16 +94,16 @@ def test_c_gives_the_balls_of_numpy(code: Code) -> None:
 def test_functions_at_points_are_not_cut_by_the_box() -> None:
     """Roots are differentiated along lines whose values hold at single designs: Taylor forms of the box do not."""
     space, lanes = Space(LOWER, UPPER), np.arange(len(ANGLES))
-    (cut, *_) = StraightLine(smooth).enclose(space, find_inputs(space), lanes, NOTHING)[1]
+    (cut, *_) = ProgramRunner(record_program(smooth, 5)).enclose(space, find_inputs(space), lanes, NOTHING)[1]
     with space.at_points():
-        (free, *_) = StraightLine(smooth).enclose(space, find_inputs(space), lanes, NOTHING)[1]
+        (free, *_) = ProgramRunner(record_program(smooth, 5)).enclose(space, find_inputs(space), lanes, NOTHING)[1]
         (other, *_) = enclose_by_numpy(smooth, space, lanes, NOTHING)[1]
     assert (free.value.rad[ANYWHERE] > cut.value.rad[ANYWHERE]).all()
     np.testing.assert_allclose(free.value.rad[ANYWHERE], other.value.rad[ANYWHERE], rtol=1e-11)
 
 
 def test_c_follows_the_branches_of_numpy() -> None:
-    space, compiled = Space(LOWER, UPPER), StraightLine(broken)
+    space, compiled = Space(LOWER, UPPER), ProgramRunner(record_program(broken, 5))
     pieces = follow(lambda lanes, script: compiled.enclose(space, find_inputs(space), lanes, script))
     expected = follow(lambda lanes, script: enclose_by_numpy(broken, space, lanes, script))
     assert len(pieces) > len(ANGLES), "the box leaves some condition open"
@@ -106,7 +115,7 @@ def test_c_follows_the_branches_of_numpy() -> None:
 def test_c_encloses_an_interval_library() -> None:
     space = Space(LOWER, UPPER)
     inputs, rng = find_inputs(space), np.random.default_rng(4)
-    _, jets = StraightLine(smooth).enclose(space, inputs, np.arange(len(ANGLES)), NOTHING)
+    _, jets = ProgramRunner(record_program(smooth, 5)).enclose(space, inputs, np.arange(len(ANGLES)), NOTHING)
     slopes = np.linspace(-1, 1, 4 * len(ANGLES)).reshape(-1, 4)
     for _ in range(5):
         x = LOWER + rng.random(4) * (UPPER - LOWER)
@@ -130,11 +139,11 @@ def test_a_condition_is_asked_once() -> None:
     program = record_program(twice, 2)
     assert len(program.jumps) == 1
     space = Space(np.array([0.0, 0.0]), np.array([1.0, 1.0]))
-    branches, (jet,) = StraightLine(twice).enclose(space, space.parameters(), np.arange(1), np.empty((0, 1)))
+    branches, (jet,) = ProgramRunner(program).enclose(space, space.parameters(), np.arange(1), np.empty((0, 1)))
     assert len(branches.alternatives) == 1
     assert jet.value.mid[CENTRE] == pytest.approx(1.0)
     with pytest.raises(Unbounded, match="several answers"):
-        StraightLine(twice).enclose_smooth(space, space.parameters())
+        ProgramRunner(program).enclose_smooth(space, space.parameters())
 
 
 def test_programs_have_no_operation_that_nothing_needs() -> None:
@@ -146,12 +155,36 @@ def test_programs_have_no_operation_that_nothing_needs() -> None:
     assert [unused.operations[n].name for n in unused.order] == ["input", "sin"]
 
 
-def test_code_that_is_no_straight_line_runs_in_numpy() -> None:
-    def halve(_: Any, inputs: Sequence[Any]) -> Sequence[Any]:
-        return [inputs[0] ** 0.5 if not isinstance(inputs[0], Jet) else inputs[0].sqrt()]
-
+def test_code_that_is_no_straight_line_is_refused() -> None:
     with pytest.raises(UnrecordedError):
-        record_program(halve, 1)
-    space = Space(np.array([4.0]), np.array([4.0]))
-    (jet,) = StraightLine(halve).enclose_smooth(space, space.parameters())
-    assert jet.value.mid[CENTRE] == pytest.approx(2.0)
+        record_program(lambda _, inputs: [inputs[0] ** 0.5], 1)
+
+
+def test_simultaneous_equations_are_solved_in_numpy() -> None:
+    def solve(xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
+        phi, a, b, c, d = inputs
+        y, z = xp.solve([[2 + a, xp.sin(phi)], [b, -3.0]], [c, d])
+        return [(2 + a) * y + xp.sin(phi) * z - c, y]
+
+    program, space = record_program(solve, 5), Space(LOWER, UPPER)
+    runner = ProgramRunner(program)
+    assert runner.compiled is None
+    rest, y = runner.enclose_smooth(space, find_inputs(space))
+    assert (np.abs(rest.value.mid[CENTRE]) <= rest.value.rad[CENTRE] + 1e-15).all()
+    assert np.ptp(y.value.mid[CENTRE]) > 0.01
+
+
+@pytest.mark.parametrize("code", [smooth, broken])
+def test_documents_hold_the_same_program(code: Code) -> None:
+    space, lanes, program = Space(LOWER, UPPER), np.arange(len(ANGLES)), record_program(code, 5)
+    document = json.loads(json.dumps(program.to_document()))
+    _, jets = ProgramRunner(program).enclose(space, find_inputs(space), lanes, NOTHING)
+    _, again = ProgramRunner(RecordedProgram.from_document(document)).enclose(space, find_inputs(space), lanes, NOTHING)
+    for jet, other in zip(jets, again, strict=True):
+        np.testing.assert_array_equal(jet.value.mid, other.value.mid)
+        np.testing.assert_array_equal(jet.hessian.rad, other.hessian.rad)
+    for place, value, reason in ((0, "tanh", "no operation"), (1, [len(document["operations"])], "later one")):
+        tampered = copy.deepcopy(document)
+        tampered["operations"][-1][place] = value
+        with pytest.raises(ValueError, match=reason):
+            RecordedProgram.from_document(tampered)

@@ -12,10 +12,10 @@ from scipy.optimize import minimize_scalar
 
 from planter.kernels import Array
 from planter.optimise.proof import enclosures
-from planter.optimise.proof.enclosures import Maximum
+from planter.optimise.proof.enclosures import EnclosedResponse, Maximum, ResponseProgram, Stage
 from planter.optimise.proof.intervals import Ball, Branches, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
-from planter.optimise.proof.programs import StraightLine
+from planter.optimise.proof.programs import record_program
 from planter.optimise.proof.roots import enclose_roots
 from planter.optimise.proof.search import BoundingResult, BranchAndBound
 
@@ -23,20 +23,16 @@ LOWER, UPPER = np.array([0.1, 0.9, -0.04]), np.array([0.6, 1.3, 0.1])
 SAMPLES = 24
 
 
-class Bent:
+def evaluate(xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
     """F = 2 x0 |sin(phi - x2)| + (x1 - x2^2) cos(2 phi): two halves of a turn, each with kinks where phi = x2."""
+    phi, *x = inputs
+    return [x[0] * xp.absolute(xp.sin(phi - x[2])) + (x[1] - x[2] ** 2) / 2 * xp.cos(2 * phi)]
 
-    offsets, period, is_continuous = (Fraction(0), Fraction(-1, 2)), Fraction(1, 2), True
 
-    def __init__(self) -> None:
-        self.code = StraightLine(self.evaluate)
-
-    def prepare(self, space: Space, phi: Jet) -> list[Jet]:
-        return [phi, *space.parameters()[:3]]
-
-    def evaluate(self, xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
-        phi, *x = inputs
-        return [x[0] * xp.absolute(xp.sin(phi - x[2])) + (x[1] - x[2] ** 2) / 2 * xp.cos(2 * phi)]
+BENT = ResponseProgram(
+    3, (Stage(record_program(evaluate, 4), (3, 0, 1, 2)),), (Fraction(0), Fraction(-1, 2)), Fraction(1, 2),
+    is_continuous=True,
+)  # fmt: skip
 
 
 def force(x: Array) -> Array:
@@ -50,7 +46,7 @@ def value(x: Array) -> float:
 
 
 def bounding(lower: Array, upper: Array) -> enclosures.ObjectiveBounds:
-    (force,) = enclosures.enclose_samples(Bent(), Space(lower, upper), SAMPLES)
+    (force,) = enclosures.enclose_samples(EnclosedResponse(BENT), Space(lower, upper), SAMPLES)
     extremes = [Maximum(samples, samples) for samples in (force * 0.6, force * -0.6)]
     return enclosures.bound_objective(enclosures.enclose_square(force - force.mean()).mean() * 0.4, extremes)
 
@@ -79,7 +75,9 @@ def test_samples_enclose_both_sides_of_branches() -> None:
     for share in (1.0, 0.1):
         half = share * (UPPER - LOWER) / 2
         middle = (LOWER + UPPER) / 2
-        samples = enclosures.enclose_samples(Bent(), Space(middle - half, middle + half), SAMPLES)[0].value[ANYWHERE]
+        samples = enclosures.enclose_samples(EnclosedResponse(BENT), Space(middle - half, middle + half), SAMPLES)[
+            0
+        ].value[ANYWHERE]
         for _ in range(100):
             exact = force(middle + rng.uniform(-1, 1, 3) * half)[: SAMPLES // 2]
             assert (samples.low <= exact + 1e-14).all()
@@ -88,7 +86,7 @@ def test_samples_enclose_both_sides_of_branches() -> None:
 
 def slopes_at_the_kink() -> Ball:
     """Of the sample at phi = 0 in x2, over a box in which |sin x2| has its kink."""
-    (samples,) = enclosures.enclose_samples(Bent(), Space(LOWER, UPPER), SAMPLES)
+    (samples,) = enclosures.enclose_samples(EnclosedResponse(BENT), Space(LOWER, UPPER), SAMPLES)
     return samples.gradient[ANYWHERE][2, 0]
 
 
