@@ -108,8 +108,8 @@ def test_import_cycle_within_function_is_detected(tmp_path: Path) -> None:
     assert set(build_graph(tmp_path, {"__init__": "", "a": first, "b": second}).find_cycle()) == {"root.a", "root.b"}
 
 
-STARTERS = ("workers.py", "kernels/builds.py")
-"""Of `planter`: what starts Python, isolated, and what runs foreign programs, such as compilers."""
+STARTERS = ("workers.py", "kernels/builds.py", "optimise/proof/check_proof.py")
+"""Of `planter`: what starts Python, isolated, what runs foreign programs, and a script that is run without planter."""
 STARTS = {
     "a function": "import subprocess\nsubprocess.run(['ls'])\n",
     "another name": "import subprocess as s\ndef f():\n    s.Popen(['ls'])\n",

@@ -646,8 +646,8 @@ def test_every_statement_and_built_in_machine_is_a_column() -> None:
 
 
 WITHOUT_A_MACHINE = {
-    "audit", "bench", "cite", "doctor", "example", "help", "schema", "move", "pickup", "clutch", "synthesise", "train",
-    "validate",
+    "audit", "bench", "cite", "doctor", "example", "help", "schema", "move", "pickup", "clutch", "prove", "synthesise",
+    "train", "validate",
 }  # fmt: skip
 """Commands about papers, installations and files, or about one kind of machine."""
 

@@ -1,9 +1,10 @@
-"""What `planter cite` returns, key by key."""
+"""Results of the commands that belong to no machine, key by key."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from planter.optimise.proof.proof_check import ProofCheck
 from planter.records import Record
 
 
@@ -80,5 +81,5 @@ class Topic(Record):
 
 COMMANDS = {
     "example": Examples | Example, "derive": Derived, "schema": Listed, "help": Topics | Topic,
-    "cite": Citations | Citable,
+    "cite": Citations | Citable, "prove": ProofCheck,
 }  # fmt: skip

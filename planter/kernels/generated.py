@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import ast
+import hashlib
 import importlib
 import importlib.util
 import inspect
@@ -48,6 +49,20 @@ def module(name: str, folder: Path | None = None) -> ModuleType:
 def text(name: str) -> str:
     """Return the text of a generated module. Raises InputError if it does not exist."""
     return _places()[_holder(name)].joinpath(f"{name}.py").read_text(encoding="utf-8")
+
+
+def hash_modules(modules: Sequence[ModuleType]) -> dict[str, str]:
+    """Return the SHA-256 of the sources of generated modules, by their names within their package."""
+    return {
+        module.__name__.rpartition("generated.")[2]: hashlib.sha256(inspect.getsource(module).encode()).hexdigest()
+        for module in modules
+    }
+
+
+def find_changed(hashes: Mapping[str, str]) -> list[str]:
+    """Return which modules, of those with the hashes of their sources by name, are here with another source."""
+    loaded_modules = {name: module(name) for name in hashes if name in {f"array.{stem}" for stem in names()}}
+    return sorted(name for name, loaded in loaded_modules.items() if hash_modules([loaded])[name] != hashes[name])
 
 
 @cache

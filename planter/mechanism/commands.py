@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from planter.errors import InputError
-from planter.report.writing import writes_files
+from planter.report.writing import find_proof, writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import JsonOption, OutOption, SetOption, parse_changes
 
@@ -183,7 +183,10 @@ def run_optimise(
         proof.require_provable(goal, objective)
     optimum = optimisation.optimise_machine(machine, objective, holds, spec, console.progress, options.means)
     if options.prove_seconds is not None and isinstance(file, MechanismFile):
-        optimum = proof.with_proof(file, optimum, goal, spec, options.prove_seconds, console.progress, options.means)
+        earlier, keep = find_proof(out)
+        optimum = proof.with_proof(
+            file, optimum, goal, spec, options.prove_seconds, console.progress, options.means, earlier, keep
+        )
     if options.front:
         optimum = optimisation.with_front(optimum, console.progress)
     present_optimum(optimum).show(console, out)

@@ -44,6 +44,8 @@ class MechanismOptimum:
     machine: Machine
     problem: DesignProblem
     result: MechanismOptimumResult
+    certificate: str | None = None
+    """The text of the file of its proof, if it has one."""
 
 
 @dataclass(frozen=True)

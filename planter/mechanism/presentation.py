@@ -32,7 +32,13 @@ from planter.records import Record
 from planter.report import files
 from planter.report.html import Items, Keys, Section, Table, Text
 from planter.report.labels import format_label, format_name, list_values
-from planter.report.presentation import ModelAssumptions, ResultPresentation, describe_proof, list_warning_sections
+from planter.report.presentation import (
+    ModelAssumptions,
+    ResultPresentation,
+    describe_proof,
+    list_proof_files,
+    list_warning_sections,
+)
 from planter.version import __version__
 from planter.view.animation import MotionBlock as MotionBlock
 
@@ -66,7 +72,7 @@ def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
         result,
         _list_optimum_sections(result),
         details=lambda: _list_cycle_sections(best()),
-        texts=lambda: {"optimum.toml": format_optimum_file(optimum)},
+        texts=lambda: {"optimum.toml": format_optimum_file(optimum), **list_proof_files(optimum.certificate)},
         **_draw_cycle(title, best),
     )
 

@@ -5,10 +5,11 @@ The bounded objective is that of the search: of true extremes and integrals, or 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from planter.engine.loops import TURN
 from planter.engine.machine import Machine
 from planter.engine.measures import Limit, Measure
 from planter.engine.nodes import SCANNED
-from planter.engine.proof import ProvedQuantity, build_provable_objective, check_provable
+from planter.engine.proof import ProvedQuantity, build_provable_objective, check_provable, is_fixed
 from planter.engine.response import Switchings
 from planter.engine.search import SearchSpec
 from planter.errors import ComputationError
@@ -29,10 +30,11 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.mechanism.optimisation import MechanismOptimum, StatedGoal
 from planter.optimise.constraints import FEASIBILITY_TOLERANCE
+from planter.optimise.proof.certificate_file import write_certificate
 from planter.optimise.proof.enclosures import EnclosedResponse, ResponseProgram, ResponseRecorder, RootStart
 from planter.optimise.proof.objective import ProvableObjective
 from planter.optimise.proof.panels import MovingKinks
-from planter.optimise.proof.search import SECONDS, Incumbent, prove_bound, share_boxes
+from planter.optimise.proof.search import SECONDS, Incumbent
 from planter.parallel.task import AUTO, Means
 from planter.progress import Listener
 
@@ -45,11 +47,13 @@ def require_provable(goal: StatedGoal, option: str | None) -> None:
 
 def with_proof(
     file: MechanismFile, optimum: MechanismOptimum, goal: StatedGoal, spec: SearchSpec, seconds: float = SECONDS,
-    listener: Listener | None = None, means: Means = AUTO,
+    listener: Listener | None = None, means: Means = AUTO, earlier: Path | None = None,
+    keep: Callable[[str], None] | None = None,
 ) -> MechanismOptimum:  # fmt: skip
-    """Return an optimum of a file with the bound on the objective of every design, within a time [s].
+    """Return an optimum of a file with the bound on the objective of every design, within a CPU time [s].
 
-    `means` are the processes that bound the boxes: a proof that ends in time does not depend on them.
+    `means` are the processes that bound the boxes: a proof that ends in time does not depend on them. A proof of the
+    same in the file `earlier` is continued; the text of an interrupted one is handed to `keep`.
     """
     machine = goal.machine
     count = None if spec.sampling == "refined" else spec.sampling
@@ -59,13 +63,13 @@ def with_proof(
         for limit in goal.limits
     ]
     build = partial(build_objective, file, machine.searched, goal.objective, limits, count)
-    bounding = build()
     design = {key: float(value) for key, value in zip(machine.design_names, optimum.x / machine.scale, strict=True)}
-    incumbent = Incumbent(optimum.x, design, optimum.result.objective, count, _describe_scope(goal, bounding))
-    box = (machine.lower, machine.upper)
-    with share_boxes(bounding, build, means) as shared:
-        proof = prove_bound(shared, box, incumbent, seconds, listener)
-    return replace(optimum, result=replace(optimum.result, proof=proof))
+    incumbent = Incumbent(optimum.x, design, optimum.result.objective, count, _describe_scope(goal))
+    box, sources = (machine.lower, machine.upper), EnclosedMechanism(machine, file.model).list_sources()
+    proof, text = write_certificate(
+        build, box, incumbent, machine.design_names, sources, seconds, listener, means, earlier, keep
+    )
+    return replace(optimum, result=replace(optimum.result, proof=proof.result), certificate=text)
 
 
 def build_objective(
@@ -94,11 +98,12 @@ def _find_kinks(switchings: Switchings, x: Array) -> MovingKinks:
     return MovingKinks(angles, -slopes[:, 1:] / slopes[:, :1], np.zeros((len(angles), len(x), len(x))))
 
 
-def _describe_scope(goal: StatedGoal, bounding: ProvableObjective) -> str:
+def _describe_scope(goal: StatedGoal) -> str:
     """Return in words for which designs the bound is."""
     conditions = ["closes its loops"] if goal.machine.loops else []
-    if bounding.limits:
-        conditions.append(f"satisfies the limits{'' if bounding.heeds_all else ' at fixed angles'}")
+    heeded = [is_fixed(goal.machine, limit.measure) for limit in goal.limits]
+    if any(heeded):
+        conditions.append(f"satisfies the limits{'' if all(heeded) else ' at fixed angles'}")
     return f"no design of the box that {' and '.join(conditions)}" if conditions else "no design of the box"
 
 
@@ -180,6 +185,10 @@ class EnclosedMechanism:
         is_continuous = bool(orders) and min(orders) > 0 and "rad" not in units  # an angle may lose a turn
         return ResponseProgram(recorder.parameters, tuple(recorder.stages), (Fraction(0),), period, is_continuous)
 
+    def list_sources(self) -> dict[str, str]:
+        """Return the hash of the generated module by its name."""
+        return generated.hash_modules([self._module])
+
     def find_starts(self, x: Array) -> list[RootStart]:
         """Return coordinates of loops over a cycle at a design (p,), NaN from where on they do not close."""
         loops = self.machine.loops
@@ -191,7 +200,7 @@ class EnclosedMechanism:
         _, (is_returned,) = walk.gains()
         is_partial = walk.assembled & ~walk.alive
         end = np.inf if is_returned else float(walk.reached[0]) if is_partial[0] else -1.0
-        return [RootStart(angles, np.where(angles <= end, walk.places[:, :, 0], np.nan))]
+        return [RootStart(np.where(angles <= end, walk.places[:, :, 0], np.nan), self.machine.turn)]
 
 
 def _solve(xp: Any, matrix: Sequence[Sequence[Any]], right: Sequence[Any]) -> tuple[Any, ...]:

@@ -50,6 +50,7 @@ from planter.report.presentation import (
     ResultPresentation,
     describe_basis,
     describe_proof,
+    list_proof_files,
     list_warning_sections,
 )
 from planter.version import __version__
@@ -155,7 +156,10 @@ def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresent
             "cycle.csv": cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(samples)).columns()
         },
         comments=_list_comments(device, x, optimum.seed),
-        texts=lambda: {"optimum.toml": format_optimum_file(device.machine, device.model, result, sampling)},
+        texts=lambda: {
+            "optimum.toml": format_optimum_file(device.machine, device.model, result, sampling),
+            **list_proof_files(optimisation.certificate),
+        },
     )
 
 

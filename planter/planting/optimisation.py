@@ -245,6 +245,8 @@ class Optimisation:
     devices: dict[str, Device]
     result: OptimisationFound
     front: Sequence[ParetoPoint] = ()
+    certificate: str | None = None
+    """The text of the file of its proof, if it has one."""
 
     @property
     def found(self) -> DeviceOptimum:

@@ -6,11 +6,12 @@ search: of true extremes and integrals, or of samples.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from itertools import chain, pairwise
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
@@ -19,10 +20,11 @@ import numpy as np
 from planter.engine.proof import ProvedQuantity, build_provable_objective
 from planter.gear_geometry.stage import Stage
 from planter.kernels import Array, generated
+from planter.optimise.proof.certificate_file import write_certificate
 from planter.optimise.proof.enclosures import EnclosedResponse, ResponseProgram, ResponseRecorder, RootStart
 from planter.optimise.proof.objective import ProvableObjective
 from planter.optimise.proof.panels import MovingKinks
-from planter.optimise.proof.search import SECONDS, Incumbent, prove_bound, share_boxes
+from planter.optimise.proof.search import SECONDS, Incumbent
 from planter.optimise.response import find_breakpoints
 from planter.parallel.task import AUTO, Means
 from planter.planting.file import PlantingMachine
@@ -88,11 +90,15 @@ class EnclosedForce:
         offsets = (Fraction(0), Fraction(-1, 2))
         return ResponseProgram(self.device.size, tuple(recorder.stages), offsets, Fraction(1, 2), is_continuous=True)
 
+    def list_sources(self) -> dict[str, str]:
+        """Return the hashes of the generated modules by name."""
+        return generated.hash_modules([self._module, *(gear.module for gear in self._gears)])
+
     def find_starts(self, x: Array) -> list[RootStart]:
         """Return the centre distances of gear stages without closed form at a design (p,)."""
         _, *parameters = (x[a:b] for a, b in pairwise(self._ends))
         return [
-            RootStart(np.empty(0), gear.find_distance(part))
+            RootStart(gear.find_distance(part))
             for gear, part in zip(self._gears, parameters, strict=True) if gear.has_series
         ]  # fmt: skip
 
@@ -195,23 +201,24 @@ def _sine_series(xp: Any, u: Any, b: Sequence[Any]) -> Any:
 
 
 def add_proof(
-    optimisation: Optimisation, seconds: float = SECONDS, progress: Listener | None = None, means: Means = AUTO
-) -> Optimisation:
-    """Return an optimum with the bound on the objective of every design, within a time [s].
+    optimisation: Optimisation, seconds: float = SECONDS, progress: Listener | None = None, means: Means = AUTO,
+    earlier: Path | None = None, keep: Callable[[str], None] | None = None,
+) -> Optimisation:  # fmt: skip
+    """Return an optimum with the bound on the objective of every design, within a CPU time [s].
 
-    `means` says what bounds the boxes: a proof that ends before its time is up does not depend on it.
+    `means` says what bounds the boxes: a proof that ends before its time is up does not depend on it. A proof of the
+    same in the file `earlier` is continued; the text of an interrupted one is handed to `keep`.
     """
     device, optimum = optimisation.devices[optimisation.result.model], optimisation.optimum
     count = None if optimum.sampling == "refined" else optimum.sampling
     build = partial(build_objective_enclosure, device.machine, device.model, count)
-    bounding = build()
     scope = "no design of the box, requirements kept or not," if optimum.requirements else "no design of the box"
-    design = device.named(optimum.design)
-    incumbent = Incumbent(optimum.design, design, optimum.objective, count, scope)
-    box = find_searched_box(device, optimum.design)
-    with share_boxes(bounding, build, means) as shared:
-        proof = prove_bound(shared, box, incumbent, seconds, progress)
-    return replace(optimisation, result=replace(optimisation.result, proof=proof))
+    incumbent = Incumbent(optimum.design, device.named(optimum.design), optimum.objective, count, scope)
+    box, sources = find_searched_box(device, optimum.design), EnclosedForce(device).list_sources()
+    proof, text = write_certificate(
+        build, box, incumbent, device.names, sources, seconds, progress, means, earlier, keep
+    )
+    return replace(optimisation, result=replace(optimisation.result, proof=proof.result), certificate=text)
 
 
 def build_objective_enclosure(machine: PlantingMachine, model: Model, count: int | None) -> ProvableObjective:

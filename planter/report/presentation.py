@@ -6,6 +6,7 @@ import textwrap
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from importlib import resources
 from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,12 +20,21 @@ from planter.records import Record, WarningRecord
 from planter.report import bundle, files, labels
 from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, render_page
 from planter.report.labels import format_cell, separate_words
+from planter.report.writing import PROOF
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from planter.files.document import Document
+
+
+def list_proof_files(certificate: str | None) -> dict[str, str]:
+    """Return the files of a proof: its certificate, if there is one, and the program that checks it."""
+    if certificate is None:
+        return {}
+    checker = resources.files("planter.optimise.proof").joinpath("check_proof.py")
+    return {PROOF: certificate, checker.name: checker.read_text(encoding="utf-8")}
 
 
 def describe_proof(proof: Mapping[str, Any]) -> Iterator[Block]:

@@ -24,6 +24,20 @@ def figure_files(*names: str) -> list[str]:
     return [f"figures/{name}.{kind}" for name in names for kind in ("svg", "png")]
 
 
+PROOF = "proof.json"
+"""Name of the file of a proof."""
+
+
+def find_proof(out: Path | None) -> tuple[Path | None, Callable[[str], None]]:
+    """Return the file of a proof in the folder of a result, and the function that writes its text there."""
+
+    def write(text: str) -> None:
+        if out is not None:
+            folder.write_file(folder.output_folder(out) / PROOF, text.encode())
+
+    return None if out is None else out / PROOF, write
+
+
 def writes_files(*names: str, figures: tuple[str, ...] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """Decorate a command that writes into the folder of its parameter `out` with the option `--overwrite`.
 

@@ -15,7 +15,7 @@ QUICK: tuple[Call, ...] = (
     ("synthesise", "sun2019", "--set"), ("synthesise",), ("explain",), ("example",), ("schema",), ("cite",), ("help",),
     ("turn",), ("move",), ("sweep",), ("train",), ("train", "sun2019-curve", "--crank-mm"),
     ("train", "sun2019-curve", "--centre-distance-mm"), ("audit",), ("derive",), ("pickup",), ("optimise",),
-    ("gears",), ("compare",), ("tolerance",), ("calibrate",), ("export", "motion"), (),
+    ("gears",), ("compare",), ("prove",), ("tolerance",), ("calibrate",), ("export", "motion"), (),
 )  # fmt: skip
 """Calls that want one more word, whatever it is."""
 SLOW: tuple[Call, ...] = (

@@ -27,7 +27,7 @@ MAX_LANES = 8
 
 
 @dataclass(frozen=True)
-class Stage:
+class ProgramStage:
     """A step of a response: results of a program, or, where `limits` (k,) are given, roots of k unknowns.
 
     `inputs` are indices of values of the response. The program of roots takes the unknowns first, whose sizes are at
@@ -54,7 +54,7 @@ class ResponseProgram:
     """
 
     parameters: int
-    stages: tuple[Stage, ...]
+    stages: tuple[ProgramStage, ...]
     offsets: tuple[Fraction, ...]
     period: Fraction
     is_continuous: bool
@@ -85,10 +85,12 @@ class ResponseProgram:
     def from_document(cls, document: Mapping[str, Any]) -> ResponseProgram:
         """Return the response of a JSON object. Raises ValueError, KeyError, TypeError or IndexError if it is none."""
         stages = tuple(
-            Stage(RecordedProgram.from_document(stage), tuple(stage["inputs"]),
+            ProgramStage(RecordedProgram.from_document(stage), tuple(stage["inputs"]),
                   tuple(float.fromhex(x) for x in stage["limits"]))
             for stage in document["stages"]
         )  # fmt: skip
+        if any(k < 0 for stage in stages for k in stage.inputs):
+            raise ValueError("an input of a stage has no index")
         return cls(
             int(document["parameters"]), stages, tuple(map(Fraction, document["offsets"])),
             Fraction(document["period"]), bool(document["continuous"]),
@@ -99,7 +101,7 @@ class ResponseRecorder:
     """Builds a response of designs with `parameters` values, from code."""
 
     def __init__(self, parameters: int) -> None:
-        self.parameters, self.stages = parameters, list[Stage]()
+        self.parameters, self.stages = parameters, list[ProgramStage]()
         self._count = parameters + 1
 
     @property
@@ -109,13 +111,13 @@ class ResponseRecorder:
 
     def call(self, code: Code, inputs: Sequence[int]) -> list[int]:
         """Return the indices of the results of code."""
-        return self._add(Stage(record_program(code, len(inputs)), tuple(inputs)))
+        return self._add(ProgramStage(record_program(code, len(inputs)), tuple(inputs)))
 
     def solve(self, code: Code, inputs: Sequence[int], limits: Sequence[float]) -> list[int]:
         """Return the indices of the roots of code, which takes the unknowns before the inputs."""
-        return self._add(Stage(record_program(code, len(limits) + len(inputs)), tuple(inputs), tuple(limits)))
+        return self._add(ProgramStage(record_program(code, len(limits) + len(inputs)), tuple(inputs), tuple(limits)))
 
-    def _add(self, stage: Stage) -> list[int]:
+    def _add(self, stage: ProgramStage) -> list[int]:
         self.stages.append(stage)
         self._count += stage.size
         return list(range(self._count - stage.size, self._count))
@@ -123,20 +125,20 @@ class ResponseRecorder:
 
 @dataclass(frozen=True)
 class RootStart:
-    """Values near roots: `values` (k, n) at `angles` (n,) [rad] from 0 to the end of a cycle, NaN where there are none.
+    """Values near roots (k, n) at equal steps from 0 to the end of a `cycle` [rad], NaN where there are none.
 
     A single column (k, 1) is for all angles.
     """
 
-    angles: Array
     values: Array
+    cycle: float = 0.0
 
     def find_near(self, phi: Array) -> Array:
         """Return values (k, lanes) near the roots at angles phi (lanes,), by linear interpolation."""
         if self.values.shape[1] == 1:
             return np.repeat(self.values, len(phi), axis=1)
-        turned = np.mod(phi, self.angles[-1])
-        return np.array([np.interp(turned, self.angles, row) for row in self.values])
+        angles = np.linspace(0, self.cycle, self.values.shape[1])
+        return np.array([np.interp(np.mod(phi, self.cycle), angles, row) for row in self.values])
 
 
 Starts = Sequence[Sequence[RootStart]]
@@ -155,7 +157,7 @@ class EnclosedResponse:
         self.program = program
         self.find_starts: FindStarts = find_starts or (lambda _: ())
         self.runners = [ProgramRunner(stage.program) for stage in program.stages]
-        self._known: dict[Any, list[Jet]] = {}
+        self._fixed_results: dict[Any, list[Jet]] = {}
 
     def prepare(self, space: Space, phi: Jet, starts: Starts) -> list[Jet]:
         """Return the inputs of the last stage over a box at angles phi (lanes,) [rad].
@@ -166,39 +168,41 @@ class EnclosedResponse:
         """
         values, roots = [*space.parameters()[: self.program.parameters], phi], 0
         for index, stage in enumerate(self.program.stages[:-1]):
-            inputs, near = [values[k] for k in stage.inputs], None
+            inputs, guesses = [values[k] for k in stage.inputs], None
             if stage.limits:
                 lanes = np.split(phi.value.mid[CENTRE], len(starts))
-                near = np.concatenate(
+                guesses = np.concatenate(
                     [box[roots].find_near(part) for box, part in zip(starts, lanes, strict=True)], axis=1
                 )
-                near = near[:, :1] if self.program.fixed[index] and len(starts) == 1 else near
+                guesses = guesses[:, :1] if self.program.fixed[index] and len(starts) == 1 else guesses
                 roots += 1
-            values += self._evaluate(index, space, inputs, near)
+            values += self._evaluate(index, space, inputs, guesses)
         return [values[k] for k in self.program.stages[-1].inputs]
 
-    def _evaluate(self, index: int, space: Space, inputs: Sequence[Jet], near: Array | None) -> list[Jet]:
+    def _evaluate(self, index: int, space: Space, inputs: Sequence[Jet], guesses: Array | None) -> list[Jet]:
         """Return the results of a stage; those that no angle changes are remembered."""
         if not self.program.fixed[index]:
-            return self._compute(index, space, inputs, near)
+            return self._compute(index, space, inputs, guesses)
         felt = sorted({k for jet in inputs for k in jet.felt})
         parts = [ball for jet in inputs for ball in (jet.value, jet.gradient, jet.hessian)]
         key = (index, *felt, space.half[felt].tobytes(), *(side.tobytes() for b in parts for side in (b.mid, b.rad)))
-        if key not in self._known:
-            if len(self._known) == REMEMBERED:
-                del self._known[next(iter(self._known))]
-            self._known[key] = self._compute(index, space, inputs, near)
-        return [replace(jet, space=space) for jet in self._known[key]]
+        if key not in self._fixed_results:
+            if len(self._fixed_results) == REMEMBERED:
+                del self._fixed_results[next(iter(self._fixed_results))]
+            self._fixed_results[key] = self._compute(index, space, inputs, guesses)
+        return [replace(jet, space=space) for jet in self._fixed_results[key]]
 
-    def _compute(self, index: int, space: Space, inputs: Sequence[Jet], near: Array | None) -> list[Jet]:
+    def _compute(self, index: int, space: Space, inputs: Sequence[Jet], guesses: Array | None) -> list[Jet]:
         runner = self.runners[index]
-        if near is None:
+        if guesses is None:
             return runner.enclose_smooth(space, inputs)
-        if np.isnan(near).all():
+        if np.isnan(guesses).all():
             raise Unbounded("loops do not close at the centre of a box")
         smooth = space.asking(Branches.none(1))  # `at_points` must not change the space of the caller
         fixed = [replace(jet, space=smooth) for jet in inputs]
-        roots = enclose_roots(smooth, near, lambda q: _split_gaps(runner.enclose_smooth(smooth, [*q, *fixed]), len(q)))
+        roots = enclose_roots(
+            smooth, guesses, lambda q: _split_gaps(runner.enclose_smooth(smooth, [*q, *fixed]), len(q))
+        )
         return [replace(root, space=space) for root in roots]
 
     def is_empty(self, lower: Array, upper: Array, phi: Ball) -> bool:
@@ -208,16 +212,16 @@ class EnclosedResponse:
         """
         space = Space(lower, lower)
         box = [space.constant(Ball.between(lower[k : k + 1], upper[k : k + 1])) for k in range(self.program.parameters)]
-        given = [*box, space.constant(phi)]
+        values = [*box, space.constant(phi)]
         stages = zip(self.program.stages, self.runners, strict=True)
         return any(
-            _has_no_roots(stage, runner, space, [given[k] for k in stage.inputs])
+            _has_no_roots(stage, runner, space, [values[k] for k in stage.inputs])
             for stage, runner in stages
-            if np.isfinite(stage.limits).any() and max(stage.inputs) < len(given)
+            if np.isfinite(stage.limits).any() and max(stage.inputs) < len(values)
         )
 
 
-def _has_no_roots(stage: Stage, runner: ProgramRunner, space: Space, inputs: Sequence[Jet]) -> bool:
+def _has_no_roots(stage: ProgramStage, runner: ProgramRunner, space: Space, inputs: Sequence[Jet]) -> bool:
     """Return whether there are certainly no roots within the limits of a stage in one of the lanes of its inputs."""
 
     def enclose_gaps(q: Sequence[Ball], lanes: Integers) -> tuple[Sequence[Ball], Sequence[Sequence[Ball]]]:

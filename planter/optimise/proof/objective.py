@@ -249,8 +249,8 @@ class ProvableObjective:
         room = WIDE_CENTRE * (centre.mid - smooth.lower_bound)
         if self.count is not None or not space.half.any() or not (centre.rad > room).all():
             return smooth, evidence
-        given = None if evidence.narrow is None else Evidence(evidence.starts, evidence.narrow)
-        point = self._enclose_panels(space.centre, space.centre, given)
+        finer = None if evidence.narrow is None else Evidence(evidence.starts, evidence.narrow)
+        point = self._enclose_panels(space.centre, space.centre, finer)
         narrow = _add_smooth(point.space, [point.bound_term(measure) for measure in self.terms]).value[CENTRE]
         value = join_parts(intersect_balls(centre, narrow), smooth.value[ANYWHERE])
         return smooth.holding(value).cut(), replace(evidence, narrow=point.evidence.panels)

@@ -69,7 +69,7 @@ class AnglePanels:
 
     @cached_property
     def places(self) -> Array:
-        """Where panels begin at the centre of a box (m,) [rad]."""
+        """Return the angles [rad] at which panels begin at the centre of a box (m,)."""
         return self._divide(self.knots, self.knots[:1] + self.period.mid[0])
 
     @cached_property

@@ -12,14 +12,15 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, Protocol
 
 import numpy as np
 
 from planter.kernels import Array
-from planter.optimise.proof.enclosures import ObjectiveBounds
-from planter.optimise.proof.intervals import Unbounded
+from planter.numerics.arrays import Flags
+from planter.optimise.proof.enclosures import Evidence, ObjectiveBounds
+from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.parallel.jobs import MIN_PARALLEL_S, Jobs
 from planter.parallel.task import AUTO, Means, Task, count_cores
 from planter.progress import Listener, Progress
@@ -32,7 +33,7 @@ class GlobalBound(Record):
 
     `kind` is that of this objective: "true", of true extremes and integrals, or "sampled", over `samples` angles, from
     which nothing follows for true extremes. `objective` is that of the incumbent `design`, the best that is known;
-    `gap` is the difference.
+    `gap` is the difference. `seconds` are those of all cores.
     """
 
     kind: Literal["sampled", "true"]
@@ -47,42 +48,80 @@ class GlobalBound(Record):
     statement: str
 
 
+Box = tuple[Array, Array]
+"""Designs between two others (p,)."""
 Bounding = Callable[[Array, Array], ObjectiveBounds]
 """(lower, upper) -> bounds of an objective over that box; raises Unbounded if it has no bounds there."""
-
-BoundBoxes = Callable[[Sequence[tuple[Array, Array]]], Sequence[ObjectiveBounds | Unbounded]]
-"""Boxes [lower, upper] -> for each, the bounds of an objective over it, or the reason for their absence."""
+BoundBoxes = Callable[[Sequence[Box]], Sequence[ObjectiveBounds | Unbounded]]
+"""Boxes -> for each, the bounds of an objective over it, or the reason for their absence."""
 BoundListener = Callable[[float, int, float], None]
 """(bound so far, number of boxes, elapsed time [s]) -> None."""
 
+MARGIN = 1e-9
+"""Share by which a bound is stated lower, and a slope must be off zero, than computed: others round otherwise."""
 
-@dataclass(frozen=True)
-class BoundedBox:
-    """Designs between `lower` and `upper` (p,) with objectives of at least `lower_bound`.
+ROUNDING = 1e-13
+"""Share by which the upper bound at the incumbent is stated higher than computed."""
 
-    The box is bisected along the parameter `widest`, None for a point. `obstacle` is the reason if its bound is that of
-    the enclosing box.
+
+@dataclass(eq=False)
+class BoxNode:
+    """Designs between `lower` and `upper` (p,), a box of the tree that branch and bound builds.
+
+    `bound` is its own bound, with the `evidence` from which it was computed, `inherited` that of the boxes around it.
+    Its children are two halves along the parameter `widest`, or the one side of it that has the least objectives. A
+    leaf has none, and is halved along `widest` next, if that is not None. `obstacle` is the reason if it has no bound.
     """
 
-    lower_bound: float
     lower: Array
     upper: Array
-    widest: int | None
+    inherited: float
+    bound: float = -np.inf
+    evidence: Evidence | None = None
+    widest: int | None = None
     obstacle: str = ""
+    children: list[BoxNode] = field(default_factory=list)
 
-    def shrink(self, share: float) -> tuple[Array, Array]:
+    @property
+    def lower_bound(self) -> float:
+        """The best bound of the designs in the box."""
+        return max(self.inherited, self.bound)
+
+    def shrink(self, share: float) -> Box:
         """Return a share of the box about its centre."""
         centre, half = self.lower + (self.upper - self.lower) / 2, (self.upper - self.lower) / 2
         return centre - share * half, centre + share * half
 
-    def halves(self) -> list[tuple[Array, Array]]:
-        """Return the two halves of the box along its widest side, none for a point."""
-        if self.widest is None:
-            return []
+    def halve(self) -> list[BoxNode]:
+        """Return its halves along its widest side as new children."""
         side = self.widest
+        assert side is not None
         below, above = self.upper.copy(), self.lower.copy()
         below[side] = above[side] = self.lower[side] + (self.upper[side] - self.lower[side]) / 2
-        return [(self.lower, below), (above, self.upper)]
+        return self.divide((self.lower, below), (above, self.upper))
+
+    def divide(self, *boxes: Box) -> list[BoxNode]:
+        """Return parts of the box as new children."""
+        self.children = [BoxNode(*box, self.lower_bound) for box in boxes]
+        return self.children
+
+    def list_nodes(self) -> Iterator[BoxNode]:
+        """Yield the node and all below it, each before its children."""
+        waiting = [self]
+        while waiting:
+            node = waiting.pop()
+            yield node
+            waiting += reversed(node.children)
+
+    def prune(self, bound: float) -> BoxNode:
+        """Return the tree without what no bound of at least `bound` of all designs needs."""
+        if self.bound >= bound:
+            return replace(self, children=[], widest=None)
+        children = [child.prune(bound) for child in self.children]
+        is_needed = len(children) == 1 or not children
+        return replace(
+            self, children=children, bound=-np.inf, evidence=self.evidence if is_needed else None
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -96,6 +135,7 @@ class BoundingResult:
     met: float
     boxes: int
     seconds: float
+    root: BoxNode
     obstacle: str = ""
 
 
@@ -106,63 +146,74 @@ SHRINK_SHARES = (0.25, 0.0625)
 class BranchAndBound:
     """Branch and bound of an objective over a box [lower, upper] (p,), from an a priori bound `floor`.
 
-    `bound_boxes` bounds the objective over up to `batch` boxes in a single call, if that is faster.
+    `bound_boxes` bounds the objective over up to `batch` boxes in a single call, if that is faster. `root` continues an
+    earlier search. `clock` gives the CPU time that was spent [s].
     """
 
     def __init__(
         self, bounding: Bounding, lower: Array, upper: Array, floor: float = -np.inf, batch: int = 1,
-        bound_boxes: BoundBoxes | None = None,
+        bound_boxes: BoundBoxes | None = None, root: BoxNode | None = None,
+        clock: Callable[[], float] = time.process_time,
     ) -> None:  # fmt: skip
-        self.bounding, self.floor = bounding, floor
-        self.lower, self.upper = lower, upper
+        self.bounding, self.root, self.clock = bounding, root or BoxNode(lower, upper, floor), clock
         self.batch, self.bound_boxes = batch, bound_boxes or self._bound_each
         self.boxes, self.met = 0, np.inf
 
     def run(self, goal: float, seconds: float, listener: BoundListener | None = None) -> BoundingResult:
-        """Bisect boxes until the bound reaches `goal` or the time [s] is over."""
-        begun, order = time.perf_counter(), itertools.count()
-        (root,) = self._bound([(self.lower, self.upper, self.floor)])
-        open_ = [(root.lower_bound, next(order), root)]
+        """Bisect boxes until the bound reaches `goal` or the CPU time [s] is over."""
+        begun, order = self.clock(), itertools.count()
+        leaves = [node for node in self.root.list_nodes() if not node.children]
+        self.boxes = sum(node.evidence is not None for node in self.root.list_nodes())
+        pending = [leaf for leaf in leaves if leaf.widest is None and leaf.evidence is None]
+        leaves = [leaf for leaf in leaves if leaf not in pending] + self._bound(pending)
+        open_ = [(leaf.lower_bound, next(order), leaf) for leaf in leaves]
+        heapq.heapify(open_)
         while True:
-            bound, _, box = open_[0]
-            spent = time.perf_counter() - begun
+            bound, _, node = open_[0]
+            spent = self.clock() - begun
             if listener is not None:
                 listener(bound, self.boxes, spent)
-            if bound >= goal or spent >= seconds or box.widest is None:
-                return BoundingResult(bound, float(self.met), self.boxes, spent, box.obstacle)
-            halves: list[tuple[Array, Array, float]] = []
+            if bound >= goal or spent >= seconds or node.widest is None:
+                return BoundingResult(bound, float(self.met), self.boxes, spent, self.root, node.obstacle)
+            halves: list[BoxNode] = []
             while open_ and open_[0][0] < goal and open_[0][2].widest is not None and len(halves) < max(2, self.batch):
-                bound, _, box = heapq.heappop(open_)
-                halves += [(lower, upper, bound) for lower, upper in box.halves()]
+                halves += heapq.heappop(open_)[2].halve()
             for half in self._bound(halves):
                 heapq.heappush(open_, (half.lower_bound, next(order), half))
 
-    def _bound(self, boxes: Sequence[tuple[Array, Array, float]]) -> list[BoundedBox]:
-        """Return boxes (lower, upper, bound of the enclosing box) with their own bounds.
+    def _bound(self, nodes: Sequence[BoxNode]) -> list[BoxNode]:
+        """Return the leaves below some boxes, bounded.
 
         A parameter in which the objective is monotonic is fixed at the bound with the smaller values.
         """
-        waiting, bounded, unbounded = list(boxes), list[BoundedBox](), list[BoundedBox]()
+        waiting, bounded, unbounded = list(nodes), list[BoxNode](), list[BoxNode]()
         while waiting:
             self.boxes += len(waiting)
-            pairs, waiting = zip(waiting, self.bound_boxes([box[:2] for box in waiting]), strict=True), []
-            for (lower, upper, bound), result in pairs:
+            pairs = zip(waiting, self.bound_boxes([(node.lower, node.upper) for node in waiting]), strict=True)
+            waiting = []
+            for node, result in pairs:
                 if isinstance(result, Unbounded):
-                    unbounded.append(BoundedBox(bound, lower, upper, None, result.message))
+                    node.obstacle = result.message
+                    unbounded.append(node)
                     continue
-                bound, self.met = max(bound, result.lower_bound), min(self.met, result.reached)
-                open_, slopes = upper > lower, result.slopes
-                rising, falling = open_ & (slopes.low >= 0), open_ & (slopes.high <= 0) & (slopes.low < 0)
-                if result.may_jump and bound < np.inf and open_.any() and not result.looseness[open_].any():
-                    unbounded.append(BoundedBox(bound, lower, upper, None))
+                node.bound, node.evidence = lower_number(result.lower_bound), result.evidence
+                self.met = min(self.met, result.reached)
+                open_ = node.upper > node.lower
+                rising, falling = open_ & find_rising(result.slopes), open_ & find_rising(-result.slopes)
+                falling &= ~rising
+                if result.may_jump and node.lower_bound < np.inf and open_.any() and not result.looseness[open_].any():
+                    unbounded.append(node)
                 elif result.may_jump or not (rising | falling).any():
                     loose = np.where(open_, result.looseness, -1)
-                    bounded.append(BoundedBox(bound, lower, upper, int(loose.argmax()) if open_.any() else None))
+                    node.widest = int(loose.argmax()) if open_.any() else None
+                    bounded.append(node)
                 else:
-                    waiting.append((np.where(falling, upper, lower), np.where(rising, lower, upper), bound))
+                    waiting += node.divide(
+                        (np.where(falling, node.upper, node.lower), np.where(rising, node.lower, node.upper))
+                    )
         return bounded + self._find_sides(unbounded)
 
-    def _bound_each(self, boxes: Sequence[tuple[Array, Array]]) -> list[ObjectiveBounds | Unbounded]:
+    def _bound_each(self, boxes: Sequence[Box]) -> list[ObjectiveBounds | Unbounded]:
         results: list[ObjectiveBounds | Unbounded] = []
         for lower, upper in boxes:
             try:
@@ -171,28 +222,42 @@ class BranchAndBound:
                 results.append(error)
         return results
 
-    def _find_sides(self, boxes: Sequence[BoundedBox]) -> list[BoundedBox]:
+    def _find_sides(self, nodes: Sequence[BoxNode]) -> list[BoxNode]:
         """Return boxes without looseness by parameter, with the parameter along which to bisect each.
 
         That is the loosest parameter of a part about the centre, or else the relatively widest.
         """
         sides: dict[int, int] = {}
         for share in SHRINK_SHARES:
-            unsettled = [k for k in range(len(boxes)) if k not in sides]
-            parts = [boxes[k].shrink(share) for k in unsettled]
+            unsettled = [k for k in range(len(nodes)) if k not in sides]
+            parts = [nodes[k].shrink(share) for k in unsettled]
             for k, result in zip(unsettled, self.bound_boxes(parts) if parts else [], strict=True):
                 if not isinstance(result, Unbounded) and result.looseness.any():
                     sides[k] = int(result.looseness.argmax())
-        return [replace(box, widest=sides.get(k, self._find_widest(box))) for k, box in enumerate(boxes)]
+        for k, node in enumerate(nodes):
+            node.widest = sides.get(k, self._find_widest(node))
+        return list(nodes)
 
-    def _find_widest(self, box: BoundedBox) -> int | None:
-        width = self.upper - self.lower
-        share_of = np.divide(box.upper - box.lower, width, out=np.zeros_like(width), where=width > 0)
+    def _find_widest(self, node: BoxNode) -> int | None:
+        width = self.root.upper - self.root.lower
+        share_of = np.divide(node.upper - node.lower, width, out=np.zeros_like(width), where=width > 0)
         return int(share_of.argmax()) if share_of.any() else None
 
 
+def lower_number(value: float) -> float:
+    """Return a bound as it is stated: by a share `MARGIN` lower, unless it is infinite."""
+    return value - MARGIN * abs(value) if np.isfinite(value) else value
+
+
+def find_rising(slopes: Ball, margin: float = MARGIN) -> Flags:
+    """Return in which parameters an objective with slopes (p,) never falls, by a share `margin` of the slopes."""
+    is_zero = (slopes.mid == 0) & (slopes.rad == 0)
+    rising: Flags = is_zero | (slopes.low > margin * slopes.magnitude)
+    return rising
+
+
 SECONDS = 480.0
-"""Default time limit of a proof [s]."""
+"""Default limit of the CPU time of a proof [s]."""
 GOAL = 1e-6
 """Largest gap of a proved optimum, as a share of the objective."""
 
@@ -209,7 +274,7 @@ class BoxObjective(Protocol):
     def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
         """Return the bounds over a box [lower, upper] (p,). Raises Unbounded if it has no bounds there."""
 
-    def bound_boxes(self, boxes: Sequence[tuple[Array, Array]]) -> Sequence[ObjectiveBounds | Unbounded]:
+    def bound_boxes(self, boxes: Sequence[Box]) -> Sequence[ObjectiveBounds | Unbounded]:
         """Return the bounds over each box, or the error that explains their absence."""
 
 
@@ -248,39 +313,67 @@ class _Clock:
             )
 
 
-def prove_bound(
-    bounding: BoxObjective, box: tuple[Array, Array], incumbent: Incumbent, seconds: float = SECONDS,
-    listener: Listener | None = None,
-) -> GlobalBound:  # fmt: skip
-    """Return the bound over a box [lower, upper] (p,) that is reached within a time limit [s].
+@dataclass(frozen=True)
+class Proof:
+    """A bound with the tree of boxes from which it follows.
 
-    It is the floor of the objective if the incumbent cannot be enclosed.
+    `reached` is above the objective of the incumbent, with its `evidence`, None if it was not enclosed.
     """
+
+    result: GlobalBound
+    incumbent: Incumbent
+    root: BoxNode
+    reached: float | None
+    evidence: Evidence | None
+
+
+def prove_bound(
+    bounding: BoxObjective, box: Box, incumbent: Incumbent, seconds: float = SECONDS,
+    listener: Listener | None = None, root: BoxNode | None = None,
+    clock: Callable[[], float] = time.process_time, keep: Callable[[Proof], None] | None = None,
+) -> Proof:  # fmt: skip
+    """Return the bound over a box that is reached within a CPU time limit [s], as a continuation of `root` if given.
+
+    It is the floor of the objective if the incumbent cannot be enclosed. An interrupted proof is handed to `keep`.
+    """
+    search = BranchAndBound(bounding, *box, bounding.floor, bounding.batch, bounding.bound_boxes, root, clock)
+    evidence, reached, tick = None, incumbent.objective, _Clock(incumbent.objective, seconds, listener)
+
+    def conclude(result: BoundingResult) -> Proof:
+        lower_bound = min(result.lower_bound, reached)  # all other designs may be excluded as worse or infeasible
+        gap, is_bounded = reached - lower_bound, bool(np.isfinite(lower_bound))
+        is_proved = bool(np.isfinite(gap)) and gap <= GOAL * abs(incumbent.objective)
+        bound = GlobalBound(
+            kind="true" if incumbent.samples is None else "sampled", samples=incumbent.samples,
+            design=incumbent.design, objective=incumbent.objective, lower_bound=lower_bound if is_bounded else None,
+            gap=gap if is_bounded else None, boxes=result.boxes, seconds=result.seconds, proved=is_proved,
+            statement=_describe_bound(result, incumbent, gap, is_proved),
+        )  # fmt: skip
+        tree = result.root.prune(lower_bound) if is_proved else result.root
+        return Proof(bound, incumbent, tree, None if evidence is None else reached, evidence)
+
     try:
-        reached = bounding(incumbent.x, incumbent.x).reached
+        bounds = bounding(incumbent.x, incumbent.x)
     except Unbounded as error:
-        reached, result = incumbent.objective, BoundingResult(bounding.floor, np.inf, 1, 0.0, error.message)
-    else:
-        reached = reached if np.isfinite(reached) else incumbent.objective
-        clock = _Clock(reached, seconds, listener)
-        search = BranchAndBound(bounding, *box, bounding.floor, bounding.batch, bounding.bound_boxes)
-        result = search.run(reached - GOAL * abs(incumbent.objective), seconds, clock)
-        clock.end(result)
-    lower_bound = min(result.lower_bound, reached)  # all other designs may be excluded as worse or infeasible
-    gap, is_bounded = reached - lower_bound, bool(np.isfinite(lower_bound))
-    is_proved = gap <= GOAL * abs(incumbent.objective)
-    return GlobalBound(
-        kind="true" if incumbent.samples is None else "sampled", samples=incumbent.samples, design=incumbent.design,
-        objective=incumbent.objective,
-        lower_bound=lower_bound if is_bounded else None, gap=gap if is_bounded else None, boxes=result.boxes,
-        seconds=result.seconds, proved=is_proved, statement=_describe_bound(result, incumbent, gap, is_proved),
-    )  # fmt: skip
+        return conclude(BoundingResult(bounding.floor, np.inf, 1, 0.0, search.root, error.message))
+    if np.isfinite(bounds.reached):
+        reached, evidence = bounds.reached + ROUNDING * abs(bounds.reached), bounds.evidence
+    begun = clock()
+    try:
+        result = search.run(reached - GOAL * abs(incumbent.objective), seconds, tick)
+    except KeyboardInterrupt:
+        if keep is not None:
+            bound = min(node.lower_bound for node in search.root.list_nodes() if not node.children)
+            keep(conclude(BoundingResult(bound, float(search.met), search.boxes, clock() - begun, search.root)))
+        raise
+    tick.end(result)
+    return conclude(result)
 
 
 def _describe_bound(result: BoundingResult, incumbent: Incumbent, gap: float, is_proved: bool) -> str:
     objective, samples = incumbent.objective, incumbent.samples
     over = "over the whole cycle" if samples is None else f"over {samples} samples"
-    claim = "proved" if is_proved else f"not proved to {GOAL:g} of the objective in {result.seconds:.0f} s"
+    claim = "proved" if is_proved else f"not proved to {GOAL:g} of the objective in {result.seconds:.0f} CPU s"
     if result.obstacle:
         claim += f", because parts of the box have no bound ({result.obstacle})"
     statement = f"{incumbent.scope} is better than {objective:.9g} {over} by more than {gap:.2g}"
@@ -293,7 +386,6 @@ def _describe_bound(result: BoundingResult, incumbent: Incumbent, gap: float, is
 
 JOBS_PER_ROUND = 16
 """Jobs of a round. The next round begins after all of them, so that more workers than this have no effect."""
-Boxes = Sequence[tuple[Array, Array]]
 
 
 class SharedObjective:
@@ -305,14 +397,18 @@ class SharedObjective:
     def __init__(self, objective: BoxObjective, task: Task, means: Means) -> None:
         self._objective, self._task, self._means = objective, task, means
         self.batch, self.floor = JOBS_PER_ROUND * objective.batch, objective.floor
-        self._begun = time.perf_counter()
+        self._begun, self._seconds = time.perf_counter(), 0.0
         self._jobs: Jobs | None = None
 
     def __call__(self, lower: Array, upper: Array) -> ObjectiveBounds:
         """Return the bounds over a box [lower, upper] (p,). Raises Unbounded if it has no bounds there."""
         return self._objective(lower, upper)
 
-    def bound_boxes(self, boxes: Boxes) -> Sequence[ObjectiveBounds | Unbounded]:
+    def clock(self) -> float:
+        """Return the CPU time of this process, and of the workers for their boxes [s]."""
+        return time.process_time() + self._seconds
+
+    def bound_boxes(self, boxes: Sequence[Box]) -> Sequence[ObjectiveBounds | Unbounded]:
         """Return the bounds over each box, or the error that explains their absence."""
         is_early = time.perf_counter() - self._begun < MIN_PARALLEL_S or count_cores() == 1
         if self._jobs is None and self._means == AUTO and is_early:
@@ -321,7 +417,9 @@ class SharedObjective:
             self._jobs = Jobs(self._task, means=self._means)
         size = self._objective.batch
         self._jobs.add([boxes[k : k + size] for k in range(0, len(boxes), size)])
-        return [result for results in self._jobs.in_order() for result in results]
+        answers = list(self._jobs.in_order())
+        self._seconds += sum(seconds for _, seconds in answers)
+        return [result for results, _ in answers for result in results]
 
     def end(self) -> None:
         """End the workers."""
@@ -330,7 +428,7 @@ class SharedObjective:
 
 
 @contextmanager
-def share_boxes(objective: BoxObjective, build: Callable[[], BoxObjective], means: Means) -> Iterator[BoxObjective]:
+def share_boxes(objective: BoxObjective, build: Callable[[], BoxObjective], means: Means) -> Iterator[SharedObjective]:
     """Yield an objective whose boxes are bounded by the workers of `means`; the bounds do not depend on their number.
 
     `build` is picklable and returns the objective in a worker.
@@ -342,6 +440,17 @@ def share_boxes(objective: BoxObjective, build: Callable[[], BoxObjective], mean
         shared.end()
 
 
-def prepare_boxes(build: Callable[[], BoxObjective]) -> Callable[[Boxes], Sequence[ObjectiveBounds | Unbounded]]:
+TimedBounds = tuple[Sequence[ObjectiveBounds | Unbounded], float]
+"""Bounds of boxes, and the CPU time that they took [s]."""
+
+
+def prepare_boxes(build: Callable[[], BoxObjective]) -> Callable[[Sequence[Box]], TimedBounds]:
     """Return the function that bounds an objective over boxes."""
-    return build().bound_boxes
+    objective = build()
+
+    def bound(boxes: Sequence[Box]) -> TimedBounds:
+        begun = time.process_time()
+        results = objective.bound_boxes(boxes)
+        return results, time.process_time() - begun
+
+    return bound

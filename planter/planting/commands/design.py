@@ -21,7 +21,7 @@ from planter.planting.commands.options import (
     parse_tooth_counts,
     text_option,
 )
-from planter.report.writing import figure_files, writes_files
+from planter.report.writing import figure_files, find_proof, writes_files
 from planter.terminal.console import Console
 from planter.terminal.options import (
     ClusterOption,
@@ -96,7 +96,7 @@ def optimise(
         bool,
         typer.Option("--prove", help="also prove a bound on how much better any design within the bounds can be"),
     ] = False,
-    prove_seconds: Annotated[float, typer.Option(min=0, help="time for the proof, the search excluded")] = 480,
+    prove_seconds: Annotated[float, typer.Option(min=0, help="CPU time for the proof, the search excluded [s]")] = 480,
     module: ModuleOption = None,
     module1: Module1Option = None,
     module2: Module2Option = None,
@@ -175,7 +175,8 @@ def optimise(
             if prove:
                 from planter.planting import proof
 
-                optimum = proof.add_proof(optimum, prove_seconds, console.progress, means)
+                earlier, keep = find_proof(out)
+                optimum = proof.add_proof(optimum, prove_seconds, console.progress, means, earlier, keep)
                 presentation = present_and_write(optimum)
         presentation.show(console)
         if out is not None:

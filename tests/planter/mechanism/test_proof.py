@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import subprocess
 import sys
 from collections.abc import Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any
 
+import jsonschema
 import numpy as np
 import pytest
 
@@ -14,6 +18,7 @@ from planter.engine.goal import Goal
 from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.proof import ProvedQuantity, build_provable_objective
 from planter.engine.response import MachineResponse
+from planter.files.text import read_json
 from planter.kernels import Array
 from planter.kernels.generated import find_periodic
 from planter.mechanism.cycle import compute_cycle
@@ -22,6 +27,7 @@ from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.proof import EnclosedMechanism
 from planter.optimise.proof import enclosures
+from planter.optimise.proof.certificate_file import compute_digest
 from planter.optimise.proof.enclosures import EnclosedResponse, ObjectiveBounds, enclose_samples
 from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
@@ -29,7 +35,8 @@ from planter.optimise.proof.objective import ProvableObjective
 from planter.optimise.proof.search import GlobalBound, Incumbent, prove_bound
 from planter.report.presentation import describe_proof
 from tests.support import own
-from tests.support.cli import answer, refusal
+from tests.support.cli import answer, refusal, run
+from tests.support.schemas import load_schema
 
 COUNT = 12
 SMALL = 0.004
@@ -133,7 +140,7 @@ def prove(bounding: ProvableObjective, goal: Goal) -> tuple[GlobalBound, Array]:
     slopes = bounding(lower, upper).slopes.mid
     corner = np.where(slopes < 0, upper, lower)
     incumbent = Incumbent(corner, {}, goal.evaluate(corner), COUNT)
-    return prove_bound(bounding, (lower, upper), incumbent, seconds=30.0), corner
+    return prove_bound(bounding, (lower, upper), incumbent, seconds=30.0).result, corner
 
 
 def test_a_small_box_of_a_four_bar_is_proved() -> None:
@@ -332,3 +339,50 @@ def test_design_without_enclosure_returns_search_result() -> None:
     assert not result["proof"]["proved"]
     assert result["proof"]["statement"].startswith("not proved")
     assert result["objective"] == pytest.approx(result["proof"]["objective"])
+
+
+@cache
+def prove_slider_crank() -> Path:
+    """Return the folder of a proof with friction, whose reactions are solved for, over samples."""
+    path = own.generated("slider_crank") / "slider_crank.toml"
+    folder = path.parent / "proved"
+    answer("optimise", str(path), "--least", "range F_Oy", "--vary", "r_mm=49:51", "--samples", "12", "--starts", "1",
+           "--prove", "--out", str(folder))  # fmt: skip
+    return folder
+
+
+def run_checker(folder: Path, file: Path) -> tuple[int, str]:
+    """Return exit code and last line of the checker that lies beside a proof, in a place without planter."""
+    command = [sys.executable, "-I", str(folder / "check_proof.py"), str(file), "1"]
+    process = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    return process.returncode, process.stdout.splitlines()[-1]
+
+
+def test_proof_is_checked_from_its_file() -> None:
+    folder = prove_slider_crank()
+    file = folder / "proof.json"
+    result, proof = answer("prove", "--check", str(file)), read_json(folder / "summary.json")["proof"]
+    jsonschema.validate(result, load_schema("prove"))
+    assert result["valid"]
+    assert result["kind"] == "sampled"
+    assert result["lower_bound"] == proof["lower_bound"]
+    assert result["gap"] == pytest.approx(proof["gap"], abs=1e-12)
+    assert run_checker(folder, file) == (0, "valid")
+
+
+def test_tampered_and_unreadable_proofs_have_their_exit_codes(tmp_path: Path) -> None:
+    folder = prove_slider_crank()
+    document = read_json(folder / "proof.json")
+    document["lower_bound"] = (2 * float.fromhex(document["lower_bound"])).hex()
+    tampered, unreadable = tmp_path / "tampered.json", tmp_path / "unreadable.json"
+    tampered.write_text(json.dumps({**document, "sha256": compute_digest(document)}))
+    unreadable.write_text("{")
+    code, output, _ = run("prove", str(tampered), "--json")
+    assert (code, json.loads(output)["valid"]) == (1, False)
+    assert "lower_bound" in json.loads(output)["reason"]
+    code, reason = run_checker(folder, tampered)
+    assert code == 1
+    assert "lower_bound" in reason
+    assert str(unreadable) in refusal("prove", str(unreadable))
+    assert run_checker(folder, unreadable)[0] == 2
+    assert "format" in refusal("prove", str(folder / "summary.json"))

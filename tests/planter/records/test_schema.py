@@ -52,6 +52,7 @@ ELSEWHERE = {
     "gears",
     "move",
     "optimise least",
+    "prove",
     "sweep",
     "tolerance",
     "turn",

@@ -12,7 +12,7 @@ from scipy.optimize import minimize_scalar
 
 from planter.kernels import Array
 from planter.optimise.proof import enclosures
-from planter.optimise.proof.enclosures import EnclosedResponse, Maximum, ResponseProgram, Stage
+from planter.optimise.proof.enclosures import EnclosedResponse, Maximum, ProgramStage, ResponseProgram
 from planter.optimise.proof.intervals import Ball, Branches, Unbounded
 from planter.optimise.proof.jets import ANYWHERE, Jet, Space
 from planter.optimise.proof.programs import record_program
@@ -30,7 +30,7 @@ def evaluate(xp: Any, inputs: Sequence[Any]) -> Sequence[Any]:
 
 
 BENT = ResponseProgram(
-    3, (Stage(record_program(evaluate, 4), (3, 0, 1, 2)),), (Fraction(0), Fraction(-1, 2)), Fraction(1, 2),
+    3, (ProgramStage(record_program(evaluate, 4), (3, 0, 1, 2)),), (Fraction(0), Fraction(-1, 2)), Fraction(1, 2),
     is_continuous=True,
 )  # fmt: skip
 

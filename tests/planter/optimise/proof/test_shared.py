@@ -18,7 +18,7 @@ def prove(means: Means) -> GlobalBound:
     objective = float((BEST @ BEST - 1) ** 2 + 0.1 * BEST[0])
     incumbent = Incumbent(BEST, {"x": float(BEST[0]), "y": 0.0}, objective, 1)
     with share_boxes(Ring(), Ring, means) as shared:
-        return replace(prove_bound(shared, BOX, incumbent, seconds=60.0), seconds=0.0)
+        return replace(prove_bound(shared, BOX, incumbent, seconds=60.0).result, seconds=0.0)
 
 
 @pytest.mark.fault

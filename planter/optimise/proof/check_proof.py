@@ -1,0 +1,645 @@
+"""Check a proof that `planter optimise --prove` wrote, without planter: python check_proof.py proof.json [PROCESSES]
+
+Every bound of every box, the covering of the box by its parts, and the upper bound of the incumbent are computed again
+from the programs in the file, in the ball arithmetic of Arb (pip install python-flint). The last line is `valid` or the
+reason; exit code 0 valid, 1 refused, 2 not readable. docs/proof.md of planter states the theorems.
+
+Functions of the design x and of the place s in a panel of angles are jets: value and gradient at the centre of a box,
+value, gradient and Hessian anywhere in it. Then f(x) is in f(c) + f'(c) d + d' H d / 2, and f'(x) in f'(c) + H d.
+"""
+# fmt: off
+
+import functools
+import hashlib
+import itertools
+import json
+import math
+import sys
+from fractions import Fraction
+from multiprocessing import Pool
+
+from flint import arb, arb_mat, arb_poly, ctx
+
+ctx.prec = 64
+ONE, ZERO, UNIT, INFINITY, MOST_PIECES = arb(1), arb(0), arb(0, 1), arb("inf"), 64
+SIDES = {"max": (1,), "min": (-1,), "range": (1, -1)}
+NONNEGATIVE = ("range", "variance", "std", "rms")
+
+class NoBound(Exception):
+    """A quantity has no bound over a box at some angle."""
+
+def map_ends(function, x):
+    """Return the values of an increasing function over a ball, by those at its ends."""
+    return function(x) if x.is_exact() else function(x.lower()).union(function(x.upper()))
+
+def sine_ball(x, shift):
+    """Return sin(x + shift pi / 2), whose second derivative is at most 1."""
+    middle, radius = arb(x.mid()), arb(x.rad())
+    sin, cos = (middle.cos(), -middle.sin()) if shift else (middle.sin(), middle.cos())
+    return (sin + UNIT * (abs(cos) * radius + radius * radius / 2)).intersection(UNIT)
+
+def raise_ball(x, n):
+    """Return x^n; Arb's own has no value where x may vanish."""
+    return math.prod([x] * n, start=ONE)
+
+def square_ball(x):
+    """Return x^2, which is nowhere negative."""
+    return raise_ball(x.abs_lower(), 2).union(raise_ball(x.abs_upper(), 2))
+
+def turn_angle(turn):
+    """Return an angle [rad] for a fraction of a turn."""
+    return 2 * arb.pi() * turn.numerator / turn.denominator
+
+FUNCTIONS = {  # f(x), f'(x) from x and f(x), f''(x) from x, f(x) and f'(x)
+    "inverse": (lambda x: 1 / x, lambda _, y: -y * y, lambda x, y, d: 2 * y * y * y),
+    "sqrt": (lambda x: map_ends(arb.sqrt, x), lambda _, y: 1 / (2 * y), lambda x, y, d: -d / (2 * x)),
+    "log": (lambda x: map_ends(arb.log, x), lambda x, _: 1 / x, lambda x, y, d: -d * d),
+    "exp": (lambda x: map_ends(arb.exp, x), lambda _, y: y, lambda x, y, d: y),
+    "sin": (lambda x: sine_ball(x, 0), lambda x, _: sine_ball(x, 1), lambda x, y, d: -y),
+    "cos": (lambda x: sine_ball(x, 1), lambda x, _: -sine_ball(x, 0), lambda x, y, d: -y),
+    "arctan": (lambda x: map_ends(arb.atan, x), lambda x, _: 1 / (1 + square_ball(x)), lambda x, y, d: -2 * x * d * d),
+}
+
+class BoxSpace:
+    """A box with half widths `radii` of what moves in it, the place in a panel from -1 to 1 as the last if `panels`."""
+
+    def __init__(self, lower, upper, panels):
+        self.cutting, self.panels, self.centre = True, panels, [a + (b - a) / 2 for a, b in zip(lower, upper)]
+        self.open = [k for k, (a, b) in enumerate(zip(lower, upper)) if a < b]
+        centre = [arb(x) for x in self.centre]
+        self.radii = [max(upper[k] - centre[k], centre[k] - lower[k]).upper() for k in self.open] + [ONE] * panels
+        self.n = n = len(self.radii)
+        self.delta = arb_mat(n, 1, [UNIT * radius for radius in self.radii])
+        self.zeros = arb_mat(n, 1), arb_mat(n, 1), arb_mat(n, n)
+
+    def constant(self, value):
+        """Return a function that is the same everywhere."""
+        return BallJet(self, arb(value), arb(value))
+
+    def linear(self, value, rates, place=0):
+        """Return a function that is linear in the design, with rates in all of its parameters, and in the place."""
+        slope = arb_mat(self.n, 1, [rates[k] for k in self.open] + [place] * self.panels)
+        return BallJet(self, arb(value), value + (slope.transpose() * self.delta)[0, 0], slope, slope, self.zeros[2])
+
+    def parameters(self):
+        """Return the parameters of the design as functions."""
+        return [self.linear(x, [i == k for i in range(len(self.centre))]) if k in self.open else self.constant(x)
+                for k, x in enumerate(self.centre)]
+
+class BallJet:
+    """Value and gradient at the centre (c, gc) and anywhere (v, g), and Hessian h; constants have no derivatives."""
+
+    __slots__ = ("c", "g", "gc", "h", "space", "v")
+
+    def __init__(self, space, c, v, gc=None, g=None, h=None):
+        self.space, self.c, self.v, self.gc, self.g, self.h = space, c, v, gc, g, h
+
+    @property
+    def derivatives(self):
+        return self.space.zeros if self.gc is None else (self.gc, self.g, self.h)
+
+    def cut(self):
+        """Intersect value and gradient anywhere with the Taylor form about the centre."""
+        if self.gc is not None and self.space.cutting:
+            moved, delta = self.h * self.space.delta, self.space.delta
+            self.v = self.v.intersection(self.c + ((self.gc + moved * arb(0.5)).transpose() * delta)[0, 0])
+            self.g = arb_mat(self.space.n, 1, [*map(arb.intersection, self.g.entries(), (self.gc + moved).entries())])
+        return self
+
+    def __neg__(self):
+        return BallJet(self.space, -self.c, -self.v, *(() if self.gc is None else (-self.gc, -self.g, -self.h)))
+
+    def __add__(self, other):
+        a, b = (other, self) if self.gc is None else (self, other)
+        if b.gc is None:
+            return BallJet(a.space, a.c + b.c, a.v + b.v, a.gc, a.g, a.h)
+        return BallJet(a.space, a.c + b.c, a.v + b.v, a.gc + b.gc, a.g + b.g, a.h + b.h).cut()
+
+    def __sub__(self, other):
+        return self + -other
+
+    def __mul__(self, other):
+        a, b = (other, self) if self.gc is None else (self, other)
+        values = a.c * b.c, a.v * b.v
+        if b.gc is None:
+            return BallJet(a.space, *values, *(() if a.gc is None else (a.gc * b.c, a.g * b.v, a.h * b.v)))
+        mixed = a.g * b.g.transpose()
+        return BallJet(a.space, *values, b.gc * a.c + a.gc * b.c, b.g * a.v + a.g * b.v,
+                   b.h * a.v + a.h * b.v + mixed + mixed.transpose()).cut()
+
+    def apply(self, function, slope, bend):
+        """Return f(x) from functions of x, of x and f(x), and of x, f(x) and f'(x)."""
+        c, v = function(self.c), function(self.v)
+        if self.gc is None:
+            return BallJet(self.space, c, v)
+        d = slope(self.v, v)
+        hessian = self.h * d + (self.g * bend(self.v, v, d)) * self.g.transpose()
+        return BallJet(self.space, c, v, self.gc * slope(self.c, c), self.g * d, hessian).cut()
+
+    def call(self, name):
+        """Return an elementary function of the jet."""
+        if (name == "inverse" and self.v.contains(0)) or (name in ("sqrt", "log") and not self.v > 0):
+            raise NoBound(f"{name} has no bound")
+        return self.apply(*FUNCTIONS[name])
+
+    def __pow__(self, n):
+        return self.apply(lambda x: raise_ball(x, n), lambda x, _: n * raise_ball(x, n - 1),
+                          lambda x, y, d: n * (n - 1) * raise_ball(x, max(n - 2, 0)))
+
+    def polynomial(self, numbers):
+        """Return the sum of a_k x^k, highest power first, expanded about the centre."""
+        middle = arb(self.c.mid())
+        value = arb_poly(numbers[::-1])(arb_poly([middle, 1]))
+        slope, bend = value.derivative(), value.derivative().derivative()
+        return self.apply(lambda x: value(x - middle), lambda x, _: slope(x - middle), lambda x, y, d: bend(x - middle))
+
+    def angle(self, x):
+        """Return the angle of the point (x, self): that of a fixed direction near it plus the angle from there."""
+        if not (x.v > 0 or self.v > 0 or self.v < 0):
+            raise NoBound("an angle may jump by a turn")
+        turn = math.atan2(float(self.c.mid()), float(x.c.mid()))
+        cos, sin = self.space.constant(math.cos(turn)), self.space.constant(math.sin(turn))
+        ratio = (self * cos - x * sin) * (x * cos + self * sin).call("inverse")
+        return ratio.call("arctan") + self.space.constant(arb.atan2(sin.c, cos.c))
+
+    def lower_bound(self):
+        """Return a number below the jet over the box."""
+        change, radii = ZERO, self.space.radii
+        for i in range(self.space.n if self.gc is not None else 0):
+            change += radii[i] * abs(self.gc[i, 0]) + radii[i] ** 2 / 2 * max(-self.h[i, i].lower(), ZERO)
+            change += sum((radii[i] * radii[j] * abs(self.h[i, j]) for j in range(i)), ZERO)
+        return max((self.c - change.upper()).lower(), self.v.lower())
+
+    def without_place(self, change, tilt):
+        """Return the jet without the place in a panel, by what its slope and bend change it, and mixed ones slopes."""
+        if self.gc is None or not self.space.panels:
+            return self
+        n, last = self.space.n, self.space.n - 1
+        keep = arb_mat(n, n, [float(i == j < last) for i in range(n) for j in range(n)])
+        mixed = arb_mat(n, 1, [*(tilt(self.h[i, last]) for i in range(last)), ZERO])
+        value = self.c + change(self.gc[last, 0], self.h[last, last])
+        return BallJet(self.space, value, self.v, keep * self.gc + mixed, keep * self.g, keep * self.h * keep).cut()
+
+    def average(self):
+        """Return the mean over a panel: terms odd in the place cancel but for what differs between pieces."""
+        return self.without_place(lambda slope, bend: UNIT * slope.rad() / 2 + bend / 6, lambda x: UNIT * x.rad() / 2)
+
+    def hull(self):
+        """Return what the jet is at any one place of a panel, slope s + bend s^2 / 2 for s from -1 to 1."""
+        def parabola(slope, bend):
+            steep = slope.abs_upper()
+            high, low = ((steep**2 / (-2 * curve) if steep < -curve else steep + curve / 2).upper()
+                         for curve in (bend.upper(), -bend.lower()))
+            return high.union(-low)
+
+        return self.without_place(parabola, lambda x: UNIT * x.abs_upper())
+
+def join_jets(jets, join):
+    """Return a jet whose entries are those of all jets, joined."""
+    space, n = jets[0].space, jets[0].space.n
+    result = BallJet(space, join([jet.c for jet in jets]), join([jet.v for jet in jets]))
+    if any(jet.gc is not None for jet in jets):
+        parts = [[join(list(x)) for x in zip(*(jet.derivatives[k].entries() for jet in jets))] for k in range(3)]
+        result.gc, result.g, result.h = (arb_mat(n, columns, part) for columns, part in zip((1, 1, n), parts))
+    return result
+
+def unite_jets(jets):
+    """Return a jet around all jets."""
+    return jets[0] if len(jets) == 1 else join_jets(jets, lambda balls: functools.reduce(arb.union, balls))
+
+def add_up(jets):
+    """Return the sum of many jets."""
+    return join_jets(jets, lambda balls: sum(balls, ZERO)).cut()
+
+def invert_matrix(rows, part):
+    """Return the inverse of a matrix of jets at the centre or anywhere (part c or v)."""
+    try:
+        return arb_mat([[getattr(jet, part) for jet in row] for row in rows]).inv()
+    except ZeroDivisionError:
+        raise NoBound("a matrix may be singular") from None
+
+def enclose_roots(space, k, start, residual):
+    """Return roots near a start: a ball that Newton's interval step maps into itself holds one at each design.
+
+    Derivatives solve f_a a' = -f_x and f_a a'' = -(f_xx + 2 f_xa a' + f_aa a' a'); the right sides are gradients of f
+    with constants in place of roots, and Hessians along the lines a' (x - x*), where Taylor forms do not apply.
+    """
+    at, n = list(start), space.n
+
+    def constants(values):
+        return [space.constant(x) for x in values]
+
+    def column(jets, part):
+        return arb_mat(k, 1, [getattr(jet, part) for jet in jets])
+
+    for _ in range(30):
+        gaps, rows = residual(constants(at))
+        step = invert_matrix(rows, "c") * column(gaps, "c")
+        at = [float((x - step[i, 0]).mid()) for i, x in enumerate(at)]
+        if all(step[i, 0].abs_upper() <= 1e-9 * abs(x) for i, x in enumerate(at)):
+            break
+    gaps, rows = residual(constants(at))
+    inverse = invert_matrix(rows, "c")
+    scale = constants(arb(x.mid()) for x in inverse.entries())
+
+    def scaled(a):
+        gaps, rows = residual(a)
+        both = [[sum((scale[i * k + j] * row[m] for j, row in enumerate(zip(gaps, *zip(*rows)))), space.constant(0))
+                 for m in range(k + 1)] for i in range(k)]
+        return [row[0] for row in both], [row[1:] for row in both]
+
+    def contain(part):
+        radii = [x.abs_upper() for x in (inverse * column(gaps, part)).entries()]
+        for _ in range(30):
+            radii = [1.5 * r + 1e-15 * abs(x) for r, x in zip(radii, at)]
+            balls = constants(x + UNIT * r for x, r in zip(at, radii))
+            change = (invert_matrix(residual(balls)[1], part) * column(gaps, part)).entries()
+            if all(x.abs_upper() < r for x, r in zip(change, radii)):
+                return [x - y for x, y in zip(at, change)]
+        raise NoBound("no ball is mapped into itself by a Newton step")
+
+    def divide(kind, jets, inverse):
+        right = arb_mat([jet.derivatives[kind].entries() for jet in jets])
+        result, columns = -(inverse * right), n if kind == 2 else 1
+        return [arb_mat(n, columns, [result[i, m] for m in range(n * columns)]) for i in range(k)]
+
+    middle, values, jets = contain("c"), contain("v"), None
+    centre_gaps, centre_rows = scaled(constants(middle))
+    centre = divide(0, centre_gaps, invert_matrix(centre_rows, "c"))
+    for _ in range(2):
+        box_gaps, box_rows = scaled(constants(values))
+        inverse = invert_matrix(box_rows, "v")
+        rates = divide(1, box_gaps, invert_matrix(scaled(jets)[1], "v") if jets else inverse)
+        space.cutting = False
+        lines = [BallJet(space, v, v, rate, rate, space.zeros[2]) for v, rate in zip(values, rates)]
+        bends = divide(2, scaled(lines)[0], inverse)
+        space.cutting = True
+        jets = [BallJet(space, *parts).cut() for parts in zip(middle, values, centre, rates, bends)]
+        values = [jet.v for jet in jets]
+    return jets
+
+class ProofProgram:
+    """Operations [name, arguments, numbers] in order; each condition is asked once."""
+
+    def __init__(self, entry):
+        self.steps = [(name, a, [float.fromhex(x) for x in numbers]) for name, a, numbers in entry["operations"]]
+        self.outputs = entry["outputs"]
+
+    def run(self, space, inputs, script=()):
+        """Return the results and, of each condition, answer, others and jumps; `script` gives the first answers."""
+        values, conditions, solved = [], [], {}
+
+        def answer(usual, low, high, jumps):
+            if high - low >= 3:
+                raise NoBound("a box goes through many branches")
+            choice = script[len(conditions)] if len(conditions) < len(script) else min(max(usual, low), high)
+            conditions.append((choice, [k for k in range(low, high + 1) if k != choice], jumps))
+            return choice
+
+        def solve(size, k, arguments):
+            rows = [[values[a] for a in arguments[i : i + size]] for i in range(0, len(arguments), size)]
+            if arguments not in solved:
+                start = (invert_matrix(rows[:-1], "c") * arb_mat(size, 1, [jet.c for jet in rows[-1]])).entries()
+                solved[arguments] = enclose_roots(space, size, [float(x.mid()) for x in start], lambda q: ([
+                    add_up([a * y for a, y in zip(row, q)]) - b for row, b in zip(rows, rows[-1])], rows[:-1]))
+            return solved[arguments][k]
+
+        def floor(x):
+            low, high = (int(float(end.floor())) for end in (x.lower(), x.upper()))
+            return space.constant(answer(math.floor(float(x.mid())), low, high, True))
+
+        def below(x, strictly, jumps):
+            always, never = (x < 0, x >= 0) if strictly else (x <= 0, x > 0)
+            return bool(answer(int(x.mid() < 0), int(always), int(not never), bool(jumps)))
+
+        for name, arguments, numbers in self.steps:
+            a = [values[k] for k in arguments]
+            match name:
+                case "multiply": result = a[0] * a[1]
+                case "add": result = a[0] + a[1]
+                case "negate": result = -a[0]
+                case "power": result = a[0] ** int(numbers[0])
+                case "polynomial": result = a[0].polynomial(numbers)
+                case "input": result = inputs[int(numbers[0])]
+                case "constant" | "pi": result = space.constant(numbers[0] if numbers else arb.pi())
+                case "select": result = a[0] if a[2] else a[1]
+                case "arctan2": result = a[0].angle(a[1])
+                case "floor": result = floor(a[0].v)
+                case "below": result = below(a[0].v, *numbers)
+                case "or" | "and": result = (any if name == "or" else all)(a)
+                case "not": result = not a[0]
+                case "solve": result = solve(*map(int, numbers), tuple(arguments))
+                case _: result = a[0].call(name)
+            values.append(result)
+        return [values[k] for k in self.outputs], conditions
+
+    def run_smooth(self, space, inputs):
+        """Return the results where no condition has several answers over the box."""
+        results, conditions = self.run(space, inputs)
+        if any(alternatives for _, alternatives, _ in conditions):
+            raise NoBound("a condition has several answers over a box")
+        return results
+
+    def find_roots(self, space, inputs, *start):
+        """Return the roots of a program that takes the unknowns first, and returns residuals and Jacobian."""
+        def residual(q):
+            rows, k = self.run_smooth(space, [*q, *inputs]), len(start)
+            return rows[:k], [rows[i : i + k] for i in range(k, k + k * k, k)]
+
+        return enclose_roots(space, len(start), start, residual)
+
+    def run_pieces(self, space, inputs):
+        """Return the hulls of all smooth pieces, and whether results may jump from one to the other."""
+        pieces, scripts, jumps = [], [()], False
+        while scripts:
+            script = scripts.pop()
+            results, conditions = self.run(space, inputs, script)
+            pieces.append(results)
+            for n, (_, alternatives, may_jump) in enumerate(conditions):
+                jumps |= bool(alternatives) and may_jump
+                answers = tuple(choice for choice, _, _ in conditions[:n])
+                scripts += [(*answers, other) for other in alternatives] if n >= len(script) else []
+            if len(pieces) > MOST_PIECES:
+                raise NoBound("a box goes through many branches")
+        return [unite_jets(results) for results in zip(*pieces)], jumps
+
+class Response:
+    """Quantities over boxes at angles, from the stages of programs in the file."""
+
+    def __init__(self, entry):
+        self.count, self.continuous = entry["parameters"], entry["continuous"]
+        self.offsets, self.period = [Fraction(x) for x in entry["offsets"]], Fraction(entry["period"])
+        self.stages, moving, self.size = [], {self.count}, self.count + 1
+        for stage in entry["stages"]:
+            program, inputs, roots = ProofProgram(stage), stage["inputs"], len(stage["limits"])
+            fixed, places = moving.isdisjoint(inputs), range(self.size, self.size + (roots or len(program.outputs)))
+            moving |= set() if fixed else set(places)
+            self.stages.append((program, inputs, roots, fixed, places))
+            self.size = places.stop
+
+    def advance(self, space, values, starts, phi=None):
+        """Return values with the results of the stages that no angle changes, or of those that the angle phi does."""
+        values, number = [*values, *[None] * (self.size - len(values))], 0
+        if phi is not None:
+            values[self.count] = phi
+        for program, inputs, roots, fixed, places in self.stages[:-1]:
+            number += bool(roots)
+            if fixed is not (phi is None):
+                continue
+            run = program.find_roots if roots else program.run_smooth
+            start = find_start(starts[number - 1], phi) if roots else ()
+            values[places.start : places.stop] = run(space, [values[k] for k in inputs], *start)
+        return values
+
+    def enclose(self, space, fixed, starts, jumps, phi):
+        """Return the quantities at an angle, or None without bounds; note whether they may jump over the designs."""
+        sides = []
+        for offset in self.offsets:
+            try:
+                values = self.advance(space, fixed, starts, phi + space.constant(turn_angle(offset)))
+                results, jump = self.stages[-1][0].run_pieces(space, [values[k] for k in self.stages[-1][1]])
+            except NoBound:
+                return None
+            sides.append(results)
+            jumps.append(jump and not self.continuous)
+        return [sum(shares[1:], shares[0]) for shares in zip(*sides)]
+
+def find_start(start, phi):
+    """Return numbers near roots: those for all angles, or at the nearest of equal steps of a cycle."""
+    rows = start["values"]
+    k = round(float(phi.c.mid()) % start["cycle"] / start["cycle"] * (len(rows[0]) - 1)) if len(rows[0]) > 1 else 0
+    if any(row[k] is None for row in rows):
+        raise NoBound("loops do not close")
+    return [row[k] for row in rows]
+
+def list_panels(space, entry, period):
+    """Return the angles in panels and their shares; an end is the same function in both panels that meet there."""
+    turn, knots, ends = turn_angle(period), list(zip(entry["knots"], entry["rates"])), []
+    after = [*knots[1:], (knots[0][0] + float(turn.mid()), knots[0][1])]
+    for (knot, rates), (end, last), count in zip(knots, after, entry["parts"], strict=True):
+        ends += [space.linear(knot + i / count * (end - knot), [a + i / count * (b - a) for a, b in zip(rates, last)])
+                 for i in range(count)]
+    ends.append(ends[0] + space.constant(turn))
+    place, half = space.linear(0, [0] * len(space.centre), 1), space.constant(0.5)
+    widths = [stop - start for start, stop in itertools.pairwise(ends)]
+    if not all(width.v > 0 for width in widths):
+        raise NoBound("panels of angles overlap")
+    angles = [(start + stop + width * place) * half for start, stop, width in zip(ends, ends[1:], widths)]
+    return angles, [width * space.constant(1 / turn) for width in widths]
+
+def is_nonnegative(term):
+    """Return whether a term is nowhere below zero."""
+    size = term["size"] and term["measure"] in ("max", "at")
+    return (size or term["measure"] in NONNEGATIVE) and term["weight"] >= 0
+
+class BoundedCycle:
+    """Quantities over a box in the lanes of a cycle with their shares, at fixed angles, and at a few near extremes."""
+
+    def __init__(self, proof, lower, upper, evidence, key="panels"):
+        response, starts, self.proof, self.jumps = proof.response, evidence.get("starts", []), proof, []
+        self.space = space = BoxSpace(lower, upper, int(proof.samples is None))
+        fixed = response.advance(space, space.parameters()[: response.count], starts)
+        enclose = functools.partial(response.enclose, space, fixed, starts, self.jumps)
+        if proof.samples is None:
+            angles, self.shares = list_panels(space, evidence[key], response.period)
+        else:
+            angles = [space.constant(turn_angle(turn)) for turn in proof.list_samples()]
+            self.shares = [space.constant(ONE / len(angles))] * len(angles)
+        self.lanes = [enclose(phi) for phi in angles]
+        self.fixed = [enclose(space.constant(turn_angle(Fraction(angle % 360) / 360))) for angle in proof.angles]
+        points = [enclose(space.linear(*x)) for x in zip(evidence.get("peaks", []), evidence.get("rates", []))]
+        count = len(points) // max(1, len(proof.extremes))
+        self.points = {(k, side): [x[k] for x in points[i * count : (i + 1) * count] if x is not None]
+                       for i, (k, side) in enumerate(proof.extremes)}
+
+    def take(self, measure):
+        """Return the jets of a measure with their shares, and whether they are all."""
+        place = None if measure["angle"] is None else self.proof.angles.index(measure["angle"])
+        lanes, shares = (self.lanes, self.shares) if place is None else ([self.fixed[place]], [None])
+        pairs = [(x[measure["quantity"]], share) for x, share in zip(lanes, shares) if x is not None]
+        return pairs, len(pairs) == len(lanes)
+
+    def find_maximum(self, measure, side, weight=ONE):
+        """Return points below the greatest value of a quantity, or of minus it, and its panels."""
+        factor = self.space.constant(side * weight)
+        panels = [jet.hull() * factor for jet, _ in self.take(measure)[0]]
+        points = [point * factor for point in self.points[measure["quantity"], side]] or panels
+        return sorted(points, key=lambda jet: -float(jet.c.mid())), panels
+
+    def average(self, measure):
+        """Return a measure without corners; squares that are missing count as zero."""
+        pairs, complete = self.take(measure)
+        if measure["measure"] == "at":
+            return pairs[0][0]
+        mean = add_up([jet.average() * share for jet, share in pairs])
+        if measure["measure"] == "mean":
+            return mean
+        if measure["measure"] != "rms":
+            mean = mean if complete else mean * add_up([share for _, share in pairs]).call("inverse")
+            pairs = [(jet - mean, share) for jet, share in pairs]
+        squares = [(jet**2, share, square_ball(jet.v)) for jet, share in pairs]
+        for jet, _, value in squares:
+            jet.v = jet.v.intersection(value)
+        mean = add_up([jet.average() * share for jet, share, _ in squares])
+        return mean if measure["measure"] == "variance" else mean.call("sqrt")
+
+    def bound_terms(self):
+        """Return the smooth part of the objective, its greatest values, and whether nothing is left out."""
+        smooth, extremes, has_all = self.space.constant(0), [], True
+        for term in self.proof.terms:
+            (pairs, complete), sides = self.take(term), SIDES.get(term["measure"], ())
+            if (not complete and not is_nonnegative(term) and not sides) or not any(self.lanes):
+                raise NoBound("a measure has no bound without some of the angles")
+            has_all &= complete
+            try:
+                extremes += [self.find_maximum(term, side, abs(term["weight"])) for side in sides if pairs]
+                if pairs and not sides:
+                    smooth += self.average(term) * self.space.constant(term["weight"])
+            except NoBound:
+                if not is_nonnegative(term):
+                    raise
+                has_all = False
+        return smooth, extremes, has_all
+
+    def span(self, measure, part):
+        """Return between which values a limited measure times its sign is, at the centre (c) or anywhere (v)."""
+        (pairs, complete), low, high = self.take(measure), ZERO, ZERO
+        for side in SIDES.get(measure["measure"], ()) if pairs else ():
+            points, panels = self.find_maximum(measure, side)
+            low += max(getattr(jet, part).lower() for jet in points)
+            high += max(getattr(jet, part).upper() for jet in panels)
+        if measure["measure"] not in SIDES and pairs:
+            value = getattr(self.average(measure), part)
+            low, high = value.lower() if complete or measure["measure"] in NONNEGATIVE else -INFINITY, value.upper()
+        low, high = low if pairs else -INFINITY, high if complete else INFINITY
+        return (-high, -low) if (measure["measure"] == "min") is (measure["sign"] > 0) else (low, high)
+
+class ProofClaims:
+    """Statements of a file, and the bounds that follow from its programs."""
+
+    def __init__(self, document):
+        def read(entry):
+            angle, numbers = entry["angle_deg"], {k: float.fromhex(entry[k]) for k in ("weight", "limit") if k in entry}
+            return {**entry, **numbers, "angle": None if angle is None else float.fromhex(angle)}
+
+        self.response, self.samples = Response(document["response"]), document["samples"]
+        self.terms, self.limits = ([read(entry) for entry in document[key]] for key in ("terms", "limits"))
+        measures, self.all_limits = [*self.terms, *self.limits], document["all_limits"]
+        self.extremes = list(dict.fromkeys((m["quantity"], x) for m in measures for x in SIDES.get(m["measure"], ())))
+        self.angles = list(dict.fromkeys(m["angle"] for m in measures if m["angle"] is not None))
+
+    def list_samples(self):
+        """Return the angles of samples that differ modulo the period [turns]."""
+        cycle = max(Fraction(1), self.response.period)
+        share = self.response.period / cycle * self.samples
+        return [cycle * i / self.samples for i in range(int(share) if share.denominator == 1 else self.samples)]
+
+    def bound(self, lower, upper, evidence):
+        """Return a lower bound over a box, an upper one at its centre, slopes, and whether slopes decide nothing."""
+        cycle = BoundedCycle(self, lower, upper, evidence)
+        numbers = [limit["sign"] * limit["limit"] for limit in self.limits]
+        anywhere, centre = ([cycle.span(limit, part) for limit in self.limits] for part in "vc")
+        if any(low > number for (low, _), number in zip(anywhere, numbers)):
+            return INFINITY, INFINITY, {}, True
+        free, met = (all(high <= x for (_, high), x in zip(spans, numbers)) for spans in (anywhere, centre))
+        smooth, extremes, entire = cycle.bound_terms()
+        if "narrow" in evidence:
+            point = BoundedCycle(self, cycle.space.centre, cycle.space.centre, {**evidence, "peaks": []}, "narrow")
+            smooth.c = smooth.c.intersection(point.bound_terms()[0].c)
+            smooth = smooth.cut()
+        count = int(60 ** (1 / max(1, len(extremes))))
+        choices = itertools.product(*(points[:count] for points, _ in extremes))
+        lowest = max(sum(choice, smooth).lower_bound() for choice in choices)
+        reached, slopes = smooth.c, smooth.derivatives[1]
+        for points, panels in extremes:
+            reached += max(panel.c.upper() for panel in panels)
+            slopes += unite_jets([jet for jet in panels if not (points[0] - jet).lower_bound() > 0]).derivatives[1]
+        reached = reached.upper() if entire and met and self.all_limits else INFINITY
+        return lowest, reached, dict(zip(cycle.space.open, slopes.entries())), any(cycle.jumps) or not (entire and free)
+
+def list_boxes(document):
+    """Yield place, node, box and inherited bound of all nodes; refuse boxes that are not covered by their parts."""
+    nodes, seen = document["nodes"], {0}
+    floor = 0.0 if all(map(is_nonnegative, PROOF.terms)) else -math.inf
+    waiting = [(0, *([float.fromhex(x) for x in end] for end in document["box"]), floor)]
+    while waiting:
+        place, lower, upper, best = waiting.pop()
+        node = nodes[place]
+        best = max(best, float.fromhex(node.get("bound", "-inf")))
+        yield place, node, lower, upper, best
+        children, parts = node.get("children", []), []
+        if "split" in node:
+            k, at = node["split"][0], float.fromhex(node["split"][1])
+            if not lower[k] <= at <= upper[k]:
+                raise ValueError(f"nodes[{place}] is split outside of its box")
+            parts = [(lower, [*upper[:k], at, *upper[k + 1 :]]), ([*lower[:k], at, *lower[k + 1 :]], upper)]
+        elif "sides" in node:
+            sides = {k: {"lower": lower, "upper": upper}[side][k] for k, side in node["sides"]}
+            parts = [[[sides.get(k, x) for k, x in enumerate(end)] for end in (lower, upper)]]
+        if len(parts) != len(children) or seen.intersection(children):
+            raise ValueError(f"nodes[{place}] has other children than its parts")
+        if ("bound" in node or "sides" in node) and "evidence" not in node:
+            raise ValueError(f"nodes[{place}] has a bound or a side, but no evidence")
+        seen.update(children)
+        waiting += [(child, *part, best) for child, part in zip(children, parts)]
+    if len(seen) != len(nodes):
+        raise ValueError("a box is not a part of another")
+
+def check_box(job):
+    """Return the reason why the statements on a box do not follow, or None."""
+    place, node, lower, upper = job
+    try:
+        bound, _, slopes, undecided = PROOF.bound(lower, upper, node["evidence"])
+    except NoBound as error:
+        return f"nodes[{place}] cannot be bounded: {error}"
+    if "bound" in node and not bound >= float.fromhex(node["bound"]):
+        return f"nodes[{place}].bound is {float.fromhex(node['bound'])}, but only {bound} follows"
+    for k, side in node.get("sides", []):
+        if undecided or not (slopes.get(k, ZERO) * {"upper": -1, "lower": 1}[side] >= 0):
+            return f"nodes[{place}].sides: the objective may be less elsewhere in the box"
+    return None
+
+def check_claims(document, pool):
+    """Raise ValueError unless all that a document states follows."""
+    text = json.dumps({k: v for k, v in document.items() if k != "sha256"}, sort_keys=True, separators=(",", ":"))
+    if hashlib.sha256(text.encode()).hexdigest() != document["sha256"]:
+        raise ValueError("sha256 does not match the content of the file")
+    boxes, stated, entry = list(list_boxes(document)), document["lower_bound"], document["incumbent"]
+    lowest = min(best for _, node, _, _, best in boxes if not node.get("children"))
+    if entry["upper_bound"] is not None:
+        x, reached = [float.fromhex(value) for value in entry["x"]], float.fromhex(entry["upper_bound"])
+        if not all(a <= value <= b for a, value, b in zip(boxes[0][2], x, boxes[0][3])):
+            raise ValueError("incumbent.x is outside of the box")
+        if not PROOF.bound(x, x, entry["evidence"])[1] <= reached:
+            raise ValueError("incumbent.upper_bound is below what follows")
+        lowest = min(lowest, reached)
+    if (document["kind"] == "true") != (PROOF.samples is None):
+        raise ValueError("kind does not fit samples")
+    if stated is not None and not float.fromhex(stated) <= lowest:
+        raise ValueError("lower_bound is above the bound of a box")
+    jobs = [(place, node, lower, upper) for place, node, lower, upper, _ in boxes if "evidence" in node]
+    for number, reason in enumerate(pool.imap_unordered(check_box, jobs), 1):
+        print(f"\r{number} of {len(jobs)} boxes", end="\n" * (number == len(jobs)), file=sys.stderr)
+        if reason:
+            raise ValueError(reason)
+
+def load_proof(path):
+    """Read a file, in every process."""
+    global PROOF
+    with open(path, encoding="utf-8") as file:
+        document = json.load(file)
+    PROOF = ProofClaims(document)
+    return document
+
+if __name__ == "__main__":
+    try:
+        PATH, DOCUMENT = sys.argv[1], load_proof(sys.argv[1])
+    except Exception as error:
+        print(f"not readable: {type(error).__name__}: {error}")
+        sys.exit(2)
+    try:
+        check_claims(DOCUMENT, Pool(int(sys.argv[2]) if len(sys.argv) > 2 else None, load_proof, [PATH]))
+    except Exception as error:
+        print(error if isinstance(error, ValueError | NoBound) else f"{type(error).__name__}: {error}")
+        sys.exit(1)
+    print("valid")
