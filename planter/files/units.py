@@ -160,7 +160,8 @@ class Unit:
     def squared(self) -> Unit:
         """Return the square of the unit."""
         kg, m, s, rad = (2 * power for power in self.dimension)
-        return Unit(f"({self.text})2", self.factor**2, (kg, m, s, rad))
+        text = f"{self.text}2" if self.text.isalpha() else f"({self.text})2"
+        return Unit(text if self.text else "", self.factor**2, (kg, m, s, rad))
 
 
 def parse_unit(text: str) -> Unit:

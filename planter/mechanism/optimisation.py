@@ -196,6 +196,7 @@ def _evaluate_limit(goal: Goal, x: Array, limit: Limit, active: bool | None = No
         limit=limit.number,
         active=abs(margin) <= FEASIBILITY_TOLERANCE if active is None else active,
         met=margin >= -FEASIBILITY_TOLERANCE,
+        unit=find_display_unit(goal.machine, limit.measure).text,
     )
 
 

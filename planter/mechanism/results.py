@@ -48,7 +48,7 @@ class MechanismWarning(WarningRecord):
 
 @dataclass(frozen=True)
 class LimitResult(Record):
-    """A limit in its unit with its value, whether it is active, and whether it is satisfied.
+    """A limit in its `unit` with its value, whether it is active, and whether it is satisfied.
 
     `value` is null if the condition of the limit never holds, which satisfies it, and for an average of a quantity that
     does not repeat, which violates it.
@@ -59,6 +59,7 @@ class LimitResult(Record):
     limit: float
     active: bool
     met: bool
+    unit: str
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ SAMPLES = 1441
 
 @dataclass(frozen=True)
 class PickupRequirement:
-    """A value in shown units, what is wanted of it, and by how much that holds: negative where it does not."""
+    """A value in display units, its limits in words and as numbers, and its margin, which is negative outside them."""
 
     name: str
     value: float
@@ -32,6 +32,8 @@ class PickupRequirement:
     bound: str
     margin: float
     t: float | None = None
+    lower: float | None = None
+    upper: float | None = None
 
     @property
     def holds(self) -> bool:
@@ -124,7 +126,7 @@ def _points(machine: Pickup, train: PickupTrain) -> Iterator[PickupRequirement]:
     for number, (x, y, tube) in enumerate(machine.tip_path.points_mm if machine.tip_path else (), 1):
         nearest = find_minimum(partial(_point_distances, train, (x, y)), t, closed=True)
         name, bound = f"path by point {number}", f"at most {tube:g}"
-        yield PickupRequirement(name, nearest.value, "mm", bound, tube - nearest.value, nearest.place)
+        yield PickupRequirement(name, nearest.value, "mm", bound, tube - nearest.value, nearest.place, upper=tube)
 
 
 def _point_distances(train: PickupTrain, point: tuple[float, float], t: Array) -> Array:
@@ -140,8 +142,9 @@ def _convex(name: str, curvature: Array, t: Array) -> PickupRequirement:
 
 def _about(name: str, value: float, unit: str, target: float, tolerance: float, t: float) -> PickupRequirement:
     bound = f"{target:g} \N{PLUS-MINUS SIGN} {tolerance:g}"
-    return PickupRequirement(name, value, unit, bound, tolerance - abs(value - target), t)
+    margin = tolerance - abs(value - target)
+    return PickupRequirement(name, value, unit, bound, margin, t, target - tolerance, target + tolerance)
 
 
 def _at_least(name: str, value: float, unit: str, minimum: float, t: float | None = None) -> PickupRequirement:
-    return PickupRequirement(name, value, unit, f"at least {minimum:g}", value - minimum, t)
+    return PickupRequirement(name, value, unit, f"at least {minimum:g}", value - minimum, t, minimum)

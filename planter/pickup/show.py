@@ -114,7 +114,7 @@ class PickUp:
         from planter.pickup.requirements import list_requirements
 
         return [
-            RequirementCheck(r.name, r.unit, r.value, r.margin, r.holds)
+            RequirementCheck(r.name, r.unit, r.value, r.margin, r.holds, r.lower, r.upper)
             for r in list_requirements(*self._train(values))
         ]
 

@@ -193,8 +193,10 @@ class PlantingView:
             return []
         if self._measures is None or self._measures.device is not device:
             self._measures = RequirementRows(device)
-        return [RequirementCheck(r.meaning, r.unit, r.value, r.margin, r.verdict != "fail")
-                for r in evaluate_requirements(self._measures, x)]  # fmt: skip
+        return [
+            RequirementCheck(r.meaning, r.unit, r.value, r.margin, r.verdict != "fail", r.lower, r.upper)
+            for r in evaluate_requirements(self._measures, x)
+        ]
 
     def details(self, values: Values, model: str) -> Sequence[DetailTable]:
         """The designer's summary: torque, forces, gears with their limits, shocks."""

@@ -101,13 +101,18 @@ class Reading:
 
 @dataclass(frozen=True)
 class RequirementCheck:
-    """A requirement with its margin, and whether it is satisfied; `value` is None if only the margin is known."""
+    """A requirement with its margin, and whether it is satisfied; `value` is None if only the margin is known.
+
+    `lower` and `upper` are its limits in the unit, None on a side without one.
+    """
 
     name: str
     unit: str
     value: float | None
-    margin: float
+    margin: float | None
     met: bool
+    lower: float | None = None
+    upper: float | None = None
 
 
 @dataclass(frozen=True)

@@ -20,6 +20,7 @@ CALLS = {
     "example": (),
     "explain": ("F_B1x",),
     "cite": ("optimise",),
+    "diff": ("yu2023", "yu2023"),
     "help": ("units",),
     "schema": (),
     "clutch design": ("shi2021",),

@@ -1,0 +1,189 @@
+"""The presentation of a comparison: a sentence, tables side by side, and curves with their differences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from planter.difference.comparison import MARGIN, DesignComparison, find_objective_owner, list_main_results
+from planter.difference.results import ComparedCurve, ComparedRequirement, ComparedResult, ComparedValue
+from planter.kernels import Array
+from planter.report import files, style
+from planter.report.html import Cell, Section, Table, Text
+from planter.report.presentation import ResultPresentation
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MOST_LOADS = 12
+"""Forces, torques and powers in the main table; the page has all results that differ."""
+SEARCH = ("bounds.", "genetic_algorithm.")
+"""Sections of files that concern the search alone, whose values only the page has."""
+EXACT = "True extremes and integrals of a cycle; smaller is better for the objective, larger for a margin."
+DASHES: Sequence[object] = ("-", (0, (6, 3)), (0, (2, 2)), (0, (6, 2, 2, 2)))
+"""Line styles of the machines, in order."""
+CURVES = (
+    "Curves of the machines on one scale; below, the differences from A. Angles are those of the drive. "
+    "A is solid, the others are dashed."
+)
+
+
+def present_comparison(comparison: DesignComparison) -> ResultPresentation:
+    """Return the presentation of a comparison."""
+    result, first = comparison.result, comparison.designs[0].machine
+    names = [f"{letter} {design.source}" for letter, design in zip(comparison.letters, comparison.designs, strict=True)]
+    hashes = {
+        f"{letter} sha256": files.list_provenance(design.machine.document)["machine_sha256"]
+        for letter, design in zip(comparison.letters, comparison.designs, strict=True)
+    }
+    provenance = {key: files.list_provenance(first.document)[key] for key in ("planter", "casadi", "numpy", "python")}
+    return ResultPresentation(
+        title=f"Comparison: {', '.join(names)}",
+        conclusion=describe_comparison(comparison),
+        record=result,
+        sections=list(_list_sections(comparison)),
+        figures=partial(_draw, comparison),
+        captions={_name_figure(curve): CURVES for curve in result.curves},
+        details=partial(_list_details, comparison),
+        tables=partial(_tabulate_curves, comparison),
+        comments=[f"{key}: {value}" for key, value in (provenance | hashes).items()],
+        provenance=provenance | hashes,
+    )
+
+
+def describe_comparison(comparison: DesignComparison) -> str:
+    """Return what differs, which machine has the best objective, and which violate requirements, in a sentence each."""
+    result, letters = comparison.result, comparison.letters
+    if not result.values and not any(any(row.difference) for row in result.results):
+        return "No value and no result differs."
+    count = len(result.values)
+    sentences = [f"{count or 'No'} value{'s' * (count != 1)} of the files differ{'s' * (count <= 1)}."]
+    objective = next((row for row in result.results if row.name == "objective"), None)
+    if objective is not None:
+        parts = ", ".join(f"{letter} {_number(value)}" for letter, value in zip(letters, objective.values, strict=True))
+        best = "no machine is best" if objective.better is None else f"{letters[objective.better]} is best"
+        owner = letters[comparison.designs.index(find_objective_owner(comparison.designs))]
+        sentences.append(f"Objective of {owner}'s file: {parts}; {best}.")
+    if result.requirements:
+        total = len(result.requirements)
+        met = [sum(row.met[k] is True for row in result.requirements) for k in range(len(letters))]
+        parts = ", ".join(f"{letter} {number}" for letter, number in zip(letters, met, strict=True))
+        sentences.append(f"Requirements that are satisfied, of {total}: {parts}.")
+    return " ".join(sentences)
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.6g}"
+
+
+def _list_sections(comparison: DesignComparison) -> Iterator[Section]:
+    result, letters = comparison.result, comparison.letters
+    main = list_main_results(comparison, MOST_LOADS)
+    if main:
+        yield Section("Results", [_tabulate_results(comparison, main), Text(EXACT, "note")])
+    if result.requirements:
+        yield Section("Requirements", [_tabulate_requirements(comparison)])
+    rows = [row for row in result.values if not row.name.startswith(SEARCH)]
+    if rows:
+        yield Section("Values that differ", [_tabulate_values(rows, letters)])
+
+
+def _tabulate_values(rows: Sequence[ComparedValue], letters: Sequence[str]) -> Table:
+    return Table(("value", *letters, "unit"), [(row.name, *row.values, row.unit) for row in rows])
+
+
+def _tabulate_requirements(comparison: DesignComparison) -> Table:
+    """Return values and verdicts of all requirements, and which machine has the largest margin."""
+    letters = comparison.letters
+    margins = {row.name: row for row in comparison.result.results}
+    head = ("requirement", *(text for letter in letters for text in (letter, f"{letter} is")), "unit", "better")
+    rows = [
+        (row.limit_on, *_list_verdicts(row), row.unit, _name_better(margins[f"{MARGIN}{row.limit_on}"], letters))
+        for row in comparison.result.requirements
+    ]
+    return Table(head, rows)
+
+
+def _list_verdicts(row: ComparedRequirement) -> Iterator[Cell]:
+    words = {True: "met", False: "violated", None: None}
+    for value, is_met in zip(row.values, row.met, strict=True):
+        yield from (value, words[is_met])
+
+
+def _name_better(row: ComparedResult, letters: Sequence[str]) -> str | None:
+    return None if row.better is None else letters[row.better]
+
+
+def _tabulate_results(comparison: DesignComparison, rows: Sequence[ComparedResult]) -> Table:
+    letters = comparison.letters
+    changes = [f"{letter} \N{MINUS SIGN} A" for letter in letters[1:]]
+    percents = [f"{change} / %" for change in changes]
+    head = ("result", *letters, *changes, *percents, "unit", "better")
+    return Table(head, [_list_cells(comparison, row) for row in rows], page_columns=changes)
+
+
+def _list_cells(comparison: DesignComparison, row: ComparedResult) -> tuple[Cell, ...]:
+    shares = [_find_share(row.values[0], difference) for difference in row.difference]
+    return (row.name, *row.values, *row.difference, *shares, row.unit, _name_better(row, comparison.letters))
+
+
+def _find_share(first: float | None, difference: float | None) -> float | None:
+    """Return a difference in percent of the first value to three digits, None where that is zero or unknown."""
+    return None if not first or difference is None else float(f"{100 * difference / abs(first):.3g}")
+
+
+def _list_details(comparison: DesignComparison) -> Iterator[Section]:
+    """Yield all results that differ, and the values of the search that do."""
+    search = [row for row in comparison.result.values if row.name.startswith(SEARCH)]
+    if search:
+        yield Section("Values of the search that differ", [_tabulate_values(search, comparison.letters)])
+    differing = [row for row in comparison.result.results if any(row.difference)]
+    if differing:
+        yield Section("All results that differ", [_tabulate_results(comparison, differing)])
+
+
+def _name_figure(curve: ComparedCurve) -> str:
+    return "".join(c if c.isalnum() else "_" for c in curve.name)
+
+
+def _draw(comparison: DesignComparison) -> Mapping[str, Figure]:
+    return {_name_figure(curve): draw_comparison(curve, comparison.letters) for curve in comparison.result.curves}
+
+
+@style.with_style
+def draw_comparison(curve: ComparedCurve, letters: Sequence[str]) -> Figure:
+    """Draw a quantity of all machines over a cycle, and the differences from the first machine below."""
+    figure = style.new_figure(4.4)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    angles, values = np.array(curve.phi_deg), np.array(curve.values)
+    end = round(float(angles[-1] + angles[1]), 6)
+    unit = f" / {curve.unit}" if curve.unit else ""
+    for axes, rows, first in ((above, values, 0), (below, values[1:] - values[0], 1)):
+        ends = []
+        for index, row in enumerate(rows, first):
+            shade, dashes = style.PALETTE[index % len(style.PALETTE)], DASHES[index % len(DASHES)]
+            axes.plot(angles, row, color=shade, linestyle=dashes, linewidth=1.2)
+            text = letters[index] if first == 0 else f"{letters[index]} \N{MINUS SIGN} A"
+            ends.append((float(row[-1]), text, shade))
+        style.over_a_turn(axes, label=False, end=end)
+        style.label_ends(axes, ends, 0.08 if first == 0 else 0.16)
+    below.axhline(0, color=style.SOFT, linewidth=0.6)
+    above.set_ylabel(f"{curve.name}{unit}")
+    below.set_ylabel(f"difference{unit}")
+    below.set_xlabel("angle of the drive / deg")
+    return figure
+
+
+def _tabulate_curves(comparison: DesignComparison) -> Mapping[str, Mapping[str, Array]]:
+    curves = comparison.result.curves
+    if not curves:
+        return {}
+    columns: dict[str, Array] = {"phi_deg": np.array(curves[0].phi_deg)}
+    for curve in curves:
+        unit = f" [{curve.unit}]" if curve.unit else ""
+        for letter, row in zip(comparison.letters, curve.values, strict=True):
+            columns[f"{curve.name} {letter}{unit}"] = np.array(row)
+    return {"curves.csv": columns}
