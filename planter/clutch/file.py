@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
+from planter.engine.measures import Limit
+from planter.engine.sections import LimitsSection, parse_holds, with_whole_limits
 from planter.files.document import Document, Origins
 from planter.files.fields import (
     FileSection,
@@ -212,7 +214,17 @@ class ClutchFile(Document):
     wanted: SizingSection
     limits: ClutchLimitsSection
     search: ClutchSearchSection
+    requirements: LimitsSection | None = None
     origins: Origins = Field(alias="origin")
+
+    @property
+    def measure_limits(self) -> tuple[Limit, ...]:
+        """The limits on measures in [requirements]. Raises InputError if one cannot be parsed."""
+        return parse_holds(self.requirements, self.source)
+
+    def written_table(self) -> dict[str, Any]:
+        """Return the table with whole paths of the curves in limits, for a file in any folder."""
+        return with_whole_limits(self.table(), self.measure_limits, self.source)
 
     @check
     def _lift_goes_beyond_mesh(self) -> Problems:

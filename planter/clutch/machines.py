@@ -92,6 +92,7 @@ def build_machine(clutch: ClutchFile) -> Machine:
         event_kinds=({"name": "link turns back", "order": 0, "period": lift},),
         turn=2 * lift,
         motors=("M_link",),
+        limits=clutch.measure_limits,
         documentation=Documentation(load_model().sidecar["title"], load_model().sidecar["source"]),
     )
 

@@ -44,7 +44,9 @@ def compare_machines(
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
-    """Compare designs of one kind of machine: values, results, requirements and curves, with differences from A.
+    """Compare designs of one kind of machine side by side.
+
+    Values, results, requirements and curves have their differences from A.
 
     The objective of A and the limits of all files are evaluated for every machine. `--set` and `--speed-rpm` apply
     to all of them. For example: planter diff wang2017 out/optimum.toml --out compared

@@ -18,8 +18,8 @@ import numpy as np
 
 from planter import plugins
 from planter.engine.loops import KinematicLoops
-from planter.engine.measures import CurveDistance, Limit, Measure, parse_distance
-from planter.engine.piecewise import build_distance, read_curve
+from planter.engine.measures import Limit, Measure, PointDistance, parse_distance
+from planter.engine.piecewise import build_clearance, build_distance, build_separation, read_curve
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.kernels import Array, Kernel
@@ -30,9 +30,11 @@ if TYPE_CHECKING:
     from planter.optimise.range_variance import Sampling
     from planter.optimise.sections import GeneticAlgorithm
 
-Role = Literal["result", "law", "pivot", "states", "distance"]
+Role = Literal["result", "law", "pivot", "states", "distance", "size"]
 """What a quantity is: a result, the residual of a law, the least pivot of an elimination, a number of states, or the
-distance of two results from a curve."""
+distance of a point, whose coordinates are results, or the size of a vector."""
+SIZE_EPS = 1e-12
+"""Regularises the size of a vector at zero, where it has no derivative: sqrt(s^2 + eps^2) [SI]."""
 LEAST_PIVOT = 1e-12
 """Simultaneous equations with a smaller pivot determine nothing."""
 MOST_SAMPLES = 100_000
@@ -223,7 +225,7 @@ class Machine:
         return tuple(quantity for quantity in self.quantities if quantity.role == "result")
 
     def find_quantity(self, name: str) -> Quantity:
-        """Return a quantity by its name or key, or a distance from a curve.
+        """Return a quantity by its name or key, the size of a vector, or the distance or clearance of a point.
 
         Raises InputError, with names that are close, if it is unknown, and for a file without a curve.
         """
@@ -233,30 +235,59 @@ class Machine:
         distance = parse_distance(name)
         if distance is not None:
             return self._add_distance(distance)
-        raise self._refuse("quantity", name, [quantity.name for quantity in self.results])
+        for vector in self.vectors:
+            size = self._find_size(vector)
+            if name in (size.name, size.key):
+                return self._add_size(vector, size)
+        names = [quantity.name for quantity in self.results]
+        raise self._refuse("quantity", name, [*names, *(vector.name for vector in self.vectors)])
 
     def list_parts(self, name: str) -> tuple[str, ...]:
-        """Return the names of the machine's quantities that one is made of: itself, or the two of a distance."""
+        """Return the names of the quantities that one is made of: itself, or those of a distance or a vector."""
         distance = parse_distance(name)
-        names = (name,) if distance is None else (distance.x, distance.y)
+        vector = next((vector for vector in self.vectors if vector.name == name), None)
+        names = distance.names if distance is not None else (name,) if vector is None else vector.components
         return tuple(self.find_quantity(part).name for part in names)
 
-    def _add_distance(self, distance: CurveDistance) -> Quantity:
+    def _find_size(self, vector: Vector) -> Quantity:
+        first = next(quantity for quantity in self.quantities if quantity.name == vector.components[0])
+        key = units.display_key(vector.name, first.unit)
+        return Quantity(vector.name, first.unit, vector.meaning, key, role="size")
+
+    def _add_size(self, vector: Vector, size: Quantity) -> Quantity:
+        """Return the size of a vector as a quantity, and add its graph."""
+        if vector.name not in self._composed:
+            square = ca.sumsqr(ca.vertcat(*map(self.graph, vector.components)))
+            self._composed[vector.name] = ca.sqrt(square + SIZE_EPS**2)
+        return size
+
+    def _add_distance(self, distance: PointDistance) -> Quantity:
         """Return a distance as a quantity, and add its graph. Raises InputError as `find_quantity`."""
-        x, y = self.find_quantity(distance.x), self.find_quantity(distance.y)
-        if not x.unit == y.unit == "m":
-            raise InputError(
-                f"{self.source}: {distance}: {x.name} and {y.name} must be lengths, coordinates of a point"
-            )
-        distance = replace(distance, x=x.name, y=y.name)
-        meaning = f"distance of the point at {x.name}, {y.name} from the curve of {distance.file}"
-        if str(distance) not in self._distances:
-            points = read_curve(distance.find_file(self.source), (x.key, y.key))
-            self._distances[str(distance)] = build_distance(self.graph(x.name), self.graph(y.name), points)
-        return Quantity(str(distance), "m", meaning, "distance_mm", role="distance")
+        coordinates = [self.find_quantity(name) for name in distance.names]
+        for quantity in coordinates:
+            if quantity.unit != "m":
+                unit = quantity.unit or "1"
+                reason = f"{quantity.name} is in {unit}, but it must be a length, a coordinate of a point"
+                raise InputError(f"{self.source}: {distance}: {reason}")
+        distance = distance.with_names([quantity.name for quantity in coordinates])
+        x, y = coordinates[:2]
+        other = f"the point at {' and '.join(distance.other)}" if distance.other else f"the curve of {distance.file}"
+        meaning = f"distance of the point at {x.name}, {y.name} from {other}"
+        if distance.word == "clearance":
+            meaning = f"height of the point at {x.name}, {y.name} over the ground of {distance.file}"
+        if str(distance) not in self._composed:
+            graphs = [self.graph(quantity.name) for quantity in coordinates]
+            if distance.other:
+                graph = build_separation(*graphs)
+            else:
+                points = read_curve(distance.find_file(self.source), (x.key, y.key), distance.word == "clearance")
+                build = build_clearance if distance.word == "clearance" else build_distance
+                graph = build(graphs[0], graphs[1], points)
+            self._composed[str(distance)] = graph
+        return Quantity(str(distance), "m", meaning, f"{distance.word}_mm", role="distance")
 
     @cached_property
-    def _distances(self) -> dict[str, ca.SX]:
+    def _composed(self) -> dict[str, ca.SX]:
         return {}
 
     def find_index(self, path: str) -> int:
@@ -359,8 +390,8 @@ class Machine:
     def graph(self, name: str) -> ca.SX:
         """Return the graph of a quantity at an angle, of all sides if it is a total."""
         quantity = self.find_quantity(name)
-        if quantity.role == "distance":
-            return self._distances[quantity.name]
+        if quantity.role in ("distance", "size"):
+            return self._composed[quantity.name]
         names = [other.name for other in self.quantities if other.total == quantity.total]
         graph: ca.SX = (self._both if quantity.total else self._side)[names.index(quantity.name)]
         return graph

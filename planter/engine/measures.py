@@ -4,19 +4,22 @@
     LIMIT   = MEASURE ("<=" | ">=") NUMBER [UNIT]
     MEASURE = [KIND] ["abs"] NAME ["at" DEG | "where" NAME "is" ("least" | "greatest") | "while" CONDITION]
     CONDITION = ["abs"] NAME ("<" | "<=" | ">" | ">=") NUMBER [UNIT] { "and" CONDITION }
-    NAME    = that of a quantity | "distance" NAME NAME "to" FILE
+    NAME    = that of a quantity | "distance" NAME NAME "to" (FILE | NAME NAME) | "clearance" NAME NAME "over" FILE
 
 KIND is one of `KINDS`; a measure without one is the quantity at an angle, or everywhere. Numbers without a unit are in
 the display unit of the quantity. The text of what is parsed reads back to the same. What a sum minimises are values as
 they are: a greatest value or a range can only be made smaller, a least one only greater, as "-min NAME". A `jump` is
 the size of the greatest jump where a law of the machine changes, a distance that of a point, whose coordinates two
-quantities are, from a curve (`planter.engine.piecewise`); a FILE with spaces has quotes.
+quantities are, from a curve or from another point, a clearance its height over the profile of a ground
+(`planter.engine.piecewise`); a FILE with spaces has quotes.
 
 >>> for term in parse_sum("range F_Ox + 0.5 rms M_in while y_tip <= 20 mm"): print(term)
 range F_Ox
 0.5 rms M_in while y_tip <= 20 mm
 >>> print(*parse_sum("rms distance x_tip y_tip to path.csv while y_tip <= 0"))
 rms distance x_tip y_tip to path.csv while y_tip <= 0
+>>> print(parse_limit("clearance x_A y_A over soil.csv >= 20 mm"), parse_limit("distance x_A y_A to x_B y_B >= 5"))
+clearance x_A y_A over soil.csv >= 20 mm distance x_A y_A to x_B y_B >= 5
 >>> print(parse_limit("abs F_Ax <= 300 N"), parse_limit("tilt where y_tip is least <= 10"), sep="; ")
 abs F_Ax <= 300 N; tilt where y_tip is least <= 10
 """
@@ -45,8 +48,8 @@ SMALLER: tuple[Kind, ...] = ("max", "range", "jump")
 """Measures that a search can only make smaller."""
 CLAUSES = ("at", "where", "while")
 SIGNS = ("<=", ">=", "<", ">")
-DISTANCE = "distance"
-"""The word before two quantities and a curve, unless it is a quantity's name."""
+LINKS = {"distance": "to", "clearance": "over"}
+"""Words before two quantities, unless they are a quantity's name, and the words before what these are measured from."""
 
 SUM_SYNTAX = (
     "it must be a sum (+ or -) of [WEIGHT] MEASURE [abs] NAME, MEASURE one of "
@@ -64,21 +67,37 @@ MEASURE_SYNTAX = (
 )
 
 
-_DISTANCE = re.compile(r"distance (\w+) (\w+) to (.+)", re.DOTALL)
+_DISTANCE = re.compile(r"(distance|clearance) (\w+) (\w+) (to|over) (?:(\w+) (\w+)|(.+))", re.DOTALL)
 _FILE = re.compile(r"""\"([^"]+)\"|'([^']+)'|([^\s"']+)""")
 
 
 @dataclass(frozen=True)
-class CurveDistance:
-    """The quantities that are the coordinates of a point, and the file of a curve."""
+class PointDistance:
+    """A `word` with the quantities that are the coordinates of a point, and what it is measured from.
 
+    That is the curve, or the profile of a ground, of a `file`, or else another point, with coordinates `other`.
+    """
+
+    word: str
     x: str
     y: str
-    file: str
+    file: str = ""
+    other: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         quote = "" if re.fullmatch(r"[^\s\"']+", self.file) else "'" if '"' in self.file else '"'
-        return f"distance {self.x} {self.y} to {quote}{self.file}{quote}"
+        target = " ".join(self.other) or f"{quote}{self.file}{quote}"
+        return f"{self.word} {self.x} {self.y} {LINKS[self.word]} {target}"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all quantities that it is made of."""
+        return (self.x, self.y, *self.other)
+
+    def with_names(self, names: Sequence[str]) -> PointDistance:
+        """Return the distance made of other quantities, in the order of `names`."""
+        x, y, *other = names
+        return replace(self, x=x, y=y, other=tuple(other))
 
     def find_file(self, source: str) -> Path:
         """Return the path of the curve's file: in the folder of a machine's file, or else as it is written."""
@@ -86,17 +105,19 @@ class CurveDistance:
         return path if is_file(path) else Path(self.file)
 
 
-def parse_distance(name: str) -> CurveDistance | None:
+def parse_distance(name: str) -> PointDistance | None:
     """Return the distance that a name of a quantity means, None for any other.
 
     >>> print(parse_distance("distance x_tip y_tip to path.csv"), parse_distance("x_tip"))
     distance x_tip y_tip to path.csv None
     """
     match = _DISTANCE.fullmatch(name)
-    if match is None:
+    if match is None or LINKS[match[1]] != match[4]:
         return None
-    x, y, file = match.groups()
-    return CurveDistance(x, y, file[1:-1] if file[0] in "\"'" else file)
+    word, x, y, _, *other, file = match.groups()
+    if file is None:
+        return PointDistance(word, x, y, other=tuple(other))
+    return PointDistance(word, x, y, file[1:-1] if file[0] in "\"'" else file)
 
 
 @dataclass(frozen=True)
@@ -184,7 +205,8 @@ class Measure:
         """Return the measure with whole paths of its curves, which a machine's file names as seen from its folder."""
         curves = [parse_distance(name) for name in self.names]
         return self.with_names([
-            name if curve is None else str(replace(curve, file=str(curve.find_file(source).resolve())))
+            name if curve is None or not curve.file
+            else str(replace(curve, file=str(curve.find_file(source).resolve())))
             for name, curve in zip(self.names, curves, strict=True)
         ])  # fmt: skip
 
@@ -386,29 +408,34 @@ class _Reader:
         """Read a name; `before` are the words that may precede it."""
         if self.token.kind != "word":
             self.fail("is no name of a quantity")
-        if self.token.text == DISTANCE and self._qualifies() and self._next().text != "is":
+        if self.token.text in LINKS and self._qualifies() and self._next().text != "is":
             return self._read_distance()
         if self._qualifies() and not difflib.get_close_matches(self._next().text, CLAUSES):
-            self.fail("is no measure", (*before, DISTANCE))
+            self.fail("is no measure", (*before, *LINKS))
         self.index += 1
         return self.tokens[self.index - 1].text
 
     def _read_distance(self) -> str:
-        """Read a distance from a curve, and return it as the name of a quantity."""
+        """Read a distance or a clearance, and return it as the name of a quantity."""
+        word = self.token.text
+        form = "a distance is one of NAME NAME to FILE, or to NAME NAME"
+        form = form if word == "distance" else "a clearance is one of NAME NAME over FILE"
         self.index += 1
-        x, y = self._read_coordinate(), self._read_coordinate()
-        self.expect(("to",), "is not expected: a distance is one of NAME NAME to FILE")
+        x, y = self._read_coordinate(form), self._read_coordinate(form)
+        self.expect((LINKS[word],), f"is not expected: {form}")
+        if word == "distance" and self._qualifies() and self._next().text not in (*CLAUSES, "is", "and"):
+            return str(PointDistance(word, x, y, other=(self._read_coordinate(form), self._read_coordinate(form))))
         start = self.token.start
         match = _FILE.match(self.text, start)
         if match is None:
             self.fail("is no file" if self.token.kind == "end" else "opens a quote that nothing closes")
         while self.token.kind != "end" and self.token.start < match.end():
             self.index += 1
-        return str(CurveDistance(x, y, "".join(filter(None, match.groups()))))
+        return str(PointDistance(word, x, y, "".join(filter(None, match.groups()))))
 
-    def _read_coordinate(self) -> str:
-        if self.token.kind != "word" or self.token.text == "to":
-            self.fail("is no name of a quantity: a distance is one of NAME NAME to FILE")
+    def _read_coordinate(self, form: str) -> str:
+        if self.token.kind != "word" or self.token.text in LINKS.values():
+            self.fail(f"is no name of a quantity: {form}")
         self.index += 1
         return self.tokens[self.index - 1].text
 
@@ -433,7 +460,7 @@ class _Reader:
         return unit
 
     def _read_extremum(self) -> Extremum:
-        if self.token.text == DISTANCE and self._next().text != "is":
+        if self.token.text in LINKS and self._next().text != "is":
             name = self._read_distance()
         else:
             name = self.token.text

@@ -1,10 +1,10 @@
-"""How far two quantities, as coordinates of a point, are from a curve of points in a CSV file.
+"""How far two quantities, as coordinates of a point, are from a curve, from a ground, or from another point.
 
-The curve is the polyline through the points, closed if the last of them is the first again. It is exact for the points
-as they are, and differentiable without a projection that must be solved for: near almost every point the closest
-place of the curve stays on one segment or vertex, whose choice has no derivative. So has the distance, for a segment
-that to a line, for a vertex that to a point. It has a kink where two places are equally near: at the curve's medial
-axis, and on its concave side at the bisectors of vertices, as small as the turns of the polyline there.
+A curve is the polyline through the points of a CSV file, closed if the last of them is the first again. It is exact
+for the points as they are, and differentiable without a projection that must be solved for: near almost every point the
+closest place of the curve stays on one segment or vertex, whose choice has no derivative. So has the distance, for a
+segment that to a line, for a vertex that to a point. It has a kink where two places are equally near: at the curve's
+medial axis, and on its concave side at the bisectors of vertices, as small as the turns of the polyline there.
 """
 
 from __future__ import annotations
@@ -29,10 +29,11 @@ DISTANCE_EPS = 1e-12
 MOST_POINTS = 1000
 
 
-def read_curve(path: Path, keys: tuple[str, str]) -> Array:
+def read_curve(path: Path, keys: tuple[str, str], is_ground: bool = False) -> Array:
     """Return the points (n, 2) [m] of a CSV file, in columns `x` and `y` with a unit, as `x_mm`, or in two named.
 
-    Raises InputError for a file without such columns, or without 2 to MOST_POINTS points that differ.
+    Those of a ground are in the order of x. Raises InputError for a file without such columns, without 2 to MOST_POINTS
+    points that differ, or for a ground with two heights at one x.
     """
     table = csv_rows.read_table(read_text(path), str(path))
     columns = [
@@ -47,6 +48,12 @@ def read_curve(path: Path, keys: tuple[str, str]) -> Array:
     points = points[np.append(True, np.any(np.diff(points, axis=0) != 0, axis=1))]
     if not 2 <= len(points) <= MOST_POINTS:
         raise InputError(f"{path}: a curve has 2 to {MOST_POINTS} points that differ, and this has {len(points)}")
+    if is_ground:
+        points = points[np.argsort(points[:, 0], kind="stable")]
+        steps = np.diff(points[:, 0])
+        if not (steps > 0).all():
+            x = 1e3 * points[np.flatnonzero(steps <= 0)[0], 0]
+            raise InputError(f"{path}: a ground has one height at every x, and this has two at x = {x:g} mm")
     return points
 
 
@@ -72,6 +79,22 @@ def build_distance(x: ca.SX, y: ca.SX, points: Array) -> ca.SX:
     for place, segment in enumerate(segments):
         chosen += (index == place) * ca.DM(segment)
     return ca.sqrt(_build_square(x, y, *ca.vertsplit(chosen)) + DISTANCE_EPS**2)
+
+
+def build_separation(x: ca.SX, y: ca.SX, other_x: ca.SX, other_y: ca.SX) -> ca.SX:
+    """Return the graph of the distance [m] of two points."""
+    return ca.sqrt((x - other_x) ** 2 + (y - other_y) ** 2 + DISTANCE_EPS**2)
+
+
+def build_clearance(x: ca.SX, y: ca.SX, points: Array) -> ca.SX:
+    """Return the graph of the height [m] of a point over the polyline through points (n, 2) [m], in the order of x.
+
+    It is negative below; beyond its ends the ground is level.
+    """
+    ground = ca.SX(float(points[0, 1]))
+    for (begin, _), (length, rise) in zip(points[:-1].tolist(), np.diff(points, axis=0).tolist(), strict=True):
+        ground += rise / length * ca.fmin(ca.fmax(x - begin, 0), length)
+    return y - ground
 
 
 def _build_square(x: ca.SX, y: ca.SX, a: Any, b: Any, u: Any, v: Any, length: Any) -> ca.SX:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from planter import errors
+from planter.engine.goal import find_display_unit
 from planter.engine.problem import CurveProblem, DesignProblem
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
@@ -158,5 +159,6 @@ def _describe_infeasibility(problem: DesignProblem, points: Sequence[Array]) -> 
     kind = constraints.kinds[int(np.argmax(constraints.excess(problem.design(u))))]
     limit = next((limit for limit in problem.goal.limits if str(limit) == kind.name), None)
     value = None if limit is None else problem.goal.evaluate_limit(problem.find_design(u), limit)
-    reached = "" if value is None else f": the best design found reaches {value:.6g}"
+    unit = "" if limit is None else find_display_unit(problem.goal.machine, limit.measure).text
+    reached = "" if value is None else f": the best design found reaches {f'{value:.6g} {unit}'.rstrip()}"
     return f"no design within the bounds satisfies {kind.name}{reached}"

@@ -246,7 +246,7 @@ def _describe_key(
         kind="file key",
         machine=package,
         unit=units.display_unit(path),
-        meaning=meaning or section,
+        meaning=meaning or field.description or section,
         source=f"[{path.rpartition('.')[0]}]" if "." in path else "top of the file",
         key=path,
         allowed=_describe_bounds(field),

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
 
+from planter.engine.measures import Limit
+from planter.engine.sections import LimitsSection, parse_holds, with_whole_limits
 from planter.errors import ComputationError, InputError
 from planter.files.document import Document, Origins
 from planter.files.fields import (
@@ -182,7 +184,17 @@ class PoseFile(Document):
     train: TrainData = TrainData()
     curve: CurveData | None = None
     points: PointsData | None = None
+    requirements: LimitsSection | None = None
     origins: Origins = Field(alias="origin", default_factory=lambda: {"default": "assumed (the file does not say)"})
+
+    @property
+    def measure_limits(self) -> tuple[Limit, ...]:
+        """The limits on measures in [requirements]. Raises InputError if one cannot be parsed."""
+        return parse_holds(self.requirements, self.source)
+
+    def written_table(self) -> dict[str, Any]:
+        """Return the table with whole paths of the curves in limits, for a file in any folder."""
+        return with_whole_limits(self.table(), self.measure_limits, self.source)
 
     @property
     def poses(self) -> Array:

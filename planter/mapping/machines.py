@@ -178,6 +178,7 @@ def _build(
         events=compose("events", [event for event, _ in events]),
         event_kinds=tuple(kind for _, kind in events),
         vectors=tuple(build_vectors(VECTORS, quantities)),
+        limits=file.measure_limits,
         documentation=Documentation(sidecar["title"], sidecar["source"]),
     )
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, PrivateAttr
 
-from planter.engine.measures import Limit, Measure, format_sum, parse_limit, parse_sum
+from planter.engine.measures import Limit, Measure, format_sum, parse_sum
+from planter.engine.sections import LimitsSection, parse_holds, with_whole_limits
 from planter.errors import InputError
 from planter.files import paths, units
 from planter.files.document import Document, Origins
@@ -36,12 +36,6 @@ class ObjectiveSection(FileSection):
     samples: Annotated[Whole, Field(ge=4, le=100_000)] | Literal["refined"] = "refined"
 
 
-class RequirementsSection(FileSection):
-    """Limits on measures of a cycle."""
-
-    hold: Annotated[list[Line], Field(min_length=1)]
-
-
 class MechanismFile(Document):
     """Values of a mechanism, bounds for a search, and the name of its functions, which lie near the file."""
 
@@ -51,7 +45,7 @@ class MechanismFile(Document):
     bounds: Annotated[dict[str, Pair], Field(default_factory=dict)]
     turn: Annotated[CycleSettings, Field(default_factory=CycleSettings)]
     objective: ObjectiveSection | None = None
-    requirements: RequirementsSection | None = None
+    requirements: LimitsSection | None = None
     genetic_algorithm: GeneticAlgorithm | None = None
     origins: Origins = Field(alias="origin")
 
@@ -70,10 +64,9 @@ class MechanismFile(Document):
         return parse_sum(self.objective.least, f"{self.source}: objective.least =")
 
     @property
-    def limits(self) -> tuple[Limit, ...]:
+    def measure_limits(self) -> tuple[Limit, ...]:
         """The limits of the file's [requirements]. Raises InputError if one cannot be parsed."""
-        texts = [] if self.requirements is None else self.requirements.hold
-        return tuple(parse_limit(text, f"{self.source}: requirements.hold[{i}] =") for i, text in enumerate(texts))
+        return parse_holds(self.requirements, self.source)
 
     def with_numbers(self, changes: Mapping[str, float]) -> Self:
         """Return a copy with some numbers set, and the same functions. Raises InputError as `load`."""
@@ -91,10 +84,7 @@ class MechanismFile(Document):
         if self.objective is not None:
             terms = [term.with_whole_paths(self.source) for term in self.objective_terms]
             table["objective"]["least"] = format_sum(terms)
-        if self.requirements is not None:
-            limits = (replace(limit, measure=limit.measure.with_whole_paths(self.source)) for limit in self.limits)
-            table["requirements"]["hold"] = [str(limit) for limit in limits]
-        return table
+        return with_whole_limits(table, self.measure_limits, self.source)
 
     @property
     def is_driven(self) -> bool:
@@ -164,7 +154,7 @@ def _find_functions(path: Path, file: MechanismFile) -> Path:
 def _check(file: MechanismFile) -> None:
     """Raise InputError unless values and bounds are those that the functions take."""
     meanings = {entry["shown"].rpartition(".")[2]: entry["meaning"] for entry in file.entries}
-    _ = file.objective_terms, file.limits
+    _ = file.objective_terms, file.measure_limits
     for section, numbers in (("values", file.values), ("bounds", file.bounds)):
         for key in numbers:
             if key not in meanings:

@@ -108,7 +108,7 @@ def build_machine(mechanism: MechanismFile) -> Machine:
         losses=tuple(q.name for q in _quantities(formulas) if q.role == "result" and q.meaning.startswith(LOSS)),
         stages=stages.further,
         objective=mechanism.objective_terms,
-        limits=mechanism.limits,
+        limits=mechanism.measure_limits,
         sampling=mechanism.objective.samples if mechanism.objective else "refined",
         genetic=mechanism.genetic_algorithm,
         angle=formulas.function("lane").name_in(0),

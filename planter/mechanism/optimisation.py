@@ -34,6 +34,7 @@ from planter.optimise.local_search import SearchRecord
 from planter.optimise.range_variance import Sampling
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener
+from planter.view.subject import RequirementCheck
 
 
 @dataclass(frozen=True)
@@ -156,6 +157,16 @@ def evaluate_limits(machine: Machine, changing: Collection[str] = ()) -> list[Li
         averaged = limit.measure.kind in AVERAGES and is_changing
         results.append(replace(result, value=None, active=False, met=False) if averaged else result)
     return results
+
+
+def list_limit_checks(limits: Sequence[Limit], results: Sequence[LimitResult]) -> list[RequirementCheck]:
+    """Return limits with their results as a page has them."""
+    checks = []
+    for limit, result in zip(limits, results, strict=True):
+        margin = None if result.value is None else limit.sign * (result.limit - result.value)
+        ends = (None, result.limit) if limit.sign > 0 else (result.limit, None)
+        checks.append(RequirementCheck(str(limit.measure), result.unit, result.value, margin, result.met, *ends))
+    return checks
 
 
 def require_front(problem: DesignProblem) -> CurveProblem:

@@ -58,7 +58,7 @@ def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
     """Return the presentation of a cycle: quantities, works, laws, limits."""
     result = cycle.result
     title = f"Cycle of {result.machine} in {result.samples} samples"
-    sections = [*_list_cycle_sections(cycle), *_list_limits(result.holds or ())]
+    sections = [*_list_cycle_sections(cycle), *list_limit_sections(result.holds or ())]
     return _present(_describe_machine(cycle.machine), title, result, sections, **_draw_cycle(title, lambda: cycle))
 
 
@@ -118,7 +118,7 @@ def present_motion(motion: MechanismMotion, file: MechanismFile) -> ResultPresen
 def present_validation(result: MachineValidation, source: str) -> ResultPresentation:
     """Return the presentation of a valid file: its limits and warnings."""
     design = f"; design values {', '.join(result.design)}" if result.design else ""
-    sections = [*_list_limits(result.holds or ()), *list_warning_sections(result.warnings)]
+    sections = [*list_limit_sections(result.holds or ()), *list_warning_sections(result.warnings)]
     return ResultPresentation(f"{source}: valid{design}", result, sections)
 
 
@@ -258,7 +258,7 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
     rows = [(format_label(key), result.start_design[key], value) for key, value in result.design.items()]
     table = Table(("quantity", "before", "optimum"), rows)
     yield Section("Optimum", [Text(f"Least {result.least}: {change}."), table])
-    yield from _list_limits(result.holds)
+    yield from list_limit_sections(result.holds)
     certificate = result.certificate
     yield Section("Certificate", [Keys({
         "residual of the optimality conditions": certificate.kkt_residual,
@@ -277,10 +277,11 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
         yield Section("Proof", list(describe_proof(result.proof.table())))
 
 
-def _list_limits(limits: Sequence[LimitResult]) -> Iterator[Section]:
+def list_limit_sections(limits: Sequence[LimitResult]) -> Iterator[Section]:
+    """Yield the limits on measures with their values, if there are any."""
     if limits:
-        rows = [(limit.limit_on, limit.value, limit.limit, limit.active, limit.met) for limit in limits]
-        yield Section("Limits", [Table(("limit", "value", "bound", "active", "satisfied"), rows)])
+        rows = [(limit.limit_on, limit.value, limit.limit, limit.unit, limit.active, limit.met) for limit in limits]
+        yield Section("Limits", [Table(("limit", "value", "bound", "unit", "active", "satisfied"), rows)])
 
 
 def format_unit(quantity: QuantityStatistics | QuantityHistory) -> str:

@@ -19,10 +19,8 @@ from planter.view.subject import (
 )
 
 if TYPE_CHECKING:
-    from planter.engine.measures import Limit
     from planter.mechanism.cycle import MechanismCycle
     from planter.mechanism.file import MechanismFile
-    from planter.mechanism.results import LimitResult
     from planter.view.scene import Scene
     from planter.view.subject import Portable
 
@@ -65,9 +63,10 @@ class MechanismView:
 
     def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
         """Return the limits of the file over the cycle."""
-        result = self._compute_cycle(values).result
-        pairs = zip(result.holds or (), self.file.limits, strict=True)
-        return [_check_limit(limit_result, limit) for limit_result, limit in pairs]
+        from planter.mechanism.optimisation import list_limit_checks
+
+        cycle = self._compute_cycle(values)
+        return list_limit_checks(cycle.machine.limits, cycle.result.holds or ())
 
     def details(self, values: Values, model: str) -> Sequence[DetailTable]:
         """Return nothing: the report of the cycle has details."""
@@ -99,12 +98,6 @@ class MechanismView:
         if self._latest is None or self._latest[0] != dict(values):
             self._latest = dict(values), compute_cycle(Model(build_machine(self._with_values(values))))
         return self._latest[1]
-
-
-def _check_limit(result: LimitResult, limit: Limit) -> RequirementCheck:
-    margin = None if result.value is None else limit.sign * (result.limit - result.value)
-    lower, upper = (None, result.limit) if limit.sign > 0 else (result.limit, None)
-    return RequirementCheck(str(limit.measure), result.unit, result.value, margin, result.met, lower, upper)
 
 
 class MechanismViewKind:

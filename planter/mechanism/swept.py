@@ -25,12 +25,10 @@ class MechanismSweepAdapter(MachineAdapter):
         """Return the file of a table."""
         return file.build_from_table(frozen["table"], frozen["source"], Path(frozen["folder"]))
 
-    def read_goal(self, machine: MechanismFile) -> tuple[Sequence[Measure], Sequence[Limit], int] | None:
+    def read_goal(self, machine: MechanismFile) -> tuple[Sequence[Measure], Sequence[Limit], int]:
         """Return the file's objective, its limits, and the number of samples of a cycle."""
         from planter.mechanism.optimisation import StatedGoal
 
-        if machine.objective is None:
-            return None
         goal = StatedGoal.read(self.build(machine))
         goal.require_averages()
         return goal.objective, goal.limits, goal.machine.objective_samples

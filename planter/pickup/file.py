@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 from pydantic import Field, PrivateAttr, field_validator
 
+from planter.engine.measures import Limit
+from planter.engine.sections import LimitsSection, parse_holds, with_whole_limits
 from planter.errors import InputError
 from planter.files import csv_rows, examples
 from planter.files.csv_rows import Points, inline_points
@@ -262,6 +264,7 @@ class Pickup(Document):
     needle: Needle = Needle()
     targets: Targets = Targets()
     tip_path: TipPath | None = None
+    requirements: LimitsSection | None = None
     origins: Origins = Field(alias="origin")
 
     _points: Array | None = PrivateAttr(default=None)
@@ -282,6 +285,11 @@ class Pickup(Document):
         return self._points if listed is None else np.array(listed) / 1000
 
     @property
+    def measure_limits(self) -> tuple[Limit, ...]:
+        """The limits on measures in [requirements]. Raises InputError if one cannot be parsed."""
+        return parse_holds(self.requirements, self.source)
+
+    @property
     def points_source(self) -> str:
         """The file that the points were read from."""
         return self._points_source
@@ -295,7 +303,7 @@ class Pickup(Document):
 
     def written_table(self) -> dict[str, Any]:
         """Return the table with the whole path of its points, to be written anywhere."""
-        table = self.table()
+        table = with_whole_limits(self.table(), self.measure_limits, self.source)
         if self.path is not None and self.path.csv is not None and Path(self.points_source).is_file():
             table["path"]["csv"] = str(Path(self.points_source).resolve())
         return table

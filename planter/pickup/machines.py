@@ -145,6 +145,7 @@ def build_machine(machine: file.Pickup, train: PickupTrain | None = None) -> Mac
         events=_function("events", t, d, h, [t - joint.angle for joint in law.joints]) if law.joints else None,
         event_kinds=tuple({"name": joint.name, "order": joint.order, "period": TURN} for joint in law.joints),
         vectors=tuple(build_vectors(VECTORS, quantities)),
+        limits=machine.measure_limits,
         documentation=Documentation(sidecar["title"], sidecar["source"]),
     )
 

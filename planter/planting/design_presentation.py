@@ -15,7 +15,7 @@ from planter.engine.sensitivity import SensitivityResult
 from planter.explain import dictionary
 from planter.files import paths, units
 from planter.files.document import format_lines
-from planter.mechanism.presentation import list_sensitivity_sections
+from planter.mechanism.presentation import list_limit_sections, list_sensitivity_sections
 from planter.optimise.range_variance import Sampling
 from planter.optimise.response import list_breakpoints
 from planter.planting import cycle
@@ -130,7 +130,8 @@ def present_validation(result: Validation, source: str) -> ResultPresentation:
     """Return the presentation of a valid file: its requirements and warnings."""
     title = f"{source}: valid, design parameters {', '.join(result.design)}"
     warnings = list_warning_sections(result.warnings)
-    return ResultPresentation(title, result, [*_list_requirement_sections(result.requirements), *warnings])
+    limits = [*_list_requirement_sections(result.requirements), *list_limit_sections(result.holds or ())]
+    return ResultPresentation(title, result, [*limits, *warnings])
 
 
 def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresentation:
@@ -208,6 +209,7 @@ def _list_simulation_sections(result: SimulationFound, machine: PlantingMachine)
     yield Section("Work of a cycle", [list_values(result.work.table())])
     yield Section("Designer's summary", list(_describe_designer(result.designer)))
     yield from _list_requirement_sections(result.requirements)
+    yield from list_limit_sections(result.holds or ())
     yield _tabulate_design(machine)
     if result.lifted:
         yield Section("Relaxed assumptions", [_tabulate_assumption_effects(result.lifted)])

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from planter.engine.sections import HOLD
 from planter.errors import ComputationError, InputError
 from planter.files.text import read_json
 from planter.parallel.jobs import Jobs
@@ -55,6 +56,9 @@ def compare_families(
     """
     if resume and out is None:
         raise InputError("--resume needs --out DIR, the folder of the results to continue")
+    if own.measure_limits:
+        reason = "the comparison of families has no limits on measures; optimise the machines of pairs one by one"
+        raise InputError(f"{own.source}: {HOLD}: {reason}")
     begun, machine = time.perf_counter(), add_requirements(own)
     chosen = list(list_pairs() if pairs is None else pairs)
     store = ComparisonStore(None if out is None else files.output_folder(out / "devices"), own, starts, seed)

@@ -11,6 +11,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, field_validator
 
+from planter.engine.measures import Limit
+from planter.engine.sections import parse_holds, with_whole_limits
 from planter.errors import InputError
 from planter.files import paths
 from planter.files.csv_rows import inline_points
@@ -236,6 +238,20 @@ class PlantingMachine(Document):
         """Return the validated content of a file; points of the tip's path may be in a CSV file next to it."""
         return super().read(inline_points(table, "requirements", source), source, changes, changed)
 
+    @property
+    def measure_limits(self) -> tuple[Limit, ...]:
+        """The limits on measures in [requirements]. Raises InputError if one cannot be parsed."""
+        return parse_holds(self.requirements, self.source)
+
+    @property
+    def limits_motion(self) -> bool:
+        """Whether [requirements] limits what its catalogue lists, besides measures of the cycle."""
+        return self.requirements is not None and bool(self.requirements.kinds)
+
+    def written_table(self) -> dict[str, Any]:
+        """Return the table with whole paths of the curves in limits, for a file in any folder."""
+        return with_whole_limits(self.table(), self.measure_limits, self.source)
+
     def check_names(self, names: tuple[str, ...]) -> None:
         """Raise InputError unless the design holds exactly these names (those that its gear families ask for)."""
         allowed = f"the design of this device is {', '.join(names)}"
@@ -279,7 +295,7 @@ class PlantingMachine(Document):
     @check
     def _requirements_have_a_speed(self) -> Problems:
         speed = self.operation.forward_speed_m_s
-        if self.requirements is not None and speed == 0:
+        if self.limits_motion and speed == 0:
             yield invalid_value_problem(
                 "operation.forward_speed_m_s", speed, "[requirements] needs a value above 0, such as 0.667"
             )

@@ -110,7 +110,7 @@ def load(source: str, changes: Mapping[str, float], model: Model = "exact") -> M
 def _build_with_requirements(model: Model, machine: file.PlantingMachine) -> Machine:
     device = Device(machine, model)
     built = build_machine(device)
-    if machine.requirements is None:
+    if not machine.limits_motion:
         return built
     return replace(
         built, build=partial(_build_with_requirements, model), requirements=partial(RequirementConstraints, device)

@@ -306,6 +306,7 @@ def build_machine(device: Device) -> Machine:
         motors=("M_L",),
         objective=build_measures(device.machine),
         sampling=device.machine.objective.samples,
+        limits=device.machine.measure_limits,
         genetic=device.machine.genetic_algorithm,
         documentation=_documentation(device),
     )

@@ -11,6 +11,7 @@ from planter import errors
 from planter.engine import search
 from planter.engine.problem import CurveProblem
 from planter.engine.search import DesignOptimum, InterruptedSearch, SearchSpec, minimise
+from planter.engine.sections import HOLD
 from planter.errors import ComputationError, InputError
 from planter.kernels import Array
 from planter.optimise import pareto
@@ -192,6 +193,9 @@ def search_optimum(
     Raises InputError for an unknown method, InfeasibleRequirementsError if no design satisfies the requirements, and
     Interrupted, with the best so far, on KeyboardInterrupt.
     """
+    if device.machine.measure_limits:
+        reason = "this search has no limits on measures; planter optimise and optimise_machine satisfy them"
+        raise InputError(f"{device.machine.source}: {HOLD}: {reason}")
     start_s, required = time.perf_counter(), RequirementConstraints.from_device(device)
     task = build_constrained_problem(device, samples, required, lengths)
     spec = SearchSpec(samples, method, starts or DEFAULT_STARTS, seed, device.machine.genetic_algorithm)

@@ -104,9 +104,7 @@ def _step(section: Requirements, kind: RequirementKind) -> float:
 
 def evaluate_device_requirements(device: Device) -> list[RequirementResult] | None:
     """Return the requirements at the design of the machine file, None if it has no [requirements]."""
-    return (
-        None if device.machine.requirements is None else evaluate_requirements(RequirementRows(device), device.design)
-    )
+    return evaluate_requirements(RequirementRows(device), device.design) if device.machine.limits_motion else None
 
 
 def evaluate_requirements(measures: RequirementRows, x: Array) -> list[RequirementResult]:
@@ -203,7 +201,7 @@ class RequirementConstraints(Constraints):
     @classmethod
     def from_device(cls, device: Device) -> RequirementConstraints | None:
         """Return the constraints of the machine file, or None if it has no [requirements]."""
-        return None if device.machine.requirements is None else cls(device)
+        return cls(device) if device.machine.limits_motion else None
 
     def values(self, x: Array) -> Array:
         """Return the rows in steps. Raises ComputationError if a design has no values."""

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, create_model
 
+from planter.engine.sections import HOLD_MEANING, Holds
 from planter.files import units
 from planter.files.csv_rows import Points
 from planter.files.fields import (
@@ -76,8 +77,14 @@ KINDS = tuple(RequirementKind(*row) for row in (
     ("contact_ratio", ("min",), "", 0.05, "least contact ratio of both stages", ("module_mm",)),
 ))  # fmt: skip
 BY_NAME = {kind.name: kind for kind in KINDS}
-SETTINGS = ("soil_depth_mm", "seedling_height_mm", "seedling_width_mm", "module_mm")
-"""What requirements rest on: the soil stands this far above the lowest tip point; an upright round seedling."""
+SETTINGS = {
+    "soil_depth_mm": "height of the soil above the lowest point of the tip's path",
+    "seedling_height_mm": "height of an upright seedling",
+    "seedling_width_mm": "width of an upright round seedling",
+    "module_mm": "module of the teeth, for their contact ratio",
+}
+"""What requirements rest on, and what it means."""
+LIMIT_WORDS = {"min": "least allowed", "max": "greatest allowed"}
 SIGNED = ("tube_excess",)
 """Requirements whose number may be negative."""
 SOIL_LINE = "soil_line_mm"
@@ -85,11 +92,16 @@ SOIL_LINE = "soil_line_mm"
 
 
 class Limited(FileSection):
-    """Base of the section of requirements, whose fields are built from the catalogue."""
+    """Base of the section of requirements, whose fields are built from the catalogue.
+
+    `hold` are limits on measures of a cycle, as files of all machines have them.
+    """
+
+    hold: Holds | None = Field(None, description=HOLD_MEANING)
 
     @check
     def _limits_are_usable(self) -> Problems:
-        if not any(self.limit(kind.name, side) is not None for kind in KINDS for side in kind.sides):
+        if self.hold is None and not self.kinds:
             yield missing_value_problem(KINDS[0].key(KINDS[0].sides[0]), "at least one limit must be given")
         for kind in KINDS:
             yield from self._problems(kind)
@@ -138,11 +150,21 @@ def _first_key(kind: RequirementKind) -> str:
 
 
 def _fields() -> dict[str, Any]:
-    limits = {k.key(side): (Annotated[Real | None, Field()], None) for k in KINDS for side in k.sides}
-    margins = {k.key("margin"): (Annotated[NotNegative | None, Field()], None) for k in KINDS}
-    settings = {name: (Annotated[Positive | None, Field()], None) for name in SETTINGS}
-    places = {SOIL_LINE: (Real | None, None), "points_mm": (Points | None, None)}
+    limits = {k.key(side): _field(Real, f"{LIMIT_WORDS[side]} {k.meaning}") for k in KINDS for side in k.sides}
+    margins = {
+        k.key("margin"): _field(NotNegative, f"by how much an optimum keeps inside the limits of: {k.meaning}")
+        for k in KINDS
+    }
+    settings = {name: _field(Positive, meaning) for name, meaning in SETTINGS.items()}
+    places = {
+        SOIL_LINE: _field(Real, "height of the soil above O in the machine's frame, in place of soil_depth_mm"),
+        "points_mm": _field(Points, "points x, y that the tip's path must pass, each with the radius of its tube"),
+    }
     return {**settings, **places, **limits, **margins}
+
+
+def _field(kind: Any, meaning: str) -> tuple[Any, Any]:
+    return Annotated[kind | None, Field()], Field(None, description=meaning)
 
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Literal
 from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import SensitivityResult
 from planter.measured.findings import MeasuredFound
-from planter.mechanism.results import MachineValidation, MechanismCycleResult
+from planter.mechanism.results import LimitResult, MachineValidation, MechanismCycleResult
 from planter.optimise.proof.search import GlobalBound
 from planter.planting.design_results import DesignersSummary, ToothCountResult
 from planter.records import Record, WarningRecord
@@ -159,6 +159,8 @@ class Lifted(Record):
 class SimulationFound(Record):
     """`planter simulate`: a machine's own design over a turn; `requirements` where its file has any.
 
+    `holds` are the limits of the file on measures, if it has any, and `met` says whether all of them are satisfied.
+
     `objective` and `support_force` are evaluated over `samples` samples, `refined` by true extremes and integrals.
     """
 
@@ -176,6 +178,8 @@ class SimulationFound(Record):
     at: list[DeviceState]
     designer: DesignersSummary
     requirements: list[RequirementResult] | None = None
+    holds: list[LimitResult] | None = None
+    met: bool | None = None
     lifted: list[Lifted] | None = None
 
 
@@ -187,6 +191,8 @@ class Validation(Record):
     valid: bool
     design: list[str]
     requirements: list[RequirementResult] | None = None
+    holds: list[LimitResult] | None = None
+    met: bool | None = None
     warnings: list[PlantingWarning]
 
 

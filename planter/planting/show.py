@@ -185,15 +185,19 @@ class PlantingView:
 
     def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
         """The file's requirements."""
+        from planter.mechanism.optimisation import evaluate_limits, list_limit_checks
         from planter.planting.requirement_rows import RequirementRows
         from planter.planting.requirements import evaluate_requirements
 
         device, x = self._at(values, "exact")
-        if device.machine.requirements is None:
-            return []
+        machine = device.force.machine
+        results = evaluate_limits(machine.with_data(machine.build_data(x))) if machine.limits else []
+        checks = list_limit_checks(machine.limits, results)
+        if not device.machine.limits_motion:
+            return checks
         if self._measures is None or self._measures.device is not device:
             self._measures = RequirementRows(device)
-        return [
+        return checks + [
             RequirementCheck(r.meaning, r.unit, r.value, r.margin, r.verdict != "fail", r.lower, r.upper)
             for r in evaluate_requirements(self._measures, x)
         ]

@@ -19,7 +19,8 @@ from planter.files import units
 from planter.kernels import Array
 from planter.mechanism import cycle as mechanism
 from planter.mechanism.cycle import MechanismCycle
-from planter.mechanism.optimisation import compute_objective_sensitivity
+from planter.mechanism.optimisation import compute_objective_sensitivity, evaluate_limits
+from planter.mechanism.results import LimitResult
 from planter.optimise.continuous_cycle import CyclePanels
 from planter.planting import cycle as planting
 from planter.planting import lifted
@@ -177,7 +178,7 @@ def simulate(
     count = check_samples(device.machine.objective.samples if samples is None else samples)
     prologue = device.prologue(device.design)
     turn = planting.evaluate_cycle(device, prologue, planting.sample_angles(count))
-    objective = read_weights(device.machine)
+    objective, limits = read_weights(device.machine), evaluate_file_limits(device)
     sampled = planting.compute_statistics(turn.support)
     result = SimulationFound(
         machine=device.machine.name,
@@ -194,6 +195,8 @@ def simulate(
         at=evaluate_angles(device, at_deg),
         designer=summarise_design(device, device.design),
         requirements=evaluate_device_requirements(device),
+        holds=limits,
+        met=None if limits is None else all(limit.met for limit in limits),
         lifted=None if lift_mm is None else lifted.find_assumption_effects(device, lift_mm),
     )
     return Simulation(turn, result, device)
@@ -256,8 +259,14 @@ def compute_objective_gradient(device: Device, samples: int) -> tuple[float, Arr
 
 def validate(device: Device) -> Validation:
     """Return requirements and warnings of a machine whose file and gears have passed every check."""
-    machine = device.machine
+    machine, limits = device.machine, evaluate_file_limits(device)
     return Validation(
         machine=machine.name, valid=True, design=list(device.names), requirements=evaluate_device_requirements(device),
+        holds=limits, met=None if limits is None else all(limit.met for limit in limits),
         warnings=find_implausible_values(machine),
     )  # fmt: skip
+
+
+def evaluate_file_limits(device: Device) -> list[LimitResult] | None:
+    """Return the limits of a device's file on measures with their values at its own design, None if it has none."""
+    return evaluate_limits(device.force.machine) if device.machine.measure_limits else None

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from planter.engine.goal import Goal, resolve_limit
 from planter.engine.machine import Machine
 from planter.engine.outputs import SampledOutputs
 from planter.errors import InputError
 from planter.files import examples, units
+from planter.optimise.constraints import Constraints, join_constraints
 from planter.planting import KIND, OWN_TABLES
 from planter.planting.file import PlantingMachine
 from planter.planting.machines import DEVIATIONS, add_deviations
@@ -16,7 +18,7 @@ from planter.planting.model import Device, build_machine
 from planter.planting.requirements import RequirementConstraints
 from planter.tolerance.adapter import MachineAdapter
 from planter.tolerance.job import Spread
-from planter.tolerance.robust import RobustGoal, Settings
+from planter.tolerance.robust import DesignLimits, RobustGoal, Settings
 
 Ends = Mapping[str, tuple[float, float]]
 ToleranceSpec = dict[str, Any]
@@ -90,10 +92,13 @@ class PlantingSweepAdapter(MachineAdapter):
         # A design's deviations leave the file's bounds by little; those are what its gears are checked on.
         ends = {name: (spread.low, spread.high) for name, spread in spreads.items() if not name.startswith("design.")}
         device = _build_device(machine, choices, ends)
-        samples = machine.objective.samples
-        return RobustGoal(
-            _build_machine(device, spreads), spreads, settings, samples, RequirementConstraints.from_device(device)
-        )
+        built, samples = _build_machine(device, spreads), machine.objective.samples
+        parts: list[Constraints | None] = [RequirementConstraints.from_device(device)]
+        if built.limits:
+            limits = [resolve_limit(built, limit) for limit in built.limits]
+            parts.append(DesignLimits(Goal(built, (), limits, samples, with_events=False)))
+        required = join_constraints([part for part in parts if part is not None])
+        return RobustGoal(built, spreads, settings, samples, required)
 
 
 def _build_machine(device: Device, inputs: Sequence[str] | Mapping[str, Any]) -> Machine:

@@ -132,7 +132,9 @@ class MachineAdapter(ABC):
 
         built = self.build(machine)
         names = [name for text in outputs for term in find_output(built, text).terms for name in term.names]
-        paths = [curve.find_file(built.source) for curve in map(parse_distance, names) if curve is not None]
+        paths = [
+            curve.find_file(built.source) for curve in map(parse_distance, names) if curve is not None and curve.file
+        ]
         return {str(path): hash_file(path) for path in paths}
 
     def nominal(self, machine: Any) -> dict[str, float]:
@@ -173,8 +175,8 @@ class MachineAdapter(ABC):
         from planter.engine.measures import parse_limit, parse_sum
         from planter.tolerance.robust import DesignLimits, RobustGoal
 
-        goal, built = self.read_goal(machine), self.build(machine).with_ranges(settings.ranges)
-        terms, limits, samples = goal or ((), (), built.samples)
+        built = self.build(machine).with_ranges(settings.ranges)
+        terms, limits, samples = self.read_goal(machine)
         if settings.sum_text is not None:
             terms = [resolve_measure(built, measure) for measure in parse_sum(settings.sum_text)]
         limits = [*limits, *(resolve_limit(built, parse_limit(text)) for text in settings.holds)]
@@ -186,9 +188,16 @@ class MachineAdapter(ABC):
         bounds = DesignLimits(Goal(built, (), limits, samples, with_events=False)) if limits else None
         return RobustGoal(replace(built, objective=tuple(terms)), spreads, settings, samples, bounds)
 
-    def read_goal(self, machine: Any) -> tuple[Sequence[Measure], Sequence[Limit], int] | None:
-        """Return the sum of measures that a file minimises, its limits, and samples; None if it has no sum."""
-        return None
+    def read_goal(self, machine: Any) -> tuple[Sequence[Measure], Sequence[Limit], int]:
+        """Return the sum of measures that a file minimises, its limits, and samples.
+
+        Raises InputError for measures of unknown quantities.
+        """
+        from planter.engine.goal import resolve_limit, resolve_measure
+
+        built = self.build(machine)
+        terms = tuple(resolve_measure(built, measure) for measure in built.objective)
+        return terms, tuple(resolve_limit(built, limit) for limit in built.limits), built.objective_samples
 
     def subject(
         self, frozen: Mapping[str, Any], choices: Mapping[str, str], inputs: Mapping[str, tuple[float, float]],

@@ -27,7 +27,7 @@ from planter.sweeps.job import open_store, run_job
 from planter.tolerance import job
 from planter.tolerance.adapter import ToleranceAdapter, ToleranceSubject
 from planter.tolerance.job import Kind, Spread
-from planter.tolerance.results import Band, Share, Toleranced, ToleranceFound
+from planter.tolerance.results import Band, Share, Tightening, Toleranced, ToleranceFound
 from planter.tolerance.robust import Settings
 
 
@@ -155,6 +155,28 @@ def compute_indices(
     }
 
 
+def compute_tightening(
+    names: Sequence[str], inputs: Sequence[str], rows: Array, bands: Mapping[str, Band]
+) -> dict[str, dict[str, Tightening]]:
+    """Return what half of each tolerance does to each output, from the rows of `HalvedTolerances`.
+
+    The share by which the standard deviation of the same machines changes applies to that of the bands. Machines
+    without a cycle are left out; raises ComputationError if fewer than two are left.
+    """
+    full, *halved = rows.reshape(len(inputs) + 1, -1, len(names))
+    tightened: dict[str, dict[str, Tightening]] = {name: {} for name in names}
+    for path, part in zip(inputs, halved, strict=True):
+        valid = ~np.isnan(full + part).any(axis=1)
+        if valid.sum() < 2:
+            raise ComputationError(f"no machines have a cycle with half the tolerance of {path}; narrow the tolerances")
+        before, after = full[valid].std(axis=0), part[valid].std(axis=0)
+        changed = np.ptp(full[valid] - part[valid], axis=0) > NO_EFFECT * np.ptp(full[valid], axis=0)
+        shares = np.where(changed, after / np.where(before > 0, before, 1.0), 1.0)
+        for name, share in zip(names, shares.tolist(), strict=True):
+            tightened[name][path] = Tightening(bands[name].std * share, 100 * (1 - share))
+    return tightened
+
+
 def _shares(inputs: Sequence[str], f_a: Array, f_b: Array, f_ab: Array, seed: int) -> dict[str, Share]:
     """Return the indices of an output from its values on A, B (n,) and the mixed matrices (d, n); 0 without effect."""
     has_effect = np.ptp(f_ab - f_a, axis=1) > NO_EFFECT * np.ptp(f_a)
@@ -179,14 +201,15 @@ def _indices(f_a: Array, f_b: Array, f_ab: Array) -> Array:
     return np.array([np.ravel(result.first_order)[:-1], np.ravel(result.total_order)[:-1]])
 
 
-ROWS, BASE = 100_000, 2048
-"""Default numbers of random machines and of points of the Sobol' indices."""
+ROWS, BASE, HALVED = 100_000, 2048, 512
+"""Default numbers of random machines, of points of the Sobol' indices, and of machines with halved tolerances."""
 
 
 @dataclass(frozen=True)
 class ToleranceRequest:
     """Request of an analysis: outputs, number of random machines, points of the indices (a power of 2, or 0), a seed.
 
+    `halved` is the number of machines whose tolerances are halved one by one, 0 for none.
     `robust` are the settings of the robust design, None for an analysis without it.
     """
 
@@ -194,6 +217,7 @@ class ToleranceRequest:
     rows: int = ROWS
     base: int = BASE
     seed: int = 0
+    halved: int = HALVED
     robust: Settings | None = field(default_factory=Settings)
 
 
@@ -258,6 +282,12 @@ def analyse_tolerances(
         index_outputs, index_digest = cycles.compute("indices", index_rows, base=request.base, seed=request.seed)
         shares = compute_indices(case.outputs, list(case.spreads), index_outputs, request.base, request.seed)
         digest = hashlib.sha256(f"{digest}{index_digest}".encode()).hexdigest()
+    bands, tightened = _bands(case, rows), dict[str, dict[str, Tightening]]()
+    halved_rows = request.halved * (len(case.spreads) + 1) if request.halved else 0
+    if halved_rows:
+        halved, halved_digest = cycles.compute("halved", halved_rows, machines=request.halved, seed=request.seed)
+        tightened = compute_tightening(case.outputs, list(case.spreads), halved, bands)
+        digest = hashlib.sha256(f"{digest}{halved_digest}".encode()).hexdigest()
     robust = (
         None
         if request.robust is None
@@ -266,8 +296,9 @@ def analyse_tolerances(
     result = ToleranceFound(
         machine=resolved.machine.name, choices=dict(choices), seed=request.seed, rows=request.rows,
         inputs=[Toleranced(name, s.kind, s.low, s.high, s.std) for name, s in case.spreads.items()],
-        index_rows=index_rows, outputs=_bands(case, rows), sobol=shares,
+        index_rows=index_rows, outputs=bands, sobol=shares,
         seconds=time.perf_counter() - started, hash=digest, robust=robust,
+        tightened_rows=halved_rows, tightened=tightened,
     )  # fmt: skip
     return ToleranceAnalysis(case, rows, result)
 

@@ -29,10 +29,10 @@ app = typer.Typer()
 
 HELP = """Compute how tolerances spread a machine's results.
 
-The result has bands, the inputs that matter and a robust design. Bands are those of machines with random values within
-the tolerances (Monte Carlo). Sobol' indices give the share of an output's variance that each input causes. First-order
-bands from exact gradients are given for comparison. The robust design minimises mean + SIGMAS x standard deviation of
-the objective. Without --tolerances default ones are assumed. FILE is TOML:
+The result has bands, the inputs that matter, what half of each tolerance buys, and a robust design. Bands are those of
+machines with random values within the tolerances (Monte Carlo). Sobol' indices give the share of an output's variance
+that each input causes. First-order bands from exact gradients are given for comparison. The robust design minimises
+mean + SIGMAS x standard deviation of the objective. Without --tolerances default ones are assumed. FILE is TOML:
 
 \b
     [tolerances]
@@ -77,6 +77,12 @@ def tolerance(
     indices: Annotated[
         int, typer.Option(min=0, max=2**20, help="number of points of the Sobol' indices, a power of 2; 0: no indices")
     ] = 2048,
+    halved: Annotated[
+        int,
+        typer.Option(
+            min=0, max=100_000, help="number of machines to see what half of each tolerance would buy; 0: do not"
+        ),
+    ] = 512,
     robust: Annotated[bool, typer.Option("--robust/--no-robust", help="also find the robust design")] = True,
     least: LeastOption = None,
     hold: HoldOption = None,
@@ -103,7 +109,7 @@ def tolerance(
         settings = Settings(sigmas, seed=seed, sum_text=least, holds=tuple(hold or ()), ranges=ranges)
         if settings.is_stated and not robust:
             raise InputError("--least, --hold and --vary set the robust design; remove --no-robust")
-        request = ToleranceRequest(output or (), samples, indices, seed, settings if robust else None)
+        request = ToleranceRequest(output or (), samples, indices, seed, halved, settings if robust else None)
         limits = default_tolerances(resolved) if tolerances is None else Tolerances.load(tolerances)
         source = str(tolerances) if tolerances is not None else f"{machine}: default tolerances"
         with renew_files(out):

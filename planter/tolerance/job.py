@@ -70,7 +70,9 @@ Spreads = Mapping[str, Spread]
 def build_recipe(
     resolved: ResolvedMachine, choices: Mapping[str, str], spreads: Spreads, outputs: Sequence[str], **sampling: Any
 ) -> Recipe:
-    """Return the recipe of the rows; `sampling` is `rows` and `seed`, or `base` and `seed` for indices."""
+    """Return the recipe of the rows; `sampling` is `rows` and `seed`, `base` and `seed` for indices, or `machines` and
+    `seed` for halved tolerances.
+    """
     return Recipe(f"{__name__}:{Turns.__name__}", {
         "module": resolved.module, "machine": resolved.adapter.frozen(resolved.machine), "choices": dict(choices),
         "spreads": {name: [spread.kind, spread.low, spread.high] for name, spread in spreads.items()},
@@ -91,8 +93,8 @@ class Turns:
         distributions = {name: Spread(*entry) for name, entry in spreads.items()}
         ends = {name: (spread.low, spread.high) for name, spread in distributions.items()}
         self.subject: SweepSubject = import_module(module).ROOM.subject(machine, choices, ends, outputs)
-        kind = Saltelli if "base" in drawn else RandomPoints
-        self.points: RandomPoints | Saltelli = kind(tuple(distributions.values()), **drawn)
+        kind = Saltelli if "base" in drawn else HalvedTolerances if "machines" in drawn else RandomPoints
+        self.points: RandomPoints | Saltelli | HalvedTolerances = kind(tuple(distributions.values()), **drawn)
         self.rows, self.width = self.points.rows, len(outputs)
 
     def chunk(self, start: int, stop: int, threads: int) -> Array:
@@ -139,6 +141,31 @@ class Saltelli:
         if matrix > 1:
             points[:, matrix - 2] = cube[:, size + matrix - 2]
         return points
+
+
+class HalvedTolerances:
+    """Points of the same machines with each tolerance halved in turn: X, then for each column X with half deviations.
+
+    X are the points of one Sobol' sequence, `machines` of them, so that their outputs differ by the tolerance alone.
+    """
+
+    def __init__(self, spreads: Sequence[Spread], machines: int, seed: int) -> None:
+        self.spreads, self.machines = spreads, machines
+        self.rows = machines * (len(spreads) + 1)
+        self._sequence = SobolSequence(len(spreads), seed)
+
+    def block(self, start: int, stop: int) -> Array:
+        """Return the points from `start` to `stop`, (stop - start, n), of X, then of each X with one column halved."""
+        parts, row = [], start
+        while row < stop:
+            halved, first = divmod(row, self.machines)
+            last = min(first + stop - row, self.machines)
+            points = scale_points(self.spreads, self._sequence(first, last))
+            if halved:
+                points[:, halved - 1] += (self.spreads[halved - 1].centre - points[:, halved - 1]) / 2
+            parts.append(points)
+            row += last - first
+        return np.vstack(parts)
 
 
 def scale_points(spreads: Sequence[Spread], cube: Array) -> Array:

@@ -29,6 +29,8 @@ BARS = 8
 BINS = 60
 MIN_TOTAL = 0.005
 """Total index above which an input is in the figure."""
+LEAST_REDUCTION = 0.1
+"""Reduction of a standard deviation [%] below which the tolerance of an input is not worth a row."""
 PATHS = 100
 """Maximum number of machines with a path in the figure."""
 
@@ -193,8 +195,29 @@ def _list_sections(result: ToleranceFound) -> Iterator[Section]:
         yield Section(
             "Largest Sobol' indices", [Table(("output", "input", "first", "total", "+-"), shares), Text(note, "note")]
         )
+    yield from _list_tightening(result, LARGEST)
     if result.robust is not None:
         yield Section("Robust design", list(_describe_robust(result.robust)))
+
+
+def _list_tightening(result: ToleranceFound, count: int) -> Iterator[Section]:
+    """Yield what half of a tolerance buys: for each output the inputs whose tolerance reduces its deviation most."""
+    rows: list[tuple[Cell, ...]] = []
+    for name, entries in result.tightened.items():
+        ranked = sorted(entries.items(), key=lambda pair: -pair[1].reduction_percent)[:count]
+        useful = [(path, entry) for path, entry in ranked if entry.reduction_percent > LEAST_REDUCTION]
+        rows += [
+            ("" if rank else format_label(name), last_part(path), result.outputs[name].std, entry.std,
+             float(f"{entry.reduction_percent:.3g}"))
+            for rank, (path, entry) in enumerate(useful)
+        ]  # fmt: skip
+    if rows:
+        head = ("output", "input", "std now", "std with half", "reduction / %")
+        note = (
+            "The standard deviation of an output if the tolerance of one input alone is halved, by the same machines "
+            "with and without."
+        )
+        yield Section("What half of a tolerance buys", [Table(head, rows), Text(note, "note")])
 
 
 def _describe_robust(result: RobustFound) -> Iterator[Block]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from planter.records import Record
 
@@ -48,6 +48,14 @@ class Share(Record):
 
 
 @dataclass(frozen=True)
+class Tightening(Record):
+    """The standard deviation of an output with half an input's tolerance, and by how much that reduces it."""
+
+    std: float
+    reduction_percent: float
+
+
+@dataclass(frozen=True)
 class Scored(Record):
     """A design with its objective: without tolerances, and mean, standard deviation and robust sum with tolerances."""
 
@@ -83,8 +91,8 @@ class RobustFound(Record):
 class ToleranceFound(Record):
     """Result of `planter tolerance`: inputs, bands of outputs, Sobol' indices by output and input, the robust design.
 
-    `rows` and `index_rows` are the numbers of cycles of the bands and of the indices. `sobol` is empty and `robust`
-    null if they were not requested.
+    `rows`, `index_rows` and `tightened_rows` are the numbers of cycles of the bands, the indices and the halved
+    tolerances. `sobol` and `tightened`, by output and input, are empty and `robust` null if they were not requested.
     """
 
     machine: str
@@ -98,6 +106,8 @@ class ToleranceFound(Record):
     seconds: float
     hash: str
     robust: RobustFound | None = None
+    tightened_rows: int = 0
+    tightened: dict[str, dict[str, Tightening]] = field(default_factory=dict)
 
 
 def rank_shares(shares: Mapping[str, Share]) -> list[tuple[str, Share]]:

@@ -15,6 +15,7 @@ from planter.planting.commands.options import (
     FIGURES,
     DeviceArgument,
     build_device,
+    has_limits,
     interruptible_result,
     load_device_file,
     load_other,
@@ -124,10 +125,9 @@ def optimise(
         from planter.planting import optimisation
 
         means, ranges = Means(workers, cluster), read_ranges("--vary", vary or ())
-        is_varied = least or hold or ranges
-        other = (
-            load_machine(machine, parse_changes(set_), speed_rpm) if is_varied else load_other(machine, set_, speed_rpm)
-        )
+        other = load_other(machine, set_, speed_rpm)
+        if other is None and (least or hold or ranges or has_limits(machine)):
+            other = load_machine(machine, parse_changes(set_), speed_rpm)
         if other is not None:
             sampling = None if samples is None else optimisation.parse_sampling(samples)
             seconds = prove_seconds if prove else None

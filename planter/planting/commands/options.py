@@ -63,6 +63,13 @@ def load_other(source: str, set_: Sequence[str] | None, speed_rpm: float | None)
     return load_machine(source, parse_changes(set_), speed_rpm) if is_other(source) else None
 
 
+def has_limits(source: str) -> bool:
+    """Return whether the file of a planting device limits measures of its cycle."""
+    from planter.planting import file
+
+    return bool(file.load(source).measure_limits)
+
+
 def is_other(source: str) -> bool:
     """Return whether a source is a machine other than a planting device."""
     from planter.engine.machine import find_machine_package

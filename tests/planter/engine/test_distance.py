@@ -14,7 +14,7 @@ from planter.engine.goal import Goal, GoalConstraints, resolve_limit, resolve_me
 from planter.engine.machine import Machine, load_machine
 from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.outputs import SampledOutputs
-from planter.engine.piecewise import build_distance
+from planter.engine.piecewise import build_clearance, build_distance
 from planter.engine.proof import check_provable
 from planter.engine.search import SearchSpec
 from planter.errors import ComputationError, InputError
@@ -228,7 +228,7 @@ def test_curve_path_is_relative_to_machine_file(tmp_path: Path, monkeypatch: pyt
     [
         (f"{TIP} none.csv", "x_mm,y_mm\n1,2\n3,4\n", "none.csv"),
         ("distance x_tip y_tipp to p.csv", "x_mm,y_mm\n1,2\n3,4\n", "did you mean y_tip"),
-        ("distance x_tip M_in to p.csv", "x_mm,y_mm\n1,2\n3,4\n", "must be lengths"),
+        ("distance x_tip M_in to p.csv", "x_mm,y_mm\n1,2\n3,4\n", "must be a length"),
         (f"{TIP} p.csv", "x_mm,z_mm\n1,2\n3,4\n", "no column x_tip_mm"),
         (f"{TIP} p.csv", "x_mm,y_N\n1,2\n3,4\n", "no column x_tip_mm"),
         (f"{TIP} p.csv", "x_mm,y_mm\n1,2\n1,2\n", "2 to 1000 points that differ"),
@@ -264,3 +264,52 @@ def test_columns_may_be_those_of_a_motion_in_any_unit(tmp_path: Path) -> None:
         tip = np.column_stack([evaluate(machine, name, phi) for name in ("x_tip", "y_tip")])
         expected, _ = find_nearest(tip, np.array([[0.0, 0], [300, 0], [300, 200]]))
         assert goal.evaluate(machine.design) == pytest.approx(expected.max(), rel=1e-9)
+
+
+def test_clearance_is_the_height_over_the_ground() -> None:
+    """Against linear interpolation, level beyond the ends; its slopes against differences."""
+    rng = np.random.default_rng(7)
+    ground = np.column_stack([np.sort(rng.uniform(-1, 1, 9)), rng.uniform(-0.2, 0.2, 9)])
+    x, y = ca.SX.sym("x"), ca.SX.sym("y")
+    graph = build_clearance(x, y, ground)
+    function = ca.Function("h", [x, y], [graph, ca.gradient(graph, ca.vertcat(x, y))])
+    at, height = rng.uniform(-1.5, 1.5, 300), rng.uniform(-0.5, 0.5, 300)
+    values, slopes = (np.asarray(out) for out in function(at[None], height[None]))
+    np.testing.assert_allclose(values[0], height - np.interp(at, *ground.T), atol=1e-13)
+    step = 1e-7
+    rise = (np.interp(at + step, *ground.T) - np.interp(at - step, *ground.T)) / (2 * step)
+    slopes = slopes.reshape(2, -1, order="F")
+    inside = np.abs(at[:, None] - ground[:, 0]).min(axis=1) > step
+    np.testing.assert_allclose(slopes[0][inside], -rise[inside], atol=1e-6)
+    assert (slopes[1] == 1).all()
+
+
+def test_limits_on_clearance_and_on_the_distance_of_points(tmp_path: Path) -> None:
+    """Against positions by the other route of the tests; sizes of joint forces are those of their components."""
+    machine = arm()
+    phi = 2 * np.pi * np.arange(720) / 720
+    x, y = (evaluate(machine, name, phi) for name in ("x_tip", "y_tip"))
+    soil = tmp_path / "soil.csv"
+    rows = [(float(x.max()) + 5, 4.0), (float(x.min()) - 5, -6.0), (float(x.mean()), 1.0)]
+    soil.write_text("x_mm,y_mm\n" + "".join(f"{a!r},{b!r}\n" for a, b in rows), encoding="utf-8")
+    heights = y - np.interp(x, *np.array(sorted(rows)).T)
+    force = np.hypot(*(evaluate(machine, name, phi) for name in ("F_Ax", "F_Ay")))
+    texts = [f"min clearance x_tip y_tip over {soil} >= 10 mm", "max distance x_tip y_tip to x_tip y_tip <= 1 mm",
+             f"F_A <= {force.max() / 2} N"]  # fmt: skip
+    clearance, same, size = evaluate_limits(replace(machine, limits=tuple(map(parse_limit, texts))))
+    assert clearance.value == pytest.approx(heights.min(), abs=0.05)
+    assert clearance.met == (clearance.value is not None and clearance.value >= 10)
+    assert same.value == pytest.approx(0, abs=1e-6)
+    assert size.value == pytest.approx(force.max(), rel=1e-3)
+    assert (size.met, size.unit) == (False, "N")
+
+
+def test_ground_with_two_heights_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "cliff.csv"
+    path.write_text("x_mm,y_mm\n0,0\n10,2\n10,5\n", encoding="utf-8")
+    with pytest.raises(InputError, match="x = 10 mm"):
+        arm().find_quantity(f"clearance x_tip y_tip over {path}")
+    with pytest.raises(InputError, match="over FILE"):
+        parse_limit("clearance x_tip y_tip to soil.csv >= 3")
+    with pytest.raises(InputError, match="F_Ax is in N"):
+        arm().find_quantity("distance x_tip y_tip to x_tip F_Ax")

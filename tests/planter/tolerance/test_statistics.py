@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 
 from planter.errors import ComputationError
-from planter.tolerance.analysis import compute_bands, compute_indices, first_order_std
-from planter.tolerance.job import RandomPoints, Saltelli, Spread
+from planter.tolerance.analysis import compute_bands, compute_indices, compute_tightening, first_order_std
+from planter.tolerance.job import HalvedTolerances, RandomPoints, Saltelli, Spread
 
 LAWS = {
     "uniform": stats.uniform(2, 6),
@@ -50,6 +50,35 @@ def test_additive_function_has_exact_indices() -> None:
     assert (shares["d"].first, shares["d"].total) == (0, 0)
     slopes = first_order_std(weights[None], spreads)
     assert np.isclose(slopes[0] ** 2, parts.sum())
+
+
+def test_half_a_tolerance_takes_three_quarters_of_its_variance() -> None:
+    """Of an additive function; an input without effect buys nothing, nor does a function of other inputs."""
+    spreads = [Spread("normal", -3, 3), Spread("uniform", 0, 2), Spread("triangular", -1, 1), Spread("uniform", 5, 9)]
+    weights = np.array([[1.0, 2.0, -1.5, 0.0], [0.0, 0.0, 0.0, 3.0]])
+    points = HalvedTolerances(spreads, 4096, 1)
+    block = points.block(0, points.rows)
+    assert np.array_equal(points.block(4000, 9000), block[4000:9000])
+    rows = block @ weights.T
+    bands = compute_bands(["y", "z"], rows[:4096], rows[0], None, spreads)
+    tightened = compute_tightening(["y", "z"], list("abcd"), rows, bands)
+    parts = weights[0] ** 2 * np.array([spread.std for spread in spreads]) ** 2
+    for name, part in zip("abcd", parts, strict=True):
+        assert tightened["y"][name].std == pytest.approx(np.sqrt(parts.sum() - 0.75 * part), rel=5e-3)
+    assert tightened["y"]["d"].reduction_percent == tightened["z"]["a"].reduction_percent == 0
+    assert tightened["z"]["d"].reduction_percent == pytest.approx(50, abs=1e-9)
+
+
+def test_machines_without_cycle_are_left_out_of_tightening() -> None:
+    spreads = [Spread("uniform", 0, 2), Spread("uniform", -1, 1)]
+    points = HalvedTolerances(spreads, 256, 1)
+    rows = points.block(0, points.rows)[:, :1].copy()
+    bands = compute_bands(["y"], rows[:256], rows[0], None, spreads)
+    rows[::7] = np.nan
+    assert compute_tightening(["y"], ["a", "b"], rows, bands)["y"]["a"].reduction_percent == pytest.approx(50)
+    rows[:] = np.nan
+    with pytest.raises(ComputationError, match="no machines"):
+        compute_tightening(["y"], ["a", "b"], rows, bands)
 
 
 def test_single_input_has_full_index() -> None:

@@ -1,0 +1,37 @@
+"""The table of machine files that limits measures of a cycle, for every kind of machine."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from planter.engine.measures import Limit, parse_limit
+from planter.files.fields import FileSection, Line
+
+HOLD = "requirements.hold"
+"""Path of the limits in files."""
+HOLD_MEANING = "limits on measures of the cycle, such as 'abs F_Ax <= 300 N': every search satisfies them"
+Holds = Annotated[list[Line], Field(min_length=1, description=HOLD_MEANING)]
+
+
+class LimitsSection(FileSection):
+    """Limits on measures of a cycle."""
+
+    hold: Holds
+
+
+def parse_holds(section: Any, source: str) -> tuple[Limit, ...]:
+    """Return the limits of a file's [requirements], none if it has none. Raises InputError if one cannot be parsed."""
+    texts: Sequence[str] = (None if section is None else section.hold) or ()
+    return tuple(parse_limit(text, f"{source}: {HOLD}[{index}] =") for index, text in enumerate(texts))
+
+
+def with_whole_limits(table: Mapping[str, Any], limits: Sequence[Limit], source: str) -> dict[str, Any]:
+    """Return the table of a file with whole paths of the curves in its limits, for a file in any folder."""
+    if not limits:
+        return dict(table)
+    texts = [str(replace(limit, measure=limit.measure.with_whole_paths(source))) for limit in limits]
+    return {**table, "requirements": {**table["requirements"], "hold": texts}}
