@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -137,7 +138,24 @@ class EquationArticle:
         for side, title in sides.items():
             if self.entry.get(side):
                 kind = "formula long" if len(self.entry[side]) > LONG_FORMULA else "formula"
-                yield f'<p class="label">{title}</p><div class="{kind}">{self.typeset[side]}</div>'
+                fit = f' style="--fit: {find_print_size(self.typeset[side]):.2f}"'
+                yield f'<p class="label">{title}</p><div class="{kind}"{fit}>{self.typeset[side]}</div>'
+
+
+LINE = 76
+"""Characters of a formula on a printed line, at its own size."""
+
+
+def find_print_size(formula: str) -> float:
+    """Return the size of type, at most 1, at which the longest line of a formula in MathML fits on a printed line.
+
+    >>> find_print_size("<math><mi>x</mi></math>"), find_print_size(f"<math><mi>{152 * 'x'}</mi></math>")
+    (1, 0.5)
+    """
+    text = re.sub(r"<annotation.*?</annotation>", "", formula, flags=re.DOTALL)
+    lines = re.findall(r"<mtr>.*?</mtr>", text, re.DOTALL) or [text]
+    longest = max(len(re.sub(r"<[^>]*>|[\u2061\u2062]", "", line)) for line in lines)
+    return min(1, LINE / longest)
 
 
 def _markup(markup: str) -> MarkupCell:
@@ -200,5 +218,5 @@ h4 .mark { margin-left: .4rem; font-size: .9em; }
 @media print { :root { --good: #0b6b50; --doubt: #8a5a00; --bad: #a8321a; --bar: #0072b2; }
   article { break-inside: auto; } h4, .label { break-after: avoid; } .formula { overflow: visible; }
   .bar, .bar > span { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
-  .long math { font-size: .95em; } }
+  .formula math { font-size: calc(1em * var(--fit, 1)); } td math { font-size: .75em; } }
 """

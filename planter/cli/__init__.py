@@ -26,6 +26,7 @@ def _ended() -> int:
     try:
         with Console("--json" in sys.argv).outcome():
             check_arguments(sys.argv)
+            process.record_command(sys.argv[1:])
             with process.flush_output():
                 code = _called()
                 process.ignore_signals()

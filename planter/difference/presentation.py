@@ -12,7 +12,7 @@ from planter.difference.comparison import MARGIN, DesignComparison, find_objecti
 from planter.difference.results import ComparedCurve, ComparedRequirement, ComparedResult, ComparedValue
 from planter.kernels import Array
 from planter.report import files, style
-from planter.report.html import Cell, Section, Table, Text
+from planter.report.html import Cell, KeyFigure, Section, Table, Text
 from planter.report.presentation import ResultPresentation
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def present_comparison(comparison: DesignComparison) -> ResultPresentation:
     return ResultPresentation(
         title=f"Comparison: {', '.join(names)}",
         conclusion=describe_comparison(comparison),
+        key_figures=list(_list_key_figures(comparison)),
         record=result,
         sections=list(_list_sections(comparison)),
         figures=partial(_draw, comparison),
@@ -73,6 +74,21 @@ def describe_comparison(comparison: DesignComparison) -> str:
         parts = ", ".join(f"{letter} {number}" for letter, number in zip(letters, met, strict=True))
         sentences.append(f"Requirements that are satisfied, of {total}: {parts}.")
     return " ".join(sentences)
+
+
+def _list_key_figures(comparison: DesignComparison) -> Iterator[KeyFigure]:
+    """Yield the change of the objective or the first other result, satisfied requirements, and changed values."""
+    result, last = comparison.result, comparison.letters[-1]
+    main = list_main_results(comparison, MOST_LOADS)
+    changed = next((row for row in main if row.difference[-1] and row.values[0]), None)
+    if changed is not None:
+        share = _find_share(changed.values[0], changed.difference[-1]) or 0.0
+        percent = f"{share:+.3g} %".replace("-", "\N{MINUS SIGN}")
+        yield KeyFigure(percent, "", f"{changed.name}, {last} against A")
+    if result.requirements:
+        met = sum(row.met[-1] is True for row in result.requirements)
+        yield KeyFigure(f"{met} of {len(result.requirements)}", "", f"requirements satisfied by {last}")
+    yield KeyFigure(str(len(result.values)), "", "values of the files differ")
 
 
 def _number(value: float | None) -> str:

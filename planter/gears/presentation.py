@@ -25,7 +25,8 @@ from planter.gears.results import (
 from planter.progress import Listener
 from planter.report import files
 from planter.report.folder import renews_files
-from planter.report.html import Block, Cell, Items, Keys, Section, Table, Text
+from planter.report.html import Block, Cell, Items, KeyFigure, Keys, Section, Table, Text
+from planter.report.labels import format_label
 from planter.report.presentation import ResultPresentation
 from planter.view.animation import MotionBlock
 from planter.view.scene import Scene
@@ -47,6 +48,8 @@ CAPTIONS = {
     "and to the power lost at both meshes of side 1: by the paper's convention, and against the sliding.",
 }
 FRICTION_HEAD = ("friction", "without", "convention", "sliding", "nearest", "farthest", "at most")
+OVERLAP_ROUNDING = 1e-9
+"""Overlap of polygons [mm2] that is rounding."""
 _GEAR_HEAD = ("gear", "teeth", "margin (tooth)", "top land / mm (tooth)", "area / mm2")
 
 
@@ -67,14 +70,42 @@ def present_gears(result: GearsFound) -> ResultPresentation:
     return ResultPresentation(
         title=f"Gears of {result.machine}",
         record=result,
+        conclusion=_conclude(result),
+        key_figures=list(_list_key_figures(result)),
         sections=sections,
         captions={f"{prefix}{name}": caption for prefix in prefixes for name, caption in CAPTIONS.items()},
         details=lambda: [Section("Geometry", [Text("The geometry assumes:"), Items(RACK.sidecar["assumptions"])])],
     )
 
 
+def _conclude(result: GearsFound) -> str:
+    """Return whether teeth are undercut, the least contact ratio, and whether teeth overlap."""
+    gears = [gear for stage in result.stages for gear in stage.gears]
+    if not gears:
+        return f"{result.machine} has an intermittent pair of gears."
+    undercut = [gear.name for gear in gears if gear.undercut]
+    ratio = min(stage.contact_ratio.min for stage in result.stages)
+    overlap = max(stage.overlap_mm2 for stage in result.stages)
+    rims = f"undercut: {', '.join(undercut)}" if undercut else f"none of {len(gears)} gears is undercut"
+    meets = f"teeth overlap by up to {overlap:.3g} mm2" if overlap > OVERLAP_ROUNDING else "no teeth overlap"
+    return f"The contact ratio is at least {ratio:.3f}; {rims}; {meets}."
+
+
+def _list_key_figures(result: GearsFound) -> Iterator[KeyFigure]:
+    gears = [gear for stage in result.stages for gear in stage.gears]
+    if gears:
+        pairs = ", ".join("/".join(map(str, stage.z)) for stage in result.stages)
+        yield KeyFigure(pairs, "", "teeth of the pairs")
+        ratio = min(stage.contact_ratio.min for stage in result.stages)
+        yield KeyFigure(f"{ratio:.3f}", "", "least contact ratio")
+        margin = min(gears, key=lambda gear: gear.margin)
+        yield KeyFigure(
+            f"{margin.margin:.3f}".replace("-", "\N{MINUS SIGN}"), "", f"least margin against undercut, {margin.name}"
+        )
+
+
 def _list_keys(record: object, *keys: str) -> Keys:
-    return Keys({key: getattr(record, key) for key in keys})
+    return Keys({format_label(key): getattr(record, key) for key in keys})
 
 
 def _describe_stage(stage: StageCut, centre_error_mm: float) -> Section:

@@ -74,6 +74,8 @@ def present_train(training: Training, source: str) -> ResultPresentation:
     return ResultPresentation(
         title=title,
         record=result,
+        conclusion=f"The ratio of the train is between {result.ratio_min:.4g} and {result.ratio_max:.4g}; "
+        f"{sum(result.convex)} of 4 pitch curves are convex, and the module is at most {result.module_max_mm:.4g} mm.",
         sections=list(_describe_train(result)),
         model=_assumptions(),
         motions=partial(_animate_train, training),

@@ -23,6 +23,7 @@ from planter.mechanism.optimisation import MechanismOptimum
 from planter.mechanism.results import (
     LimitResult,
     MachineValidation,
+    MechanismCycleResult,
     MechanismOptimumResult,
     MotionResult,
     QuantityHistory,
@@ -30,12 +31,14 @@ from planter.mechanism.results import (
 )
 from planter.records import Record
 from planter.report import files
-from planter.report.html import Items, Keys, Section, Table, Text
+from planter.report.html import Items, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import format_label, format_name, list_values
 from planter.report.presentation import (
+    MOST_KEY_FIGURES,
     ModelAssumptions,
     ResultPresentation,
     describe_proof,
+    describe_violations,
     list_proof_files,
     list_warning_sections,
 )
@@ -49,6 +52,10 @@ MEANING = "meaning"
 """Column for which a terminal is too narrow."""
 CHANGED_START = "The constraints do not allow the stated start; the nearest that they allow is used."
 ONE_SIDED = "Extremes are true ones, not those of samples; where a quantity jumps, those of either side."
+LAW_ROUNDING = 1e-6
+"""Residual of a law below which it holds, in the law's unit."""
+UNITS_FIRST = ("N m", "N", "W", "mm", "deg")
+"""Units of the quantities that a page opens with, in this order."""
 MOTION_CAPTION = (
     "Bodies by the points where forces act on them and by their centroids, which is all that the statement contains."
 )
@@ -59,7 +66,15 @@ def present_cycle(cycle: MechanismCycle) -> ResultPresentation:
     result = cycle.result
     title = f"Cycle of {result.machine} in {result.samples} samples"
     sections = [*_list_cycle_sections(cycle), *list_limit_sections(result.holds or ())]
-    return _present(_describe_machine(cycle.machine), title, result, sections, **_draw_cycle(title, lambda: cycle))
+    return _present(
+        _describe_machine(cycle.machine),
+        title,
+        result,
+        sections,
+        conclusion=_conclude_cycle(result),
+        key_figures=list(_list_cycle_figures(result)),
+        **_draw_cycle(title, lambda: cycle),
+    )
 
 
 def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
@@ -71,6 +86,8 @@ def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
         title,
         result,
         _list_optimum_sections(result),
+        conclusion=_conclude_optimum(result),
+        key_figures=list(_list_optimum_figures(result)),
         details=lambda: _list_cycle_sections(best()),
         texts=lambda: {"optimum.toml": format_optimum_file(optimum), **list_proof_files(optimum.certificate)},
         **_draw_cycle(title, best),
@@ -80,7 +97,69 @@ def present_optimum(optimum: MechanismOptimum) -> ResultPresentation:
 def present_sensitivity(result: SensitivityResult, machine: Machine) -> ResultPresentation:
     """Return the presentation of a sensitivity: gradient and combinations of values."""
     title = f"Sensitivity of {machine.name}"
-    return _present(_describe_machine(machine), title, result, list_sensitivity_sections(result))
+    conclusion = describe_strongest(result)
+    return _present(_describe_machine(machine), title, result, list_sensitivity_sections(result), conclusion=conclusion)
+
+
+def describe_strongest(result: SensitivityResult) -> str:
+    """Return which value changes the objective most over the width of its bounds, and how many combinations count."""
+    name, change = max(result.scaled.items(), key=lambda pair: abs(pair[1]))
+    count, depends = len(result.scaled), result.effective_parameters
+    return (
+        f"{format_label(name)} changes the objective of {result.objective:.4g} most: by {change:.3g} over the width of "
+        f"its bounds, to first order. The curves depend on {depends} of {count} combinations of values."
+    )
+
+
+def _conclude_cycle(result: MechanismCycleResult) -> str:
+    parts = []
+    if result.holds:
+        violated = [limit.limit_on for limit in result.holds if not limit.met]
+        parts.append(describe_violations(violated, len(result.holds), "limits"))
+    if result.designer is not None and result.designer.motor is not None:
+        motor = result.designer.motor
+        parts.append(
+            f"The motor's torque is between {motor.min_Nm:.4g} and {motor.max_Nm:.4g} N m, its peak power "
+            f"{motor.peak_power_W:.4g} W."
+        )
+    if result.laws and all(law.violation < LAW_ROUNDING for law in result.laws):
+        parts.append(f"All {len(result.laws)} laws hold to {LAW_ROUNDING:g} of their units.")
+    return " ".join(parts) or f"A cycle of {result.machine} closes; its quantities are below."
+
+
+def _list_cycle_figures(result: MechanismCycleResult) -> Iterator[KeyFigure]:
+    """Yield the largest sizes of a torque, a force and a power, or of what there is."""
+    peaks = [] if result.designer is None else result.designer.peaks
+    by_unit = {unit: [peak for peak in peaks if peak.unit == unit] for unit in dict.fromkeys(p.unit for p in peaks)}
+    order = sorted(by_unit, key=lambda unit: (*UNITS_FIRST, unit).index(unit))
+    for unit in order[:MOST_KEY_FIGURES]:
+        peak = max(by_unit[unit], key=lambda peak: max(abs(peak.max), abs(peak.min)))
+        value, angle = max((peak.max, peak.max_phi_deg), (peak.min, peak.min_phi_deg), key=lambda pair: abs(pair[0]))
+        number = f"{value:.4g}".replace("-", "\N{MINUS SIGN}")
+        yield KeyFigure(number, unit, f"{peak.name}, {peak.meaning}, largest in size, at {angle:.4g} deg")
+
+
+def _conclude_optimum(result: MechanismOptimumResult) -> str:
+    certificate, before, after = result.certificate, result.start_objective, result.objective
+    change = f", {100 * (after / before - 1):+.3g} %" if before else ""
+    violated = [limit.limit_on for limit in result.holds if not limit.met]
+    limits = describe_violations(violated, len(result.holds), "limits") if result.holds else ""
+    starts = f"{certificate.agreeing_starts} of {certificate.starts} starts agree"
+    certain = f"Residual of the optimality conditions {certificate.kkt_residual:.1e}; {starts}."
+    return " ".join(filter(None, (f"{result.least} falls from {before:.5g} to {after:.5g}{change}.", limits, certain)))
+
+
+def _list_optimum_figures(result: MechanismOptimumResult) -> Iterator[KeyFigure]:
+    before, after = result.start_objective, result.objective
+    if before:
+        percent = f"{100 * (after / before - 1):+.3g} %".replace("-", "\N{MINUS SIGN}")
+        yield KeyFigure(percent, "", f"{result.least}, {before:.4g} to {after:.4g}")
+    if result.holds:
+        met = sum(limit.met for limit in result.holds)
+        yield KeyFigure(f"{met} of {len(result.holds)}", "", "limits satisfied")
+    certificate = result.certificate
+    yield KeyFigure(f"{certificate.agreeing_starts} of {certificate.starts}", "", "starts agree on the optimum")
+    yield KeyFigure(f"{len(certificate.active_bounds)} of {len(result.design)}", "", "values end at a bound")
 
 
 def list_sensitivity_sections(result: SensitivityResult) -> Iterator[Section]:
@@ -99,6 +178,8 @@ def present_drive(drive: Drive) -> ResultPresentation:
         f"{drive.machine.name} on a motor",
         drive.result,
         [Section(title, [table]) for title, table in zip(("Motor", "Speed", "Forces"), parts, strict=True)],
+        conclusion=f"The speed varies by {drive.result.speed.fluctuation:.2%} of its mean, "
+        f"{drive.result.speed.mean_rpm:.4g} r/min.",
         figures=lambda: {"drive": drawing.draw_drive(drive)},
         tables=lambda: {"turn.csv": drive.columns()},
     )

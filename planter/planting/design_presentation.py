@@ -15,7 +15,7 @@ from planter.engine.sensitivity import SensitivityResult
 from planter.explain import dictionary
 from planter.files import paths, units
 from planter.files.document import format_lines
-from planter.mechanism.presentation import list_limit_sections, list_sensitivity_sections
+from planter.mechanism.presentation import describe_strongest, list_limit_sections, list_sensitivity_sections
 from planter.optimise.range_variance import Sampling
 from planter.optimise.response import list_breakpoints
 from planter.planting import cycle
@@ -43,7 +43,7 @@ from planter.planting.results import (
 )
 from planter.planting.toothed import compute_ratios, locate_pitch_curves
 from planter.report import files
-from planter.report.html import Block, Cell, Folded, Keys, Section, Table, Text
+from planter.report.html import Block, Cell, Folded, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import format_label, list_values, tabulate_angles
 from planter.report.presentation import (
     ModelAssumptions,
@@ -112,6 +112,7 @@ def present_simulation(simulation: Simulation) -> ResultPresentation:
         "simulate",
         conclusion=f"The vertical support force is between {force.min_N:#.4g} and {force.max_N:#.4g} N, the weight of "
         f"the machine {result.weight_N:#.4g} N.",
+        key_figures=list(_list_simulation_figures(result)),
         motions=lambda: [_animate(device, device.design)],
         figures=lambda: _draw_forces(devices, device.design) | _draw_motion(device, device.design),
         tables=lambda: {"cycle.csv": simulation.cycle.columns()},
@@ -122,8 +123,11 @@ def present_simulation(simulation: Simulation) -> ResultPresentation:
 def present_sensitivity(result: SensitivityResult, device: Device) -> ResultPresentation:
     """Return the presentation of a sensitivity: gradient and combinations of parameters."""
     sections = [*list_sensitivity_sections(result), _tabulate_design(device.machine)]
-    title = f"Sensitivity of the planting device {result.machine}, {device.model} model"
-    return _present(device, title, result, sections, "sensitivity")
+    title, conclusion = (
+        f"Sensitivity of the planting device {result.machine}, {device.model} model",
+        describe_strongest(result),
+    )
+    return _present(device, title, result, sections, "sensitivity", conclusion=conclusion)
 
 
 def present_validation(result: Validation, source: str) -> ResultPresentation:
@@ -147,6 +151,7 @@ def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresent
         "optimise",
         optimum.seed,
         conclusion=f"{result.statement[0].upper()}{result.statement[1:]}.",
+        key_figures=list(_list_optimum_figures(result)),
         motions=lambda: [_animate(device, x, device.design)],
         figures=lambda: (
             _draw_forces(optimisation.devices, x, device.design)
@@ -162,6 +167,42 @@ def present_optimum(optimisation: Optimisation, device: Device) -> ResultPresent
             **list_proof_files(optimisation.certificate),
         },
     )
+
+
+def _list_simulation_figures(result: SimulationFound) -> Iterator[KeyFigure]:
+    motor, requirements = result.designer.motor, result.requirements or ()
+    share = 100 * result.refined.range_N / result.weight_N
+    yield KeyFigure(
+        f"{result.refined.range_N:.3g}",
+        "N",
+        f"variation of the support force over a cycle, {share:.2g} % of the weight",
+    )
+    yield KeyFigure(f"{motor.max_Nm:.3g}", "N m", f"largest motor torque, peak power {motor.peak_power_W:.3g} W")
+    if requirements:
+        met = sum(row.verdict != "fail" for row in requirements)
+        yield KeyFigure(f"{met} of {len(requirements)}", "", "requirements met")
+    else:
+        largest = max(result.designer.forces, key=lambda force: force.max_N)
+        yield KeyFigure(f"{largest.max_N:.3g}", "N", f"largest force, {largest.meaning}")
+
+
+def _list_optimum_figures(result: OptimisationFound) -> Iterator[KeyFigure]:
+    before, after, requirements = result.start_range_N, result.range_N, result.requirements or ()
+    yield KeyFigure(_percent(after / before - 1), "", f"variation of the support force, {before:.3g} to {after:.3g} N")
+    torques = result.start_designer.motor.max_Nm, result.designer.motor.max_Nm
+    yield KeyFigure(
+        _percent(torques[1] / torques[0] - 1), "", f"largest motor torque, {torques[0]:.3g} to {torques[1]:.3g} N m"
+    )
+    if requirements:
+        met = sum(row.verdict != "fail" for row in requirements)
+        yield KeyFigure(f"{met} of {len(requirements)}", "", "requirements met by the optimum")
+    else:
+        starts = result.certificate
+        yield KeyFigure(f"{starts.agreeing_starts} of {starts.starts}", "", "starts agree on the optimum")
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:+.0f} %".replace("-", "\N{MINUS SIGN}")
 
 
 def write_partial(out: Path, device: Device, partial: Mapping[str, Any], interrupted: bool = False) -> None:

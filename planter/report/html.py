@@ -1,7 +1,8 @@
 """A self-contained HTML page: sections of text, keys, tables and figures in one file.
 
-The page loads no external resources, and every text is escaped. Its content security policy allows at most one script,
-by its hash. It follows the reader's light or dark setting; printed, it is black on white.
+A page opens with a conclusion, key figures and a picture. It loads no external resources, and every text is escaped.
+Its content security policy allows at most one script, by its hash. It follows the reader's light or dark setting, and
+is printed in light colours on A4.
 """
 
 from __future__ import annotations
@@ -13,11 +14,16 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape as escaped
 from string import Template
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeGuard, runtime_checkable
 
 from planter import safe_text
 from planter.report import style
 
+MANY_COLUMNS = 7
+"""Columns from which on a table is printed in smaller type."""
+SHORT = 10
+"""Characters up to which a text stays on one line."""
+CLASS_NUMBER = ' class="number"'
 Cell = str | int | float | bool | None
 """A value in a table; None is displayed as a dash."""
 
@@ -73,6 +79,53 @@ class Text:
 
 
 @dataclass(frozen=True)
+class Conclusion:
+    """The sentences that a page opens with."""
+
+    text: str
+
+    def html(self, name: str) -> str:
+        """Return the sentences as HTML."""
+        return f'<div class="conclusion"><p>{escape_markup(self.text)}</p></div>'
+
+
+@dataclass(frozen=True)
+class Command:
+    """The command line that gives a result."""
+
+    line: str
+
+    def html(self, name: str) -> str:
+        """Return the line as HTML."""
+        return f"<pre>{escape_markup(self.line)}</pre>"
+
+
+@dataclass(frozen=True)
+class KeyFigure:
+    """A number that a page opens with, as text, with its unit, and what it is."""
+
+    value: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class KeyFigures:
+    """The numbers that a page opens with, three of them."""
+
+    figures: Sequence[KeyFigure]
+
+    def html(self, name: str) -> str:
+        """Return the numbers as HTML."""
+        rows = (
+            f"<div><dt>{escape_markup(figure.meaning)}</dt><dd>{escape_markup(figure.value)} "
+            f"<small>{escape_markup(figure.unit)}</small></dd></div>"
+            for figure in self.figures
+        )
+        return _lines('<dl class="key-figures">', *rows, "</dl>")
+
+
+@dataclass(frozen=True)
 class Items:
     """A list of sentences."""
 
@@ -111,9 +164,21 @@ class Table:
 
     def html(self, name: str) -> str:
         caption = f"<caption>{escape_markup(self.caption)}</caption>" if self.caption else ""
-        head = "".join(f'<th scope="col">{escape_markup(column)}</th>' for column in self.head)
-        body = (f"<tr>{''.join(_cell(i, value) for i, value in enumerate(row))}</tr>" for row in self.rows)
-        opened, closed = '<div class="wide"><table>', "</tbody></table></div>"
+        numbers = {
+            index
+            for index in range(1, len(self.head))
+            if self.rows and all(is_number(row[index]) or row[index] is None for row in self.rows)
+        }
+        head = "".join(
+            f'<th scope="col"{CLASS_NUMBER if index in numbers else ""}>{escape_markup(column)}</th>'
+            for index, column in enumerate(self.head)
+        )
+        body = (
+            f"<tr>{''.join(_cell(index, value, index in numbers) for index, value in enumerate(row))}</tr>"
+            for row in self.rows
+        )
+        kind = ' class="many"' if len(self.head) > MANY_COLUMNS else ""
+        opened, closed = f'<div class="wide" tabindex="0"><table{kind}>', "</tbody></table></div>"
         return _lines(opened, caption, f"<thead><tr>{head}</tr></thead>", "<tbody>", *body, closed)
 
 
@@ -174,15 +239,20 @@ def inline_svg(svg: str, name: str, label: str = "") -> str:
     return body.replace("<svg", f'<svg role="img" aria-label="{escape_markup(label)}"', 1).strip()
 
 
-def render_page(title: str, sections: Sequence[Section], subtitle: str = "", extra_style: str = "") -> str:
-    """Return the page as text; `extra_style` is additional CSS."""
-    moving = [block for section in sections for block in section.blocks if isinstance(block, Scripted)]
+def render_page(
+    title: str, sections: Sequence[Section], subtitle: str = "", extra_style: str = "", lead: Sequence[Block] = ()
+) -> str:
+    """Return the page as text; `lead` are the blocks that it opens with, `extra_style` is additional CSS."""
+    blocks = [*lead, *(block for section in sections for block in section.blocks)]
+    moving = [block for block in blocks if isinstance(block, Scripted)]
+    parts = [block.html(f"lead-{number}") for number, block in enumerate(lead, 1)]
     script = "".join(dict.fromkeys(block.script for block in moving))
     bodies = [_section(i, section) for i, section in enumerate(sections, 1)]
     links = (f'<li><a href="#s{i}">{escape_markup(s.title)}</a></li>' for i, s in enumerate(sections, 1))
     return _PAGE.substitute(
         title=escape_markup(title),
-        subtitle=f'<p class="subtitle">{escape_markup(subtitle)}</p>' if subtitle else "",
+        subtitle=escape_markup(subtitle),
+        lead=_lines('<div class="lead">', *parts, "</div>") if parts else "",
         links="\n".join(links),
         body="\n".join(bodies),
         style=Template(_STYLE).substitute(ink=style.INK, paper=style.PAPER)
@@ -205,11 +275,18 @@ def _section(number: int, section: Section) -> str:
     return _lines(f'<section id="s{number}">', f"<h2>{escape_markup(section.title)}</h2>", *parts, "</section>")
 
 
-def _cell(index: int, value: Cell) -> str:
+def _cell(index: int, value: Cell, in_numbers: bool) -> str:
     if index == 0:
         return f'<th scope="row">{cell_text(value)}</th>'
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f'<td class="number">{cell_text(value)}</td>' if is_number else f"<td>{cell_text(value)}</td>"
+    if is_number(value) or in_numbers:
+        return f"<td{CLASS_NUMBER}>{cell_text(value)}</td>"
+    is_short = not isinstance(value, str) or len(value) <= SHORT
+    return f'<td class="short">{cell_text(value)}</td>' if is_short else f"<td>{cell_text(value)}</td>"
+
+
+def is_number(value: Cell) -> TypeGuard[int | float]:
+    """Return whether a cell is a number, which a truth value is not."""
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _lines(*parts: str) -> str:
@@ -218,45 +295,82 @@ def _lines(*parts: str) -> str:
 
 # Figures are drawn in ink on paper; on a dark screen these two colours are exchanged.
 _STYLE = """\
-:root { color-scheme: light dark; --paper: #fefefe; --ink: #1b2430; --soft: #5d6672; --rule: #d5d9de;
-  --warn: #a33c00; --warn-paper: #fff3ea; }
-@media (prefers-color-scheme: dark) { :root { --paper: #14181d; --ink: #e6e9ed; --soft: #a5adb8; --rule: #39414b;
-  --warn: #ffb27d; --warn-paper: #33221a; } }
+:root { color-scheme: light dark; --canvas: #eef1f4; --paper: #fefefe; --sunk: #f6f8fa; --ink: #141c26; --soft: #4c5766;
+  --rule: #d8dee6; --edge: #78838f; --a: #0b5cad; --good: #0a6640; --good-paper: #e4f4ec; --warn: #775200;
+  --warn-paper: #fff3d6; }
+@media (prefers-color-scheme: dark) { :root { --canvas: #0c1015; --paper: #151b22; --sunk: #1b222b; --ink: #e8edf2;
+  --soft: #aab5c2; --rule: #2c3641; --edge: #76828f; --a: #74b6ff; --good: #63d69f; --good-paper: #12301f;
+  --warn: #f0c25c; --warn-paper: #33290f; } }
 * { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 52rem; padding: 1.5rem 1.25rem 4rem; background: var(--paper); color: var(--ink);
-  font: 16px/1.5 system-ui, sans-serif; }
-h1 { font-size: 1.7rem; line-height: 1.2; margin: 0; overflow-wrap: anywhere; }
-h2 { font-size: 1.2rem; margin: 2.5rem 0 .6rem; padding-top: .6rem; border-top: 1px solid var(--rule); }
-.subtitle, .note, caption, figcaption, nav { color: var(--soft); }
-.subtitle { margin: .3rem 0 0; }
-nav ol { display: flex; flex-wrap: wrap; gap: .1rem 1.2rem; list-style: none; margin: 1rem 0 0; padding: 0; }
+html { background: var(--canvas); }
+body { margin: 0 auto; max-width: 860px; padding: 28px 40px 48px; background: var(--paper); color: var(--ink);
+  font: 15px/1.5 system-ui, -apple-system, "Segoe UI", Roboto, "Noto Sans", "DejaVu Sans", sans-serif;
+  font-variant-numeric: tabular-nums; }
+h1 { font-size: 25px; line-height: 1.2; margin: 6px 0 2px; letter-spacing: -.01em; overflow-wrap: anywhere; }
+h2 { font-size: 17px; margin: 30px 0 6px; }
+p { margin: 6px 0; overflow-wrap: anywhere; }
+.soft, .note, caption, figcaption, nav, .mast { color: var(--soft); }
+.mast { display: flex; justify-content: space-between; gap: 10px; flex-wrap: wrap; font-size: 12.5px;
+  border-bottom: 1px solid var(--rule); padding-bottom: 8px; }
+.mast b { color: var(--ink); }
+.conclusion { border-left: 4px solid var(--a); background: var(--sunk); padding: 12px 16px; margin: 16px 0 8px;
+  font-size: 18px; line-height: 1.42; }
+.conclusion p { margin: 0; }
+.key-figures { display: grid; grid-template-columns: repeat(3, minmax(0, 1fr)); gap: 12px; margin: 14px 0; }
+.key-figures > div { display: flex; flex-direction: column-reverse; justify-content: flex-end; min-width: 0;
+  border: 1px solid var(--rule); border-radius: 6px; padding: 10px 12px; }
+.key-figures dd { font-size: 27px; line-height: 1.15; letter-spacing: -.02em; font-weight: 650; }
+.key-figures dd small { font-size: 15px; font-weight: 400; letter-spacing: 0; }
+.key-figures dt { font-size: 12.5px; }
+nav ol { display: flex; flex-wrap: wrap; gap: .1rem 1.2rem; list-style: none; margin: 1rem 0 0; padding: 0;
+  font-size: 13px; }
+nav a { display: inline-block; min-height: 24px; }
 a { color: inherit; }
-.warning { background: var(--warn-paper); color: var(--warn); padding: .5rem .8rem; border-left: 3px solid; }
+.warning { background: var(--warn-paper); color: var(--warn); padding: .5rem .8rem; border-left: 4px solid; }
 ul.warning { padding-left: 2rem; }
 dl { display: flex; flex-wrap: wrap; gap: .5rem 2rem; margin: .8rem 0; }
 dl > div { min-width: 8rem; }
 dt { color: var(--soft); font-size: .85rem; }
-dd { margin: 0; font-variant-numeric: tabular-nums; overflow-wrap: anywhere; }
+dd { margin: 0; overflow-wrap: anywhere; }
 .wide { overflow-x: auto; margin: .8rem 0; }
-table { border-collapse: collapse; font-size: .88rem; font-variant-numeric: tabular-nums; }
+table { border-collapse: collapse; font-size: 13.5px; min-width: 50%; }
 caption { text-align: left; padding-bottom: .3rem; }
-th, td { padding: .2rem .9rem .2rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--rule); }
-th { font-weight: 600; }
+th, td { padding: 4px 14px 4px 0; text-align: left; vertical-align: baseline; border-bottom: 1px solid var(--rule); }
+thead th { color: var(--soft); font-size: 12.5px; font-weight: 400; border-bottom: 1.5px solid var(--edge); }
+thead th.number { white-space: normal; }
 tbody th { font-weight: 400; }
+td:not(.number, .short) { min-width: 4rem; }
+.short { white-space: nowrap; }
 .number { text-align: right; white-space: nowrap; }
 figure { margin: 1rem 0; }
 figure svg { display: block; width: 100%; height: auto; }
-figcaption { font-size: .9rem; margin-top: .4rem; }
-summary { cursor: pointer; color: var(--soft); margin: .8rem 0; }
+figcaption { font-size: 13px; margin-top: .4rem; }
+summary { cursor: pointer; color: var(--soft); margin: .8rem 0; min-height: 24px; }
+pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px; padding: 10px 14px; overflow-x: auto;
+  font: 13px/1.5 ui-monospace, "DejaVu Sans Mono", monospace; margin: 6px 0; white-space: pre-wrap;
+  overflow-wrap: anywhere; }
+@media (max-width: 640px) { body { padding: 16px 16px 40px; } h1 { font-size: 22px; } .conclusion { font-size: 16.5px; }
+  .key-figures { grid-template-columns: minmax(0, 1fr); gap: 8px; }
+  tbody th { position: sticky; left: 0; background: var(--paper); max-width: 45vw; overflow-wrap: anywhere; } }
 @media screen and (prefers-color-scheme: dark) { svg [style*="fill: $ink"] { fill: var(--ink) !important; }
   svg [style*="stroke: $ink"] { stroke: var(--ink) !important; }
   svg [style*="fill: $paper"] { fill: var(--paper) !important; }
   svg [style*="stroke: $paper"] { stroke: var(--paper) !important; } }
-@media print { :root { color-scheme: light; --paper: #fff; --ink: #000; --soft: #444; --rule: #bbb; --warn: #000;
-  --warn-paper: #fff; } @page { margin: 18mm; } body { max-width: none; padding: 0; font-size: 10pt; }
-  nav { display: none; } h2 { break-after: avoid; } figure svg { max-height: 95mm; }
-  figure, tr, dl > div { break-inside: avoid; } caption, summary, thead { break-after: avoid; }
-  thead { display: table-header-group; } .wide { overflow: visible; } }
+@page { size: A4; margin: 12mm 15mm; }
+@media print { :root { color-scheme: light; --canvas: #fff; --paper: #fff; --sunk: #f6f8fa; --ink: #141c26;
+  --soft: #4c5766; --rule: #d8dee6; --edge: #78838f; --a: #0b5cad; --good: #0a6640; --good-paper: #e4f4ec;
+  --warn: #775200; --warn-paper: #fff3d6; }
+  html, body { background: #fff; } body { max-width: none; padding: 0; font-size: 10pt; }
+  * { print-color-adjust: exact; }
+  nav { display: none; } h2 { break-after: avoid; margin-top: 18px; } figure svg { max-height: 95mm; }
+  .conclusion { font-size: 12pt; padding: 8px 12px; margin: 8px 0; } .key-figures { margin: 8px 0; }
+  .lead figure svg { max-height: 78mm; }
+  figure, tr, dl > div, .key-figures { break-inside: avoid; } caption, summary, thead { break-after: avoid; }
+  thead { display: table-header-group; } .wide { overflow: visible; }
+  table { font-size: 8.5pt; max-width: 100%; } thead th { font-size: 8pt; }
+  table.many { font-size: 7pt; } table.many thead th { font-size: 6.5pt; }
+  table.many :is(th, td) { padding-right: 6px; }
+  th, td:not(.number, .short) { overflow-wrap: anywhere; min-width: 0; } }
 """
 
 _PAGE = Template("""\
@@ -272,8 +386,9 @@ $style</style>
 </head>
 <body>
 <header>
+<div class="mast"><span><b>planter</b> report</span><span>$subtitle</span></div>
 <h1>$title</h1>
-$subtitle
+$lead
 <nav aria-label="contents"><ol>
 $links
 </ol></nav>

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import resources
-from itertools import zip_longest
+from itertools import islice, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +18,26 @@ from planter.kernels import Array
 from planter.progress import Listener
 from planter.records import Record, WarningRecord
 from planter.report import bundle, files, labels
-from planter.report.html import Block, Cell, FigureSvg, Folded, Items, Keys, Section, Table, Text, render_page
+from planter.report.html import (
+    Block,
+    Cell,
+    Command,
+    Conclusion,
+    FigureSvg,
+    Folded,
+    Items,
+    KeyFigure,
+    KeyFigures,
+    Keys,
+    Section,
+    Table,
+    Text,
+    is_number,
+    render_page,
+)
 from planter.report.labels import format_cell, separate_words
 from planter.report.writing import PROOF
+from planter.terminal import process
 from planter.terminal.console import Console
 
 if TYPE_CHECKING:
@@ -121,6 +138,8 @@ class ResultPresentation:
     record: Record
     sections: Sequence[Section]
     conclusion: str = ""
+    key_figures: Sequence[KeyFigure] = ()
+    """Numbers that the page opens with; by default the first ones of `sections`."""
     document: Document | None = None
     model: ModelAssumptions | None = None
     meanings: Mapping[str, str] = field(default_factory=dict)
@@ -152,12 +171,20 @@ class ResultPresentation:
 
     def page(self, svgs: Mapping[str, str]) -> str:
         """Return the page as HTML text, with figures as SVG texts by name."""
-        sections = [Section("Conclusion", [Text(self.conclusion)])] if self.conclusion else []
+        sections: list[Section] = []
         figures = {name: FigureSvg(svg, self.captions.get(name, "")) for name, svg in svgs.items()}
         for section in self.sections:
             blocks = [figures.pop(b.figure) if isinstance(b, PlacedFigure) else b for b in section.blocks]
             sections.append(Section(section.title, blocks))
-        if motions := list(self.motions()):
+        motions = list(self.motions())
+        lead: list[Block] = [Conclusion(self.conclusion)] if self.conclusion else []
+        if chosen := self.key_figures or find_key_figures(self.sections):
+            lead.append(KeyFigures(chosen))
+        if motions:
+            lead.append(motions.pop(0))
+        elif figures:
+            lead.append(figures.pop(next(iter(figures))))
+        if motions:
             sections.append(Section("Motion", motions))
         if figures:
             sections.append(Section("Figures", list(figures.values())))
@@ -169,7 +196,10 @@ class ResultPresentation:
             sections.append(Section("Inputs", list(tabulate_inputs(self.document, meanings, self.displayed_inputs))))
         if provenance := self._provenance:
             sections.append(provenance_section(provenance))
-        return render_page(self.title, sections, "" if self.document is None else self.document.description)
+        if command := process.format_command():
+            sections.append(Section("Reproduce", [Command(command)]))
+        subtitle = "" if self.document is None else self.document.description
+        return render_page(self.title, sections, subtitle, lead=lead)
 
     def write(self, out: Path, progress: Listener | None = None) -> None:
         """Write summary.json, tables, figures, texts and report.html, all or none.
@@ -208,6 +238,40 @@ class ResultPresentation:
         print()
         for section in self.sections:
             print_section(console, section)
+
+
+MOST_KEY_FIGURES = 3
+"""Numbers that a page opens with."""
+
+
+def find_key_figures(sections: Sequence[Section]) -> list[KeyFigure]:
+    """Return the first numbers of the lists and tables of sections: of a table, the first number of each row."""
+    return list(islice((figure for section in sections for figure in _list_key_figures(section)), MOST_KEY_FIGURES))
+
+
+def _list_key_figures(section: Section) -> Iterator[KeyFigure]:
+    for block in section.blocks:
+        if isinstance(block, Keys):
+            for label, value in block.pairs.items():
+                if is_number(value):
+                    yield _build_key_figure(value, label)
+        elif isinstance(block, Table):
+            for row in block.rows:
+                index = next((k for k, value in enumerate(row) if is_number(value)), None)
+                if index is not None:
+                    unit = next((str(row[k] or "") for k, head in enumerate(block.head) if head == "unit"), None)
+                    head = block.head[index] if index else ""
+                    words = ", ".join(filter(None, (section.title if index else "", str(row[0]), head)))
+                    yield _build_key_figure(row[index], words, unit)
+
+
+def _build_key_figure(value: Cell, label: str, unit: str | None = None) -> KeyFigure:
+    """Return a number to four digits; without a `unit`, that behind the stroke of its label."""
+    words, _, behind = label.rpartition(" / ")
+    number = f"{value:.4g}".replace("-", "\N{MINUS SIGN}")
+    if unit is not None or not words:
+        return KeyFigure(number, unit or "", label)
+    return KeyFigure(number, behind, words)
 
 
 def describe_basis(

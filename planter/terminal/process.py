@@ -5,9 +5,10 @@ from __future__ import annotations
 import io
 import json
 import os
+import shlex
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from types import FrameType
 
@@ -15,6 +16,37 @@ from planter.errors import ComputationError, Interrupted
 
 _HEARD = (signal.SIGINT, signal.SIGTERM)
 _came: list[int] = []
+
+
+_command: list[str] = []
+IRRELEVANT = ("--json", "--overwrite", "--resume")
+"""Options that change nothing of a result."""
+IRRELEVANT_VALUES = ("--out", "--workers", "--cluster")
+"""Options with a value that change nothing of a result."""
+
+
+def record_command(arguments: Sequence[str]) -> None:
+    """Record the arguments of this process's command, for `format_command`."""
+    _command[:] = arguments
+
+
+def format_command() -> str:
+    """Return the command line that gives the same result, empty if no command runs.
+
+    Options that only say where and how are left out, and of paths in other folders the folders.
+
+    >>> record_command(["simulate", "/home/me/my machine.toml", "--out", "x", "--json"]); print(format_command())
+    planter simulate 'my machine.toml'
+    >>> record_command([]); print(format_command())
+    <BLANKLINE>
+    """
+    words, is_value = [], False
+    for word in _command:
+        option = word.partition("=")[0]
+        if not (is_value or option in IRRELEVANT or option in IRRELEVANT_VALUES):
+            words.append(os.path.basename(word) if os.path.isabs(word) else word)
+        is_value = word in IRRELEVANT_VALUES
+    return shlex.join(["planter", *words]) if words else ""
 
 
 def listen_signals() -> None:

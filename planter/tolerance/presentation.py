@@ -12,9 +12,9 @@ from planter import safe_text
 from planter.files.paths import last_part
 from planter.kernels import Array
 from planter.report import files, style
-from planter.report.html import Block, Cell, Keys, Section, Table, Text
+from planter.report.html import Block, Cell, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import format_label
-from planter.report.presentation import ResultPresentation
+from planter.report.presentation import MOST_KEY_FIGURES, ResultPresentation
 from planter.tolerance.analysis import ToleranceAnalysis
 from planter.tolerance.job import RandomPoints
 from planter.tolerance.results import Band, RobustFound, Share, ToleranceFound, rank_shares
@@ -45,6 +45,7 @@ def draw_distributions(outputs: Mapping[str, Band], rows: Array) -> Figure:
         _distribution(axes, band, column[~np.isnan(column)])
         axes.set_xlabel(format_label(name))
         axes.set_yticks([])
+        axes.locator_params(axis="x", nbins=4)
     for axes in panels[len(outputs) :]:
         axes.set_visible(False)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, frameon=False)
@@ -136,7 +137,16 @@ def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
     chosen = "".join(f", {text} {name}" for name, text in result.choices.items())
     return ResultPresentation(
         title=f"Tolerances of {result.machine}{chosen}",
-        conclusion=f"{len(result.inputs)} inputs vary over {result.rows} random machines, in {result.seconds:.3g} s.",
+        conclusion=_conclude(result),
+        key_figures=[
+            KeyFigure(
+                f"\N{PLUS-MINUS SIGN} {100 * band.std / abs(band.mean):.2g} %",
+                "",
+                f"{format_label(name)}, standard deviation over the mean of {band.mean:.4g}",
+            )
+            for name, band in list(result.outputs.items())[:MOST_KEY_FIGURES]
+            if band.mean
+        ],
         record=result,
         sections=list(_list_sections(result)),
         document=resolved.machine,
@@ -148,6 +158,18 @@ def present_tolerance(analysis: ToleranceAnalysis) -> ResultPresentation:
         texts=lambda: {"tolerances.toml": format_tolerances(result)},
         provenance=files.list_provenance(resolved.machine, result.seed),
     )
+
+
+def _conclude(result: ToleranceFound) -> str:
+    """Return how many inputs vary, and whose tolerance is worth halving first."""
+    sentence = f"{len(result.inputs)} inputs vary over {result.rows} random machines, in {result.seconds:.3g} s."
+    for name, entries in result.tightened.items():
+        path, best = max(entries.items(), key=lambda pair: pair[1].reduction_percent)
+        return (
+            f"{sentence} Half the tolerance of {last_part(path)} would reduce the standard deviation of "
+            f"{format_label(name)} most, by {best.reduction_percent:.3g} %."
+        )
+    return sentence
 
 
 def format_tolerances(result: ToleranceFound) -> str:

@@ -71,6 +71,7 @@ def present_cam(cam: CamOutput, step: bool = False, written: bool = False) -> Re
     return ResultPresentation(
         title=title,
         record=result,
+        conclusion=_conclude(result),
         sections=[Section("Results", list(_list_results(result)))],
         document=content.machine,
         meanings=content.meanings,
@@ -85,6 +86,12 @@ def present_cam(cam: CamOutput, step: bool = False, written: bool = False) -> Re
             **({"cam.step": cam.solid().decode()} if step else {}),
         },
     )
+
+
+def _conclude(result: Cam) -> str:
+    angle = result.pressure_angle_deg
+    lift = "stays on the cam" if result.lift_off is None else "would lift off the cam"
+    return f"The largest pressure angle is {angle.max:.4g} deg, at {angle.at_deg:.4g} deg; the roller {lift}."
 
 
 def _list_results(result: Cam) -> Iterator[Block]:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from planter.records import Record
-from planter.report.html import Items, Keys, Section, Table, Text
+from planter.report.html import Items, KeyFigure, Keys, Section, Table, Text
 from planter.report.labels import list_values, tabulate_angles
-from planter.report.presentation import ModelAssumptions, PlacedFigure, ResultPresentation
+from planter.report.presentation import ModelAssumptions, PlacedFigure, ResultPresentation, find_key_figures
+from planter.terminal import process
 from planter.terminal.console import Console
 
 
@@ -69,9 +70,40 @@ def test_folder_has_summary_tables_and_page(presentation: ResultPresentation, tm
 def test_placed_figures_precede_figures_of_no_section() -> None:
     sections = [Section("Stroke", [PlacedFigure("stroke")]), Section("Speed", [])]
     page = ResultPresentation("A slider", StrokeResult(12.5), sections).page(
-        {"force": "<svg>force</svg>", "stroke": "<svg>stroke</svg>"}
+        {"torque": "<svg>torque</svg>", "force": "<svg>force</svg>", "stroke": "<svg>stroke</svg>"}
     )
     assert page.index(">stroke</svg>") < page.index("<h2>Speed") < page.index(">force</svg>")
+    assert page.index(">torque</svg>") < page.index("<nav"), "the first figure of no section is that of the lead"
+
+
+def test_page_opens_with_conclusion_and_three_numbers() -> None:
+    table = Table(("", "value", "unit"), [("stroke", -12.3456, "mm"), ("speed", True, ""), ("mass", 2.0, "kg")])
+    sections = [Section("Sizes", [Text("words"), table, Keys({"force / N": 4.0, "name": "x", "rank": 5})])]
+    page = ResultPresentation("A slider", StrokeResult(12.5), sections, "It strokes 12.5 mm.").page({})
+    lead = page[page.index("</h1>") : page.index("<nav")]
+    assert lead.index("It strokes 12.5 mm.") < lead.index("key-figures")
+    figures = find_key_figures(sections)
+    assert [(figure.value, figure.unit) for figure in figures] == [
+        ("\N{MINUS SIGN}12.35", "mm"),
+        ("2", "kg"),
+        ("4", "N"),
+    ]
+    assert figures[0].meaning == "Sizes, stroke, value"
+    assert all(figure.value in lead for figure in figures)
+    stated = [KeyFigure("7", "N", "largest force")]
+    page = ResultPresentation("A slider", StrokeResult(12.5), sections, key_figures=stated).page({})
+    assert "largest force" in page
+    assert "Sizes, stroke" not in page
+
+
+def test_page_says_how_to_repeat_a_command() -> None:
+    presentation = ResultPresentation("A slider", StrokeResult(12.5), [])
+    assert "Reproduce" not in presentation.page({})
+    process.record_command(["simulate", "/home/me/slider.toml", "--out", "there", "--samples", "72"])
+    try:
+        assert "planter simulate slider.toml --samples 72</pre>" in presentation.page({})
+    finally:
+        process.record_command([])
 
 
 def test_groups_of_values_have_their_unit() -> None:
