@@ -142,14 +142,14 @@ class EquationArticle:
                 yield f'<p class="label">{title}</p><div class="{kind}"{fit}>{self.typeset[side]}</div>'
 
 
-LINE = 76
+LINE = 70
 """Characters of a formula on a printed line, at its own size."""
 
 
 def find_print_size(formula: str) -> float:
     """Return the size of type, at most 1, at which the longest line of a formula in MathML fits on a printed line.
 
-    >>> find_print_size("<math><mi>x</mi></math>"), find_print_size(f"<math><mi>{152 * 'x'}</mi></math>")
+    >>> find_print_size("<math><mi>x</mi></math>"), find_print_size(f"<math><mi>{140 * 'x'}</mi></math>")
     (1, 0.5)
     """
     text = re.sub(r"<annotation.*?</annotation>", "", formula, flags=re.DOTALL)

@@ -33,6 +33,8 @@ def _ended() -> int:
             return code
     except SystemExit as end:
         return end.code if isinstance(end.code, int) else 0
+    finally:
+        process.record_command([])
 
 
 def _called() -> int:

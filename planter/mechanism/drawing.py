@@ -168,7 +168,7 @@ def build_scene(
         points=points,
         again=axis.repeats,
         chains=chains,
-        curves=[Curve(key, units.display_unit(key), column[frames])
+        curves=[Curve(labels.format_name(key), units.display_unit(key), column[frames])
                 for key, column in list(columns.items())[:MOST_SCENE_CURVES]],
     )  # fmt: skip
 

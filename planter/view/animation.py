@@ -113,7 +113,7 @@ class MotionBlock:
     @property
     def script(self) -> str:
         """The ES module that moves drawings."""
-        return read_text("view.js")
+        return compact_script(read_text("view.js"))
 
     @property
     def style(self) -> str:
@@ -140,6 +140,16 @@ class MotionBlock:
 def read_text(name: str) -> str:
     """Return the text of a file of this package."""
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def compact_script(text: str) -> str:
+    """Return a script without indentation and without lines that are comments, for pages that contain it.
+
+    >>> compact_script("/** One. */\\n  let x = 1; // stays\\n  // goes\\n")
+    'let x = 1; // stays'
+    """
+    lines = (line.strip() for line in text.splitlines())
+    return "\n".join(line for line in lines if line and not line.startswith(("//", "/**")))
 
 
 def _safe(text: str) -> str:

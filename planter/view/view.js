@@ -2,6 +2,8 @@
 // data-point, data-arrow; `record` says where it is at every moment. One file for reports, notebooks and the studio.
 
 const SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2];
+const LETTER = 12.5, TALLEST = 544; // size of names, and height of a drawing, in pixels
+const MOST_NAMES = 12; // bodies that are named in a drawing
 const SHORTEST = 2; // seconds that a cycle is shown for at first
 
 /** Series of float32, one after another, each of `moments` numbers; or what stands still or goes on evenly. */
@@ -86,12 +88,97 @@ class Mechanism {
     this.ground = svg.querySelector("[data-ground]");
     this.scale = Number(svg.dataset.force);
     if (motion.record.travel && this.ground) this.ground.style.display = "none";
+    this.#name();
+    this.#bar();
+  }
+
+  /** Names of the bodies beside the drawing, each with a line to its body. */
+  #name() {
+    this.named = [];
+    const seen = new Set();
+    const add = (element, at) => {
+      const name = element.querySelector(":scope > title")?.textContent;
+      if (!name || seen.has(name) || name.startsWith("ground at ") || name.startsWith("teeth of ") || this.named.length === MOST_NAMES) return;
+      seen.add(name);
+      this.named.push({ name, at });
+    };
+    const { bodies, chains, points } = this.motion;
+    this.bodies.forEach((body) => add(body, (i) => {
+      let [x, y] = [0, 0];
+      for (let part = body; part; part = part.parentElement.closest("[data-body]")) {
+        const [px, py, turn] = bodies[part.dataset.body].map((channel) => channel(i));
+        const [cos, sin] = [Math.cos((turn * Math.PI) / 180), Math.sin((turn * Math.PI) / 180)];
+        [x, y] = [px + cos * x - sin * y, py + sin * x + cos * y];
+      }
+      return [x, y];
+    }));
+    this.chains.forEach((chain, k) => add(chain, (i) => {
+      const corners = chains[k].points.slice(0, 2).map((index) => points[index].map((channel) => channel(i)));
+      return [0, 1].map((axis) => (corners[0][axis] + corners.at(-1)[axis]) / 2);
+    }));
+    const [left, top, width, height] = this.svg.dataset.near.split(" ").map(Number);
+    const pixels = this.svg.getBoundingClientRect().width || 640;
+    this.size = LETTER / Math.min(pixels / (1.3 * width), TALLEST / height);
+    const longest = Math.max(0, ...this.named.map(({ name }) => name.length));
+    this.right = left + width + 1.5 * this.size;
+    this.near_box = [left, top, width + (this.named.length ? (0.56 * longest + 3) * this.size : 0), height];
+    this.labels = this.named.map(({ name }) => {
+      const line = make("path", { class: "leader" });
+      const text = make("text", { "font-size": this.size, class: "name" }, name);
+      return { line, text };
+    });
+    this.names = make("g", { class: "names" }, ...this.labels.flatMap(({ line, text }) => [line, text]));
+    this.svg.querySelector(":scope > .names")?.remove();
+    this.svg.append(this.names);
+    this.svg.setAttribute("viewBox", this.near_box.join(" "));
+  }
+
+  /** A bar of a round length, so that sizes can be read off. */
+  #bar() {
+    const [left, top, width, height] = this.svg.dataset.near.split(" ").map(Number);
+    const power = 10 ** Math.floor(Math.log10(0.3 * width));
+    const length = power * [5, 2, 1].find((factor) => factor * power <= 0.3 * width);
+    const [x, y, notch] = [left + this.size / 2, top + height - this.size / 2, this.size / 3];
+    const bar = make("path", { class: "scale", d: `M${x} ${y - notch}V${y}H${x + length}V${y - notch}` });
+    const text = make("text", { x: x + length / 2, y: y - notch, "font-size": this.size, "text-anchor": "middle" }, `${digits(length)} mm`);
+    this.svg.querySelector(":scope > .bar")?.remove();
+    this.svg.append(make("g", { class: "bar" }, bar, text));
+  }
+
+  /** The names at a moment: in the order of the heights of their bodies, apart from each other. */
+  #place(moment) {
+    const [, top, , height] = this.near_box;
+    const gap = 1.5 * this.size;
+    const places = this.named.map(({ at }, k) => ({ k, at: at(moment) })).sort((one, two) => two.at[1] - one.at[1]);
+    let before = top;
+    places.forEach(({ k, at: [x, y] }, order) => {
+      const rest = (places.length - 1 - order) * gap;
+      const level = Math.min(Math.max(-y, before), top + height - this.size - rest);
+      before = level + gap;
+      const { line, text } = this.labels[k];
+      line.setAttribute("d", `M${x.toFixed(2)} ${(-y).toFixed(2)} ${(this.right - this.size / 2).toFixed(2)} ${level.toFixed(2)}`);
+      text.setAttribute("x", this.right);
+      text.setAttribute("y", level + this.size / 3);
+    });
+  }
+
+  /** Show or hide the names; they are relative to the machine. */
+  label(wanted) {
+    this.named_shown = wanted;
+    this.names.style.display = wanted && !this.overGround ? "" : "none";
+    this.#box();
+  }
+
+  #box() {
+    const near = this.named_shown === false ? this.svg.dataset.near : this.near_box.join(" ");
+    this.svg.setAttribute("viewBox", this.overGround ? this.svg.dataset.wide : near);
   }
 
   /** Look from the ground, over which the machine travels, or from the machine. */
   look(overGround) {
     this.overGround = overGround;
-    this.svg.setAttribute("viewBox", overGround ? this.svg.dataset.wide : this.svg.dataset.near);
+    this.#box();
+    this.names.style.display = overGround || this.named_shown === false ? "none" : "";
     if (this.ground) this.ground.style.display = overGround ? "" : "none";
     this.traces.forEach((trace, k) => trace.setAttribute("d", overGround ? this.#path(k) : this.near[k]));
   }
@@ -112,6 +199,7 @@ class Mechanism {
       point.setAttribute("cy", points[k][1](moment));
     });
     this.arrows.forEach((arrow, k) => arrow.setAttribute("d", this.#arrow(forces[k].map((channel) => channel(moment)))));
+    this.#place(moment);
     const moved = this.overGround ? travel(moment) : 0;
     this.machine.setAttribute("transform", `translate(${moved} 0)`);
     this.traces.forEach((trace) => trace.setAttribute("transform", `translate(${-moved} 0)`));
@@ -134,50 +222,121 @@ class Mechanism {
   }
 }
 
-/** A curve over the cycle, with a mark that moves along it. */
+/** Round numbers between two ends, about `count` of them: steps of 1, 2 or 5 times a power of ten. */
+function ticks(low, high, count) {
+  const rough = (high - low) / count || 1;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * (1 - 1e-9));
+  const first = Math.ceil(low / step - 1e-9);
+  const found = [];
+  for (let k = first; k * step <= high + 1e-9 * step; k++) found.push(Number((k * step).toPrecision(12)));
+  return found;
+}
+
+const LEFT = 58, RIGHT = 64, TOP = 20, HEIGHT = 210, FLOOR = 172; // of a curve's drawing, in pixels
+const NARROW = 420; // width below which an axis of angles has a tick every 90 deg
+
+/** A curve over the cycle with its axes, and a mark that moves along it; others of the same name are dashed. */
 class Curve {
   constructor(motion) {
     this.motion = motion;
     this.others = [];
+    this.width = 480;
+    this.axes = make("g", { class: "axes" });
+    this.ends = make("g", { class: "ends" });
     this.line = make("path", { class: "course" });
     this.other = make("path", { class: "course other" });
     this.zero = make("path", { class: "reference" });
     this.mark = make("circle", { r: 4, class: "mark" });
-    this.high = make("text", { x: 4, y: 12 });
-    this.low = make("text", { x: 4, y: 116 });
-    this.svg = make("svg", { class: "curve", viewBox: "0 0 480 120", role: "img" }, this.zero, this.other, this.line, this.mark, this.high, this.low);
+    this.svg = make("svg", { class: "curve", role: "img" }, this.axes, this.zero, this.other, this.line, this.mark, this.ends);
+    if (typeof ResizeObserver !== "undefined") new ResizeObserver(() => this.#fit()).observe(this.svg);
   }
 
   /** Choose a curve; from its reference if it has one and that is wanted; beside it those of that name of `others`. */
   choose(index, deviation, beside) {
+    this.chosen = [index, deviation, beside];
     const curve = this.motion.curves[index];
     const from = deviation && curve.reference !== null ? curve.reference : 0;
     this.value = (i) => curve.at(i) - from;
     const sampled = (value) => Array.from({ length: this.motion.moments }, (_, i) => value(i));
     const values = sampled(this.value);
-    const others = beside ? this.others.map((one) => ({ model: one.model, at: one.at(curve.name) })).filter((one) => one.at) : [];
+    const wanted = this.others.filter((one) => beside || one.always);
+    const others = wanted.map((one) => ({ model: one.model, at: one.at(curve.name) })).filter((one) => one.at);
     const drawn = others.map(({ at }) => sampled((i) => at(i) - from));
     const all = [...values, ...drawn.flat()];
-    const [low, high] = [Math.min(...all), Math.max(...all)];
-    const span = high - low || 1;
-    this.x = (i) => (480 * this.motion.share(i)) / this.motion.share(this.motion.moments - 1);
-    this.y = (value) => 108 - (96 * (value - low)) / span;
+    const [least, most] = [Math.min(...all), Math.max(...all)];
+    const room = 0.07 * (most - least) || Math.abs(most) / 10 || 1;
+    const [low, high] = [least - room, most + room];
+    const span = high - low;
+    const right = this.width - RIGHT;
+    const end = this.motion.share(this.motion.moments - 1);
+    this.x = (i) => LEFT + ((right - LEFT) * this.motion.share(i)) / end;
+    this.y = (value) => FLOOR - ((FLOOR - TOP) * (value - low)) / span;
     const path = (course) => `M${course.map((value, i) => `${this.x(i).toFixed(1)} ${this.y(value).toFixed(2)}`).join(" ")}`;
     this.line.setAttribute("d", path(values));
     this.other.setAttribute("d", drawn.map(path).join(""));
     const level = deviation || curve.reference === null ? 0 : curve.reference;
-    this.zero.setAttribute("d", level >= low && level <= high ? `M0 ${this.y(level)} 480 ${this.y(level)}` : "");
+    const seen = level >= low && level <= high;
+    this.zero.setAttribute("d", seen ? `M${LEFT} ${this.y(level)} ${right} ${this.y(level)}` : "");
     const unit = curve.unit ? ` ${curve.unit}` : "";
     this.exact = (value) => (Math.abs(value) < 1e-9 * span ? 0 : value);
     const told = (value) => digits(this.exact(value)) + unit;
-    this.high.textContent = told(high);
-    this.low.textContent = told(low);
     const also = (i) => others.map(({ model, at }) => `, ${model} ${told(at(i) - from)}`).join("");
     this.told = (i) => `${curve.name}${from ? " less its reference" : ""} ${told(this.value(i))}${also(i)}`;
-    this.svg.setAttribute("aria-label", `${curve.name} over the cycle, from ${this.low.textContent} to ${this.high.textContent}`);
+    this.svg.setAttribute("viewBox", `0 0 ${this.width} ${HEIGHT}`);
+    this.svg.setAttribute("aria-label", `${curve.name} over the cycle, from ${told(least)} to ${told(most)}`);
+    this.#axes(curve, low, high, right);
+    const last = this.motion.moments - 1;
+    const ends = others.map(({ model, at }) => ({ name: model, y: this.y(at(last) - from), kind: "other" }));
+    if (others.length) ends.push({ name: "A", y: this.y(values[last]), kind: "own" });
+    if (seen && curve.reference !== null && !deviation) ends.push({ name: `${digits(level)}`, y: this.y(level), kind: "level" });
+    this.#label(ends, right);
+  }
+
+  /** Ticks, their lines and the names of both axes. */
+  #axes(curve, low, high, right) {
+    const { record } = this.motion;
+    const parts = [];
+    for (const value of ticks(low, high, 4)) {
+      const y = this.y(value).toFixed(1);
+      parts.push(make("path", { class: "grid", d: `M${LEFT} ${y} ${right} ${y}` }));
+      parts.push(make("text", { x: LEFT - 6, y: Number(y) + 4, "text-anchor": "end" }, digits(this.exact(value))));
+    }
+    const [first, last] = [this.motion.place(0), this.motion.place(this.motion.moments - 1)];
+    const round = record.unit === "deg" && last - first > 300;
+    const step = this.width < NARROW ? 90 : 60;
+    const places = round ? Array.from({ length: Math.floor(360 / step) + 1 }, (_, k) => k * step) : ticks(first, last, this.width < NARROW ? 4 : 6);
+    for (const place of places) {
+      const x = place > last ? right : this.x(this.motion.nearest(place));
+      parts.push(make("path", { class: "grid", d: `M${x.toFixed(1)} ${TOP} ${x.toFixed(1)} ${FLOOR}` }));
+      parts.push(make("text", { x, y: FLOOR + 15, "text-anchor": "middle" }, digits(place) + (record.unit === "deg" ? "\u00b0" : "")));
+    }
+    parts.push(make("text", { x: LEFT, y: 12, class: "axis" }, curve.unit ? `${curve.name} / ${curve.unit}` : curve.name));
+    const under = record.unit === "deg" || !record.unit ? record.place : `${record.place} / ${record.unit}`;
+    parts.push(make("text", { x: (LEFT + right) / 2, y: HEIGHT - 6, "text-anchor": "middle" }, under));
+    this.axes.replaceChildren(...parts);
+  }
+
+  /** Names of curves at their right ends, 13 px apart at least. */
+  #label(ends, right) {
+    let before = -Infinity;
+    this.ends.replaceChildren(...ends.sort((one, two) => one.y - two.y).map(({ name, y, kind }) => {
+      before = Math.max(y, before + 13);
+      return make("text", { x: right + 5, y: before + 4, class: kind }, name);
+    }));
+  }
+
+  /** The drawing has as many units as its place has pixels, so that texts keep their size. */
+  #fit() {
+    const width = Math.round(this.svg.getBoundingClientRect().width);
+    if (!width || Math.abs(width - this.width) < 2 || !this.chosen) return;
+    this.width = width;
+    this.choose(...this.chosen);
+    this.show(this.moment ?? 0);
   }
 
   show(moment) {
+    this.moment = moment;
     this.mark.setAttribute("cx", this.x(moment));
     this.mark.setAttribute("cy", this.y(this.value(moment)));
   }
@@ -320,6 +479,7 @@ export class Drawing {
       if (this.mechanism.cut) teeth.hidden = false;
     });
     teeth.hidden = !this.mechanism.cut;
+    if (this.mechanism.named.length) add("names", true, (on) => this.mechanism.label(on));
     if (this.motion.record.travel) add("over the ground", false, (on) => this.mechanism.look(on));
     row.hidden = this.chosen.length === 1 && teeth.hidden;
     return row;

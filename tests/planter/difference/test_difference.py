@@ -160,4 +160,4 @@ def test_page_and_files_have_the_comparison(heavier: str, tmp_path: Path) -> Non
     lines = (tmp_path / "curves.csv").read_text(encoding="utf-8").splitlines()
     assert sum(not line.startswith("#") for line in lines) == 361
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
-    assert page.index("Conclusion") < page.index("mass.planet_kg")
+    assert page.index('class="conclusion"') < page.index("mass.planet_kg")
