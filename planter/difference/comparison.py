@@ -138,6 +138,13 @@ class DesignComparison:
         """Names of the machines in tables and figures."""
         return LETTERS[: len(self.designs)]
 
+    @property
+    def meanings(self) -> dict[str, str]:
+        """Meanings of the quantities and vectors of the first machine by name."""
+        first = self.designs[0]
+        meanings = {quantity.name: quantity.meaning for quantity in first.machine.results}
+        return meanings | {peak.name: peak.meaning for peak in first.peaks.values()}
+
 
 def compare_machines(sources: Sequence[str], options: ComparisonOptions) -> DesignComparison:
     """Return the comparison of machines, files or built-in names, with the first one.

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from planter.difference.comparison import MARGIN, DesignComparison, find_objective_owner, list_main_results
 from planter.difference.results import ComparedCurve, ComparedRequirement, ComparedResult, ComparedValue
+from planter.engine.summary import ROUNDING
 from planter.kernels import Array
 from planter.report import files, style
-from planter.report.html import Cell, KeyFigure, Section, Table, Text
+from planter.report.html import Cell, KeyFigure, MarkupCell, Section, Table, Text, escape_markup
 from planter.report.presentation import ResultPresentation
 
 if TYPE_CHECKING:
@@ -25,6 +27,8 @@ SEARCH = ("bounds.", "genetic_algorithm.")
 EXACT = "True extremes and integrals of a cycle; smaller is better for the objective, larger for a margin."
 DASHES: Sequence[object] = ("-", (0, (6, 3)), (0, (2, 2)), (0, (6, 2, 2, 2)))
 """Line styles of the machines, in order."""
+LONGEST_LINE = 40
+"""Characters of a line of an axis's name."""
 CURVES = (
     "Curves of the machines on one scale; below, the differences from A. Angles are those of the drive. "
     "A is solid, the others are dashed."
@@ -71,7 +75,9 @@ def describe_comparison(comparison: DesignComparison) -> str:
     if result.requirements:
         total = len(result.requirements)
         met = [sum(row.met[k] is True for row in result.requirements) for k in range(len(letters))]
-        parts = ", ".join(f"{letter} {number}" for letter, number in zip(letters, met, strict=True))
+        other = [sum(row.met[k] is None for row in result.requirements) for k in range(len(letters))]
+        notes = [f" ({number} do not apply)" if number else "" for number in other]
+        parts = ", ".join(f"{letter} {number}{note}" for letter, number, note in zip(letters, met, notes, strict=True))
         sentences.append(f"Requirements that are satisfied, of {total}: {parts}.")
     return " ".join(sentences)
 
@@ -84,7 +90,8 @@ def _list_key_figures(comparison: DesignComparison) -> Iterator[KeyFigure]:
     if changed is not None:
         share = _find_share(changed.values[0], changed.difference[-1]) or 0.0
         percent = f"{share:+.3g} %".replace("-", "\N{MINUS SIGN}")
-        yield KeyFigure(percent, "", f"{changed.name}, {last} against A")
+        words, _ = _describe_result(comparison, changed.name)
+        yield KeyFigure(percent, "", f"{words}, {last} against A")
     if result.requirements:
         met = sum(row.met[-1] is True for row in result.requirements)
         yield KeyFigure(f"{met} of {len(result.requirements)}", "", f"requirements satisfied by {last}")
@@ -117,10 +124,35 @@ def _tabulate_requirements(comparison: DesignComparison) -> Table:
     margins = {row.name: row for row in comparison.result.results}
     head = ("requirement", *(text for letter in letters for text in (letter, f"{letter} is")), "unit", "better")
     rows = [
-        (row.limit_on, *_list_verdicts(row), row.unit, _name_better(margins[f"{MARGIN}{row.limit_on}"], letters))
+        (
+            _typeset_limit(row.limit_on),
+            *_list_verdicts(row),
+            row.unit,
+            _name_better(margins[f"{MARGIN}{row.limit_on}"], letters),
+        )
         for row in comparison.result.requirements
     ]
     return Table(head, rows)
+
+
+def _typeset_limit(limit: str) -> MarkupCell:
+    return MarkupCell(
+        limit,
+        escape_markup(limit.replace("<=", "\N{LESS-THAN OR EQUAL TO}").replace(">=", "\N{GREATER-THAN OR EQUAL TO}")),
+    )
+
+
+def _describe_result(comparison: DesignComparison, name: str) -> tuple[str, bool]:
+    """Return the name of a result with the meaning of its quantity, and whether it names one."""
+    measure, _, quantity = name.rpartition(" ")
+    meaning = comparison.meanings.get(quantity)
+    return (f"{meaning}, {measure}", True) if measure and meaning else (name, False)
+
+
+def _head_result(comparison: DesignComparison, name: str) -> str:
+    """Return the name of a result, on a page with the meaning of its quantity below."""
+    words, is_named = _describe_result(comparison, name)
+    return MarkupCell(name, f"{escape_markup(words)} <small>{escape_markup(name)}</small>") if is_named else name
 
 
 def _list_verdicts(row: ComparedRequirement) -> Iterator[Cell]:
@@ -143,7 +175,14 @@ def _tabulate_results(comparison: DesignComparison, rows: Sequence[ComparedResul
 
 def _list_cells(comparison: DesignComparison, row: ComparedResult) -> tuple[Cell, ...]:
     shares = [_find_share(row.values[0], difference) for difference in row.difference]
-    return (row.name, *row.values, *row.difference, *shares, row.unit, _name_better(row, comparison.letters))
+    return (
+        _head_result(comparison, row.name),
+        *row.values,
+        *row.difference,
+        *shares,
+        row.unit,
+        _name_better(row, comparison.letters),
+    )
 
 
 def _find_share(first: float | None, difference: float | None) -> float | None:
@@ -166,30 +205,41 @@ def _name_figure(curve: ComparedCurve) -> str:
 
 
 def _draw(comparison: DesignComparison) -> Mapping[str, Figure]:
-    return {_name_figure(curve): draw_comparison(curve, comparison.letters) for curve in comparison.result.curves}
+    return {
+        _name_figure(curve): draw_comparison(curve, comparison.letters, comparison.meanings.get(curve.name, curve.name))
+        for curve in comparison.result.curves
+    }
 
 
 @style.with_style
-def draw_comparison(curve: ComparedCurve, letters: Sequence[str]) -> Figure:
-    """Draw a quantity of all machines over a cycle, and the differences from the first machine below."""
-    figure = style.new_figure(4.4)
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+def draw_comparison(curve: ComparedCurve, letters: Sequence[str], meaning: str) -> Figure:
+    """Draw a quantity of all machines over a cycle, and the differences from the first machine below, if there are any.
+
+    Differences below rounding of the largest value are zero.
+    """
     angles, values = np.array(curve.phi_deg), np.array(curve.values)
+    differences = values[1:] - values[0]
+    differences[np.abs(differences) <= ROUNDING * np.abs(values).max()] = 0.0
+    panes = [(values, letters), (differences, [f"{letter} \N{MINUS SIGN} A" for letter in letters[1:]])]
+    panes = panes if differences.any() else panes[:1]
+    figure = style.new_figure(4.4 if len(panes) > 1 else 3.0)
+    every = figure.subplots(len(panes), 1, sharex=True, squeeze=False, height_ratios=(2, 1)[: len(panes)])[:, 0]
     end = round(float(angles[-1] + angles[1]), 6)
     unit = f" / {curve.unit}" if curve.unit else ""
-    for axes, rows, first in ((above, values, 0), (below, values[1:] - values[0], 1)):
+    for axes, (rows, names) in zip(every, panes, strict=True):
+        if rows is differences:
+            axes.axhline(0, color=style.SOFT, linewidth=0.6)
         ends = []
-        for index, row in enumerate(rows, first):
+        for index, (row, name) in enumerate(zip(rows, names, strict=True), len(letters) - len(names)):
             shade, dashes = style.PALETTE[index % len(style.PALETTE)], DASHES[index % len(DASHES)]
             axes.plot(angles, row, color=shade, linestyle=dashes, linewidth=1.2)
-            text = letters[index] if first == 0 else f"{letters[index]} \N{MINUS SIGN} A"
-            ends.append((float(row[-1]), text, shade))
+            ends.append((float(row[-1]), name, shade))
         style.over_a_turn(axes, label=False, end=end)
-        style.label_ends(axes, ends, 0.08 if first == 0 else 0.16)
-    below.axhline(0, color=style.SOFT, linewidth=0.6)
-    above.set_ylabel(f"{curve.name}{unit}")
-    below.set_ylabel(f"difference{unit}")
-    below.set_xlabel("angle of the drive / deg")
+        style.label_ends(axes, ends, 0.08 if rows is values else 0.16)
+    every[0].set_ylabel(fill(f"{meaning}{unit}", LONGEST_LINE))
+    if len(panes) > 1:
+        every[1].set_ylabel(f"difference{unit}")
+    every[-1].set_xlabel("angle of the drive / deg")
     return figure
 
 

@@ -338,7 +338,7 @@ caption { text-align: left; padding-bottom: .3rem; }
 th, td { padding: 4px 14px 4px 0; text-align: left; vertical-align: baseline; border-bottom: 1px solid var(--rule); }
 thead th { color: var(--soft); font-size: 12.5px; font-weight: 400; border-bottom: 1.5px solid var(--edge); }
 thead th.number { white-space: normal; }
-tbody th { font-weight: 400; }
+tbody th { font-weight: 400; } th small { display: block; color: var(--soft); font-size: 11.5px; }
 td:not(.number, .short) { min-width: 4rem; }
 .short { white-space: nowrap; }
 .number { text-align: right; white-space: nowrap; }
@@ -351,7 +351,8 @@ pre { background: var(--sunk); border: 1px solid var(--rule); border-radius: 6px
   overflow-wrap: anywhere; }
 @media (max-width: 640px) { body { padding: 16px 16px 40px; } h1 { font-size: 22px; } .conclusion { font-size: 16.5px; }
   .key-figures { grid-template-columns: minmax(0, 1fr); gap: 8px; }
-  tbody th { position: sticky; left: 0; background: var(--paper); max-width: 45vw; overflow-wrap: anywhere; } }
+  tbody th { position: sticky; left: 0; background: var(--paper); min-width: 9.5rem; max-width: 45vw;
+    overflow-wrap: anywhere; } }
 @media screen and (prefers-color-scheme: dark) { svg [style*="fill: $ink"] { fill: var(--ink) !important; }
   svg [style*="stroke: $ink"] { stroke: var(--ink) !important; }
   svg [style*="fill: $paper"] { fill: var(--paper) !important; }

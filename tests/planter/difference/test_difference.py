@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 
 from planter.difference.comparison import ComparedDesign, ComparisonOptions, compare_machines
+from planter.difference.presentation import draw_comparison
+from planter.difference.results import ComparedCurve
 from planter.engine.machine import load_machine
 from planter.engine.measures import parse_limit
 from planter.files import examples
@@ -161,3 +163,12 @@ def test_page_and_files_have_the_comparison(heavier: str, tmp_path: Path) -> Non
     assert sum(not line.startswith("#") for line in lines) == 361
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert page.index('class="conclusion"') < page.index("mass.planet_kg")
+
+
+@pytest.mark.parametrize(("difference", "panes"), [(1e-14, 1), (1e-3, 2)])
+def test_differences_below_rounding_are_not_drawn(difference: float, panes: int) -> None:
+    angles = [float(angle) for angle in range(360)]
+    values = [[100.0] * 360, [100.0 + difference * (angle % 2) for angle in angles]]
+    figure = draw_comparison(ComparedCurve("F", "N", angles, values), "AB", "force")
+    assert len(figure.axes) == panes
+    assert figure.axes[0].get_ylabel() == "force / N"
