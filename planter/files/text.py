@@ -100,6 +100,8 @@ def check_json_scalars(table: Mapping[str, Any], source: str) -> None:
 
 
 LIMIT_BYTES = 1_000_000
+ENCODING_SAMPLE = 1000
+"""Bytes at the start of a text that tell UTF-16 from other encodings."""
 LONGEST_ARGUMENT = 10_000
 """Characters of a word on the command line."""
 _DECIMAL_COMMA = re.compile(r"=\s*(\S+)\s*(?:#.*)?")
@@ -168,6 +170,44 @@ def read_text(path: str | Path, limit: int = LIMIT_BYTES) -> str:
     Raises InputError as `read_bytes` does, and for what is not UTF-8 or holds control characters.
     """
     return _decoded(read_bytes(path, limit), path)
+
+
+def read_text_in_any_encoding(path: str | Path, limit: int = LIMIT_BYTES) -> tuple[str, str]:
+    """Return the text of a regular file of at most `limit` bytes, and the name of its encoding.
+
+    The encoding is that of the byte order mark, else UTF-16 if every other byte is zero, else UTF-8, else Windows-1252
+    or Latin-1. A mark of the end of the file behind the text (Ctrl-Z, zeros) is dropped. Raises InputError as
+    `read_bytes` does, and for a text with control characters.
+    """
+    content = read_bytes(path, limit)
+    for encoding in _list_encodings(content):
+        try:
+            text = content.decode(encoding)
+            break
+        except UnicodeDecodeError:
+            continue
+    else:
+        raise InputError(f"{path}: the file is cut off within a character of {encoding}; save it again as UTF-8")
+    text = text.removeprefix("\ufeff").rstrip("\x00\x1a")
+    check_text(text, str(path), len(content))
+    return text, _ENCODINGS[encoding]
+
+
+_ENCODINGS = {
+    "utf-8": "UTF-8", "utf-16": "UTF-16", "utf-16-le": "UTF-16", "utf-16-be": "UTF-16", "cp1252": "Windows-1252",
+    "latin-1": "Latin-1",
+}  # fmt: skip
+
+
+def _list_encodings(content: bytes) -> tuple[str, ...]:
+    """Return the encodings to try."""
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return ("utf-16",)
+    first = content[:ENCODING_SAMPLE]
+    for encoding, high, low in (("utf-16-le", first[1::2], first[::2]), ("utf-16-be", first[::2], first[1::2])):
+        if 2 * high.count(0) > len(high) > 0 and 2 * low.count(0) < len(low):
+            return (encoding,)
+    return ("utf-8", "cp1252", "latin-1")
 
 
 def read_toml(path: str | Path, parse_float: Callable[[str], float] = float) -> dict[str, Any]:

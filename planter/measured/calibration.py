@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,9 +14,23 @@ from planter.files import units
 from planter.files.document import Document
 from planter.kernels import Array
 from planter.measured import reading
-from planter.measured.curve import PHASE, Chosen, MeasuredCurve, factor_of, find_measured, is_nuisance, is_offset
+from planter.measured.curve import (
+    PHASE,
+    SMALLEST_NOISE,
+    TINIEST_NOISE,
+    ChannelNoise,
+    Chosen,
+    MeasuredCurve,
+    factor_of,
+    find_measured,
+    find_offset_channel,
+    is_nuisance,
+    is_offset,
+)
 from planter.measured.findings import (
+    ChannelFit,
     FittedInput,
+    LackOfFitTest,
     MeasuredFound,
     ModelMeasured,
     Noise,
@@ -24,16 +38,15 @@ from planter.measured.findings import (
     Outcome,
     Prediction,
 )
-from planter.measured.fit import STARTS, Correlation, Fit, SearchEnd, assess_correlation, fit_curve, prepare_searches
+from planter.measured.fit import STARTS, Fit, SearchEnd, fit_curve, prepare_searches
+from planter.measured.noise import REFUTING, LackOfFit, assess_lack_of_fit, assess_whiteness
 from planter.measured.reading import Columns, Measurement
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import Listener, ProgressPhase
 
 FORCE = "N"
-ROUNDING, TINY = 1e-9, 1e-30
-"""Share of the largest value below which noise is rounding of digits in the file, and its offset."""
-EXPLAINS = 1.5
-"""Ratio of RMS residual to noise up to which a model explains the data."""
+ROUNDING, TINY = 1e-6, 1e-30
+"""Share of the range of the values below which residuals are rounding of digits, and its offset."""
 
 
 @dataclass(frozen=True)
@@ -54,42 +67,55 @@ class Calibrated:
     result: MeasuredFound
 
 
+def read_measurement(machine: Machine, data: str | Path, columns: Columns, quantities: Sequence[str]) -> Measurement:
+    """Return the measured curves of quantities of a machine. Raises InputError as `planter.measured.reading.read`."""
+    if len(quantities) != len(columns.names):
+        raise InputError(
+            f"--quantity is given {len(quantities)} times, but --column {len(columns.names)} times: give one for each"
+        )
+    unit = [units.display_unit(find_measured(machine, quantity).key) for quantity in quantities]
+    return reading.read(data, columns, float(machine.data[machine.speed]), unit)
+
+
 def calibrate(
     builders: Mapping[str, Callable[[], Machine]],
     data: str | Path,
     columns: Columns,
     bounds: Mapping[str, tuple[float, float]],
-    quantity: str,
+    quantity: str | Sequence[str],
     rebuild: Callable[[Mapping[str, float]], Document] | None,
     check: ValidationMeasurement | None = None,
     seed: int = 0,
     progress: Listener | None = None,
     means: Means = AUTO,
+    priors: Mapping[str, tuple[float, float]] | None = None,
 ) -> Calibrated:
-    """Fit chosen inputs within `bounds` (display units, by path) to a curve in a CSV file, in one model or several.
+    """Fit chosen inputs within `bounds` (display units, by path) to curves in a CSV file, in one model or several.
 
     `builders` return the machines of the models by name, in the order of the report; workers need to pickle them.
-    `rebuild` returns the file with other numbers, by path, if there is one. `means` selects the workers of the searches
-    and does not change their results. Raises InputError for a file, columns or inputs that cannot be used.
+    `quantity` names what each column of values is. `rebuild` returns the file with other numbers, by path, if there is
+    one. `means` selects the workers of the searches and does not change their results. `priors` are means and standard
+    deviations of inputs that are known about. Raises InputError for a file, columns or inputs that cannot be used.
     """
     if not bounds:
         raise InputError("add --fit with an input and its bounds, such as --fit mass.planet_kg=0.8:1.6")
+    quantities = (quantity,) if isinstance(quantity, str) else tuple(quantity)
     machines = {name: build() for name, build in builders.items()}
     model, machine = next(iter(machines.items()))
-    unit = units.display_unit(find_measured(machine, quantity).key)
-    chosen = {name: Chosen.from_bounds(machine, bounds) for name, machine in machines.items()}
-    measured = reading.read(data, columns, float(machine.data[machine.speed]), unit)
+    chosen = {name: Chosen.from_bounds(machine, bounds, priors) for name, machine in machines.items()}
+    measured = read_measurement(machine, data, columns, quantities)
     phase = ProgressPhase("calibration", "start", STARTS * len(machines), progress)
     fits: dict[str, Fit] = {}
     for name, machine_of_model in machines.items():
-        arguments = {"chosen": chosen[name], "measured": measured, "quantity": quantity}
+        arguments = {"chosen": chosen[name], "measured": measured, "quantities": quantities}
         task = Task(prepare_starts, {"build": builders[name], **arguments})
-        curve = MeasuredCurve(machine_of_model, chosen[name], measured, quantity)
+        curve = MeasuredCurve(machine_of_model, chosen[name], measured, quantities)
         fits[name] = fit_curve(curve, seed, STARTS, phase, task, means)
     results = {name: _describe_fit(fit, measured) for name, fit in fits.items()}
     fitted, notes = (None, []) if rebuild is None else rebuild_machine(fits[model], rebuild)
     first, other_fits = results[model], [fit for name, fit in fits.items() if name != model]
-    values = measured.values[measured.used]
+    values, unit = measured.values[measured.used], fits[model].curve.unit
+    assert measured.reading is not None
     return Calibrated(
         measured,
         fits,
@@ -97,14 +123,14 @@ def calibrate(
         MeasuredFound(
             machine=machine.name,
             model=model,
-            quantity=quantity,
+            quantity=quantities[0],
             unit=unit,
             outcome=first.outcome,
             statement=_statement(results, measured.noise, unit),
             treatment=[*measured.treatment, *notes],
             warnings=_warnings(first),
             left_out=int((~measured.used).sum()),
-            noise=Noise("white", measured.noise, 0.0, unit),
+            noise=first.noise,
             target=_spread(float(values.std()), len(values), unit),
             reached=_spread(first.rms, len(values), unit),
             fitted=first.fitted,
@@ -113,17 +139,18 @@ def calibrate(
             agreeing_starts=first.agreeing_starts,
             models=dict(results.items()),
             other_model=_spread(other_fits[0].rms, len(values), unit) if other_fits else None,
-            prediction=None if check is None else _predict(check, columns, fits, quantity),
-            noise_N=measured.noise if unit == FORCE else None,
+            reading=measured.reading,
+            prediction=None if check is None else _predict(check, columns, fits, quantities),
+            noise_N=first.noise.std if unit == FORCE else None,
         ),
     )
 
 
 def prepare_starts(
-    build: Callable[[], Machine], chosen: Chosen, measured: Measurement, quantity: str
+    build: Callable[[], Machine], chosen: Chosen, measured: Measurement, quantities: Sequence[str]
 ) -> Callable[[Array], SearchEnd]:
     """Return the function that searches from values (n,), in a worker."""
-    return prepare_searches(MeasuredCurve(build(), chosen, measured, quantity))
+    return prepare_searches(MeasuredCurve(build(), chosen, measured, quantities))
 
 
 def _spread(rms: float, points: int, unit: str) -> NoiseSpread:
@@ -140,33 +167,55 @@ def rebuild_machine(fit: Fit, rebuild: Callable[[Mapping[str, float]], Document]
 
 
 def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
-    worst, is_force = int(np.argmax(np.abs(fit.residuals))), fit.curve.unit == FORCE
-    correlation, largest = fit.correlation(), float(fit.residuals[worst])
-    ratio = fit.rms / max(measured.noise, ROUNDING * float(np.abs(measured.values).max()) + TINY)
-    neighbours = assess_correlation(fit.residuals)
+    curve, is_force = fit.curve, fit.curve.unit == FORCE
+    first = fit.residuals[curve.channels[0]]
+    worst, correlation = int(np.argmax(np.abs(first))), fit.correlation()
+    largest = float(first[worst])
+    ratio = fit.rms / max(measured.noise, SMALLEST_NOISE * _range_of(measured) + TINIEST_NOISE)
+    rho, is_white = assess_whiteness(curve, fit.residuals)
+    lack = assess_lack_of_fit(curve, fit.residuals, curve(fit.values)[1])
+    noises = [_describe_noise(*each) for each in zip(curve.noises, curve.units, strict=True)]
+    described = zip(curve.keys, curve.units, curve.channels, fit.channel_rms, noises, strict=True)
     return ModelMeasured(
-        outcome=judge_fit(fit, ratio, neighbours),
+        outcome=judge_fit(fit, lack),
         rms=fit.rms,
         rms_of_noise=ratio,
         largest_residual=largest,
-        largest_residual_deg=float(np.degrees(fit.curve.phi[worst] % (2 * np.pi))),
-        autocorrelation=neighbours.rho,
-        white=neighbours.is_white,
+        largest_residual_deg=float(np.degrees(curve.phi[worst] % (2 * np.pi))),
+        autocorrelation=rho,
+        white=is_white,
         fitted=describe_inputs(fit),
         rank=fit.rank,
         correlation=None if correlation is None else correlation.tolist(),
         starts=len(fit.sums),
         agreeing_starts=fit.agreeing,
+        lack_of_fit=LackOfFitTest(lack.statistic, lack.probability, lack.harmonics),
+        noise=noises[0],
+        channels=[
+            ChannelFit(key, unit, points.stop - points.start, rms, noise) for key, unit, points, rms, noise in described
+        ],
         rms_N=fit.rms if is_force else None,
         largest_residual_N=largest if is_force else None,
     )
 
 
-def judge_fit(fit: Fit, ratio: float, neighbours: Correlation) -> Outcome:
-    """Return the outcome of a fit; a model is refuted only if a better fit and correlated noise are both unlikely."""
-    if ratio <= EXPLAINS:
+def _range_of(measured: Measurement) -> float:
+    return float(np.ptp(measured.values[measured.used]))
+
+
+def _describe_noise(noise: ChannelNoise, unit: str) -> Noise:
+    return Noise("ar1" if noise.rho else "white", noise.std, noise.rho, unit)
+
+
+def judge_fit(fit: Fit, lack: LackOfFit) -> Outcome:
+    """Return the outcome of a fit; a model is refuted only if a better fit and noise are both unlikely."""
+    is_rounding = all(
+        rms <= ROUNDING * float(np.ptp(fit.curve.values[points])) + TINY
+        for rms, points in zip(fit.channel_rms, fit.curve.channels, strict=True)
+    )
+    if is_rounding or lack.probability >= REFUTING:
         return "explained"
-    return "not explained" if fit.is_settled and not neighbours.is_autoregressive else "not settled"
+    return "not explained" if fit.is_settled else "not settled"
 
 
 def describe_inputs(fit: Fit) -> list[FittedInput]:
@@ -188,7 +237,7 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
         value, display_lower, display_upper, low95, high95 = display
         inputs.append(
             FittedInput(
-                name=name, value=value, unit=curve.unit if is_offset(name) else _unit_of(curve, name),
+                name=name, value=value, unit=_unit_of(curve, name),
                 lower=display_lower, upper=display_upper, start=float((start[i] + moved) / factor),
                 low95=low95, high95=high95, interval=[low95, high95], open=bool(is_open), origin="calibrated",
             )
@@ -198,6 +247,8 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
 
 def _unit_of(curve: MeasuredCurve, name: str) -> str:
     """Return the display unit of an input, by its key, else the SI unit of the value."""
+    if is_offset(name):
+        return curve.units[find_offset_channel(name, curve.keys, curve.units)]
     return units.display_unit(name) or next((entry.unit for entry in curve.machine.values if entry.path == name), "1")
 
 
@@ -217,6 +268,8 @@ def _statement(results: Mapping[str, ModelMeasured], noise: float, unit: str) ->
             f"RMS residual {result.rms:.3g} {unit}, {result.rms_of_noise:.3g} times the measurement noise "
             f"({noise:.3g} {unit})"
         )
+        if result.outcome != "explained":
+            sentences.append(f"What it leaves has a probability of {result.lack_of_fit.probability:.2g} as noise")
     first = next(iter(results.values()))
     sentences.append(f"The data determine {first.rank} of {len(first.fitted)} combinations of the inputs")
     undetermined = [entry.name for entry in first.fitted if entry.open]
@@ -230,21 +283,20 @@ def _warnings(result: ModelMeasured) -> list[str]:
     warnings = []
     if not result.white:
         warnings.append(
-            f"neighbouring residuals are correlated ({result.autocorrelation:.2f}); the intervals assume white noise, "
-            "so they are too narrow or the model is incomplete"
+            "residuals are correlated in another way than the intervals assume, so these are too narrow or the model "
+            "is incomplete"
         )
     if result.outcome == "not settled":
-        disagree = 2 * result.agreeing_starts <= result.starts
-        reason = (
-            f"{result.agreeing_starts} of {result.starts} starts agree, so a better fit may exist; narrow the bounds"
-            if disagree
-            else "the residual may be correlated noise as well as an error of the model; measure several revolutions"
+        warnings.append(
+            f"not settled: {result.agreeing_starts} of {result.starts} starts agree, so a better fit may exist; narrow "
+            "the bounds"
         )
-        warnings.append(f"not settled: {reason}")
     return warnings
 
 
-def _predict(check: ValidationMeasurement, columns: Columns, fits: Mapping[str, Fit], quantity: str) -> Prediction:
+def _predict(
+    check: ValidationMeasurement, columns: Columns, fits: Mapping[str, Fit], quantities: Sequence[str]
+) -> Prediction:
     """Return the residuals of all fitted models for a measurement at another speed."""
     rms: dict[str, float] = {}
     points = 0
@@ -252,9 +304,9 @@ def _predict(check: ValidationMeasurement, columns: Columns, fits: Mapping[str, 
         data, speed = fit.curve.machine.data.copy(), check.speed_rpm * units.unit_factor("speed_rpm")
         data[fit.curve.machine.speed] = speed
         machine = fit.curve.machine.with_data(data)
-        measured = reading.read(check.path, columns, speed, fit.curve.unit)
-        curve = MeasuredCurve(machine, fit.curve.chosen, measured, quantity)
-        residuals: Array = curve.values - curve(fit.values)[0]
+        measured = read_measurement(machine, check.path, columns, quantities)
+        curve = MeasuredCurve(machine, fit.curve.chosen, measured, quantities)
+        residuals: Array = (curve.values - curve(fit.values)[0])[curve.channels[0]]
         rms[model], points = float(np.sqrt(np.mean(residuals**2))), len(residuals)
     is_force = fit.curve.unit == FORCE
     return Prediction(check.speed_rpm, points, rms, rms if is_force else None)

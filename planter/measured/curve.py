@@ -1,13 +1,14 @@
-"""A quantity of a machine at measured angles as a function of chosen inputs, with exact derivatives."""
+"""Quantities of a machine at measured angles as functions of chosen inputs, with exact derivatives."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -18,11 +19,16 @@ from planter.errors import ComputationError, InputError
 from planter.files import paths, units
 from planter.kernels import Array
 from planter.measured.reading import Measurement
+from planter.numerics.arrays import Integers
 
 OFFSET, PHASE = "offset_N", "phase_deg"
 """Names of nuisance parameters: the zero of the gauge, with any unit, and the zero of the angle."""
 SAMPLES = 720
 """Angles of a revolution at which a curve is sampled; a multiple of 1 to 6, 8, 9, 10 and 12."""
+SMALLEST_NOISE, TINIEST_NOISE = 1e-6, 1e-30
+"""Share of the range of the values below which noise is rounding of digits in the file, and its smallest size."""
+STEADY = 0.002
+"""Share of the mean speed by which a steady one may vary."""
 PERIOD_TOLERANCE = 1e-9
 """Relative deviation up to which a curve is periodic."""
 
@@ -37,10 +43,18 @@ class Chosen:
     names: tuple[str, ...]
     lower: Array
     upper: Array
+    priors: tuple[tuple[int, float, float], ...] = ()
+    """Index, mean and standard deviation of inputs with a normal prior; others are uniform within their bounds."""
 
     @classmethod
-    def from_bounds(cls, machine: Machine, bounds: Mapping[str, tuple[float, float]]) -> Chosen:
-        """Return inputs with bounds in display units. Raises InputError for an unknown name or empty bounds."""
+    def from_bounds(
+        cls, machine: Machine, bounds: Mapping[str, tuple[float, float]],
+        priors: Mapping[str, tuple[float, float]] | None = None,
+    ) -> Chosen:  # fmt: skip
+        """Return inputs with bounds and normal priors (mean, standard deviation) in display units.
+
+        Raises InputError for an unknown name, empty bounds, or a prior that does not fit.
+        """
         paths_of_inputs = [value.path for value in machine.values]
         selected: dict[str, tuple[float, float]] = {}
         for name, (low, high) in bounds.items():
@@ -53,31 +67,104 @@ class Chosen:
             selected[matches[0]] = (low, high)
         factors = np.array([factor_of(name) for name in selected])
         ends = np.array(list(selected.values())) * factors[:, None]
-        return cls(tuple(selected), ends[:, 0], ends[:, 1])
+        names = tuple(selected)
+        normal = []
+        for name, (mean, std) in (priors or {}).items():
+            matches = [name] if is_nuisance(name) else paths.Names(paths_of_inputs).candidates(name)
+            if len(matches) != 1 or matches[0] not in names:
+                raise InputError(f"--prior {name}: it must be one of the inputs of --fit: {', '.join(names)}")
+            if not (std > 0 and np.isfinite([mean, std]).all()):
+                raise InputError(f"--prior {name}={mean:g}:{std:g}: it must be MEAN:STD with STD greater than 0")
+            index = names.index(matches[0])
+            normal.append((index, mean * factors[index], std * factors[index]))
+        return cls(names, ends[:, 0], ends[:, 1], tuple(normal))
+
+    def prior_rows(self, values: Array) -> tuple[Array, Array]:
+        """Return the deviations (j,) of values (n,) from their normal priors, and their Jacobian (j, n)."""
+        rows = np.array([(values[index] - mean) / std for index, mean, std in self.priors])
+        slopes = np.zeros((len(self.priors), len(values)))
+        for row, (index, _, std) in enumerate(self.priors):
+            slopes[row, index] = 1 / std
+        return rows, slopes
 
     def to_display(self, values: Array) -> dict[str, float]:
         """Return values (n,) by name, in display units."""
         return {name: float(value / factor_of(name)) for name, value in zip(self.names, values, strict=True)}
 
 
-class MeasuredCurve:
-    """The quantity at the angles of a measurement, for values (n,) of the chosen inputs, in its display unit.
+@dataclass(frozen=True)
+class ChannelNoise:
+    """Noise of a quantity: standard deviation in its display unit, and correlation of neighbouring points."""
 
-    measured(phi) = computed(phi + phase). A phase whose bounds span the period or more is cyclic, without bounds.
+    std: float
+    rho: float = 0.0
+
+
+class MeasuredCurve:
+    """Quantities at the angles of a measurement, for values (n,) of the chosen inputs, in their display units.
+
+    Points in use of all quantities stand one after another, (m,) together. measured(phi) = computed(phi + phase). A
+    phase whose bounds span the period or more is cyclic, without bounds. Where the record has the speed, quantities are
+    those at its speed, by a parabola through those at three speeds: exact for weights, springs, dampers and inertia.
     """
 
-    def __init__(self, machine: Machine, chosen: Chosen, measured: Measurement, quantity: str) -> None:
-        self.machine, self.chosen = machine, chosen
-        self.phi, self.values = measured.phi[measured.used], measured.values[measured.used]
+    def __init__(self, machine: Machine, chosen: Chosen, measured: Measurement, quantity: str | Sequence[str]) -> None:
+        self.chosen = chosen
+        quantities = (quantity,) if isinstance(quantity, str) else tuple(quantity)
+        results = [find_measured(machine, each) for each in quantities]
+        self.keys = tuple(result.key for result in results)
+        self.units = tuple(units.display_unit(result.key) for result in results)
+        self._factors = np.array([result.factor for result in results])
+        used = [np.flatnonzero(channel.used) for channel in measured.channels]
+        rows = np.unique(np.concatenate(used))
+        self._angles, self._speeds = measured.phi[rows], None if measured.speed is None else measured.speed[rows]
+        self._set_points(
+            [np.searchsorted(rows, each) for each in used],
+            np.concatenate([channel.values[each] for channel, each in zip(measured.channels, used, strict=True)]),
+        )
+        self.noises = tuple(
+            ChannelNoise(max(channel.noise, SMALLEST_NOISE * float(np.ptp(channel.values[each])), TINIEST_NOISE))
+            for channel, each in zip(measured.channels, used, strict=True)
+        )
         self._inputs = [i for i, name in enumerate(chosen.names) if not is_nuisance(name)]
-        inputs = [chosen.names[i] for i in self._inputs]
-        self._offset = next((i for i, name in enumerate(chosen.names) if is_offset(name)), None)
-        result = find_measured(machine, quantity)
-        self.quantity, self.unit, self._factor = quantity, units.display_unit(result.key), result.factor
-        moved = machine.with_moved(dict.fromkeys(inputs, (0.0, 1.0)))
-        self._response = MachineResponse(moved, [result.name])
+        self._offsets = {
+            i: find_offset_channel(name, self.keys, self.units)
+            for i, name in enumerate(chosen.names)
+            if is_offset(name)
+        }
+        if self._speeds is not None:
+            data = machine.data.copy()
+            data[machine.speed] = np.copysign(float(self._speeds.mean()), data[machine.speed])
+            machine = machine.with_data(data)
+        self.machine = machine
+        moved = machine.with_moved({chosen.names[i]: (0.0, 1.0) for i in self._inputs})
+        self._response = MachineResponse(moved, [result.name for result in results])
         self._machine_inputs = moved.design
         self._last: tuple[bytes, tuple[Array, Array]] | None = None
+
+    def _set_points(self, positions: Sequence[Integers], values: Array) -> None:
+        """Set the points of each quantity, by their positions among the angles."""
+        self._positions, self.values = tuple(positions), values
+        self.phi = np.concatenate([self._angles[each] for each in positions])
+        self._ends = np.cumsum([0, *map(len, positions)])
+        self._gaps = tuple(_count_steps(self._angles[each], each) for each in positions)
+        self._last = None
+
+    @property
+    def unit(self) -> str:
+        """Display unit of the first quantity."""
+        return self.units[0]
+
+    @property
+    def channels(self) -> tuple[slice, ...]:
+        """Points of each quantity among all."""
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(self._ends))
+
+    def with_noises(self, noises: Sequence[ChannelNoise]) -> MeasuredCurve:
+        """Return a copy with another noise of each quantity."""
+        changed = copy(self)
+        changed.noises = tuple(noises)
+        return changed
 
     def machine_values(self) -> Array:
         """Return the values (n,) of the machine, clipped to the bounds; zero for nuisance parameters."""
@@ -86,10 +173,15 @@ class MeasuredCurve:
         return np.clip(values, self.chosen.lower, self.chosen.upper)
 
     def with_points(self, limit: int) -> MeasuredCurve:
-        """Return a copy with at most `limit` points, evenly selected."""
-        rows = np.unique(np.linspace(0, len(self.phi) - 1, min(limit, len(self.phi))).astype(int))
+        """Return a copy with at most `limit` points of each quantity, evenly selected, with white noise."""
         thin = copy(self)
-        thin.phi, thin.values, thin._last = self.phi[rows], self.values[rows], None
+        selected = [np.unique(np.linspace(0, len(p) - 1, min(limit, len(p))).astype(int)) for p in self._positions]
+        positions = [p[rows] for p, rows in zip(self._positions, selected, strict=True)]
+        values = [self.values[points][rows] for points, rows in zip(self.channels, selected, strict=True)]
+        rows = np.unique(np.concatenate(positions))
+        thin._angles = self._angles[rows]
+        thin._speeds = None if self._speeds is None else self._speeds[rows]
+        thin._set_points([np.searchsorted(rows, p) for p in positions], np.concatenate(values))
         return thin
 
     def restart(self) -> None:
@@ -105,15 +197,15 @@ class MeasuredCurve:
 
     @cached_property
     def period(self) -> float:
-        """Period [rad] of the curve for all inputs: a revolution or a part of it."""
-        curves = []
+        """Period [rad] of the curves for all inputs: a cycle or a part of it."""
+        curves: list[Array] = []
         for z in (self.machine_values(), (self.chosen.lower + self.chosen.upper) / 2):
             with suppress(ComputationError):  # inputs whose loops do not close
-                curves.append(self.sample(z)[0])
+                curves += list(self.sample(z)[0])
         for parts in (12, 10, 9, 8, 6, 5, 4, 3, 2):
             if curves and all(_repeats(curve, parts) for curve in curves):
-                return 2 * np.pi / parts
-        return 2 * np.pi
+                return self.machine.turn / parts
+        return self.machine.turn
 
     @property
     def is_cyclic(self) -> bool:
@@ -131,39 +223,118 @@ class MeasuredCurve:
         return lower, upper
 
     def sample(self, z: Array) -> tuple[Array, Array]:
-        """Return the quantity (SAMPLES,) without phase over a revolution, and its Jacobian (SAMPLES, n)."""
+        """Return the quantities (k, SAMPLES) without phase over a cycle, and their Jacobians (k, SAMPLES, n)."""
         at_zero = z.copy()
         if self.phase_index is not None:
             at_zero[self.phase_index] = 0.0
-        return self(at_zero, np.linspace(0, 2 * np.pi, SAMPLES, endpoint=False))
+        return self.evaluate(at_zero, self.sample_angles)
 
-    def __call__(self, z: Array, phi: Array | None = None) -> tuple[Array, Array]:
-        """Return the quantity (m,) and its Jacobian (m, n), at the measured angles or at `phi` [rad].
+    @property
+    def sample_angles(self) -> Array:
+        """Angles (SAMPLES,) [rad] of a cycle."""
+        return np.linspace(0, self.machine.turn, SAMPLES, endpoint=False)
+
+    def __call__(self, z: Array) -> tuple[Array, Array]:
+        """Return the values at the measured points (m,) and their Jacobian (m, n).
 
         The last result is cached, since a search requests values and Jacobian separately.
         """
-        key = z.tobytes() if phi is None else b""
-        if key and self._last is not None and self._last[0] == key:
-            return self._last[1]
-        result = self._evaluate(z, self.phi if phi is None else phi)
-        if key:
-            self._last = key, result
-        return result
+        key = z.tobytes()
+        if self._last is None or self._last[0] != key:
+            rows, slopes = self.evaluate(z, self._angles, self._speeds)
+            picked = [(rows[k, p], slopes[k, p]) for k, p in enumerate(self._positions)]
+            self._last = key, tuple(np.concatenate(parts) for parts in zip(*picked, strict=True))  # type: ignore[assignment]
+        assert self._last is not None
+        return self._last[1]
 
-    def _evaluate(self, z: Array, phi: Array) -> tuple[Array, Array]:
+    def whiten(self, rows: Array) -> Array:
+        """Return values at the points, (m,) or (m, j), such that noise becomes white with standard deviation 1."""
+        parts = [
+            whiten_rows(rows[points], gaps, noise.rho) / noise.std
+            for points, gaps, noise in zip(self.channels, self._gaps, self.noises, strict=True)
+        ]
+        return np.concatenate(parts)
+
+    def residuals(self, z: Array) -> tuple[Array, Array]:
+        """Return white residuals, computed less measured, and deviations from priors (m + j,) with their Jacobian."""
+        values, slopes = self(z)
+        prior, prior_slopes = self.chosen.prior_rows(z)
+        both = self.whiten(np.column_stack([values - self.values, slopes]))
+        return np.concatenate([both[:, 0], prior]), np.vstack([both[:, 1:], prior_slopes])
+
+    def log_determinant(self) -> float:
+        """Return the logarithm of the determinant of the noise's covariance over half, for densities."""
+        total = 0.0
+        for points, gaps, noise in zip(self.channels, self._gaps, self.noises, strict=True):
+            count = points.stop - points.start
+            total += count * np.log(noise.std) + 0.5 * float(np.log1p(-(noise.rho ** (2.0 * gaps))).sum())
+        return float(total)
+
+    @property
+    def gaps(self) -> tuple[Array, ...]:
+        """Steps of the record between neighbouring points of each quantity."""
+        return self._gaps
+
+    def evaluate(self, z: Array, phi: Array, speeds: Array | None = None) -> tuple[Array, Array]:
+        """Return the quantities (k, m) and their Jacobians (k, m, n) at angles [rad], at `speeds` (m,) if they vary."""
         angles = phi + (0.0 if self.phase_index is None else z[self.phase_index])
-        point = self._response.at(z[self._inputs])
-        values, slopes_of_inputs = (
-            rows[0] / self._factor for rows in self._response.slopes(point, np.mod(angles, 2 * np.pi))
-        )
-        slopes = np.zeros((len(angles), len(z)))
-        slopes[:, self._inputs] = slopes_of_inputs[:, 1:]
-        if self._offset is not None:
-            slopes[:, self._offset] = 1.0
-            values = values + z[self._offset]
+        values, slopes_of_inputs = self._evaluate_machine(z[self._inputs], np.mod(angles, self.machine.turn), speeds)
+        slopes = np.zeros((*values.shape, len(z)))
+        slopes[:, :, self._inputs] = slopes_of_inputs[:, :, 1:]
+        for index, channel in self._offsets.items():
+            slopes[channel, :, index] = 1.0
+            values[channel] += z[index]
         if self.phase_index is not None:
-            slopes[:, self.phase_index] = slopes_of_inputs[:, 0]
+            slopes[:, :, self.phase_index] = slopes_of_inputs[:, :, 0]
         return values, slopes
+
+    def _evaluate_machine(self, x: Array, phi: Array, speeds: Array | None) -> tuple[Array, Array]:
+        if speeds is None or np.ptp(speeds) <= STEADY * np.abs(speeds).mean():
+            rows, slopes = self._response.slopes(self._response.at(x), phi)
+        else:
+            nodes = np.array([speeds.min(), (speeds.min() + speeds.max()) / 2, speeds.max()])
+            d = self._response.machine.build_data(x)
+            rows, slopes = 0.0, 0.0  # type: ignore[assignment]
+            for i, node in enumerate(nodes):
+                d[self.machine.speed] = np.copysign(node, self.machine.data[self.machine.speed])
+                weight = np.prod([(speeds - other) / (node - other) for other in np.delete(nodes, i)], axis=0)
+                at_node = self._response.slopes(self._response.at_data(d), phi)
+                rows, slopes = rows + weight * at_node[0], slopes + weight[:, None] * at_node[1]
+        return rows / self._factors[:, None], slopes / self._factors[:, None, None]
+
+
+def whiten_rows(rows: Array, gaps: Array, rho: float) -> Array:
+    """Return rows (m,) or (m, j) less what the row before tells of them, for a correlation `rho` over a step.
+
+    `gaps` (m - 1,) are the numbers of steps between rows. Noise of an autoregression of first order becomes white.
+    """
+    if rho == 0:
+        return rows
+    share = rho**gaps
+    scale = np.sqrt(1 - share**2)
+    if rows.ndim > 1:
+        share, scale = share[:, None], scale[:, None]
+    return np.concatenate([rows[:1], (rows[1:] - share * rows[:-1]) / scale])
+
+
+def _count_steps(phi: Array, rows: Integers) -> Array:
+    """Return the number of steps of the record between neighbouring points, by their angles and by their rows."""
+    steps = np.abs(np.diff(phi))
+    by_angle = np.round(steps / max(float(np.median(steps)), 1e-300))
+    return np.maximum(np.maximum(by_angle, np.diff(rows)), 1.0)
+
+
+def find_offset_channel(name: str, keys: Sequence[str], display_units: Sequence[str]) -> int:
+    """Return the index of the quantity whose zero an offset is. Raises InputError if that is not clear."""
+    if len(keys) == 1:
+        return 0
+    suffix = name.removeprefix("offset").removeprefix("_")
+    matches = [i for i, key in enumerate(keys) if key == suffix]
+    matches = matches or [i for i, unit in enumerate(display_units) if suffix and unit == units.display_unit(name)]
+    if len(matches) != 1:
+        names = ", ".join(f"offset_{key}" for key in keys)
+        raise InputError(f"--fit {name}: it is not clear whose zero this is: use {names}")
+    return matches[0]
 
 
 def is_nuisance(name: str) -> bool:
@@ -228,21 +399,28 @@ def find_phases(curve: MeasuredCurve, z: Array, count: int) -> list[tuple[Array,
 def _fit_at_phases(
     curve: MeasuredCurve, z: Array, free: list[int], phases: Array, bounds: tuple[Array, Array]
 ) -> list[tuple[Array, float]]:
-    """Return the other inputs at each phase (k,), with the sum of squares of the linearised curve."""
+    """Return the other inputs at each phase (k,), with the sum of squares of the linearised curves."""
     values, slopes = curve.sample(z)
-    angles = np.linspace(0, 2 * np.pi, SAMPLES, endpoint=False)
+    angles, turn = curve.sample_angles, curve.machine.turn
     width = bounds[1] - bounds[0]
     ends = ((bounds[0] - z[free]) / width, (bounds[1] - z[free]) / width)
+    prior, prior_slopes = curve.chosen.prior_rows(z)
     fits = []
     for phase in phases:
-        at = curve.phi + phase
-        residuals = curve.values - np.interp(at, angles, values, period=2 * np.pi)
+        columns = [
+            np.column_stack(
+                [np.interp(at, angles, row, period=turn) for row in (values[k], *(slopes[k][:, i] for i in free))]
+            )
+            for k, at in enumerate(curve.phi[points] + phase for points in curve.channels)
+        ]
+        stacked = np.vstack(columns)
+        stacked[:, 0] = curve.values - stacked[:, 0]
+        rows = np.vstack([curve.whiten(stacked), np.column_stack([-prior, prior_slopes[:, free]])])
         if not free:
-            fits.append((z[free], float(residuals @ residuals)))
+            fits.append((z[free], float(rows[:, 0] @ rows[:, 0])))
             continue
-        columns = [np.interp(at, angles, slopes[:, i], period=2 * np.pi) for i in free]
         # the triangular factor of points and residual together has the same least squares in n + 1 rows
-        triangle = np.linalg.qr(np.column_stack([np.transpose(columns) * width, residuals])).R
+        triangle = np.linalg.qr(np.column_stack([rows[:, 1:] * width, rows[:, 0]])).R
         step = lsq_linear(triangle[:, :-1], triangle[:, -1], ends, method="bvls")
         fits.append((np.clip(z[free] + step.x * width, *bounds), 2 * float(step.cost)))
     return fits

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from planter.measured.reading import DataReading
 from planter.records import Record
 
 Outcome = Literal["explained", "not explained", "not settled"]
@@ -33,13 +34,50 @@ class FittedInput(Record):
 
 
 @dataclass(frozen=True)
+class Noise(Record):
+    """Noise that the intervals assume: `white`, or `ar1`, with the correlation `rho` of neighbouring points.
+
+    `std` is the standard deviation of the residuals of the first quantity, for the number of inputs fitted.
+    """
+
+    model: Literal["white", "ar1"]
+    std: float
+    rho: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class LackOfFitTest(Record):
+    """F test of harmonics of a cycle in what a model leaves, with whitened noise.
+
+    `probability` is that of at least this F for noise alone, the largest over all plausible correlations.
+    """
+
+    F: float
+    probability: float
+    harmonics: int
+
+
+@dataclass(frozen=True)
+class ChannelFit(Record):
+    """Residuals of one measured quantity: their RMS over points in use, and their noise."""
+
+    quantity: str
+    unit: str
+    points: int
+    rms: float
+    noise: Noise
+
+
+@dataclass(frozen=True)
 class ModelMeasured(Record):
     """Fit of one model: residuals, what the data determine, and the number of starts that agree.
 
-    `outcome`: "explained", "not explained", or "not settled" if starts disagree or the residuals look like correlated
-    noise. `rank` is the number of combinations of inputs that the data determine; `correlation` is the matrix of the
-    inputs in their order, null if the data do not determine all; `rms_of_noise` is the RMS residual over the noise of
-    the data; `autocorrelation` is that of neighbouring residuals, `white` whether they pass a test for white noise.
+    `outcome`: "explained" if what is left passes as noise (`lack_of_fit`), else "not explained", or "not settled" if
+    starts disagree. `rank` is the number of combinations of inputs that the data determine; `correlation` is the matrix
+    of the inputs in their order, null if the data do not determine all; `rms_of_noise` is the RMS residual over the
+    noise of the data; `autocorrelation` is that of neighbouring residuals, `white` whether these, less what their
+    neighbours tell, pass a test for white noise.
     """
 
     outcome: Outcome
@@ -54,6 +92,9 @@ class ModelMeasured(Record):
     correlation: list[list[float]] | None
     starts: int
     agreeing_starts: int
+    lack_of_fit: LackOfFitTest
+    noise: Noise
+    channels: list[ChannelFit]
     rms_N: float | None = None
     largest_residual_N: float | None = None
 
@@ -71,18 +112,6 @@ class NoiseSpread(Record):
 
 
 @dataclass(frozen=True)
-class Noise(Record):
-    """Noise that the intervals assume: `white`, equal and independent at all points, with `std` from the scatter
-    between neighbouring points; or `ar1`, with the correlation `rho` of neighbours.
-    """
-
-    model: Literal["white", "ar1"]
-    std: float
-    rho: float
-    unit: str
-
-
-@dataclass(frozen=True)
 class Prediction(Record):
     """Prediction of a second measurement at another speed with the inputs of the fit: residuals of each model."""
 
@@ -97,8 +126,8 @@ class MeasuredFound(Record):
     """Result of `planter calibrate --data`: inputs fitted to measured data in all models; `model` is the first of them.
 
     `outcome`, `fitted`, `rank`, `starts` and `agreeing_starts` are those of `model`; `unit` is that of the quantity.
-    `treatment` describes how the data were read and which points were left out; `warnings` are limits of the result;
-    `noise_N` is `noise.std` if the unit is N.
+    `reading` and, in sentences, `treatment` describe how the data were read and what was left out; `warnings` are
+    limits of the result; `noise_N` is `noise.std` if the unit is N.
     """
 
     machine: str
@@ -119,5 +148,16 @@ class MeasuredFound(Record):
     agreeing_starts: int
     models: dict[str, ModelMeasured]
     other_model: NoiseSpread | None
+    reading: DataReading
     prediction: Prediction | None = None
     noise_N: float | None = None
+
+
+@dataclass(frozen=True)
+class MeasuredPreview(Record):
+    """Result of `planter calibrate --data --preview`: what was understood of the file; nothing is fitted."""
+
+    machine: str
+    quantity: list[str]
+    reading: DataReading
+    treatment: list[str]

@@ -1,9 +1,9 @@
-"""Tests of residuals for white noise and for noise with correlated neighbours."""
+"""The best fit of chosen inputs to measured curves: searches from many starts, intervals, agreement of the starts."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -13,86 +13,45 @@ from scipy.stats import f as f_distribution
 from planter.errors import ComputationError
 from planter.kernels import Array
 from planter.measured.curve import MeasuredCurve, find_phases
+from planter.measured.noise import NoiseEstimate, estimate_noise
 from planter.parallel.jobs import run_in_order
 from planter.parallel.task import AUTO, Means, Task
 from planter.progress import ProgressPhase
-
-LAGS = 10
-"""Maximum number of lags of a test, which has at most a fifth of the number of points."""
-SIGNIFICANCE, REFUTING = 0.01, 1e-4
-"""Significance levels of the warning of correlated residuals and of the refutation of a model."""
-
-
-@dataclass(frozen=True)
-class Correlation:
-    """Correlation of residuals in the order of their angles: `rho` of neighbours, and tests of Ljung and Box.
-
-    `is_white`: the residuals pass as white noise. `is_autoregressive`: the remainder of a first-order autoregression
-    with `rho` passes as white, as for slowly drifting noise and rarely for a wrong model.
-    """
-
-    rho: float
-    is_white: bool
-    is_autoregressive: bool
-
-
-def assess_correlation(residuals: Array) -> Correlation:
-    """Return the correlation of residuals (m,)."""
-    total = float(residuals @ residuals)
-    if total == 0:
-        return Correlation(0.0, True, True)
-    rho = float(residuals[1:] @ residuals[:-1]) / total
-    return Correlation(
-        rho, _is_white(residuals, SIGNIFICANCE), _is_white(residuals[1:] - rho * residuals[:-1], REFUTING, 1)
-    )
-
-
-def _is_white(residuals: Array, significance: float, fitted: int = 0) -> bool:
-    lags = max(min(LAGS, len(residuals) // 5), 1 + fitted)
-    return ljung_box_probability(residuals, lags, fitted) > significance
-
-
-def ljung_box_probability(residuals: Array, lags: int, fitted: int = 0) -> float:
-    """Return the probability of autocorrelations at least as large as those of residuals (m,) if they are white noise.
-
-    Ljung and Box (1978), On a measure of lack of fit in time series models, Biometrika 65, 297: m (m + 2) times the sum
-    over `lags` of rho_k^2 / (m - k) follows a chi-squared distribution; its degrees of freedom are `lags` less the
-    number of `fitted` coefficients. Equal residuals have the probability 0.
-    """
-    from scipy import stats
-
-    count, centred = len(residuals), residuals - residuals.mean()
-    total = float(centred @ centred)
-    if total == 0:
-        return 0.0
-    rho = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / total
-    statistic = count * (count + 2) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
-    return float(stats.chi2.sf(statistic, lags - fitted))
-
 
 STARTS = 8
 CANDIDATES, RESCANS, BETTER = 3, 3, 0.999
 """Number of phases from which a start searches, of later scans, and ratio of sums that is worth another search."""
 MOST_POINTS = 360
 """Maximum number of points of the searches."""
-TOLERANCE, MAX_EVALUATIONS = 1e-10, 40
-"""Relative change at which a search ends, and its maximum number of evaluations."""
+TOLERANCE, PROFILE_TOLERANCE, MAX_EVALUATIONS = 1e-10, 1e-6, 40
+"""Relative changes at which a search and a point of a profile end, and the maximum number of evaluations."""
 AGREEING = 0.01
 """Share of the variance of the residuals by which the sums of squares of agreeing starts may differ."""
 DETERMINED = 1e-8
 """Share of the largest singular value below which the data do not determine a combination of inputs."""
 LEVEL = 0.95
 """Confidence of the intervals."""
+PARABOLIC = 0.15
+"""Relative deviation of a profile from a parabola, below which a parabola through its point gives the end."""
+STEEP = 0.75
+"""Ratio of an end to that of linearisation below which a profile is a step: a jump of the curve passes a point."""
 AT_BOUND = 1e-9
 UNEXPLAINED = 1e6
 """Sum of squares, relative to the best, of values without a cycle."""
-TINY = 1e-12
-"""Sum of squares [SI] that is rounding."""
+TINY = 1e-9
+"""Sum of squares, in variances of the noise, that is rounding."""
+RECOLOURINGS, SAME_RHO = 3, 0.01
+"""Maximum number of searches with the correlation of the residuals, and change of it that is none."""
+TINY_NOISE = 1e-3
+"""Smallest standard deviation of residuals, in that of the noise of the data."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """Best values (n,) [SI] of the chosen inputs; `sums` are the sums of squares at the ends of all starts."""
+    """Best values (n,) [SI] of the chosen inputs; `sums` are the sums of squares at the ends of all starts.
+
+    Sums are of white residuals, in standard deviations of the noise of the data.
+    """
 
     curve: MeasuredCurve
     values: Array
@@ -100,14 +59,24 @@ class Fit:
 
     @cached_property
     def residuals(self) -> Array:
-        """Residuals (m,) [SI], measured minus computed."""
+        """Residuals (m,) in display units, measured minus computed."""
         residuals: Array = self.curve.values - self.curve(self.values)[0]
         return residuals
 
+    @cached_property
+    def _white(self) -> tuple[Array, Array]:
+        """White residuals (m,) and their Jacobian (m, n)."""
+        return self.curve.residuals(self.values)
+
     @property
     def rms(self) -> float:
-        """Root mean square of the residuals [SI]."""
-        return float(np.sqrt(np.mean(self.residuals**2)))
+        """Root mean square of the residuals of the first quantity, in its display unit."""
+        return self.channel_rms[0]
+
+    @property
+    def channel_rms(self) -> tuple[float, ...]:
+        """Root mean square of the residuals of each quantity, in its display unit."""
+        return tuple(float(np.sqrt(np.mean(self.residuals[points] ** 2))) for points in self.curve.channels)
 
     @property
     def agreeing(self) -> int:
@@ -128,13 +97,13 @@ class Fit:
     @cached_property
     def _directions(self) -> tuple[Array, Array]:
         """Singular values (n,) and right singular vectors (n, n) of the Jacobian, inputs in widths of their bounds."""
-        slopes = self.curve(self.values)[1] * self._widths
+        slopes = self._white[1] * self._widths
         _, values, rows = np.linalg.svd(slopes, full_matrices=False)
         return values, rows
 
     @property
     def rank(self) -> int:
-        """Number of combinations of inputs that the data determine."""
+        """Number of combinations of inputs that the data, with normal priors, determine."""
         values, _ = self._directions
         return int((values > DETERMINED * values[0]).sum())
 
@@ -146,27 +115,56 @@ class Fit:
         projected: Array = start + self._widths * change
         return projected
 
-    def correlation(self) -> Array | None:
-        """Return the correlation matrix (n, n) of the inputs; None if the data do not determine all of them."""
+    @cached_property
+    def covariance(self) -> Array | None:
+        """Covariance (n, n) [SI] of the inputs by linearisation, for the noise of the fit.
+
+        None if the data do not determine all of them.
+        """
         if self.rank < len(self.values):
             return None
         values, rows = self._directions
-        covariance = (rows.T / values**2) @ rows
-        deviation = np.sqrt(np.diag(covariance))
-        correlation: Array = covariance / np.outer(deviation, deviation)
+        covariance: Array = (rows.T / values**2) @ rows * np.outer(self._widths, self._widths)
+        return covariance
+
+    def correlation(self) -> Array | None:
+        """Return the correlation matrix (n, n) of the inputs; None if the data do not determine all of them."""
+        if self.covariance is None:
+            return None
+        deviation = np.sqrt(np.diag(self.covariance))
+        correlation: Array = self.covariance / np.outer(deviation, deviation)
         return correlation
+
+    @cached_property
+    def noise(self) -> NoiseEstimate:
+        """Noise that the residuals show, given how many combinations of inputs were fitted."""
+        return estimate_noise(self.curve, self.residuals, self.curve(self.values)[1])
 
     def band(self, index: int) -> tuple[float, float]:
         """Return the interval of an input in which its profile likelihood is within `LEVEL`, cut at the bounds.
 
-        The noise is assumed to be white, equal and independent at all points.
+        The width allows for the uncertainty of the noise's size and correlation. Where a jump of the curve passes a
+        measured point, the profile has a step, and linearisation gives the end.
         """
-        free = max(len(self.residuals) - len(self.values), 1)
-        best = float(self.residuals @ self.residuals)
-        allowed = best * (1 + float(f_distribution.ppf(LEVEL, 1, free)) / free) + TOLERANCE
+        free = max(len(self.residuals) - self.rank, 1)
+        white = self._white[0]
+        best = float(white @ white)
+        standard_error = self._standard_error(index, best / free)
+        spread = 1.0 if standard_error is None else self.noise.widen(index, LEVEL)
+        allowed = best * (1 + spread**2 * float(f_distribution.ppf(LEVEL, 1, free)) / free) + TOLERANCE
         lower, upper = (float(ends[index]) for ends in self.curve.bounds(self.values))
-        first = self._standard_error(index, best / free) or (upper - lower) / 8
-        return self._end(index, lower, -2 * first, allowed), self._end(index, upper, 2 * first, allowed)
+        first = (upper - lower) / 8
+        if standard_error is not None:
+            first = standard_error * float(np.sqrt((allowed - best) / (best / free + TOLERANCE)))
+        ends = self._end(index, lower, -2 * first, allowed), self._end(index, upper, 2 * first, allowed)
+        if standard_error is None:
+            return ends
+        value = float(self.values[index])
+        low, high = (
+            end if abs(end - value) > STEEP * first else value + side * first
+            for end, side in zip(ends, (-1, 1), strict=True)
+        )
+        return max(low, lower), min(high, upper)
 
     def _standard_error(self, index: int, variance: float) -> float | None:
         """Return the standard error of an input by linearisation; None if the data do not determine it."""
@@ -180,6 +178,13 @@ class Fit:
     def _end(self, index: int, bound: float, step: float, allowed: float) -> float:
         """Return the end of an interval towards a bound: the first crossing in growing steps."""
         last, value = float(self.values[index]), float(self.values[index])
+        best = float(self._white[0] @ self._white[0])
+        first = value + step / 2
+        if abs(first - value) < abs(bound - value):
+            ratio = (self._profile(index, first) - best) / (allowed - best)
+            if abs(ratio - 1) < PARABOLIC:  # the profile is a parabola up to there
+                end = value + step / 2 / float(np.sqrt(ratio))
+                return float(np.clip(end, min(bound, value), max(bound, value)))
         while abs(value - bound) > AT_BOUND * self._widths[index]:
             value = last + step if abs(step) < abs(bound - last) else bound
             if self._profile(index, value) > allowed:
@@ -198,10 +203,10 @@ class Fit:
         values[index] = value
         try:
             if free:
-                return search(self.curve, values, free)[1]
-            residuals = self.curve.values - self.curve(values)[0]
+                return search(self.curve, values, free, PROFILE_TOLERANCE)[1]
+            residuals = self.curve.residuals(values)[0]
         except ComputationError:  # no cycle exists at this value
-            return UNEXPLAINED * (1 + float(self.residuals @ self.residuals))
+            return UNEXPLAINED * (1 + float(self._white[0] @ self._white[0]))
         return float(residuals @ residuals)
 
 
@@ -268,13 +273,33 @@ def choose_fit(curve: MeasuredCurve, ends: Sequence[SearchEnd]) -> Fit:
     lower, upper = curve.bounds(initial)
     agreeing = [end for end in ends if agrees(end.total, lowest.total, points)]
     best = min(agreeing, key=lambda end: float(np.linalg.norm((end.values - initial) / (upper - lower))))
-    values, total = search(curve, best.values, list(range(len(initial))))
-    fit = Fit(curve, values, tuple(end.total for end in ends))
-    closer = Fit(curve, fit.project(initial), fit.sums)
-    lower, upper = curve.bounds(values)
+    values, _ = search(curve, best.values, list(range(len(initial))))
+    fit = _recolour(Fit(curve, values, tuple(end.total for end in ends)))
+    closer = Fit(fit.curve, fit.project(initial), fit.sums)
+    lower, upper = curve.bounds(fit.values)
     inside = ((closer.values >= lower) & (closer.values <= upper)).all()
-    sum_closer = float(closer.residuals @ closer.residuals)
-    return closer if inside and sum_closer - total <= TOLERANCE * (1 + total) else fit
+    sums = [float(white @ white) for white in (each.curve.residuals(each.values)[0] for each in (fit, closer))]
+    return closer if inside and sums[1] - sums[0] <= TOLERANCE * (1 + sums[0]) else fit
+
+
+def _recolour(fit: Fit) -> Fit:
+    """Return the fit for the noise that its residuals show, searched again until the correlation stays the same."""
+    for _ in range(RECOLOURINGS):
+        noises = fit.noise.noises
+        changes = [abs(new.rho - old.rho) for new, old in zip(noises, fit.curve.noises, strict=True)]
+        curve = fit.curve.with_noises([replace(new, std=max(new.std, old.std * TINY_NOISE))
+                                       for new, old in zip(noises, fit.curve.noises, strict=True)])  # fmt: skip
+        if max(changes) == 0:
+            return Fit(curve, fit.values if len(noises) == 1 else search(curve, fit.values, _all(fit))[0], fit.sums)
+        values, _ = _search_from(curve, fit.values)
+        fit = Fit(curve, values, fit.sums)
+        if max(changes) < SAME_RHO:
+            break
+    return fit
+
+
+def _all(fit: Fit) -> list[int]:
+    return list(range(len(fit.values)))
 
 
 def _search_from(curve: MeasuredCurve, begin: Array) -> tuple[Array, float]:
@@ -298,7 +323,7 @@ def agrees(total: float, minimum: float, points: int) -> bool:
     return total - minimum <= AGREEING * minimum / points + TINY
 
 
-def search(curve: MeasuredCurve, start: Array, moved: list[int]) -> tuple[Array, float]:
+def search(curve: MeasuredCurve, start: Array, moved: list[int], tolerance: float = TOLERANCE) -> tuple[Array, float]:
     """Return values (n,) and sum of squares of a least-squares fit of the inputs `moved` within their bounds."""
     lower, upper = curve.bounds(start)
     low, width = lower[moved], (upper - lower)[moved]
@@ -309,8 +334,8 @@ def search(curve: MeasuredCurve, start: Array, moved: list[int]) -> tuple[Array,
         return values
 
     solution = least_squares(
-        lambda u: curve(at(u))[0] - curve.values, np.clip((start[moved] - low) / width, 1e-9, 1 - 1e-9),
-        lambda u: curve(at(u))[1][:, moved] * width, bounds=(0, 1),
-        ftol=TOLERANCE, xtol=TOLERANCE, gtol=TOLERANCE, max_nfev=MAX_EVALUATIONS,
+        lambda u: curve.residuals(at(u))[0], np.clip((start[moved] - low) / width, 1e-9, 1 - 1e-9),
+        lambda u: curve.residuals(at(u))[1][:, moved] * width, bounds=(0, 1),
+        ftol=tolerance, xtol=tolerance, gtol=tolerance, max_nfev=MAX_EVALUATIONS,
     )  # fmt: skip
     return at(solution.x), float(2 * solution.cost)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,9 +11,11 @@ from planter.files import units
 from planter.files.document import format_lines
 from planter.measured.calibration import Calibrated
 from planter.measured.curve import is_nuisance
-from planter.measured.findings import MeasuredFound
+from planter.measured.findings import MeasuredFound, MeasuredPreview
+from planter.measured.reading import DataReading, Measurement, describe_dropped, find_repeat_residuals
+from planter.numerics.arrays import TURN
 from planter.report import files, style
-from planter.report.html import Cell, Items, Keys, Section, Table
+from planter.report.html import Block, Cell, Items, Keys, Section, Table
 from planter.report.presentation import ResultPresentation, list_warning_sections
 
 if TYPE_CHECKING:
@@ -24,7 +26,13 @@ if TYPE_CHECKING:
 
 
 MACHINE_FILE = "calibrated.toml"
-DENSE_DEG = np.linspace(0, 360, 721)
+DATA_CAPTION = "What was understood of the file before anything was fitted: the record, its revolutions, and its noise."
+FIT_CAPTION = "Measured and fitted values over a cycle, and the residuals of each model."
+MOST_DRAWN = 5000
+"""Maximum number of points of a drawing."""
+OUTLIER = "#c0392b"
+LAGS = 30
+"""Number of steps over which correlations of noise are drawn."""
 
 
 def present_fit(
@@ -42,33 +50,85 @@ def present_fit(
         sections=list(_list_sections(result)),
         document=document,
         meanings=meanings,
-        figures=lambda: {"measured": draw_measured(calibrated, f"{angle} / deg")},
-        captions={"measured": "Measured and fitted values over a revolution, and the residuals of each model."},
+        figures=lambda: {
+            "data": draw_reading(calibrated.measured),
+            "measured": draw_measured(calibrated, f"{angle} / deg"),
+        },
+        captions={"data": DATA_CAPTION, "measured": FIT_CAPTION},
         tables=lambda: {"residuals.csv": _tabulate_curves(calibrated)},
         comments=files.list_comments(document, "machine"),
         texts=lambda: {} if calibrated.machine is None else {MACHINE_FILE: machine_text(calibrated)},
     )
 
 
+def present_preview(
+    document: Document, result: MeasuredPreview, measured: Measurement, meanings: Mapping[str, str]
+) -> ResultPresentation:
+    """Return the presentation of what was understood of a file, before anything is fitted."""
+    reading = result.reading
+    speed = "" if reading.speed_rpm is None else f" at {reading.speed_rpm[0]:.4g} to {reading.speed_rpm[2]:.4g} r/min"
+    return ResultPresentation(
+        title=f"Measured data for {document.name}",
+        conclusion=(
+            f"{reading.used} of {reading.rows} rows are used, over {reading.revolutions:.4g} revolutions{speed}; "
+            "nothing was fitted."
+        ),
+        record=result,
+        sections=list(_list_data(reading, result.treatment)),
+        document=document,
+        meanings=meanings,
+        figures=lambda: {"data": draw_reading(measured)},
+        captions={"data": DATA_CAPTION},
+    )
+
+
+def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Section]:
+    dropped_rows = {describe_dropped(entry) for entry in reading.dropped}
+    lines = [f"{line[0].upper()}{line[1:]}." for line in treatment if line not in dropped_rows]
+    keys: dict[str, Cell] = {"revolutions": reading.revolutions, "step / deg": reading.step_deg}
+    if reading.speed_rpm is not None:
+        names = ("least", "mean", "greatest")
+        keys |= {f"{name} speed / (r/min)": v for name, v in zip(names, reading.speed_rpm, strict=True)}
+    blocks: list[Block] = [Items(lines), Keys(keys)]
+    head = ("column", "unit", "used", "gaps", "outliers", "noise", "correlation")
+    rows: list[tuple[Cell, ...]] = [
+        (c.column, c.unit, c.used, c.gaps, c.outliers, c.noise_std, "unknown" if c.noise_rho is None else c.noise_rho)
+        for c in reading.channels
+    ]
+    blocks.append(Table(head, rows))
+    if reading.dropped:
+        dropped: list[tuple[Cell, ...]] = [
+            (entry.count, entry.reason, ", ".join(map(str, entry.lines))) for entry in reading.dropped
+        ]
+        blocks.append(Table(("rows", "left out", "lines"), dropped))
+    yield Section("Data", blocks)
+
+
 def _list_sections(result: MeasuredFound) -> Iterator[Section]:
     yield from list_warning_sections(result.warnings)
-    noise = {f"noise / {result.unit}": result.noise.std, "points left out": result.left_out}
-    yield Section("Data", [Items([f"{line[0].upper()}{line[1:]}." for line in result.treatment]), Keys(noise)])
+    yield from _list_data(result.reading, result.treatment)
     head: tuple[str, ...] = ("input", "value", "from", "to", "unit", "", "lower", "upper", "origin")
     rows: list[tuple[Cell, ...]] = [
         (e.name, e.value, e.low95, e.high95, e.unit, "open" if e.open else "", e.lower, e.upper, e.origin)
         for e in result.fitted
     ]
-    title = f"Fitted inputs, with 95 % intervals for {result.noise.model} noise"
+    noise = "white noise" if result.noise.model == "white" else f"noise correlated by {result.noise.rho:.2f}"
+    title = f"Fitted inputs, with 95 % intervals for {noise}"
     yield Section(title, [Table(head, rows, page_columns=head[-3:])])
-    head = ("model", "outcome", f"rms / {result.unit}", "/ noise", f"largest / {result.unit}", "at / deg", "agree",
+    head = ("model", "outcome", f"rms / {result.unit}", "/ noise", f"largest / {result.unit}", "at / deg", "p", "agree",
             "rank")  # fmt: skip
     rows = [
         (name, fit.outcome, fit.rms, fit.rms_of_noise, fit.largest_residual, fit.largest_residual_deg,
+         fit.lack_of_fit.probability,
          f"{fit.agreeing_starts} of {fit.starts}", fit.rank)
         for name, fit in result.models.items()
     ]  # fmt: skip
-    yield Section("Residuals of the models", [Table(head, rows, page_columns=("rank",))])
+    yield Section("Residuals of the models", [Table(head, rows, page_columns=("at / deg", "rank"))])
+    channels = result.models[result.model].channels
+    if len(channels) > 1:
+        rows = [(c.quantity, c.unit, c.points, c.rms, c.noise.std, c.noise.rho) for c in channels]
+        head = ("quantity", "unit", "points", "rms", "noise", "correlation")
+        yield Section(f"Residuals of the quantities, {result.model} model", [Table(head, rows)])
     correlation = result.models[result.model].correlation
     if correlation is not None:
         rows = [(str(i), *row) for i, row in enumerate(correlation, 1)]
@@ -93,11 +153,14 @@ def machine_text(calibrated: Calibrated) -> str:
 
 
 def _tabulate_curves(calibrated: Calibrated) -> dict[str, Array]:
-    """Return measured and computed values over the cycle, in display units."""
+    """Return measured and computed values of the first quantity over the cycle, in display units."""
     used, unit = calibrated.measured.used, calibrated.result.unit
     columns = {"phi_deg": np.degrees(calibrated.measured.phi[used])}
     columns |= {key_of("measured", unit): calibrated.measured.values[used]}
-    return columns | {key_of(model, unit): fit.curve.values - fit.residuals for model, fit in calibrated.fits.items()}
+    for model, fit in calibrated.fits.items():
+        points = fit.curve.channels[0]
+        columns[key_of(model, unit)] = (fit.curve.values - fit.residuals)[points]
+    return columns
 
 
 def key_of(name: str, unit: str) -> str:
@@ -109,20 +172,86 @@ def key_of(name: str, unit: str) -> str:
 @style.with_style
 def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
     """Draw measured points with the fitted curves of all models, also where nothing was measured, and residuals."""
-    unit, columns = calibrated.result.unit, _tabulate_curves(calibrated)
-    figure = style.new_figure(5.0)
-    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
-    phi = np.mod(columns["phi_deg"], 360)
-    values = columns[key_of("measured", unit)]
-    top.plot(phi, values, "o", color=style.SOFT, markersize=2, label="measured")
-    for index, (model, fit) in enumerate(calibrated.fits.items()):
-        shade = style.curve_colour(model, index)
-        top.plot(DENSE_DEG, fit.curve(fit.values, np.radians(DENSE_DEG))[0], color=shade, label=f"{model} model")
-        bottom.plot(phi, values - columns[key_of(model, unit)], "o", color=shade, markersize=1.6)
-    bottom.axhline(0, color=style.SOFT, linewidth=0.6)
-    top.set_ylabel(f"measured and fitted / {unit}")
-    bottom.set_ylabel(f"residual / {unit}")
-    style.over_a_turn(bottom, label=False)
-    bottom.set_xlabel(angle)
-    figure.legend(*top.get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False)
+    figure = style.new_figure(
+        5.0 if len(calibrated.measured.channels) == 1 else 2.6 * len(calibrated.measured.channels) + 2
+    )
+    first = next(iter(calibrated.fits.values())).curve
+    count = len(first.keys)
+    panels = figure.subplots(2 * count, 1, sharex=True, height_ratios=[1.6, 1] * count)
+    end = float(np.degrees(first.machine.turn))
+    dense = np.linspace(0, end, round(2 * end) + 1)
+    for k, (key, unit, points) in enumerate(zip(first.keys, first.units, first.channels, strict=True)):
+        top, bottom = panels[2 * k], panels[2 * k + 1]
+        phi = np.mod(np.degrees(first.phi[points]), end)
+        thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
+        top.plot(phi[thin], first.values[points][thin], "o", color=style.SOFT, markersize=2, label="measured")
+        for index, (model, fit) in enumerate(calibrated.fits.items()):
+            shade = style.curve_colour(model, index)
+            top.plot(
+                dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][k], color=shade, label=f"{model} model"
+            )
+            bottom.plot(phi[thin], fit.residuals[points][thin], "o", color=shade, markersize=1.6)
+        bottom.axhline(0, color=style.SOFT, linewidth=0.6)
+        name = "measured and fitted" if count == 1 else key
+        top.set_ylabel(f"{name} / {unit or '1'}")
+        bottom.set_ylabel(f"residual / {unit or '1'}")
+    style.over_a_turn(panels[-1], label=False, end=end)
+    panels[-1].set_xlabel(angle)
+    figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False)
     return figure
+
+
+@style.with_style
+def draw_reading(measured: Measurement) -> Figure:
+    """Draw the record with its revolutions and outliers, these over each other, and the correlation of the noise."""
+    count = len(measured.channels)
+    figure = style.new_figure(1.0 + 2.6 * count)
+    grid = figure.subplots(count, 3, squeeze=False, width_ratios=[2.2, 1.2, 0.9])
+    revolutions = (measured.phi - measured.phi.min()) / TURN
+    number = np.floor(revolutions + 1e-9).astype(int)
+    rows = np.arange(len(measured.phi))
+    thin = 1 + len(rows) // MOST_DRAWN
+    for (record, turns, lags), channel in zip(grid, measured.channels, strict=True):
+        for odd in (0, 1):
+            part = np.flatnonzero(channel.used & (number % 2 == odd))[::thin]
+            shade = (style.curve_colour("exact", 0), style.SOFT)[odd]
+            record.plot(revolutions[part], channel.values[part], ".", color=shade, markersize=1.6)
+        inside, span = channel.values[channel.used], float(np.ptp(channel.values[channel.used])) or 1.0
+        out = np.flatnonzero(np.isfinite(channel.values) & ~channel.used)
+        for axes, x in ((record, revolutions), (turns, np.degrees(measured.phi) % 360)):
+            low, high = inside.min() - 0.1 * span, inside.max() + 0.1 * span
+            axes.plot(x[out], np.clip(channel.values[out], low, high), "x", color=OUTLIER, markersize=5)
+        good = np.flatnonzero(channel.used)[::thin]
+        shade = style.curve_colour("exact", 0)
+        turns.plot(np.degrees(measured.phi[good]) % 360, channel.values[good], ".", color=shade, markersize=1.4)
+        for axes in (record, turns):  # outliers beyond the edge do not hide the curve
+            axes.set_ylim(inside.min() - 0.15 * span, inside.max() + 0.15 * span)
+        record.set_ylabel(f"{channel.name} / {channel.unit or '1'}")
+        record.set_title("record", loc="left")
+        turns.set_title(f"{revolutions.max():.3g} revolutions", loc="left")
+        correlations = _correlate_noise(measured.phi[channel.used], channel.values[channel.used])
+        lags.set_title(f"noise {channel.noise:.2g} {channel.unit}", loc="left")
+        if correlations is None:
+            lags.text(
+                0.5, 0.5, "its correlation needs\ntwo revolutions", ha="center", va="center", transform=lags.transAxes
+            )
+            lags.set_xticks([])
+            lags.set_yticks([])
+        else:
+            lags.bar(np.arange(len(correlations)), correlations, color=style.SOFT)
+            lags.set_ylim(min(-0.3, float(correlations.min())), 1.05)
+        turns.set_xlim(0, 360)
+        turns.set_xticks([0, 180, 360])
+    for axes, label in zip(grid[-1], ("revolutions", "angle / deg", "steps apart"), strict=True):
+        axes.set_xlabel(label)
+    return figure
+
+
+def _correlate_noise(phi: Array, values: Array) -> Array | None:
+    """Return the correlations over steps of the scatter about the mean curve, None for less than two revolutions."""
+    residuals = find_repeat_residuals(phi, values)
+    if residuals is None or not residuals.any():
+        return None
+    total = float(residuals @ residuals)
+    steps = range(min(LAGS, len(residuals) // 4))
+    return np.array([residuals[k:] @ residuals[: len(residuals) - k] / total for k in steps])

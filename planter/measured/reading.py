@@ -1,33 +1,25 @@
-"""Measured curves from CSV files: any separator, decimal points or commas, units in the header or by option."""
+"""Measured curves: columns of a logger's file as quantities over the angle of the drive, and what was left out.
+
+The angle is a column (counted on, or starting anew every revolution), follows from the time at the machine's speed, or
+from a trigger that pulses once a revolution. Rows stay in the order of the file, which is that of the noise.
+"""
 
 from __future__ import annotations
 
-import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.interpolate import PchipInterpolator
 
 from planter.errors import InputError
-from planter.files import csv_rows, paths
-from planter.files.text import read_text
-from planter.files.units import parse_unit as parse_unit
 from planter.kernels import Array
-from planter.numerics.arrays import Flags
+from planter.measured.column_units import ANGLES, TIMES, find_factor, list_units, split_unit
+from planter.measured.logger_table import DroppedRows, LoggerTable, read_logger_table
+from planter.numerics.arrays import TURN, Flags, Integers
+from planter.records import Record
 
-ANGLES = {"deg": np.pi / 180, "°": np.pi / 180, "rad": 1.0, "rev": 2 * np.pi}
-TIMES = {"s": 1.0, "ms": 1e-3, "min": 60.0}
-VALUES = {
-    "N": {"N": 1.0, "kN": 1e3, "mN": 1e-3},
-    "N m": {"N m": 1.0, "Nm": 1.0, "kN m": 1e3, "kNm": 1e3, "N mm": 1e-3, "Nmm": 1e-3},
-}
-"""Units of a column by the unit of the measured quantity."""
-ALIKE = (
-    ("mm", "m", "cm", "um"), ("deg", "rad"), ("rad/s", "r/min", "deg/s"), ("rad/s2", "deg/s2"), ("m/s", "mm/s"),
-    ("m/s2", "mm/s2"), ("W", "kW", "mW"), ("J", "kJ", "mJ"), ("1", "%"),
-)  # fmt: skip
-"""Units of columns of other quantities."""
-_UNIT = re.compile(r"(?:\[(?P<a>[^\]]+)\]|\((?P<b>[^)]+)\)|/ *(?P<c>[^/]+)|_(?P<d>[A-Za-z°]+))\s*$")
 FEWEST = 12
 """Minimum number of points of a fit."""
 REACH, OUTSIDE = 2, 6.0
@@ -36,139 +28,481 @@ GAP, TINY = 12.0, 1e-6
 """Maximum span of four neighbours and minimum distance of two points, in median steps."""
 TO_SIGMA = 1.4826
 """Ratio of the standard deviation of a normal distribution to its median absolute deviation."""
+COARSE = 0.1
+"""Share of rows with the stamp of the row before from which on stamps are ticks of a coarse clock."""
+UNORDERED = 0.2
+"""Share of steps against the direction of rotation from which on rows are no record over time."""
+HARMONICS, POINTS_PER_HARMONIC = 40, 6
+"""Largest number of harmonics of the mean curve of several revolutions, and least points of a revolution for each."""
+TWO_REVOLUTIONS = 1.95
+"""Revolutions from which on the scatter about a mean curve is judged; the last may lack a few points."""
+PULSE_RATIO = (0.5, 1.6)
+"""Intervals between pulses, in medians: below, the second is a bounce; above, one is missing."""
+HYSTERESIS = 0.25
+"""Share of the height of pulses on each side of their middle that a signal must cross."""
+CLOCK_BACK_S = -43_200.0
+"""Step of a clock [s] below which midnight has passed."""
 
 
 @dataclass(frozen=True)
 class Columns:
-    """Columns of a file, and units that its header lacks; one of `angle` and `time` is set."""
+    """Columns of a file, and units that its header lacks.
 
-    value: str
+    One or several columns of values, each with its unit or None; the angle from one of `angle`, `time` and `trigger`.
+    With an angle or a trigger, a time says how the speed varies.
+    """
+
+    value: str | Sequence[str]
     angle: str | None = None
     time: str | None = None
-    value_unit: str | None = None
+    value_unit: str | Sequence[str | None] | None = None
     place_unit: str | None = None
+    trigger: str | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the columns of values."""
+        return (self.value,) if isinstance(self.value, str) else tuple(self.value)
+
+    @property
+    def units(self) -> tuple[str | None, ...]:
+        """Units of the columns of values, None for that of the header."""
+        if self.value_unit is None or isinstance(self.value_unit, str):
+            return (self.value_unit,) * len(self.names)
+        units = tuple(self.value_unit)
+        if len(units) != len(self.names):
+            raise InputError(f"--unit is given {len(units)} times, but --column {len(self.names)} times: once for each")
+        return units
+
+
+@dataclass(frozen=True)
+class Channel:
+    """A measured quantity: values (n,) in its display unit `unit`, NaN at gaps, and the points in use.
+
+    `noise` is the scatter of neighbours, or, from several revolutions, that about their mean curve, whose neighbours
+    are correlated by `rho`; None where one revolution does not tell.
+    """
+
+    name: str
+    unit: str
+    values: Array
+    used: Flags
+    noise: float
+    rho: float | None = None
+
+
+@dataclass(frozen=True)
+class ChannelReading(Record):
+    """How a column was read: its unit, points in use, gaps, outliers, and its noise.
+
+    `noise_std` and `noise_rho`, in `unit`, are of the scatter about the mean curve of several revolutions; with one
+    revolution `noise_rho` is null and `noise_std` that of neighbours, which holds for white noise alone.
+    """
+
+    column: str
+    unit: str
+    used: int
+    gaps: int
+    outliers: int
+    outlier_lines: list[int]
+    noise_std: float
+    noise_rho: float | None
+
+
+@dataclass(frozen=True)
+class DataReading(Record):
+    """The form of a file, its angle and its columns, as understood before anything was fitted, and what was dropped.
+
+    `rows` are those of the file, `used` those with an angle and a value; `speed_rpm` are the least, mean and greatest
+    speed of a revolution, null unless the file has times.
+    """
+
+    file: str
+    encoding: str
+    layout: str
+    angle: str
+    rows: int
+    used: int
+    revolutions: float
+    step_deg: float
+    speed_rpm: list[float] | None
+    dropped: list[DroppedRows]
+    channels: list[ChannelReading]
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """A measured curve: drive angles (n,) [rad] as counted by the data, values (n,), and which points are used.
+    """Measured quantities at drive angles (n,) [rad] as counted by the data, in the order of the record.
 
-    `treatment` describes how the file was read; `noise` is the scatter of neighbours. Values and noise are in the
-    display unit of the measured quantity.
+    `speed` (n,) [rad/s] is that of the drive, None if the file does not tell. `treatment` describes in sentences how
+    the file was read, `reading` as a record.
     """
 
     phi: Array
-    values: Array
-    used: Flags
-    noise: float
-    treatment: tuple[str, ...]
+    channels: tuple[Channel, ...]
+    treatment: tuple[str, ...] = ()
+    speed: Array | None = None
+    reading: DataReading | None = None
+
+    @property
+    def values(self) -> Array:
+        """Values (n,) of the first quantity."""
+        return self.channels[0].values
+
+    @property
+    def used(self) -> Flags:
+        """Points (n,) of the first quantity that are in use."""
+        return self.channels[0].used
+
+    @property
+    def noise(self) -> float:
+        """Noise of the first quantity."""
+        return self.channels[0].noise
 
 
-def read(path: str | Path, columns: Columns, speed: float, unit: str = "N") -> Measurement:
-    """Read a curve from a file; `speed` [rad/s] of the drive converts times to angles, `unit` is that of the quantity.
+@dataclass(frozen=True)
+class _Positions:
+    """Angles (n,) [rad], NaN if unknown, `order` of the rows, a sentence, speeds (n,) or None, and dropped rows."""
+
+    phi: Array
+    order: Integers
+    note: str
+    speed: Array | None = None
+    dropped: tuple[DroppedRows, ...] = ()
+
+
+def read(path: str | Path, columns: Columns, speed: float, unit: str | Sequence[str] = "N") -> Measurement:
+    """Read curves from a file; `speed` [rad/s] of the drive converts times to angles, `unit` is that of each quantity.
 
     Raises InputError, which names file, line and column, if the file cannot be read, a column or unit does not exist,
     there are too few points, or a cell is not a number.
     """
-    table, layout = _table(read_text(path), str(path))
-    value = _column(table, columns.value, "--column")
-    place, kinds = _place(table, columns)
-    value_factor, value_unit = _factor(table, value, list_units(unit), columns.value_unit, "--unit")
-    place_factor, place_unit = _factor(table, place, kinds, columns.place_unit, "--place-unit")
-    values = np.array(table.numbers(value)) * value_factor
-    places = np.array(table.numbers(place)) * place_factor
-    phi = places * speed if kinds is TIMES else places
-    if len(phi) < FEWEST:
-        raise InputError(f"{path}: {len(phi)} points are too few; a fit needs {FEWEST}")
-    order = np.argsort(phi, kind="stable")
-    phi, values = phi[order], values[order]
-    used, noise = _inliers(phi, values)
-    treatment = (
-        f"{layout}; {value} in {value_unit} over {place} in {place_unit}",
-        f"not smoothed; {_outliers(used)} (test: {OUTSIDE:g} robust sigma from a local cubic)",
+    table = read_logger_table(path)
+    units = (unit,) * len(columns.names) if isinstance(unit, str) else tuple(unit)
+    indices = [table.find_column(name, "--column") for name in columns.names]
+    positions = _find_positions(table, columns, speed)
+    dropped = [*table.dropped, *positions.dropped]
+    retained = positions.order[np.isfinite(positions.phi[positions.order])]
+    lines = np.array(table.lines)
+    lost = np.sort(positions.order[~np.isfinite(positions.phi[positions.order])])
+    if len(lost) > sum(entry.count for entry in positions.dropped):
+        dropped.append(DroppedRows.at_lines("rows without an angle", lines[lost].tolist()))
+    if len(retained) < FEWEST:
+        raise InputError(f"{path}: {len(retained)} points are too few; a fit needs {FEWEST}")
+    phi = positions.phi[retained]
+    channels, readings, notes = [], [], []
+    for column, display, unit_option in zip(indices, units, columns.units, strict=True):
+        factor, name = _factor(table, column, list_units(display), unit_option, "--unit")
+        numbers, overflows = table.read_numbers(column)
+        if overflows:
+            dropped.append(
+                DroppedRows.at_lines(f"overflow of the logger in {table.names[column]}", lines[overflows].tolist())
+            )
+        channel = _build_channel(split_unit(table.names[column])[0], display, numbers[retained] * factor, phi)
+        finite = np.isfinite(channel.values)
+        outliers = np.flatnonzero(finite & ~channel.used)
+        if int(channel.used.sum()) < FEWEST:
+            text = f"{path}: column {channel.name}: {int(channel.used.sum())} points are too few; a fit needs {FEWEST}"
+            raise InputError(text)
+        channels.append(channel)
+        outlier_lines = np.sort(lines[retained][outliers])
+        readings.append(
+            ChannelReading(channel.name, display, int(channel.used.sum()), int((~finite).sum()), len(outliers),
+                           outlier_lines[:100].tolist(), channel.noise, channel.rho)
+        )  # fmt: skip
+        notes.append(f"{channel.name} in {name}: not smoothed; {_describe_outliers(readings[-1])}")
+    revolutions = float(np.ptp(phi) / TURN)
+    reading = DataReading(
+        file=str(path),
+        encoding=table.encoding,
+        layout=table.describe(),
+        angle=positions.note,
+        rows=len(table.rows),
+        used=int(np.any([channel.used for channel in channels], axis=0).sum()),
+        revolutions=revolutions,
+        step_deg=float(np.degrees(np.median(np.abs(np.diff(phi))))),
+        speed_rpm=None if positions.speed is None else _summarise_speed(positions.speed[retained]),
+        dropped=dropped,
+        channels=readings,
     )
-    return Measurement(phi, values, used, noise, treatment)
+    treatment = (table.describe(), positions.note, *notes, *map(describe_dropped, dropped))
+    return Measurement(
+        phi, tuple(channels), treatment, None if positions.speed is None else positions.speed[retained], reading
+    )
 
 
-def list_units(unit: str) -> dict[str, float]:
-    """Return the units that a column of a quantity may have, each in parts of the quantity's display unit.
+def describe_dropped(entry: DroppedRows) -> str:
+    """Return a sentence on rows that were left out.
 
-    >>> list_units("mm")["m"], list_units("N")["kN"]
-    (1000.0, 1000.0)
+    >>> describe_dropped(DroppedRows("rows without an angle", 2, [7, 9]))
+    '2 rows left out: rows without an angle (lines 7, 9)'
     """
-    if unit in VALUES:
-        return VALUES[unit]
-    alike = next((names for names in ALIKE if (unit or "1") in names), (unit,))
-    return {name: parse_unit(name).factor / parse_unit(unit).factor for name in alike}
+    more = ", ..." if entry.count > len(entry.lines) else ""
+    rows, lines = "row" if entry.count == 1 else "rows", "line" if len(entry.lines) == 1 else "lines"
+    return f"{entry.count} {rows} left out: {entry.reason} ({lines} {', '.join(map(str, entry.lines))}{more})"
 
 
-def _outliers(used: Flags) -> str:
-    count = int((~used).sum())
-    return f"{count} of {len(used)} points removed as outliers" if count else "no outliers removed"
+def _describe_outliers(reading: ChannelReading) -> str:
+    total = reading.used + reading.outliers
+    outliers = (
+        f"{reading.outliers} of {total} points removed as outliers" if reading.outliers else "no outliers removed"
+    )
+    gaps = f"{reading.gaps} gaps; " if reading.gaps else ""
+    return f"{gaps}{outliers} (test: {OUTSIDE:g} robust sigma from a local cubic)"
 
 
-def _table(text: str, source: str) -> tuple[csv_rows.CsvTable, str]:
-    """Return a file with any separator as a table, and a description of its layout."""
-    lines = [
-        line for line in text.replace("\r\n", "\n").split("\n") if line.strip() and not line.lstrip().startswith("#")
-    ]
-    first = lines[0] if lines else ""
-    separator = next((mark for mark in (";", "\t") if mark in first), ",")
-    names = {";": "semicolons", "\t": "tabs", ",": "commas"}
-    commas = separator != "," and any("," in line for line in lines)
-    if separator != ",":
-        text = "\n".join(
-            line if line.lstrip().startswith("#") else line.replace(",", ".").replace(separator, ",")
-            for line in text.replace("\r\n", "\n").split("\n")
-        )
-    if lines and all(csv_rows.is_finite_number(cell.strip().replace(",", ".")) for cell in first.split(separator)):
-        head = ",".join(str(i + 1) for i in range(len(first.split(separator))))
-        cells = [line for line in text.split("\n") if line.strip() and not line.lstrip().startswith("#")]
-        rows = tuple(tuple(cell.strip() for cell in line.split(",")) for line in cells)
-        table = csv_rows.CsvTable(source, (), tuple(head.split(",")), tuple(range(1, len(rows) + 1)), rows)
-        return table, f"columns separated by {names[separator]}, no header: columns are numbered from 1"
-    decimals = ", decimal commas" if commas else ""
-    return csv_rows.read_table(text, source), f"columns separated by {names[separator]}{decimals}"
-
-
-def _column(table: csv_rows.CsvTable, name: str, option: str) -> str:
-    """Return the column of a name, with or without its unit."""
-    if name in table.header:
-        return name
-    bare = [column for column in table.header if _UNIT.sub("", column).strip() == name]
-    if len(bare) == 1:
-        return bare[0]
-    without_unit = {_UNIT.sub("", column).strip(): column for column in table.header}
-    close = paths.find_similar(name, [*table.header, *without_unit])
-    hint = f"did you mean {without_unit.get(close[0], close[0])!r}? " if close else ""
-    columns = ", ".join(map(repr, table.header))
-    raise InputError(f"{table.source}: {option} = {name} is not a column: {hint}it must be one of {columns}")
-
-
-def _place(table: csv_rows.CsvTable, columns: Columns) -> tuple[str, dict[str, float]]:
-    if columns.time is not None:
-        return _column(table, columns.time, "--time"), TIMES
-    if columns.angle is not None:
-        return _column(table, columns.angle, "--angle"), ANGLES
-    raise InputError(f"{table.source}: add --angle or --time with the column of the angle or the time of the points")
+def _summarise_speed(speed: Array) -> list[float]:
+    rpm = speed * 30 / np.pi
+    return [float(rpm.min()), float(rpm.mean()), float(rpm.max())]
 
 
 def _factor(
-    table: csv_rows.CsvTable, name: str, units: dict[str, float], unit_option: str | None, option: str
+    table: LoggerTable, column: int, units: dict[str, float], unit_option: str | None, option: str
 ) -> tuple[float, str]:
     """Return the factor and the unit of a column, by its option, else by its header."""
-    match = _UNIT.search(name)
-    header_unit = next((part.strip() for part in match.groups() if part), None) if match else None
+    header_unit, name = table.units[column], table.names[column]
     unit = unit_option if unit_option is not None else header_unit
     if unit is None and "1" in units:
         return units["1"], "parts of one"
-    if unit is None or unit not in units:
+    factor = None if unit is None else find_factor(units, unit)
+    if unit is None or factor is None:
         if unit_option is not None:
             problem = f"{option} = {unit_option} does not fit"
         else:
             problem = "has no unit" if header_unit is None else f"the unit {header_unit} does not fit"
         raise InputError(f"{table.source}: column {name}: {problem}: {option} must be one of {', '.join(units)}")
-    return units[unit], unit
+    return factor, unit
+
+
+def _find_positions(table: LoggerTable, columns: Columns, speed: float) -> _Positions:
+    """Return the angles of all rows. Raises InputError if no column gives them."""
+    if columns.angle is not None and columns.trigger is not None:
+        raise InputError("--angle and --trigger both give the angle of the drive: leave one of them out")
+    if columns.angle is None and columns.time is None and columns.trigger is None:
+        raise InputError(
+            f"{table.source}: add --angle, --time or --trigger with the column of the angle, the time, or a pulse "
+            f"once a revolution; the columns are {', '.join(map(repr, table.names))}"
+        )
+    time = None if columns.time is None else _read_times(table, columns, has_angle=columns.angle is not None)
+    if columns.trigger is not None:
+        return _follow_trigger(table, columns.trigger, time)
+    if columns.angle is not None:
+        return _follow_angle(table, columns, time)
+    assert time is not None
+    seconds, note, dropped = time
+    note = f"angle by the time in {note} at {speed * 30 / np.pi:g} r/min"
+    return _Positions(seconds * speed, np.arange(len(seconds)), note, None, dropped)
+
+
+def _read_times(table: LoggerTable, columns: Columns, has_angle: bool) -> tuple[Array, str, tuple[DroppedRows, ...]]:
+    """Return times (n,) [s] from the first on, NaN where there is none, their column and what was dropped."""
+    assert columns.time is not None
+    column = table.find_column(columns.time, "--time")
+    is_clock = any(":" in row[column] for row in table.rows[:1])
+    unit = None if has_angle or columns.trigger is not None else columns.place_unit
+    factor, name = (1.0, "clock times") if is_clock else _factor(table, column, TIMES, unit, "--place-unit")
+    seconds = table.read_numbers(column)[0] * factor
+    finite = np.flatnonzero(np.isfinite(seconds))
+    steps = np.diff(seconds[finite])
+    if is_clock and (steps < CLOCK_BACK_S).any():
+        seconds[finite[1:]] += 86_400.0 * np.cumsum(steps < CLOCK_BACK_S)
+        steps = np.diff(seconds[finite])
+    if (steps < 0).any():
+        row = int(finite[1 + int(np.argmax(steps < 0))])
+        place = f"{table.source}: line {table.lines[row]}, column {table.names[column]}"
+        raise InputError(
+            f"{place}: the time {table.rows[row][column]} is before that of the row above; cut the file here"
+        )
+    seconds, note, dropped = _separate_stamps(table, seconds)
+    return seconds - np.nanmin(seconds), f"{split_unit(table.names[column])[0]} in {name}{note}", dropped
+
+
+def _separate_stamps(table: LoggerTable, stamps: Array) -> tuple[Array, str, tuple[DroppedRows, ...]]:
+    """Return stamps of which none equals that of the row before, NaN for dropped rows.
+
+    Ticks of a coarse clock are spread evenly; of a few repeated stamps the first stays.
+    """
+    rows = np.flatnonzero(np.isfinite(stamps))
+    repeated = np.concatenate([[False], np.diff(stamps[rows]) == 0])
+    if not repeated.any():
+        return stamps, "", ()
+    if repeated.mean() >= COARSE:
+        ticks = np.flatnonzero(~repeated)
+        if len(ticks) < 2:
+            raise InputError(f"{table.source}: all rows have the same stamp; name another column")
+        spread = stamps.copy()
+        # behind the last tick rows go on with the mean step
+        mean_step = (stamps[rows[ticks[-1]]] - stamps[rows[ticks[0]]]) / (ticks[-1] - ticks[0])
+        inside = np.interp(np.arange(len(rows)), ticks, stamps[rows[ticks]])
+        beyond = np.maximum(np.arange(len(rows)) - ticks[-1], 0) * mean_step
+        spread[rows] = inside + beyond
+        share = f"{100 * repeated.mean():.0f} % of the rows repeat the stamp above and are spread between its ticks"
+        return spread, f", coarse: {share}", ()
+    single = stamps.copy()
+    single[rows[repeated]] = np.nan
+    lines = [table.lines[row] for row in rows[repeated]]
+    return single, "", (DroppedRows.at_lines("rows with the stamp of the row above", lines),)
+
+
+def _follow_angle(
+    table: LoggerTable, columns: Columns, time: tuple[Array, str, tuple[DroppedRows, ...]] | None
+) -> _Positions:
+    assert columns.angle is not None
+    column = table.find_column(columns.angle, "--angle")
+    factor, unit = _factor(table, column, ANGLES, columns.place_unit, "--place-unit")
+    angles = table.read_numbers(column)[0] * factor
+    name, finite = split_unit(table.names[column])[0], np.flatnonzero(np.isfinite(angles))
+    steps = np.diff(angles[finite])
+    wraps = np.abs(steps) > TURN / 2
+    counted = angles.copy()
+    if wraps.any() and np.ptp(angles[finite]) <= TURN * (1 + TINY):
+        counted[finite] = np.unwrap(angles[finite])
+        steps = np.diff(counted[finite])
+    moving = steps[steps != 0]
+    backwards = float(min((moving > 0).mean(), (moving < 0).mean())) if len(moving) else 0.0
+    if backwards > UNORDERED:
+        order = finite[np.argsort(angles[finite], kind="stable")]
+        note = f"angle in {name}, in {unit}: rows in no order, sorted by their angle"
+        return _Positions(angles, order, note)
+    separated, coarse, dropped = _separate_stamps(table, counted)
+    begins_anew = " and begins anew each revolution" if counted is not angles and (counted != angles).any() else ""
+    falls = ", falls" if len(moving) and np.median(moving) < 0 else ""
+    note = f"angle in {name}, in {unit}{falls}{begins_anew}{coarse}"
+    return _Positions(
+        separated, np.arange(len(angles)), note, None if time is None else _compute_speed(separated, time[0]), dropped
+    )
+
+
+def _compute_speed(phi: Array, seconds: Array) -> Array:
+    """Return the speed (n,) [rad/s] from the times of whole revolutions, smooth between them."""
+    good = np.isfinite(phi) & np.isfinite(seconds)
+    angles, times = np.abs(phi[good] - phi[good][0]), seconds[good]
+    ordered = np.maximum.accumulate(angles)
+    full = np.arange(0, np.floor(ordered[-1] / TURN) + 1) * TURN
+    increasing = np.concatenate([[True], np.diff(ordered) > 0])
+    if len(full) < 2:
+        span = times[-1] - times[0]
+        if not span > 0:
+            raise InputError("the times of all rows are equal; leave out --time")
+        return np.full(len(phi), ordered[-1] / span)
+    at = np.interp(full, ordered[increasing], times[increasing])
+    mean = TURN / np.diff(at)
+    middle = (at[1:] + at[:-1]) / 2
+    filled = np.interp(np.arange(len(seconds)), np.flatnonzero(good), times)
+    return np.interp(filled, middle, mean)
+
+
+def _follow_trigger(
+    table: LoggerTable, trigger: str, time: tuple[Array, str, tuple[DroppedRows, ...]] | None
+) -> _Positions:
+    """Return angles between pulses, each of which ends a revolution."""
+    column = table.find_column(trigger, "--trigger")
+    signal = table.read_numbers(column)[0]
+    count, name = len(signal), table.names[column]
+    clock = np.arange(count, dtype=float) if time is None else time[0]
+    good = np.flatnonzero(np.isfinite(signal) & np.isfinite(clock))
+    pulses, lines = _find_pulses(signal[good], clock[good]), np.array(table.lines)
+    if len(pulses) < 3:
+        raise InputError(
+            f"{table.source}: column {name}: {len(pulses)} pulses; a trigger must rise at least three times, once a "
+            "revolution: name another column, or use --angle or --time"
+        )
+    intervals = np.diff(pulses)
+    bounces = np.concatenate([[False], intervals < PULSE_RATIO[0] * np.median(intervals)])
+    pulses = pulses[~bounces]
+    intervals = np.diff(pulses)
+    is_single = intervals <= PULSE_RATIO[1] * np.median(intervals)
+    counts = np.concatenate([[0], np.cumsum(np.where(is_single, 1, np.round(intervals / np.median(intervals))))])
+    follow = PchipInterpolator(pulses, counts * TURN)
+    phi = np.full(count, np.nan)
+    inside = good[(clock[good] >= pulses[0]) & (clock[good] <= pulses[-1])]
+    phi[inside] = follow(clock[inside])
+    dropped = list(time[2] if time else ())
+    outside = np.setdiff1d(good, inside)
+    if len(outside):
+        dropped.append(
+            DroppedRows.at_lines(
+                "rows before the first or after the last pulse of the trigger", lines[outside].tolist()
+            )
+        )
+    speed = None
+    if time is not None:
+        speed = np.full(count, np.nan)
+        speed[inside] = follow(clock[inside], 1)
+    for begin in np.flatnonzero(~is_single):
+        lost = inside[(clock[inside] > pulses[begin]) & (clock[inside] < pulses[begin + 1])]
+        phi[lost] = np.nan
+        dropped.append(DroppedRows.at_lines("rows between pulses of which one is missing", lines[lost].tolist()))
+    over = f"time in {time[1]}" if time else "rows at equal intervals of time"
+    bounced = f", {int(bounces.sum())} bounces ignored" if bounces.any() else ""
+    note = f"angle by {len(pulses)} pulses of the trigger {name}, once a revolution{bounced}; between them {over}"
+    return _Positions(phi, np.arange(count), note, speed, tuple(dropped))
+
+
+def _find_pulses(signal: Array, clock: Array) -> Array:
+    """Return the times at which a signal rises through its middle, by interpolation."""
+    low, high = float(signal.min()), float(signal.max())
+    if high == low:
+        return np.empty(0)
+    middle, margin = (low + high) / 2, HYSTERESIS * (high - low)
+    times, armed = [], False
+    for i in range(1, len(signal)):
+        armed = armed or signal[i - 1] < middle - margin
+        if armed and signal[i] > middle + margin:
+            j = i
+            while j > 0 and signal[j - 1] > middle:
+                j -= 1
+            share = (middle - signal[j - 1]) / (signal[j] - signal[j - 1])
+            times.append(clock[j - 1] + share * (clock[j] - clock[j - 1]))
+            armed = False
+    return np.array(times)
+
+
+def _build_channel(name: str, unit: str, values: Array, phi: Array) -> Channel:
+    """Return a channel without outliers, with its noise."""
+    finite = np.flatnonzero(np.isfinite(values))
+    used = np.zeros(len(values), dtype=bool)
+    used[finite], noise = _inliers(phi[finite], values[finite])
+    repeats = estimate_repeat_noise(phi[used], values[used])
+    return Channel(name, unit, values, used, *(repeats or (noise, None)))
+
+
+def find_repeat_residuals(phi: Array, values: Array) -> Array | None:
+    """Return the scatter of values (n,) about their mean curve over revolutions, a Fourier series by least squares.
+
+    Returns None for less than two revolutions, and for too few points.
+    """
+    if not len(phi) or np.ptp(phi) / TURN < TWO_REVOLUTIONS:
+        return None
+    basis = fourier_basis(phi, count_mean_harmonics(phi))
+    if len(phi) < 2 * basis.shape[1]:
+        return None
+    residuals: Array = values - basis @ np.linalg.lstsq(basis, values, rcond=None)[0]
+    return residuals * np.sqrt(len(phi) / (len(phi) - basis.shape[1]))
+
+
+def estimate_repeat_noise(phi: Array, values: Array) -> tuple[float, float] | None:
+    """Return the scatter of values (n,) about their mean curve over revolutions, and the correlation of neighbours.
+
+    Returns None for less than two revolutions.
+    """
+    residuals = find_repeat_residuals(phi, values)
+    if residuals is None:
+        return None
+    total = float(residuals @ residuals)
+    rho = float(residuals[1:] @ residuals[:-1] / total) if total else 0.0
+    return float(np.sqrt(total / len(phi))), rho
+
+
+def count_mean_harmonics(phi: Array) -> int:
+    """Return the number of harmonics of the mean curve of points at angles (n,) [rad] over several revolutions."""
+    return int(min(HARMONICS, len(phi) * TURN / np.ptp(phi) / POINTS_PER_HARMONIC))
+
+
+def fourier_basis(phi: Array, count: int) -> Array:
+    """Return a constant, cosines and sines of the first harmonics as columns (n, 1 + 2 count)."""
+    orders = np.outer(phi, np.arange(1, count + 1))
+    return np.column_stack([np.ones(len(phi)), np.cos(orders), np.sin(orders)])
 
 
 def _inliers(phi: Array, values: Array) -> tuple[Flags, float]:
@@ -189,11 +523,11 @@ def _deviations(phi: Array, values: Array) -> tuple[Array, Flags]:
     count = len(phi)
     inner = np.arange(REACH, count - REACH)
     neighbours = inner + np.array([-2, -1, 1, 2])[:, None]
-    x, steps = phi[neighbours] - phi[inner], np.diff(phi)
-    span, median_step = x[-1] - x[0], float(np.median(steps))
+    x, steps = phi[neighbours] - phi[inner], np.abs(np.diff(phi))
+    span, median_step = np.abs(x[-1] - x[0]), float(np.median(steps))
     good = (
         (span < GAP * median_step)
-        & (np.diff(phi[neighbours], axis=0) > TINY * median_step).all(axis=0)
+        & (np.abs(np.diff(phi[neighbours], axis=0)) > TINY * median_step).all(axis=0)
         & (x != 0).all(axis=0)
     )
     weights = np.ones_like(x)

@@ -192,35 +192,59 @@ def run_optimise(
     present_optimum(optimum).show(console, out)
 
 
+def require_measurable(machine: Machine, quantities: Sequence[str]) -> None:
+    """Raise InputError if no quantity or an unknown one is named, ComputationError for one that does not repeat."""
+    from planter.measured.curve import find_measured
+    from planter.mechanism.model import require_repeating
+
+    if not quantities:
+        keys = ", ".join(result.key for result in machine.results)
+        raise InputError(f"--quantity must name what was measured: it must be one of {keys}")
+    require_repeating(machine, [find_measured(machine, quantity).name for quantity in quantities])
+
+
 def calibrate_machine(
     machine: Machine,
     data: str | Path,
     columns: Columns,
     bounds: Mapping[str, tuple[float, float]],
-    quantity: str | None,
+    quantity: str | Sequence[str] | None,
     check: ValidationMeasurement | None = None,
     seed: int = 0,
     progress: Listener | None = None,
     means: Means | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
 ) -> Calibrated:
-    """Fit values within `bounds` (display units, by key) to a measured curve of a quantity.
+    """Fit values within `bounds` (display units, by key) to measured curves of one or several quantities.
 
-    `means` are the processes of the searches, on which results do not depend.
-    Raises InputError for a file, columns, values or a quantity that cannot be used, ComputationError for a quantity
-    that does not repeat after a cycle.
+    `means` are the processes of the searches, on which results do not depend; `priors` are those of
+    `planter.measured.calibration.calibrate`. Raises InputError for a file, columns, values or a quantity that cannot be
+    used, ComputationError for a quantity that does not repeat after a cycle.
     """
     from planter.measured.calibration import calibrate
-    from planter.measured.curve import find_measured
-    from planter.mechanism.model import require_repeating
     from planter.parallel.task import AUTO
 
-    if quantity is None:
-        keys = ", ".join(result.key for result in machine.results)
-        raise InputError(f"--quantity must name what was measured: it must be one of {keys}")
-    require_repeating(machine, [find_measured(machine, quantity).name])
+    quantities = (quantity,) if isinstance(quantity, str) else tuple(quantity or ())
+    require_measurable(machine, quantities)
     builders = {"derived": partial(machine.build, machine.document)}
     rebuild = machine.document.with_numbers
-    return calibrate(builders, data, columns, bounds, quantity, rebuild, check, seed, progress, means or AUTO)
+    return calibrate(builders, data, columns, bounds, quantities, rebuild, check, seed, progress, means or AUTO, priors)
+
+
+def run_preview(
+    console: Console, machine: Machine, data: Path, columns: Columns, quantities: Sequence[str], out: Path | None
+) -> None:
+    """Print what is understood of a measured file, and write it into a folder if one is named."""
+    from planter.measured.calibration import read_measurement
+    from planter.measured.curve import find_measured
+    from planter.measured.findings import MeasuredPreview
+    from planter.measured.presentation import present_preview
+
+    measured = read_measurement(machine, data, columns, quantities)
+    assert measured.reading is not None
+    keys = [find_measured(machine, quantity).key for quantity in quantities]
+    result = MeasuredPreview(machine.name, keys, measured.reading, list(measured.treatment))
+    present_preview(machine.document, result, measured, machine.meanings).show(console, out)
 
 
 def run_calibrate(

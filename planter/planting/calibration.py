@@ -258,25 +258,25 @@ def calibrate_to_data(
     data: str | Path,
     columns: Columns,
     bounds: Mapping[str, tuple[float, float]],
-    quantity: str = SUPPORT,
+    quantity: str | Sequence[str] = SUPPORT,
     check: ValidationMeasurement | None = None,
     seed: int = 0,
     progress: Listener | None = None,
     means: Means = AUTO,
+    priors: Mapping[str, tuple[float, float]] | None = None,
 ) -> Calibrated:
-    """ForceFit chosen inputs within `bounds` (shown units, by path) to a curve in a CSV file, in both models.
+    """Fit chosen inputs within `bounds` (display units, by path) to curves in a CSV file, in both models.
 
-    `model` is reported first, `means` says what runs the searches. Raises InputError for a file, columns or
-    inputs that cannot be used.
+    `model` is reported first, `means` says what runs the searches, `priors` are those of
+    `planter.measured.calibration.calibrate`. Raises InputError for a file, columns or inputs that cannot be used.
     """
     models = (model, *(other for other in MODELS if other != model))
-    builders: dict[str, Callable[[], Machine]] = {
-        each: partial(_build_engine_machine, machine, each) for each in models
-    }
+    builders: dict[str, Callable[[], Machine]] = {each: partial(build_engine_machine, machine, each) for each in models}
     return calibration.calibrate(
-        builders, data, columns, bounds, quantity, machine.with_numbers, check, seed, progress, means
+        builders, data, columns, bounds, quantity, machine.with_numbers, check, seed, progress, means, priors
     )
 
 
-def _build_engine_machine(machine: PlantingMachine, model: Model) -> Machine:
+def build_engine_machine(machine: PlantingMachine, model: Model) -> Machine:
+    """Return the machine of a device in a model."""
     return build_machine(Device(machine, model))

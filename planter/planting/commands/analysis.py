@@ -12,8 +12,10 @@ from planter.errors import InputError
 from planter.mechanism.commands import (
     calibrate_machine,
     refuse_options,
+    require_measurable,
     run_calibrate,
     run_drive,
+    run_preview,
     run_sensitivity,
     run_simulate,
     run_validate,
@@ -220,21 +222,32 @@ def calibrate(
     ] = ModelName.printed,
     flank: Annotated[list[str] | None, text_option("try only this law of the cam's flanks (repeatable)", "LAW")] = None,
     data: Annotated[Path | None, text_option("fit to a measured curve in this CSV file instead", "CSV")] = None,
-    column: Annotated[str | None, text_option("its column with the measured values", "NAME")] = None,
+    column: Annotated[
+        list[str] | None, text_option("its column with measured values (repeatable, with --quantity for each)", "NAME")
+    ] = None,
     angle: Annotated[str | None, text_option("its column with the drive angle", "NAME")] = None,
-    time: Annotated[str | None, text_option("its column with the time; the speed is the machine's", "NAME")] = None,
+    time: Annotated[
+        str | None,
+        text_option("its column with the time, at the machine's speed unless --angle or --trigger tells it", "NAME"),
+    ] = None,
+    trigger: Annotated[str | None, text_option("its column with a pulse once a revolution", "NAME")] = None,
     unit: Annotated[
-        str | None, text_option("unit of the values, where the header has none: N, kN, N m, mm, deg", "UNIT")
+        list[str] | None,
+        text_option("unit of the values, where the header has none: N, kN, N m, mm, deg (repeatable)", "UNIT"),
     ] = None,
     place_unit: Annotated[str | None, text_option("unit of angle or time: deg, rad, rev, s, ms, min", "UNIT")] = None,
     quantity: Annotated[
-        str | None,
+        list[str] | None,
         text_option("what was measured: a key of `simulate` [default: support_N of a planting device]", "KEY"),
     ] = None,
     fit: Annotated[
         list[str] | None,
         text_option("fit this input within bounds; also offset_N and phase_deg (repeatable)", "PATH=LOW:HIGH"),
     ] = None,
+    prior: Annotated[
+        list[str] | None, text_option("what else is known of an input: a normal prior (repeatable)", "PATH=MEAN:STD")
+    ] = None,
+    preview: Annotated[bool, typer.Option("--preview", help="only show what is understood of the data")] = False,
     check: Annotated[Path | None, text_option("a second measurement to predict", "CSV")] = None,
     check_rpm: Annotated[float | None, text_option("its speed", "RPM")] = None,
     seed: SeedOption = 0,
@@ -249,8 +262,9 @@ def calibrate(
 
     Inputs are masses, offsets and others. Without --data they are estimated from the figures that a paper reports.
 
-    The 95 % intervals assume white noise; a warning says where neighbouring residuals are correlated. phase_deg shifts
-    the angle: measured(phi) = computed(phi + phase); with bounds of a full period, as phase_deg=0:360, any is tried.
+    Separator, decimal marks, encoding, preamble and units of the file are detected; --preview shows how it was read.
+    Correlated noise is estimated, and the 95 % intervals allow for it. phase_deg shifts the angle: measured(phi) =
+    computed(phi + phase); with bounds of a full period, as phase_deg=0:360, any is tried.
 
     Your own mechanism: planter calibrate own/slider_crank.toml --data force.csv --column force --angle angle
     --quantity F_Ox_N --fit m_s_kg=1:2
@@ -273,25 +287,47 @@ def calibrate(
         from planter.measured.calibration import ValidationMeasurement
         from planter.measured.reading import Columns
 
-        if column is None:
+        if not column:
             raise InputError("--column must name the column of --data with the measured values")
         if (check is None) != (check_rpm is None):
             raise InputError("--check and --check-rpm belong together: a second measurement and its speed")
         second = None if check is None or check_rpm is None else ValidationMeasurement(check, check_rpm)
-        columns = Columns(column, angle, time, unit, place_unit)
-        bounds = read_ranges("--fit", fit or ())
+        given_units = unit[0] if unit and len(unit) == 1 else unit
+        columns = Columns(column, angle, time, given_units, place_unit, trigger)
+        bounds, priors = read_ranges("--fit", fit or ()), read_ranges("--prior", prior or ())
         from planter.planting import calibration
         from planter.report.presentation import ModelAssumptions
 
         if other is not None:
-            fitted = calibrate_machine(other, data, columns, bounds, quantity, second, seed, console.progress, means)
+            if preview:
+                require_measurable(other, quantity or ())
+                run_preview(console, other, data, columns, quantity or (), out)
+                return
+            fitted = calibrate_machine(
+                other, data, columns, bounds, quantity, second, seed, console.progress, means, priors
+            )
             with interruptible_result(fitted.result.table()):
                 run_calibrate(console, other.document, other.meanings, fitted, out)
             return
         device = build_device(machine, model, set_, speed_rpm)
-        quantity = quantity or calibration.SUPPORT
+        quantities = quantity or (calibration.SUPPORT,)
+        if preview:
+            run_preview(
+                console, calibration.build_engine_machine(device.machine, device.model), data, columns, quantities, out
+            )
+            return
         fitted = calibration.calibrate_to_data(
-            device.machine, device.model, data, columns, bounds, quantity, second, seed, console.progress, means
+            device.machine,
+            device.model,
+            data,
+            columns,
+            bounds,
+            quantities,
+            second,
+            seed,
+            console.progress,
+            means,
+            priors,
         )
         with interruptible_result(fitted.result.table()):
             meanings = ModelAssumptions.from_sidecar(device.sidecar).meanings

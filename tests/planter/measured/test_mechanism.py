@@ -9,6 +9,7 @@ import pytest
 
 from planter.errors import ComputationError, InputError
 from planter.measured import reading
+from planter.measured.column_units import list_units
 from planter.measured.curve import Chosen, MeasuredCurve
 from planter.measured.reading import Columns
 from planter.mechanism.commands import calibrate_machine
@@ -105,8 +106,8 @@ def test_invalid_fit_is_rejected(data: Path) -> None:
 
 
 def test_column_units_match_quantity() -> None:
-    assert reading.list_units("mm")["cm"] == pytest.approx(10.0)
-    assert reading.list_units("rad/s")["r/min"] == pytest.approx(np.pi / 30)
-    assert reading.list_units("N m")["kNm"] == 1e3
-    assert reading.list_units("")["%"] == pytest.approx(0.01)
-    assert reading.list_units("kg m2") == {"kg m2": 1.0}
+    assert list_units("mm")["cm"] == pytest.approx(10.0)
+    assert list_units("rad/s")["r/min"] == pytest.approx(np.pi / 30)
+    assert list_units("N m")["kNm"] == 1e3
+    assert list_units("")["%"] == pytest.approx(0.01)
+    assert list_units("kg m2") == {"kg m2": 1.0}

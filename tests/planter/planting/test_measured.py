@@ -12,7 +12,8 @@ from planter.errors import InputError
 from planter.measured import calibration, reading
 from planter.measured.calibration import Calibrated, ValidationMeasurement
 from planter.measured.curve import Chosen, MeasuredCurve
-from planter.measured.fit import Correlation, Fit, assess_correlation, fit_curve, ljung_box_probability
+from planter.measured.fit import Fit, fit_curve
+from planter.measured.noise import LackOfFit, assess_lack_of_fit, estimate_noise, ljung_box_probability
 from planter.measured.presentation import MACHINE_FILE, present_fit
 from planter.measured.reading import Columns, read
 from planter.planting import cycle
@@ -185,12 +186,12 @@ def test_outlier_is_left_out_and_reported(tmp_path: Path) -> None:
     measurement = read(path, COLUMNS, 1.0)
     assert not measurement.used[38]
     assert measurement.used.sum() == len(measurement.used) - 1
-    assert "1 of 239" in measurement.treatment[1]
+    assert "1 of 239" in measurement.treatment[2]
 
 
 INVALID_COLUMNS = {
     "no such column": (Columns("forse", angle="angle"), "it must be one of 'angle [deg]', 'force [N]'"),
-    "no place": (Columns("force"), "add --angle or --time"),
+    "no place": (Columns("force"), "add --angle, --time or --trigger"),
     "unit of a moment": (Columns("force", angle="angle", value_unit="N m"), "--unit = N m does not fit"),
     "odd unit": (Columns("force", angle="angle", value_unit="lb"), "--unit = lb does not fit"),
 }
@@ -246,7 +247,8 @@ def test_motor_torque_is_fitted(tmp_path: Path) -> None:
 
 
 def measurement(phi_deg: np.ndarray, values: np.ndarray, noise: float) -> reading.Measurement:
-    return reading.Measurement(np.radians(phi_deg), values, np.ones(len(phi_deg), dtype=bool), noise, ())
+    channel = reading.Channel("force", "N", values, np.ones(len(phi_deg), dtype=bool), noise)
+    return reading.Measurement(np.radians(phi_deg), (channel,))
 
 
 ANYWHERE = {"mass.planet_kg": (0.8, 1.6), "mass.half_C2_kg": (0.2, 0.8), "offset_N": (-20.0, 20.0),
@@ -297,18 +299,18 @@ def test_curve_period_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     for parts, periodic in ((1, np.cos(angle)), (3, np.cos(6 * angle) + np.sin(9 * angle)), (1, 0 * angle + 4)):
         chosen = Chosen.from_bounds(wang(), {"phase_deg": (0.0, 200.0)})
         measured_curve = MeasuredCurve(wang(), chosen, measurement(angles, 0 * angles, 1), SUPPORT)
-        monkeypatch.setattr(measured_curve, "sample", lambda _, curve=periodic: (curve, np.zeros((720, 1))))
+        monkeypatch.setattr(measured_curve, "sample", lambda _, curve=periodic: (curve[None], np.zeros((1, 720, 1))))
         assert np.degrees(measured_curve.period) == pytest.approx(360 / parts)
         assert measured_curve.is_cyclic == (parts > 1)
 
 
-def outcome_of(
+def fit_and_judge(
     values: np.ndarray, degrees: np.ndarray, bounds: dict[str, tuple[float, float]], starts: int = 2
-) -> tuple[str, Correlation]:
+) -> tuple[str, Fit, LackOfFit]:
     data = read_inliers(degrees, values)
     fit = fit_curve(MeasuredCurve(wang(), Chosen.from_bounds(wang(), bounds), data, SUPPORT), starts=starts)
-    neighbours = assess_correlation(fit.residuals)
-    return calibration.judge_fit(fit, fit.rms / data.noise, neighbours), neighbours
+    lack = assess_lack_of_fit(fit.curve, fit.residuals, fit.curve(fit.values)[1])
+    return calibration.judge_fit(fit, lack), fit, lack
 
 
 def read_inliers(degrees: np.ndarray, values: np.ndarray) -> reading.Measurement:
@@ -317,18 +319,20 @@ def read_inliers(degrees: np.ndarray, values: np.ndarray) -> reading.Measurement
 
 def test_correlated_noise_does_not_refute_model() -> None:
     degrees = np.arange(0, 360, 3.0)
-    outcome, neighbours = outcome_of(shifted(degrees, 37.0, 0.4, 3, rho=0.9), degrees, ANYWHERE)
-    assert outcome == "not settled"
-    assert (neighbours.is_white, neighbours.is_autoregressive) == (False, True)
-    assert 0.6 < neighbours.rho < 0.95  # the fit takes some of it away
+    outcome, fit, lack = fit_and_judge(shifted(degrees, 37.0, 0.4, 3, rho=0.9), degrees, ANYWHERE)
+    assert (outcome, lack.probability > 0.01) == ("explained", True)
+    assert 0.75 < fit.curve.noises[0].rho < 0.97
+    assert fit.curve.noises[0].std == pytest.approx(0.4, rel=0.6)
 
 
 def test_bounds_without_true_phase_refute_model() -> None:
     """The tampered case: where the truth is excluded and starts agree, the answer is a refutation within the bounds."""
     degrees = np.arange(0, 360, 2.0)
-    outcome, neighbours = outcome_of(shifted(degrees, 37.0, 0.05, 3), degrees, {**ANYWHERE, "phase_deg": (80.0, 100.0)})
-    assert outcome == "not explained"
-    assert not neighbours.is_autoregressive
+    outcome, fit, lack = fit_and_judge(
+        shifted(degrees, 37.0, 0.05, 3), degrees, {**ANYWHERE, "phase_deg": (80.0, 100.0)}
+    )
+    assert (outcome, fit.is_settled) == ("not explained", True)
+    assert lack.probability < 1e-6
 
 
 def test_disagreeing_starts_are_not_settled() -> None:
@@ -338,7 +342,8 @@ def test_disagreeing_starts_are_not_settled() -> None:
     )
     fit = Fit(curve, curve.machine_values(), (1.0, 1.1, 1.2, 1.0))
     assert (fit.agreeing, fit.is_settled) == (2, False)
-    assert calibration.judge_fit(fit, 4.0, Correlation(0.9, False, False)) == "not settled"
+    assert calibration.judge_fit(fit, LackOfFit(9.0, 1e-9, 20)) == "not settled"
+    assert calibration.judge_fit(fit, LackOfFit(1.0, 0.4, 20)) == "explained"
 
 
 def test_ljung_box_agrees_with_statsmodels() -> None:
@@ -355,14 +360,21 @@ def test_ljung_box_agrees_with_statsmodels() -> None:
     assert ljung_box_probability(noise, 10, 2) != pytest.approx(other, rel=1e-3)
 
 
-@pytest.mark.parametrize(("rho", "white"), [(0.0, True), (0.6, False), (0.95, False)])
-def test_noise_correlation_is_recognised(rho: float, white: bool) -> None:
+@pytest.mark.parametrize("rho", [0.0, 0.6, 0.95])
+def test_noise_correlation_is_estimated(rho: float) -> None:
     degrees = np.arange(0, 360, 1.0)
     noise = shifted(degrees, 0, 1.0, 7, rho) - shifted(degrees, 0, 0.0, 7)
-    seen = assess_correlation(noise)
-    assert (seen.is_white, seen.is_autoregressive) == (white, True)
-    assert seen.rho == pytest.approx(rho, abs=0.12)
-    assert not assess_correlation(noise + 20 * np.sin(np.radians(2 * degrees))).is_autoregressive
+    curve = MeasuredCurve(
+        wang(), Chosen.from_bounds(wang(), {"offset_N": (-9, 9)}), measurement(degrees, noise, 1.0), SUPPORT
+    )
+    estimate = estimate_noise(curve, noise, np.ones((360, 1))).noises[0]
+    assert estimate.rho == pytest.approx(rho, abs=0.06)
+    assert estimate.std == pytest.approx(1.0, rel=0.4)
+    white = curve.with_noises([estimate]).whiten(noise)
+    assert ljung_box_probability(white, 10) > 0.01
+    assert assess_lack_of_fit(curve, noise, np.ones((360, 1))).probability > 0.01
+    wave = noise + 20 * np.sin(np.radians(2 * degrees))
+    assert assess_lack_of_fit(curve, wave, np.ones((360, 1))).probability < 1e-6
 
 
 @pytest.mark.long
@@ -376,6 +388,6 @@ def test_identifiable_inputs_are_never_refuted() -> None:
         )
         force = curve(machine, "exact", (degrees + rng.uniform(0, 360)) % 360) + rng.uniform(-15, 15)
         force += rng.normal(0, rng.choice([0.005, 0.02, 0.05, 0.1]) * np.ptp(force), len(force))
-        outcomes.append(outcome_of(force, degrees, ANYWHERE, starts=8)[0])
+        outcomes.append(fit_and_judge(force, degrees, ANYWHERE, starts=8)[0])
     assert "not explained" not in outcomes
     assert outcomes.count("not settled") <= 4

@@ -1,0 +1,256 @@
+"""Noise of residuals: its size and the correlation of neighbours, and whether a model leaves more than noise.
+
+Noise is an autoregression of first order, e_i = rho e_(i-1) + white. Its correlation maximises the restricted
+likelihood, which allows for what the fit of the inputs takes from the residuals (Harville 1977, Maximum likelihood
+approaches to variance component estimation, J. Am. Stat. Assoc. 72, 320).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import f as f_distribution
+from scipy.stats import t as t_distribution
+
+from planter.kernels import Array
+from planter.measured.curve import ChannelNoise, MeasuredCurve, whiten_rows
+from planter.measured.reading import TWO_REVOLUTIONS, count_mean_harmonics, fourier_basis
+from planter.numerics.arrays import TURN
+
+RHOS = np.tanh(np.linspace(0.0, 3.2, 65))
+"""Correlations that are tried, 0 to 0.997."""
+CORRELATED = 1.35
+"""Gain of the logarithm of the likelihood from which on noise counts as correlated: a level of 10 %."""
+INDEPENDENT = 1e-9
+"""Share of the largest singular value below which a column follows from the others."""
+LAGS = 10
+"""Maximum number of lags of a test, which has at most a fifth of the number of points."""
+SIGNIFICANCE = 0.01
+"""Level of the warning of residuals that are not white after all."""
+REFUTING = 1e-3
+"""Probability below which what a model leaves is no noise."""
+PLAUSIBLE = 2.0
+"""Loss of the logarithm of the likelihood up to which a correlation is plausible: a level of 95 %."""
+HARMONICS, POINTS_PER_HARMONIC = 20, 6
+"""Largest number of harmonics of what a model may leave, and least points of a revolution for each."""
+
+
+@dataclass(frozen=True)
+class RhoLikelihood:
+    """Restricted likelihood of residuals (m,) over correlations, after the fit of independent columns (m, p).
+
+    `logs` are logarithms for `RHOS`, `sums` sums of squares of the white residuals there, `inverses` the inverses
+    (p, p) of the normal equations' matrix, `shifts` the changes (p,) of the coefficients that a correlation brings.
+    """
+
+    logs: Array
+    sums: Array
+    inverses: Array
+    shifts: Array
+    free: int
+
+    @classmethod
+    def compute(cls, residuals: Array, columns: Array, gaps: Array) -> RhoLikelihood:
+        """Return the likelihood; `gaps` (m - 1,) are the steps between neighbours."""
+        count, size = columns.shape
+        logs, sums, inverses, shifts = [], [], [], []
+        for rho in RHOS:
+            rows = whiten_rows(np.column_stack([columns, residuals]), gaps, float(rho))
+            triangle = np.linalg.qr(rows).R
+            inner, last = triangle[:size, :size], triangle[:, size]
+            inverse = np.linalg.inv(inner) if size else np.zeros((0, 0))
+            total = float(last[size:] @ last[size:])
+            log_det = float(np.log1p(-(float(rho) ** (2 * gaps))).sum()) if rho else 0.0
+            log_inner = 2 * float(np.log(np.abs(np.diag(inner))).sum())
+            logs.append(-((count - size) * np.log(max(total, 1e-300)) + log_det + log_inner) / 2)
+            sums.append(total)
+            inverses.append(inverse @ inverse.T)
+            shifts.append(inverse @ last[:size])
+        return cls(np.array(logs), np.array(sums), np.array(inverses), np.array(shifts), count - size)
+
+    @cached_property
+    def best(self) -> int:
+        """Index of the most likely correlation; 0 where the data do not tell it from none."""
+        best = int(self.logs.argmax())
+        return best if self.logs[best] - self.logs[0] > CORRELATED else 0
+
+    @cached_property
+    def weights(self) -> Array:
+        """Probabilities of the correlations, for the prior (1 - rho^2)^-1/2; of the best alone if there is none."""
+        if self.best == 0:
+            return np.eye(len(RHOS))[0]
+        density = np.exp(self.logs - self.logs.max()) / np.sqrt(1 - RHOS**2) * np.gradient(RHOS)
+        weights: Array = density / density.sum()
+        return weights
+
+    def noise(self) -> ChannelNoise:
+        """Return the most likely noise."""
+        return ChannelNoise(float(np.sqrt(self.sums[self.best] / max(self.free, 1))), float(RHOS[self.best]))
+
+    def widen(self, direction: Array, level: float) -> float:
+        """Return by how much the interval of a combination (p,) of coefficients is wider as rho is not known."""
+        deviations = np.sqrt(np.einsum("i,gij,j->g", direction, self.inverses, direction) * self.sums / self.free)
+        if not deviations[self.best] > 0 or self.best == 0:
+            return 1.0
+        shifts = self.shifts @ direction - self.shifts[self.best] @ direction
+        quantile = float(t_distribution.ppf((1 + level) / 2, self.free))
+
+        def miss(width: float) -> float:
+            ends = (np.array([width, -width])[:, None] * deviations[self.best] * quantile - shifts) / deviations
+            inside = t_distribution.cdf(ends[0], self.free) - t_distribution.cdf(ends[1], self.free)
+            return float(self.weights @ inside) - level
+
+        high = 2.0
+        while miss(high) < 0:
+            high *= 2
+        return max(1.0, float(brentq(miss, 0.1, high, xtol=1e-4))) if miss(0.1) < 0 else 1.0
+
+
+@dataclass(frozen=True)
+class NoiseEstimate:
+    """Noise of each quantity, from likelihoods over independent combinations (rank, n) of the inputs."""
+
+    likelihoods: tuple[RhoLikelihood, ...]
+    combinations: tuple[Array, ...]
+
+    @property
+    def noises(self) -> tuple[ChannelNoise, ...]:
+        """The most likely noise of each quantity."""
+        return tuple(likelihood.noise() for likelihood in self.likelihoods)
+
+    def widen(self, index: int, level: float) -> float:
+        """Return by how much the interval of an input is wider as correlations are not known: the most of them."""
+        factors = [1.0]
+        for likelihood, combinations in zip(self.likelihoods, self.combinations, strict=True):
+            if combinations.shape[1] and np.abs(combinations[index]).max() > 0:
+                factors.append(likelihood.widen(combinations[index], level))
+        return max(factors) if len(self.likelihoods) == 1 else float(np.sqrt(np.mean(np.square(factors[1:] or [1.0]))))
+
+
+def estimate_noise(curve: MeasuredCurve, residuals: Array, slopes: Array) -> NoiseEstimate:
+    """Return the noise of residuals (m,) of all quantities after a fit with a Jacobian (m, n)."""
+    likelihoods, combinations = [], []
+    for points, gaps in zip(curve.channels, curve.gaps, strict=True):
+        columns, back = _find_independent(slopes[points])
+        likelihoods.append(RhoLikelihood.compute(residuals[points], columns, gaps))
+        combinations.append(back)
+    return NoiseEstimate(tuple(likelihoods), tuple(combinations))
+
+
+def _find_independent(columns: Array) -> tuple[Array, Array]:
+    """Return an orthonormal basis (m, p) of columns (m, n), and the map (n, p) from its coefficients to theirs."""
+    if not columns.size:
+        return columns[:, :0], np.zeros((columns.shape[1], 0))
+    sizes = np.linalg.norm(columns, axis=0)
+    sizes[sizes == 0] = 1.0
+    left, values, right = np.linalg.svd(columns / sizes, full_matrices=False)
+    good = values > INDEPENDENT * max(float(values[0]), 1e-300)
+    return left[:, good], (right[good].T / values[good]) / sizes[:, None]
+
+
+@dataclass(frozen=True)
+class LackOfFit:
+    """Test of what a model leaves: F of harmonics of a cycle in white residuals, and its probability for noise alone.
+
+    The probability is the largest over all plausible correlations of the noise.
+    """
+
+    statistic: float
+    probability: float
+    harmonics: int
+
+
+def assess_lack_of_fit(curve: MeasuredCurve, residuals: Array, slopes: Array) -> LackOfFit:
+    """Return the test of residuals (m,) after a fit with a Jacobian (m, n), over all quantities.
+
+    A record of several revolutions is also compared with its mean curve, which no model may miss by more than noise.
+    """
+    worst, tests = LackOfFit(0.0, 1.0, 0), 0
+    for points, gaps in zip(curve.channels, curve.gaps, strict=True):
+        phi, part = curve.phi[points], residuals[points]
+        revolutions = max(float(np.ptp(phi)) / TURN, 0.25)
+        count = int(min(HARMONICS, len(phi) / revolutions / POINTS_PER_HARMONIC, len(phi) / 5))
+        if count < 1:
+            continue
+        both = np.column_stack([slopes[points], fourier_basis(phi, count)])
+        results = [compare_nested(part, slopes[points], both, gaps)]
+        if revolutions >= TWO_REVOLUTIONS:
+            results.append(_compare_with_mean_curve(curve.values[points], phi, part, slopes[points], gaps))
+        for test in results:
+            tests += 1
+            if test.probability < worst.probability or not worst.harmonics:
+                worst = LackOfFit(test.statistic, test.probability, count)
+    probability = min(1.0, worst.probability * max(tests, 1))
+    return LackOfFit(worst.statistic, probability, worst.harmonics)
+
+
+def _compare_with_mean_curve(values: Array, phi: Array, residuals: Array, slopes: Array, gaps: Array) -> LackOfFit:
+    """Return the F test of the variance that a model leaves against that about the mean curve of all revolutions."""
+    basis = fourier_basis(phi, count_mean_harmonics(phi))
+    mean = RhoLikelihood.compute(values, basis, gaps)
+    model = RhoLikelihood.compute(residuals, _find_independent(slopes)[0], gaps)
+    if min(mean.free, model.free) <= 0:
+        return LackOfFit(0.0, 1.0, 0)
+    ratios = model.sums / model.free / np.maximum(mean.sums / mean.free, 1e-300)
+    return _find_least_refuting(mean, ratios, f_distribution.sf(ratios, model.free, mean.free), basis.shape[1])
+
+
+def _find_least_refuting(likelihood: RhoLikelihood, statistics: Array, probabilities: Array, size: int) -> LackOfFit:
+    """Return the test with the largest probability over the plausible correlations."""
+    plausible = likelihood.logs >= likelihood.logs.max() - PLAUSIBLE
+    index = int(np.argmax(np.where(plausible, probabilities, -1.0)))
+    return LackOfFit(float(statistics[index]), float(probabilities[index]), size)
+
+
+def compare_nested(residuals: Array, small: Array, large: Array, gaps: Array) -> LackOfFit:
+    """Return the F test of columns `large` (m, q), which contain `small` (m, p), for the noise of the large model."""
+    inner, outer = _find_independent(small)[0], _find_independent(large)[0]
+    return compare_likelihoods(
+        RhoLikelihood.compute(residuals, inner, gaps), RhoLikelihood.compute(residuals, outer, gaps)
+    )
+
+
+def compare_likelihoods(small: RhoLikelihood, large: RhoLikelihood) -> LackOfFit:
+    """Return the F test of a model against a smaller one: the largest probability over plausible correlations."""
+    more = small.free - large.free
+    if more <= 0 or large.free <= 0:
+        return LackOfFit(0.0, 1.0, 0)
+    statistics = (small.sums - large.sums) / more / np.maximum(large.sums / large.free, 1e-300)
+    return _find_least_refuting(large, statistics, f_distribution.sf(statistics, more, large.free), more)
+
+
+def assess_whiteness(curve: MeasuredCurve, residuals: Array) -> tuple[float, bool]:
+    """Return the correlation of neighbours of the first quantity, and whether white residuals pass as white noise."""
+    first = residuals[curve.channels[0]]
+    total = float(first @ first)
+    if total == 0:
+        return 0.0, True
+    rho = float(first[1:] @ first[:-1]) / total
+    white = curve.whiten(residuals)
+    return rho, all(_is_white(white[points]) for points in curve.channels)
+
+
+def _is_white(residuals: Array) -> bool:
+    lags = max(min(LAGS, len(residuals) // 5), 1)
+    return ljung_box_probability(residuals, lags) > SIGNIFICANCE
+
+
+def ljung_box_probability(residuals: Array, lags: int, fitted: int = 0) -> float:
+    """Return the probability of autocorrelations at least as large as those of residuals (m,) if they are white noise.
+
+    Ljung and Box (1978), On a measure of lack of fit in time series models, Biometrika 65, 297: m (m + 2) times the sum
+    over `lags` of rho_k^2 / (m - k) follows a chi-squared distribution; its degrees of freedom are `lags` less the
+    number of `fitted` coefficients. Equal residuals have the probability 0.
+    """
+    from scipy import stats
+
+    count, centred = len(residuals), residuals - residuals.mean()
+    total = float(centred @ centred)
+    if total == 0:
+        return 0.0
+    rho = np.array([centred[k:] @ centred[:-k] for k in range(1, lags + 1)]) / total
+    statistic = count * (count + 2) * float(np.sum(rho**2 / (count - np.arange(1, lags + 1))))
+    return float(stats.chi2.sf(statistic, lags - fitted))

@@ -1,0 +1,204 @@
+"""Files as data loggers write them are read, what is dropped is said, and refusals name line and remedy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from planter.errors import InputError
+from planter.kernels import Array
+from planter.measured.logger_table import read_logger_table
+from planter.measured.reading import Columns, Measurement, read
+from planter.numerics.arrays import TURN
+from tests.support import own
+from tests.support.cli import answer, refusal
+
+RATE, SPEED = 500.0, 30.0
+"""Samples per second, and mean speed [rad/s]."""
+
+
+def force(phi: Array) -> Array:
+    """A force [N] with three harmonics."""
+    return 50 + 20 * np.cos(phi) + 8 * np.sin(2 * phi) + 3 * np.cos(3 * phi)
+
+
+def write_german(path: Path, jitter: float = 0.2) -> tuple[Array, Array]:
+    """Write a record with preamble, decimal commas, a line of units, a trigger and damage; return time and angle.
+
+    The pulse rises at angle 0, 1 rad after the record begins, and the speed swings by 2 %.
+    """
+    t = np.arange(0, 2.4, 1 / RATE)
+    phi = SPEED * t - 0.02 * SPEED / 4.4 * np.cos(4.4 * t) - 1.0
+    pulse = np.where(np.mod(phi, TURN) < 0.3, 4.8, 0.1)
+    values = force(phi) + np.random.default_rng(2).normal(0, jitter, len(t))
+    lines = ["Messgerät: Prüfstand 3;;", "Datum;12.03.2024;", "", "Zeit;Kraft;Trigger", "s;kN;V"]
+    for i in range(len(t)):
+        cells = [f"{t[i]:.4f}", f"{values[i] / 1e3:.7f}", f"{pulse[i]:.2f}"]
+        if i in (300, 301, 302):
+            cells[1] = ""
+        if i == 400:
+            cells[1] = "OVERFLOW"
+        if i == 500:
+            cells[1] = "0.400"
+        if i == 600:
+            lines.append("Bereich umgeschaltet;;")
+        lines.append(";".join(cells).replace(".", ","))
+    path.write_bytes("\r\n".join(lines).encode("cp1252"))
+    return t, phi
+
+
+def test_trigger_record_gives_angles_and_losses(tmp_path: Path) -> None:
+    path = tmp_path / "daq.csv"
+    t, phi = write_german(path)
+    measured = read(path, Columns("Kraft", time="Zeit", trigger="Trigger"), 1.0)
+    result = measured.reading
+    assert result is not None
+    assert (result.encoding, result.channels[0].gaps, result.channels[0].outliers) == ("Windows-1252", 4, 1)
+    assert result.channels[0].outlier_lines == [5 + 501]
+    reasons = {entry.reason: entry for entry in result.dropped}
+    assert reasons["lines of text among the rows"].lines == [5 + 601]
+    assert reasons["overflow of the logger in Kraft"].lines == [5 + 401]
+    before = next(entry for reason, entry in reasons.items() if "before the first" in reason)
+    assert result.rows - before.count == len(measured.phi)
+    truth = np.interp(np.arange(len(measured.phi)) + np.flatnonzero(phi >= 0)[0], np.arange(len(t)), phi)
+    # a pulse is known to half a sample: 0.03 rad
+    assert measured.phi == pytest.approx(truth, abs=0.08)
+    assert measured.speed is not None
+    assert measured.speed == pytest.approx(SPEED * (1 + 0.02 * np.sin(4.4 * (truth + 1) / SPEED)), rel=0.015)
+    assert result.speed_rpm is not None
+    assert result.speed_rpm[0] < 0.99 * result.speed_rpm[1] < result.speed_rpm[2]
+    used = measured.used
+    assert measured.values[used] == pytest.approx(force(measured.phi[used]), abs=2.0)
+    assert len(measured.treatment) >= 3 + len(result.dropped)
+
+
+def test_encodings_separators_and_header_units(tmp_path: Path) -> None:
+    degrees = np.arange(0.0, 720.0, 5.0)
+    values = force(np.radians(degrees))
+    rows = [f"{a % 360:.3f}\t{f:.6f}\tok" for a, f in zip(degrees, values, strict=True)]
+    texts = {
+        "utf-16": "\n".join(["% made up", "Winkel (°)\tKraft (N)\tnote", *rows]),
+        "utf-8-sig": "\r\n".join(["Winkel [°]\tKraft [N]\tnote", *rows]) + "\r\n\x1a",
+        "latin-1": "\r".join(["Prüfung", "Winkel\tKraft\tnote", "[deg]\t[N]\t", *rows]),
+        "utf-16-le": "\n".join(["Winkel / deg\tKraft / N\tnote", *rows]),
+    }
+    for encoding, text in texts.items():
+        path = tmp_path / f"{encoding}.txt"
+        path.write_bytes(text.encode(encoding))
+        measured = read(path, Columns("Kraft", angle="Winkel"), 1.0)
+        assert measured.phi == pytest.approx(np.radians(degrees), abs=1e-9), encoding
+        assert measured.values == pytest.approx(values, abs=1e-6), encoding
+
+
+def read_rows(tmp_path: Path, head: str, rows: list[str], columns: Columns) -> Measurement:
+    path = tmp_path / "data.csv"
+    path.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    return read(path, columns, SPEED)
+
+
+def test_repeated_stamps_are_spread_or_dropped(tmp_path: Path) -> None:
+    t = np.arange(0, 1.0, 1e-3)
+    coarse = [f"{np.floor(s * 100) / 100:.2f};{force(np.array(SPEED * s)):.4f}" for s in t]
+    measured = read_rows(tmp_path, "t [s];F [N]", coarse, Columns("F", time="t"))
+    assert measured.phi == pytest.approx(SPEED * t, abs=SPEED * 1.1e-3)
+    assert measured.reading is not None
+    assert "coarse" in measured.reading.angle
+    single = [f"{s:.4f};{force(np.array(SPEED * s)):.4f}" for s in t]
+    single.insert(50, single[49])
+    measured = read_rows(tmp_path, "t [s];F [N]", single, Columns("F", time="t"))
+    assert len(measured.phi) == len(t)
+    assert measured.reading is not None
+    assert [(entry.count, entry.lines) for entry in measured.reading.dropped] == [(1, [52])]
+
+
+def test_clock_times_run_past_midnight(tmp_path: Path) -> None:
+    rows = []
+    for i in range(40):
+        seconds = (86_390 + i / 2) % 86_400
+        clock = f"{int(seconds // 3600):02d}:{int(seconds % 3600 // 60):02d}:{seconds % 60:04.1f}".replace(".", ",")
+        rows.append(f"{clock};{i / 7:.3f}".replace(".", ","))
+    measured = read_rows(tmp_path, "Uhrzeit;F [N]", rows, Columns("F", time="Uhrzeit"))
+    assert np.diff(measured.phi) == pytest.approx(SPEED / 2)
+
+
+def test_lost_pulse_drops_a_revolution_and_a_half(tmp_path: Path) -> None:
+    t = np.arange(0, 3.0, 1e-3)
+    phi = 20.0 * t
+    pulse = (np.mod(phi, TURN) < 0.3) & ~((phi > 3 * TURN - 1) & (phi < 3 * TURN + 1))
+    rows = [f"{s:.4f};{f:.4f};{int(p)}" for s, f, p in zip(t, force(phi), pulse, strict=True)]
+    measured = read_rows(tmp_path, "t [s];F [N];z", rows, Columns("F", time="t", trigger="z"))
+    assert measured.reading is not None
+    lost = next(entry for entry in measured.reading.dropped if "one is missing" in entry.reason)
+    assert lost.count == pytest.approx(2 * TURN / 20 * 1e3, abs=3)
+    assert measured.values == pytest.approx(force(measured.phi), abs=1.0)
+
+
+def test_noise_of_revolutions_needs_no_model(tmp_path: Path) -> None:
+    rng, phi = np.random.default_rng(8), np.arange(0, 6 * TURN, TURN / 120)
+    noise = np.empty(len(phi))
+    noise[0] = rng.normal()
+    for i in range(1, len(phi)):
+        noise[i] = 0.9 * noise[i - 1] + rng.normal(0, np.sqrt(1 - 0.81))
+    rows = [f"{a:.5f};{f:.5f}" for a, f in zip(np.degrees(phi), force(phi) + noise, strict=True)]
+    channel = read_rows(tmp_path, "a [deg];F [N]", rows, Columns("F", angle="a")).channels[0]
+    assert channel.noise == pytest.approx(1.0, rel=0.3)
+    assert channel.rho == pytest.approx(0.9, abs=0.12)
+    single_revolution = read_rows(tmp_path, "a [deg];F [N]", rows[:120], Columns("F", angle="a")).channels[0]
+    assert single_revolution.rho is None
+
+
+ROWS = [f"{a};{a / 7:.2f}" for a in range(40)]
+REFUSED = {
+    "text": (["hello", "world"], "line 1 is 'hello'"),
+    "two decimal marks": (["a [deg];F [N]", *ROWS, "41;1.2.3", "42;1"], "line 42, column F"),
+    "commas for both": (
+        ["a [deg],F [N]", *(f"{a},{a / 7:.2f}".replace(".", ",") for a in range(40))], "decimal commas",
+    ),
+    "unknown unit": (["a [deg];F [lbf]", *ROWS], "the unit lbf does not fit"),
+    "extra cell": (["a [deg];F [N]", *ROWS[:20], "20;3;4", *ROWS[20:]], "line 22 has 3 cells"),
+    "few rows": (["a [deg];F [N]", *ROWS[:8]], "8 points are too few"),
+    "open quote": (["a [deg];F [N]", *ROWS[:20], '20;"3', *ROWS[20:]], "line 22"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refusal_names_line_and_remedy(case: str, tmp_path: Path) -> None:
+    lines, hint = REFUSED[case]
+    path = tmp_path / "data.csv"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        read(path, Columns("F", angle="a"), SPEED)
+    assert hint in error.value.message
+
+
+def test_time_that_runs_back_is_refused(tmp_path: Path) -> None:
+    rows = [*ROWS]
+    rows[20] = "3;1"
+    with pytest.raises(InputError, match="line 22, column t") as error:
+        read_rows(tmp_path, "t [s];F [N]", rows, Columns("F", time="t"))
+    assert "cut the file here" in error.value.message
+
+
+def test_empty_and_binary_files_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    for content, hint in ((b"", "empty"), (b"\x00\x01\x02" * 400, "line"), (b"\xff\xfea", "cut off")):
+        path.write_bytes(content)
+        with pytest.raises(InputError, match=hint):
+            read_logger_table(path)
+
+
+def test_preview_shows_reading_and_fits_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "daq.csv"
+    write_german(path)
+    machine = str(own.generated("slider_crank") / "slider_crank.toml")
+    call = ("calibrate", machine, "--data", str(path), "--time", "Zeit", "--trigger", "Trigger")
+    answered = answer(*call, "--column", "Kraft", "--quantity", "F_Ox_N", "--preview", "--out", str(tmp_path / "out"))
+    assert answered.keys() == {"machine", "quantity", "reading", "treatment"}
+    assert answered["reading"]["channels"][0]["outliers"] == 1
+    assert (tmp_path / "out" / "figures" / "data.png").stat().st_size > 10_000
+    assert "--column must name" in refusal(*call, "--quantity", "F_Ox_N", "--preview")
+    assert "--quantity is given 1 times" in refusal(
+        *call, "--column", "Kraft", "--column", "Trigger", "--quantity", "F_Ox_N", "--preview"
+    )
