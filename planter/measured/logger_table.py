@@ -328,7 +328,7 @@ def _split_header(layout: _Layout, line: str) -> list[str]:
 
 
 def _are_units(cells: Sequence[str]) -> bool:
-    """Return whether a line below the header holds units: at least half are is_unit or in brackets, others are short."""
+    """Return whether a line below the header holds units: at least half are known or in brackets."""
     is_unit = [bool(_BRACKETED.fullmatch(cell)) or normalise_unit(cell) in KNOWN for cell in cells]
     filled = sum(bool(cell) for cell in cells)
     return 0 < filled <= 2 * sum(is_unit) and max(map(len, cells)) <= LONGEST_UNIT
