@@ -7,8 +7,8 @@ from typing import Literal
 
 from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import SensitivityResult
-from planter.mechanism.results import LimitResult, MachineValidation, MechanismCycleResult
 from planter.measured.findings import MeasuredFound, MeasuredPreview
+from planter.mechanism.results import LimitResult, MachineValidation, MechanismCycleResult
 from planter.optimise.proof.search import GlobalBound
 from planter.planting.design_results import DesignersSummary, ToothCountResult
 from planter.records import Record, WarningRecord
