@@ -166,6 +166,15 @@ def check_summary(column: Column, folder: Path) -> None:
     assert column.rows().max() <= peak * (1 + 1e-9) + 1e-9
 
 
+@row("diff")
+def check_difference(column: Column, folder: Path) -> None:
+    result = command("diff", column.source, column.source)
+    assert result["values"] == []
+    (entry,) = [entry for entry in result["results"] if entry["name"] == f"max {column.quantity}"]
+    close(entry["values"][0], column.rows(column.angles(1440)).max(), 1e-3)
+    assert entry["difference"] == [0.0]
+
+
 @row("sensitivity")
 def check_sensitivity(column: Column, folder: Path) -> None:
     result = command(
