@@ -22,11 +22,15 @@ from flint import arb, arb_mat, arb_poly, ctx
 
 ctx.prec = 64
 ONE, ZERO, UNIT, INFINITY, MOST_PIECES = arb(1), arb(0), arb(0, 1), arb("inf"), 64
-SIDES = {"max": (1,), "min": (-1,), "range": (1, -1)}
-NONNEGATIVE = ("range", "variance", "std", "rms")
+SIDES, NONNEGATIVE = {"max": (1,), "min": (-1,), "range": (1, -1)}, ("range", "variance", "std", "rms")
 
-class NoBound(Exception):
+class NoBound(ArithmeticError):
     """A quantity has no bound over a box at some angle."""
+
+def require(holds, reason):
+    """Raise ValueError with a reason unless a statement holds."""
+    if not holds:
+        raise ValueError(reason)
 
 def map_ends(function, x):
     """Return the values of an increasing function over a ball, by those at its ends."""
@@ -212,11 +216,8 @@ def add_up(jets):
     return join_jets(jets, lambda balls: sum(balls, ZERO)).cut()
 
 def invert_matrix(rows, part):
-    """Return the inverse of a matrix of jets at the centre or anywhere (part c or v)."""
-    try:
-        return arb_mat([[getattr(jet, part) for jet in row] for row in rows]).inv()
-    except ZeroDivisionError:
-        raise NoBound("a matrix may be singular") from None
+    """Return the inverse of a matrix of jets at the centre or anywhere (part c or v), if none of them is singular."""
+    return arb_mat([[getattr(jet, part) for jet in row] for row in rows]).inv()
 
 def enclose_roots(space, k, start, residual):
     """Return roots near a start: a ball that Newton's interval step maps into itself holds one at each design.
@@ -302,6 +303,11 @@ class ProofProgram:
                 start = (invert_matrix(rows[:-1], "c") * arb_mat(size, 1, [jet.c for jet in rows[-1]])).entries()
                 solved[arguments] = enclose_roots(space, size, [float(x.mid()) for x in start], lambda q: ([
                     add_up([a * y for a, y in zip(row, q)]) - b for row, b in zip(rows, rows[-1])], rows[:-1]))
+                *matrix, right = [[jet.v for jet in row] for row in rows]
+                for algorithm in ("lu", "precond"):
+                    direct = arb_mat(matrix).solve(arb_mat(size, 1, right), algorithm=algorithm).entries()
+                    for y, value in zip(solved[arguments], direct):
+                        y.v = y.v.intersection(value)
             return solved[arguments][k]
 
         def floor(x):
@@ -398,7 +404,7 @@ class Response:
             try:
                 values = self.advance(space, fixed, starts, phi + space.constant(turn_angle(offset)))
                 results, jump = self.stages[-1][0].run_pieces(space, [values[k] for k in self.stages[-1][1]])
-            except NoBound:
+            except ArithmeticError:
                 return None
             sides.append(results)
             jumps.append(jump and not self.continuous)
@@ -495,7 +501,7 @@ class BoundedCycle:
                 extremes += [self.find_maximum(term, side, abs(term["weight"])) for side in sides if pairs]
                 if pairs and not sides:
                     smooth += self.average(term) * self.space.constant(term["weight"])
-            except NoBound:
+            except ArithmeticError:
                 if not is_nonnegative(term):
                     raise
                 has_all = False
@@ -570,27 +576,24 @@ def list_boxes(document):
         children, parts = node.get("children", []), []
         if "split" in node:
             k, at = node["split"][0], float.fromhex(node["split"][1])
-            if not lower[k] <= at <= upper[k]:
-                raise ValueError(f"nodes[{place}] is split outside of its box")
+            require(lower[k] <= at <= upper[k], f"nodes[{place}] is split outside of its box")
             parts = [(lower, [*upper[:k], at, *upper[k + 1 :]]), ([*lower[:k], at, *lower[k + 1 :]], upper)]
         elif "sides" in node:
             sides = {k: {"lower": lower, "upper": upper}[side][k] for k, side in node["sides"]}
             parts = [[[sides.get(k, x) for k, x in enumerate(end)] for end in (lower, upper)]]
-        if len(parts) != len(children) or seen.intersection(children):
-            raise ValueError(f"nodes[{place}] has other children than its parts")
-        if ("bound" in node or "sides" in node) and "evidence" not in node:
-            raise ValueError(f"nodes[{place}] has a bound or a side, but no evidence")
+        is_covered = len(parts) == len(children) and not seen.intersection(children)
+        require(is_covered, f"nodes[{place}] has other children than its parts")
+        require("evidence" in node or not {"bound", "sides"} & {*node}, f"nodes[{place}] has claims without evidence")
         seen.update(children)
         waiting += [(child, *part, best) for child, part in zip(children, parts)]
-    if len(seen) != len(nodes):
-        raise ValueError("a box is not a part of another")
+    require(len(seen) == len(nodes), "a box is not a part of another")
 
 def check_box(job):
     """Return the reason why the statements on a box do not follow, or None."""
     place, node, lower, upper = job
     try:
         bound, _, slopes, undecided = PROOF.bound(lower, upper, node["evidence"])
-    except NoBound as error:
+    except ArithmeticError as error:
         return f"nodes[{place}] cannot be bounded: {error}"
     if "bound" in node and not bound >= float.fromhex(node["bound"]):
         return f"nodes[{place}].bound is {float.fromhex(node['bound'])}, but only {bound} follows"
@@ -602,26 +605,22 @@ def check_box(job):
 def check_claims(document, pool):
     """Raise ValueError unless all that a document states follows."""
     text = json.dumps({k: v for k, v in document.items() if k != "sha256"}, sort_keys=True, separators=(",", ":"))
-    if hashlib.sha256(text.encode()).hexdigest() != document["sha256"]:
-        raise ValueError("sha256 does not match the content of the file")
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    require(digest == document["sha256"], "sha256 does not match the content of the file")
     boxes, stated, entry = list(list_boxes(document)), document["lower_bound"], document["incumbent"]
     lowest = min(best for _, node, _, _, best in boxes if not node.get("children"))
     if entry["upper_bound"] is not None:
         x, reached = [float.fromhex(value) for value in entry["x"]], float.fromhex(entry["upper_bound"])
-        if not all(a <= value <= b for a, value, b in zip(boxes[0][2], x, boxes[0][3])):
-            raise ValueError("incumbent.x is outside of the box")
-        if not PROOF.bound(x, x, entry["evidence"])[1] <= reached:
-            raise ValueError("incumbent.upper_bound is below what follows")
+        is_inside = all(a <= value <= b for a, value, b in zip(boxes[0][2], x, boxes[0][3]))
+        require(is_inside, "incumbent.x is outside of the box")
+        require(PROOF.bound(x, x, entry["evidence"])[1] <= reached, "incumbent.upper_bound is below what follows")
         lowest = min(lowest, reached)
-    if (document["kind"] == "true") != (PROOF.samples is None):
-        raise ValueError("kind does not fit samples")
-    if stated is not None and not float.fromhex(stated) <= lowest:
-        raise ValueError("lower_bound is above the bound of a box")
+    require((document["kind"] == "true") == (PROOF.samples is None), "kind does not fit samples")
+    require(stated is None or float.fromhex(stated) <= lowest, "lower_bound is above the bound of a box")
     jobs = [(place, node, lower, upper) for place, node, lower, upper, _ in boxes if "evidence" in node]
     for number, reason in enumerate(pool.imap_unordered(check_box, jobs), 1):
         print(f"\r{number} of {len(jobs)} boxes", end="\n" * (number == len(jobs)), file=sys.stderr)
-        if reason:
-            raise ValueError(reason)
+        require(not reason, reason)
 
 def load_proof(path):
     """Read a file, in every process."""
