@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.files import examples
+from planter.view.names import load_names
 from planter.view.subject import (
     Control,
     DetailTable,
@@ -18,6 +19,7 @@ from planter.view.subject import (
     change_numbers,
     list_controls,
     list_readings,
+    to_sentence_case,
     write_numbers,
 )
 
@@ -50,7 +52,7 @@ class ReuleauxClutch:
     def controls(self) -> Sequence[Control]:
         """Numbers of sleeve, shaft, teeth and linkage."""
         paths = [path for path in self.clutch.numbers() if path.partition(".")[0] in OFFERED]
-        return list_controls(self.clutch, paths, {}, {})
+        return list_controls(self.clutch, paths, {}, {}, load_names(__package__))
 
     def scenes(self, values: Values, model: str) -> Sequence[Scene]:
         """The body as it turns in the smallest sleeve that lets it, which only its width changes."""
@@ -95,7 +97,15 @@ class ReuleauxClutch:
         """Return the inequalities of a clutch that works."""
         rows = self._geometry(values).conditions
         return [
-            RequirementCheck(row.condition, row.unit.removeprefix("1"), None, row.margin, row.holds) for row in rows
+            RequirementCheck(
+                row.condition,
+                row.unit.removeprefix("1"),
+                None,
+                row.margin,
+                row.holds,
+                label=to_sentence_case(row.condition),
+            )
+            for row in rows
         ]
 
     def details(self, values: Values, model: str) -> Sequence[DetailTable]:

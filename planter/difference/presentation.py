@@ -223,10 +223,10 @@ def draw_comparison(curve: ComparedCurve, letters: Sequence[str], meaning: str) 
     panes = [(values, letters), (differences, [f"{letter} \N{MINUS SIGN} A" for letter in letters[1:]])]
     panes = panes if differences.any() else panes[:1]
     figure = style.new_figure(4.4 if len(panes) > 1 else 3.0)
-    panels = figure.subplots(len(panes), 1, sharex=True, squeeze=False, height_ratios=(2, 1)[: len(panes)])[:, 0]
+    all_axes = figure.subplots(len(panes), 1, sharex=True, squeeze=False, height_ratios=(2, 1)[: len(panes)])[:, 0]
     end = round(float(angles[-1] + angles[1]), 6)
     unit = f" / {curve.unit}" if curve.unit else ""
-    for axes, (rows, names) in zip(panels, panes, strict=True):
+    for axes, (rows, names) in zip(all_axes, panes, strict=True):
         if rows is differences:
             axes.axhline(0, color=style.SOFT, linewidth=0.6)
         ends = []
@@ -236,10 +236,10 @@ def draw_comparison(curve: ComparedCurve, letters: Sequence[str], meaning: str) 
             ends.append((float(row[-1]), name, shade))
         style.over_a_turn(axes, label=False, end=end)
         style.label_ends(axes, ends, 0.08 if rows is values else 0.16)
-    panels[0].set_ylabel(fill(f"{meaning}{unit}", LONGEST_LINE))
+    all_axes[0].set_ylabel(fill(f"{meaning}{unit}", LONGEST_LINE))
     if len(panes) > 1:
-        panels[1].set_ylabel(f"difference{unit}")
-    panels[-1].set_xlabel("angle of the drive / deg")
+        all_axes[1].set_ylabel(f"difference{unit}")
+    all_axes[-1].set_xlabel("angle of the drive / deg")
     return figure
 
 

@@ -53,6 +53,7 @@ _UNITS: dict[str, _Unit] = {
     "Pa": _Unit("Pa", 1.0),
     "N2": _Unit("N2", 1.0),
     "N_m": _Unit("N/m", 1.0),
+    "N_m2": _Unit("N/m2", 1.0),
     "N_m15": _Unit("N/m^1.5", 1.0),
     "GPa": _Unit("GPa", 1e9),
     "s_m": _Unit("s/m", 1.0),

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from planter.files import examples
+from planter.view.names import load_names
 from planter.view.subject import (
     Control,
     DetailTable,
@@ -45,7 +46,7 @@ class Poses:
         numbers = {path: value for path, value in self.file.numbers().items() if path.startswith("pose")}
         reach = {path: REACH_DEG if path.endswith("_deg") else REACH_MM for path in numbers}
         bounds = {path: (value - reach[path], value + reach[path]) for path, value in numbers.items()}
-        return list_controls(self.file, numbers, {}, bounds)
+        return list_controls(self.file, numbers, {}, bounds, load_names(__package__))
 
     @cached_property
     def handles(self) -> Sequence[tuple[str, str]]:

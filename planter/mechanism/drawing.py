@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -12,7 +12,7 @@ import numpy as np
 
 from planter.engine.drive import RPM
 from planter.engine.loops import split_gaps
-from planter.engine.machine import LEAST_PIVOT
+from planter.engine.machine import LEAST_PIVOT, Machine, Quantity
 from planter.files import units
 from planter.kernels import Array
 from planter.kernels.formulas import HOISTED, Formulas
@@ -21,7 +21,7 @@ from planter.mechanism.file import MechanismFile
 from planter.mechanism.machines import build_machine
 from planter.numerics.arrays import Integers
 from planter.report import labels, style
-from planter.view.scene import Body, Chain, Curve, Outline, Point, Scene
+from planter.view.scene import Body, Chain, Curve, Force, Outline, Point, Scene
 from planter.view.subject import Input, Portable
 
 if TYPE_CHECKING:
@@ -133,8 +133,10 @@ def label_cycle_curves(axes: Axes, label: str, ends: list[tuple[float, str, str]
 GROUND = "ground"
 MOST_FRAMES = 400
 """Frames of a scene."""
-MOST_SCENE_CURVES = 16
-"""Curves of a scene, those of the first quantities."""
+MOST_SCENE_CURVES = 32
+"""Curves of a scene."""
+FIRST_UNITS = ("N m", "N")
+"""Units of the quantities that come first: torques, then forces."""
 GROUND_MARK = np.array([[0.0, 0.0], [-0.6, -1.0], [0.6, -1.0]])
 """Triangle below a point of the ground, in parts of its size."""
 MARK_SHARE = 30
@@ -143,10 +145,34 @@ OBLIQUE = 0.35
 """Share of a length towards the viewer that is drawn to the left and down: the cabinet view of a spatial mechanism."""
 
 
+def select_curves(keys: Iterable[str], machine: Machine | None = None) -> list[str]:
+    """Return the keys of quantities that a scene has: motors of the machine, then the order of `FIRST_UNITS`."""
+    motors = [] if machine is None else [machine.find_quantity(name).key for name in machine.motors]
+    order = {unit: index for index, unit in enumerate(FIRST_UNITS)}
+    return sorted(keys, key=lambda key: -1 if key in motors else order.get(units.display_unit(key), len(order)))[
+        :MOST_SCENE_CURVES
+    ]
+
+
+def name_quantity(quantity: Quantity) -> str:
+    """Return the name of a quantity on a page: its meaning, and its symbol."""
+    return f"{quantity.meaning} ({quantity.name})" if quantity.meaning else quantity.name
+
+
 def build_scene(
-    title: str, axis: PlotAxis, seconds: float, columns: Mapping[str, Array], places: Mapping[str, Array]
+    title: str,
+    axis: PlotAxis,
+    seconds: float,
+    columns: Mapping[str, Array],
+    places: Mapping[str, Array],
+    machine: Machine | None = None,
 ) -> Scene:
-    """Return a moving scene with curves (n,) by key in display units; `places` (n,) [m] are coordinates of points."""
+    """Return a moving scene with curves (n,) by key in display units; `places` (n,) [m] are coordinates of points.
+
+    The `machine` gives the curves their names, and forces at points of the drawing their arrows.
+    """
+    quantities = [] if machine is None else machine.results
+    named = {quantity.key: name_quantity(quantity) for quantity in quantities}
     frames = select_frames(len(axis.values))
     points: list[Point] = []
     numbers: dict[tuple[str, bytes], int] = {}
@@ -168,9 +194,22 @@ def build_scene(
         points=points,
         again=axis.repeats,
         chains=chains,
-        curves=[Curve(labels.format_name(key), units.display_unit(key), column[frames])
-                for key, column in list(columns.items())[:MOST_SCENE_CURVES]],
+        forces=list(_list_forces(quantities, points, {key: column[frames] for key, column in columns.items()})),
+        curves=[Curve(named.get(key, labels.format_name(key)), units.display_unit(key), columns[key][frames])
+                for key in select_curves(columns, machine)],
     )  # fmt: skip
+
+
+def _list_forces(
+    quantities: Sequence[Quantity], points: Sequence[Point], columns: Mapping[str, Array]
+) -> Iterator[Force]:
+    """Yield the joint forces F_Px, F_Py at points P of the drawing."""
+    by_name = {quantity.name: quantity for quantity in quantities if quantity.key in columns}
+    for point in points:
+        components = [by_name.get(f"F_{point.name}{axis}") for axis in "xy"]
+        x, y = components
+        if x is not None and y is not None and x.unit == y.unit == "N":
+            yield Force(x.meaning.removesuffix(", x"), point, columns[x.key], columns[y.key])
 
 
 def select_frames(count: int) -> Integers:
@@ -324,7 +363,7 @@ class MechanismCycleProgram:
 
     @cached_property
     def _row_names(self) -> Sequence[str]:
-        return ["angle", *self._keys[:MOST_SCENE_CURVES], *self._points]
+        return ["angle", *select_curves(self._keys, self.machine), *self._points]
 
     # --- single numbers --------------------------------------------------------------------------------
 
@@ -345,8 +384,8 @@ class MechanismCycleProgram:
         return {
             "seconds": 2 * np.pi / ca.fabs(speed),
             "sound": 1 / self._build_soundness(rows),
-            **{f"largest {key}": ca.mmax(rows[key]) for key in self._keys},
-            **{f"least {key}": ca.mmin(rows[key]) for key in self._keys},
+            **{f"{name_quantity(q)}, largest": ca.mmax(rows[q.key]) for q in self.machine.results},
+            **{f"{name_quantity(q)}, least": ca.mmin(rows[q.key]) for q in self.machine.results},
             **self._place_ground_marks(rows),
         }
 

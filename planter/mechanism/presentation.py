@@ -242,7 +242,7 @@ def _draw_cycle(title: str, find_cycle: Callable[[], MechanismCycle]) -> dict[st
         cycle = find_cycle()
         if cycle.places:
             axis = PlotAxis.from_cycle(cycle)
-            scene = drawing.build_scene(title, axis, cycle.seconds, cycle.columns, cycle.places)
+            scene = drawing.build_scene(title, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine)
             yield MotionBlock(scene, MOTION_CAPTION)
 
     return _draw_quantities(lambda: (PlotAxis.from_cycle(find_cycle()), find_cycle().columns), animate)

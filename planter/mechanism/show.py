@@ -52,14 +52,22 @@ class MechanismView:
         from planter.mechanism.drawing import PlotAxis, build_scene
 
         cycle = self._compute_cycle(values)
-        return [build_scene(self.name, PlotAxis.from_cycle(cycle), cycle.seconds, cycle.columns, cycle.places)]
+        axis = PlotAxis.from_cycle(cycle)
+        return [build_scene(self.name, axis, cycle.seconds, cycle.columns, cycle.places, cycle.machine)]
 
     def readings(self, values: Values, model: str) -> Sequence[Reading]:
         """Return largest and least values of the first results that change over the cycle."""
-        quantities = self._compute_cycle(values).result.quantities.items()
-        moving = [(key, quantity) for key, quantity in quantities if quantity.max > quantity.min][:MOST_READINGS]
-        return [Reading(f"{kind} {key}", quantity.unit, value) for key, quantity in moving
-                for kind, value in (("largest", quantity.max), ("least", quantity.min))]  # fmt: skip
+        from planter.mechanism.drawing import name_quantity, select_curves
+
+        cycle = self._compute_cycle(values)
+        extremes, results = cycle.result.quantities, {quantity.key: quantity for quantity in cycle.machine.results}
+        moving = [key for key, extreme in extremes.items() if extreme.max > extreme.min]
+        keys = select_curves(moving, cycle.machine)[:MOST_READINGS]
+        return [
+            Reading(f"{name_quantity(results[key])}, {kind}", extremes[key].unit, value)
+            for key in keys
+            for kind, value in (("largest", extremes[key].max), ("least", extremes[key].min))
+        ]
 
     def checks(self, values: Values, model: str) -> Sequence[RequirementCheck]:
         """Return the limits of the file over the cycle."""

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from planter.files import examples
+from planter.view.names import load_names
 from planter.view.subject import (
     Control,
     DetailTable,
@@ -17,6 +18,7 @@ from planter.view.subject import (
     Values,
     list_controls,
     list_readings,
+    to_sentence_case,
     write_numbers,
 )
 
@@ -60,7 +62,7 @@ class PickUp:
             path: (numbers[path] - REACH_MM, numbers[path] + REACH_MM) for path in numbers if path.startswith(POINTS)
         }
         paths = [path for path in numbers if path.partition(".")[0] in OFFERED and path not in TEETH_ALONE]
-        return list_controls(self.machine, [*paths, *points], {}, points)
+        return list_controls(self.machine, [*paths, *points], {}, points, load_names(__package__))
 
     @cached_property
     def handles(self) -> Sequence[tuple[str, str]]:
@@ -114,7 +116,7 @@ class PickUp:
         from planter.pickup.requirements import list_requirements
 
         return [
-            RequirementCheck(r.name, r.unit, r.value, r.margin, r.holds, r.lower, r.upper)
+            RequirementCheck(r.name, r.unit, r.value, r.margin, r.holds, r.lower, r.upper, to_sentence_case(r.name))
             for r in list_requirements(*self._train(values))
         ]
 

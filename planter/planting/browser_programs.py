@@ -45,6 +45,7 @@ class DeviceColumns:
             "planet's turn on the carrier": -values["alpha_deg"] - turned,
             "travel": 1e3 * self._datum("forward_speed_m_s") * phi / ca.fabs(self._datum("speed_rpm")),
             **{key: values[key] for key in (*SIDE, *TOTALS)},
+            **{f"{name}_N": ca.hypot(values[f"{name}x_N"], values[f"{name}y_N"]) for name in ("F_A1", "F_B1")},
         }
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -15,6 +15,7 @@ from planter.planting import cycle
 from planter.planting.file import PlantingMachine
 from planter.planting.model import Device
 from planter.planting.swept import ROOM
+from planter.view.names import load_names
 from planter.view.subject import (
     Control,
     DetailTable,
@@ -100,6 +101,17 @@ BESIDE = (
 """Numbers beside the design that a hand is offered."""
 
 
+NAMES = load_names(__package__)
+LOCKED = 1e-9
+"""Room that a locked number has to either side, in parts of its bounds: a search needs some."""
+
+
+def _label(name: str) -> str:
+    """Return the name of a requirement on a page."""
+    entry = NAMES.find(name)
+    return entry.name if entry else ""
+
+
 class PlantingView:
     """A planting device; the design first, then some of what it is built of."""
 
@@ -122,8 +134,8 @@ class PlantingView:
         meanings |= {f"{DESIGN}{name}": entry["meaning"] for name, entry in names}
         bounds = {f"{DESIGN}{name}": pair for name, pair in self.machine.bounds.items()}
         paths = [f"{DESIGN}{name}" for name in device.names]
-        return list_controls(self.machine, [*paths, *BESIDE, *find_point_bounds(self.machine)], meanings,
-                        bounds | find_point_bounds(self.machine))  # fmt: skip
+        points = find_point_bounds(self.machine)
+        return list_controls(self.machine, [*paths, *BESIDE, *points], meanings, bounds | points, NAMES)
 
     @cached_property
     def handles(self) -> Sequence[tuple[str, str]]:
@@ -198,7 +210,9 @@ class PlantingView:
         if self._measures is None or self._measures.device is not device:
             self._measures = RequirementRows(device)
         return checks + [
-            RequirementCheck(r.meaning, r.unit, r.value, r.margin, r.verdict != "fail", r.lower, r.upper)
+            RequirementCheck(
+                r.meaning, r.unit, r.value, r.margin, r.verdict != "fail", r.lower, r.upper, _label(r.name), r.phi_deg
+            )
             for r in evaluate_requirements(self._measures, x)
         ]
 
@@ -215,6 +229,22 @@ class PlantingView:
     def text(self, values: Values) -> str:
         """The machine file with these numbers."""
         return write_numbers(self.machine, change_numbers(self.machine, values))
+
+    @property
+    def lockable(self) -> Sequence[str]:
+        """The design."""
+        return [f"{DESIGN}{name}" for name in self.machine.bounds]
+
+    def with_locks(self, values: Values, locked: Collection[str]) -> str:
+        """The machine file with these numbers, whose bounds leave a locked one no room."""
+        machine = change_numbers(self.machine, values)
+        bounds = dict(machine.bounds)
+        for path in locked:
+            name = path.removeprefix(DESIGN)
+            value, (lower, upper) = machine.design[name], bounds[name]
+            room = LOCKED * (upper - lower)
+            bounds[name] = (value - room, value + room)
+        return write_numbers(self.machine, machine.model_copy(update={"bounds": bounds}))
 
     def portable(self, model: str) -> Portable:
         """Return the data from which a page computes the device by itself."""

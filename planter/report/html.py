@@ -171,6 +171,8 @@ class Table:
         }
         head = "".join(
             f'<th scope="col"{CLASS_NUMBER if index in numbers else ""}>{escape_markup(column)}</th>'
+            if column
+            else "<td></td>"
             for index, column in enumerate(self.head)
         )
         body = (

@@ -25,8 +25,8 @@ HINTS = {
 
 
 def to_page_words(sentence: str, labels: Mapping[str, str]) -> str:
-    """Return a message for a page, without references to the command line, and with `labels` for paths of files."""
-    for before, after in {**labels, **HINTS}.items():
+    """Return a message for a page, without references to the command line, and with `labels` for paths and keys."""
+    for before, after in sorted({**labels, **HINTS}.items(), key=lambda pair: -len(pair[0])):
         sentence = sentence.replace(before, after)
     return sentence
 

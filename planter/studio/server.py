@@ -95,6 +95,8 @@ def _with_headers(send: Send) -> Send:
 FILES = {
     "": ("planter.studio", "studio.html", "text/html"),
     "studio.js": ("planter.studio", "studio.js", "text/javascript"),
+    "fields.js": ("planter.studio", "fields.js", "text/javascript"),
+    "tables.js": ("planter.studio", "tables.js", "text/javascript"),
     "exports.js": ("planter.studio", "exports.js", "text/javascript"),
     "line.js": ("planter.studio", "line.js", "text/javascript"),
     "studio.css": ("planter.studio", "studio.css", "text/css"),

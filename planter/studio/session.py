@@ -26,6 +26,7 @@ from planter.view.subject import (
     ANIMATION,
     STEPS,
     Export,
+    LockingSearch,
     Searching,
     Shown,
     Values,
@@ -63,14 +64,16 @@ class Session:
         self.machine: Shown | None = None
         self._texts = 0
         self._labels: dict[str, str] = {}
+        self._names: dict[str, str] = {}
 
     def in_page_words(self, error: PlanterError) -> str:
-        """Return the message of an error with files named as on the page."""
-        return to_page_words(error.message, self._labels)
+        """Return the message of an error with files and numbers named as on the page."""
+        return to_page_words(error.message, self._labels | self._names)
 
     def open(self, message: Message) -> dict[str, Any]:
         """Open a machine by name or by the text of its file, and return its description for the page."""
         self.machine = open_machine(self._source(message))
+        self._names = {control.path: control.name for control in self.machine.controls}
         return {"opened": self._description()}
 
     def _description(self) -> dict[str, Any]:
@@ -79,7 +82,8 @@ class Session:
             "name": self.machine.name,
             "models": list(self.machine.models),
             "handles": [list(pair) for pair in self.machine.handles],
-            "search": "Optimise" if isinstance(self.machine, Searching) and self.machine.search else None,
+            "search": "Find a better design" if self._searches else None,
+            "lockable": self._lockable,
             "controls": [control.to_json() for control in self.machine.controls],
             "wishes": isinstance(self.machine, Wishing) and self.machine.wishes,
             "exports": [asdict(export) for export in self._exports],
@@ -157,9 +161,22 @@ class Session:
         machine, model = self._open, self._values_and_model(message)[1]
         if not isinstance(machine, Searching) or not machine.search:
             raise InputError(f"{machine.name} cannot be optimised")
-        path = self._store("search", "machine.toml", machine.text(self._values_and_model(message)[0]))
+        path = self._store("search", "machine.toml", self._search_text(message))
         options = ("--model", model) if len(machine.models) > 1 else ()
         return {"command": [*machine.search, str(path), *options, "--json"], "labels": {str(path): machine.name}}
+
+    def _search_text(self, message: Message) -> str:
+        """Return the file for a search, in which locked numbers have no room."""
+        values, locked = self._values_and_model(message)[0], message.get("locked") or []
+        if not locked:
+            return self._open.text(values)
+        lockable = self._lockable
+        if not isinstance(locked, list) or not all(number in lockable for number in locked):
+            raise InputError(f"locked = {safe_text.format_value(locked)}: a search does not vary such numbers")
+        if all(number in locked for number in lockable):
+            raise InputError("all numbers of the design are locked; unlock at least one for a search")
+        assert isinstance(self._open, LockingSearch)
+        return self._open.with_locks(values, locked)
 
     def sought(self, message: Message) -> dict[str, Any]:
         """Return the optimum from the result of the command."""
@@ -188,6 +205,17 @@ class Session:
         files.output_folder(file.parent)
         files.write_text(file, self._open.text(self._values_and_model(message)[0]))
         return {"works": works}
+
+    @property
+    def _lockable(self) -> list[str]:
+        """Paths of the numbers that a search of the open machine can leave as they are."""
+        machine = self._open
+        return list(machine.lockable) if isinstance(machine, LockingSearch) else []
+
+    @property
+    def _searches(self) -> bool:
+        machine = self._open
+        return isinstance(machine, Searching) and bool(machine.search)
 
     @property
     def _exports(self) -> list[Export]:

@@ -82,7 +82,7 @@ def _html(machine: Movable, description: Mapping[str, Any], models: Mapping[str,
     studio, view = "planter.studio", "planter.view"
     modules = {
         "view": _text(view, "view.js"),
-        "exports": _text(studio, "exports.js"),
+        **{name: _text(studio, f"{name}.js") for name in ("tables", "fields", "exports")},
         **{name: _text(studio, f"static/{name}.js") for name in MODULES},
         "studio": _text(studio, "studio.js"),
     }

@@ -1,17 +1,25 @@
 // The studio's page. All that it knows stands here: a server that was started anew is told again.
 
 import { chosen, exported, exporting, offer } from "./exports.js";
+import { Parameter } from "./fields.js";
 import { connect } from "./line.js";
+import { changeText, detailTable, digits, element, named, requirementRows, row, verdict } from "./tables.js";
 import { Drawing } from "./view.js";
 
 const $ = (id) => document.getElementById(id);
-const state = { machine: null, values: {}, model: "", id: 0, shown: 0, past: [], b: null, beside: [], sources: [], opens: 0, pending: null, opening: null, loaded: null, searching: false };
+const state = {
+  machine: null, values: {}, model: "", id: 0, shown: 0, steps: [], at: 0, locked: new Set(), b: null, beside: [], checks: null,
+  sources: [], opens: 0, pending: null, opening: null, loaded: null, searching: false,
+};
 const STORED = `planter studio ${location.pathname}`; // of this tab and this studio
-const LONGEST_PAST = 50; // steps back that a reload keeps
+const MOST_STEPS = 100;
+const MODELS = { exact: "Exact", printed: "As printed" };
+const parameters = new Map();
 
 function say(text, wrong = false) {
   $("said").textContent = text;
   $("said").className = wrong ? "error" : "";
+  $("said").setAttribute("role", wrong ? "alert" : "status");
 }
 
 function take(message) {
@@ -40,7 +48,7 @@ function lost(anew) {
   search(false);
   exported({ exporting: null });
   const moved = (state.machine?.controls ?? []).filter((one) => state.values[one.path] !== one.value);
-  const numbers = moved.map((one) => `${one.path} = ${state.values[one.path]}`).join(", ");
+  const numbers = moved.map((one) => `${one.name} = ${state.values[one.path]}`).join(", ");
   const kept = numbers && ` What was moved here: ${numbers}.`;
   say(anew ? `The studio was started anew: open the address that it prints.${kept}` : "The studio does not answer; trying again.", true);
 }
@@ -75,8 +83,9 @@ const alike = (one, two) => JSON.stringify(Object.entries(one).sort()) === JSON.
 
 /** What a page has to set again where its line broke, or it was loaded anew. */
 function keepable() {
-  const { opening, values, model, past } = state;
-  return state.machine && { opening, own: own(state.machine), values, model, past: past.slice(-LONGEST_PAST) };
+  const { opening, values, model, steps, at, b } = state;
+  const beside = b && b.scene.record.data !== undefined ? b : null; // a page without a server computes its pictures by functions
+  return state.machine && { opening, own: own(state.machine), values, model, steps, at, locked: [...state.locked], b: beside };
 }
 
 /** What this tab had before it was loaded anew; null where there is nothing, or the browser keeps nothing. */
@@ -88,61 +97,67 @@ function opened(machine) {
   const { what, kept } = state.pending ?? { what: state.opening, kept: null };
   const again = kept !== null && alike(kept.own, own(machine));
   const here = again && state.machine !== null;
-  Object.assign(state, { machine, opening: what, pending: null, shown: state.id });
+  Object.assign(state, { machine, opening: what, pending: null, shown: state.id, checks: null });
   if (what.name === undefined) state.loaded = what;
   choices();
-  if (again) Object.assign(state, { values: kept.values, past: kept.past, model: kept.model });
-  else Object.assign(state, { values: own(machine), past: [], model: machine.models[0] });
-  remember(null);
+  if (again) Object.assign(state, { values: kept.values, steps: kept.steps, at: kept.at, model: kept.model, locked: new Set(kept.locked) });
+  else Object.assign(state, { values: own(machine), steps: [{ label: "As in the file", values: own(machine) }], at: 0, model: machine.models[0], locked: new Set() });
   if (!here) {
-    Object.assign(state, { b: null, beside: [] });
+    Object.assign(state, { b: again ? kept.b : null, beside: [] });
     $("drawings").replaceChildren();
-    $("drawings").className = "";
+    $("curve").replaceChildren();
     drawings.length = 0;
   }
-  $("model").replaceChildren(...machine.models.map((name) => new Option(name, name, false, name === state.model)));
+  $("model").replaceChildren(...machine.models.map((name) => new Option(MODELS[name] ?? name, name, false, name === state.model)));
+  $("equations").hidden = machine.models.length < 2;
   offer(machine.exports);
   $("optimise").hidden = !machine.search;
   search(false);
   $("wish").hidden = !machine.wishes;
-  controls();
+  fields();
+  history();
+  designs();
   ask();
   if (kept && !again) say(`${machine.name} has other numbers than before: what was moved here is gone.`, true);
 }
 
-function controls() {
+/** The parameters in their groups. */
+function fields() {
+  parameters.clear();
   const groups = new Map();
+  const lockable = new Set(state.machine.lockable ?? []);
+  const deeds = { move: set, done: commit, refuse: (sentence) => say(sentence ?? "", sentence !== null), lock };
   for (const one of state.machine.controls) {
     if (!groups.has(one.group)) groups.set(one.group, group(one.group));
-    groups.get(one.group).append(control(one));
+    const parameter = new Parameter(one, lockable.has(one.path), deeds);
+    parameters.set(one.path, parameter);
+    groups.get(one.group).append(parameter.element);
   }
-  $("controls").replaceChildren(...groups.values());
+  $("groups").replaceChildren(...groups.values());
+  for (const found of groups.values()) found.querySelector("summary small").textContent = found.querySelectorAll(".control").length;
+  find();
+  reflect();
 }
 
 function group(name) {
-  const found = document.createElement("fieldset");
-  const title = document.createElement("legend");
-  title.textContent = name.replaceAll("_", " ");
-  found.append(title);
-  return found;
+  const title = element("summary", "", element("h2", "", name), " ", element("small"));
+  return Object.assign(element("details", "group", title), { open: true });
 }
 
-function control(one) {
-  const [box, name, slider, field] = ["div", "span", "input", "input"].map((tag) => document.createElement(tag));
-  box.className = "control";
-  box.dataset.path = one.path;
-  name.className = "name";
-  name.textContent = `${one.path.split(".").slice(1).join(".")}${one.meaning ? `: ${one.meaning}` : ""}`;
-  const step = (one.upper - one.lower) / 1000;
-  Object.assign(slider, { type: "range", min: one.lower, max: one.upper, step, value: state.values[one.path], ariaLabel: one.path });
-  Object.assign(field, { type: "number", min: one.lower, max: one.upper, step: "any", value: state.values[one.path], ariaLabel: `${one.path}, value` });
-  let before = null;
-  slider.addEventListener("pointerdown", () => (before = { ...state.values }));
-  slider.addEventListener("input", () => { before ??= { ...state.values }; set(one.path, Number(slider.value)); });
-  slider.addEventListener("change", () => { remember(before); before = null; });
-  field.addEventListener("change", () => { remember({ ...state.values }); set(one.path, Number(field.value)); });
-  box.append(name, slider, field);
-  return box;
+/** Show the parameters that have the text that is looked for. */
+function find() {
+  const text = $("find").value.trim();
+  for (const parameter of parameters.values()) parameter.element.hidden = !parameter.matches(text);
+  for (const found of document.querySelectorAll(".group")) {
+    found.hidden = !found.querySelector(".control:not([hidden])");
+    if (text) found.open = true;
+  }
+}
+
+/** Lock a number in searches, or unlock it. */
+function lock(path) {
+  if (!state.locked.delete(path)) state.locked.add(path);
+  reflect();
 }
 
 /** How far the numbers can be moved from where they are. */
@@ -152,9 +167,42 @@ function ends(found) {
   document.body.dataset.ended = state.id;
 }
 
-function remember(values) {
-  if (values) state.past.push(values);
-  $("undo").disabled = state.past.length === 0;
+/** Record a step of the history, unless nothing was changed. */
+function commit(label) {
+  if (alike(state.values, state.steps[state.at].values)) return;
+  state.steps = [...state.steps.slice(0, state.at + 1), { label, values: { ...state.values } }].slice(-MOST_STEPS);
+  state.at = state.steps.length - 1;
+  history();
+}
+
+/** Go to a step of the history. */
+function go(at) {
+  if (at < 0 || at >= state.steps.length) return;
+  state.at = at;
+  state.values = { ...state.steps[at].values };
+  for (const parameter of parameters.values()) parameter.clear();
+  reflect();
+  history();
+  ask();
+}
+
+/** Undo a change that was not recorded yet, or the latest step. */
+function undo() {
+  go(alike(state.values, state.steps[state.at].values) ? state.at - 1 : state.at);
+}
+
+function history() {
+  const [back, on] = [state.steps[state.at], state.steps[state.at + 1]];
+  $("undo").disabled = state.at === 0;
+  $("undo").title = state.at ? `Undo: ${back.label}` : "Nothing to undo";
+  $("redo").disabled = !on;
+  $("redo").title = on ? `Redo: ${on.label}` : "Nothing to redo";
+  $("steps").replaceChildren(...state.steps.map(({ label }, k) => {
+    const button = Object.assign(element("button", "link", label), { type: "button" });
+    if (k === state.at) button.setAttribute("aria-current", "step");
+    button.addEventListener("click", () => go(k));
+    return element("li", "", button);
+  }));
 }
 
 function set(path, value) {
@@ -164,22 +212,22 @@ function set(path, value) {
 }
 
 function reflect() {
-  for (const box of document.querySelectorAll(".control")) {
-    const one = state.machine.controls.find((known) => known.path === box.dataset.path);
-    const value = state.values[one.path];
-    const [slider, field] = box.querySelectorAll("input");
-    for (const input of [slider, field]) Object.assign(input, { min: Math.min(one.from ?? one.lower, value), max: Math.max(one.to ?? one.upper, value) });
-    if (document.activeElement !== slider) slider.value = value;
-    if (document.activeElement !== field) field.value = value;
-    box.classList.toggle("moved", value !== one.value);
+  for (const [path, parameter] of parameters) {
+    const { from, to, lower, upper } = parameter.control;
+    parameter.reflect(state.values[path], [from ?? lower, to ?? upper], state.b?.values[path], state.locked.has(path));
   }
 }
 
 function ask() {
   state.id += 1;
-  for (const name of ["checks", "readings", "details"]) $(name).classList.add("stale");
-  say("");
+  for (const name of ["checks", "readings", "details"]) busy(name, true);
+  if (![...parameters.values()].some((parameter) => parameter.wrong)) say("");
   send({ id: state.id, values: state.values, model: state.model });
+}
+
+function busy(name, is) {
+  $(name).classList.toggle("stale", is);
+  $(name).setAttribute("aria-busy", is);
 }
 
 const drawings = [];
@@ -187,16 +235,21 @@ const drawings = [];
 function draw(place, index, scene) {
   const known = drawings[index];
   if (known && known.element.parentElement === place) known.load(scene.record, scene.fill ?? scene.picture);
-  else drawings[index] = drawn(place, scene);
+  else {
+    drawings[index] = drawn(place, scene, index === 0 ? $("curve") : null);
+    if (index === 0 && state.b) drawings[0].keep(state.b.scene);
+  }
 }
 
 /** A drawing of a scene, whose picture may be one that is to be filled. */
-function drawn(place, scene) {
-  const element = document.createElement("div");
-  Object.assign(element, { className: "planter-view", tabIndex: 0, innerHTML: scene.picture });
-  scene.fill?.(element.querySelector("svg.mechanism"));
-  place.append(element);
-  return new Drawing(element, scene.record);
+function drawn(place, scene, curves) {
+  const found = document.createElement("div");
+  Object.assign(found, { className: "planter-view", tabIndex: 0, innerHTML: scene.picture });
+  found.setAttribute("role", "group");
+  found.setAttribute("aria-label", "Drawing: Space plays, arrows move, Page Up and Page Down go to events");
+  scene.fill?.(found.querySelector("svg.mechanism"));
+  place.append(found);
+  return new Drawing(found, scene.record, curves);
 }
 
 /** Points of the first drawing that a hand takes hold of; the machine follows, within the ends of its numbers. */
@@ -216,7 +269,6 @@ function handles() {
 
 function take_hold(event, machine, x, y) {
   event.preventDefault();
-  remember({ ...state.values });
   const matrix = machine.getScreenCTM().inverse();
   const within = (path, value) => {
     const one = state.machine.controls.find((known) => known.path === path);
@@ -228,7 +280,11 @@ function take_hold(event, machine, x, y) {
     reflect();
     ask();
   };
-  const end = () => { removeEventListener("pointermove", move); removeEventListener("pointerup", end); };
+  const end = () => {
+    removeEventListener("pointermove", move);
+    removeEventListener("pointerup", end);
+    commit("A point dragged");
+  };
   addEventListener("pointermove", move);
   addEventListener("pointerup", end);
 }
@@ -238,6 +294,7 @@ function seen(message) {
   state.latest = message;
   draw_all(message.scenes);
   readings();
+  judge();
   document.body.dataset.shown = message.id;
 }
 
@@ -251,120 +308,135 @@ function finished(scenes) {
 function draw_all(scenes) {
   scenes.forEach((scene, index) => draw($("drawings"), index, scene));
   for (const gone of drawings.splice(scenes.length)) gone.element.remove();
+  $("curve").hidden = !$("curve").childElementCount;
   handles();
 }
 
-const digits = (value) => (value === null ? "\u2013" : Number(value.toPrecision(6)).toString().replace("-", "\u2212"));
-
-function row(cells, numbers) {
-  const found = document.createElement("tr");
-  cells.forEach((text, k) => {
-    const cell = document.createElement("td");
-    cell.textContent = text;
-    if (numbers.includes(k)) cell.className = "number";
-    found.append(cell);
-  });
-  return found;
-}
-
-/** The design's readings, those of its other models, and those of the design that was kept. */
+/** The design's results, those of its other models, and those of the design that was kept with the change. */
 function readings() {
-  const values = (found) => new Map(found.map((one) => [one.name, digits(one.value)]));
-  const several = state.machine.models.length > 1;
-  const columns = [{ head: several ? `A ${state.model}` : "A", of: values(state.latest.readings) }];
-  for (const one of state.beside) columns.push({ head: `A ${one.model}`, of: values(one.readings), kind: "beside" });
+  const values = (found) => new Map(found.map((one) => [one.name, one.value]));
+  const columns = [{ head: "A", of: values(state.latest.readings), kind: "a" }];
+  for (const one of state.beside) columns.push({ head: `A, ${MODELS[one.model]?.toLowerCase() ?? one.model}`, of: values(one.readings), kind: "beside" });
   if (state.b) columns.push({ head: "B", of: values(state.b.readings), kind: "b" });
-  const numbers = columns.map((_, k) => k + 1);
-  const made = (name, cells, unit) => {
-    const found = row([name, ...cells, unit], numbers);
-    columns.forEach(({ kind }, k) => kind && found.children[k + 1].classList.add(kind));
+  const heads = columns.map(({ head }) => head);
+  const numbers = [...heads, ...(state.b ? ["change"] : [])].map((_, k) => k + 1);
+  const made = (cells, head) => {
+    const found = row(cells, numbers, head);
+    columns.forEach(({ kind }, k) => found.children[k + 1].classList.add(kind));
     return found;
   };
-  $("readings").tHead.replaceChildren(made("quantity", columns.map(({ head }) => head), "unit"));
-  $("readings").tBodies[0].replaceChildren(...state.latest.readings.map((one) => made(one.name, columns.map(({ of }) => of.get(one.name) ?? ""), one.unit)));
+  $("readings").tHead.replaceChildren(made(["Quantity", ...heads, ...(state.b ? ["Change"] : [])], true));
+  $("readings").tBodies[0].replaceChildren(...state.latest.readings.map((one) => {
+    const cells = columns.map(({ of }) => digits(of.get(one.name)));
+    const change = state.b ? [changeText(one.value, columns.at(-1).of.get(one.name))] : [];
+    return made([named(one.name, one.unit), ...cells, ...change], false);
+  }));
 }
 
 /** What takes longest: the other models, and what the machine is sized by. */
 function details(message) {
   state.beside = message.beside;
-  $("readings").classList.remove("stale");
+  busy("readings", false);
   readings();
   drawings[0]?.beside(message.beside);
   $("details").hidden = message.details.length === 0;
-  $("details").classList.remove("stale");
-  $("details").querySelector("div").replaceChildren(...message.details.map(table));
+  busy("details", false);
+  $("details").querySelector("div").replaceChildren(...message.details.map(detailTable));
   document.body.dataset.detailed = state.id;
 }
 
-function table({ title, head, rows }) {
-  const [found, caption] = ["table", "caption"].map((tag) => document.createElement(tag));
-  caption.textContent = title;
-  found.append(caption, document.createElement("thead"), document.createElement("tbody"));
-  found.tHead.append(row(head, []));
-  const cell = (value) => (typeof value === "string" ? value : digits(value));
-  const numbers = (cells) => cells.flatMap((value, k) => (typeof value === "string" ? [] : [k]));
-  found.tBodies[0].append(...rows.map((cells) => row(cells.map(cell), numbers(cells))));
-  return found;
-}
+const jump = (angle) => { drawings[0]?.go(angle); $("drawings").scrollIntoView({ block: "nearest" }); };
 
 function checks(found) {
-  $("checks").hidden = found.length === 0;
-  $("checks").classList.remove("stale");
-  const rows = found.map((one) => {
-    const made = row([one.name, digits(one.value), digits(one.margin), one.unit], [1, 2]);
-    made.children[2].classList.add(one.met ? "met" : "missed");
-    return made;
-  });
-  $("checks").tBodies[0].replaceChildren(...rows);
+  state.checks = found;
+  if (state.b?.waits === state.id) state.b = { ...state.b, checks: found, waits: null };
+  judge();
   document.body.dataset.checked = state.id;
+}
+
+/** Requirements of both designs, and what follows. */
+function judge() {
+  const { checks: found, b } = state;
+  if (found) {
+    $("checks").parentElement.hidden = found.length === 0;
+    busy("checks", false);
+    const { head, rows } = requirementRows(found, b?.checks ?? null, jump);
+    $("checks").tHead.replaceChildren(head);
+    $("checks").tBodies[0].replaceChildren(...rows);
+  }
+  const title = b ? "Which design is better?" : "Which requirements are met?";
+  $("verdict").querySelector("h2").textContent = title;
+  $("verdict").querySelector("div").replaceChildren(...verdict({ checks: found, readings: state.latest?.readings, b, jump }));
+}
+
+/** What this page has of the design in edit. */
+function snapshot() {
+  const { latest, checks: found, values, model, id } = state;
+  const time = new Date().toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" });
+  return { scene: latest.scenes[0], readings: latest.readings, checks: found, waits: found ? null : id, values: { ...values }, model, time };
 }
 
 function keep() {
   if (!state.latest) return;
-  state.b = { readings: state.latest.readings };
-  document.querySelector("#kept")?.remove();
-  const place = document.createElement("div");
-  place.id = "kept";
-  $("drawings").classList.add("two");
-  $("drawings").append(place);
-  drawn(place, state.latest.scenes[0]);
-  readings();
+  beside(snapshot());
 }
 
-function undo() {
-  const values = state.past.pop();
-  $("undo").disabled = state.past.length === 0;
-  if (!values) return;
-  state.values = values;
+function beside(b) {
+  state.b = b;
+  drawings[0]?.keep(b?.scene ?? null);
+  designs();
+  reflect();
+  readings();
+  judge();
+}
+
+/** Edit the design that was kept, and keep the one in edit. */
+function exchange() {
+  if (!state.b || !state.latest) return;
+  const other = state.b;
+  beside(snapshot());
+  state.values = { ...other.values };
+  state.model = $("model").value = other.model;
+  commit("A and B exchanged");
   reflect();
   ask();
 }
 
+function designs() {
+  const { b } = state;
+  $("exchange").disabled = $("discard").disabled = !b;
+  $("kept").replaceChildren(...(b ? [element("b", "b", "B"), ` was kept at ${b.time}.`] : ["No design is kept as B."]));
+}
+
 /** Numbers as the file has them. */
 function reset() {
-  remember({ ...state.values });
-  for (const one of state.machine.controls) state.values[one.path] = one.value;
+  state.values = own(state.machine);
+  for (const parameter of parameters.values()) parameter.clear();
+  commit("All parameters reset");
   reflect();
   ask();
 }
 
 function search(running) {
   state.searching = running;
-  $("optimise").textContent = running ? "Cancel" : (state.machine?.search ?? "");
+  $("optimise").textContent = running ? "Stop the search" : (state.machine?.search ?? "");
+  $("optimise").classList.toggle("running", running);
 }
 
 function optimise() {
   if (state.searching) { send({ ask: "cancel" }); say("The search was cancelled."); search(false); return; }
   search(true);
-  say("Searching.");
-  send({ ask: "optimise", values: state.values, model: state.model });
+  const count = state.locked.size;
+  say(`Searching${count ? `, with ${count} number${count > 1 ? "s" : ""} locked` : ""}.`);
+  send({ ask: "optimise", values: state.values, model: state.model, locked: [...state.locked] });
 }
 
 function optimum(message) {
   search(false);
   keep();
-  remember({ ...state.values });
-  Object.assign(state.values, message.optimum);
+  const found = Object.entries(message.optimum).filter(([path]) => !state.locked.has(path));
+  Object.assign(state.values, Object.fromEntries(found));
+  commit("Better design");
   reflect();
   ask();
   const sentence = message.sentence ?? `Improved: objective ${digits(message.start_objective)} to ${digits(message.objective)}.`;
@@ -380,6 +452,29 @@ function download(text) {
   say(`${link.download} was handed to the browser.`);
 }
 
+/** Choose what a narrow screen shows below the drawing. */
+function panel(name) {
+  document.body.dataset.panel = name;
+  for (const button of document.querySelectorAll("#tabs button")) button.setAttribute("aria-pressed", button.dataset.to === name);
+}
+
+/** Keys that work wherever nothing is typed. */
+function key(event) {
+  const typing = event.target.matches("input:not([type=range]):not([type=checkbox]), select, textarea");
+  if ((event.ctrlKey || event.metaKey) && event.key.toLowerCase() === "z") {
+    if ([...parameters.values()].some((parameter) => parameter.field === event.target && parameter.isEdited)) return;
+    event.preventDefault();
+    if (event.shiftKey) go(state.at + 1);
+    else undo();
+    return;
+  }
+  if (typing || event.ctrlKey || event.metaKey || event.altKey || $("keys").open) return;
+  const deeds = { k: keep, x: exchange, s: () => $("save").click(), "/": () => $("find").focus(), "?": () => $("keys").showModal() };
+  const deed = deeds[event.key.toLowerCase()];
+  if (deed) { event.preventDefault(); deed(); return; }
+  if (event.target === document.body) drawings[0]?.key(event);
+}
+
 $("export").addEventListener("click", () => {
   if (exporting()) { send({ ask: "cancel", work: "export" }); exported({ exporting: null }); say("The export was given up."); }
   else send({ ask: "export", values: state.values, model: state.model, ...chosen() });
@@ -390,10 +485,11 @@ $("source").addEventListener("change", () => {
   else if (state.loaded) open(state.loaded);
 });
 $("model").addEventListener("change", () => { Object.assign(state, { model: $("model").value, beside: [] }); ask(); });
-$("undo").addEventListener("click", undo);
-$("reset").addEventListener("click", reset);
-$("keep").addEventListener("click", keep);
-$("optimise").addEventListener("click", optimise);
+for (const [name, deed] of Object.entries({ undo, redo: () => go(state.at + 1), reset, keep, exchange, discard: () => beside(null), optimise, help: () => $("keys").showModal() })) {
+  $(name).addEventListener("click", deed);
+}
+$("find").addEventListener("input", find);
+$("tabs").addEventListener("click", (event) => event.target.dataset.to && panel(event.target.dataset.to));
 $("wish").addEventListener("click", () => send({ ask: "wish", values: state.values }));
 $("save").addEventListener("click", () => send({ ask: "file", values: state.values }));
 $("load").addEventListener("change", async () => {
@@ -401,6 +497,8 @@ $("load").addEventListener("change", async () => {
   if (file) open({ text: await file.text(), file: file.name });
   $("load").value = "";
 });
+addEventListener("keydown", key);
+panel("controls");
 const send = connect({
   heard: take,
   back: () => {
@@ -411,5 +509,8 @@ const send = connect({
   lost,
 });
 addEventListener("pagehide", () => {
-  try { sessionStorage.setItem(STORED, JSON.stringify(keepable())); } catch { return; } // a browser that keeps nothing
+  const kept = keepable();
+  try { sessionStorage.setItem(STORED, JSON.stringify(kept)); } catch {
+    try { sessionStorage.setItem(STORED, JSON.stringify({ ...kept, b: null })); } catch { return; } // a browser that keeps nothing
+  }
 });

@@ -104,7 +104,8 @@ class Picture:
 
     def _body(self, body: Body, numbers: Iterator[int]) -> Iterator[str]:
         x, y, turn = (format_number(float(channel[0])) for channel in self.scene.pose(body))
-        yield f'<g data-body="{next(numbers)}" transform="translate({x} {y}) rotate({turn})">'
+        middle = _find_middle(body)
+        yield f'<g data-body="{next(numbers)}"{middle} transform="translate({x} {y}) rotate({turn})">'
         yield f"<title>{escape_markup(body.name)}</title>"
         yield from map(_outline, body.outlines)
         for part in body.parts:
@@ -119,8 +120,8 @@ class Picture:
 
     def _traces(self) -> Iterator[str]:
         for k, (point, path) in enumerate(zip(self.scene.points, self.paths, strict=True)):
-            hidden = "" if point.traced else ' visibility="hidden"'
-            yield f'<path class="trace" data-trace="{k}"{hidden} d="{format_line(path, self.scene.again)}"/>'
+            attributes = f'd="{format_line(path, self.scene.again)}"' if point.traced else 'visibility="hidden"'
+            yield f'<path class="trace" data-trace="{k}" {attributes}/>'
 
     def _points(self) -> Iterator[str]:
         size = format_number(self.frames[0].width / 160)
@@ -147,6 +148,15 @@ class Picture:
             at = f"{format_number(label.x)} {format_number(label.y)}"
             attributes = f'transform="translate({at}) scale(1 -1)" font-size="{size}" text-anchor="{label.anchor}"'
             yield f"<text {attributes}>{escape_markup(label.text)}</text>"
+
+
+def _find_middle(body: Body) -> str:
+    """Return the middle of a body's last outline, where its name points, as an attribute; empty if it has no name."""
+    outlines = [outline for outline in body.outlines if outline.look not in ("teeth", "before", "ground", "mark")]
+    if not outlines:
+        return ""
+    low, high = outlines[-1].points.min(axis=0), outlines[-1].points.max(axis=0)
+    return f' data-middle="{" ".join(map(format_number, ((low + high) / 2).tolist()))}"'
 
 
 def format_number(value: float) -> str:

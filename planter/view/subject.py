@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
@@ -15,7 +15,9 @@ from planter.files.document import Document, format_lines
 from planter.files.text import is_file, parse_toml, read_text
 from planter.kernels import Array
 from planter.kernels.programs import Program
+from planter.report import labels
 from planter.version import __version__
+from planter.view.names import DisplayName, DisplayNames
 from planter.view.scene import Scene
 
 
@@ -71,7 +73,7 @@ REACH = 0.5
 
 @dataclass(frozen=True)
 class Control:
-    """A number that a user can change: its path, meaning, unit, value and bounds."""
+    """A number that a user can change: its path, meaning, unit, value and bounds, and its name, symbol and group."""
 
     path: str
     meaning: str
@@ -79,15 +81,13 @@ class Control:
     value: float
     lower: float
     upper: float
-
-    @property
-    def group(self) -> str:
-        """First part of the path."""
-        return self.path.partition(".")[0]
+    name: str
+    symbol: str
+    group: str
 
     def to_json(self) -> dict[str, Any]:
         """Return the control as a JSON object for a page."""
-        return {**asdict(self), "group": self.group}
+        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,8 @@ class Reading:
 class RequirementCheck:
     """A requirement with its margin, and whether it is satisfied; `value` is None if only the margin is known.
 
-    `lower` and `upper` are its limits in the unit, None on a side without one.
+    `lower` and `upper` are its limits in the unit, None on a side without one. `label` is its name on a page where that
+    is another one, and `phi_deg` the angle at which it is closest to its limit, None if it belongs to no angle.
     """
 
     name: str
@@ -113,6 +114,8 @@ class RequirementCheck:
     met: bool
     lower: float | None = None
     upper: float | None = None
+    label: str = ""
+    phi_deg: float | None = None
 
 
 @dataclass(frozen=True)
@@ -170,6 +173,18 @@ class Searching(Protocol):
 
     def sought(self, answer: Mapping[str, Any]) -> Sought:
         """Return the optimum from the JSON object that the command prints."""
+
+
+@runtime_checkable
+class LockingSearch(Protocol):
+    """A machine whose search can leave numbers as they are."""
+
+    @property
+    def lockable(self) -> Sequence[str]:
+        """Paths of the numbers that a search varies."""
+
+    def with_locks(self, values: Values, locked: Collection[str]) -> str:
+        """Return the text of the machine's file for a search that leaves the numbers at the paths `locked`."""
 
 
 @runtime_checkable
@@ -239,10 +254,15 @@ def first_scene(machine: Shown, model: str | None, option: str) -> tuple[Scene, 
 
 
 def list_controls(
-    document: Document, paths: Iterable[str], meanings: Mapping[str, str], bounds: Mapping[str, tuple[float, float]]
+    document: Document,
+    paths: Iterable[str],
+    meanings: Mapping[str, str],
+    bounds: Mapping[str, tuple[float, float]],
+    names: DisplayNames | None = None,
 ) -> list[Control]:
     """Return controls for numbers of a file, within bounds by path if there are any, and within the valid range.
 
+    They are in the order of `names`. A number without a name there is named by its meaning, or by the words of its key.
     A number with a single valid value is omitted.
     """
     numbers, result = document.numbers(), []
@@ -251,8 +271,24 @@ def list_controls(
         ends = (_allowed_end(document, path, value, end) for end in bounds.get(path) or _about(value))
         lower, upper = min(value, next(ends)), max(value, next(ends))
         if lower < upper:
-            result.append(Control(path, meanings.get(path, ""), units.display_unit(path), value, lower, upper))
-    return result
+            meaning = meanings.get(path, "")
+            named = (names and names.find(path)) or _name_number(path, meaning)
+            result.append(Control(path, meaning, units.display_unit(path), value, lower, upper, *named))
+    return result if names is None else sorted(result, key=lambda control: names.position(control.path))
+
+
+def _name_number(path: str, meaning: str) -> DisplayName:
+    """Return a number's name by its meaning, its symbol by its key, and its group by the section of its file."""
+    section, _, key = path.rpartition(".")
+    symbol = key.removesuffix(units.unit_suffix(key))
+    group = labels.separate_words(section.partition("[")[0].partition(".")[0]) or "values"
+    name = meaning or labels.separate_words(symbol)
+    return DisplayName(to_sentence_case(name), symbol if meaning else "", to_sentence_case(group))
+
+
+def to_sentence_case(text: str) -> str:
+    """Return a text that begins with a capital letter."""
+    return f"{text[:1].upper()}{text[1:]}"
 
 
 def _allowed_end(document: Document, path: str, value: float, end: float) -> float:

@@ -72,8 +72,10 @@ class Motion {
 
 /** The mechanism itself: an SVG whose parts are set to a moment. */
 class Mechanism {
-  constructor(svg, motion) {
+  /** `room` is the largest width and height of the drawing in pixels. */
+  constructor(svg, motion, room) {
     this.svg = svg;
+    this.room = room;
     this.motion = motion;
     this.overGround = false;
     const all = (name) => Array.from(svg.querySelectorAll(`[data-${name}]`)).sort((a, b) => a.dataset[name] - b.dataset[name]);
@@ -82,7 +84,8 @@ class Mechanism {
     this.arrows = all("arrow");
     this.chains = all("chain");
     this.traces = all("trace");
-    this.near = this.traces.map((trace) => trace.getAttribute("d"));
+    this.near = this.traces.map((trace, k) => trace.getAttribute("d") ?? this.#path(k, () => 0));
+    this.traces.forEach((trace, k) => trace.setAttribute("d", this.near[k]));
     this.machine = svg.querySelector("[data-machine]");
     this.cut = svg.querySelector(".teeth") !== null;
     this.ground = svg.querySelector("[data-ground]");
@@ -98,13 +101,13 @@ class Mechanism {
     const seen = new Set();
     const add = (element, at) => {
       const name = element.querySelector(":scope > title")?.textContent;
-      if (!name || seen.has(name) || name.startsWith("ground at ") || name.startsWith("teeth of ") || this.named.length === MOST_NAMES) return;
+      if (!name || seen.has(name) || name.startsWith("ground at ") || this.named.length === MOST_NAMES) return;
       seen.add(name);
       this.named.push({ name, at });
     };
     const { bodies, chains, points } = this.motion;
-    this.bodies.forEach((body) => add(body, (i) => {
-      let [x, y] = [0, 0];
+    this.bodies.filter((body) => body.dataset.middle).forEach((body) => add(body, (i) => {
+      let [x, y] = body.dataset.middle.split(" ").map(Number);
       for (let part = body; part; part = part.parentElement.closest("[data-body]")) {
         const [px, py, turn] = bodies[part.dataset.body].map((channel) => channel(i));
         const [cos, sin] = [Math.cos((turn * Math.PI) / 180), Math.sin((turn * Math.PI) / 180)];
@@ -117,8 +120,7 @@ class Mechanism {
       return [0, 1].map((axis) => (corners[0][axis] + corners.at(-1)[axis]) / 2);
     }));
     const [left, top, width, height] = this.svg.dataset.near.split(" ").map(Number);
-    const pixels = this.svg.getBoundingClientRect().width || 640;
-    this.size = LETTER / Math.min(pixels / (1.3 * width), TALLEST / height);
+    this.size = LETTER / Math.min(this.room.width / (1.3 * width), this.room.height / height);
     const longest = Math.max(0, ...this.named.map(({ name }) => name.length));
     this.right = left + width + 1.5 * this.size;
     this.near_box = [left, top, width + (this.named.length ? (0.56 * longest + 3) * this.size : 0), height];
@@ -180,7 +182,7 @@ class Mechanism {
     this.#box();
     this.names.style.display = overGround || this.named_shown === false ? "none" : "";
     if (this.ground) this.ground.style.display = overGround ? "" : "none";
-    this.traces.forEach((trace, k) => trace.setAttribute("d", overGround ? this.#path(k) : this.near[k]));
+    this.traces.forEach((trace, k) => trace.setAttribute("d", overGround ? this.#path(k, this.motion.travel) : this.near[k]));
   }
 
   show(moment) {
@@ -205,11 +207,13 @@ class Mechanism {
     this.traces.forEach((trace) => trace.setAttribute("transform", `translate(${-moved} 0)`));
   }
 
-  #path(k) {
+  /** The path of a point, closed where the cycle repeats relative to what it is drawn on. */
+  #path(k, travel) {
     const [x, y] = this.motion.points[k];
     const steps = [];
-    for (let i = 0; i < this.motion.moments; i++) steps.push(`${(x(i) + this.motion.travel(i)).toFixed(2)} ${y(i).toFixed(2)}`);
-    return `M${steps.join(" ")}`;
+    for (let i = 0; i < this.motion.moments; i++) steps.push(`${(x(i) + travel(i)).toFixed(2)} ${y(i).toFixed(2)}`);
+    const last = this.motion.moments - 1;
+    return `M${steps.join(" ")}${this.motion.share(last) < 1 && travel(last) === travel(0) ? "Z" : ""}`;
   }
 
   #arrow([x, y, fx, fy]) {
@@ -234,6 +238,8 @@ function ticks(low, high, count) {
 }
 
 const LEFT = 58, RIGHT = 64, TOP = 20, HEIGHT = 210, FLOOR = 172; // of a curve's drawing, in pixels
+const PANE = 100, HEAD = 22; // height of the differences above the axis of angles, and of their title
+const FLOAT = 1e-6; // rounding of numbers of 32 bits, relative to the largest
 const NARROW = 420; // width below which an axis of angles has a tick every 90 deg
 
 /** A curve over the cycle with its axes, and a mark that moves along it; others of the same name are dashed. */
@@ -241,28 +247,37 @@ class Curve {
   constructor(motion) {
     this.motion = motion;
     this.others = [];
+    this.kept = null;
     this.width = 480;
     this.axes = make("g", { class: "axes" });
     this.ends = make("g", { class: "ends" });
     this.line = make("path", { class: "course" });
     this.other = make("path", { class: "course other" });
+    this.second = make("path", { class: "course kept" });
+    this.change = make("path", { class: "course change" });
     this.zero = make("path", { class: "reference" });
     this.mark = make("circle", { r: 4, class: "mark" });
-    this.svg = make("svg", { class: "curve", role: "img" }, this.axes, this.zero, this.other, this.line, this.mark, this.ends);
+    this.mark2 = make("circle", { r: 4, class: "mark change" });
+    const lines = [this.zero, this.other, this.second, this.line, this.change, this.mark, this.mark2];
+    this.svg = make("svg", { class: "curve", role: "img" }, this.axes, ...lines, this.ends);
     if (typeof ResizeObserver !== "undefined") new ResizeObserver(() => this.#fit()).observe(this.svg);
   }
 
-  /** Choose a curve; from its reference if it has one and that is wanted; beside it those of that name of `others`. */
-  choose(index, deviation, beside) {
-    this.chosen = [index, deviation, beside];
+  // Choose a curve; from its reference if it has one and that is wanted; beside it those of that name of `others`.
+  // The curve of a design that was kept is always beside it, and the difference from it below if that is wanted.
+  choose(index, deviation, beside, difference) {
+    this.chosen = [index, deviation, beside, difference];
     const curve = this.motion.curves[index];
     const from = deviation && curve.reference !== null ? curve.reference : 0;
     this.value = (i) => curve.at(i) - from;
     const sampled = (value) => Array.from({ length: this.motion.moments }, (_, i) => value(i));
     const values = sampled(this.value);
-    const wanted = this.others.filter((one) => beside || one.always);
-    const others = wanted.map((one) => ({ model: one.model, at: one.at(curve.name) })).filter((one) => one.at);
+    const wanted = [...(this.kept ? [this.kept] : []), ...(beside ? this.others : [])];
+    const others = wanted.map((one) => ({ model: one.model, at: one.at(curve.name), kind: one === this.kept ? "kept" : "other" })).filter((one) => one.at);
     const drawn = others.map(({ at }) => sampled((i) => at(i) - from));
+    const kept = others.findIndex(({ kind }) => kind === "kept");
+    const apart = difference && kept >= 0;
+    const height = apart ? HEIGHT + PANE + HEAD : HEIGHT;
     const all = [...values, ...drawn.flat()];
     const [least, most] = [Math.min(...all), Math.max(...all)];
     const room = 0.07 * (most - least) || Math.abs(most) / 10 || 1;
@@ -272,9 +287,10 @@ class Curve {
     const end = this.motion.share(this.motion.moments - 1);
     this.x = (i) => LEFT + ((right - LEFT) * this.motion.share(i)) / end;
     this.y = (value) => FLOOR - ((FLOOR - TOP) * (value - low)) / span;
-    const path = (course) => `M${course.map((value, i) => `${this.x(i).toFixed(1)} ${this.y(value).toFixed(2)}`).join(" ")}`;
+    const path = (course, y = this.y) => `M${course.map((value, i) => `${this.x(i).toFixed(1)} ${y(value).toFixed(2)}`).join(" ")}`;
     this.line.setAttribute("d", path(values));
-    this.other.setAttribute("d", drawn.map(path).join(""));
+    this.other.setAttribute("d", drawn.filter((_, k) => k !== kept).map((course) => path(course)).join(""));
+    this.second.setAttribute("d", kept < 0 ? "" : path(drawn[kept]));
     const level = deviation || curve.reference === null ? 0 : curve.reference;
     const seen = level >= low && level <= high;
     this.zero.setAttribute("d", seen ? `M${LEFT} ${this.y(level)} ${right} ${this.y(level)}` : "");
@@ -283,24 +299,45 @@ class Curve {
     const told = (value) => digits(this.exact(value)) + unit;
     const also = (i) => others.map(({ model, at }) => `, ${model} ${told(at(i) - from)}`).join("");
     this.told = (i) => `${curve.name}${from ? " less its reference" : ""} ${told(this.value(i))}${also(i)}`;
-    this.svg.setAttribute("viewBox", `0 0 ${this.width} ${HEIGHT}`);
+    this.svg.setAttribute("viewBox", `0 0 ${this.width} ${height}`);
     this.svg.setAttribute("aria-label", `${curve.name} over the cycle, from ${told(least)} to ${told(most)}`);
-    this.#axes(curve, low, high, right);
+    const pane = apart ? this.#pane(values.map((value, i) => drawn[kept][i] - value), span, Math.max(...all.map(Math.abs))) : null;
+    this.change.setAttribute("d", pane ? path(pane.values, pane.y) : "");
+    this.mark2.style.display = pane ? "" : "none";
+    this.#axes(curve, low, high, right, pane, height);
     const last = this.motion.moments - 1;
-    const ends = others.map(({ model, at }) => ({ name: model, y: this.y(at(last) - from), kind: "other" }));
+    const ends = others.map(({ model, at, kind }) => ({ name: model, y: this.y(at(last) - from), kind }));
     if (others.length) ends.push({ name: "A", y: this.y(values[last]), kind: "own" });
     if (seen && curve.reference !== null && !deviation) ends.push({ name: `${digits(level)}`, y: this.y(level), kind: "level" });
     this.#label(ends, right);
   }
 
+  /** Differences below the curves, on a scale of their own; those below rounding are zero. */
+  #pane(differences, span, size) {
+    const values = differences.map((value) => (Math.abs(value) < FLOAT * Math.max(span, size) ? 0 : value));
+    const [least, most] = [Math.min(0, ...values), Math.max(0, ...values)];
+    const room = 0.07 * (most - least) || 1;
+    const [low, high] = [least - room, most + room];
+    const top = FLOOR + HEAD + 14;
+    const y = (value) => top + PANE - (PANE * (value - low)) / (high - low);
+    this.differs = (i) => y(values[i]);
+    return { values, low, high, y, top };
+  }
+
   /** Ticks, their lines and the names of both axes. */
-  #axes(curve, low, high, right) {
+  #axes(curve, low, high, right, pane, height) {
     const { record } = this.motion;
     const parts = [];
-    for (const value of ticks(low, high, 4)) {
-      const y = this.y(value).toFixed(1);
+    const level = (value, y) => {
       parts.push(make("path", { class: "grid", d: `M${LEFT} ${y} ${right} ${y}` }));
       parts.push(make("text", { x: LEFT - 6, y: Number(y) + 4, "text-anchor": "end" }, digits(this.exact(value))));
+    };
+    for (const value of ticks(low, high, 4)) level(value, this.y(value).toFixed(1));
+    const bottom = pane ? pane.top + PANE : FLOOR;
+    if (pane) {
+      for (const value of ticks(pane.low, pane.high, 3)) level(value, pane.y(value).toFixed(1));
+      const title = `${this.kept.model} \u2212 A${curve.unit ? ` / ${curve.unit}` : ""}`;
+      parts.push(make("text", { x: LEFT, y: pane.top - 6, class: "axis" }, title));
     }
     const [first, last] = [this.motion.place(0), this.motion.place(this.motion.moments - 1)];
     const round = record.unit === "deg" && last - first > 300;
@@ -308,12 +345,14 @@ class Curve {
     const places = round ? Array.from({ length: Math.floor(360 / step) + 1 }, (_, k) => k * step) : ticks(first, last, this.width < NARROW ? 4 : 6);
     for (const place of places) {
       const x = place > last ? right : this.x(this.motion.nearest(place));
-      parts.push(make("path", { class: "grid", d: `M${x.toFixed(1)} ${TOP} ${x.toFixed(1)} ${FLOOR}` }));
-      parts.push(make("text", { x, y: FLOOR + 15, "text-anchor": "middle" }, digits(place) + (record.unit === "deg" ? "\u00b0" : "")));
+      for (const [from, to] of pane ? [[TOP, FLOOR], [pane.top, bottom]] : [[TOP, FLOOR]]) {
+        parts.push(make("path", { class: "grid", d: `M${x.toFixed(1)} ${from} ${x.toFixed(1)} ${to}` }));
+      }
+      parts.push(make("text", { x, y: bottom + 15, "text-anchor": "middle" }, digits(place) + (record.unit === "deg" ? "\u00b0" : "")));
     }
     parts.push(make("text", { x: LEFT, y: 12, class: "axis" }, curve.unit ? `${curve.name} / ${curve.unit}` : curve.name));
     const under = record.unit === "deg" || !record.unit ? record.place : `${record.place} / ${record.unit}`;
-    parts.push(make("text", { x: (LEFT + right) / 2, y: HEIGHT - 6, "text-anchor": "middle" }, under));
+    parts.push(make("text", { x: (LEFT + right) / 2, y: height - 6, "text-anchor": "middle" }, under));
     this.axes.replaceChildren(...parts);
   }
 
@@ -339,35 +378,113 @@ class Curve {
     this.moment = moment;
     this.mark.setAttribute("cx", this.x(moment));
     this.mark.setAttribute("cy", this.y(this.value(moment)));
+    if (this.mark2.style.display === "none") return;
+    this.mark2.setAttribute("cx", this.x(moment));
+    this.mark2.setAttribute("cy", this.differs(moment));
   }
 }
 
-/** A mechanism with its controls, in an element that holds its picture. */
+/** Another design beneath a drawing: its machine without teeth, forces and texts, at the same share of the cycle. */
+class Ghost {
+  constructor({ picture, record, fill }) {
+    const holder = document.createElement("template");
+    holder.innerHTML = picture;
+    const svg = holder.content.querySelector("svg.mechanism");
+    fill?.(svg);
+    this.motion = new Motion(record);
+    this.mechanism = new Mechanism(svg, this.motion, { width: 640, height: TALLEST });
+    this.element = this.mechanism.machine;
+    this.element.classList.add("ghost");
+    for (const part of this.element.querySelectorAll(".teeth, .force, .before, text")) part.remove();
+  }
+
+  show(share) {
+    this.mechanism.show(this.motion.reached(share));
+  }
+
+  /** A curve of this design, if it has one of that name, at the moments of another. */
+  curve(name, motion) {
+    const found = this.motion.curves.find((curve) => curve.name === name);
+    return found && ((i) => found.at(this.motion.reached(motion.share(i))));
+  }
+}
+
+/** A mechanism with its controls, in an element that holds its picture; curves are in it too, or in a `place`. */
 export class Drawing {
-  constructor(element, record) {
+  constructor(element, record, place = null) {
     this.element = element;
+    this.place = place;
+    this.ghost = null;
     this.moment = 0;
     this.playing = false;
     this.controls = make("div", { class: "controls" });
     element.append(this.controls);
     this.load(record);
-    element.addEventListener("keydown", (event) => this.#key(event));
+    element.addEventListener("keydown", (event) => this.key(event));
+    if (typeof ResizeObserver !== "undefined") new ResizeObserver(() => this.#resize()).observe(element);
+  }
+
+  /** Names keep the size of their letters where the drawing has another width. */
+  #resize() {
+    const svg = this.element.querySelector("svg.mechanism");
+    const width = svg.getBoundingClientRect().width;
+    if (!width || Math.abs(width - this.room.width) < 0.05 * this.room.width) return;
+    this.room = null;
+    this.#mechanism(svg);
+    this.#settle();
+    this.#haunt();
+    if (this.curve) this.choose();
+    this.show(this.moment);
+  }
+
+  #mechanism(svg) {
+    this.room ??= { width: svg.getBoundingClientRect().width || 640, height: parseFloat(getComputedStyle(svg).maxHeight) || TALLEST };
+    this.mechanism = new Mechanism(svg, this.motion, this.room);
+  }
+
+  /** Keep another design beneath this one, named; none without a scene. */
+  keep(scene, model = "B") {
+    this.ghost?.element.remove();
+    this.ghost = scene && new Ghost(scene);
+    this.kept_name = model;
+    this.#haunt();
+    if (this.curve) this.choose();
+    this.show(this.moment);
+  }
+
+  /** Put the other design into the picture, and its curves beside those of this one. */
+  #haunt() {
+    if (this.ghost) this.mechanism.machine.before(this.ghost.element);
+    if (!this.curve) return;
+    const { ghost, motion } = this;
+    this.curve.kept = ghost && { model: this.kept_name, at: (name) => ghost.curve(name, motion) };
+    this.minus.parentElement.hidden = !ghost;
+  }
+
+  /** Go to a place of the cycle, and stay there. */
+  go(place) {
+    this.play(false);
+    this.show(this.motion.nearest(place));
   }
 
   /** Take another record, and with it another picture, or what changes the one in place; the moment stays. */
   load(record, picture = null) {
+    this.ghost?.element.remove();
     if (typeof picture === "function") picture(this.element.querySelector("svg.mechanism"));
     else if (picture !== null) this.element.querySelector("svg.mechanism").outerHTML = picture;
     this.motion = new Motion(record);
-    this.mechanism = new Mechanism(this.element.querySelector("svg.mechanism"), this.motion);
+    this.#mechanism(this.element.querySelector("svg.mechanism"));
     if (picture === null || this.motion.curves.length !== this.count) this.#build();
     else this.#settle();
+    this.#haunt();
+    if (this.ghost && this.curve) this.choose();
     this.show(this.moment % this.motion.moments);
   }
 
   show(moment) {
     this.moment = moment;
     this.mechanism.show(moment);
+    this.ghost?.show(this.motion.share(moment));
     if (this.curve) this.curve.show(moment);
     this.scrub.value = moment;
     const { record } = this.motion;
@@ -410,7 +527,7 @@ export class Drawing {
 
   /** Draw the curve as it is chosen. */
   choose() {
-    this.curve.choose(Number(this.which.value), this.apart.checked, this.over.checked);
+    this.curve.choose(Number(this.which.value), this.apart.checked, this.over.checked, this.minus.checked);
     this.show(this.moment);
   }
 
@@ -436,11 +553,13 @@ export class Drawing {
     this.told = make("output", { class: "told" });
     const row = make("div", { class: "row" }, this.button, this.scrub, this.pace);
     if (motion.record.events.length) {
-      row.append(make("button", { type: "button", onclick: () => this.event(-1) }, "\u2190 event"));
-      row.append(make("button", { type: "button", onclick: () => this.event(1) }, "event \u2192"));
+      row.append(make("button", { type: "button", "aria-label": "to the event before", title: "to the event before", onclick: () => this.event(-1) }, "\u21e4"));
+      row.append(make("button", { type: "button", "aria-label": "to the next event", title: "to the next event", onclick: () => this.event(1) }, "\u21e5"));
     }
     this.controls.append(row, this.told, this.#choices());
-    if (motion.curves.length) this.controls.append(this.#curves());
+    const place = this.place ?? this.controls;
+    if (this.place) this.place.replaceChildren();
+    if (motion.curves.length) place.append(this.#curves());
     else this.curve = null;
   }
 
@@ -448,8 +567,8 @@ export class Drawing {
   #settle() {
     for (const choice of this.chosen) choice.apply();
     if (this.curve) {
-      Object.assign(this.curve, { motion: this.motion, others: [] });
-      this.curve.choose(Number(this.which.value), this.apart.checked, false);
+      Object.assign(this.curve, { motion: this.motion, others: [], kept: null });
+      this.curve.choose(Number(this.which.value), this.apart.checked, false, false);
     }
   }
 
@@ -492,14 +611,17 @@ export class Drawing {
     this.which = make("select", { "aria-label": "curve", onchange: choose }, ...options);
     this.apart = make("input", { type: "checkbox", onchange: choose });
     this.over = make("input", { type: "checkbox", onchange: choose });
+    this.minus = make("input", { type: "checkbox", checked: true, onchange: choose });
+    const minus = make("label", { hidden: true }, this.minus, " difference");
     const apart = make("label", {}, this.apart, " as deviation from the reference");
     const over = make("label", { hidden: true }, this.over, " also show other models");
     apart.hidden = this.motion.curves.every((curve) => curve.reference === null);
-    this.curve.choose(0, false, false);
-    return make("div", { class: "curves" }, make("div", { class: "row" }, this.which, apart, over), this.curve.svg);
+    this.curve.choose(0, false, false, false);
+    return make("div", { class: "curves" }, make("div", { class: "row" }, this.which, minus, apart, over), this.curve.svg);
   }
 
-  #key(event) {
+  /** Play, go on, back and to events by keys. */
+  key(event) {
     if (["INPUT", "SELECT", "BUTTON"].includes(event.target.tagName) || event.altKey || event.ctrlKey || event.metaKey) return;
     const count = this.motion.moments;
     const deeds = {

@@ -51,6 +51,8 @@ CURVES = {
     "M_L_Nm": "torque of the motor",
     "F_E_N": "force of the cam on the roller, side 1",
     "theta1_deg": "swing of a nozzle half, side 1",
+    "F_A1_N": "force of the middle shaft on the carrier, side 1",
+    "F_B1_N": "force of the planet's shaft on the carrier, side 1",
     "phi52_deg": "rotation of the middle body on the carrier, side 1",
     "tip_y_mm": "height of the tip, side 1",
 }
@@ -67,6 +69,7 @@ def build_scene(device: Device, x: Array, before: Array | None = None, toothed: 
     """
     turn = cycle.evaluate_cycle(device, device.prologue(x), cycle.sample_angles(MOMENTS))
     columns = turn.columns()
+    columns |= {f"{name}_N": np.hypot(columns[f"{name}x_N"], columns[f"{name}y_N"]) for name in FORCES}
     gears = locate_pitch_curves(device, x, samples=CORNERS)
     speed, forward = (device.machine.si(f"operation.{key}") for key in ("speed_rpm", "forward_speed_m_s"))
     seconds = 2 * np.pi / abs(speed)

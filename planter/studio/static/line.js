@@ -69,7 +69,7 @@ class Local {
     if (ask === "open") return { opened: { name, models: Object.keys(this.models), handles: [], exports: [], controls, search } };
     if (ask === "file") return { file: text(file, controls, values) };
     const wrong = controls.find(({ path, lower, upper }) => !(values[path] >= lower && values[path] <= upper));
-    if (wrong) return { id, error: `${wrong.path} = ${values[wrong.path]}: the value must be between ${digits(wrong.lower)} and ${digits(wrong.upper)}` };
+    if (wrong) return { id, error: `${wrong.name} = ${values[wrong.path]}: the value must be between ${digits(wrong.lower)} and ${digits(wrong.upper)}` };
     if (ask === "optimise") return this.#improved(this.models[model], values);
     const found = this.models[model].shown(values);
     if (found === null) return { id, error: "with these numbers there is no such machine: what is computed is not finite" };

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -11,11 +13,13 @@ import pytest
 
 from planter.errors import PlanterError
 from planter.files import examples
+from planter.mechanism.show import MechanismView
 from planter.studio.session import Session
 from planter.view.animation import pack_scene
 from planter.view.picture import draw_picture
 from planter.view.scene import Scene
 from planter.view.subject import Shown, Values, find_farthest, open_machine
+from tests.support import own
 
 MACHINES = [name for name in examples.list_examples(None, ".toml") if name != "compact"]
 """Built-in machines; `compact` is one of the kind of wang2017 with the same controls."""
@@ -98,6 +102,32 @@ def test_controls_end_where_the_file_does(tmp_path: Path) -> None:
     assert 89.9 < clutch["linkage.rack_phase_deg"].upper <= 90
     assert 163 > pickup["bars.L2_mm"].lower > 93.3377
     assert "law.phi1_far_deg" not in pickup
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_controls_have_names_of_a_page(name: str) -> None:
+    """Words instead of keys, each once in its group, and no group between controls of another."""
+    controls = open_machine(name).controls
+    for control in controls:
+        assert not re.search(r"_(deg|mm|kg|rpm|N|m_s|N_m)\b", control.name + control.group)
+    assert len({(control.group, control.name) for control in controls}) == len(controls)
+    groups = [control.group for control in controls]
+    assert len([group for group, _ in itertools.groupby(groups)]) == len(set(groups))
+
+
+def test_mechanism_shows_its_motor_and_joint_forces() -> None:
+    """The torque that keeps the motion comes first, and arrows of the joints are those of the curves."""
+    view = MechanismView(own.file("slider_crank"))
+    (scene,) = view.scenes({control.path: control.value for control in view.controls}, "exact")
+    curves = {curve.name: curve for curve in scene.curves}
+    assert next(iter(curves)).endswith("(M_in)")
+    arrows = {force.at.name: force for force in scene.forces}
+    assert arrows.keys() == {"O", "A"}
+    for name, force in arrows.items():
+        for values, axis in ((force.x, "x"), (force.y, "y")):
+            (curve,) = (curve for text, curve in curves.items() if text.endswith(f"(F_{name}{axis})"))
+            assert values == pytest.approx(curve.values)
+            assert curve.unit == "N"
 
 
 def test_farthest_number_is_where_attempts_begin_to_fail() -> None:

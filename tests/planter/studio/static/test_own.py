@@ -12,6 +12,7 @@ import pytest
 from planter.errors import NotFiniteError
 from planter.kernels import programs
 from planter.mechanism.cycle import compute_cycle
+from planter.mechanism.drawing import name_quantity
 from planter.mechanism.machines import build_machine
 from planter.mechanism.model import Model
 from planter.mechanism.show import MechanismView
@@ -39,10 +40,11 @@ def test_program_equals_cycle(name: str) -> None:
         numbers = portable.at(values, portable.seen)
         singles = dict(zip(portable.singles, numbers["singles"], strict=True))
         expected = compute_cycle(Model(build_machine(machine.file.with_numbers(values))))
+        names = {quantity.key: name_quantity(quantity) for quantity in expected.machine.results}
         for key, quantity in expected.result.quantities.items():
             scale = max(abs(quantity.max), abs(quantity.min))
-            assert singles[f"largest {key}"] == pytest.approx(quantity.max, abs=1e-12 * scale)
-            assert singles[f"least {key}"] == pytest.approx(quantity.min, abs=1e-12 * scale)
+            assert singles[f"{names[key]}, largest"] == pytest.approx(quantity.max, abs=1e-12 * scale)
+            assert singles[f"{names[key]}, least"] == pytest.approx(quantity.min, abs=1e-12 * scale)
         assert singles["sound"] == 1
 
 
