@@ -180,8 +180,8 @@ function go(at) {
   if (at < 0 || at >= state.steps.length) return;
   state.at = at;
   state.values = { ...state.steps[at].values };
-  for (const parameter of parameters.values()) parameter.clear();
   reflect();
+  for (const parameter of parameters.values()) parameter.clear();
   history();
   ask();
 }
@@ -411,9 +411,9 @@ function designs() {
 /** Numbers as the file has them. */
 function reset() {
   state.values = own(state.machine);
+  reflect();
   for (const parameter of parameters.values()) parameter.clear();
   commit("All parameters reset");
-  reflect();
   ask();
 }
 

@@ -317,9 +317,9 @@ def _about(value: float) -> tuple[float, float]:
 
 
 def list_readings(table: Mapping[str, Any]) -> list[Reading]:
-    """Return the scalar numbers of a result as readings."""
+    """Return the scalar numbers of a result as readings, whose names are the words of their keys."""
     return [
-        Reading(key, units.display_unit(key), float(value))
+        Reading(labels.format_name(key), units.display_unit(key), float(value))
         for key, value in table.items()
         if isinstance(value, int | float) and not isinstance(value, bool)
     ]
