@@ -46,5 +46,5 @@ def kernel_cache(request: pytest.FixtureRequest) -> Iterator[None]:
 @pytest.fixture
 def blank_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Figures are built, but empty sheets are written: drawing them takes most of the time, and is tested elsewhere."""
-    sheets = {"svg": b"<svg></svg>", "png": b""}
+    sheets = {"svg": b"<svg></svg>", "png": b"", "pdf": b""}
     monkeypatch.setattr(style, "_rendered", lambda figure, kind, metadata: sheets[kind])

@@ -352,6 +352,7 @@ def format_front_files(front: FrontTable) -> dict[str, str | bytes]:
         "front.csv": "\n".join([",".join(names), *lines]) + "\n",
         "front.svg": style.render_svg(figure),
         "front.png": style.render_png(figure),
+        "front.pdf": style.render_pdf(figure),
     }
 
 

@@ -110,8 +110,11 @@ def example(
     console = Console(as_json)
     with console.outcome():
         if name is None:
-            builtin = examples.list_examples()
-            console.result(Examples(builtin), lambda: print("\n".join(builtin)))
+            described = examples.describe_examples()
+            rows = list(described.items())
+            console.result(
+                Examples(list(described), described), lambda: console.table("Built-in files", ("name", "content"), rows)
+            )
         else:
             text = examples.example(name)
             console.result(Example(name, text), lambda: print(text, end=""))

@@ -36,9 +36,10 @@ class Citable(Record):
 
 @dataclass(frozen=True)
 class Examples(Record):
-    """`planter example`: names of the built-in files."""
+    """`planter example`: names of the built-in files, and what each has, by name."""
 
     examples: list[str]
+    descriptions: dict[str, str]
 
 
 @dataclass(frozen=True)

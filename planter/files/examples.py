@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import os
+import re
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources.abc import Traversable
@@ -16,6 +18,7 @@ from planter.files.text import parse_toml, read_text, read_toml
 
 Suffix = Literal[".toml", ".csv"]
 SUFFIXES: tuple[Suffix, ...] = (".toml", ".csv")
+_SENTENCE_END = re.compile(r"\.\s+(?=[A-Z])")
 _EVERYWHERE = {"name", "description", "origin"}
 """Keys that all kinds of files have."""
 _ALIKE = 0.5
@@ -25,6 +28,18 @@ _ALIKE = 0.5
 def list_examples(kind: str | None = None, suffix: Suffix | None = None) -> list[str]:
     """Return the sorted names of built-in files: all, or those of one package or of one suffix."""
     return sorted(file.name.rpartition(".")[0] for file in _files(kind) if file.name.endswith(suffix or ""))
+
+
+def describe_examples() -> dict[str, str]:
+    """Return the built-in files by name, each with the first sentence of the comment that it begins with."""
+    texts = {file.name.rpartition(".")[0]: file.read_text(encoding="utf-8") for file in _files(None)}
+    return {name: _read_sentence(texts[name]) for name in sorted(texts)}
+
+
+def _read_sentence(text: str) -> str:
+    lines = itertools.takewhile(lambda line: line.startswith("#"), text.splitlines())
+    comment = " ".join(line.removeprefix("#").strip() for line in lines)
+    return _SENTENCE_END.split(comment, maxsplit=1)[0].rstrip(".")
 
 
 def example(name: str, kind: str | None = None, suffix: Suffix | None = None) -> str:

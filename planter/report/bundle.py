@@ -18,17 +18,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RenderedFigure:
-    """A figure as SVG text and as PNG."""
+    """A figure as SVG text, as PNG and as PDF."""
 
     svg: str
     png: bytes
+    pdf: bytes
 
 
 def render_figures(figures: Mapping[str, Figure], progress: Listener | None = None) -> dict[str, RenderedFigure]:
-    """Render figures by name as SVG and PNG, and report the number of rendered figures to `progress`."""
+    """Render figures by name as SVG, PNG and PDF, and report the number of rendered figures to `progress`."""
     rendered, phase = {}, ProgressPhase("drawing", "figure", len(figures), progress)
     for name, figure in figures.items():
-        rendered[name] = RenderedFigure(style.render_svg(figure), style.render_png(figure))
+        rendered[name] = RenderedFigure(style.render_svg(figure), style.render_png(figure), style.render_pdf(figure))
         phase.advance(name)
     return rendered
 
@@ -46,5 +47,6 @@ def write_bundle(out: str | Path, texts: Mapping[str, str | bytes], figures: Map
         while f"figures/{stem}.svg" in contents:  # names that differ only in characters which file names cannot have
             count += 1
             stem = f"{file_name(name)}-{count}"
-        contents |= {f"figures/{stem}.svg": figure.svg, f"figures/{stem}.png": figure.png}
+        kinds: dict[str, str | bytes] = {"svg": figure.svg, "png": figure.png, "pdf": figure.pdf}
+        contents |= {f"figures/{stem}.{ending}": content for ending, content in kinds.items()}
     files.write_all(out, contents | dict(texts))

@@ -197,6 +197,11 @@ def render_png(figure: Figure) -> bytes:
     return _rendered(figure, "png", {"Software": None})
 
 
+def render_pdf(figure: Figure) -> bytes:
+    """Return the figure as PDF; the same figure always gives the same bytes."""
+    return _rendered(figure, "pdf", {"CreationDate": None, "Creator": None, "Producer": None})
+
+
 def fix_layout(figure: Figure) -> None:
     """Compute the layout of a figure and fix it, so that drawing it again moves nothing."""
     with _settings():
@@ -217,11 +222,12 @@ def _rendered(figure: Figure, kind: str, metadata: dict[str, None]) -> bytes:
 
 
 def save_figure(figure: Figure, folder: Path, name: str) -> str:
-    """Write `name.svg` and `name.png`; return the SVG text.
+    """Write `name.svg`, `name.pdf` and `name.png`; return the SVG text.
 
     Raises InputError, naming the path, if the folder cannot be written.
     """
     drawing = render_svg(figure)
     files.write_text(folder / f"{name}.svg", drawing)
+    files.write_bytes(folder / f"{name}.pdf", render_pdf(figure))
     files.write_bytes(folder / f"{name}.png", render_png(figure))
     return drawing

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import base64
 import json
+import subprocess
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
@@ -26,6 +28,7 @@ from planter.view.scene import Scene
 from planter.view.subject import Values, build_scene, first_scene, open_machine
 
 if TYPE_CHECKING:
+    from matplotlib.animation import AbstractMovieWriter
     from matplotlib.axes import Axes
 
 
@@ -200,10 +203,15 @@ def _kind() -> Any:
     return Drawing
 
 
-RATE = 20
-"""Frame rate [1/s]."""
+RATE = 20.0
+"""Default frame rate [1/s]."""
+WIDTH_PX = 432
+"""Default width of an animation [pixel]."""
 MAX_FRAMES = 200
-"""Maximum number of frames of a cycle."""
+"""Maximum number of frames of a cycle, unless a rate is given."""
+DPI = 96
+VIDEO_CODECS = {".mp4": "libx264", ".webm": "libvpx-vp9"}
+"""Codecs of videos by the ending of their file; ffmpeg writes them."""
 EARLY = 1e-9
 """Share of a cycle by which a moment may be early because of rounding."""
 _LINES: dict[str, dict[str, Any]] = {
@@ -214,44 +222,98 @@ _LINES: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 
 
-def animate(
-    source: str, changes: Mapping[str, float], out: Path, model: str | None = None, seconds: float | None = None
-) -> Animated:
-    """Write the motion of a machine as a GIF, to a file, or into a folder under the machine's name.
+@dataclass(frozen=True)
+class AnimationOptions:
+    """The duration of a cycle [s], by default its own, the width [pixel], and the frame rate [1/s] of an animation.
 
-    `seconds` is the duration of a cycle [s]. Raises InputError if the machine or model does not exist, or if the file
-    cannot be written.
+    Without a rate a long cycle has fewer frames per second, so that a GIF stays small.
+    """
+
+    seconds: float | None = None
+    width_px: int = WIDTH_PX
+    rate: float | None = None
+
+    def count_frames(self, scene: Scene) -> tuple[int, float]:
+        """Return the number of frames of a cycle, and the frame rate [1/s] at which it lasts as long as it should."""
+        seconds = scene.seconds if self.seconds is None else self.seconds
+        max_count = MAX_FRAMES if self.rate is None else max(MAX_FRAMES, round(self.rate * seconds))
+        count = int(np.clip(round((self.rate or RATE) * seconds), 2, max_count))
+        return count, min(count / seconds, self.rate or RATE)
+
+
+def animate(
+    source: str,
+    changes: Mapping[str, float],
+    out: Path,
+    model: str | None = None,
+    options: AnimationOptions = AnimationOptions(),
+) -> Animated:
+    """Write the motion of a machine, to a file, or as a GIF into a folder under the machine's name.
+
+    A file that ends in .mp4 or .webm is a video, which needs ffmpeg. Raises InputError if the machine or model does
+    not exist, if the file cannot be written, or if there is no ffmpeg for a video.
     """
     machine = open_machine(source, changes)
     scene, model_name = first_scene(machine, model, f"--model {model}")
     path = out / f"{file_name(machine.name)}.gif" if out.is_dir() else out
-    if path.suffix.lower() != ".gif":
-        raise InputError(f"--out {path}: the animation is a GIF; name a folder or a file that ends in .gif")
+    suffix = path.suffix.lower()
+    if suffix != ".gif" and suffix not in VIDEO_CODECS:
+        raise InputError(f"--out {path}: name a folder, or a file that ends in .gif, .mp4 or .webm")
     check_files(path.parent, [path.name])
-    files.write_bytes(path, gif(scene, seconds))
+    files.write_bytes(path, render_animation(scene, options, suffix))
     return Animated(str(path), machine.name, model_name)
 
 
-@style.with_style
-def gif(scene: Scene, seconds: float | None = None, width: float = 4.5) -> bytes:
-    """Return a cycle as a GIF that repeats, with a duration [s], by default that of the cycle, and a width [inch]."""
-    from matplotlib.animation import PillowWriter
+def gif(scene: Scene, seconds: float | None = None) -> bytes:
+    """Return a cycle as a GIF that repeats, with a duration [s], by default that of the cycle."""
+    return render_animation(scene, AnimationOptions(seconds), ".gif")
 
+
+@style.with_style
+def render_animation(scene: Scene, options: AnimationOptions, suffix: str) -> bytes:
+    """Return a cycle as a GIF that repeats, or as a video, by the ending of its file.
+
+    Raises InputError if there is no ffmpeg for a video, or if it cannot write this kind.
+    """
     picture = Picture(scene)
     frame = picture.frames[0]
-    figure = style.new_figure(width * frame.height / frame.width, width)
+    width_px = 2 * (options.width_px // 2)  # videos have even numbers of pixels
+    height_px = 2 * round(width_px * frame.height / frame.width / 2)
+    figure = style.new_figure(height_px / DPI, width_px / DPI)
     figure.set_layout_engine("none")
     axes = figure.add_axes((0, 0, 1, 1))
-    count = int(np.clip(round(RATE * (scene.seconds if seconds is None else seconds)), 2, MAX_FRAMES))
-    writer = PillowWriter(fps=RATE)
-    with tempfile.TemporaryDirectory(prefix="planter-") as scratch:
-        path = Path(scratch) / "moving.gif"
-        with writer.saving(figure, str(path), dpi=96):
+    count, rate = options.count_frames(scene)
+    writer = _create_writer(suffix, rate)
+    with tempfile.TemporaryDirectory(prefix="planter-") as scratch, _refuse_failed_video(suffix):
+        path = Path(scratch) / f"moving{suffix}"
+        with writer.saving(figure, str(path), dpi=DPI):
             times = np.linspace(0.0, 1.0, count, endpoint=False) + EARLY
             for moment in np.searchsorted(scene.times, times, side="right") - 1:
                 draw(axes, picture, int(moment))
                 writer.grab_frame()
         return path.read_bytes()
+
+
+def _create_writer(suffix: str, rate: float) -> AbstractMovieWriter:
+    """Return the writer of an animation. Raises InputError if there is no ffmpeg for a video."""
+    from matplotlib.animation import FFMpegWriter, PillowWriter
+
+    if suffix not in VIDEO_CODECS:
+        return PillowWriter(fps=rate)  # type: ignore[arg-type]
+    if not FFMpegWriter.isAvailable():
+        raise InputError(f"{suffix}: ffmpeg writes videos, and it is not installed; name a file that ends in .gif")
+    steady = ("-pix_fmt", "yuv420p", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-threads", "1")
+    return FFMpegWriter(fps=rate, codec=VIDEO_CODECS[suffix], extra_args=steady)  # type: ignore[arg-type]
+
+
+@contextmanager
+def _refuse_failed_video(suffix: str) -> Iterator[None]:
+    """Turn a failure of ffmpeg into an InputError."""
+    try:
+        yield
+    except (subprocess.CalledProcessError, BrokenPipeError) as error:
+        codec = VIDEO_CODECS.get(suffix, "")
+        raise InputError(f"{suffix}: ffmpeg cannot write it with {codec} ({error}); name a .gif") from None
 
 
 def draw(axes: Axes, picture: Picture, moment: int) -> None:

@@ -217,7 +217,10 @@ def test_both_files_are_saved(tmp_path: Path) -> None:
     assert figures.save_figure(figure, tmp_path, "convergence") == figures.render_svg(figure)
     assert (tmp_path / "convergence.svg").read_text(encoding="utf-8") == figures.render_svg(figure)
     assert (tmp_path / "convergence.png").read_bytes().startswith(b"\x89PNG")
-    assert {path.name for path in tmp_path.iterdir()} == {"convergence.svg", "convergence.png", ".planter.json"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "convergence.svg", "convergence.pdf", "convergence.png", ".planter.json",
+    }  # fmt: skip
+    assert (tmp_path / "convergence.pdf").read_bytes() == figures.style.render_pdf(figure)
 
 
 def test_missing_folder_is_named(tmp_path: Path) -> None:

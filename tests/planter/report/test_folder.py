@@ -165,12 +165,12 @@ def test_kill_between_manifest_and_file_is_safe(tmp_path: Path, monkeypatch: pyt
 
 
 def test_figures_whose_names_become_equal_have_files_each(tmp_path: Path) -> None:
-    figures = {name: bundle.RenderedFigure(f"<svg>{name}</svg>", b"") for name in ("s < 3", "s > 3", "s * 3")}
+    figures = {name: bundle.RenderedFigure(f"<svg>{name}</svg>", b"", b"") for name in ("s < 3", "s > 3", "s * 3")}
     bundle.write_bundle(tmp_path / "out", {}, figures)
     written = {path.read_text(encoding="utf-8") for path in (tmp_path / "out" / "figures").glob("*.svg")}
     assert written == {figure.svg for figure in figures.values()}
 
 
 def test_names_of_figures_stay_in_the_folder(tmp_path: Path) -> None:
-    bundle.write_bundle(tmp_path / "out", {}, {"../../own": bundle.RenderedFigure("<svg/>", b"")})
+    bundle.write_bundle(tmp_path / "out", {}, {"../../own": bundle.RenderedFigure("<svg/>", b"", b"")})
     assert {path.name for path in tmp_path.iterdir()} == {"out"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import shutil
 from pathlib import Path
 
 import pytest
@@ -60,11 +61,42 @@ def test_command_writes_gif_to_given_path(tmp_path: Path) -> None:
     assert result == {"file": str(tmp_path / "shi2021.gif"), "machine": "shi2021", "model": "exact"}
     assert (tmp_path / "shi2021.gif").read_bytes().startswith(b"GIF89a")
     with pytest.raises(InputError, match=r"ends in \.gif"):
-        animate("shi2021", {}, tmp_path / "moving.mp4")
+        animate("shi2021", {}, tmp_path / "moving.avi")
     with pytest.raises(InputError, match="one of exact, printed"):
         animate("wang2017", {}, tmp_path, model="own")
     with pytest.raises(InputError, match="there is no such machine"):
         animate("nobody", {}, tmp_path)
+
+
+def test_gif_has_requested_size_and_length(tmp_path: Path) -> None:
+    """A long cycle has fewer frames, which last as long together, unless a rate is given."""
+    for words, count in ((("--seconds", "20"), 200), (("--seconds", "0.5", "--rate", "50"), 25)):
+        file = tmp_path / f"{count}.gif"
+        answer("animate", "shi2021", *words, "--width", "121", "--out", str(file))
+        image = Image.open(file)
+        assert (image.width, image.n_frames) == (120, count)
+        lengths = []
+        for frame in range(count):
+            image.seek(frame)
+            lengths.append(image.info["duration"])
+        assert sum(lengths) == pytest.approx(1e3 * float(words[1]), rel=0.01)
+
+
+@pytest.mark.skipif(shutil.which("ffmpeg") is None, reason="needs ffmpeg")
+@pytest.mark.parametrize(("suffix", "marks"), [(".mp4", b"ftyp"), (".webm", b"webm")])
+def test_videos_are_written_by_ffmpeg(suffix: str, marks: bytes, tmp_path: Path) -> None:
+    files = [tmp_path / f"{name}{suffix}" for name in ("one", "two")]
+    for file in files:
+        answer("animate", "shi2021", "--seconds", "0.2", "--width", "120", "--out", str(file))
+    assert marks in files[0].read_bytes()[:64]
+    assert files[0].read_bytes() == files[1].read_bytes()
+
+
+def test_video_without_ffmpeg_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(InputError, match="ffmpeg"):
+        animate("shi2021", {}, tmp_path / "moving.mp4")
+    assert not (tmp_path / "moving.mp4").exists()
 
 
 @pytest.mark.parametrize("source", MACHINES)
