@@ -226,14 +226,17 @@ class Mechanism {
   }
 }
 
-/** Round numbers between two ends, about `count` of them: steps of 1, 2 or 5 times a power of ten. */
+/** Round numbers between two ends, about `count` of them and at least three: steps of 1, 2 or 5 times a power of ten. */
 function ticks(low, high, count) {
   const rough = (high - low) / count || 1;
   const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * (1 - 1e-9));
-  const first = Math.ceil(low / step - 1e-9);
-  const found = [];
-  for (let k = first; k * step <= high + 1e-9 * step; k++) found.push(Number((k * step).toPrecision(12)));
+  const steps = [10, 5, 2, 1, 0.5, 0.2, 0.1].map((factor) => factor * power);
+  let found = [];
+  for (const step of steps.slice(steps.findLastIndex((step) => step >= rough * (1 - 1e-9)))) {
+    found = [];
+    for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(Number((k * step).toPrecision(12)));
+    if (found.length >= 3) break;
+  }
   return found;
 }
 
@@ -277,7 +280,7 @@ class Curve {
     const drawn = others.map(({ at }) => sampled((i) => at(i) - from));
     const kept = others.findIndex(({ kind }) => kind === "kept");
     const apart = difference && kept >= 0;
-    const height = apart ? HEIGHT + PANE + HEAD : HEIGHT;
+    const height = apart ? HEIGHT + PANE + HEAD + 14 : HEIGHT;
     const all = [...values, ...drawn.flat()];
     const [least, most] = [Math.min(...all), Math.max(...all)];
     const room = 0.07 * (most - least) || Math.abs(most) / 10 || 1;
