@@ -15,6 +15,7 @@ from planter.files.document import Document
 from planter.kernels import Array
 from planter.measured import reading
 from planter.measured.curve import (
+    EFFECT,
     PHASE,
     SMALLEST_NOISE,
     TINIEST_NOISE,
@@ -174,7 +175,7 @@ def _describe_fit(fit: Fit, measured: Measurement) -> ModelMeasured:
     ratio = fit.rms / max(measured.noise, SMALLEST_NOISE * _range_of(measured) + TINIEST_NOISE)
     rho, is_white = assess_whiteness(curve, fit.residuals)
     lack = assess_lack_of_fit(curve, fit.residuals, curve(fit.values)[1])
-    noises = [_describe_noise(*each) for each in zip(curve.noises, curve.units, strict=True)]
+    noises = [describe_noise(*each) for each in zip(curve.noises, curve.units, strict=True)]
     described = zip(curve.keys, curve.units, curve.channels, fit.channel_rms, noises, strict=True)
     return ModelMeasured(
         outcome=judge_fit(fit, lack),
@@ -203,7 +204,8 @@ def _range_of(measured: Measurement) -> float:
     return float(np.ptp(measured.values[measured.used]))
 
 
-def _describe_noise(noise: ChannelNoise, unit: str) -> Noise:
+def describe_noise(noise: ChannelNoise, unit: str) -> Noise:
+    """Return the record of a noise."""
     return Noise("ar1" if noise.rho else "white", noise.std, noise.rho, unit)
 
 
@@ -224,6 +226,8 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
     lower, upper = curve.bounds(fit.values)
     inputs = []
     for i, name in enumerate(curve.chosen.names):
+        if name.startswith(EFFECT):
+            continue
         factor, (low, high) = factor_of(name), fit.band(i)
         is_open = low <= lower[i] or high >= upper[i]
         moved = 0.0

@@ -23,6 +23,8 @@ from planter.numerics.arrays import Integers
 
 OFFSET, PHASE = "offset_N", "phase_deg"
 """Names of nuisance parameters: the zero of the gauge, with any unit, and the zero of the angle."""
+EFFECT = "effect: "
+"""Beginning of the names of parameters of what stands between the machine and its sensor."""
 SAMPLES = 720
 """Angles of a revolution at which a curve is sampled; a multiple of 1 to 6, 8, 9, 10 and 12."""
 SMALLEST_NOISE, TINIEST_NOISE = 1e-6, 1e-30
@@ -66,7 +68,7 @@ class Chosen:
                 raise InputError(f"--fit {name}={low:g}:{high:g}: the lower bound must be below the upper")
             selected[matches[0]] = (low, high)
         factors = np.array([factor_of(name) for name in selected])
-        ends = np.array(list(selected.values())) * factors[:, None]
+        ends = np.array(list(selected.values())).reshape(-1, 2) * factors[:, None]
         names = tuple(selected)
         normal = []
         for name, (mean, std) in (priors or {}).items():
@@ -339,12 +341,12 @@ def find_offset_channel(name: str, keys: Sequence[str], display_units: Sequence[
 
 def is_nuisance(name: str) -> bool:
     """Return whether a fitted value is a nuisance parameter, not an input of the machine."""
-    return name == PHASE or is_offset(name)
+    return name == PHASE or is_offset(name) or name.startswith(EFFECT)
 
 
 def factor_of(name: str) -> float:
-    """Return the unit in which a fitted value is computed, per display unit: SI, but for an offset."""
-    return 1.0 if is_offset(name) else units.unit_factor(name)
+    """Return the unit in which a fitted value is computed, per display unit: SI, but for an offset or an effect."""
+    return 1.0 if is_offset(name) or name.startswith(EFFECT) else units.unit_factor(name)
 
 
 def _repeats(curve: Array, parts: int) -> bool:
@@ -369,6 +371,10 @@ def is_offset(name: str) -> bool:
 
 STEP_DEG = 1.0
 """Step between phases of the scan [deg]."""
+SCANNED = 30_000
+"""Number of points and phases that a scan has at once."""
+INDEPENDENT = 1e-12
+"""Share of the largest product below which a column follows from the others."""
 
 
 def find_phases(curve: MeasuredCurve, z: Array, count: int) -> list[tuple[Array, float]]:
@@ -405,22 +411,28 @@ def _fit_at_phases(
     width = bounds[1] - bounds[0]
     ends = ((bounds[0] - z[free]) / width, (bounds[1] - z[free]) / width)
     prior, prior_slopes = curve.chosen.prior_rows(z)
+    prior_rows = np.column_stack([-prior, prior_slopes[:, free] * width])
     fits = []
-    for phase in phases:
-        columns = [
-            np.column_stack(
-                [np.interp(at, angles, row, period=turn) for row in (values[k], *(slopes[k][:, i] for i in free))]
-            )
-            for k, at in enumerate(curve.phi[points] + phase for points in curve.channels)
-        ]
-        stacked = np.vstack(columns)
-        stacked[:, 0] = curve.values - stacked[:, 0]
-        rows = np.vstack([curve.whiten(stacked), np.column_stack([-prior, prior_slopes[:, free]])])
-        if not free:
-            fits.append((z[free], float(rows[:, 0] @ rows[:, 0])))
-            continue
-        # the triangular factor of points and residual together has the same least squares in n + 1 rows
-        triangle = np.linalg.qr(np.column_stack([rows[:, 1:] * width, rows[:, 0]])).R
-        step = lsq_linear(triangle[:, :-1], triangle[:, -1], ends, method="bvls")
-        fits.append((np.clip(z[free] + step.x * width, *bounds), 2 * float(step.cost)))
-    return fits
+    for part in np.array_split(phases, -(-len(phases) * len(curve.phi) // SCANNED)):
+        columns = []
+        for k, points in enumerate(curve.channels):
+            at = np.add.outer(curve.phi[points], part)
+            sampled = (values[k], *(slopes[k][:, i] * w for i, w in zip(free, width, strict=True)))
+            columns.append(np.stack([np.interp(at, angles, row, period=turn) for row in sampled], axis=2))
+        stacked = np.concatenate(columns)
+        stacked[:, :, 0] = curve.values[:, None] - stacked[:, :, 0]
+        rows = curve.whiten(stacked.reshape(len(stacked), -1)).reshape(stacked.shape)
+        products = np.einsum("mpi,mpj->pij", rows, rows, optimize=True) + prior_rows.T @ prior_rows
+        fits += [_solve_within(each, ends) for each in products]
+    return [(np.clip(z[free] + step * width, *bounds), total) for step, total in fits]
+
+
+def _solve_within(products: Array, ends: tuple[Array, Array]) -> tuple[Array, float]:
+    """Return the least squares (j,) of a residual and columns, by their products (1 + j, 1 + j), and the sum."""
+    inner, side, total = products[1:, 1:], products[1:, 0], float(products[0, 0])
+    step: Array = np.linalg.lstsq(inner, side, rcond=INDEPENDENT)[0].astype(float)
+    if ((step < ends[0]) | (step > ends[1])).any():
+        values, vectors = np.linalg.eigh(products)
+        rows = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T  # the same products in 1 + j rows
+        step = lsq_linear(rows[:, 1:], rows[:, 0], ends, method="bvls").x
+    return step, max(total - 2 * float(step @ side) + float(step @ inner @ step), 0.0)

@@ -161,3 +161,70 @@ class MeasuredPreview(Record):
     quantity: list[str]
     reading: DataReading
     treatment: list[str]
+
+
+@dataclass(frozen=True)
+class EffectParameter(Record):
+    """Parameter of an effect: its value, the ends of its prior, and the 95 % interval.
+
+    The prior is uniform in the value, its logarithm or its reciprocal (`prior`). Ends are null where they are infinite;
+    the interval is null for explanations that the data rule out.
+    """
+
+    name: str
+    value: float | None
+    unit: str
+    lower: float | None
+    upper: float | None
+    prior: Literal["linear", "log", "reciprocal"]
+    interval: list[float | None] | None
+
+
+@dataclass(frozen=True)
+class Explanation(Record):
+    """The rigid machine with effects between it and the sensor, fitted to a curve.
+
+    `outcome` is that of what is left; `F` and `probability` compare with the rigid machine, for the correlation of the
+    noise that is most favourable to it; `log10_bayes` is the logarithm of the ratio of the evidences of this
+    explanation and of the rigid machine. `correlation` is the matrix of inputs and parameters in their order, null if
+    the data do not determine all.
+    """
+
+    name: str
+    meaning: str
+    outcome: Outcome
+    rms: float
+    noise: Noise
+    lack_of_fit: LackOfFitTest
+    F: float | None
+    probability: float | None
+    log10_bayes: float
+    parameters: list[EffectParameter]
+    inputs: dict[str, float]
+    correlation: list[list[float]] | None
+    starts: int
+    agreeing_starts: int
+
+
+@dataclass(frozen=True)
+class ExplanationFound(Record):
+    """Result of `planter calibrate --data --explain`: what gives a measured curve, from the rigid machine upwards.
+
+    `preferred` is the most probable explanation among those that are better than the rigid machine beyond chance;
+    `undecided` are all that the data cannot tell from it. `compared` is the number of effects compared, on which
+    the level of the test depends. `outcome` is that of `preferred`, and `fitted` are its inputs.
+    """
+
+    machine: str
+    model: str
+    quantity: str
+    unit: str
+    outcome: Outcome
+    statement: str
+    preferred: str
+    undecided: list[str]
+    compared: int
+    explanations: list[Explanation]
+    fitted: list[FittedInput]
+    treatment: list[str]
+    reading: DataReading

@@ -12,11 +12,12 @@ from functools import cached_property
 
 import numpy as np
 from scipy.optimize import brentq
+from scipy.special import gammaln, logsumexp
 from scipy.stats import f as f_distribution
 from scipy.stats import t as t_distribution
 
 from planter.kernels import Array
-from planter.measured.curve import ChannelNoise, MeasuredCurve, whiten_rows
+from planter.measured.curve import ChannelNoise, MeasuredCurve
 from planter.measured.reading import TWO_REVOLUTIONS, count_mean_harmonics, fourier_basis
 from planter.numerics.arrays import TURN
 
@@ -26,6 +27,8 @@ CORRELATED = 1.35
 """Gain of the logarithm of the likelihood from which on noise counts as correlated: a level of 10 %."""
 INDEPENDENT = 1e-9
 """Share of the largest singular value below which a column follows from the others."""
+ROUNDING = 1e-14
+"""Share of a sum of squares that is rounding."""
 LAGS = 10
 """Maximum number of lags of a test, which has at most a fifth of the number of points."""
 SIGNIFICANCE = 0.01
@@ -56,20 +59,15 @@ class RhoLikelihood:
     def compute(cls, residuals: Array, columns: Array, gaps: Array) -> RhoLikelihood:
         """Return the likelihood; `gaps` (m - 1,) are the steps between neighbours."""
         count, size = columns.shape
-        logs, sums, inverses, shifts = [], [], [], []
-        for rho in RHOS:
-            rows = whiten_rows(np.column_stack([columns, residuals]), gaps, float(rho))
-            triangle = np.linalg.qr(rows).R
-            inner, last = triangle[:size, :size], triangle[:, size]
-            inverse = np.linalg.inv(inner) if size else np.zeros((0, 0))
-            total = float(last[size:] @ last[size:])
-            log_det = float(np.log1p(-(float(rho) ** (2 * gaps))).sum()) if rho else 0.0
-            log_inner = 2 * float(np.log(np.abs(np.diag(inner))).sum())
-            logs.append(-((count - size) * np.log(max(total, 1e-300)) + log_det + log_inner) / 2)
-            sums.append(total)
-            inverses.append(inverse @ inverse.T)
-            shifts.append(inverse @ last[:size])
-        return cls(np.array(logs), np.array(sums), np.array(inverses), np.array(shifts), count - size)
+        products = _sum_products(np.column_stack([columns, residuals]), gaps)
+        inner, side, corner = products[:, :size, :size], products[:, :size, size], products[:, size, size]
+        inverses = np.linalg.inv(inner)
+        shifts = np.einsum("gij,gj->gi", inverses, side)
+        sums: Array = np.maximum(corner - np.einsum("gi,gi->g", shifts, side), ROUNDING * corner)
+        log_dets = np.array([np.log1p(-(float(rho) ** (2 * gaps))).sum() for rho in RHOS])
+        log_dets += np.linalg.slogdet(inner)[1]
+        logs = -((count - size) * np.log(np.maximum(sums, 1e-300)) + log_dets) / 2
+        return cls(logs, sums, inverses.astype(float), shifts, count - size)
 
     @cached_property
     def best(self) -> int:
@@ -134,13 +132,25 @@ def estimate_noise(curve: MeasuredCurve, residuals: Array, slopes: Array) -> Noi
     """Return the noise of residuals (m,) of all quantities after a fit with a Jacobian (m, n)."""
     likelihoods, combinations = [], []
     for points, gaps in zip(curve.channels, curve.gaps, strict=True):
-        columns, back = _find_independent(slopes[points])
+        columns, back = find_independent(slopes[points])
         likelihoods.append(RhoLikelihood.compute(residuals[points], columns, gaps))
         combinations.append(back)
     return NoiseEstimate(tuple(likelihoods), tuple(combinations))
 
 
-def _find_independent(columns: Array) -> tuple[Array, Array]:
+def _sum_products(rows: Array, gaps: Array) -> Array:
+    """Return the products (g, j, j) of rows (m, j) that are white for each of `RHOS`."""
+    products = np.repeat(np.outer(rows[0], rows[0])[None], len(RHOS), axis=0)
+    for gap in np.unique(gaps):
+        at = np.flatnonzero(gaps == gap)
+        later, earlier = rows[at + 1], rows[at]
+        squares, cross, earlier_squares = later.T @ later, later.T @ earlier, earlier.T @ earlier
+        share = (RHOS**gap)[:, None, None]
+        products += (squares - share * (cross + cross.T) + share**2 * earlier_squares) / (1 - share**2)
+    return products
+
+
+def find_independent(columns: Array) -> tuple[Array, Array]:
     """Return an orthonormal basis (m, p) of columns (m, n), and the map (n, p) from its coefficients to theirs."""
     if not columns.size:
         return columns[:, :0], np.zeros((columns.shape[1], 0))
@@ -191,7 +201,7 @@ def _compare_with_mean_curve(values: Array, phi: Array, residuals: Array, slopes
     """Return the F test of the variance that a model leaves against that about the mean curve of all revolutions."""
     basis = fourier_basis(phi, count_mean_harmonics(phi))
     mean = RhoLikelihood.compute(values, basis, gaps)
-    model = RhoLikelihood.compute(residuals, _find_independent(slopes)[0], gaps)
+    model = RhoLikelihood.compute(residuals, find_independent(slopes)[0], gaps)
     if min(mean.free, model.free) <= 0:
         return LackOfFit(0.0, 1.0, 0)
     ratios = model.sums / model.free / np.maximum(mean.sums / mean.free, 1e-300)
@@ -207,7 +217,7 @@ def _find_least_refuting(likelihood: RhoLikelihood, statistics: Array, probabili
 
 def compare_nested(residuals: Array, small: Array, large: Array, gaps: Array) -> LackOfFit:
     """Return the F test of columns `large` (m, q), which contain `small` (m, p), for the noise of the large model."""
-    inner, outer = _find_independent(small)[0], _find_independent(large)[0]
+    inner, outer = find_independent(small)[0], find_independent(large)[0]
     return compare_likelihoods(
         RhoLikelihood.compute(residuals, inner, gaps), RhoLikelihood.compute(residuals, outer, gaps)
     )
@@ -220,6 +230,22 @@ def compare_likelihoods(small: RhoLikelihood, large: RhoLikelihood) -> LackOfFit
         return LackOfFit(0.0, 1.0, 0)
     statistics = (small.sums - large.sums) / more / np.maximum(large.sums / large.free, 1e-300)
     return _find_least_refuting(large, statistics, f_distribution.sf(statistics, more, large.free), more)
+
+
+def compute_log_evidence(curve: MeasuredCurve, residuals: Array, slopes: Array) -> float:
+    """Return the logarithm of the probability of the data of one quantity, after a fit with a Jacobian (m, n).
+
+    The posterior is taken as normal within the bounds, over which inputs are uniform (Laplace's method). The size of
+    the noise, with the prior 1 / size, and its correlation, uniform over `RHOS`, are integrated. Combinations of inputs
+    that the bounds hold better than the data count as fixed. A constant of the data is left out.
+    """
+    columns = slopes * (curve.chosen.upper - curve.chosen.lower)
+    rows = curve.whiten(columns)
+    _, values, directions = np.linalg.svd(rows, full_matrices=False)
+    determined = columns @ directions[values > np.sqrt(TURN)].T
+    likelihood = RhoLikelihood.compute(residuals, determined, curve.gaps[0])
+    free = likelihood.free
+    return float(logsumexp(likelihood.logs)) - np.log(len(RHOS)) + float(gammaln(free / 2)) - free / 2 * np.log(np.pi)
 
 
 def assess_whiteness(curve: MeasuredCurve, residuals: Array) -> tuple[float, bool]:

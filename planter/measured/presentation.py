@@ -11,7 +11,8 @@ from planter.files import units
 from planter.files.document import format_lines
 from planter.measured.calibration import Calibrated
 from planter.measured.curve import is_nuisance
-from planter.measured.findings import MeasuredFound, MeasuredPreview
+from planter.measured.explanations import ExplanationFits
+from planter.measured.findings import ExplanationFound, FittedInput, MeasuredFound, MeasuredPreview
 from planter.measured.reading import DataReading, Measurement, describe_dropped, find_repeat_residuals
 from planter.numerics.arrays import TURN
 from planter.report import files, style
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 MACHINE_FILE = "calibrated.toml"
 DATA_CAPTION = "What was understood of the file before anything was fitted: the record, its revolutions, and its noise."
+EXPLAINED_CAPTION = "Measured values with the rigid machine and the explanations that the data allow, and residuals."
 FIT_CAPTION = "Measured and fitted values over a cycle, and the residuals of each model."
 MOST_DRAWN = 5000
 """Maximum number of points of a drawing."""
@@ -80,6 +82,55 @@ def present_preview(
         figures=lambda: {"data": draw_reading(measured)},
         captions={"data": DATA_CAPTION},
     )
+
+
+def present_explained(
+    document: Document, explained: ExplanationFits, meanings: Mapping[str, str], angle: str
+) -> ResultPresentation:
+    """Return the presentation of what explains a measured curve: explanations compared, parameters, inputs, data."""
+    result = explained.result
+    return ResultPresentation(
+        title=f"{document.name}: explanations of measured data",
+        conclusion=f"{result.statement}.",
+        record=result,
+        sections=[*_list_explanations(result), *_list_data(result.reading, result.treatment)],
+        document=document,
+        meanings=meanings,
+        figures=lambda: {
+            "data": draw_reading(explained.measured),
+            "explained": draw_explained(explained, f"{angle} / deg"),
+        },
+        captions={"data": DATA_CAPTION, "explained": EXPLAINED_CAPTION},
+        comments=files.list_comments(document, "machine"),
+        texts=lambda: _write_explained(explained),
+    )
+
+
+def _list_explanations(result: ExplanationFound) -> Iterator[Section]:
+    head = ("explanation", "outcome", f"rms / {result.unit}", "p", "log10 Bayes", "agree", "correlation", "left p")
+    rows: list[tuple[Cell, ...]] = [
+        (e.name, e.outcome, e.rms, "" if e.probability is None else e.probability, round(e.log10_bayes, 1),
+         f"{e.agreeing_starts} of {e.starts}", e.noise.rho, e.lack_of_fit.probability)
+        for e in sorted(result.explanations, key=lambda e: -e.log10_bayes)
+    ]  # fmt: skip
+    caption = "p: probability of the improvement over the rigid machine by chance; Bayes: evidence over its evidence."
+    yield Section("Explanations", [Table(head, rows, caption, page_columns=head[-3:])])
+    considered = {result.preferred, *result.undecided}
+    parameters: list[tuple[Cell, ...]] = [
+        (e.name, p.name.rpartition(".")[2], *map(_cell, (p.value, *(p.interval or (None, None)))), p.unit,
+         *map(_cell, (p.lower, p.upper)), p.prior)
+        for e in result.explanations if e.name in considered for p in e.parameters
+    ]  # fmt: skip
+    if parameters:
+        columns = ("explanation", "parameter", "value", "from", "to", "unit", "lower", "upper", "prior uniform in")
+        yield Section("Parameters, with 95 % intervals", [Table(columns, parameters, page_columns=columns[-3:])])
+    inputs: list[tuple[Cell, ...]] = [(e.name, e.value, e.low95, e.high95, e.unit) for e in result.fitted]
+    table = Table(("input", "value", "from", "to", "unit"), inputs)
+    yield Section(f"Fitted inputs, {result.preferred}", [table])
+
+
+def _cell(value: float | None) -> Cell:
+    return "infinite" if value is None else value
 
 
 def _list_data(reading: DataReading, treatment: Sequence[str]) -> Iterator[Section]:
@@ -140,15 +191,27 @@ def _list_sections(result: MeasuredFound) -> Iterator[Section]:
 
 def machine_text(calibrated: Calibrated) -> str:
     """Return the machine file (TOML) with the fitted inputs, and with nuisance parameters as comments at its top."""
-    machine = calibrated.machine
+    result = calibrated.result
+    origin = f"calibrated ({result.model} model, {result.reached.points} points)"
+    return _format_machine(calibrated.machine, result.fitted, origin, result.statement)
+
+
+def _write_explained(explained: ExplanationFits) -> dict[str, str]:
+    result = explained.result
+    if explained.machine is None or all(is_nuisance(entry.name) for entry in result.fitted):
+        return {}
+    origin = f"calibrated ({result.model} model, {result.reading.used} points, {result.preferred})"
+    return {MACHINE_FILE: _format_machine(explained.machine, result.fitted, origin, result.statement)}
+
+
+def _format_machine(machine: Document | None, fitted: Sequence[FittedInput], origin: str, statement: str) -> str:
     assert machine is not None
     table = machine.written_table()
-    origin = f"calibrated ({calibrated.result.model} model, {calibrated.result.reached.points} points)"
-    names = [entry.name for entry in calibrated.result.fitted if not is_nuisance(entry.name)]
+    names = [entry.name for entry in fitted if not is_nuisance(entry.name)]
     origins = {name: words for name, words in machine.origins.items() if name not in names}
     table["origin"] = origins | {name.partition("[")[0]: origin for name in names}
-    nuisances = [f"# {e.name} = {e.value!r}" for e in calibrated.result.fitted if is_nuisance(e.name)]
-    head = [f"# {machine.name}, inputs fitted to measured data: {calibrated.result.statement}.", *nuisances]
+    nuisances = [f"# {e.name} = {e.value!r}" for e in fitted if is_nuisance(e.name)]
+    head = [f"# {machine.name}, inputs fitted to measured data: {statement}.", *nuisances]
     return "\n".join([*head, "", *format_lines(table, {})]) + "\n"
 
 
@@ -198,6 +261,31 @@ def draw_measured(calibrated: Calibrated, angle: str) -> Figure:
     style.over_a_turn(panels[-1], label=False, end=end)
     panels[-1].set_xlabel(angle)
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3, frameon=False)
+    return figure
+
+
+@style.with_style
+def draw_explained(explained: ExplanationFits, angle: str) -> Figure:
+    """Draw measured points with the rigid curve and those of the explanations that the data allow, and residuals."""
+    figure = style.new_figure(5.0)
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1])
+    result, fits = explained.result, explained.fits
+    first = fits[result.preferred].fit.curve
+    end = float(np.degrees(first.machine.turn))
+    dense, phi = np.linspace(0, end, round(2 * end) + 1), np.mod(np.degrees(first.phi), end)
+    thin = slice(None, None, 1 + len(phi) // MOST_DRAWN)
+    top.plot(phi[thin], first.values[thin], "o", color=style.SOFT, markersize=2, label="measured")
+    names = dict.fromkeys(["rigid", result.preferred, *result.undecided[:2]])
+    for index, name in enumerate(names):
+        fit, shade = fits[name].fit, style.curve_colour(name, index)
+        top.plot(dense, fit.curve.evaluate(fit.values, np.radians(dense))[0][0], color=shade, label=name)
+        bottom.plot(phi[thin], fit.residuals[thin], "o", color=shade, markersize=1.6)
+    bottom.axhline(0, color=style.SOFT, linewidth=0.6)
+    top.set_ylabel(f"{result.quantity} / {result.unit or '1'}")
+    bottom.set_ylabel(f"residual / {result.unit or '1'}")
+    style.over_a_turn(bottom, label=False, end=end)
+    bottom.set_xlabel(angle)
+    figure.legend(*top.get_legend_handles_labels(), loc="outside upper right", ncols=2, frameon=False)
     return figure
 
 

@@ -247,7 +247,7 @@ def _describe_outliers(reading: ChannelReading) -> str:
     outliers = (
         f"{reading.outliers} of {total} points removed as outliers" if reading.outliers else "no outliers removed"
     )
-    gaps = f"{reading.gaps} gaps; " if reading.gaps else ""
+    gaps = f"{reading.gaps} {'gap' if reading.gaps == 1 else 'gaps'}; " if reading.gaps else ""
     return f"{gaps}{outliers} (test: {OUTSIDE:g} robust sigma from a local cubic)"
 
 

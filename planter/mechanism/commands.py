@@ -247,6 +247,22 @@ def run_preview(
     present_preview(machine.document, result, measured, machine.meanings).show(console, out)
 
 
+def run_explain(
+    console: Console, machine: Machine, data: Path, columns: Columns, bounds: Mapping[str, tuple[float, float]],
+    quantities: Sequence[str], seed: int, priors: Mapping[str, tuple[float, float]], out: Path | None,
+    model: str = "derived",
+) -> None:  # fmt: skip
+    """Print what explains the measured curve of a quantity of a machine, and write it into a folder if one is named."""
+    from planter.measured.explanations import read_and_explain
+    from planter.measured.presentation import present_explained
+
+    rebuild = machine.document.with_numbers
+    explained = read_and_explain(
+        machine, model, data, columns, bounds, quantities, rebuild, seed, console.progress, priors
+    )
+    present_explained(machine.document, explained, machine.meanings, machine.angle).show(console, out)
+
+
 def run_calibrate(
     console: Console, document: Document, meanings: Mapping[str, str], calibrated: Calibrated, out: Path | None,
     angle: str = "angle of the drive",

@@ -7,7 +7,7 @@ from typing import Literal
 
 from planter.engine.drive import DriveResult
 from planter.engine.sensitivity import SensitivityResult
-from planter.measured.findings import MeasuredFound, MeasuredPreview
+from planter.measured.findings import ExplanationFound, MeasuredFound, MeasuredPreview
 from planter.mechanism.results import LimitResult, MachineValidation, MechanismCycleResult
 from planter.optimise.proof.search import GlobalBound
 from planter.planting.design_results import DesignersSummary, ToothCountResult
@@ -491,7 +491,7 @@ COMMANDS = {
     "turn": SimulationFound | MechanismCycleResult,
     "sensitivity": SensitivityResult,
     "validate": Validation | MachineValidation,
-    "calibrate": CalibrationFound | MeasuredFound | MeasuredPreview,
+    "calibrate": CalibrationFound | MeasuredFound | MeasuredPreview | ExplanationFound,
     "compare": ComparisonFound,
     "optimise": OptimisationFound,
     "cam": Cam,

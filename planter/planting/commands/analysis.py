@@ -15,6 +15,7 @@ from planter.mechanism.commands import (
     require_measurable,
     run_calibrate,
     run_drive,
+    run_explain,
     run_preview,
     run_sensitivity,
     run_simulate,
@@ -248,6 +249,14 @@ def calibrate(
         list[str] | None, text_option("what else is known of an input: a normal prior (repeatable)", "PATH=MEAN:STD")
     ] = None,
     preview: Annotated[bool, typer.Option("--preview", help="only show what is understood of the data")] = False,
+    explain: Annotated[
+        bool,
+        typer.Option(
+            "--explain",
+            help="compare what can stand between the machine and the sensor: enclosed forces, a lever, an imbalance, a "
+            "swinging speed, an elastic mount, a coupling",
+        ),
+    ] = False,
     check: Annotated[Path | None, text_option("a second measurement to predict", "CSV")] = None,
     check_rpm: Annotated[float | None, text_option("its speed", "RPM")] = None,
     seed: SeedOption = 0,
@@ -303,6 +312,10 @@ def calibrate(
                 require_measurable(other, quantity or ())
                 run_preview(console, other, data, columns, quantity or (), out)
                 return
+            if explain:
+                require_measurable(other, quantity or ())
+                run_explain(console, other, data, columns, bounds, quantity or (), seed, priors, out)
+                return
             fitted = calibrate_machine(
                 other, data, columns, bounds, quantity, second, seed, console.progress, means, priors
             )
@@ -315,6 +328,10 @@ def calibrate(
             run_preview(
                 console, calibration.build_engine_machine(device.machine, device.model), data, columns, quantities, out
             )
+            return
+        if explain:
+            engine = calibration.build_engine_machine(device.machine, device.model)
+            run_explain(console, engine, data, columns, bounds, quantities, seed, priors, out, device.model)
             return
         fitted = calibration.calibrate_to_data(
             device.machine,

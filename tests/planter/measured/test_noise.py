@@ -130,12 +130,12 @@ def test_revolutions_refute_a_wrong_curve(rho: float) -> None:
 
 @pytest.mark.long
 @pytest.mark.parametrize("rho", [0.0, 0.9])
-@pytest.mark.parametrize("revolutions", [1, 2])
-def test_intervals_cover_truths(rho: float, revolutions: int) -> None:
+def test_intervals_cover_truths(rho: float) -> None:
+    """Over 120 truths of one and of two revolutions together: intervals of a few inputs are not independent."""
     rng = np.random.default_rng(17)
-    fits = [fit_truth(rng, rho, revolutions) for _ in range(60)]
+    fits = [fit_truth(rng, rho, revolutions) for revolutions in (1, 2) for _ in range(60)]
     covered = [flag for fit, truth in fits for flag in count_covered(fit, truth)]
     assert 0.9 <= np.mean(covered) <= 0.98
     outcomes = [judge(fit) for fit, _ in fits]
-    assert outcomes.count("not settled") <= 6
+    assert outcomes.count("not settled") <= 12
     assert outcomes.count("not explained") <= 1

@@ -1,0 +1,320 @@
+"""`planter calibrate --explain`: what gives a measured curve, the rigid machine or the least that is added to it.
+
+Explanations are nested: the rigid machine with its inputs, with one effect between it and the sensor, and, if no effect
+leaves noise alone, with two. Each is fitted with the phase and the zero of the sensor; one is preferred to the rigid
+machine if the F test for whitened noise allows for it, at a level divided by the number of effects, and the evidence
+is for it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from planter.engine.machine import Machine
+from planter.errors import InputError
+from planter.files import units
+from planter.files.document import Document
+from planter.measured.calibration import describe_inputs, describe_noise, judge_fit, read_measurement, rebuild_machine
+from planter.measured.curve import EFFECT, PHASE, Chosen, find_measured, find_phases, is_offset
+from planter.measured.effects import (
+    ElasticMount,
+    ElectricCoupling,
+    Imbalance,
+    LeakedForce,
+    LeakedTorque,
+    SensorEffect,
+    SpeedHarmonics,
+)
+from planter.measured.explained_curve import ExplainedCurve, name_parameter
+from planter.measured.findings import EffectParameter, Explanation, ExplanationFound, LackOfFitTest
+from planter.measured.fit import MOST_POINTS, Fit, fit_curve
+from planter.measured.noise import (
+    LackOfFit,
+    RhoLikelihood,
+    assess_lack_of_fit,
+    compare_likelihoods,
+    compute_log_evidence,
+    find_independent,
+)
+from planter.measured.reading import Columns, Measurement
+from planter.progress import Listener, ProgressPhase
+
+RIGID = "rigid"
+STARTS = 6
+ENCLOSURES, LEVERS = 3, 2
+"""Number of enclosed forces and levers that are fitted, of all that are scanned."""
+LEVEL = 0.01
+"""Level of the test against the rigid machine, for all effects together."""
+DECISIVE = 1.0
+"""Logarithm, to the base 10, of the ratio of evidences from which on data decide."""
+FORCE, TORQUE = "N", "N m"
+
+
+@dataclass(frozen=True)
+class ExplainedFit:
+    """A fit of the rigid machine with effects, the test of what it leaves, and the logarithm of its evidence."""
+
+    effects: tuple[SensorEffect, ...]
+    fit: Fit
+    lack: LackOfFit
+    log_evidence: float
+    likelihood: RhoLikelihood
+
+    @property
+    def name(self) -> str:
+        """The names of the effects."""
+        return " + ".join(effect.name for effect in self.effects) or RIGID
+
+
+@dataclass(frozen=True)
+class ExplanationFits:
+    """Fits of all explanations by name, the machine file with the inputs of the preferred one, and the result."""
+
+    measured: Measurement
+    fits: Mapping[str, ExplainedFit]
+    machine: Document | None
+    result: ExplanationFound
+
+
+def explain_curve(
+    machine: Machine,
+    model: str,
+    measured: Measurement,
+    bounds: Mapping[str, tuple[float, float]],
+    quantity: str,
+    rebuild: Callable[[Mapping[str, float]], Document] | None = None,
+    seed: int = 0,
+    progress: Listener | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
+) -> ExplanationFits:
+    """Explain a measured curve of a quantity of a machine, with inputs within `bounds` (display units, by path).
+
+    A phase of a whole cycle and an offset as large as the data's range are fitted unless `bounds` has them. Raises
+    InputError for inputs that do not exist.
+    """
+    chosen = Chosen.from_bounds(machine, _with_nuisances(machine, measured, bounds), priors)
+    effects = list_effects(machine, quantity, measured)
+    phase = ProgressPhase("explanations", "fit", ENCLOSURES + LEVERS + 5, progress)
+
+    def fit_effects(*chosen_effects: SensorEffect) -> ExplainedFit:
+        curve = ExplainedCurve(machine, chosen, measured, quantity, chosen_effects)
+        fit = fit_curve(curve, seed, STARTS)
+        phase.advance(" + ".join(effect.name for effect in chosen_effects) or RIGID)
+        return _assess_fit(chosen_effects, fit)
+
+    rigid = fit_effects()
+    screened = list(_screen_effects(machine, chosen, measured, quantity, effects))
+    fits = [rigid, *(fit_effects(effect) for effect in screened)]
+    compared = len(effects)
+    if not any(judge_fit(each.fit, each.lack) == "explained" for each in fits):
+        pairs = _pair_effects(fits[1:])
+        fits += [fit_effects(*pair) for pair in pairs]
+        compared += len(pairs)
+    preferred = _choose_explanation(fits, compared)
+    undecided = [
+        each.name for each in fits if each is not preferred and _is_undecided(each, preferred, rigid, compared)
+    ]
+    detailed = {preferred.name, *undecided}
+    rows = [_describe_explanation(each, rigid, each.name in detailed) for each in fits]
+    fitted, notes = (None, []) if rebuild is None else rebuild_machine(preferred.fit, rebuild)
+    assert measured.reading is not None
+    result = ExplanationFound(
+        machine=machine.name,
+        model=model,
+        quantity=preferred.fit.curve.keys[0],
+        unit=preferred.fit.curve.unit,
+        outcome=judge_fit(preferred.fit, preferred.lack),
+        statement=_state_result({row.name: row for row in rows}, preferred.name, undecided, compared),
+        preferred=preferred.name,
+        undecided=undecided,
+        compared=compared,
+        explanations=rows,
+        fitted=describe_inputs(preferred.fit),
+        treatment=[*measured.treatment, *notes],
+        reading=measured.reading,
+    )
+    return ExplanationFits(measured, {each.name: each for each in fits}, fitted, result)
+
+
+def read_and_explain(
+    machine: Machine,
+    model: str,
+    data: str | Path,
+    columns: Columns,
+    bounds: Mapping[str, tuple[float, float]],
+    quantities: Sequence[str],
+    rebuild: Callable[[Mapping[str, float]], Document] | None = None,
+    seed: int = 0,
+    progress: Listener | None = None,
+    priors: Mapping[str, tuple[float, float]] | None = None,
+) -> ExplanationFits:
+    """Explain the curve in a CSV file, as `explain_curve` does. Raises InputError for more than one quantity."""
+    if len(quantities) != 1:
+        raise InputError("--explain takes one quantity: give --column and --quantity once")
+    measured = read_measurement(machine, data, columns, quantities)
+    return explain_curve(machine, model, measured, bounds, quantities[0], rebuild, seed, progress, priors)
+
+
+def list_effects(machine: Machine, quantity: str, measured: Measurement) -> list[SensorEffect]:
+    """Return the effects that can stand between a quantity of a machine and a sensor."""
+    target, speed = find_measured(machine, quantity), abs(float(machine.data[machine.speed]))
+    span = float(np.ptp(measured.values[measured.used]))
+    is_force = units.display_unit(target.key) == FORCE
+    effects: list[SensorEffect] = []
+    for result in machine.results:
+        unit = units.display_unit(result.key)
+        if result.name != target.name and unit == units.display_unit(target.key):
+            effects.append(LeakedForce(result.key))
+        elif is_force and unit == TORQUE:
+            effects.append(LeakedTorque(result.key))
+    if is_force:
+        effects.append(Imbalance(span / speed**2))
+    if machine.acceleration is not None or (target.total and is_force):
+        effects.append(SpeedHarmonics())
+    return [*effects, ElasticMount(speed), ElectricCoupling(speed)]
+
+
+def _with_nuisances(
+    machine: Machine, measured: Measurement, bounds: Mapping[str, tuple[float, float]]
+) -> dict[str, tuple[float, float]]:
+    values = measured.values[measured.used]
+    largest = float(np.ptp(values)) + abs(float(values.mean()))
+    extended = dict(bounds)
+    if PHASE not in bounds:
+        extended[PHASE] = (0.0, float(np.degrees(machine.turn)))
+    if not any(is_offset(name) for name in bounds):
+        extended["offset"] = (-largest, largest)
+    return extended
+
+
+def _screen_effects(
+    machine: Machine, chosen: Chosen, measured: Measurement, quantity: str, effects: Sequence[SensorEffect]
+) -> Iterator[SensorEffect]:
+    """Yield the forces and levers that a scan of the phase favours most, and all other effects."""
+    sums: dict[type, list[tuple[float, int]]] = {LeakedForce: [], LeakedTorque: []}
+    for i, effect in enumerate(effects):
+        if type(effect) in sums:
+            curve = ExplainedCurve(machine, chosen, measured, quantity, [effect]).with_points(MOST_POINTS)
+            sums[type(effect)].append((find_phases(curve, curve.machine_values(), 1)[0][1], i))
+    limits = ((LeakedForce, ENCLOSURES), (LeakedTorque, LEVERS))
+    selected = {i for kind, limit in limits for _, i in sorted(sums[kind])[:limit]}
+    for i, effect in enumerate(effects):
+        if i in selected or type(effect) not in sums:
+            yield effect
+
+
+def _pair_effects(fits: Sequence[ExplainedFit]) -> list[tuple[SensorEffect, ...]]:
+    """Return the most probable effect with each of another kind, in the order in which they act."""
+    best = max(fits, key=lambda each: each.log_evidence).effects[0]
+    added = [effect for (effect,) in (each.effects for each in fits) if type(effect) is not type(best)]
+    return [tuple(sorted((best, effect), key=_rank_effect)) for effect in added]
+
+
+def _rank_effect(effect: SensorEffect) -> int:
+    """Return the place of an effect between machine and amplifier, in which effects act."""
+    order = (LeakedForce, LeakedTorque, Imbalance, SpeedHarmonics, ElasticMount, ElectricCoupling)
+    # the speed acts on the machine, before what the sensor adds
+    return -1 if isinstance(effect, SpeedHarmonics) else order.index(type(effect))
+
+
+def _assess_fit(effects: tuple[SensorEffect, ...], fit: Fit) -> ExplainedFit:
+    slopes = fit.curve(fit.values)[1]
+    lack = assess_lack_of_fit(fit.curve, fit.residuals, slopes)
+    likelihood = RhoLikelihood.compute(fit.residuals, find_independent(slopes)[0], fit.curve.gaps[0])
+    return ExplainedFit(effects, fit, lack, compute_log_evidence(fit.curve, fit.residuals, slopes), likelihood)
+
+
+def _compare_with_rigid(each: ExplainedFit, rigid: ExplainedFit, compared: int) -> bool:
+    """Return whether an explanation is better than the rigid machine beyond chance."""
+    test = compare_likelihoods(rigid.likelihood, each.likelihood)
+    return test.probability * max(compared, 1) < LEVEL and _log10_ratio(each, rigid) > DECISIVE
+
+
+def _log10_ratio(each: ExplainedFit, other: ExplainedFit) -> float:
+    return (each.log_evidence - other.log_evidence) / float(np.log(10))
+
+
+def _choose_explanation(fits: Sequence[ExplainedFit], compared: int) -> ExplainedFit:
+    rigid = fits[0]
+    better = [each for each in fits[1:] if _compare_with_rigid(each, rigid, compared)]
+    return max(better, key=lambda each: each.log_evidence, default=rigid)
+
+
+def _is_undecided(each: ExplainedFit, preferred: ExplainedFit, rigid: ExplainedFit, compared: int) -> bool:
+    if each is rigid or preferred is rigid:
+        return False
+    return _log10_ratio(preferred, each) < DECISIVE and _compare_with_rigid(each, rigid, compared)
+
+
+def _describe_explanation(each: ExplainedFit, rigid: ExplainedFit, with_intervals: bool) -> Explanation:
+    fit, curve = each.fit, each.fit.curve
+    test = None if each is rigid else compare_likelihoods(rigid.likelihood, each.likelihood)
+    correlation = fit.correlation()
+    names = curve.chosen.names
+    parameters = []
+    for effect in each.effects:
+        for parameter in effect.parameters:
+            index = names.index(name_parameter(effect, parameter.name))
+            interval: list[float | None] | None = None
+            if with_intervals:
+                low, high = fit.band(index)
+                crosses = parameter.scale == "reciprocal" and low <= 0 <= high
+                ends = (low, high) if parameter.scale != "reciprocal" else (high, low)
+                interval = [None, None] if crosses else [parameter.to_display(end) for end in ends]
+            parameters.append(
+                EffectParameter(
+                    f"{effect.name}.{parameter.name}", parameter.to_display(float(fit.values[index])), parameter.unit,
+                    parameter.to_display(parameter.lower), parameter.to_display(parameter.upper), parameter.scale,
+                    interval,
+                )
+            )  # fmt: skip
+    displayed = curve.chosen.to_display(fit.values)
+    return Explanation(
+        name=each.name,
+        meaning="; ".join(effect.meaning for effect in each.effects) or "the sensor sees the rigid machine",
+        outcome=judge_fit(fit, each.lack),
+        rms=fit.rms,
+        noise=describe_noise(curve.noises[0], curve.unit),
+        lack_of_fit=LackOfFitTest(each.lack.statistic, each.lack.probability, each.lack.harmonics),
+        F=None if test is None else test.statistic,
+        probability=None if test is None else test.probability,
+        log10_bayes=_log10_ratio(each, rigid),
+        parameters=parameters,
+        inputs={name: value for name, value in displayed.items() if not name.startswith(EFFECT)},
+        correlation=None if correlation is None else correlation.tolist(),
+        starts=len(fit.sums),
+        agreeing_starts=fit.agreeing,
+    )
+
+
+def _state_result(rows: Mapping[str, Explanation], preferred: str, undecided: Sequence[str], compared: int) -> str:
+    rigid, best = rows[RIGID], rows[preferred]
+    sentences = []
+    if preferred == RIGID:
+        lowest = min(row.probability for row in rows.values() if row.probability is not None)
+        end = {
+            "explained": "explains the curve", "not explained": "does not explain the curve, and no effect is better",
+            "not settled": "is not settled as an explanation, and no effect is better",
+        }[rigid.outcome]  # fmt: skip
+        sentences.append(
+            f"The rigid machine {end}: the least probability of {compared} effects by chance is {lowest:.2g} each"
+        )
+    else:
+        verb = {"explained": "explains", "not explained": "comes nearest but does not explain",
+                "not settled": "comes nearest to"}[best.outcome]  # fmt: skip
+        sentences.append(
+            f"{preferred[0].upper()}{preferred[1:]} {verb} the curve ({best.meaning}): the rigid machine is "
+            f"10^{best.log10_bayes:.1f} times less probable, and leaves {rigid.rms / best.rms:.3g} times the residual"
+        )
+        values = [
+            f"{p.name.rpartition('.')[2]} {p.value or np.inf:.4g} {p.unit}".removesuffix(" 1") for p in best.parameters
+        ]
+        sentences.append(f"Its parameters: {', '.join(values)}")
+    if undecided:
+        names = [preferred, *undecided]
+        sentences.append(f"These data cannot decide between {', '.join(names[:-1])} and {names[-1]}")
+    return ". ".join(sentences)

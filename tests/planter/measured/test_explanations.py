@@ -1,0 +1,220 @@
+"""Effects between a machine and its sensor obey their equations, are told apart in noise, and are not seen in noise."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from planter.engine.machine import Machine
+from planter.engine.response import MachineResponse
+from planter.kernels import Array
+from planter.measured.curve import Chosen
+from planter.measured.effects import (
+    SQUARE,
+    Curves,
+    ElasticMount,
+    ElectricCoupling,
+    LeakedForce,
+    LeakedTorque,
+    SensorEffect,
+    SpeedHarmonics,
+)
+from planter.measured.explained_curve import ExplainedCurve, name_parameter
+from planter.measured.explanations import explain_curve
+from planter.measured.findings import ExplanationFound
+from planter.measured.reading import Channel, DataReading, Measurement
+from planter.numerics.arrays import TURN
+from planter.planting.machines import build_machine
+from tests.planter.measured.test_noise import correlate
+from tests.support import machines, own
+from tests.support.cli import answer, refusal
+
+SPEED = 5.0
+PHI = np.linspace(0, TURN, 720, endpoint=False)
+SIGNAL = 3 + 2 * np.cos(PHI) + np.sin(3 * PHI)
+
+
+def filter_signal(effect: SensorEffect, **values: float) -> Array:
+    """Return the signal behind an effect with parameters in display units."""
+    searched = [np.log(values[p.name] / p.reference) for p in effect.parameters]
+    return effect.apply(SIGNAL[:, None], Curves({"": SIGNAL[:, None]}, TURN, SPEED), searched)[:, 0]
+
+
+def test_mount_equals_integrated_motion() -> None:
+    """A mass on spring and damper, with the machine's force on it, integrated in time until it repeats."""
+    frequency, damping = 2.3, 0.2
+    wn = TURN * frequency
+
+    def follow(t: float, state: Array) -> list[float]:
+        force = 3 + 2 * np.cos(SPEED * t) + np.sin(3 * SPEED * t)
+        return [state[1], force - 2 * damping * wn * state[1] - wn**2 * state[0]]
+
+    turns, period = 12, TURN / SPEED
+    times = turns * period + PHI / SPEED
+    motion = solve_ivp(follow, (0, times[-1]), [0.0, 0.0], t_eval=times, rtol=1e-10, atol=1e-12)
+    reaction = 2 * damping * wn * motion.y[1] + wn**2 * motion.y[0]
+    assert filter_signal(ElasticMount(SPEED), frequency=frequency, damping=damping) == pytest.approx(reaction, abs=1e-6)
+    assert abs(filter_signal(ElasticMount(SPEED), frequency=frequency, damping=0.02) - reaction).max() > 0.1
+
+
+def test_coupling_equals_first_order_response() -> None:
+    corner = 0.4
+    signal, wc = filter_signal(ElectricCoupling(SPEED), corner=corner), TURN * corner
+    # y' + wc y = x', as a Fourier derivative in time
+    orders = 1j * np.fft.rfftfreq(720, 1 / 720) * SPEED
+    left = np.fft.irfft((orders + wc) * np.fft.rfft(signal), 720)
+    right = np.fft.irfft(orders * np.fft.rfft(SIGNAL), 720)
+    assert left == pytest.approx(right, abs=1e-9)
+    assert signal.mean() == pytest.approx(0, abs=1e-12)
+
+
+def test_speed_law_equals_machine_with_acceleration() -> None:
+    """The generated machine, at the speed and the acceleration of each instant."""
+    machine, degrees = own.machine("slider_crank", "", mu=0), np.arange(0, 360, 7.0)
+    assert machine.acceleration is not None
+    curve = build_curve(machine, "F_Ox_N", [SpeedHarmonics()], degrees)
+    z = set_values(curve, {"speed harmonics.cos1": 0.1, "speed harmonics.sin2": -0.05})
+    phi, speed = np.radians(degrees), float(machine.data[machine.speed])
+    omega = speed * (1 + 0.1 * np.cos(phi) - 0.05 * np.sin(2 * phi))
+    slope = speed * (-0.1 * np.sin(phi) - 0.1 * np.cos(2 * phi))
+    response, expected = MachineResponse(machine, ["F_Ox"]), []
+    for angle, now, rise in zip(phi, omega, slope * omega, strict=True):
+        data = machine.data.copy()
+        data[machine.speed], data[machine.acceleration] = now, rise
+        expected.append(response.values(response.at_data(data), np.array([angle]))[0, 0])
+    assert curve.evaluate(z, phi)[0][0] == pytest.approx(expected, abs=2e-3)
+    assert np.ptp(expected - curve.evaluate(curve.machine_values(), phi)[0][0]) > 5
+
+
+def test_acceleration_part_is_integral_of_square_part() -> None:
+    """The momentum of a machine of constant weight: the part of the acceleration follows from that of the speed."""
+    machine = build_machine(machines.device("wang2017", "exact"))
+    curve = build_curve(machine, "support_N", [SpeedHarmonics()], np.arange(0, 360, 10.0))
+    curves = curve._compute_curves(np.zeros(0))
+    spectrum = np.fft.rfft(curves.rows["acceleration"][:, 0])
+    derivative = np.fft.irfft(1j * np.arange(361) * spectrum, 720)
+    square = curves.rows[SQUARE][:, 0]
+    assert derivative == pytest.approx(square - square.mean(), abs=1e-3 * np.ptp(square))
+    assert abs(square.mean()) < 1e-3 * np.ptp(square)  # momentum repeats
+
+
+def build_curve(machine: Machine, key: str, effects: Sequence[SensorEffect], degrees: Array) -> ExplainedCurve:
+    empty = Channel("F", "N", np.zeros(len(degrees)), np.ones(len(degrees), dtype=bool), 1.0)
+    chosen = Chosen.from_bounds(machine, {})
+    return ExplainedCurve(machine, chosen, Measurement(np.radians(degrees), (empty,)), key, effects)
+
+
+def set_values(curve: ExplainedCurve, values: Mapping[str, float]) -> Array:
+    z = curve.machine_values()
+    for name, value in values.items():
+        z[curve.chosen.names.index(f"effect: {name}")] = value
+    return z
+
+
+def test_slopes_equal_differences() -> None:
+    machine = own.machine("slider_crank", "", mu=0)
+    effects = [LeakedTorque("M_in_Nm"), SpeedHarmonics(), ElasticMount(float(machine.data[machine.speed]))]
+    degrees = np.arange(0, 360, 9.0)
+    empty = Channel("F", "N", np.zeros(40), np.ones(40, dtype=bool), 1.0)
+    chosen = Chosen.from_bounds(machine, {"m_s_kg": (1.0, 3.0), "phase_deg": (0.0, 360.0), "offset_N": (-9.0, 9.0)})
+    curve = ExplainedCurve(machine, chosen, Measurement(np.radians(degrees), (empty,)), "F_Ox_N", effects)
+    low, high = curve.chosen.lower, curve.chosen.upper
+    z = low + 0.4 * (high - low)
+    slopes = curve(z)[1]
+    for i, width in enumerate(high - low):
+        step = np.zeros_like(z)
+        step[i] = 1e-5 * width
+        difference = (curve(z + step)[0] - curve(z - step)[0]) / 2e-5
+        assert slopes[:, i] * width == pytest.approx(difference, abs=1e-5 * (1 + abs(difference).max())), i
+
+
+def measure(machine: Machine, key: str, effects: Sequence[SensorEffect], values: Mapping[str, float], std: float,
+            rho: float = 0.0, seed: int = 0) -> Measurement:  # fmt: skip
+    """Return a measurement of a machine behind effects, with a phase of 40 deg, an offset of 3 N, and noise."""
+    degrees = np.arange(0, 360, 3.0)
+    curve = build_curve(machine, key, effects, degrees)
+    signal = curve.evaluate(set_values(curve, values), np.radians(degrees + 40))[0][0] + 3.0
+    signal += correlate(np.random.default_rng(seed), len(signal), rho, std)
+    channel = Channel("F", "N", signal, np.ones(len(signal), dtype=bool), std)
+    reading = DataReading("made up", "", "", "", len(signal), len(signal), 1.0, 3.0, None, [], [])
+    return Measurement(np.radians(degrees), (channel,), (), None, reading)
+
+
+def explain(machine: Machine, key: str, measured: Measurement) -> ExplanationFound:
+    return explain_curve(machine, "derived", measured, {}, key).result
+
+
+def test_lever_of_drive_is_found() -> None:
+    machine = build_machine(machines.device("wang2017", "exact"))
+    effect = LeakedTorque("M_L_Nm")
+    result = explain(machine, "support_N", measure(machine, "support_N", [effect], {"lever M_L_Nm.lever": 27.0}, 1.0))
+    assert (result.outcome, result.preferred) == ("explained", "lever M_L_Nm")
+    rows = {row.name: row for row in result.explanations}
+    assert rows["rigid"].outcome == "not explained"
+    lever = rows["lever M_L_Nm"].parameters[0]
+    assert lever.interval is not None
+    low, high = lever.interval
+    assert low is not None
+    assert high is not None
+    assert low < 1e3 / 27 < high
+    assert high - low < 2
+    assert rows["lever M_L_Nm"].log10_bayes > 20
+    assert rows["imbalance"].log10_bayes < 1
+
+
+@pytest.mark.long
+def test_mount_below_a_lever_is_found() -> None:
+    machine = build_machine(machines.device("wang2017", "exact"))
+    mount = ElasticMount(float(machine.data[machine.speed]))
+    values = {"lever M_L_Nm.lever": 20.0, "elastic mount.frequency": np.log(12 / mount.parameters[0].reference),
+              "elastic mount.damping": np.log(0.06)}  # fmt: skip
+    measured = measure(machine, "support_N", [LeakedTorque("M_L_Nm"), mount], values, 2.0, 0.5)
+    result = explain(machine, "support_N", measured)
+    assert result.outcome == "explained"
+    row = next(row for row in result.explanations if row.name == result.preferred)
+    frequency = next(p for p in row.parameters if p.name == "elastic mount.frequency")
+    assert frequency.value == pytest.approx(12, rel=0.03)
+
+
+def count_alarms(seeds: range) -> int:
+    machine = own.machine("slider_crank")
+    alarms = 0
+    for seed in seeds:
+        result = explain(machine, "F_Oy_N", measure(machine, "F_Oy_N", [], {}, 1.0, 0.9, seed))
+        alarms += result.preferred != "rigid"
+    return alarms
+
+
+def test_correlated_noise_is_no_effect() -> None:
+    assert count_alarms(range(1)) == 0
+
+
+@pytest.mark.long
+def test_false_alarms_are_rare() -> None:
+    assert count_alarms(range(16)) <= 1
+
+
+def test_command_explains_and_refuses(tmp_path: Path) -> None:
+    machine = own.machine("slider_crank")
+    measured = measure(machine, "F_Oy_N", [LeakedForce("F_Ox_N")], {"enclosed F_Ox_N.share": 0.4}, 0.3)
+    rows = zip(np.degrees(measured.phi), measured.values, strict=True)
+    path = tmp_path / "data.csv"
+    path.write_text("a [deg];F [N]\n" + "".join(f"{a:.1f};{f:.5f}\n" for a, f in rows), encoding="utf-8")
+    call = ("calibrate", str(own.generated("slider_crank") / "slider_crank.toml"), "--data", str(path), "--column", "F")
+    out = tmp_path / "out"
+    result = answer(
+        *call, "--angle", "a", "--quantity", "F_Oy_N", "--fit", "m_s_kg=1:2", "--explain", "--out", str(out)
+    )
+    assert (result["outcome"], result["preferred"]) == ("explained", "enclosed F_Ox_N")
+    row = next(row for row in result["explanations"] if row["name"] == "enclosed F_Ox_N")
+    assert row["parameters"][0]["value"] == pytest.approx(0.4, abs=0.05)
+    assert "calibrated (derived model" in (out / "calibrated.toml").read_text(encoding="utf-8")
+    assert (out / "figures" / "explained.png").stat().st_size > 10_000
+    assert "--explain takes one quantity" in refusal(
+        *call, "--column", "F", "--angle", "a", "--quantity", "F_Oy_N", "--quantity", "F_Ox_N", "--explain"
+    )
+    assert name_parameter(LeakedForce("F_Ox_N"), "share") == "effect: enclosed F_Ox_N.share"
