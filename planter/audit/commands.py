@@ -40,6 +40,9 @@ def audit(
     front: Annotated[
         bool, typer.Option("--front", help="also list the ranges and variances that the derived model can give")
     ] = False,
+    experiment: Annotated[
+        bool, typer.Option("--experiment", help="also compare hypotheses on what the paper measured")
+    ] = False,
     as_json: JsonOption = False,
     out: OutOption = None,
 ) -> None:
@@ -64,7 +67,7 @@ def audit(
         from planter.audit.presentation import present_audit
 
         trial = _audit_user_paper if _is_file(paper) else _audit_built_in
-        present_audit(*trial(console, paper, numbers, front)).show(console, out)
+        present_audit(*trial(console, paper, numbers, front, experiment)).show(console, out)
 
 
 def _is_file(paper: str | None) -> bool:
@@ -75,22 +78,24 @@ def _is_file(paper: str | None) -> bool:
 
 
 def _audit_user_paper(
-    console: Console, source: str | None, numbers: Path | None, front: bool
+    console: Console, source: str | None, numbers: Path | None, front: bool, experiment: bool
 ) -> tuple[dict[str, Any], Any]:
     from planter.audit import user_paper
 
     if front:
         raise InputError("--front needs one of the papers by its short name")
+    if experiment:
+        raise InputError("--experiment needs one of the papers by its short name")
     trial = user_paper.audit_user_paper(Path(source or "."), numbers)
     console.say(f"written to {trial.folder}")
     return trial.result, trial.typeset
 
 
 def _audit_built_in(
-    console: Console, paper: str | None, numbers: Path | None, front: bool
+    console: Console, paper: str | None, numbers: Path | None, front: bool, experiment: bool
 ) -> tuple[dict[str, Any], Any]:
     from planter.audit import verdicts
-    from planter.audit.presentation import search_front
+    from planter.audit.presentation import compare_hypotheses, search_front
     from planter.kernels import generated
 
     if numbers is not None:
@@ -98,4 +103,6 @@ def _audit_built_in(
     result = verdicts.audit(paper)
     if front:
         result["front"] = search_front(paper, console.progress)
+    if experiment:
+        result["experiment"] = compare_hypotheses(paper, console.progress)
     return result, generated.sidecar("audit_mathml")

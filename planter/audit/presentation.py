@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from planter.audit import numbers
 from planter.audit.equation_page import list_equation_blocks, mark_verdict
-from planter.audit.registry import FRONTS
+from planter.audit.registry import EXPERIMENTS, FRONTS, Front
 from planter.audit.results import AuditResult
 from planter.audit.verdicts import HEADLINE, UNJUDGED
 from planter.errors import InputError
@@ -69,6 +69,8 @@ def _list_sections(result: Mapping[str, Any], typeset: Entry) -> Iterator[Sectio
         )
     if "front" in result:
         yield from list_front_sections(result["front"])
+    if "experiment" in result:
+        yield from list_experiment_sections(result["experiment"])
 
 
 def _group_parts(result: Mapping[str, Any], paper: str) -> dict[str, list[Entry]]:
@@ -311,10 +313,32 @@ FrontTable = Mapping[str, Any]
 
 def search_front(paper: str | None, progress: Listener | None) -> FrontTable:
     """Return the front of a paper. Raises InputError if the paper has no front."""
-    papers = [name for name in numbers.list_papers() if name in FRONTS]
+    return _find_entry(FRONTS, "--front", paper)(progress)
+
+
+def compare_hypotheses(paper: str | None, progress: Listener | None) -> FrontTable:
+    """Return the hypotheses on the measurement of a paper. Raises InputError if the paper has none."""
+    return _find_entry(EXPERIMENTS, "--experiment", paper)(progress)
+
+
+def _find_entry(entries: Mapping[str, Front], option: str, paper: str | None) -> Front:
+    papers = [name for name in numbers.list_papers() if name in entries]
     if paper not in papers:
-        raise InputError(f"--front needs one of the papers {', '.join(papers)}")
-    return FRONTS[paper](progress)
+        raise InputError(f"{option} needs one of the papers {', '.join(papers)}")
+    return entries[paper]
+
+
+def list_experiment_sections(result: FrontTable) -> Iterator[Section]:
+    """Yield the section of the hypotheses on a measurement, with their figures."""
+    head = ("hypothesis", "parameters", "max / N", "min / N", "variance / N2", "mean / N", "miss / %")
+    rows = [
+        (row["name"], len(row["parameters"]), row["max_N"], row["min_N"], row["variance_N2"], row["mean_N"],
+         row["largest_miss_percent"])
+        for row in result["hypotheses"]
+    ]  # fmt: skip
+    yield Section(
+        "Hypotheses on the experiment", [Items(result["statements"]), Table(head, rows, page_columns=head[-2:])]
+    )
 
 
 def list_front_sections(front: FrontTable) -> Iterator[Section]:

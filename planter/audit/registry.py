@@ -123,6 +123,7 @@ SomeFormula = TypeVar("SomeFormula", bound=Formula)
 FORMULAS: dict[str, Formula] = {}
 CONSEQUENCES: dict[str, Consequence] = {}
 FRONTS: dict[str, Front] = {}
+EXPERIMENTS: dict[str, Front] = {}
 
 
 @dataclass(frozen=True)
@@ -180,6 +181,16 @@ def consequence(name: str) -> Callable[[Consequence], Consequence]:
 
     def enter(function: Consequence) -> Consequence:
         CONSEQUENCES[name] = function
+        return function
+
+    return enter
+
+
+def register_experiment(paper: str) -> Callable[[Front], Front]:
+    """Return a decorator that registers hypotheses on a measurement under the short name of its paper."""
+
+    def enter(function: Front) -> Front:
+        EXPERIMENTS[paper] = function
         return function
 
     return enter

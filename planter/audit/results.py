@@ -199,7 +199,7 @@ class PaperSummary(Record):
 
 @dataclass(frozen=True)
 class AuditResult(Record):
-    """`planter audit`; `front` with `--front` alone, in the words of the machine that it is of."""
+    """`planter audit`; `front` with `--front` and `experiment` with `--experiment` alone, in the machine's words."""
 
     equations: list[EquationResult]
     laws: list[LawResult]
@@ -210,6 +210,7 @@ class AuditResult(Record):
     consequences: list[ConsequenceResult]
     summary: dict[str, PaperSummary]
     front: dict[str, Any] | None = None
+    experiment: dict[str, Any] | None = None
 
 
 COMMANDS = {"audit": AuditResult}

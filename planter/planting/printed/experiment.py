@@ -1,0 +1,141 @@
+"""What could give the experiment of wang2017: effects between the exact model and the sensor, fitted to its figures.
+
+The inputs are the assumed ones, so that only the parameters of the effects are free. Three figures of a curve cannot
+choose between explanations; what they can show is which effect reaches them, and with how many parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from planter.audit import numbers
+from planter.audit.registry import register_experiment
+from planter.engine.machine import Machine
+from planter.kernels import Array
+from planter.measured.curve import SAMPLES, Chosen
+from planter.measured.effects import (
+    ElasticMount,
+    Imbalance,
+    LeakedForce,
+    LeakedTorque,
+    SensorEffect,
+    SpeedHarmonics,
+)
+from planter.measured.explained_curve import ExplainedCurve, name_parameter
+from planter.measured.reading import Channel, Measurement
+from planter.numerics.arrays import TURN
+from planter.planting.file import load
+from planter.planting.machines import build_machine
+from planter.planting.model import Device
+from planter.planting.unpublished_inputs import MET
+from planter.progress import Listener
+
+PAPER = "wang2017"
+FORCE, TORQUE = "support_N", "M_L_Nm"
+BEARING, MIDDLE = "F_O1y_N", "F_Oy_N"
+LARGEST_IMBALANCE = 10.0
+"""Largest imbalance that is searched [kg m]."""
+STARTS, SEED = 12, 0
+FIGURES = ("max_N", "min_N", "variance_N2")
+Entry = Mapping[str, Any]
+
+
+@register_experiment(PAPER)
+def compare_hypotheses(progress: Listener | None = None) -> dict[str, Any]:
+    """Return the figures that each hypothesis reaches, fitted to those of the experiment, and statements on them."""
+    machine, point = (
+        build_machine(Device(load(PAPER), "exact")),
+        numbers.load_numbers()["disclosed"][PAPER]["experiment"],
+    )
+    speed = float(machine.data[machine.speed])
+    lever, mount = LeakedTorque(TORQUE), ElasticMount(speed)
+    hypotheses: Sequence[tuple[SensorEffect, ...]] = (
+        (), (lever,), (LeakedForce(BEARING),), (LeakedForce(MIDDLE),), (Imbalance(LARGEST_IMBALANCE),),
+        (SpeedHarmonics(),), (mount,), (lever, mount),
+    )  # fmt: skip
+    rows = [fit_hypothesis(machine, FORCE, effects, point) for effects in hypotheses]
+    rows.insert(1, fit_hypothesis(machine, BEARING, (), point))
+    return {"paper": PAPER, "model": "exact", "measured": point, "hypotheses": rows,
+            "statements": list(_state_hypotheses(rows, point))}  # fmt: skip
+
+
+def fit_hypothesis(
+    machine: Machine, quantity: str, effects: Sequence[SensorEffect], target: Mapping[str, float]
+) -> dict[str, Any]:
+    """Return the figures of a force behind effects, whose parameters are fitted to target figures.
+
+    The sum of squares of the relative misses is least, from `STARTS` points.
+    """
+    angles = np.linspace(0, TURN, SAMPLES, endpoint=False)
+    empty = Channel("support", "N", np.zeros(SAMPLES), np.ones(SAMPLES, dtype=bool), 1.0)
+    curve = ExplainedCurve(machine, Chosen.from_bounds(machine, {}), Measurement(angles, (empty,)), quantity, effects)
+    goal = np.array([target[key] for key in FIGURES])
+    lower, width = curve.chosen.lower, curve.chosen.upper - curve.chosen.lower
+
+    def compute_misses(u: Array) -> tuple[Array, Array]:
+        values, slopes = curve(lower + u * width)
+        deviation = values - values.mean()
+        gradients = np.array([slopes[values.argmax()], slopes[values.argmin()], 2 * deviation @ slopes / len(values)])
+        return (_compute_figures(values) - goal) / goal, gradients * width / goal[:, None]
+
+    rng, begin = np.random.default_rng(SEED), (curve.machine_values() - lower) / np.where(width > 0, width, 1.0)
+    best = begin
+    if len(lower):
+        starts = [begin, *(rng.random(len(lower)) for _ in range(STARTS - 1))]
+        ends = [
+            least_squares(lambda u: compute_misses(u)[0], np.clip(start, 1e-3, 1 - 1e-3),
+                          lambda u: compute_misses(u)[1], bounds=(0, 1))
+            for start in starts
+        ]  # fmt: skip
+        best = min(ends, key=lambda end: end.cost).x
+    z = lower + best * width
+    values = curve(z)[0]
+    misses = (_compute_figures(values) - goal) / goal
+    names = curve.chosen.names
+    parameters = {
+        f"{effect.name}.{p.name}": {
+            "value": p.to_display(float(z[names.index(name_parameter(effect, p.name))])), "unit": p.unit,
+        }
+        for effect in effects for p in effect.parameters
+    }  # fmt: skip
+    return {
+        "name": " + ".join(effect.name for effect in effects) or ("rigid" if quantity == FORCE else f"only {quantity}"),
+        "meaning": "; ".join(effect.meaning for effect in effects)
+        or f"the sensor sees {quantity} of the rigid machine",
+        "parameters": parameters,
+        **dict(zip(FIGURES, _compute_figures(values).tolist(), strict=True)),
+        "range_N": float(np.ptp(values)),
+        "mean_N": float(values.mean()),
+        "largest_miss_percent": float(100 * np.abs(misses).max()),
+        "reached": bool(np.abs(misses).max() <= MET),
+    }
+
+
+def _compute_figures(values: Array) -> Array:
+    return np.array([values.max(), values.min(), values.var()])
+
+
+def _state_hypotheses(rows: Sequence[Entry], target: Mapping[str, float]) -> Iterator[str]:
+    yield (
+        f"Measured: {target['max_N']:g} N, {target['min_N']:g} N and {target['variance_N2']:g} N2. Inputs are the "
+        "assumed ones; only the parameters of each hypothesis are fitted."
+    )
+    for row in rows:
+        values = [
+            f"{name.rpartition('.')[2]} {np.inf if entry['value'] is None else entry['value']:.3g} {entry['unit']}"
+            for name, entry in row["parameters"].items()
+        ]
+        listed = f" ({', '.join(value.removesuffix(' 1') for value in values)})" if values else ""
+        verdict = "reached" if row["reached"] else f"missed by up to {row['largest_miss_percent']:.3g} %"
+        yield (
+            f"{row['name'][0].upper()}{row['name'][1:]}{listed}: {row['max_N']:.4g} N, {row['min_N']:.4g} N and "
+            f"{row['variance_N2']:.4g} N2, {verdict}."
+        )
+    yield (
+        "Three figures cannot decide between hypotheses, and test none of as many parameters. A curve can: planter "
+        "calibrate --data --explain."
+    )
