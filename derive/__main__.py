@@ -11,12 +11,14 @@ from pathlib import Path
 from .generated_folder import GENERATED, OwnError, add_files, list_changes, list_differences, write_folder
 
 WHAT = """code (the default): the models and families of this project; audit: what their papers claim, judged; or a FILE
-or FOLDER of your own, or the name of what an installed package offers. A file of your own is run as Python, with all
-that Python may do: derive only files that you trust."""
+or FOLDER of your own, or the name of what an installed package offers; or a text (.tex, .md, .rst, .ipynb) to compare
+--against a file. A file of your own is run as Python, with all that Python may do: derive only files that you trust."""
 OUT = "folder to write to; else generated/, of this project or beside your file. Nothing else in it is touched"
 OVERWRITE = "replace files there that were not derived, or were edited since"
 TARGET = """also write this language (repeatable): matlab (MATLAB and Octave), latex (the derivation as a document), or
 one of an installed package. Our own models are written in it to --out alone"""
+AGAINST = "Python file with the mechanism or the formulas that a text is compared with"
+NAMES = "TOML file that says what names of a text mean; without it a skeleton is written as names.toml"
 CHECK = "derive everything, write nothing, and compare with what was written"
 
 
@@ -24,6 +26,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Derive or compare what the arguments name, and return the exit status; an error of the user's is printed."""
     arguments = _parser().parse_args(argv)
     try:
+        if arguments.against is not None:
+            return _judge_text(
+                Path(arguments.what), arguments.against, arguments.names, arguments.out, arguments.overwrite
+            )
         return _derived(arguments.what, arguments.out, arguments.check, arguments.target, arguments.overwrite)
     except OwnError as error:
         print(error, file=sys.stderr)
@@ -40,6 +46,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--check", action="store_true", help=CHECK)
     parser.add_argument("--target", action="append", default=[], metavar="NAME", help=TARGET)
     parser.add_argument("--out", type=Path, metavar="DIR", help=OUT)
+    parser.add_argument("--against", type=Path, metavar="FILE", help=AGAINST)
+    parser.add_argument("--names", type=Path, metavar="TOML", help=NAMES)
     parser.add_argument("--overwrite", action="store_true", help=OVERWRITE)
     return parser
 
@@ -71,6 +79,13 @@ def _derived(part: str, out: Path | None, check: bool, targets: Sequence[str], o
     write_folder(folder, content, kept_files)
     print(f"generated/: {len(content)} files of {part}")
     return 0
+
+
+def _judge_text(text: Path, against: Path, names: Path | None, out: Path | None, overwrite: bool) -> int:
+    """Write the verdicts on a text."""
+    from .generation import derive_text
+
+    return _added(out or text.parent / "generated", derive_text(text, against, names), "a text", overwrite)
 
 
 def _added(folder: Path, content: dict[str, str], part: str, overwrite: bool) -> int:

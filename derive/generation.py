@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import ModuleType
 
 from . import gearing, papers, systems
@@ -51,6 +52,31 @@ def derive_user_code(name: str, target_names: Collection[str] = ()) -> tuple[dic
         raise OwnError(f"{name}: there is no such file or folder, and no installed package offers it{hint}")
     module = offers[name].load()
     return _code_of(name, [module], targets), _file(module).parent / "generated"
+
+
+TRIAL = """\
+from derive.texts.trial import read_trial
+
+CASE = read_trial({text!r}, {against!r}, {names!r})
+"""
+"""Module that states the case of a text: a process that judges its equations runs it."""
+SKELETON = "names.toml"
+
+
+def derive_text(text: Path, against: Path, names: Path | None = None) -> dict[str, str]:
+    """Path -> content: the verdicts on a text, the functions of what it is compared with, and its names.
+
+    Raises OwnError for a text, a file of names or a mechanism that cannot be used.
+    """
+    from .texts.trial import format_skeleton
+
+    paths = [str(path.resolve()) if path is not None else None for path in (text, against, names)]
+    with TemporaryDirectory() as folder:
+        module = Path(folder, "text_on_trial.py")
+        module.write_text(TRIAL.format(text=paths[0], against=paths[1], names=paths[2]), encoding="utf-8")
+        with blame_user_file(against), load_user_modules(module) as entry:
+            (case,) = find_cases(entry).values()
+            return {**_code_of(str(text), entry, _chosen(built_in(), ())), SKELETON: format_skeleton(case)}
 
 
 def _chosen(targets: Iterable[Target], names: Collection[str]) -> list[Target]:

@@ -17,7 +17,7 @@ GENERAL = (
     ("exports", "gears", "measured", "sweeps"), ("tolerance",), ("explain", "mechanism"),
 )  # fmt: skip
 """Packages that do not depend on a machine, the lowest layer first; above them are the machines and what uses them."""
-DERIVATION = ((FOUNDATION,), ("audit", "mechanics"), ("gearing",), ("emit", "systems"), ("papers",))
+DERIVATION = ((FOUNDATION,), ("audit", "mechanics"), ("gearing",), ("emit", "systems"), ("papers", "texts"))
 MACHINE_PARTS = ("file", "model", "results", "commands", "printed", "examples")
 """What the package of every machine has, as a module, a package or a folder."""
 

@@ -17,7 +17,7 @@ from ..chain import Chain
 from ..equations import Claimed, ClaimError, Equation, find_claim
 from ..evaluate import Point
 from ..quantity import Quantity
-from .paper import Paper, Reading, Reference, Subject
+from .paper import Paper, Reading, Reference, Source, Subject
 from .typesetting import Said, join_parts
 
 _PERIODIC = (sp.sin, sp.cos, sp.tan)
@@ -125,11 +125,13 @@ class Case:
     """A paper with the subject that it is tried against.
 
     ``chains`` are its executable chains, if it has any: that of one side, then that of what both sides share.
+    ``source`` is the text that its equations were read from, if one was.
     """
 
     paper: Paper
     subject: Subject
     chains: tuple[Chain, Chain] | None = None
+    source: Source | None = field(default=None, compare=False)
     _chosen: dict[sp.Basic, list[Point]] = field(init=False, default_factory=dict, compare=False)
     _lifted: dict[str, Equation | None] = field(init=False, default_factory=dict, compare=False)
 

@@ -130,6 +130,22 @@ def judge_by_values(printed: Equation, points: Points, words: Iterable[Quantity]
     return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, points)}"))
 
 
+def judge_condition(printed: Equation, cycle: Sequence[Point]) -> Judgement:
+    """The verdict on a condition by values alone: whether it holds all along the machine's own cycle."""
+    symbols = printed.residual.free_symbols
+    values = [evaluate_at(printed.residual, point) for point in cycle if all(s in point for s in symbols)]
+    if len(values) < len(cycle) or None in values:
+        return Judgement("untested", "it has no value along the cycle, so that nothing tests it")
+    order = {"<": mpf.__lt__, "<=": mpf.__le__, ">": mpf.__gt__, ">=": mpf.__ge__}[printed.relation]
+    worst = (max if printed.relation in ("<", "<=") else min)(v for v in values if v is not None)
+    share = mpmath.nstr(worst, 4)
+    if all(order(value, mpf(0)) for value in values if value is not None):
+        return Judgement("confirmed", f"it holds all along the cycle: left less right is {share} at the most critical")
+    broken = sum(not order(value, mpf(0)) for value in values if value is not None)
+    finding = f"it fails at {broken} of {len(values)} places of the cycle: left less right reaches {share}"
+    return Judgement("contradicted", finding, unexplained=(printed.residual,))
+
+
 def _edited(printed: Equation, words: Iterable[Quantity], points: Points) -> Iterator[tuple[Edit, Expr]]:
     """Every edit with the residual that it leaves, but for those that leave nothing to say."""
     candidates = [word for word in words if all(word in point for point in points)]

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from sympy import Expr
 
 from ..equations import Claimed, Equation, Legibility, Relation, Unclaimed, Witness
+from ..evaluate import Point
 from ..model import Let, System, Twin
 from ..quantity import Quantity
 
@@ -138,6 +139,39 @@ class Subject(Protocol):
     def files(self) -> Iterable[Path]:
         """Files that the dynamics depend on in addition to the modules that the subject's own one imports."""
         return ()
+
+
+class SourceChange(Protocol):
+    """A change of a printed row that makes it hold: its LaTeX after it, in words, and other changes in words."""
+
+    @property
+    def latex(self) -> str: ...
+
+    @property
+    def text(self) -> str: ...
+
+    @property
+    def alternatives(self) -> tuple[str, ...]: ...
+
+
+class Source(Protocol):
+    """The text that a paper's equations were read from, which can be changed and read again."""
+
+    def repair(self, number: str, points: list[Point]) -> SourceChange | None:
+        """Return the smallest change of an equation's own LaTeX after which it holds at points, None without one."""
+        ...
+
+    def describe(self, number: str) -> dict[str, Any]:
+        """Return file, line and LaTeX of an equation, and its LaTeX corrected, empty if no change corrects it."""
+        ...
+
+    def explain_unjudged(self, number: str) -> str:
+        """Return why an equation cannot be judged, empty if it can."""
+        ...
+
+    def list_rows(self) -> list[dict[str, Any]]:
+        """Return place, status and reason of every displayed row."""
+        ...
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ import mpmath
 import sympy as sp
 from sympy import Expr
 
-from ..equations import Equation
+from ..equations import Definition, Equation
 from ..evaluate import TOLERANCE, Point
 from ..quantity import Quantity, is_consistent
 from .case import AS_READ, Case, Choice
 from .comparison import align_derived, are_equivalent, solve_for
 from .edits import Edit
-from .judge import FAULTS, UNJUDGED, Judgement, explain_unjudged, holds, judge_equation
+from .judge import FAULTS, UNJUDGED, Judgement, explain_unjudged, holds, judge_condition, judge_equation
 from .terms import Points, evaluate_at
 from .typesetting import Piece, Said, join_parts
 
@@ -157,8 +157,36 @@ def _heard(case: Case, number: str, choice: Choice) -> Hearing:
 
 def _judged(case: Case, printed: Equation, derived: Equation | None) -> Judgement:
     points = case.points if derived is None else case.points_where(derived.where)
+    if case.source is not None and (judgement := _judged_by_source(case, printed, derived, points)):
+        return judgement
     judgement = judge_equation(printed, derived, points, case.words, case.directions)
     return confirm_in_use(case, printed, derived, judgement)
+
+
+def _judged_by_source(case: Case, printed: Equation, derived: Equation | None, points: list[Point]) -> Judgement | None:
+    """Return the judgement on an equation of a text: it holds in the motion, or does after a change of its LaTeX.
+
+    None if neither is so, or if it has to be compared with its derivation.
+    """
+    assert case.source is not None
+    if reason := case.source.explain_unjudged(printed.number):
+        return Judgement(UNJUDGED, reason)
+    symbols = printed.residual.free_symbols
+    if isinstance(printed.claims, Definition) or any(s not in point for s in symbols for point in points):
+        return None
+    if printed.relation != "=":
+        return judge_condition(printed, case.cycle)
+    if holds(printed.residual, tuple(points)):
+        return Judgement("confirmed", "it holds at every point that was tried")
+    in_use = confirm_in_use(case, printed, derived, Judgement("contradicted", ""))
+    if in_use.domain:
+        return in_use
+    repair = case.source.repair(printed.number, points)
+    if repair is None:
+        return None
+    remark = "" if is_consistent(printed.residual) else "not dimensionally consistent; "
+    corrections = tuple((Said(text),) for text in (repair.text, *repair.alternatives))
+    return Judgement("misprint", f"{remark}removed by a change of its LaTeX", corrections)
 
 
 def _loose(case: Case, hearing: Hearing) -> dict[str, Expr]:
@@ -166,7 +194,7 @@ def _loose(case: Case, hearing: Hearing) -> dict[str, Expr]:
     symbol, judgement = hearing.printed.defines, hearing.judgement
     if symbol is None or hearing.printed.legibility == "lost":
         return {}
-    formula = judgement.edits[-1].result if judgement.verdict == "misprint" else solve_for(hearing.printed, symbol)
+    formula = judgement.edits[-1].result if judgement.edits else solve_for(hearing.printed, symbol)
     constraints = case.subject.constraint_residuals(hearing.printed.claims, formula)
     constraints = {name: left.xreplace(hearing.choice.derived) for name, left in constraints.items()}
     return {

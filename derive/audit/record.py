@@ -186,17 +186,22 @@ def record_equations(case: Case, keys: Mapping[str, str]) -> list[Record]:
 
 def _attempted(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     try:
-        return _recorded(case, number, key, outcome)
+        return _recorded(case, number, key, outcome) | _place(case, number)
     except Exception as error:  # one equation must not end the audit of the others
         return record_unjudged(case, number, key, error)
+
+
+def _place(case: Case, number: str) -> Record:
+    """Return where an equation stands in the text that it was read from; nothing if it was not."""
+    return {} if case.source is None else case.source.describe(number)
 
 
 def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Record:
     """The record of an equation that cannot be judged, with the reason in `finding`."""
     printed, judgement = case.paper.equations[number], explain_unjudged(error)
-    text = _text(printed)
+    text = _text(printed) if _has_formula(case, printed) else ""
     try:
-        formula = typeset_equation(printed)
+        formula = typeset_equation(printed) if text else ""
     except Exception:  # what cannot be judged may be what cannot be set
         formula = typeset_sentence(text)
     empty: Record = {part: [] for part in ("correction", "depends", "terms", "unexplained", "vanishing")}
@@ -226,6 +231,7 @@ def record_unjudged(case: Case, number: str, key: str, error: Exception) -> Reco
             **empty,
         },
         **empty,
+        **_place(case, number),
     }
 
 
@@ -237,7 +243,7 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
     gone = find_vanishing_terms(case, number, sp.S.NegativeOne if flipped else sp.S.One)
     corrections = [join_parts("; ", edits) for edits in judgement.corrections]
     missing, unexplained = _ordered(judgement.missing), _ordered(judgement.unexplained)
-    lost = printed.legibility == "lost" and printed.residual == 0
+    shows = _has_formula(case, printed)
     read = _read_as(case, number, outcome)
     depends = [{"reading": h.choice.meaning, "because": h.choice.because, "verdict": h.judgement.verdict,
                 "finding": _describe_finding(h.judgement)} for h in outcome.alternatives]  # fmt: skip
@@ -260,12 +266,12 @@ def _recorded(case: Case, number: str, key: str, outcome: Outcome) -> Record:
         "terms": _terms(case, missing, meant),
         "unexplained": _terms(case, unexplained, meant),
         "vanishing": [_vanishing(v) for v in gone],
-        "printed": "" if lost else _text(printed),
+        "printed": _text(printed) if shows else "",
         "derived": _text(meant) if meant else "",
         "defines": str(printed.defines or ""),
         "key": key,
         MATHML: {
-            "printed": "" if lost else typeset_equation(printed),
+            "printed": typeset_equation(printed) if shows else "",
             "derived": typeset_equation(meant) if meant else "",
             "finding": typeset_sentence(judgement.finding),
             "correction": [typeset_sentence(text) for text in corrections],
@@ -301,6 +307,11 @@ def _ordered(terms: Iterable[Expr]) -> list[Expr]:
 
 def _vanishing(term: Vanished) -> Record:
     return {"term": str(term.term), "because": str(term.because), "printed": term.printed}
+
+
+def _has_formula(case: Case, printed: Equation) -> bool:
+    """Return whether an equation can be shown by its residual: not if it is lost, nor if its text alone has it."""
+    return printed.residual != 0 or (printed.legibility != "lost" and case.source is None)
 
 
 def _text(equation: Equation) -> str:
@@ -359,12 +370,14 @@ def count_verdicts(records: Iterable[Record]) -> dict[str, dict[str, int]]:
 
 
 def format_records(
-    records: Sequence[Record], laws: Sequence[Record], references: Sequence[Record], papers: Mapping[str, Record]
-) -> str:
-    """Format all records without typesetting; ``papers`` hold title and model by short name."""
+    records: Sequence[Record], laws: Sequence[Record], references: Sequence[Record], papers: Mapping[str, Record],
+    rows: Sequence[Record] = (),
+) -> str:  # fmt: skip
+    """Format all records without typesetting; ``papers`` hold title and model by name, ``rows`` those of texts."""
     plain = [{key: part for key, part in record.items() if key != MATHML} for record in records]
     content = {"equations": plain, "laws": list(laws), "causes": group_causes(records), "references": list(references)}
-    return _json(content | {"papers": papers, "summary": count_verdicts(records)})
+    texts = {"rows": list(rows)} if rows else {}
+    return _json(content | texts | {"papers": papers, "summary": count_verdicts(records)})
 
 
 def format_typeset(records: Iterable[Record]) -> str:

@@ -256,8 +256,9 @@ def judge_cases(modules: Iterable[ModuleType], committed: Path | None = None) ->
     papers = {case.paper.name: _about(case) for case in find_cases(modules_).values()}
     titles = {name: about["title"] for name, about in papers.items()}
     cross = [reference for case in find_cases(modules_).values() for reference in references(case)]
+    rows = [row for c in find_cases(modules_).values() if c.source is not None for row in c.source.list_rows()]
     texts = (
-        format_records(records, laws, cross, papers),
+        format_records(records, laws, cross, papers, rows),
         format_typeset(records),
         as_page(records, titles, laws, cross),
     )

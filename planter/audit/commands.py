@@ -15,6 +15,9 @@ from planter.terminal.options import JsonOption, OutOption, list_allowed
 
 app = typer.Typer()
 
+AGAINST = "Python file with the mechanism that a text is compared with (it is run: only use files you trust)"
+NAMES = "TOML file with the meanings of a text's names; without it, one to complete is written next to the text"
+TEXTS = (".tex", ".md", ".rst", ".ipynb")
 NUMBERS = "printed numbers of a paper of your own, to compute anew: the TOML file that is described above"
 
 
@@ -31,11 +34,13 @@ def audit(
         str | None,
         typer.Argument(
             metavar="[PAPER|FILE]",
-            help="a Python file that states your paper (it is run: only use files you trust), or "
-            "one of the papers, by its short name",
+            help="a text (.tex, .md, .rst, .ipynb), with --against; a Python file that states your paper (it is run: "
+            "only use files you trust); or one of the papers, by its short name",
             show_default=False,
         ),
     ] = None,
+    against: Annotated[Path | None, typer.Option(metavar="FILE", help=AGAINST, show_default=False)] = None,
+    names: Annotated[Path | None, typer.Option(metavar="TOML", help=NAMES, show_default=False)] = None,
     numbers: Annotated[Path | None, typer.Option(metavar="TOML", help=NUMBERS, show_default=False)] = None,
     front: Annotated[
         bool, typer.Option("--front", help="also list the ranges and variances that the derived model can give")
@@ -53,6 +58,10 @@ def audit(
     `planter audit slider_crank_paper.py --numbers slider_crank_numbers.toml --out trial` judges your paper;
     the verdicts are also written to generated/ next to its file, with the functions that its numbers are computed by.
 
+    `planter audit paper.tex --against slider_crank.py` reads the displayed equations of a text and judges each that it
+    can read and whose names it knows. paper.names.toml is written to say what the other names mean: complete it, and
+    pass it by --names.
+
     The numbers are tables [[number]]: place = "Table 2, row 3"; quantity = "max F_Ax" (or min, range, mean, rms,
     variance, with abs before the name if wanted; "M_in at 90", in deg, "x_G at 0.5 s" of a mechanism that moves by
     itself); unit = "N"; printed = "412.6", as text, for its digits are its precision. What else they may say: with =
@@ -66,8 +75,15 @@ def audit(
     with console.outcome():
         from planter.audit.presentation import present_audit
 
-        trial = _audit_user_paper if _is_file(paper) else _audit_built_in
-        present_audit(*trial(console, paper, numbers, front, experiment)).show(console, out)
+        if against is not None or names is not None or str(paper).lower().endswith(TEXTS):
+            _refuse_options_of_papers(front, experiment)
+            audited = _audit_text(console, paper, against, names, numbers)
+        elif _is_file(paper):
+            _refuse_options_of_papers(front, experiment)
+            audited = _audit_user_paper(console, paper, numbers)
+        else:
+            audited = _audit_built_in(console, paper, numbers, front, experiment)
+        present_audit(*audited).show(console, out)
 
 
 def _is_file(paper: str | None) -> bool:
@@ -77,15 +93,34 @@ def _is_file(paper: str | None) -> bool:
     return paper.endswith(".py") or (paper not in list(_list_papers()) and Path(paper).exists())
 
 
-def _audit_user_paper(
-    console: Console, source: str | None, numbers: Path | None, front: bool, experiment: bool
+def _refuse_options_of_papers(front: bool, experiment: bool) -> None:
+    for option, is_given in (("--front", front), ("--experiment", experiment)):
+        if is_given:
+            raise InputError(f"{option} needs one of the papers by its short name")
+
+
+def _audit_text(
+    console: Console, text: str | None, against: Path | None, names: Path | None, numbers: Path | None
 ) -> tuple[dict[str, Any], Any]:
     from planter.audit import user_paper
 
-    if front:
-        raise InputError("--front needs one of the papers by its short name")
-    if experiment:
-        raise InputError("--experiment needs one of the papers by its short name")
+    if text is None or not text.lower().endswith(TEXTS):
+        option = "--against" if against is not None else "--names"
+        raise InputError(f"{option} needs a text that ends in {', '.join(TEXTS)}, not {text}")
+    if against is None:
+        raise InputError(f"{text} needs --against: a Python file that states the mechanism")
+    trial = user_paper.audit_text(Path(text), against, names, numbers)
+    console.say(f"written to {trial.folder}")
+    if trial.skeleton is not None:
+        console.say(f"names to complete: {trial.skeleton}; pass them by --names {trial.skeleton}")
+    elif names is None:
+        console.say(f"{Path(text).with_suffix(user_paper.NAMES_SUFFIX)} exists and was not used: pass it by --names")
+    return trial.result, trial.typeset
+
+
+def _audit_user_paper(console: Console, source: str | None, numbers: Path | None) -> tuple[dict[str, Any], Any]:
+    from planter.audit import user_paper
+
     trial = user_paper.audit_user_paper(Path(source or "."), numbers)
     console.say(f"written to {trial.folder}")
     return trial.result, trial.typeset

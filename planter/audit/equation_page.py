@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import SequenceMatcher
 from html import escape
 from typing import Any
 
@@ -32,6 +33,33 @@ def list_equation_blocks(equations: Sequence[Entry], typeset: Entry) -> Iterator
     yield Table(head, rows, page_columns=head[-1:])
     for entry in sorted(equations, key=lambda entry: entry["verdict"] in CONFIRMED):
         yield EquationArticle(entry, typeset[entry["equation"]])
+
+
+_LATEX_TOKEN = re.compile(r"\\[A-Za-z]+|\\.|\d+|\s+|.", re.S)
+
+
+def list_changes(before: str, after: str) -> list[tuple[str, str]]:
+    r"""Return the pieces of a changed source with marks: " " for both, "-" for the old one, "+" for the new one.
+
+    >>> list_changes(r"a + \sin b", r"a - \sin b")
+    [(' ', 'a '), ('-', '+'), ('+', '-'), (' ', ' \\sin b')]
+    """
+    old, new = (_LATEX_TOKEN.findall(text) for text in (before, after))
+    pieces: list[tuple[str, str]] = []
+    for operation, i, j, k, m in SequenceMatcher(None, old, new, autojunk=False).get_opcodes():
+        if operation == "equal":
+            pieces.append((" ", "".join(old[i:j])))
+        else:
+            pieces += [(mark, text) for mark, text in (("-", "".join(old[i:j])), ("+", "".join(new[k:m]))) if text]
+    return pieces
+
+
+def format_change(equation: Entry) -> str:
+    """Return the correction of an equation in the LaTeX of its text, on one line: [-old-]{+new+} at its place."""
+    marks = {" ": "{}", "-": "[-{}-]", "+": "{{+{}+}}"}
+    changes = list_changes(equation["latex"], equation["corrected_latex"])
+    text = " ".join("".join(marks[mark].format(piece) for mark, piece in changes).split())
+    return f"{equation['file']}:{equation['line']}: ({equation['equation']}) {text}"
 
 
 def describe_fault(equation: Entry) -> str:
@@ -106,8 +134,12 @@ class EquationArticle:
     def _parts(self) -> Iterator[str]:
         entry, typeset = self.entry, self.typeset
         yield from self._formulas()
+        if entry.get("latex") and not entry["printed"]:
+            yield _format_source(entry)
         if entry["verdict"] not in CONFIRMED or entry.get("domain"):
             yield f"<p>{typeset['finding'][:1].upper()}{typeset['finding'][1:]}.</p>"
+        if entry.get("corrected_latex"):
+            yield _format_source(entry)
         if typeset["correction"]:
             title = "Smallest correction" if len(typeset["correction"]) == 1 else "Smallest corrections, any of them"
             yield f"<p><strong>{title}:</strong> {'; or '.join(typeset['correction'])}.</p>"
@@ -158,6 +190,16 @@ def find_print_size(formula: str) -> float:
     return min(1, LINE / longest)
 
 
+def _format_source(entry: Entry) -> str:
+    """Return the LaTeX of an equation with its correction marked in it, if it has one, and its place in the text."""
+    tags = {" ": "{}", "-": "<del>{}</del>", "+": "<ins>{}</ins>"}
+    pieces = list_changes(entry["latex"], entry["corrected_latex"] or entry["latex"])
+    source = "".join(tags[mark].format(escape(piece)) for mark, piece in pieces)
+    place = escape(f"{entry['file']}, line {entry['line']}")
+    label = "corrected in its LaTeX" if entry["corrected_latex"] else "as printed"
+    return f'<p class="label">{label}, {place}</p><pre class="source">{source}</pre>'
+
+
 def _markup(markup: str) -> MarkupCell:
     """Return a cell of a page alone."""
     return MarkupCell(markup, markup)
@@ -206,6 +248,9 @@ math[display="block"] { margin: .2rem 0 .2rem 1rem; text-align: left; display: b
 math mtd { padding: .12em 0; }
 math mtd + mtd { padding-left: 1.2em; }
 .long math { font-size: 1em; }
+.source { margin: .2rem 0 .4rem 1rem; white-space: pre-wrap; font-size: .9em; }
+.source del { color: var(--bad); text-decoration: line-through; }
+.source ins { color: var(--good); text-decoration: underline; font-weight: 600; }
 td math, th math { font-size: 1em; }
 .mark { font-size: .85em; white-space: nowrap; color: var(--soft); }
 .mark.confirmed, .mark.reproduced, .mark.holds { color: var(--good); }

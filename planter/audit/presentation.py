@@ -7,7 +7,7 @@ from string import ascii_lowercase
 from typing import TYPE_CHECKING, Any
 
 from planter.audit import numbers
-from planter.audit.equation_page import list_equation_blocks, mark_verdict
+from planter.audit.equation_page import format_change, list_equation_blocks, mark_verdict
 from planter.audit.registry import EXPERIMENTS, FRONTS, Front
 from planter.audit.results import AuditResult
 from planter.audit.verdicts import HEADLINE, UNJUDGED
@@ -28,6 +28,10 @@ SOURCE = (
     "The machine-read text of each paper was audited, not its page images; gaps that were filled in are listed, and a "
     "finding that depends on one character may be an error of reading. If a symbol is ambiguous, the reading most "
     "favourable to the paper counts."
+)
+READ = (
+    "The displayed equations were read from the text's own LaTeX, and each was compared with the mechanism's motion at "
+    "random values. A name means what the file of names says, else the quantity whose name it spells: see that it does."
 )
 NUMBER_VERDICTS = ("not reproduced", "not recomputable", "consistent", "reproduced")
 """Verdicts on numbers, the most serious first."""
@@ -67,10 +71,24 @@ def _list_sections(result: Mapping[str, Any], typeset: Entry) -> Iterator[Sectio
             for part, list_blocks in PARTS.items()
             if entries[part]
         )
+    if "rows" in result:
+        yield from _list_text_sections(result)
     if "front" in result:
         yield from list_front_sections(result["front"])
     if "experiment" in result:
         yield from list_experiment_sections(result["experiment"])
+
+
+def _list_text_sections(result: Mapping[str, Any]) -> Iterator[Section]:
+    """Yield the corrections in the LaTeX of a text, and the rows of it that are not judged."""
+    if corrected := [e for e in result["equations"] if e.get("corrected_latex")]:
+        yield Section("Corrections in the text's own LaTeX", [Items([format_change(e) for e in corrected])])
+    rows = result["rows"]
+    unjudged = [(f"{row['file']}:{row['line']}", row["status"], row["reason"]) for row in rows if row["reason"]]
+    if unjudged:
+        read = sum(row["status"] == "read" for row in rows)
+        counted = f"{read} of {len(rows)} displayed rows were read, {len(rows) - len(unjudged)} judged; the others:"
+        yield Section("Rows that are not judged", [Text(counted), Table(("place", "row", "reason"), unjudged)])
 
 
 def _group_parts(result: Mapping[str, Any], paper: str) -> dict[str, list[Entry]]:
@@ -80,7 +98,7 @@ def _group_parts(result: Mapping[str, Any], paper: str) -> dict[str, list[Entry]
 def _summarise(result: Mapping[str, Any]) -> Iterator[Block]:
     """Yield the counts of verdicts, and the main findings of each paper."""
     is_printed = all(e["legibility"] == "printed" and not e["rebuilt"] for e in result["equations"])
-    yield Text(TRANSCRIBED if is_printed else SOURCE)
+    yield Text(READ if "rows" in result else TRANSCRIBED if is_printed else SOURCE)
     papers = result["summary"].items()
     rows = [(name, _tally(s["equations"]), s["at_fault"], s["causes"], _tally(s["numbers"]), s["title"])
             for name, s in papers]  # fmt: skip

@@ -45,6 +45,8 @@ class EquationResult(Record):
     range an equation is wrong although the machine does not leave it; it is empty for any other.
 
     `answer` is the reading that is taken of what the paper leaves open: the kindest one to all equations that share it.
+    Of an equation that was read from a text, `file`, `line` and `latex` are its place and source, `corrected_latex` the
+    source after the smallest change that makes it hold, empty if there is none.
     """
 
     paper: str
@@ -69,6 +71,20 @@ class EquationResult(Record):
     derived: str
     defines: str
     key: str
+    file: str | None = None
+    line: int | None = None
+    latex: str | None = None
+    corrected_latex: str | None = None
+
+
+@dataclass(frozen=True)
+class RowResult(Record):
+    """A displayed equation of a text: its place, whether it is `read` or `refused`, and why it is not judged, if so."""
+
+    file: str
+    line: int
+    status: str
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -199,7 +215,7 @@ class PaperSummary(Record):
 
 @dataclass(frozen=True)
 class AuditResult(Record):
-    """`planter audit`; `front` with `--front` and `experiment` with `--experiment` alone, in the machine's words."""
+    """`planter audit`; `front` with `--front`, `experiment` with `--experiment`, in the machine's words; `rows` of a text."""
 
     equations: list[EquationResult]
     laws: list[LawResult]
@@ -211,6 +227,7 @@ class AuditResult(Record):
     summary: dict[str, PaperSummary]
     front: dict[str, Any] | None = None
     experiment: dict[str, Any] | None = None
+    rows: list[RowResult] | None = None
 
 
 COMMANDS = {"audit": AuditResult}

@@ -23,7 +23,7 @@ from planter.audit import numbers, verdicts
 from planter.audit.registry import Rounded
 from planter.errors import InputError
 from planter.files import paths
-from planter.files.derivation import GENERATED, derive_file
+from planter.files.derivation import GENERATED, derive_file, judge_text
 from planter.files.fields import (
     FileSection,
     Line,
@@ -39,6 +39,7 @@ from planter.files.fields import (
 from planter.files.text import read_bytes, read_json, read_toml
 from planter.report import files
 from planter.report.folder import NAME as LIST
+from planter.report.folder import keep_file
 
 MEASURE = "measure of a mechanism"
 """Name of the formula that computes a question."""
@@ -214,11 +215,51 @@ def audit_user_paper(source: Path, printed: Path | None = None) -> PaperAudit:
         derive_file(source, Path(folder_name))
         if not Path(folder_name, VERDICTS).is_file():
             raise InputError(f"{source}: the file states no paper: define CASE = trial(mechanism, paper)")
-        derivations = {
-            path.relative_to(folder_name).as_posix(): path for path in Path(folder_name).rglob("*") if path.is_file()
-        }
-        files.write_all(folder, {name: read_bytes(path, MAX_SIZE) for name, path in derivations.items()
-                                 if path.name != LIST})  # fmt: skip
+        _keep_derivations(Path(folder_name), folder)
+    return _collect(folder, numbers_file, printed)
+
+
+SKELETON = "names.toml"
+NAMES_SUFFIX = ".names.toml"
+
+
+@dataclass(frozen=True)
+class TextAudit(PaperAudit):
+    """An audit of a text; `skeleton` is the file of names that was written, None if none was."""
+
+    skeleton: Path | None
+
+
+def audit_text(text: Path, against: Path, names: Path | None = None, printed: Path | None = None) -> TextAudit:
+    """Judge the displayed equations of a text against the mechanism of a Python file.
+
+    Verdicts and functions are written to `generated` next to the text. Without `names`, a file of names to complete is
+    written next to it, unless there is one. Raises InputError for an error in one of the files.
+    """
+    numbers_file = None if printed is None else read_numbers_file(printed)
+    folder, skeleton_path = text.parent / GENERATED, text.with_suffix(NAMES_SUFFIX)
+    with TemporaryDirectory() as folder_name:
+        judge_text(text, against, names, Path(folder_name))
+        skeleton = read_bytes(Path(folder_name, SKELETON), MAX_SIZE).decode()
+        Path(folder_name, SKELETON).unlink()
+        _keep_derivations(Path(folder_name), folder)
+    is_new = names is None and not skeleton_path.exists()
+    if is_new:
+        files.write_text(skeleton_path, skeleton)
+    keep_file(skeleton_path)
+    audit = _collect(folder, numbers_file, printed)
+    return TextAudit(audit.result, audit.typeset, folder, skeleton_path if is_new else None)
+
+
+def _keep_derivations(source: Path, folder: Path) -> None:
+    """Write what was derived into the folder next to a user's file."""
+    derivations = {path.relative_to(source).as_posix(): path for path in source.rglob("*") if path.is_file()}
+    files.write_all(folder, {name: read_bytes(path, MAX_SIZE) for name, path in derivations.items()
+                             if path.name != LIST})  # fmt: skip
+
+
+def _collect(folder: Path, numbers_file: NumbersFile | None, printed: Path | None) -> PaperAudit:
+    """Return the verdicts in a folder, with those on printed numbers."""
     content, typeset = (read_json(folder / name, MAX_SIZE, MAX_SIZE) for name in (VERDICTS, TYPESET))
     papers: dict[str, dict[str, str]] = content["papers"]
     number_verdicts = (

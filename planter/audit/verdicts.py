@@ -165,7 +165,8 @@ def collect_verdicts(verdicts: Entry, judged: Sequence[Entry], titles: Mapping[s
     parts = ("equations", "laws", "causes", "references")
     equations, laws, causes, references = (_select_papers(verdicts.get(part, ()), list(titles)) for part in parts)
     number_verdicts = _select_papers(judged, list(titles))
-    return {
+    texts = {"rows": [dict(row) for row in verdicts["rows"]]} if "rows" in verdicts else {}
+    return texts | {
         "equations": equations,
         "laws": laws,
         "numbers": number_verdicts,

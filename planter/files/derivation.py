@@ -25,10 +25,28 @@ def derive_file(source: Path, out: Path | None = None, targets: Iterable[str] = 
     folder = out or (source if source.is_dir() else source.parent) / GENERATED
     options = ["--overwrite"] if overwrite else []
     options += [part for name in targets for part in ("--target", name)]
+    _run_derive(source, folder, options)
+    return folder
+
+
+def judge_text(text: Path, against: Path, names: Path | None, folder: Path) -> None:
+    """Compare a text with the mechanism of a Python file, and write verdicts and functions into a folder.
+
+    ``names`` says what names of the text mean. Raises InputError for an error in one of the files, ComputationError for
+    any other failure.
+    """
+    for path in (text, against, *([] if names is None else [names])):
+        if not path.exists():
+            raise InputError(f"{path}: there is no such file")
+        check_regular(path)
+    options = ["--against", str(against)] + ([] if names is None else ["--names", str(names)])
+    _run_derive(text, folder, options)
+
+
+def _run_derive(source: Path, folder: Path, options: list[str]) -> None:
     done = workers.run_command(workers.program_command("derive", str(source), "--out", str(folder), *options))
     messages = done.stderr.strip().splitlines() or [f"{source}: deriving ended with code {done.returncode}"]
     if done.returncode == InputError.exit_code:
         raise InputError(messages[0])
     if done.returncode:
         raise ComputationError(messages[-1])
-    return folder

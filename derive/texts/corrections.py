@@ -1,0 +1,383 @@
+"""Corrections of a formula in its own LaTeX: small changes of the source, tried at points of the motion."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from ..audit.judge import holds
+from ..evaluate import Point
+from .formula import (
+    FUNCTIONS,
+    Bracket,
+    FormulaError,
+    Name,
+    Node,
+    Power,
+    Quotient,
+    RelationChain,
+    Sum,
+    Symbol,
+    Token,
+    list_nodes,
+    read_formula,
+    tokenize_formula,
+)
+from .interpretation import Interpreter, Read, interpret_formula
+from .names import PointNames, StatedNames
+from .values import OperandError, Scalar, Value
+
+TOLERANCE = 1e-9
+"""Residual that counts as zero, as a share of the largest term: far above the rounding of 15 digits."""
+MOST_LISTED = 5
+"""Corrections that are listed."""
+MOST_SIGNS = 28
+"""Signs of which any two are tried."""
+MOST_CANDIDATES = 20_000
+
+
+@dataclass(frozen=True)
+class Repair:
+    """A change of a row: its LaTeX after it, the change in words, and other changes that would do as well."""
+
+    latex: str
+    text: str
+    alternatives: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class LatexChange:
+    """A change of a source: what replaces the range from ``start`` to ``end``, once or at several places."""
+
+    pieces: tuple[tuple[int, int, str], ...]
+    text: str
+
+    def apply(self, latex: str) -> str:
+        """Return the source after the change."""
+        for start, end, new in sorted(self.pieces, reverse=True):
+            before, after = latex[:start], latex[end:]
+            glue = " " if re.search(r"\\[A-Za-z]+$", before) and new[:1].isalpha() else ""
+            tail = " " if re.search(r"\\[A-Za-z]+$", new) and after[:1].isalpha() else ""
+            latex = f"{before}{glue}{new}{tail}{after}"
+        return latex
+
+
+def find_repairs(
+    latex: str, index: int, names: StatedNames, points: Sequence[Point], macros: Mapping[str, tuple[int, str]],
+    vocabulary: Sequence[str],
+) -> Repair | None:  # fmt: skip
+    """Return the smallest change of a row after which its residual of an index vanishes at points, None without one.
+
+    Residuals of the row that hold before must hold after it. Changes are tried in floating point; what is found is
+    confirmed by the exact reading, so that it holds to all digits and is no identity.
+    """
+    at_points = PointNames(names, points)
+    try:
+        chain = read_formula(latex, macros)
+        before = _outcomes(chain, at_points)
+    except (FormulaError, OperandError, TypeError, ValueError):
+        return None
+    if before is None or not index < len(before):
+        return None
+    changes: list[LatexChange] = []
+    seen_sources: set[str] = {latex}
+    for tier in _list_tiers(latex, chain, macros, names, vocabulary):
+        for count, change in enumerate(tier):
+            if count >= MOST_CANDIDATES or len(changes) >= MOST_LISTED:
+                break
+            changed = change.apply(latex)
+            if changed in seen_sources:
+                continue
+            seen_sources.add(changed)
+            after = _try(changed, macros, at_points)
+            if after is None or len(after) != len(before) or not after[index]:
+                continue
+            if all(now or not then for now, then in zip(after, before, strict=True)) and _confirmed(
+                changed, index, macros, names, points
+            ):
+                changes.append(change)
+        if changes:
+            first, *rest = changes
+            return Repair(first.apply(latex), first.text, tuple(change.text for change in rest))
+    return None
+
+
+class _Sizing(Interpreter):
+    """An interpreter at points that notes the size of the largest term."""
+
+    largest: Any = 0.0
+
+    def _added(self, first: Value, second: Value) -> Value:
+        for value in (first, second):
+            if isinstance(value, Scalar):
+                self.largest = np.maximum(self.largest, np.abs(value.value))
+        return super()._added(first, second)
+
+
+def _outcomes(chain: RelationChain, names: PointNames) -> list[bool] | None:
+    """Return for each residual of a row whether it vanishes at all points; None for one of no consistent reading."""
+    reader = _Sizing(names, [])
+    with np.errstate(all="ignore"):
+        try:
+            read = reader.read(chain)
+            if reader.options or not read.is_consistent(names):
+                read = interpret_formula(chain, names)
+        except FormulaError:
+            if not reader.options:
+                raise
+            read = interpret_formula(chain, names)
+        return [_vanishes(left, right, reader.largest) for _, _, left, right in read.residuals(names)]
+
+
+def _vanishes(left: Scalar, right: Scalar, largest: Any) -> bool:
+    gap = np.abs(np.asarray(left.value, dtype=float) - np.asarray(right.value, dtype=float))
+    size = np.maximum(np.maximum(np.abs(left.value), np.abs(right.value)), largest)
+    return bool(np.all(gap <= TOLERANCE * size) and np.all(np.isfinite(gap)) and np.any(np.asarray(size) > 0))
+
+
+def _try(latex: str, macros: Mapping[str, tuple[int, str]], names: PointNames) -> list[bool] | None:
+    try:
+        return _outcomes(read_formula(latex, macros), names)
+    except (FormulaError, OperandError, TypeError, ValueError, ZeroDivisionError, RecursionError, IndexError):
+        return None
+
+
+def _confirmed(
+    latex: str, index: int, macros: Mapping[str, tuple[int, str]], names: StatedNames, points: Sequence[Point]
+) -> bool:
+    """Return whether the exact reading of a changed row holds, is consistent, and is no identity."""
+    try:
+        read: Read = interpret_formula(read_formula(latex, macros), names)
+        _, relation, left, right = read.residuals(names)[index]
+    except (FormulaError, OperandError, TypeError, ValueError, IndexError):
+        return False
+    residual = left.value - right.value
+    if relation != "=" or residual == 0 or (left + (-right)).mixed:
+        return False
+    return holds(residual, tuple(points))
+
+
+def _list_tiers(
+    latex: str,
+    chain: RelationChain,
+    macros: Mapping[str, tuple[int, str]],
+    names: StatedNames,
+    vocabulary: Sequence[str],
+) -> Iterator[Iterator[LatexChange]]:
+    """Yield changes in groups: a single character or name first, then factors, then two signs, then two changes."""
+    tokens = [token for token in tokenize_formula(latex, macros) if not token.fixed]
+    yield _single_changes(latex, tokens, chain, names, vocabulary)
+    yield _factor_changes(latex, tokens, chain, names, vocabulary)
+    yield _sign_pairs(tokens)
+
+
+def _single_changes(
+    latex: str, tokens: Sequence[Token], chain: RelationChain, names: StatedNames, vocabulary: Sequence[str]
+) -> Iterator[LatexChange]:
+    yield from _signs(latex, tokens, chain)
+    yield from _functions(tokens)
+    yield from _replacements(latex, chain, names, vocabulary)
+    yield from _powers(latex, chain)
+    yield from _numbers(tokens)
+    yield from _turned(latex, chain)
+
+
+def _signs(latex: str, tokens: Sequence[Token], chain: RelationChain) -> Iterator[LatexChange]:
+    """Yield other signs, signs before terms without one, and signs lost at line breaks."""
+    for token in tokens:
+        if token.text in ("+", "-", "\u2212"):
+            new = "-" if token.text == "+" else "+"
+            yield LatexChange(
+                ((token.start, token.end, new),), f"{new} for {token.text}{_describe_place(latex, token.end)}"
+            )
+    for match in re.finditer(r"\\\\(?:\s*\[[^\]]*\])?\s*&*|\n\s*&*", latex):
+        for sign in "+-":
+            text = f"{sign} after the line break{_describe_place(latex, match.end())}"
+            yield LatexChange(((match.end(), match.end(), f"{sign} "),), text)
+    for node in list_nodes(chain):
+        starts = [side.start for side in node.sides] if isinstance(node, RelationChain) else []
+        if isinstance(node, Bracket):
+            starts = [part.start for part in node.parts]
+        for start in starts:
+            if latex[start : start + 1] not in ("-", "+"):
+                yield LatexChange(((start, start, "-"),), f"- before {_shorten(latex[start:])}")
+
+
+def _describe_place(latex: str, position: int) -> str:
+    text = _shorten(latex[position:])
+    return f" before {text}" if text else ""
+
+
+def _shorten(text: str) -> str:
+    """Return the beginning of a source on one line."""
+    text = re.sub(r"\\(?:label|tag)\*?\s*\{[^{}]*\}|\\(?:nonumber|notag)(?![A-Za-z])|\\\\|&", " ", text)
+    text = " ".join(text.split())
+    return text if len(text) <= 24 else f"{text[:24]} ..."
+
+
+def _functions(tokens: Sequence[Token]) -> Iterator[LatexChange]:
+    swaps = {"\\sin": "\\cos", "\\cos": "\\sin", "\\tan": "\\cot", "\\sinh": "\\cosh", "\\cosh": "\\sinh"}
+    for token in tokens:
+        if token.text in swaps:
+            new = swaps[token.text]
+            yield LatexChange(((token.start, token.end, new),), f"{new} for {token.text}")
+    for token in tokens:
+        if token.text in ("\\sin", "\\cos"):
+            yield LatexChange(((token.start, token.end, "\\tan"),), f"\\tan for {token.text}")
+
+
+def _replacements(
+    latex: str, chain: RelationChain, names: StatedNames, vocabulary: Sequence[str]
+) -> Iterator[LatexChange]:
+    """Yield other names of the text for a name, of its dimension or its dots, at one place and everywhere."""
+    places: dict[Symbol, list[Node]] = {}
+    for node in list_nodes(chain):
+        if isinstance(node, Name):
+            places.setdefault(node.symbol, []).append(node)
+    for symbol, nodes in places.items():
+        alternatives = [other for other in _alternatives(symbol, names, vocabulary) if other != symbol.spell()]
+        for other in alternatives:
+            for place in nodes:
+                yield LatexChange(((place.start, place.end, other),), f"{other} for {latex[place.start : place.end]}")
+        if len(nodes) > 1:
+            for other in alternatives:
+                pieces = tuple((node.start, node.end, other) for node in nodes)
+                yield LatexChange(pieces, f"{other} for {symbol.spell()} throughout")
+
+
+def _alternatives(symbol: Symbol, names: StatedNames, vocabulary: Sequence[str]) -> list[str]:
+    """Return names that may have been meant: those of the dimension, and the name with other dots or another index."""
+    value = names.look_up(symbol) if names.is_known(symbol) else None
+    fitting = []
+    for spelling in vocabulary:
+        node = read_formula(f"{spelling} = 0").sides[0]
+        other = names.look_up(node.symbol) if isinstance(node, Name) and names.is_known(node.symbol) else None
+        if _alike(value, other):
+            fitting.append(spelling)
+    dotted = [Symbol(symbol.stem, symbol.accents, symbol.subscript, symbol.primes, dots, symbol.before, symbol.after)
+              for dots in range(3) if dots != symbol.dots]  # fmt: skip
+    return list(dict.fromkeys([*fitting, *(other.spell() for other in dotted if names.is_known(other))]))
+
+
+def _alike(first: Value | None, second: Value | None) -> bool:
+    if first is None or second is None or type(first) is not type(second):
+        return False
+    if isinstance(first, Scalar) and isinstance(second, Scalar):
+        return first.dimension == second.dimension
+    return True
+
+
+def _powers(latex: str, chain: RelationChain) -> Iterator[LatexChange]:
+    """Yield powers left out, added, fallen to the line, and indices that are powers."""
+    for node in list_nodes(chain):
+        if isinstance(node, Power) and latex[node.base.end : node.base.end + 1] in ("^", "_", " ", "{", ""):
+            tail = latex[node.base.end : node.end]
+            if tail.lstrip().startswith("^"):
+                yield LatexChange(((node.base.end, node.end, ""),), f"without {tail.strip()}")
+                if tail.strip() not in ("^3", "^{3}"):
+                    yield LatexChange(((node.base.end, node.end, "^3"),), f"^3 for {tail.strip()}")
+                if tail.strip() not in ("^2", "^{2}"):
+                    yield LatexChange(((node.base.end, node.end, "^2"),), f"^2 for {tail.strip()}")
+        elif isinstance(node, Name | Bracket):
+            for power in ("^2", "^3"):
+                change = ((node.end, node.end, power),)
+                yield LatexChange(change, f"{power} on {_shorten(latex[node.start : node.end])}")
+    for match in re.finditer(r"\\(sin|cos|tan)(?![A-Za-z^])(?!\s*\^)", latex):
+        yield LatexChange(((match.end(), match.end(), "^2"),), f"^2 on {match.group()}")
+    for match in re.finditer(r"(?<=[A-Za-z}])(\d)(?=[^\d]|$)|_\{?(\d)(\d)\}?", latex):
+        if match.group(3):
+            yield LatexChange(
+                ((match.start(), match.end(), f"_{match.group(2)}^{match.group(3)}"),), "an index is a power"
+            )
+        else:
+            yield LatexChange(((match.start(), match.end(), f"^{match.group(1)}"),), "a factor is a power")
+
+
+def _numbers(tokens: Sequence[Token]) -> Iterator[LatexChange]:
+    """Yield other numbers for a number, and none."""
+    for token in tokens:
+        if re.fullmatch(r"\d+", token.text):
+            number = int(token.text)
+            for other in (number + 1, number - 1, 2 * number, *([number // 2] if number % 2 == 0 else []), 12, 3, 4, 6):
+                if other > 0 and other != number:
+                    yield LatexChange(((token.start, token.end, str(other)),), f"{other} for {number}")
+            yield LatexChange(((token.start, token.end, ""),), f"without {number}")
+
+
+def _turned(latex: str, chain: RelationChain) -> Iterator[LatexChange]:
+    """Yield fractions upside down, and brackets around neighbouring terms."""
+    for node in list_nodes(chain):
+        if isinstance(node, Quotient):
+            above, below = (_group_of(latex, part) for part in (node.above, node.below))
+            if above and below:
+                pieces = ((*above, latex[slice(*below)]), (*below, latex[slice(*above)]))
+                yield LatexChange(pieces, f"the fraction {_shorten(latex[node.start : node.end])} upside down")
+            elif above is None and below is None and "/" not in latex[node.start : node.end]:
+                continue
+
+
+def _group_of(latex: str, node: Node) -> tuple[int, int] | None:
+    """Return the range of the braced group around a part, None if it is not alone in one."""
+    start, end = node.start, node.end
+    while start > 0 and latex[start - 1].isspace():
+        start -= 1
+    while end < len(latex) and latex[end].isspace():
+        end += 1
+    if start > 0 and end < len(latex) and latex[start - 1] == "{" and latex[end] == "}":
+        return start, end
+    return None
+
+
+def _factor_changes(
+    latex: str, tokens: Sequence[Token], chain: RelationChain, names: StatedNames, vocabulary: Sequence[str]
+) -> Iterator[LatexChange]:
+    """Yield factors 2 and 1/2 on terms, names left out of products, and names that a product lacks."""
+    terms = [(sign, term) for node in list_nodes(chain) if isinstance(node, Sum) for sign, term in node.terms]
+    terms += [(1, side) for side in chain.sides if not isinstance(side, Sum)]
+    for _, term in terms:
+        for factor in ("2", "\\frac{1}{2}", "\\frac{1}{3}", "\\frac{1}{12}"):
+            yield LatexChange(((term.start, term.start, f"{factor} "),), f"{factor} on {_shorten(latex[term.start :])}")
+    for node in list_nodes(chain):
+        if isinstance(node, Name):
+            text = latex[node.start : node.end]
+            yield LatexChange(((node.start, node.end, ""),), f"without {text}")
+            power = re.match(r"\s*\^(?:\{[^{}]*\}|.)", latex[node.end :])
+            if power:
+                yield LatexChange(((node.start, node.end + power.end(), ""),), f"without {text}{power.group().strip()}")
+    used = {node.symbol.spell() for node in list_nodes(chain) if isinstance(node, Name)}
+    lacking = [*sorted(used), *(name for name in vocabulary if name not in used)]
+    for _, term in terms:
+        for name in lacking:
+            yield LatexChange(((term.start, term.start, f"{name} "),), f"{name} on {_shorten(latex[term.start :])}")
+    for _, term in terms:
+        yield from _without_term(latex, term)
+    for match in re.finditer(r"\\(sin|cos)(?![A-Za-z])", latex):
+        yield from _without_function(latex, match)
+
+
+def _without_term(latex: str, term: Node) -> Iterator[LatexChange]:
+    before = re.search(r"[+\-\u2212]\s*$", latex[: term.start])
+    if before:
+        yield LatexChange(((before.start(), term.end, ""),), f"without {_shorten(latex[before.start() : term.end])}")
+
+
+def _without_function(latex: str, match: re.Match[str]) -> Iterator[LatexChange]:
+    argument = re.match(
+        r"\s*(?:\([^()]*\)|\\left\([^()]*\\right\)|\\?[A-Za-z]+(?:_\{[^{}]*\}|_\w)?|\{[^{}]*\})", latex[match.end() :]
+    )
+    if argument and match.group(1) in FUNCTIONS:
+        end = match.end() + argument.end()
+        yield LatexChange(((match.start(), end, ""),), f"without {_shorten(latex[match.start() : end])}")
+
+
+def _sign_pairs(tokens: Sequence[Token]) -> Iterator[LatexChange]:
+    signs = [token for token in tokens if token.text in ("+", "-", "\u2212")][:MOST_SIGNS]
+    for size in (2, 3) if len(signs) <= MOST_SIGNS // 2 else (2,):
+        for some in combinations(signs, size):
+            pieces = tuple((t.start, t.end, "-" if t.text == "+" else "+") for t in some)
+            yield LatexChange(pieces, f"{size} other signs")

@@ -1,0 +1,547 @@
+"""What the names of a text mean: quantities, frames and points of a mechanism, by a table and by their spelling."""
+
+from __future__ import annotations
+
+import ast
+import operator
+import re
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import mpmath
+import numpy as np
+import sympy as sp
+from sympy import Expr
+
+from ..evaluate import Point
+from ..formulas import Formulas
+from ..generated_folder import OwnError
+from ..mechanics.bodies import kinetic_energy, potential_energy
+from ..mechanics.frames import Frame, Vec, displacement, unit
+from ..mechanics.frames import Point as Place
+from ..mechanics.mechanism import TIME, Mechanism
+from ..quantity import DimensionError, Quantity, dimension
+from .formula import FormulaError, Reader, Symbol, tokenize_formula
+from .interpretation import UnknownNameError
+from .values import NUMERIC, SYMBOLIC, Algebra, MatrixValue, OperandError, Scalar, Value, VectorValue, quantity_scalar
+
+AXES = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+STEMS = {"varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "lambda": "lam", "ell": "l"}
+"""Names of print that are spelled otherwise in a mechanism."""
+Stated = Mechanism | Formulas
+
+
+def find_stated(module: ModuleType) -> Stated:
+    """Return the mechanism or the formulas that a module states. Raises OwnError unless there is one."""
+    matches = {id(part): part for part in vars(module).values() if isinstance(part, Mechanism | Formulas)}
+    if len(matches) != 1:
+        names = ", ".join(part.name for part in matches.values()) or "none"
+        raise OwnError(f"{module.__file__}: --against needs a file that states one Mechanism or Formulas, not {names}")
+    return next(iter(matches.values()))
+
+
+def to_scalar(expr: Expr) -> Scalar:
+    """Return an expression of quantities as a scalar."""
+    if isinstance(expr, Quantity):
+        return quantity_scalar(expr)
+    expr = sp.sympify(expr)
+    turning = any(isinstance(s, Quantity) and s.unit.split("/")[0] == "rad" for s in expr.free_symbols)
+    try:
+        of_expr, mixed = dimension(expr), False
+    except DimensionError:
+        of_expr, mixed = None, True
+    return Scalar(expr, of_expr, int(turning and not expr.is_Function), mixed)
+
+
+@dataclass
+class NameTable:
+    """The entries of a names file: meanings by spelling, texts as they were written, and what it says of rows.
+
+    A ``#`` in a spelling stands for letters and digits that are put for the ``#`` of its meaning.
+    """
+
+    meanings: dict[str, str] = field(default_factory=dict)
+    rows: dict[str, dict[str, Any]] = field(default_factory=dict)
+    macros: dict[str, tuple[int, str]] = field(default_factory=dict)
+    until_s: float | None = None
+    file: str = ""
+
+    def find(self, spelling: str) -> str | None:
+        """Return the text of the meaning of a spelling, None if there is no entry, empty if there is no meaning."""
+        if spelling in self.meanings:
+            return self.meanings[spelling]
+        for pattern, meaning in self.meanings.items():
+            if "#" in pattern:
+                parts = [re.escape(part) for part in pattern.split("#")]
+                match = re.fullmatch("([A-Za-z0-9]+)".join(parts), spelling)
+                if match and len(set(match.groups())) == 1:
+                    return meaning.replace("#", match.group(1))
+        return None
+
+
+def spell_name(latex: str, macros: Mapping[str, tuple[int, str]] | None = None) -> str:
+    """Return the one spelling of a printed name. Raises FormulaError if it is no name."""
+    pattern = latex.replace("#", r"\mathrm{HASH}")
+    reader = Reader(pattern, tokenize_formula(pattern, macros))
+    if reader.peek() == "^" or (reader.peek() == "{" and reader.peek(1) == "}"):
+        node = reader.factor()
+        symbol = getattr(node, "symbol", None)
+    else:
+        symbol = reader.try_symbol()
+    if symbol is None or reader.peek():
+        raise FormulaError(f"{latex} is no name")
+    spelled: str = symbol.spell()
+    return spelled.replace("HASH", "#")
+
+
+def read_name_table(path: Path) -> NameTable:
+    """Read a names file. Raises OwnError, which names the file and the key, for what it must not hold."""
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise OwnError(f"{path}: {reason}") from None
+    for key in content:
+        if key not in ("names", "rows", "until_s", "macros"):
+            raise OwnError(f"{path}: {key}: no such key; it may hold [names], [rows], [macros] and until_s")
+    table = NameTable(file=str(path))
+    for name, body in _section(content, "macros", path).items():
+        if not re.fullmatch(r"\\[A-Za-z]+", name) or not isinstance(body, str):
+            raise OwnError(f"{path}: macros.{name}: write '\\name' = \"what it stands for\"")
+        table.macros[name] = body.count("#1") and 1, body
+    for name, meaning in _section(content, "names", path).items():
+        if not isinstance(meaning, str):
+            raise OwnError(f"{path}: names.{name} = {meaning!r}: the meaning must be text in quotes")
+        try:
+            spelling = spell_name(name, table.macros)
+        except FormulaError as error:
+            raise OwnError(f"{path}: names.{name}: {error}") from None
+        if table.meanings.setdefault(spelling, meaning) != meaning:
+            raise OwnError(f"{path}: names.{name}: the name stands twice, also as {table.meanings[spelling]!r}")
+    for number, entry in _section(content, "rows", path).items():
+        if not isinstance(entry, dict) or not entry.keys() <= {"skip", "claims", "names"}:
+            raise OwnError(f"{path}: rows.{number}: it may hold skip (a reason), claims and names")
+        if not all(isinstance(entry.get(key, ""), str) for key in ("skip", "claims")):
+            raise OwnError(f"{path}: rows.{number}: skip and claims must be text in quotes")
+        table.rows[number] = dict(entry)
+    until = content.get("until_s")
+    if until is not None and (isinstance(until, bool) or not isinstance(until, int | float) or not until > 0):
+        raise OwnError(f"{path}: until_s = {until!r}: it must be a positive number of seconds")
+    table.until_s = until
+    return table
+
+
+def _section(content: Mapping[str, Any], name: str, path: Path) -> dict[str, Any]:
+    section = content.get(name, {})
+    if not isinstance(section, dict):
+        raise OwnError(f"{path}: {name}: it must be a table [{name}]")
+    return section
+
+
+class MeaningError(ValueError):
+    """A meaning that cannot be understood."""
+
+
+_OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
+    ast.Pow: operator.pow,
+}  # fmt: skip
+
+
+@dataclass
+class StatedNames:
+    """Names of a text as expressions of a mechanism's quantities, or of formulas.
+
+    ``abbreviations`` are abbreviations that the text itself defines, by their spelling.
+    """
+
+    stated: Stated
+    quantities: Mapping[str, Quantity]
+    table: NameTable
+    module: ModuleType | None = None
+    abbreviations: dict[str, Value] = field(default_factory=dict)
+    algebra: Algebra = SYMBOLIC
+    _meanings: dict[str, Value | None] = field(default_factory=dict)
+
+    @cached_property
+    def frames(self) -> dict[str, Frame]:
+        """Frames of the mechanism by name: those that its file names, and the world."""
+        parts = vars(self.module).values() if self.module else ()
+        matches = {part.name: part for part in parts if isinstance(part, Frame)}
+        named = {name: part for name, part in vars(self.module or object).items() if isinstance(part, Frame)}
+        world = {"world": self.stated.world} if isinstance(self.stated, Mechanism) else {}
+        return {**named, **matches, **world}
+
+    @cached_property
+    def places(self) -> dict[str, Place]:
+        """Points of the mechanism by name."""
+        variables = vars(self.module) if self.module else {}
+        named = {name: part for name, part in variables.items() if isinstance(part, Place)}
+        matches = {part.name: part for part in variables.values() if isinstance(part, Place)}
+        origin = {"O": self.stated.O} if isinstance(self.stated, Mechanism) else {}
+        return {**named, **matches, **origin}
+
+    def is_known(self, symbol: Symbol) -> bool:
+        """Return whether a name has a meaning."""
+        return self._find(symbol) is not None
+
+    def is_computed(self, symbol: Symbol) -> bool:
+        """Return whether mechanics, not the names file alone, says what a name is: a rate, or a function of bodies."""
+        text = self.table.find(symbol.spell())
+        if text is None:
+            return bool(symbol.dots) and self.guess(symbol) is None
+        return any(re.search(rf"\b{function}\s*\(", text) for function in ("rate", *GEOMETRY))
+
+    def look_up(self, symbol: Symbol) -> Value:
+        """Return the meaning of a name. Raises UnknownNameError if it has none."""
+        value = self._find(symbol)
+        if value is None:
+            raise UnknownNameError(symbol)
+        return value
+
+    def _find(self, symbol: Symbol) -> Value | None:
+        spelling = symbol.spell()
+        if spelling in self.abbreviations:
+            return self.abbreviations[spelling]
+        if spelling not in self._meanings:
+            self._meanings[spelling] = self._fresh(symbol)
+        return self._meanings[spelling]
+
+    def _fresh(self, symbol: Symbol) -> Value | None:
+        text = self.table.find(symbol.spell())
+        if text is not None:
+            return self.evaluate(text, symbol.spell()) if text.strip() else None
+        quantity = self.guess(symbol)
+        if symbol.dots and (quantity is None or self.table.find(symbol.base.spell())):
+            return self._dotted(symbol)
+        return None if quantity is None else to_scalar(quantity)
+
+    def _dotted(self, symbol: Symbol) -> Value | None:
+        """Return the rate of a name without its dots, None if that has no meaning or no rate."""
+        value = self._find(symbol.base)
+        try:
+            for _ in range(symbol.dots if value is not None else 0):
+                assert value is not None
+                value = self.rate(value)
+        except FormulaError:
+            return None
+        return value
+
+    def guess(self, symbol: Symbol) -> Quantity | None:
+        """Return the one quantity whose name a printed name spells, None if there is none or several."""
+        if symbol == Symbol("t"):
+            return TIME if isinstance(self.stated, Mechanism) and self.stated.angle is None else None
+        if symbol.accents or symbol.primes or symbol.before or symbol.after:
+            return None
+        stem = symbol.stem.removeprefix("\\")
+        rate = {0: "", 1: "_dot", 2: "_ddot", 3: "_dddot"}.get(symbol.dots)
+        if rate is None:
+            return None
+        below = re.sub(r"[^A-Za-z0-9]", "", symbol.subscript)
+        parts = re.sub(r"[^A-Za-z0-9]+", "_", symbol.subscript).strip("_")
+        stems = dict.fromkeys((stem, STEMS.get(stem, stem), f"{stem}_"))
+        names = [
+            f"{form}{middle}{rate}"
+            for form in stems
+            for middle in dict.fromkeys((f"_{below}", f"_{parts}", below) if below else ("",))
+        ]
+        matches = {self.quantities[name] for name in names if name in self.quantities}
+        return matches.pop() if len(matches) == 1 else None
+
+    def resolve(self, vector: VectorValue, frame: Frame) -> VectorValue:
+        """Return a vector along the axes of another frame."""
+        if vector.frame == frame:
+            return vector
+        components = Vec(vector.frame, _triple([c.value for c in vector.components])).resolved(frame).components
+        shared = next((c for c in vector.components if c.dimension is not None), vector.components[0])
+        mixed = any(c.mixed for c in vector.components)
+        x, y, z = (
+            Scalar(sp.sympify(c), None if c == 0 else shared.dimension, shared.angular, mixed) for c in components
+        )
+        return VectorValue(frame, (x, y, z))
+
+    def rate(self, value: Value) -> Value:
+        """Return the time derivative, of a vector as seen from the world."""
+        if not isinstance(self.stated, Mechanism):
+            raise FormulaError("formulas without bodies have no time derivatives")
+        if isinstance(value, VectorValue):
+            vector = Vec(value.frame, _triple([self._explicit(c.value) for c in value.components]))
+            return to_vector(self.stated.motion.derivative(vector))
+        if isinstance(value, MatrixValue):
+            return MatrixValue(tuple(tuple(self._scalar_rate(entry) for entry in row) for row in value.rows))
+        return self._scalar_rate(value)
+
+    def _scalar_rate(self, value: Scalar) -> Scalar:
+        assert isinstance(self.stated, Mechanism)
+        rate = to_scalar(self.stated.motion.rate(self._explicit(value.value)))
+        return Scalar(rate.value, rate.dimension, value.angular, rate.mixed)
+
+    def _explicit(self, expr: Expr) -> Expr:
+        """Return an expression in coordinates and rates. Raises FormulaError if it depends on forces."""
+        assert isinstance(self.stated, Mechanism)
+        expr = sp.sympify(expr)
+        for let in reversed(self.stated.named):
+            if let.symbol in expr.free_symbols:
+                expr = expr.xreplace({let.symbol: let.expr})
+        if expr.free_symbols & set(self.stated.assembly.unknowns):
+            raise FormulaError("the time derivative of what depends on forces is not known")
+        return expr
+
+    def partial(self, value: Scalar, symbol: Symbol) -> Scalar:
+        """Return the partial derivative to a name that stands for a single quantity."""
+        variable = self.look_up(symbol)
+        if not isinstance(variable, Scalar) or not isinstance(variable.value, sp.Symbol):
+            raise FormulaError(f"{symbol.spell()} is no single quantity, so that nothing is derived by it")
+        return to_scalar(sp.sympify(value.value).diff(variable.value))
+
+    def evaluate(self, text: str, name: str = "") -> Value:
+        """Return what the text of a meaning says. Raises OwnError, which names file and key, if it says nothing."""
+        place = f"{self.table.file}: names.{name} = {text!r}" if self.table.file else f"{name} = {text!r}"
+        try:
+            return self._evaluated(ast.parse(text.strip(), mode="eval").body)
+        except (MeaningError, OperandError, FormulaError, ValueError, TypeError) as error:
+            raise OwnError(f"{place}: {error}") from None
+        except (SyntaxError, RecursionError, MemoryError):
+            raise OwnError(f"{place}: write names, numbers, + - * / **, functions and brackets") from None
+
+    def _evaluated(self, node: ast.AST) -> Any:
+        if isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool):
+            number = sp.Rational(str(node.value))
+            return Scalar(number, None if number == 0 else to_scalar(number).dimension)
+        if isinstance(node, ast.Name):
+            return self._named(node.id)
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.UAdd):
+            inner = self._evaluated(node.operand)
+            return -inner if isinstance(node.op, ast.USub) else inner
+        if isinstance(node, ast.BinOp) and type(node.op) in _OPERATORS:
+            return _operate(node.op, self._evaluated(node.left), self._evaluated(node.right))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not node.keywords:
+            return self._called(node.func.id, [self._evaluated(argument) for argument in node.args])
+        raise MeaningError("write names, numbers, + - * / **, functions and brackets")
+
+    def _named(self, name: str) -> Any:
+        if name in self.quantities:
+            return to_scalar(self.quantities[name])
+        if name == "pi":
+            return Scalar(sp.pi, to_scalar(sp.pi).dimension, 1)
+        for some in (self.frames, self.places):
+            if name in some:
+                return some[name]
+        from difflib import get_close_matches
+
+        close = get_close_matches(name, [*self.quantities, *self.frames, *self.places], 3)
+        hint = f"; near it: {', '.join(close)}" if close else ""
+        raise MeaningError(f"{self.stated.name} has nothing called {name}{hint}")
+
+    def _called(self, function: str, arguments: list[Any]) -> Any:
+        if function in SYMBOLIC.functions or function == "sqrt":
+            if not all(isinstance(argument, Scalar) for argument in arguments):
+                raise MeaningError(f"{function} needs numbers")
+            if function == "sqrt":
+                return arguments[0].power(Scalar(sp.Rational(1, 2)))
+            return to_scalar(SYMBOLIC.functions[function](*(argument.value for argument in arguments)))
+        if function == "rate" and len(arguments) == 1:
+            return self.rate(arguments[0])
+        if function in GEOMETRY and isinstance(self.stated, Mechanism):
+            return GEOMETRY[function](self.stated, arguments)
+        functions = ", ".join((*SYMBOLIC.functions, "sqrt", "rate", *GEOMETRY))
+        raise MeaningError(f"{function} is not known; known are {functions}")
+
+
+def _operate(kind: ast.operator, left: Any, right: Any) -> Any:
+    if isinstance(left, Scalar) and isinstance(right, Scalar):
+        if isinstance(kind, ast.Sub):
+            return left + (-right)
+        if isinstance(kind, ast.Div):
+            return left * right.inverse()
+        if isinstance(kind, ast.Pow):
+            return left.power(right)
+        return _OPERATORS[type(kind)](left, right)
+    if isinstance(left, Scalar) and isinstance(right, VectorValue | MatrixValue) and isinstance(kind, ast.Mult):
+        return right.scaled(left)
+    if (
+        isinstance(left, VectorValue | MatrixValue)
+        and isinstance(right, Scalar)
+        and isinstance(kind, ast.Mult | ast.Div)
+    ):
+        return left.scaled(right if isinstance(kind, ast.Mult) else right.inverse())
+    if isinstance(left, VectorValue) and isinstance(right, VectorValue) and isinstance(kind, ast.Add | ast.Sub):
+        if left.frame != right.frame:
+            raise MeaningError("vectors along the axes of different frames are added: use one frame")
+        other = right if isinstance(kind, ast.Add) else -right
+        x, y, z = (a + b for a, b in zip(left.components, other.components, strict=True))
+        return VectorValue(left.frame, (x, y, z))
+    if isinstance(left, MatrixValue) and isinstance(right, MatrixValue) and isinstance(kind, ast.Add | ast.Mult):
+        return left.added(right) if isinstance(kind, ast.Add) else left.times(right)
+    raise MeaningError("an operation between things that it is not defined for")
+
+
+def _triple(some: Iterable[Any]) -> tuple[Any, Any, Any]:
+    x, y, z = some
+    return x, y, z
+
+
+def to_vector(vec: Vec) -> VectorValue:
+    """Return a vector of mechanics as a value."""
+    return VectorValue(vec.frame, _triple(to_scalar(c) for c in vec.components))
+
+
+def _needs(arguments: list[Any], *kinds: type) -> None:
+    if len(arguments) != len(kinds) or not all(isinstance(a, k) for a, k in zip(arguments, kinds, strict=True)):
+        words = {Frame: "a frame", Place: "a point", Scalar: "a number", VectorValue: "a vector"}
+        raise MeaningError(f"it needs {', '.join(words[kind] for kind in kinds)} in brackets")
+
+
+def _axis(_: Mechanism, arguments: list[Any]) -> VectorValue:
+    _needs(arguments, Frame, Scalar)
+    if arguments[1].value not in (1, 2, 3):
+        raise MeaningError("an axis is 1, 2 or 3")
+    return to_vector(unit(arguments[0], AXES[int(arguments[1].value) - 1]))
+
+
+def _spin(stated: Mechanism, arguments: list[Any]) -> VectorValue:
+    seen_from = arguments[1] if len(arguments) == 2 else None
+    _needs(arguments, *[Frame] * (1 if seen_from is None else 2))
+    return to_vector(stated.motion.spin(arguments[0], seen_from))
+
+
+def _spin_rate(stated: Mechanism, arguments: list[Any]) -> VectorValue:
+    seen_from = arguments[1] if len(arguments) == 2 else stated.world
+    _needs(arguments[:1], Frame)
+    spin = stated.motion.spin(arguments[0], None if seen_from == stated.world else seen_from)
+    return to_vector(stated.motion.relative_derivative(spin, seen_from))
+
+
+def _position(stated: Mechanism, arguments: list[Any]) -> VectorValue:
+    start = arguments[1] if len(arguments) == 2 else stated.O
+    _needs([arguments[0], start], Place, Place)
+    return to_vector(displacement(start, arguments[0], stated.world))
+
+
+def _velocity(stated: Mechanism, arguments: list[Any]) -> VectorValue:
+    _needs(arguments, Place)
+    return to_vector(stated.velocity(arguments[0]))
+
+
+def _acceleration(stated: Mechanism, arguments: list[Any]) -> VectorValue:
+    _needs(arguments, Place)
+    return to_vector(stated.motion.derivative(stated.velocity(arguments[0])))
+
+
+def _rotation(_: Mechanism, arguments: list[Any]) -> MatrixValue:
+    """Return the matrix that carries components along the first frame into those along the second."""
+    _needs(arguments, Frame, Frame)
+    columns = [unit(arguments[0], axis).resolved(arguments[1]).components for axis in AXES]
+    return MatrixValue(tuple(tuple(to_scalar(c[row]) for c in columns) for row in range(3)))
+
+
+def _vector(_: Mechanism, arguments: list[Any]) -> VectorValue:
+    _needs(arguments, Frame, Scalar, Scalar, Scalar)
+    return VectorValue(arguments[0], _triple(arguments[1:]))
+
+
+def _component(_: Mechanism, arguments: list[Any]) -> Scalar:
+    _needs(arguments[:1], VectorValue)
+    _needs(arguments[1:], Scalar)
+    if arguments[1].value not in (1, 2, 3):
+        raise MeaningError("a component is 1, 2 or 3")
+    component: Scalar = arguments[0].components[int(arguments[1].value) - 1]
+    return component
+
+
+def _kinetic(stated: Mechanism, arguments: list[Any]) -> Scalar:
+    _needs(arguments)
+    bodies = [body for body in stated.assembly.bodies if body != stated.ground]
+    return to_scalar(kinetic_energy(stated.motion, bodies, stated.world))
+
+
+def _potential(stated: Mechanism, arguments: list[Any]) -> Scalar:
+    _needs(arguments)
+    bodies = [body for body in stated.assembly.bodies if body != stated.ground]
+    stored = sp.Add(*stated.potentials) + potential_energy(stated.assembly, bodies, stated.O, stated.world)
+    return to_scalar(stored)
+
+
+GEOMETRY: dict[str, Callable[[Mechanism, list[Any]], Value]] = {
+    "axis": _axis, "spin": _spin, "spin_rate": _spin_rate, "position": _position, "velocity": _velocity,
+    "acceleration": _acceleration, "rotation": _rotation, "vector": _vector, "component": _component,
+    "kinetic": _kinetic, "potential": _potential,
+}  # fmt: skip
+"""Functions of frames and points that the meaning of a name may use."""
+
+
+class PointNames:
+    """The meanings of names at points, as arrays (points,); names without a value there are unknown."""
+
+    algebra = NUMERIC
+
+    def __init__(self, names: StatedNames, points: Iterable[Point]) -> None:
+        self.names, self.points = names, list(points)
+        self._meanings: dict[str, Value] = {}
+        self._turns: dict[Frame, list[list[Any]]] = {}
+
+    def is_known(self, symbol: Symbol) -> bool:
+        """Return whether a name has a meaning."""
+        return self.names.is_known(symbol)
+
+    def look_up(self, symbol: Symbol) -> Value:
+        """Return the values of a name at the points. Raises UnknownNameError if it has none."""
+        spelling = symbol.spell()
+        if spelling not in self._meanings:
+            self._meanings[spelling] = self._at_points(self.names.look_up(symbol))
+        return self._meanings[spelling]
+
+    def _at_points(self, value: Value) -> Value:
+        if isinstance(value, VectorValue):
+            vector = VectorValue(value.frame, _triple(map(self._scalar, value.components)))
+            return self.resolve(vector, self._world)
+        if isinstance(value, MatrixValue):
+            return MatrixValue(tuple(tuple(map(self._scalar, row)) for row in value.rows))
+        return self._scalar(value)
+
+    def _scalar(self, value: Scalar) -> Scalar:
+        return Scalar(self.array(value.value), value.dimension, value.angular, value.mixed)
+
+    def array(self, expr: Expr) -> Any:
+        """Return the values of an expression at the points, NaN where it has none."""
+        values = []
+        for point in self.points:
+            try:
+                values.append(float(point(sp.sympify(expr))))
+            except (ValueError, ZeroDivisionError, TypeError, mpmath.libmp.ComplexResult):
+                values.append(float("nan"))
+        return np.array(values)
+
+    @property
+    def _world(self) -> Frame:
+        assert isinstance(self.names.stated, Mechanism)
+        return self.names.stated.world
+
+    def resolve(self, vector: VectorValue, frame: Frame) -> VectorValue:
+        """Return a vector along the axes of the world, where all vectors at points are compared."""
+        if vector.frame == self._world:
+            return vector
+        if vector.frame not in self._turns:
+            axes = [unit(vector.frame, axis).resolved(self._world).components for axis in AXES]
+            self._turns[vector.frame] = [[self.array(c) for c in axis] for axis in axes]
+        axes_at = self._turns[vector.frame]
+        shared = next((c for c in vector.components if c.dimension is not None), vector.components[0])
+        mixed = any(c.mixed for c in vector.components)
+        components = [
+            sum(component.value * axis[k] for component, axis in zip(vector.components, axes_at, strict=True))
+            for k in range(3)
+        ]
+        return VectorValue(self._world, _triple(Scalar(c, shared.dimension, shared.angular, mixed) for c in components))
+
+    def rate(self, value: Value) -> Value:
+        """Raise FormulaError: rates are symbolic."""
+        raise FormulaError("a derivative has no values at points")
+
+    def partial(self, value: Scalar, symbol: Symbol) -> Scalar:
+        """Raise FormulaError: partial derivatives are symbolic."""
+        raise FormulaError("a derivative has no values at points")

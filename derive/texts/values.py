@@ -1,0 +1,220 @@
+"""Values of formulas, symbolic or at points: scalars with their dimension, vectors with their frame, matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import reduce
+from typing import Any, TypeAlias
+
+import numpy as np
+import sympy as sp
+
+from ..mechanics.frames import Frame
+from ..quantity import NONE, Dimension, Quantity, of_unit
+
+
+class OperandError(ValueError):
+    """An operation that has no meaning for its operands."""
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """A number with its dimension, None for a zero that fits everywhere.
+
+    ``angular`` counts factors in radian, by which angles differ from other pure numbers. ``mixed`` says that what does
+    not fit was added or fed to a function.
+    """
+
+    value: Any
+    dimension: Dimension | None = NONE
+    angular: int = 0
+    mixed: bool = False
+
+    def __add__(self, other: Scalar) -> Scalar:
+        dimension = self.dimension if self.dimension is not None else other.dimension
+        clash = None not in (self.dimension, other.dimension) and self.dimension != other.dimension
+        angular = max(self.angular, other.angular)
+        return Scalar(self.value + other.value, dimension, angular, clash or self.mixed or other.mixed)
+
+    def __neg__(self) -> Scalar:
+        return Scalar(-self.value, self.dimension, self.angular, self.mixed)
+
+    def __mul__(self, other: Scalar) -> Scalar:
+        zero = self.dimension is None or other.dimension is None
+        dimension = None if zero else _added(self.dimension or NONE, other.dimension or NONE)
+        return Scalar(self.value * other.value, dimension, self.angular + other.angular, self.mixed or other.mixed)
+
+    def power(self, exponent: Scalar) -> Scalar:
+        """Return a power, whose dimension is known if the exponent is a number or the base has none."""
+        number = _as_fraction(exponent.value)
+        mixed = self.mixed or exponent.mixed or exponent.dimension not in (None, NONE)
+        if self.dimension in (None, NONE):
+            return Scalar(self.value**exponent.value, self.dimension, 0 if number != 1 else self.angular, mixed)
+        if number is None:
+            return Scalar(self.value**exponent.value, NONE, 0, True)
+        assert self.dimension is not None
+        kg, m, s = self.dimension
+        angular = self.angular * number.numerator if number.denominator == 1 else 0
+        return Scalar(self.value**exponent.value, (kg * number, m * number, s * number), angular, mixed)
+
+    def inverse(self) -> Scalar:
+        """Return one over the scalar."""
+        dimension = None if self.dimension is None else (-self.dimension[0], -self.dimension[1], -self.dimension[2])
+        return Scalar(1 / self.value, dimension, -self.angular, self.mixed)
+
+    @property
+    def kind(self) -> str:
+        """Whether it is an ``angle``, another pure ``number``, or has a ``unit``."""
+        if self.dimension not in (None, NONE):
+            return "unit"
+        return "angle" if self.angular else "number"
+
+
+def _added(first: Dimension, second: Dimension) -> Dimension:
+    return first[0] + second[0], first[1] + second[1], first[2] + second[2]
+
+
+def _as_fraction(value: Any) -> Fraction | None:
+    if isinstance(value, sp.Rational):
+        return Fraction(value.p, value.q)
+    if isinstance(value, int | Fraction):
+        return Fraction(value)
+    if isinstance(value, np.ndarray | float):
+        numbers = np.unique(np.asarray(value, dtype=float))
+        exact = Fraction(float(numbers[0])).limit_denominator(64) if len(numbers) == 1 else None
+        return exact if exact is not None and float(exact) == float(numbers[0]) else None
+    return None
+
+
+def quantity_scalar(quantity: Quantity, value: Any = None) -> Scalar:
+    """Return the scalar of a quantity, with another value than its symbol if one is passed."""
+    angular = 1 if quantity.unit.split("/")[0] == "rad" else 0
+    return Scalar(quantity if value is None else value, of_unit(quantity.unit), angular)
+
+
+@dataclass(frozen=True)
+class VectorValue:
+    """Components along the axes of a frame."""
+
+    frame: Frame
+    components: tuple[Scalar, Scalar, Scalar]
+
+    def __neg__(self) -> VectorValue:
+        x, y, z = self.components
+        return VectorValue(self.frame, (-x, -y, -z))
+
+    def scaled(self, factor: Scalar) -> VectorValue:
+        """Return the vector times a scalar."""
+        x, y, z = self.components
+        return VectorValue(self.frame, (factor * x, factor * y, factor * z))
+
+
+@dataclass(frozen=True)
+class MatrixValue:
+    """A matrix of scalars, by rows."""
+
+    rows: tuple[tuple[Scalar, ...], ...]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return len(self.rows), len(self.rows[0])
+
+    @property
+    def entries(self) -> list[Scalar]:
+        """All entries, row by row."""
+        return [entry for row in self.rows for entry in row]
+
+    def __neg__(self) -> MatrixValue:
+        return MatrixValue(tuple(tuple(-entry for entry in row) for row in self.rows))
+
+    def transposed(self) -> MatrixValue:
+        """Return the transposed matrix."""
+        return MatrixValue(tuple(zip(*self.rows, strict=True)))
+
+    def added(self, other: MatrixValue) -> MatrixValue:
+        """Return the sum. Raises OperandError for matrices of different shapes."""
+        if self.shape != other.shape:
+            raise OperandError(f"matrices of {self.shape} and {other.shape} are added")
+        pairs = zip(self.rows, other.rows, strict=True)
+        return MatrixValue(tuple(tuple(a + b for a, b in zip(*rows, strict=True)) for rows in pairs))
+
+    def times(self, other: MatrixValue) -> MatrixValue:
+        """Return the product of matrices. Raises OperandError for shapes that do not fit."""
+        if self.shape[1] != other.shape[0]:
+            raise OperandError(f"matrices of {self.shape} and {other.shape} are multiplied")
+        columns = list(zip(*other.rows, strict=True))
+        return MatrixValue(
+            tuple(
+                tuple(reduce(Scalar.__add__, (a * b for a, b in zip(row, c, strict=True))) for c in columns)
+                for row in self.rows
+            )
+        )
+
+    def scaled(self, factor: Scalar) -> MatrixValue:
+        """Return the matrix times a scalar."""
+        return MatrixValue(tuple(tuple(factor * entry for entry in row) for row in self.rows))
+
+    def determinant(self) -> Scalar:
+        """Return the determinant by its first row. Raises OperandError for a matrix that is not square."""
+        if self.shape[0] != self.shape[1]:
+            raise OperandError("the determinant of a matrix that is not square")
+        if self.shape == (1, 1):
+            return self.rows[0][0]
+        parts = []
+        for index, entry in enumerate(self.rows[0]):
+            minor = MatrixValue(tuple(row[:index] + row[index + 1 :] for row in self.rows[1:])).determinant()
+            parts.append(entry * minor if index % 2 == 0 else -(entry * minor))
+        return reduce(Scalar.__add__, parts)
+
+
+Value: TypeAlias = Scalar | VectorValue | MatrixValue
+
+
+@dataclass(frozen=True)
+class Algebra:
+    """Arithmetic that formulas are evaluated in: functions of values by name, numbers, cases and relations."""
+
+    functions: Mapping[str, Callable[..., Any]]
+    number: Callable[[Fraction], Any]
+    pi: Any
+    relations: Mapping[str, Callable[[Any, Any], Any]]
+    cases: Callable[[Sequence[tuple[Any, Any]], Any], Any]
+
+
+def _cases_symbolic(pieces: Sequence[tuple[Any, Any]], default: Any) -> Any:
+    last = [] if default is None else [(default, sp.true)]
+    return sp.Piecewise(*pieces, *last)
+
+
+def _cases_numeric(pieces: Sequence[tuple[Any, Any]], default: Any) -> Any:
+    values, conditions = [v for v, _ in pieces], [np.asarray(c) for _, c in pieces]
+    values = [np.broadcast_to(np.asarray(v, dtype=float), conditions[0].shape) for v in values]
+    return np.select(conditions, values, np.nan if default is None else default)
+
+
+SYMBOLIC = Algebra(
+    {
+        **{name: getattr(sp, name) for name in ("sin", "cos", "tan", "cot", "sec", "csc", "sinh", "cosh", "tanh")},
+        **{name: getattr(sp, name) for name in ("asin", "acos", "atan", "atan2", "exp")},
+        "ln": sp.log, "log": sp.log, "sgn": sp.sign, "min": sp.Min, "max": sp.Max, "abs": sp.Abs,
+    },
+    lambda number: sp.Rational(number.numerator, number.denominator),
+    sp.pi,
+    {"<": sp.Lt, "<=": sp.Le, ">": sp.Gt, ">=": sp.Ge, "=": sp.Eq},
+    _cases_symbolic,
+)  # fmt: skip
+NUMERIC = Algebra(
+    {
+        **{name: getattr(np, name) for name in ["sin", "cos", "tan", "sinh", "cosh", "tanh", "exp"]},
+        **{f"a{name}": getattr(np, f"arc{name}") for name in ("sin", "cos", "tan")},
+        "atan2": np.arctan2, "ln": np.log, "log": np.log, "sgn": np.sign, "abs": np.abs,
+        "cot": lambda x: 1 / np.tan(x), "sec": lambda x: 1 / np.cos(x), "csc": lambda x: 1 / np.sin(x),
+        "min": lambda *some: reduce(np.minimum, some), "max": lambda *some: reduce(np.maximum, some),
+    },
+    float,
+    np.pi,
+    {"<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "=": np.equal},
+    _cases_numeric,
+)  # fmt: skip
