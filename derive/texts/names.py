@@ -215,7 +215,12 @@ class StatedNames:
     def _fresh(self, symbol: Symbol) -> Value | None:
         text = self.table.find(symbol.spell())
         if text is not None:
-            return self.evaluate(text, symbol.spell()) if text.strip() else None
+            try:
+                return self.evaluate(text, symbol.spell()) if text.strip() else None
+            except OwnError:  # a pattern does not apply to what its meaning would not exist for
+                if symbol.spell() in self.table.meanings:
+                    raise
+                return None
         quantity = self.guess(symbol)
         if symbol.dots and (quantity is None or self.table.find(symbol.base.spell())):
             return self._dotted(symbol)
@@ -445,6 +450,12 @@ def _vector(_: Mechanism, arguments: list[Any]) -> VectorValue:
     return VectorValue(arguments[0], _triple(arguments[1:]))
 
 
+def _cross(stated: Mechanism, arguments: list[Any]) -> VectorValue:
+    _needs(arguments, VectorValue, VectorValue)
+    first, second = (Vec(v.frame, _triple(c.value for c in v.components)).resolved(stated.world) for v in arguments)
+    return to_vector(first.cross(second))
+
+
 def _component(_: Mechanism, arguments: list[Any]) -> Scalar:
     _needs(arguments[:1], VectorValue)
     _needs(arguments[1:], Scalar)
@@ -469,7 +480,7 @@ def _potential(stated: Mechanism, arguments: list[Any]) -> Scalar:
 
 GEOMETRY: dict[str, Callable[[Mechanism, list[Any]], Value]] = {
     "axis": _axis, "spin": _spin, "spin_rate": _spin_rate, "position": _position, "velocity": _velocity,
-    "acceleration": _acceleration, "rotation": _rotation, "vector": _vector, "component": _component,
+    "acceleration": _acceleration, "rotation": _rotation, "vector": _vector, "cross": _cross, "component": _component,
     "kinetic": _kinetic, "potential": _potential,
 }  # fmt: skip
 """Functions of frames and points that the meaning of a name may use."""

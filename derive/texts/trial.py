@@ -15,14 +15,14 @@ import sympy as sp
 from ..audit.case import Case
 from ..audit.comparison import Comparison
 from ..audit.judge import holds
-from ..audit.paper import Paper
+from ..audit.paper import Paper, Subject
 from ..equations import Claimed, Definition, Equation, Relation, Unclaimed, what
 from ..evaluate import Point
-from ..formulas import Formulas
 from ..generated_folder import OwnError, blame_user_file
 from ..quantity import Quantity
+from ..systems.user_mechanism.configurations import ConfigurationSubject
 from ..systems.user_mechanism.subject import MechanismSubject
-from ..systems.user_mechanism.trial import SECONDS, FormulasSubject, build_subject, trial
+from ..systems.user_mechanism.trial import SECONDS, build_subject, trial
 from .corrections import Repair, find_repairs
 from .documents import Row, TextDocument, TextError, list_rows, read_document
 from .formula import FormulaError, Name, RelationChain, Symbol, list_nodes, read_formula
@@ -146,7 +146,7 @@ def build_trial(document: TextDocument, stated: Stated, table: NameTable, module
     """Build the case of a document: every row that can be read for certain becomes an equation of the paper."""
     document = replace(document, macros={**document.macros, **table.macros})
     until = table.until_s or SECONDS
-    subject = FormulasSubject(stated) if isinstance(stated, Formulas) else build_subject(stated, until)
+    subject = build_subject(stated, until)
     names = StatedNames(stated, list_quantities(stated, subject), table, module)
     paper = Paper(re.sub(r"\W+", "_", Path(document.name).stem), document.name)
     printed = PrintedText(document, names, [])
@@ -184,10 +184,10 @@ def _find_claim(
     return by_sentence[sentence]
 
 
-def list_quantities(stated: Stated, subject: MechanismSubject | FormulasSubject) -> dict[str, Quantity]:
+def list_quantities(stated: Stated, subject: Subject) -> dict[str, Quantity]:
     """Return the quantities of a mechanism or of formulas by name."""
     quantities = dict(stated.given)
-    if isinstance(subject, MechanismSubject):
+    if isinstance(subject, MechanismSubject | ConfigurationSubject):
         quantities |= {q.name: q for q in sorted(subject.quantities, key=str)}
     symbols = set().union(*(e.residual.free_symbols for e in subject.claims().values()))
     quantities |= {s.name: s for s in sorted(symbols, key=str) if isinstance(s, Quantity)}

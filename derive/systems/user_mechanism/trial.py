@@ -19,6 +19,7 @@ from ...formulas import Formulas
 from ...mechanics.mechanism import Mechanism
 from ...mechanics.statement import MechanismError
 from ...quantity import Quantity
+from .configurations import ConfigurationSubject, is_free_of_bodies
 from .motions import DrivenSubject, FreeSubject
 from .subject import MechanismSubject, draw_near, draw_values, table_values, value_ranges
 
@@ -139,10 +140,10 @@ def trial(stated: Mechanism | Formulas, paper: Paper, until: float = SECONDS) ->
     >>> trial(f, paper).paper.name
     'invented2026'
     """
-    if isinstance(stated, Formulas):
-        case = Case(paper, FormulasSubject(stated))
+    subject = build_subject(stated, until)
+    if not isinstance(subject, MechanismSubject):
+        case = Case(paper, subject)
     else:
-        subject = build_subject(stated, until)
         subject.printed = build_paper_chain(paper, subject)
         case = Case(paper, subject, (subject.printed, Chain({}, [])) if subject.printed.order else None)
     for number, equation in paper.equations.items():
@@ -151,9 +152,18 @@ def trial(stated: Mechanism | Formulas, paper: Paper, until: float = SECONDS) ->
     return case
 
 
-def build_subject(mechanism: Mechanism, until: float = SECONDS) -> MechanismSubject:
-    """Build the audit subject of a mechanism: driven by its angle, or moving freely ``until`` a time [s]."""
-    lane = mechanism.system().lane
-    if lane is None or mechanism.angle is None or mechanism.speed is None:
-        return FreeSubject(mechanism, until)
-    return DrivenSubject(mechanism, mechanism.angle, mechanism.speed, lane)
+def build_subject(
+    stated: Mechanism | Formulas, until: float = SECONDS
+) -> MechanismSubject | ConfigurationSubject | FormulasSubject:
+    """Build the audit subject of formulas, of frames and points alone, or of a mechanism.
+
+    That is driven by its angle, or moves freely ``until`` a time [s].
+    """
+    if isinstance(stated, Formulas):
+        return FormulasSubject(stated)
+    if is_free_of_bodies(stated):
+        return ConfigurationSubject(stated)
+    lane = stated.system().lane
+    if lane is None or stated.angle is None or stated.speed is None:
+        return FreeSubject(stated, until)
+    return DrivenSubject(stated, stated.angle, stated.speed, lane)
