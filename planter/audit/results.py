@@ -215,7 +215,7 @@ class PaperSummary(Record):
 
 @dataclass(frozen=True)
 class AuditResult(Record):
-    """`planter audit`; `front` with `--front`, `experiment` with `--experiment`, in the machine's words; `rows` of a text."""
+    """`planter audit`; `front` and `experiment` with these options, in the machine's words; `rows` of a text."""
 
     equations: list[EquationResult]
     laws: list[LawResult]

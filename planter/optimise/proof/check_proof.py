@@ -27,7 +27,7 @@ SIDES, NONNEGATIVE = {"max": (1,), "min": (-1,), "range": (1, -1)}, ("range", "v
 class NoBound(ArithmeticError):
     """A quantity has no bound over a box at some angle."""
 
-def require(holds, reason):
+def refuse_unless(holds, reason):
     """Raise ValueError with a reason unless a statement holds."""
     if not holds:
         raise ValueError(reason)
@@ -576,17 +576,17 @@ def list_boxes(document):
         children, parts = node.get("children", []), []
         if "split" in node:
             k, at = node["split"][0], float.fromhex(node["split"][1])
-            require(lower[k] <= at <= upper[k], f"nodes[{place}] is split outside of its box")
+            refuse_unless(lower[k] <= at <= upper[k], f"nodes[{place}] is split outside of its box")
             parts = [(lower, [*upper[:k], at, *upper[k + 1 :]]), ([*lower[:k], at, *lower[k + 1 :]], upper)]
         elif "sides" in node:
             sides = {k: {"lower": lower, "upper": upper}[side][k] for k, side in node["sides"]}
             parts = [[[sides.get(k, x) for k, x in enumerate(end)] for end in (lower, upper)]]
         is_covered = len(parts) == len(children) and not seen.intersection(children)
-        require(is_covered, f"nodes[{place}] has other children than its parts")
-        require("evidence" in node or not {"bound", "sides"} & {*node}, f"nodes[{place}] has claims without evidence")
+        refuse_unless(is_covered, f"nodes[{place}] has other children than its parts")
+        refuse_unless("evidence" in node or not {"bound", "sides"} & {*node}, f"nodes[{place}] has claims without evidence")
         seen.update(children)
         waiting += [(child, *part, best) for child, part in zip(children, parts)]
-    require(len(seen) == len(nodes), "a box is not a part of another")
+    refuse_unless(len(seen) == len(nodes), "a box is not a part of another")
 
 def check_box(job):
     """Return the reason why the statements on a box do not follow, or None."""
@@ -606,21 +606,21 @@ def check_claims(document, pool):
     """Raise ValueError unless all that a document states follows."""
     text = json.dumps({k: v for k, v in document.items() if k != "sha256"}, sort_keys=True, separators=(",", ":"))
     digest = hashlib.sha256(text.encode()).hexdigest()
-    require(digest == document["sha256"], "sha256 does not match the content of the file")
+    refuse_unless(digest == document["sha256"], "sha256 does not match the content of the file")
     boxes, stated, entry = list(list_boxes(document)), document["lower_bound"], document["incumbent"]
     lowest = min(best for _, node, _, _, best in boxes if not node.get("children"))
     if entry["upper_bound"] is not None:
         x, reached = [float.fromhex(value) for value in entry["x"]], float.fromhex(entry["upper_bound"])
         is_inside = all(a <= value <= b for a, value, b in zip(boxes[0][2], x, boxes[0][3]))
-        require(is_inside, "incumbent.x is outside of the box")
-        require(PROOF.bound(x, x, entry["evidence"])[1] <= reached, "incumbent.upper_bound is below what follows")
+        refuse_unless(is_inside, "incumbent.x is outside of the box")
+        refuse_unless(PROOF.bound(x, x, entry["evidence"])[1] <= reached, "incumbent.upper_bound is below what follows")
         lowest = min(lowest, reached)
-    require((document["kind"] == "true") == (PROOF.samples is None), "kind does not fit samples")
-    require(stated is None or float.fromhex(stated) <= lowest, "lower_bound is above the bound of a box")
+    refuse_unless((document["kind"] == "true") == (PROOF.samples is None), "kind does not fit samples")
+    refuse_unless(stated is None or float.fromhex(stated) <= lowest, "lower_bound is above the bound of a box")
     jobs = [(place, node, lower, upper) for place, node, lower, upper, _ in boxes if "evidence" in node]
     for number, reason in enumerate(pool.imap_unordered(check_box, jobs), 1):
         print(f"\r{number} of {len(jobs)} boxes", end="\n" * (number == len(jobs)), file=sys.stderr)
-        require(not reason, reason)
+        refuse_unless(not reason, reason)
 
 def load_proof(path):
     """Read a file, in every process."""
