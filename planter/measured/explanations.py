@@ -52,6 +52,7 @@ LEVEL = 0.01
 DECISIVE = 1.0
 """Logarithm, to the base 10, of the ratio of evidences from which on data decide."""
 FORCE, TORQUE = "N", "N m"
+MEAN_SPEED = "explanations hold at the mean speed of the record, whose swing is a part of what they leave"
 
 
 @dataclass(frozen=True)
@@ -134,7 +135,7 @@ def explain_curve(
         compared=compared,
         explanations=rows,
         fitted=describe_inputs(preferred.fit),
-        treatment=[*measured.treatment, *notes],
+        treatment=[*measured.treatment, *([] if measured.speed is None else [MEAN_SPEED]), *notes],
         reading=measured.reading,
     )
     return ExplanationFits(measured, {each.name: each for each in fits}, fitted, result)

@@ -291,6 +291,8 @@ def calibrate(
             if data is None:
                 raise InputError(f"--data must name a CSV file with a measured curve, to which {other.name} is fitted")
         if data is None:
+            if explain or preview:
+                raise InputError(f"{'--explain' if explain else '--preview'} needs --data with a measured curve")
             _fit_to_figures(console, build_device(machine, model, set_, speed_rpm), target, flank or (), means, out)
             return
         from planter.measured.calibration import ValidationMeasurement
@@ -300,6 +302,8 @@ def calibrate(
             raise InputError("--column must name the column of --data with the measured values")
         if (check is None) != (check_rpm is None):
             raise InputError("--check and --check-rpm belong together: a second measurement and its speed")
+        if check is not None and (explain or preview):
+            raise InputError(f"--check does not apply to {'--explain' if explain else '--preview'}: leave it out")
         second = None if check is None or check_rpm is None else ValidationMeasurement(check, check_rpm)
         given_units = unit[0] if unit and len(unit) == 1 else unit
         columns = Columns(column, angle, time, given_units, place_unit, trigger)

@@ -214,6 +214,10 @@ def test_command_explains_and_refuses(tmp_path: Path) -> None:
     assert row["parameters"][0]["value"] == pytest.approx(0.4, abs=0.05)
     assert "calibrated (derived model" in (out / "calibrated.toml").read_text(encoding="utf-8")
     assert (out / "figures" / "explained.png").stat().st_size > 10_000
+    assert "--explain needs --data" in refusal("calibrate", "wang2017", "--explain")
+    assert "--check does not apply to --explain" in refusal(
+        *call, "--angle", "a", "--quantity", "F_Oy_N", "--explain", "--check", str(path), "--check-rpm", "300"
+    )
     assert "--explain takes one quantity" in refusal(
         *call, "--column", "F", "--angle", "a", "--quantity", "F_Oy_N", "--quantity", "F_Ox_N", "--explain"
     )
