@@ -162,9 +162,21 @@ def holds(residual: Expr, points: Points) -> bool:
     return all(_vanishes(residual, point) for point in points)
 
 
+MOST_TERMS = 10**6
+"""Terms of a summand multiplied out, at most: the largest of them is at least this share of the summand.
+
+What is small beside the summands is so beside the largest term too, so that nothing needs to be multiplied out.
+"""
+
+
 def _vanishes(residual: Expr, point: Point) -> bool:
     remainder = evaluate_at(residual, point)
-    return remainder is not None and abs(remainder) <= TOLERANCE * largest_term(residual, point)
+    if remainder is None:
+        return False
+    summands = max(abs(point(summand)) for summand in sp.Add.make_args(residual))
+    if summands > 0 and abs(remainder) <= TOLERANCE * summands / MOST_TERMS:
+        return True
+    return abs(remainder) <= TOLERANCE * largest_term(residual, point)
 
 
 def _failing(residual: Expr, points: Points) -> str:

@@ -5,6 +5,7 @@ import sympy as sp
 from sympy.core.relational import Relational
 
 from derive.audit.case import Case
+from derive.audit.judge import holds
 from derive.evaluate import Point
 from tests.support.mutations import CASES
 
@@ -30,3 +31,11 @@ def test_every_printed_branch_is_taken_both_ways(name: str) -> None:
 def test_a_single_point_would_not_do() -> None:
     case = CASES["wang2017"]
     assert one_sided(case, case.points[:1])
+
+
+def test_residual_is_zero_only_beside_its_largest_term() -> None:
+    x, y, gap = sp.symbols("x y gap")
+    residual = (x + y) * (x - y) + y**2 - x**2 + gap
+    for size, is_zero in (("0", True), ("1e-50", True), ("1e-40", False), ("1e-20", False)):
+        assert holds(residual, (Point({x: "0.3", y: "1.7", gap: size}),)) is is_zero
+    assert not holds(gap - 2 * gap, (Point({gap: "1e-60"}),))
