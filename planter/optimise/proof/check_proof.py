@@ -583,7 +583,8 @@ def list_boxes(document):
             parts = [[[sides.get(k, x) for k, x in enumerate(end)] for end in (lower, upper)]]
         is_covered = len(parts) == len(children) and not seen.intersection(children)
         refuse_unless(is_covered, f"nodes[{place}] has other children than its parts")
-        refuse_unless("evidence" in node or not {"bound", "sides"} & {*node}, f"nodes[{place}] has claims without evidence")
+        has_claims = "bound" in node or "sides" in node
+        refuse_unless("evidence" in node or not has_claims, f"nodes[{place}] has claims without evidence")
         seen.update(children)
         waiting += [(child, *part, best) for child, part in zip(children, parts)]
     refuse_unless(len(seen) == len(nodes), "a box is not a part of another")
