@@ -252,7 +252,7 @@ def enclose_roots(space, k, start, residual):
     def contain(part):
         radii = [x.abs_upper() for x in (inverse * column(gaps, part)).entries()]
         for _ in range(30):
-            radii = [1.5 * r + 1e-15 * abs(x) for r, x in zip(radii, at)]
+            radii = [1.5 * r + 1e-15 * abs(x) + 1e-300 for r, x in zip(radii, at)]
             balls = constants(x + UNIT * r for x, r in zip(at, radii))
             change = (invert_matrix(residual(balls)[1], part) * column(gaps, part)).entries()
             if all(x.abs_upper() < r for x, r in zip(change, radii)):
