@@ -305,3 +305,11 @@ def test_earlier_proof_of_another_objective_is_not_resumed(tmp_path: Path) -> No
 def test_document_is_the_same_when_it_is_written_again() -> None:
     proof, text = prove("true")
     assert json.loads(format_document(build_document(proof, build("true"), ("a", "b", "c"), {}))) == json.loads(text)
+
+
+def test_checker_encloses_a_root_that_is_exactly_zero() -> None:
+    space = check_proof.BoxSpace([0.0], [1.0], 0)
+    one, zero = space.constant(1), space.constant(0)
+    (root,) = check_proof.enclose_roots(space, 1, [0.0], lambda unknowns: ([unknowns[0] * one - zero], [[one]]))
+    assert root.v.contains(0)
+    assert root.v.rad() < 1e-200
