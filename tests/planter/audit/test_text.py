@@ -16,26 +16,9 @@ from tests.support import own
 from tests.support.cli import answer, refusal
 from tests.support.schemas import load_schema
 
-TEXT = r"""\documentclass{article}
-\newcommand{\half}[1]{\frac{#1}{2}}
-% \begin{equation} a = b \end{equation}
-\begin{document}
-\begin{align}
- s &= r\cos\varphi + l\cos\beta \label{eq:s}\\
- r\sin\varphi + l\sin\beta &= e \\
- \dot s &= -r\omega\sin\varphi + l\dot\beta\sin\beta \label{eq:v}\\
- l\dot\beta\cos\beta &= - r\omega\cos\phi
-\intertext{and the kinetic energy}
- T &= \half{1} m_s \dot{s}^2 + \frac{1}{2}J\dot\beta^2 \nonumber \\
-   & \quad + \frac12 m_r v_C^2 \tag{7}
-\end{align}
-\[ F_1 = \int_0^1 k\,ds \]
-\end{document}
-"""
-NAMES = """[names]
-'v_C' = "sqrt(component(velocity(C), 1)**2 + component(velocity(C), 2)**2)"
-'T' = "kinetic()"
-"""
+TEXT = (own.EXAMPLES / "slider_crank_text.tex").read_text(encoding="utf-8")
+NAMES = (own.EXAMPLES / "slider_crank_text.names.toml").read_text(encoding="utf-8")
+"""What docs/text.md shows."""
 
 
 @pytest.fixture(scope="module")
