@@ -23,7 +23,7 @@ from planter.optimise.proof.intervals import Ball, Unbounded
 from planter.optimise.proof.objective import BoundedLimit, BoundedMeasure, ProvableObjective
 from planter.optimise.proof.panels import AnglePanels
 from planter.optimise.proof.proof_check import ProofCheck
-from planter.optimise.proof.search import Box, BoxNode, Incumbent, Proof, find_rising, prove_bound, share_boxes
+from planter.optimise.proof.search import Box, BoxNode, Incumbent, Proof, prove_bound, share_boxes
 from planter.parallel.task import Means
 from planter.progress import Listener
 from planter.version import __version__
@@ -230,7 +230,7 @@ def _check_node(objective: ProvableObjective, node: BoxNode, place: int) -> None
         raise _RefusedError(f"nodes[{place}].bound is {node.bound}, but only {bounds.lower_bound} follows")
     if len(node.children) == 1:
         (side,) = node.children
-        rising, falling = find_rising(bounds.slopes, 0.0), find_rising(-bounds.slopes, 0.0)
+        rising, falling = bounds.slopes.low >= 0, bounds.slopes.high <= 0
         raised, lowered = side.lower > node.lower, side.upper < node.upper
         if bounds.may_jump or (raised & ~falling).any() or (lowered & ~rising).any():
             raise _RefusedError(f"nodes[{place}].sides: the objective may be less elsewhere in the box")

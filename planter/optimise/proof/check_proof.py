@@ -603,11 +603,15 @@ def check_box(job):
             return f"nodes[{place}].sides: the objective may be less elsewhere in the box"
     return None
 
-def check_claims(document, pool):
+def check_in_processes(jobs):
+    """Yield the reasons of boxes, found by several processes."""
+    with Pool(int(sys.argv[2]) if len(sys.argv) > 2 else None, load_proof, sys.argv[1:2]) as pool:
+        yield from pool.imap_unordered(check_box, jobs)
+
+def check_claims(document, check_boxes):
     """Raise ValueError unless all that a document states follows."""
     text = json.dumps({k: v for k, v in document.items() if k != "sha256"}, sort_keys=True, separators=(",", ":"))
-    digest = hashlib.sha256(text.encode()).hexdigest()
-    refuse_unless(digest == document["sha256"], "sha256 does not match the content of the file")
+    refuse_unless(hashlib.sha256(text.encode()).hexdigest() == document["sha256"], "sha256 does not match the content")
     boxes, stated, entry = list(list_boxes(document)), document["lower_bound"], document["incumbent"]
     lowest = min(best for _, node, _, _, best in boxes if not node.get("children"))
     if entry["upper_bound"] is not None:
@@ -619,7 +623,7 @@ def check_claims(document, pool):
     refuse_unless((document["kind"] == "true") == (PROOF.samples is None), "kind does not fit samples")
     refuse_unless(stated is None or float.fromhex(stated) <= lowest, "lower_bound is above the bound of a box")
     jobs = [(place, node, lower, upper) for place, node, lower, upper, _ in boxes if "evidence" in node]
-    for number, reason in enumerate(pool.imap_unordered(check_box, jobs), 1):
+    for number, reason in enumerate(check_boxes(jobs), 1):
         print(f"\r{number} of {len(jobs)} boxes", end="\n" * (number == len(jobs)), file=sys.stderr)
         refuse_unless(not reason, reason)
 
@@ -633,12 +637,12 @@ def load_proof(path):
 
 if __name__ == "__main__":
     try:
-        PATH, DOCUMENT = sys.argv[1], load_proof(sys.argv[1])
+        DOCUMENT = load_proof(sys.argv[1])
     except Exception as error:
         print(f"not readable: {type(error).__name__}: {error}")
         sys.exit(2)
     try:
-        check_claims(DOCUMENT, Pool(int(sys.argv[2]) if len(sys.argv) > 2 else None, load_proof, [PATH]))
+        check_claims(DOCUMENT, check_in_processes)
     except Exception as error:
         print(error if isinstance(error, ValueError | NoBound) else f"{type(error).__name__}: {error}")
         sys.exit(1)

@@ -57,8 +57,9 @@ BoundBoxes = Callable[[Sequence[Box]], Sequence[ObjectiveBounds | Unbounded]]
 BoundListener = Callable[[float, int, float], None]
 """(bound so far, number of boxes, elapsed time [s]) -> None."""
 
-MARGIN = 1e-9
-"""Share by which a bound is stated lower, and a slope must be off zero, than computed: others round otherwise."""
+MARGIN, SPARE = 1e-9, 0.01
+"""Shares of a bound, and of the looseness of bound and slopes, by which a bound is stated lower and a slope must be off
+zero: what others compute of the same box is rounded otherwise, and may be a little wider."""
 
 ROUNDING = 1e-13
 """Share by which the upper bound at the incumbent is stated higher than computed."""
@@ -196,7 +197,7 @@ class BranchAndBound:
                     node.obstacle = result.message
                     unbounded.append(node)
                     continue
-                node.bound, node.evidence = lower_number(result.lower_bound), result.evidence
+                node.bound, node.evidence = state_bound(result), result.evidence
                 self.met = min(self.met, result.reached)
                 open_ = node.upper > node.lower
                 rising, falling = open_ & find_rising(result.slopes), open_ & find_rising(-result.slopes)
@@ -244,15 +245,16 @@ class BranchAndBound:
         return int(share_of.argmax()) if share_of.any() else None
 
 
-def lower_number(value: float) -> float:
-    """Return a bound as it is stated: by a share `MARGIN` lower, unless it is infinite."""
-    return value - MARGIN * abs(value) if np.isfinite(value) else value
+def state_bound(bounds: ObjectiveBounds) -> float:
+    """Return the lower bound of a box as it is stated, unless it is infinite lower than it was computed."""
+    bound = bounds.lower_bound
+    return bound - MARGIN * abs(bound) - SPARE * float(bounds.looseness.sum()) if np.isfinite(bound) else bound
 
 
-def find_rising(slopes: Ball, margin: float = MARGIN) -> Flags:
-    """Return in which parameters an objective with slopes (p,) never falls, by a share `margin` of the slopes."""
+def find_rising(slopes: Ball) -> Flags:
+    """Return in which parameters an objective with slopes (p,) does not fall, by so much that it is to be stated."""
     is_zero = (slopes.mid == 0) & (slopes.rad == 0)
-    rising: Flags = is_zero | (slopes.low > margin * slopes.magnitude)
+    rising: Flags = is_zero | (slopes.low > MARGIN * slopes.magnitude + SPARE * slopes.rad)
     return rising
 
 
