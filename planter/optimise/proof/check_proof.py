@@ -15,8 +15,8 @@ import itertools
 import json
 import math
 import sys
+from concurrent.futures import ProcessPoolExecutor
 from fractions import Fraction
-from multiprocessing import Pool
 
 from flint import arb, arb_mat, arb_poly, ctx
 
@@ -579,8 +579,8 @@ def list_boxes(document):
             refuse_unless(lower[k] <= at <= upper[k], f"nodes[{place}] is split outside of its box")
             parts = [(lower, [*upper[:k], at, *upper[k + 1 :]]), ([*lower[:k], at, *lower[k + 1 :]], upper)]
         elif "sides" in node:
-            sides = {k: {"lower": lower, "upper": upper}[side][k] for k, side in node["sides"]}
-            parts = [[[sides.get(k, x) for k, x in enumerate(end)] for end in (lower, upper)]]
+            fixed = {k: (lower if side == "lower" else upper)[k] for k, side in node["sides"]}
+            parts = [[[fixed.get(k, x) for k, x in enumerate(end)] for end in (lower, upper)]]
         is_covered = len(parts) == len(children) and not seen.intersection(children)
         refuse_unless(is_covered, f"nodes[{place}] has other children than its parts")
         has_claims = "bound" in node or "sides" in node
@@ -605,24 +605,24 @@ def check_box(job):
 
 def check_in_processes(jobs):
     """Yield the reasons of boxes, found by several processes."""
-    with Pool(int(sys.argv[2]) if len(sys.argv) > 2 else None, load_proof, sys.argv[1:2]) as pool:
-        yield from pool.imap_unordered(check_box, jobs)
+    with ProcessPoolExecutor(*map(int, sys.argv[2:3]), initializer=load_proof, initargs=sys.argv[1:2]) as pool:
+        yield from pool.map(check_box, jobs)
 
 def check_claims(document, check_boxes):
     """Raise ValueError unless all that a document states follows."""
     text = json.dumps({k: v for k, v in document.items() if k != "sha256"}, sort_keys=True, separators=(",", ":"))
     refuse_unless(hashlib.sha256(text.encode()).hexdigest() == document["sha256"], "sha256 does not match the content")
     boxes, stated, entry = list(list_boxes(document)), document["lower_bound"], document["incumbent"]
-    lowest = min(best for _, node, _, _, best in boxes if not node.get("children"))
+    lowest = min(best for _, node, *_, best in boxes if not node.get("children"))
     if entry["upper_bound"] is not None:
-        x, reached = [float.fromhex(value) for value in entry["x"]], float.fromhex(entry["upper_bound"])
-        is_inside = all(a <= value <= b for a, value, b in zip(boxes[0][2], x, boxes[0][3]))
+        x, reached = list(map(float.fromhex, entry["x"])), float.fromhex(entry["upper_bound"])
+        is_inside = all(low <= value <= high for low, value, high in zip(boxes[0][2], x, boxes[0][3]))
         refuse_unless(is_inside, "incumbent.x is outside of the box")
         refuse_unless(PROOF.bound(x, x, entry["evidence"])[1] <= reached, "incumbent.upper_bound is below what follows")
         lowest = min(lowest, reached)
     refuse_unless((document["kind"] == "true") == (PROOF.samples is None), "kind does not fit samples")
     refuse_unless(stated is None or float.fromhex(stated) <= lowest, "lower_bound is above the bound of a box")
-    jobs = [(place, node, lower, upper) for place, node, lower, upper, _ in boxes if "evidence" in node]
+    jobs = [box[:4] for box in boxes if "evidence" in box[1]]
     for number, reason in enumerate(check_boxes(jobs), 1):
         print(f"\r{number} of {len(jobs)} boxes", end="\n" * (number == len(jobs)), file=sys.stderr)
         refuse_unless(not reason, reason)
@@ -642,8 +642,8 @@ if __name__ == "__main__":
         print(f"not readable: {type(error).__name__}: {error}")
         sys.exit(2)
     try:
-        check_claims(DOCUMENT, check_in_processes)
+        REASON = check_claims(DOCUMENT, check_in_processes)
     except Exception as error:
-        print(error if isinstance(error, ValueError | NoBound) else f"{type(error).__name__}: {error}")
-        sys.exit(1)
-    print("valid")
+        REASON = str(error) if isinstance(error, ValueError | NoBound) else f"{type(error).__name__}: {error}"
+    print(REASON or "valid")
+    sys.exit(bool(REASON))
