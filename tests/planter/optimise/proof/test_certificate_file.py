@@ -82,7 +82,7 @@ def test_checker_imports_nothing_of_planter() -> None:
     imports = [node for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)]
     names = {alias.name for node in imports if isinstance(node, ast.Import) for alias in node.names}
     names |= {str(node.module) for node in imports if isinstance(node, ast.ImportFrom)}
-    assert names - sys.stdlib_module_names == {"flint"}
+    assert {name.partition(".")[0] for name in names} - sys.stdlib_module_names == {"flint"}
 
 
 @pytest.mark.parametrize("kind", KINDS)
