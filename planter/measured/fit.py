@@ -149,13 +149,11 @@ class Fit:
         free = max(len(self.residuals) - self.rank, 1)
         white = self._white[0]
         best = float(white @ white)
-        standard_error = self._standard_error(index, best / free)
+        standard_error = self._standard_error(index)
         spread = 1.0 if standard_error is None else self.noise.widen(index, LEVEL)
         allowed = best * (1 + spread**2 * float(f_distribution.ppf(LEVEL, 1, free)) / free) + TOLERANCE
         lower, upper = (float(ends[index]) for ends in self.curve.bounds(self.values))
-        first = (upper - lower) / 8
-        if standard_error is not None:
-            first = standard_error * float(np.sqrt((allowed - best) / (best / free + TOLERANCE)))
+        first = (upper - lower) / 8 if standard_error is None else standard_error * float(np.sqrt(allowed - best))
         ends = self._end(index, lower, -2 * first, allowed), self._end(index, upper, 2 * first, allowed)
         if standard_error is None:
             return ends
@@ -166,14 +164,14 @@ class Fit:
         )
         return max(low, lower), min(high, upper)
 
-    def _standard_error(self, index: int, variance: float) -> float | None:
-        """Return the standard error of an input by linearisation; None if the data do not determine it."""
+    def _standard_error(self, index: int) -> float | None:
+        """Return the standard error of an input by linearisation, for noise of variance 1; None if it is not determined."""
         values, rows = self._directions
         share = np.abs(rows[:, index])
         if (share[values <= DETERMINED * values[0]] > DETERMINED).any():
             return None
         determined = values > DETERMINED * values[0]
-        return float(np.sqrt(variance * ((share[determined] / values[determined]) ** 2).sum()) * self._widths[index])
+        return float(np.sqrt(((share[determined] / values[determined]) ** 2).sum()) * self._widths[index])
 
     def _end(self, index: int, bound: float, step: float, allowed: float) -> float:
         """Return the end of an interval towards a bound: the first crossing in growing steps."""

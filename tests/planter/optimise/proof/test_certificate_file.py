@@ -302,7 +302,7 @@ def test_document_is_the_same_when_it_is_written_again() -> None:
 
 def test_checker_encloses_a_root_that_is_exactly_zero() -> None:
     space = check_proof.BoxSpace([0.0], [1.0], 0)
-    one, zero = space.constant(1), space.constant(0)
-    (root,) = check_proof.enclose_roots(space, 1, [0.0], lambda unknowns: ([unknowns[0] * one - zero], [[one]]))
+    unit, zero = space.constant(1), space.constant(0)
+    (root,) = check_proof.enclose_roots(space, 1, [0.0], lambda unknowns: ([unknowns[0] * unit - zero], [[unit]]))
     assert root.v.contains(0)
     assert root.v.rad() < 1e-200
