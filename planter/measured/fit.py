@@ -165,7 +165,7 @@ class Fit:
         return max(low, lower), min(high, upper)
 
     def _standard_error(self, index: int) -> float | None:
-        """Return the standard error of an input by linearisation, for noise of variance 1; None if it is not determined."""
+        """Return the standard error of an input for noise of variance 1, by linearisation; None if not determined."""
         values, rows = self._directions
         share = np.abs(rows[:, index])
         if (share[values <= DETERMINED * values[0]] > DETERMINED).any():

@@ -31,6 +31,7 @@ COMMANDS = {
     "clutch plan L4 --out .": "plan.csv",
     "clutch rotor --out .": "turning.gif",
     "compare wang2017 --out .": "devices.csv",
+    "diff compact wang2017 --out .": "summary.json",
     "drive compact --stall-Nm 30 --idle-rpm 60 --flywheel-kgm2 1 --out .": "turn.csv",
     "explain wang2017 --out .": "symbols.csv",
     "export c wang2017 --out .": "wang2017_main.c",
