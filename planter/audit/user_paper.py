@@ -241,7 +241,6 @@ def audit_text(text: Path, against: Path, names: Path | None = None, printed: Pa
     with TemporaryDirectory() as folder_name:
         judge_text(text, against, names, Path(folder_name))
         skeleton = read_bytes(Path(folder_name, SKELETON), MAX_SIZE).decode()
-        Path(folder_name, SKELETON).unlink()
         _keep_derivations(Path(folder_name), folder)
     is_new = names is None and not skeleton_path.exists()
     if is_new:
@@ -255,7 +254,7 @@ def _keep_derivations(source: Path, folder: Path) -> None:
     """Write what was derived into the folder next to a user's file."""
     derivations = {path.relative_to(source).as_posix(): path for path in source.rglob("*") if path.is_file()}
     files.write_all(folder, {name: read_bytes(path, MAX_SIZE) for name, path in derivations.items()
-                             if path.name != LIST})  # fmt: skip
+                             if path.name not in (LIST, SKELETON)})  # fmt: skip
 
 
 def _collect(folder: Path, numbers_file: NumbersFile | None, printed: Path | None) -> PaperAudit:

@@ -50,8 +50,9 @@ def list_proof_files(certificate: str | None) -> dict[str, str]:
     """Return the files of a proof: its certificate, if there is one, and the program that checks it."""
     if certificate is None:
         return {}
-    checker = resources.files("planter.optimise.proof").joinpath("check_proof.py")
-    return {PROOF: certificate, checker.name: checker.read_text(encoding="utf-8")}
+    checker = "check_proof.py"
+    program = resources.files("planter.optimise.proof").joinpath(checker).read_text(encoding="utf-8")
+    return {PROOF: certificate, checker: program}
 
 
 def describe_proof(proof: Mapping[str, Any]) -> Iterator[Block]:

@@ -139,7 +139,7 @@ def test_terminal_and_page_report_whether_target_is_met(
     assert word in " ".join(capsys.readouterr().out.splitlines()[1:4])
     page = presentation.page({})
     assert "Calibration of the planting device wang2017" in page
-    body = page[page.index("<section") :]
+    body = page[page.index("<body") :]
     assert body.index(word) < body.index("mass.sun_kg") < body.index("What the exact model can reach")
     assert "miss / %" in body
 

@@ -26,7 +26,7 @@ pytestmark = pytest.mark.usefixtures("blank_figures")
 
 
 def names(figure_names: set[str], *other_names: str) -> set[str]:
-    return {f"figures/{name}.{kind}" for name in figure_names for kind in ("svg", "png")} | {*other_names}
+    return {f"figures/{name}.{kind}" for name in figure_names for kind in ("svg", "png", "pdf")} | {*other_names}
 
 
 def written(folder: Path) -> dict[str, bytes]:
