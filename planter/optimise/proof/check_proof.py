@@ -239,9 +239,7 @@ def enclose_roots(space, k, start, residual):
         at = [float((x - step[i, 0]).mid()) for i, x in enumerate(at)]
         if all(step[i, 0].abs_upper() <= 1e-9 * abs(x) for i, x in enumerate(at)):
             break
-    gaps, rows = residual(constants(at))
-    inverse = invert_matrix(rows, "c")
-    scale = constants(arb(x.mid()) for x in inverse.entries())
+    scale = constants(arb(x.mid()) for x in invert_matrix(residual(constants(at))[1], "c").entries())
 
     def scaled(a):
         gaps, rows = residual(a)
@@ -250,12 +248,14 @@ def enclose_roots(space, k, start, residual):
         return [row[0] for row in both], [row[1:] for row in both]
 
     def contain(part):
-        radii = [x.abs_upper() for x in (inverse * column(gaps, part)).entries()]
+        gaps = column(scaled(constants(at))[0], part)
+        radii, moved = [ZERO] * k, [x.abs_upper() for x in gaps.entries()]
         for _ in range(30):
-            radii = [1.5 * r + 1e-15 * abs(x) + 1e-300 for r, x in zip(radii, at)]
+            radii = [r if m < r else 1.5 * m + 1e-15 * abs(x) + 1e-300 for r, m, x in zip(radii, moved, at)]
             balls = constants(x + UNIT * r for x, r in zip(at, radii))
-            change = (invert_matrix(residual(balls)[1], part) * column(gaps, part)).entries()
-            if all(x.abs_upper() < r for x, r in zip(change, radii)):
+            change = (invert_matrix(scaled(balls)[1], part) * gaps).entries()
+            moved = [x.abs_upper() for x in change]
+            if all(m < r for m, r in zip(moved, radii)):
                 return [x - y for x, y in zip(at, change)]
         raise NoBound("no ball is mapped into itself by a Newton step")
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from planter.kernels import Array
 from planter.numerics.arrays import Flags, Integers
-from planter.optimise.proof.intervals import GROWTH, Ball, Unbounded, sum_products
+from planter.optimise.proof.intervals import GROWTH, TINY, Ball, Unbounded, sum_products
 from planter.optimise.proof.jets import ANYWHERE, CENTRE, Jet, Space, join_parts, packed_indices, packed_size
 
 LINEAR_ROUNDS = 2
@@ -276,10 +276,10 @@ def _enclose(space: Space, start: Array, residual: Residual, part: int) -> list[
     excess, slopes = residual([space.constant(point) for point in points])
     right = [jet.value[part] for jet in excess]
     first = BallSolver([[jet.value[CENTRE] for jet in row] for row in slopes]).solve(right)
-    rad = np.array([np.abs(ball.mid) + ball.rad for ball in first])
+    rad, moved = np.zeros(start.shape), np.array([np.abs(ball.mid) + ball.rad for ball in first])
     settled: Flags = np.zeros(start.shape[1], dtype=bool)
     for _ in range(MAX_NEWTON_STEPS):
-        rad = np.where(settled, rad, WIDER * rad + 1e-15 * np.abs(start))
+        rad = np.where(moved * GROWTH < rad, rad, WIDER * moved + 1e-15 * np.abs(start) + TINY)
         balls = [space.constant(Ball(point.mid, radius)) for point, radius in zip(points, rad, strict=True)]
         _, slopes = residual(balls)
         try:

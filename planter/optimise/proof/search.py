@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from decimal import ROUND_CEILING, Context
 from typing import Literal, Protocol
 
 import numpy as np
@@ -58,11 +59,8 @@ BoundListener = Callable[[float, int, float], None]
 """(bound so far, number of boxes, elapsed time [s]) -> None."""
 
 MARGIN, SPARE = 1e-9, 0.01
-"""Shares of a bound, and of the looseness of bound and slopes, by which a bound is stated lower and a slope must be off
-zero: what others compute of the same box is rounded otherwise, and may be a little wider."""
-
-ROUNDING = 1e-13
-"""Share by which the upper bound at the incumbent is stated higher than computed."""
+"""Shares of a bound, and of the looseness of bounds and slopes, by which a bound is stated lower, or higher at the
+incumbent, and a slope must be off zero: what others compute is rounded otherwise, and may be a little wider."""
 
 
 @dataclass(eq=False)
@@ -359,7 +357,8 @@ def prove_bound(
     except Unbounded as error:
         return conclude(BoundingResult(bounding.floor, np.inf, 1, 0.0, search.root, error.message))
     if np.isfinite(bounds.reached):
-        reached, evidence = bounds.reached + ROUNDING * abs(bounds.reached), bounds.evidence
+        spare = MARGIN * abs(bounds.reached) + SPARE * (bounds.reached - bounds.lower_bound)
+        reached, evidence = bounds.reached + spare, bounds.evidence
     begun = clock()
     try:
         result = search.run(reached - GOAL * abs(incumbent.objective), seconds, tick)
@@ -372,13 +371,18 @@ def prove_bound(
     return conclude(result)
 
 
+def _round_up(gap: float) -> str:
+    """Return a gap with two digits that is not less."""
+    return f"{float(Context(prec=2, rounding=ROUND_CEILING).create_decimal_from_float(gap)):.2g}"
+
+
 def _describe_bound(result: BoundingResult, incumbent: Incumbent, gap: float, is_proved: bool) -> str:
     objective, samples = incumbent.objective, incumbent.samples
     over = "over the whole cycle" if samples is None else f"over {samples} samples"
     claim = "proved" if is_proved else f"not proved to {GOAL:g} of the objective in {result.seconds:.0f} CPU s"
     if result.obstacle:
         claim += f", because parts of the box have no bound ({result.obstacle})"
-    statement = f"{incumbent.scope} is better than {objective:.9g} {over} by more than {gap:.2g}"
+    statement = f"{incumbent.scope} is better than {objective:.9g} {over} by more than {_round_up(gap)}"
     if not np.isfinite(gap):
         statement = f"nothing bounds the objective {objective:.9g} {over} from below"
     if result.met < objective - GOAL * abs(objective) and not is_proved:

@@ -25,7 +25,9 @@ from planter.optimise.proof.certificate_file import (
     write_certificate,
 )
 from planter.optimise.proof.enclosures import EnclosedResponse
+from planter.optimise.proof.jets import ANYWHERE, Space
 from planter.optimise.proof.objective import BoundedLimit, BoundedMeasure, ProvableObjective
+from planter.optimise.proof.roots import enclose_roots
 from planter.optimise.proof.search import Incumbent, Proof
 from planter.parallel.task import AUTO
 from tests.planter.optimise.proof.test_panels import find_kinks, true_objective
@@ -306,3 +308,32 @@ def test_checker_encloses_a_root_that_is_exactly_zero() -> None:
     (root,) = check_proof.enclose_roots(space, 1, [0.0], lambda unknowns: ([unknowns[0] * unit - zero], [[unit]]))
     assert root.v.contains(0)
     assert root.v.rad() < 1e-200
+
+
+@pytest.mark.parametrize("half", [0.001, 0.02, 0.05])
+@pytest.mark.parametrize("place", [0.0, 0.4, 1.0])
+def test_both_checkers_enclose_the_roots_of_coupled_equations(place: float, half: float) -> None:
+    """(r cos b, r sin b) = (x, 1): at x = 0 the radius does not change to first order."""
+    lower, upper = [place - half], [place + half]
+    start = [float(np.hypot(place, 1)), float(np.arctan2(1, place))]
+
+    def polar(cos: Any, sin: Any, radius: Any, x: Any, one: Any) -> tuple[list[Any], list[list[Any]]]:
+        return [radius * cos - x, radius * sin - one], [[cos, -radius * sin], [sin, radius * cos]]
+
+    space = Space(np.array(lower), np.array(upper))
+    roots = enclose_roots(
+        space,
+        np.array(start)[:, None],
+        lambda a: polar(a[1].cos(), a[1].sin(), a[0], space.parameters()[0], space.integer(1)),
+    )
+    balls = check_proof.BoxSpace(lower, upper, 0)
+    checked = check_proof.enclose_roots(
+        balls, 2, start,
+        lambda a: polar(a[1].call("cos"), a[1].call("sin"), a[0], balls.parameters()[0], balls.constant(1)),
+    )  # fmt: skip
+    x = np.linspace(place - half, place + half, 9)
+    for root, ball, exact in zip(roots, checked, (np.hypot(x, 1), np.arctan2(1, x)), strict=True):
+        value = root.value[ANYWHERE]
+        assert ((value.low <= exact) & (exact <= value.high)).all()
+        assert float(ball.v.lower()) <= exact.min() <= exact.max() <= float(ball.v.upper())
+        assert value.rad.max() < 2 * np.ptp(exact) + half**2
