@@ -317,8 +317,8 @@ def test_both_checkers_enclose_the_roots_of_coupled_equations(place: float, half
     lower, upper = [place - half], [place + half]
     start = [float(np.hypot(place, 1)), float(np.arctan2(1, place))]
 
-    def polar(cos: Any, sin: Any, radius: Any, x: Any, one: Any) -> tuple[list[Any], list[list[Any]]]:
-        return [radius * cos - x, radius * sin - one], [[cos, -radius * sin], [sin, radius * cos]]
+    def polar(cos: Any, sin: Any, radius: Any, x: Any, unit: Any) -> tuple[list[Any], list[list[Any]]]:
+        return [radius * cos - x, radius * sin - unit], [[cos, -radius * sin], [sin, radius * cos]]
 
     space = Space(np.array(lower), np.array(upper))
     roots = enclose_roots(
