@@ -30,13 +30,17 @@ if TYPE_CHECKING:
     from planter.optimise.range_variance import Sampling
     from planter.optimise.sections import GeneticAlgorithm
 
-Role = Literal["result", "law", "pivot", "states", "distance", "size"]
-"""What a quantity is: a result, the residual of a law, the least pivot of an elimination, a number of states, or the
-distance of a point, whose coordinates are results, or the size of a vector."""
+Role = Literal["result", "law", "pivot", "states", "place", "distance", "size"]
+"""What a quantity is: a result, the residual of a law, the least pivot of an elimination, a number of states, a
+coordinate of a point of a body, the distance of a point, or the size of a vector."""
+COMPOSED: tuple[Role, ...] = ("place", "distance", "size")
+"""Roles of quantities that a machine adds when they are asked for."""
 SIZE_EPS = 1e-12
 """Regularises the size of a vector at zero, where it has no derivative: sqrt(s^2 + eps^2) [SI]."""
 LEAST_PIVOT = 1e-12
 """Simultaneous equations with a smaller pivot determine nothing."""
+PLACES = "places"
+"""Name of the stage with the coordinates of points of bodies."""
 MOST_SAMPLES = 100_000
 """Largest number of samples of a cycle."""
 
@@ -227,14 +231,15 @@ class Machine:
     def find_quantity(self, name: str) -> Quantity:
         """Return a quantity by its name or key, the size of a vector, or the distance or clearance of a point.
 
-        Raises InputError, with names that are close, if it is unknown, and for a file without a curve.
+        Coordinates of points of bodies have the names x_BODY__POINT and y_BODY__POINT. Raises InputError, with names
+        that are close, if it is unknown, and for a file without a curve.
         """
-        for quantity in self.quantities:
-            if name in (quantity.name, quantity.key):
-                return quantity
         distance = parse_distance(name)
         if distance is not None:
             return self._add_distance(distance)
+        quantity = self._find_coordinate(name)
+        if quantity is not None:
+            return quantity
         for vector in self.vectors:
             size = self._find_size(vector)
             if name in (size.name, size.key):
@@ -242,12 +247,59 @@ class Machine:
         names = [quantity.name for quantity in self.results]
         raise self._refuse("quantity", name, [*names, *(vector.name for vector in self.vectors)])
 
+    def _find_coordinate(self, name: str) -> Quantity | None:
+        """Return a quantity of the machine or a coordinate of a point of a body by its name or key, or None."""
+        for quantity in self.quantities:
+            if name in (quantity.name, quantity.key):
+                return quantity
+        stage = self.stages.get(PLACES)
+        for index, quantity in enumerate(stage.quantities if stage else ()):
+            if name in (quantity.name, quantity.key):
+                if quantity.name not in self._composed:
+                    self._composed[quantity.name] = self._places[index]
+                return replace(quantity, role="place")
+        return None
+
+    @cached_property
+    def _places(self) -> ca.SX:
+        """The graph of the coordinates of points of bodies, where the lane closes the loops.
+
+        It is the lane that carries the derivatives of the loops' coordinates, which are inputs.
+        """
+        phi, d, h, q = self.symbols
+        closed = q if self.loops is None else ca.vertcat(*map(self.graph, self.loops.names))
+        return self.stages[PLACES].function(phi, d, h, closed)
+
+    def find_point(self, point: Sequence[str]) -> tuple[Quantity, Quantity]:
+        """Return the coordinates x and y of a point by its name, or by theirs.
+
+        Raises InputError, with names that are close, if it is unknown.
+        """
+        if len(point) == 2:
+            x, y = point
+            return self.find_quantity(x), self.find_quantity(y)
+        (name,) = point
+        for x, y in ((f"x_{name}", f"y_{name}"), (f"{name}_x", f"{name}_y")):
+            first, second = self._find_coordinate(x), self._find_coordinate(y)
+            if first is not None and second is not None:
+                return first, second
+        raise self._refuse("point", name, self.list_points())
+
+    def list_points(self) -> list[str]:
+        """Return the names of the points in the plane whose coordinates are results, then of those of bodies."""
+        stage = self.stages.get(PLACES)
+        names = [q.name for q in (*self.results, *(stage.quantities if stage else ())) if q.unit == "m"]
+        points = [name[2:] for name in names if name.startswith("x_") and f"y_{name[2:]}" in names]
+        return points + [name[:-2] for name in names if name.endswith("_x") and f"{name[:-2]}_y" in names]
+
     def list_parts(self, name: str) -> tuple[str, ...]:
         """Return the names of the quantities that one is made of: itself, or those of a distance or a vector."""
         distance = parse_distance(name)
+        if distance is not None:
+            points = [self.find_point(point) for point in (distance.point, distance.other) if point]
+            return tuple(quantity.name for point in points for quantity in point)
         vector = next((vector for vector in self.vectors if vector.name == name), None)
-        names = distance.names if distance is not None else (name,) if vector is None else vector.components
-        return tuple(self.find_quantity(part).name for part in names)
+        return tuple(self.find_quantity(part).name for part in ((name,) if vector is None else vector.components))
 
     def _find_size(self, vector: Vector) -> Quantity:
         first = next(quantity for quantity in self.quantities if quantity.name == vector.components[0])
@@ -263,21 +315,24 @@ class Machine:
 
     def _add_distance(self, distance: PointDistance) -> Quantity:
         """Return a distance as a quantity, and add its graph. Raises InputError as `find_quantity`."""
-        coordinates = [self.find_quantity(name) for name in distance.names]
-        for quantity in coordinates:
+        x, y = self.find_point(distance.point)
+        other_coordinates = self.find_point(distance.other) if distance.other else ()
+        for quantity in (x, y, *other_coordinates):
             if quantity.unit != "m":
                 unit = quantity.unit or "1"
                 reason = f"{quantity.name} is in {unit}, but it must be a length, a coordinate of a point"
                 raise InputError(f"{self.source}: {distance}: {reason}")
-        distance = distance.with_names([quantity.name for quantity in coordinates])
-        x, y = coordinates[:2]
-        other = f"the point at {' and '.join(distance.other)}" if distance.other else f"the curve of {distance.file}"
-        meaning = f"distance of the point at {x.name}, {y.name} from {other}"
+        distance = replace(distance, point=_name_point(distance.point, (x, y)))
+        if other_coordinates:
+            distance = replace(distance, other=_name_point(distance.other, other_coordinates))
+        point = _describe_point(distance.point)
+        other = _describe_point(distance.other) if distance.other else f"the curve of {distance.file}"
+        meaning = f"distance of {point} from {other}"
         if distance.word == "clearance":
-            meaning = f"height of the point at {x.name}, {y.name} over the ground of {distance.file}"
+            meaning = f"height of {point} over the ground of {distance.file}"
         if str(distance) not in self._composed:
-            graphs = [self.graph(quantity.name) for quantity in coordinates]
-            if distance.other:
+            graphs = [self.graph(quantity.name) for quantity in (x, y, *other_coordinates)]
+            if other_coordinates:
                 graph = build_separation(*graphs)
             else:
                 points = read_curve(distance.find_file(self.source), (x.key, y.key), distance.word == "clearance")
@@ -390,7 +445,7 @@ class Machine:
     def graph(self, name: str) -> ca.SX:
         """Return the graph of a quantity at an angle, of all sides if it is a total."""
         quantity = self.find_quantity(name)
-        if quantity.role in ("distance", "size"):
+        if quantity.role in COMPOSED:
             return self._composed[quantity.name]
         names = [other.name for other in self.quantities if other.total == quantity.total]
         graph: ca.SX = (self._both if quantity.total else self._side)[names.index(quantity.name)]
@@ -428,6 +483,15 @@ def build_vectors(components: Mapping[str, tuple[str, ...]], quantities: Sequenc
         if all(part in by_name for part in parts):
             meaning = by_name[parts[0]].meaning
             yield Vector(name, meaning.rpartition(", ")[0] or meaning.partition(" ")[2] or name, parts)
+
+
+def _name_point(point: tuple[str, ...], coordinates: tuple[Quantity, Quantity]) -> tuple[str, ...]:
+    """Return a point by its name if it has been given by that, else by the names, not the keys, of its coordinates."""
+    return point if len(point) == 1 else tuple(quantity.name for quantity in coordinates)
+
+
+def _describe_point(point: tuple[str, ...]) -> str:
+    return f"the point {point[0]}" if len(point) == 1 else f"the point at {', '.join(point)}"
 
 
 def _is_symmetric(total: ca.Function) -> bool:

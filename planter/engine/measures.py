@@ -4,14 +4,16 @@
     LIMIT   = MEASURE ("<=" | ">=") NUMBER [UNIT]
     MEASURE = [KIND] ["abs"] NAME ["at" DEG | "where" NAME "is" ("least" | "greatest") | "while" CONDITION]
     CONDITION = ["abs"] NAME ("<" | "<=" | ">" | ">=") NUMBER [UNIT] { "and" CONDITION }
-    NAME    = that of a quantity | "distance" NAME NAME "to" (FILE | NAME NAME) | "clearance" NAME NAME "over" FILE
+    NAME    = that of a quantity | "distance" POINT "to" (FILE | POINT) | "clearance" POINT "over" FILE
+    POINT   = NAME of a point | NAME NAME, its coordinates
 
 KIND is one of `KINDS`; a measure without one is the quantity at an angle, or everywhere. Numbers without a unit are in
 the display unit of the quantity. The text of what is parsed reads back to the same. What a sum minimises are values as
 they are: a greatest value or a range can only be made smaller, a least one only greater, as "-min NAME". A `jump` is
-the size of the greatest jump where a law of the machine changes, a distance that of a point, whose coordinates two
-quantities are, from a curve or from another point, a clearance its height over the profile of a ground
-(`planter.engine.piecewise`); a FILE with spaces has quotes.
+the size of the greatest jump where a law of the machine changes, a distance that of a point from a curve or from
+another point, a clearance its height over the profile of a ground (`planter.engine.piecewise`). A point P has the
+coordinates x_P and y_P, or P_x and P_y; the point P of a body has the name BODY__P. A FILE with spaces, or whose name
+is a single word, has quotes.
 
 >>> for term in parse_sum("range F_Ox + 0.5 rms M_in while y_tip <= 20 mm"): print(term)
 range F_Ox
@@ -20,6 +22,8 @@ range F_Ox
 rms distance x_tip y_tip to path.csv while y_tip <= 0
 >>> print(parse_limit("clearance x_A y_A over soil.csv >= 20 mm"), parse_limit("distance x_A y_A to x_B y_B >= 5"))
 clearance x_A y_A over soil.csv >= 20 mm distance x_A y_A to x_B y_B >= 5
+>>> print(parse_limit("min distance tip to ground__D >= 20 mm"))
+min distance tip to ground__D >= 20 mm
 >>> print(parse_limit("abs F_Ax <= 300 N"), parse_limit("tilt where y_tip is least <= 10"), sep="; ")
 abs F_Ax <= 300 N; tilt where y_tip is least <= 10
 """
@@ -67,37 +71,29 @@ MEASURE_SYNTAX = (
 )
 
 
-_DISTANCE = re.compile(r"(distance|clearance) (\w+) (\w+) (to|over) (?:(\w+) (\w+)|(.+))", re.DOTALL)
+_DISTANCE = re.compile(r"(distance|clearance) (\w+(?: \w+)?) (to|over) (?:(\w+(?: \w+)?)|(.+))", re.DOTALL)
 _FILE = re.compile(r"""\"([^"]+)\"|'([^']+)'|([^\s"']+)""")
+_WORD = re.compile(r"\w+(?=[\s<>]|$)")
 
 
 @dataclass(frozen=True)
 class PointDistance:
-    """A `word` with the quantities that are the coordinates of a point, and what it is measured from.
+    """A `word` with a point, and what it is measured from: a curve, or the profile of a ground, of a `file`, or else
+    another point.
 
-    That is the curve, or the profile of a ground, of a `file`, or else another point, with coordinates `other`.
+    A point is its name, or the names of the quantities that are its coordinates.
     """
 
     word: str
-    x: str
-    y: str
+    point: tuple[str, ...]
     file: str = ""
     other: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        quote = "" if re.fullmatch(r"[^\s\"']+", self.file) else "'" if '"' in self.file else '"'
+        is_plain = re.fullmatch(r"[^\s\"']+", self.file) and not re.fullmatch(r"\w+", self.file)
+        quote = "" if is_plain else "'" if '"' in self.file else '"'
         target = " ".join(self.other) or f"{quote}{self.file}{quote}"
-        return f"{self.word} {self.x} {self.y} {LINKS[self.word]} {target}"
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of all quantities that it is made of."""
-        return (self.x, self.y, *self.other)
-
-    def with_names(self, names: Sequence[str]) -> PointDistance:
-        """Return the distance made of other quantities, in the order of `names`."""
-        x, y, *other = names
-        return replace(self, x=x, y=y, other=tuple(other))
+        return f"{self.word} {' '.join(self.point)} {LINKS[self.word]} {target}"
 
     def find_file(self, source: str) -> Path:
         """Return the path of the curve's file: in the folder of a machine's file, or else as it is written."""
@@ -112,12 +108,12 @@ def parse_distance(name: str) -> PointDistance | None:
     distance x_tip y_tip to path.csv None
     """
     match = _DISTANCE.fullmatch(name)
-    if match is None or LINKS[match[1]] != match[4]:
+    if match is None or LINKS[match[1]] != match[3]:
         return None
-    word, x, y, _, *other, file = match.groups()
+    word, point, _, other, file = match.groups()
     if file is None:
-        return PointDistance(word, x, y, other=tuple(other))
-    return PointDistance(word, x, y, file[1:-1] if file[0] in "\"'" else file)
+        return PointDistance(word, tuple(point.split()), other=tuple(other.split()))
+    return PointDistance(word, tuple(point.split()), file[1:-1] if file[0] in "\"'" else file)
 
 
 @dataclass(frozen=True)
@@ -418,26 +414,31 @@ class _Reader:
     def _read_distance(self) -> str:
         """Read a distance or a clearance, and return it as the name of a quantity."""
         word = self.token.text
-        form = "a distance is one of NAME NAME to FILE, or to NAME NAME"
-        form = form if word == "distance" else "a clearance is one of NAME NAME over FILE"
+        form = "a distance is one of POINT to FILE, or to POINT"
+        form = form if word == "distance" else "a clearance is one of POINT over FILE"
+        form += "; POINT is a name, or two names of coordinates"
         self.index += 1
-        x, y = self._read_coordinate(form), self._read_coordinate(form)
+        point = self._read_point(form, (LINKS[word],))
         self.expect((LINKS[word],), f"is not expected: {form}")
-        if word == "distance" and self._qualifies() and self._next().text not in (*CLAUSES, "is", "and"):
-            return str(PointDistance(word, x, y, other=(self._read_coordinate(form), self._read_coordinate(form))))
         start = self.token.start
+        if word == "distance" and _WORD.match(self.text, start):
+            return str(PointDistance(word, point, other=self._read_point(form, (*CLAUSES, "is", "and"))))
         match = _FILE.match(self.text, start)
         if match is None:
             self.fail("is no file" if self.token.kind == "end" else "opens a quote that nothing closes")
         while self.token.kind != "end" and self.token.start < match.end():
             self.index += 1
-        return str(PointDistance(word, x, y, "".join(filter(None, match.groups()))))
+        return str(PointDistance(word, point, "".join(filter(None, match.groups()))))
 
-    def _read_coordinate(self, form: str) -> str:
-        if self.token.kind != "word" or self.token.text in LINKS.values():
-            self.fail(f"is no name of a quantity: {form}")
-        self.index += 1
-        return self.tokens[self.index - 1].text
+    def _read_point(self, form: str, after: Sequence[str]) -> tuple[str, ...]:
+        """Read the name of a point, or the names of two coordinates, up to one of the words that may come after."""
+        names: list[str] = []
+        while not names or (len(names) == 1 and self.token.kind == "word" and self.token.text not in after):
+            if self.token.kind != "word" or self.token.text in LINKS.values():
+                self.fail(f"is no name of a point or a quantity: {form}")
+            names.append(self.token.text)
+            self.index += 1
+        return tuple(names)
 
     def _read_number(self) -> float:
         sign = self.accept("-", "+")

@@ -11,6 +11,7 @@ import numpy as np
 
 from planter.engine.loops import KinematicLoops
 from planter.engine.machine import (
+    PLACES,
     Description,
     Documentation,
     FunctionSignature,
@@ -32,7 +33,7 @@ from planter.mechanism.file import MechanismFile
 ROLES: dict[str, Role] = {"law_": "law", "pivot_": "pivot", "states_": "states"}
 """Roles of quantities by the beginnings of their names."""
 
-FURTHER = ("places", "followers", "meshes")
+FURTHER = (PLACES, "followers", "meshes")
 """Further generated functions along the angle."""
 LOSS = "power lost to friction"
 """Beginning of the meanings of derived powers of friction."""

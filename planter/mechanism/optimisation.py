@@ -218,8 +218,11 @@ def _record(machine: Machine, words: str, stated: StatedGoal, optimum: DesignOpt
     paths, numbers = [machine.values[index].path for index in machine.moved], machine.document.numbers()
     limit_units = {kind.name: kind.unit for constraints in problem.further for kind in constraints.kinds}
     limit_units |= {str(limit): find_display_unit(machine, limit.measure).text for limit in goal.limits}
-    active = {constraint.name for constraint in certificate.active_constraints}
-    holds = [_evaluate_limit(goal, x, limit, str(limit) in active) for limit in goal.limits]
+    prices = {constraint.name: constraint.multiplier for constraint in certificate.active_constraints}
+    holds = [
+        replace(_evaluate_limit(goal, x, limit, str(limit) in prices), price=prices.get(str(limit), 0.0))
+        for limit in goal.limits
+    ]
     document = machine.document.with_numbers(dict(zip(paths, design, strict=True)))
     best = replace(machine, document=document, data=machine.build_data(x))
     directions = find_directions(best, stated.objective, machine.samples)

@@ -345,7 +345,6 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
         "residual of the optimality conditions": certificate.kkt_residual,
         "agreeing starts": f"{certificate.agreeing_starts} of {certificate.starts}",
         "active bounds": ", ".join(certificate.active_bounds) or "none",
-        **{f"price of {row.limit_on} per {row.unit or 'unit'}": row.multiplier for row in certificate.active_limits},
         "samples of the cycle": result.samples,
     })])  # fmt: skip
     sentences = tables.describe_directions(result.effective_parameters, len(result.design), result.insensitive)
@@ -361,8 +360,12 @@ def _list_optimum_sections(result: MechanismOptimumResult) -> Iterator[Section]:
 def list_limit_sections(limits: Sequence[LimitResult]) -> Iterator[Section]:
     """Yield the limits on measures with their values, if there are any."""
     if limits:
-        rows = [(limit.limit_on, limit.value, limit.limit, limit.unit, limit.active, limit.met) for limit in limits]
-        yield Section("Limits", [Table(("limit", "value", "bound", "unit", "active", "satisfied"), rows)])
+        columns = ["limit", "value", "bound", "unit", "active", "satisfied"]
+        rows = [[limit.limit_on, limit.value, limit.limit, limit.unit, limit.active, limit.met] for limit in limits]
+        if any(limit.price is not None for limit in limits):
+            columns.append("price")
+            rows = [[*row, limit.price] for row, limit in zip(rows, limits, strict=True)]
+        yield Section("Limits", [Table(columns, rows)])
 
 
 def format_unit(quantity: QuantityStatistics | QuantityHistory) -> str:

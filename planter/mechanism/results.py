@@ -51,7 +51,8 @@ class LimitResult(Record):
     """A limit in its `unit` with its value, whether it is active, and whether it is satisfied.
 
     `value` is null if the condition of the limit never holds, which satisfies it, and for an average of a quantity that
-    does not repeat, which violates it.
+    does not repeat, which violates it. `price` is the loss of the objective at its optimum per unit by which the limit
+    is tightened, zero for one that is not active; null where nothing was searched for.
     """
 
     limit_on: str
@@ -60,6 +61,7 @@ class LimitResult(Record):
     active: bool
     met: bool
     unit: str
+    price: float | None = None
 
 
 @dataclass(frozen=True)

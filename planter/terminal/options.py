@@ -74,8 +74,8 @@ HoldOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="LIMIT",
-        help='limit in addition to those of the file, such as "abs F_Ax <= 300 N" or "distance x_tip y_tip to path.csv '
-        '<= 2 mm" (repeatable)',
+        help='limit in addition to those of the file, such as "abs F_Ax <= 300 N" or "min distance tip to ground__D '
+        '>= 20 mm" (repeatable)',
         show_default=False,
     ),
 ]

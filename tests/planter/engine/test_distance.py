@@ -16,6 +16,7 @@ from planter.engine.measures import parse_limit, parse_sum
 from planter.engine.outputs import SampledOutputs
 from planter.engine.piecewise import build_clearance, build_distance
 from planter.engine.proof import check_provable
+from planter.engine.response import MachineResponse
 from planter.engine.search import SearchSpec
 from planter.errors import ComputationError, InputError
 from planter.exports.quantities import SampledGoal
@@ -302,6 +303,59 @@ def test_limits_on_clearance_and_on_the_distance_of_points(tmp_path: Path) -> No
     assert same.value == pytest.approx(0, abs=1e-6)
     assert size.value == pytest.approx(force.max(), rel=1e-3)
     assert (size.met, size.unit) == (False, "N")
+
+
+def test_named_points_are_those_at_their_coordinates(tmp_path: Path) -> None:
+    soil = tmp_path / "soil.csv"
+    soil.write_text("x_mm,y_mm\n-500,-300\n500,-250\n", encoding="utf-8")
+    pairs = {
+        "distance tip to ground__D": "distance x_tip y_tip to x_ground__D y_ground__D",
+        f"clearance coupler__end over {soil}": f"clearance x_coupler__end_mm y_coupler__end over {soil}",
+    }
+    response = MachineResponse(arm(), [name for pair in pairs.items() for name in pair])
+    values = response.values(response.at(arm().design), np.linspace(0, 6, 7))
+    np.testing.assert_allclose(values[::2], values[1::2], rtol=1e-14)
+    phi = np.linspace(0, 6, 7)
+    tip = [evaluate(arm(), name, phi) / 1e3 for name in ("x_tip", "y_tip")]
+    pivot = arm().data[arm().find_index("d_mm")]
+    np.testing.assert_allclose(values[0], np.hypot(tip[0] - pivot, tip[1]), rtol=1e-9)
+
+
+def test_slopes_of_points_of_bodies_cross_the_loops() -> None:
+    """The coupler's end is where the rocker's is: what moves it is the loop alone for some of the lengths."""
+    machine, phi, step = arm("a_mm", "b_mm", "c_mm", "d_mm"), np.linspace(0.1, 6, 9), 1e-6
+    names = ["x_coupler__end", "y_coupler__end", "distance coupler__end to coupler__A"]
+    response, x = MachineResponse(machine, names), machine.design
+    _, slopes = response.slopes(response.at(x), phi)
+    for i in range(len(x)):
+        ends = [response.values(response.at(x + sign * step * np.eye(len(x))[i]), phi) for sign in (1, -1)]
+        np.testing.assert_allclose(slopes[:, :, 1 + i], (ends[0] - ends[1]) / (2 * step), atol=1e-7)
+    np.testing.assert_allclose(slopes[2, :, 1:], np.tile([0, 1, 0, 0], (len(phi), 1)), atol=1e-12)
+
+
+def test_limit_on_a_point_of_a_body_binds_with_its_price() -> None:
+    """The distance of the coupler's two pins is its length: the limit is a bound of that, with the price of it."""
+    machine = build_machine(own.file("transplanting_arm"))
+    texts = "max distance coupler__end to coupler__A <= {} mm", "distance coupler__end to ground__O >= 30"
+    first, second = (
+        optimise_machine(machine, "range F_Ox", [texts[0].format(length), texts[1]], spec=FEW).result
+        for length in (150, 149)
+    )
+    assert first.design["b_mm"] == pytest.approx(150, abs=1e-6)
+    bound, free = first.holds
+    assert (bound.active, free.active, free.price) == (True, False, 0)
+    assert bound.price == pytest.approx(second.objective - first.objective, rel=0.1)
+    assert bound.price > 0
+
+
+@pytest.mark.parametrize(
+    ("name", "part"), [("distance tipp to ground__D", "did you mean tip?"), ("distance tip to ground__Q", "no point"),
+                       ("distance F_A to tip", "no point F_A"), ("clearance tip over soil", "soil")]
+)  # fmt: skip
+def test_unknown_point_is_refused(name: str, part: str) -> None:
+    with pytest.raises(InputError) as caught:
+        arm().find_quantity(name)
+    assert part in caught.value.message
 
 
 def test_ground_with_two_heights_is_refused(tmp_path: Path) -> None:

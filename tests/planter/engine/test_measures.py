@@ -58,7 +58,16 @@ def test_measure_has_meaning_in_sum_and_limit(text: str, measure: Measure) -> No
         assert parse_limit(f"{text} <= 3e2 kN") == Limit(measure, 1, 300, "kN")
 
 
-CURVES = ("distance x_tip y_tip to a/b.csv", "distance distance at to 'a \"b.csv'", 'distance x y to "it\'s.csv"')
+CURVES = (
+    "distance tip to ground__D",
+    "distance x_A y_A to tip",
+    "distance tip to x_A y_A",
+    'clearance tip over "a b.csv"',
+    'clearance tip over "soil"',
+    "distance x_tip y_tip to a/b.csv",
+    "distance distance at to 'a \"b.csv'",
+    'distance x y to "it\'s.csv"',
+)
 
 
 def random_measure(rng: random.Random) -> Measure:
@@ -119,7 +128,7 @@ def test_text_reads_back_to_the_same() -> None:
         ("min s", ["write -min s"]),
         ("range abs s", ["range takes no abs"]),
         ("max distanc x y to p.csv", ["'distanc' at character 5", "did you mean distance?"]),
-        ("max distance x to p.csv", ["'to' at character 16", "distance is one of NAME NAME to FILE"]),
+        ("max distance to p.csv", ["'to' at character 14", "distance is one of POINT to FILE"]),
         ("max distance x y two p.csv", ["'two' at character 18", "did you mean to?"]),
         ("max distance x y to", ["the end is no file"]),
         ("max distance x y to 'p.csv", ['"\'" at character 21', "opens a quote"]),

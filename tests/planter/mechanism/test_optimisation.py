@@ -120,6 +120,7 @@ def test_lower_limit_is_active_with_correct_price(file: Path, limit: str) -> Non
     (price,) = first.certificate.active_limits
     rise = (second.objective - first.objective) / abs(step)
     assert price.multiplier == pytest.approx(rise, rel=5e-2)
+    assert first.holds[0].price == price.multiplier
     assert rise > 0
 
 
