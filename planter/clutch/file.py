@@ -85,33 +85,46 @@ class Engagement(FileSection):
     """Masses, radius, speed and load when the clutch engages."""
 
     body_kg: Positive
+    """mass of the body that slides"""
     contact_radius_mm: Positive
+    """radius at which body and sleeve touch"""
     input_speed_rpm: Positive
+    """speed of the input"""
     load_Nm: NotNegative
+    """torque of the load"""
 
 
 class SlipSection(FileSection):
     """Angle and forces of a tooth that slips."""
 
     angle_deg: Acute
+    """angle at which a tooth slips"""
     reaction_N: NotNegative
+    """radial reaction of the slider"""
     friction_N: NotNegative
+    """friction of tooth and shaft"""
 
 
 class Places(FileSection):
     """Places along the row: of the first and last seed, of the opener's entry and exit."""
 
     first_seed_mm: Real
+    """place of the first seed along the row"""
     entry_mm: Real
+    """place of the opener's entry"""
     last_seed_mm: Real
+    """place of the last seed along the row"""
     exit_mm: Real
+    """place of the opener's exit"""
 
 
 class LevelsSection(FileSection):
     """Axial angles to compare, each with the rod for its travel."""
 
     axial_angles_deg: Annotated[tuple[Acute, ...], BeforeValidator(_some_numbers)]
+    """axial angles to compare"""
     rods_mm: Annotated[tuple[Positive, ...], BeforeValidator(_some_numbers)]
+    """length of the rod for the travel at each of them"""
 
     @check
     def _one_rod_for_each_angle(self) -> Problems:
@@ -125,32 +138,49 @@ class SizingSection(FileSection):
     """Travel, space and limits that a clutch is sized for."""
 
     wanted_travel_mm: Positive
+    """travel that the sleeve shall have"""
     space_radius_mm: Positive
+    """space for the corners of the hexagonal hole"""
     space_length_mm: Positive
+    """space for the body and the way of the sleeve"""
     wall_mm: NotNegative
+    """wall between tooth roots and outline, at the thin end of the body"""
     lift_limit_deg: Acute
+    """inclination of the links with the row unit up"""
 
 
 class ClutchLimitsSection(FileSection):
     """Limits of sizing and optimisation."""
 
     normal_force_N: Positive
+    """largest normal force of body and sleeve"""
     tooth_force_N: Positive
+    """largest force of crank gear and rack, while the sleeve is pushed"""
     rod_angle_deg: Acute
+    """largest angle between rod and guide"""
     length_mm: Positive
+    """largest length from the crank's axis to the sleeve's pin, disengaged"""
     rack_least_mm: Positive
+    """least radius of the rack"""
     teeth_least: Annotated[Whole, Field(ge=5)]
+    """least number of teeth of the crank gear: fewer are undercut"""
 
 
 class ClutchSearchSection(FileSection):
     """Bounds of the optimisation variables, and the speed of the rising links."""
 
     axial_angle_bounds_deg: Pair
+    """bounds of the axial angle"""
     ratio_bounds: Pair
+    """bounds of the ratio of crank gear to rack"""
     crank_bounds_mm: Pair
+    """bounds of the crank"""
     rod_bounds_mm: Pair
+    """bounds of the rod"""
     distance_bounds_mm: Pair
+    """bounds of the distance of the crank's axis from the sleeve's pin, engaged"""
     lift_rad_s: Positive
+    """speed of the rising links"""
 
     @check
     def _bounds_are_upright(self) -> Problems:
@@ -166,28 +196,46 @@ class ContactModel(FileSection):
     """Contact law, masses, spring, slides of the coupling: the same for both clutches."""
 
     stiffness_N_m15: Positive
+    """K of the contact force K d^1.5"""
     dissipation_s_m: NotNegative
+    """D of the contact force's factor 1 + D d'"""
     slip_speed_mm_s: Positive
+    """speed of slip below which friction fades"""
     output_inertia_kg_m2: Positive
+    """moment of inertia of the output"""
     shaft_damping: Annotated[NotNegative, Field(lt=1)]
+    """share of critical damping of the shaft's bending"""
     sleeve_kg: Positive
+    """mass of the sleeve with its thrust bearing"""
     spring_rate_N_m: NotNegative
+    """rate of the spring that pushes the sleeve"""
     sleeve_gap_mm: NotNegative
+    """gap of polygon and hole when cut off"""
     slide_N: Positive
+    """friction of the coupling's slides"""
     lock_N: NotNegative
+    """friction that the thrust bearing adds once it is seated"""
     lock_travel_mm: Positive
+    """last part of the sleeve's way, over which the thrust bearing seats"""
     lock_stiffness_N_m: Positive
+    """stiffness of the slides while they hold"""
     phase_deg: Real
+    """angle of the input when the link begins to move"""
 
 
 class Dog(FileSection):
     """The dog clutch: jaws of each half, their backlash, rounded edges and overlap, and the fit of the driving half."""
 
     jaws: Annotated[Whole, Field(ge=2, le=60)]
+    """number of jaws of each half"""
     backlash_deg: Positive
+    """backlash of the jaws"""
     edge_mm: Positive
+    """edge radii of two jaws that meet, added"""
     depth_mm: Positive
+    """overlap of the jaws when engaged"""
     fit_mm: Positive
+    """radial gap of the driving half on its shaft"""
 
     @check
     def _jaws_are_left(self) -> Problems:

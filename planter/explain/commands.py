@@ -50,7 +50,8 @@ def explain(
             if is_drawn:
                 meanings = dictionary.explain_in_package(machine.find_package(name), key)
             else:
-                meanings = mechanism.find_meanings(mechanism.explain_mechanism(name, parse_changes(set_)), key)
+                explained = mechanism.explain_mechanism(name, parse_changes(set_))
+                meanings = mechanism.find_meanings(explained, name, key)
             console.result(meanings, lambda: presentation.show_meanings(meanings))
         elif not is_drawn and mechanism.takes(name):
             explained = mechanism.explain_mechanism(name, parse_changes(set_))

@@ -48,34 +48,30 @@ def collect_meanings() -> tuple[Meaning, ...]:
 
 
 def explain_name(name: str) -> Explained:
-    """Return every meaning of a symbol, key or column; the last part of a file's key is enough.
-
-    Raises InputError, suggesting similar names, for an unknown name.
-    """
-    meanings = [meaning for meaning in collect_meanings() if name in (meaning.name, meaning.key)]
-    if not meanings:
-        close = paths.find_similar(
-            name, sorted({key for meaning in collect_meanings() for key in (meaning.name, meaning.key) if key})
-        )
-        hint = f"did you mean {' or '.join(close)}?" if close else "`planter explain` lists all names"
-        raise InputError(f"NAME = {name} is not a symbol, key or column: {hint}")
-    return Explained(name, meanings)
+    """Return every meaning of a symbol, key or column, as `select_meanings`."""
+    return select_meanings(
+        collect_meanings(), name, "NAME", "is not a symbol, key or column", "`planter explain` lists all names"
+    )
 
 
 def explain_in_package(package: str, key: str) -> Explained:
-    """Return every meaning of a symbol, key or column in a kind of machine.
+    """Return every meaning of a symbol, key or column in a kind of machine, as `select_meanings`."""
+    meanings = [meaning for meaning in collect_meanings() if meaning.machine == package]
+    reason = f"is not a symbol, key or column of {package}"
+    return select_meanings(meanings, key, "KEY", reason, "`planter explain` lists all names")
 
-    Raises InputError, suggesting similar names, for an unknown name.
+
+def select_meanings(meanings: Sequence[Meaning], name: str, label: str, reason: str, otherwise: str) -> Explained:
+    """Return the meanings of a name, of a file's key by its last part as well, or else of all keys of a section.
+
+    Raises InputError for an unknown name: `label` and `reason`, then similar names or, without one, `otherwise`.
     """
-    all_meanings = [meaning for meaning in collect_meanings() if meaning.machine == package]
-    meanings = [meaning for meaning in all_meanings if key in (meaning.name, meaning.key)]
-    if not meanings:
-        close = paths.find_similar(
-            key, sorted({name for meaning in all_meanings for name in (meaning.name, meaning.key) if name})
-        )
-        hint = f"did you mean {' or '.join(close)}?" if close else "`planter explain` lists all names"
-        raise InputError(f"KEY = {key} is not a symbol, key or column of {package}: {hint}")
-    return Explained(key, meanings)
+    selected = [m for m in meanings if name in (m.name, m.key, paths.last_part(m.key or ""))]
+    selected = selected or [m for m in meanings if m.kind == "file key" and (m.key or "").startswith(f"{name}.")]
+    if not selected:
+        names = sorted({key for meaning in meanings for key in (meaning.name, meaning.key) if key})
+        raise InputError.for_value(label, name, f"it {reason}: {paths.suggest_names(name, names, otherwise)}")
+    return Explained(name, selected)
 
 
 def list_names() -> KnownNames:

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 
 from planter import plugins
 from planter.engine.machine import Description, Quantity, describe_source, find_machine_package
-from planter.errors import InputError
+from planter.explain import dictionary
 from planter.explain.results import Explained, ExplainedFunction, ExplainedMechanism, Meaning
-from planter.files import paths, units
+from planter.files import units
 from planter.view.sheet import Sheet
 
 
@@ -44,24 +44,21 @@ def draw_sheet(source: str, changes: Mapping[str, float]) -> Sheet | None:
     return None
 
 
-def find_meanings(mechanism: ExplainedMechanism, key: str) -> Explained:
-    """Return every meaning of a symbol, key or function in a mechanism; the last part of a file's key is enough.
+def find_meanings(mechanism: ExplainedMechanism, source: str, key: str) -> Explained:
+    """Return every meaning of a symbol, key or function in the mechanism of a source, and of the keys of its file.
 
-    Raises InputError, suggesting similar names, for an unknown name.
+    Raises InputError as `dictionary.select_meanings`.
     """
-    all_meanings = [
+    module = find_machine_package(source)
+    package = module.__name__.split(".")[-2] if module else ""
+    meanings = [
         *mechanism.values,
         *mechanism.quantities,
         *(_describe_function(mechanism, meaning) for meaning in mechanism.functions),
+        *(m for m in dictionary.collect_meanings() if m.machine == package and m.kind == "file key"),
     ]
-    meanings = [
-        meaning for meaning in all_meanings if key in (meaning.name, meaning.key, paths.last_part(meaning.key or ""))
-    ]
-    if not meanings:
-        names = sorted({name for meaning in all_meanings for name in (meaning.name, meaning.key) if name})
-        hint = paths.suggest_names(key, names, "without KEY all are listed")
-        raise InputError.for_value("KEY", key, f"{mechanism.machine} has no such value or quantity, {hint}")
-    return Explained(key, meanings)
+    reason = f"is not a value, quantity, function or key of {mechanism.machine}"
+    return dictionary.select_meanings(meanings, key, "KEY", reason, "without KEY all are listed")
 
 
 def _list_values(description: Description) -> Iterator[Meaning]:

@@ -116,7 +116,11 @@ def _flat(value: Any) -> Any:
     return {path: item for path, item in paths.walk_paths(value) if not isinstance(item, dict)}
 
 
-Origins = Annotated[dict[str, Words], BeforeValidator(_flat)]
+Origins = Annotated[
+    dict[str, Words],
+    BeforeValidator(_flat),
+    Field(description="where numbers are from: paper, assumed, calibrated or measured, by key, or as default"),
+]
 
 
 class Document(FileSection):
@@ -127,7 +131,9 @@ class Document(FileSection):
     """
 
     name: Annotated[Line, Field(min_length=1, max_length=80)]
+    """name of the machine in results"""
     description: Words
+    """a sentence on the machine"""
     if TYPE_CHECKING:
         origins: Origins
 

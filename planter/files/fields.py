@@ -245,7 +245,7 @@ class FileSection(BaseModel):
     After the validation of each value all methods marked as `check` run, and all their problems are reported.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, use_attribute_docstrings=True)
 
     @check
     def _numbers_are_not_negligible(self) -> Problems:

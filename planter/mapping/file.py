@@ -119,22 +119,29 @@ class CarrierDyad(FileSection):
     """The dyad of the carrier, where a file names one."""
 
     moving_point_mm: Pair
+    """moving hinge in the frame of the arm"""
     centre_mm: Pair
+    """fixed hinge"""
     radius_mm: Positive
+    """length of the dyad"""
 
 
 class TrainData(FileSection):
     """Data of the gear train."""
 
     centre_distance_mm: Positive = 70.0
+    """distance of the axes of a gear pair"""
     carrier_speed_rpm: Positive = 60.0
+    """speed of the carrier"""
 
 
 class CurveData(FileSection):
     """Points of an angle curve, one closed turn."""
 
     carrier_deg: Angles
+    """angles of the carrier, one closed turn"""
     relative_deg: Angles
+    """angle of the arm less that of the carrier, at each of them"""
 
 
 class PointsData(FileSection):
@@ -144,13 +151,21 @@ class PointsData(FileSection):
     """
 
     linkage: Annotated[int, Field(strict=True, ge=1)] = 1
+    """number of the linkage whose paths have the points"""
     first_pose: Annotated[int, Field(strict=True, ge=1)]
+    """pose on whose path the first points are"""
     first_carrier_deg: Angles
+    """carrier angles of the first points"""
     second_pose: Annotated[int, Field(strict=True, ge=1)]
+    """pose on whose path the second points are"""
     second_carrier_deg: Angles
+    """carrier angles of the second points"""
     second_shift_deg: Angle = 0.0
+    """shift of the second points along the ordinate"""
     free_carrier_deg: Angles = Field(default_factory=list)
+    """carrier angles of points on neither path"""
     free_relative_deg: Angles | None = None
+    """their ordinates; between the paths if they are left out"""
 
     @check
     def _points_make_a_curve(self) -> Problems:
@@ -178,7 +193,9 @@ class PoseFile(Document):
     """Poses; the other tables are optional, and so is where the numbers come from."""
 
     name: Annotated[Line, Field(min_length=1, max_length=80)] = "poses"
+    """name of the machine in results"""
     description: Words = ""
+    """a sentence on the machine"""
     pose: Annotated[list[PoseEntry], Field(min_length=2, max_length=MOST)]
     dyad: CarrierDyad | None = None
     train: TrainData = TrainData()

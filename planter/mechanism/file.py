@@ -27,22 +27,29 @@ class CycleSettings(FileSection):
     """Samples of a cycle."""
 
     samples: Annotated[Whole, Field(ge=4, le=100_000)] = 360
+    """number of angles of a cycle that are reported"""
 
 
 class ObjectiveSection(FileSection):
     """Objective of `planter optimise`: a sum of measures, over `samples` of a cycle or, "refined", by true extremes."""
 
     least: Line
+    """sum of measures that `planter optimise` minimises, such as range F_Ox"""
     samples: Annotated[Whole, Field(ge=4, le=100_000)] | Literal["refined"] = "refined"
+    """number of angles that stand for the cycle, or "refined" for true extremes and integrals"""
 
 
 class MechanismFile(Document):
     """Values of a mechanism, bounds for a search, and the name of its functions, which lie near the file."""
 
     functions: Annotated[Line, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_]*$")]
+    """name of the functions that were generated from the statement"""
     folder: Line | None = None
+    """folder of the functions, if they are not near the file"""
     values: dict[str, Real]
+    """numbers that the functions take, by keys that end in their units"""
     bounds: Annotated[dict[str, Pair], Field(default_factory=dict)]
+    """lower and upper end, within which searches move a value"""
     turn: Annotated[CycleSettings, Field(default_factory=CycleSettings)]
     objective: ObjectiveSection | None = None
     requirements: LimitsSection | None = None

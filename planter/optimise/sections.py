@@ -13,11 +13,17 @@ class GeneticAlgorithm(FileSection):
     """Settings of the genetic algorithm."""
 
     individuals: Annotated[Whole, Field(ge=4, le=10_000)]
+    """size of the population"""
     generations: Annotated[Whole, Field(ge=1, le=100_000)]
+    """number of generations"""
     bits_per_variable: Annotated[Whole, Field(ge=2, le=52)]
+    """bits of the code of a variable"""
     selection_ratio: Share
+    """share of the population that is selected as parents"""
     crossover_probability: Probability
+    """probability that a pair of parents is crossed"""
     mutation_probability: Probability
+    """probability that a bit is flipped"""
 
 
 DEFAULT_GENETIC = GeneticAlgorithm(

@@ -92,7 +92,9 @@ class Bars(FileSection):
     """Carrier arm L1 and planet arm L2; where a path drives the pick-up they are found from it."""
 
     L1_mm: Length
+    """carrier arm: sun's centre to planet's axis"""
     L2_mm: Length
+    """planet arm: planet's axis to tip"""
 
     @check
     def _tip_stays_outside(self) -> Problems:
@@ -104,19 +106,28 @@ class Carrier(FileSection):
     """Bend at the intermediate axis, centre distance of stage 2, speed."""
 
     gamma_deg: Annotated[Real, Field(gt=90, lt=180)]
+    """bend at the intermediate axis"""
     a2_mm: Length
+    """centre distance of stage 2; the helix angle follows from it"""
     speed_deg_per_s: Annotated[Positive, Field(le=1e9)]
+    """speed of the carrier"""
 
 
 class HelicalStage(FileSection):
     """Standard helical pair; its helix angle follows from the centre distance."""
 
     mn_mm: Module
+    """normal module"""
     z1: Annotated[Whole, Field(ge=5, le=1000)]
+    """teeth of the first gear"""
     z2: Annotated[Whole, Field(ge=5, le=1000)]
+    """teeth of the second gear"""
     B_mm: Length
+    """face width"""
     alpha_n_deg: Annotated[Real, Field(ge=5, lt=45)]
+    """normal pressure angle"""
     ha: Addendum
+    """addendum, in normal modules"""
 
     @check
     def _equal_gears(self) -> Problems:
@@ -128,9 +139,13 @@ class NoncircularStage(FileSection):
     """Teeth of the non-circular pair."""
 
     m_mm: Module
+    """module"""
     ha1: Addendum
+    """addendum of the first gear, in modules"""
     ha2: Addendum
+    """addendum of the second gear, in modules"""
     alpha0_deg: Annotated[Real, Field(ge=5, lt=45)]
+    """pressure angle of the rack"""
 
 
 class LawData(FileSection):
@@ -140,11 +155,17 @@ class LawData(FileSection):
     """
 
     phi5_far_deg: Angle
+    """carrier angle at which the tip is farthest"""
     phi1_far_deg: Annotated[Real, Field(ge=180, le=180)]
+    """arm's angle there"""
     p: Annotated[Real, Field(ge=-LARGEST_SWING, le=LARGEST_SWING)]
+    """swing of the slope of the arm's angle"""
     dwell_t_deg: Pair
+    """start and end of the dwell, from the farthest point on"""
     ends: Literal["smooth"] | None = None
+    """"smooth" for ends of the dwell at which the slope goes to zero; without it, it jumps"""
     transition_deg: Annotated[Positive, Field(le=90)] | None = None
+    """angle over which the slope goes to zero at smooth ends"""
 
     @field_validator("dwell_t_deg")
     @classmethod
@@ -186,8 +207,11 @@ class PathData(FileSection):
     """
 
     csv: Annotated[str, Field(min_length=1)] | None = None
+    """CSV file with the points, columns x_mm and y_mm"""
     points_mm: Annotated[list[Pair], Field(min_length=LEAST, max_length=1000)] | None = None
+    """the points [x, y] themselves"""
     tolerance_mm: Length | None = None
+    """difference of distances that count as one"""
 
     @check
     def _points_stand_in_one_place(self) -> Problems:
@@ -204,16 +228,22 @@ class SplineData(FileSection):
     """Value points that are taken from a law, equally spaced over the turn."""
 
     value_points: Annotated[Whole, Field(ge=12, le=1000)] = 25
+    """number of points of the path, equally spaced over the turn, the farthest first"""
 
 
 class Tray(FileSection):
     """Tray box and cell: a cell is a trapezium, its axis square to the tray."""
 
     box_inclination_deg: Annotated[Positive, Field(lt=90)]
+    """inclination of the tray box"""
     cell_depth_mm: Length = 44.0
+    """depth of a cell"""
     cell_top_mm: Length = 30.0
+    """width of a cell at its top"""
     cell_bottom_mm: Length = 16.0
+    """width of a cell at its bottom"""
     cell_pitch_mm: Length = 32.0
+    """distance of neighbouring cells"""
 
     @check
     def _cells_are_cells(self) -> Problems:
@@ -226,22 +256,34 @@ class Needle(FileSection):
     """The needle as seen along the axes of the gears; `mounting_deg` turns it against the arm O1 to tip."""
 
     length_mm: Length = 80.0
+    """length of the needle"""
     width_mm: Length = 10.0
+    """width of the needle"""
     mounting_deg: Annotated[Real, Field(ge=-180, le=180)] = 0.0
+    """angle of the needle from the arm's direction, planet's axis to tip"""
 
 
 class Targets(FileSection):
     """Requirements of the path (the paper's Table 1, by the numbers in its text), each with a tolerance."""
 
     push_deg: Angle = 90.0
+    """angle of the arm where it pushes"""
     push_tolerance_deg: Positive = 2.0
+    """tolerance of the push angle"""
     swing_deg: Angle = 50.0
+    """push angle less pick angle"""
     swing_tolerance_deg: Positive = 2.0
+    """tolerance of the swing"""
     entry_depth_mm: Length = 35.0
+    """depth of the entry into a cell"""
     entry_depth_tolerance_mm: Length = 2.0
+    """tolerance of the depth"""
     straight_entry_mm: Length = 65.0
+    """length of the straight part of the entry"""
     straightness_mm: Length = 1.0
+    """largest distance of that part from its chord"""
     clearance_mm: NotNegative = 0.0
+    """least clearance of needle and tray"""
 
 
 class TipPath(FileSection):

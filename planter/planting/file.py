@@ -170,9 +170,13 @@ class GearsSection(FileSection):
     """Teeth and material of all gears, for contact ratio and stress; stress takes all four of the numbers."""
 
     module_mm: Annotated[Positive, Field(ge=0.1, le=50)]
+    """module of all gears"""
     face_width_mm: Annotated[Positive | None, Field(le=1000)] = None
+    """face width of all gears"""
     youngs_modulus_GPa: Annotated[Positive | None, Field(ge=0.1, le=1000)] = None
+    """Young's modulus of the gears"""
     poisson_ratio: Annotated[NotNegative | None, Field(lt=0.5)] = None
+    """Poisson's ratio of the gears"""
 
     @property
     def give_stress(self) -> bool:
@@ -188,9 +192,13 @@ class ForceObjectiveSection(FileSection):
     """
 
     weight_range: NotNegative
+    """weight of the range of the support force [1/N]"""
     weight_variance: NotNegative
+    """weight of its spread"""
     samples: Annotated[Whole, Field(ge=8, le=100_000)]
+    """number of angles over a turn"""
     kind: Literal["paper", "newton"]
+    """"paper": the spread is the variance (N2); "newton": the standard deviation (N)"""
 
     @check
     def _something_counts(self) -> Problems:
@@ -224,7 +232,9 @@ class PlantingMachine(Document):
     stage2: GearPair
     gears: GearsSection | None = None
     design: Annotated[dict[str, Real], Field(min_length=1)]
+    """numbers that a search finds, by the names that the gear families ask for"""
     bounds: dict[str, Pair]
+    """lower and upper end of each number of the design"""
     objective: ForceObjectiveSection
     genetic_algorithm: GeneticAlgorithm
     requirements: Requirements | None = None

@@ -1,6 +1,7 @@
 """Every symbol, key and column can be explained, by what said so already; figures read the columns that they claim."""
 
 import csv
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -9,12 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planter.explain import dictionary, presentation
+from planter.errors import InputError
+from planter.explain import dictionary, mechanism, presentation
 from planter.kernels import generated
 from planter.planting import cycle, design_presentation, toothed
 from planter.planting.report import figures
 from planter.records import schema
-from tests.support import machines
+from tests.support import machines, own
 from tests.support.cli import answer, refusal, run
 from tests.support.schemas import load_schema
 
@@ -54,6 +56,28 @@ def test_every_number_of_a_machine_file_is_explained(name: str) -> None:
     for path in machines.machine(name).numbers():
         key = path.partition("[")[0]
         assert {key, key.rpartition(".")[2]} & named(), path
+
+
+def test_every_key_of_a_file_has_a_meaning_of_its_own() -> None:
+    keys = [meaning for meaning in dictionary.collect_meanings() if meaning.kind == "file key"]
+    shared = Counter((meaning.machine, meaning.source, meaning.meaning) for meaning in keys)
+    assert len(keys) > 200
+    assert [meaning.key for meaning in keys if shared[meaning.machine, meaning.source, meaning.meaning] > 1] == []
+
+
+def test_keys_of_a_mechanism_file_are_explained() -> None:
+    source = own.file("transplanting_arm").source
+    described = mechanism.explain_mechanism(source, {})
+
+    def list_keys(key: str) -> list[str | None]:
+        return [meaning.key for meaning in mechanism.find_meanings(described, source, key).meanings]
+
+    assert list_keys("objective") == ["objective.least", "objective.samples"]
+    assert list_keys("hold") == list_keys("requirements.hold") == ["requirements.hold"]
+    assert list_keys("a_mm") == ["values.a_mm"]
+    assert len(list_keys("genetic_algorithm")) == 6
+    with pytest.raises(InputError, match="did you mean hold"):
+        list_keys("holdd")
 
 
 def test_every_column_of_the_planting_device_is_explained() -> None:
