@@ -34,6 +34,24 @@ class FittedInput(Record):
 
 
 @dataclass(frozen=True)
+class MeasurementResult(Record):
+    """What the sensor of a machine file sees over a cycle: extremes, range, mean and population variance of samples.
+
+    `seen` describes, in the order in which they act, what stands between the rigid machine and the signal. The numbers
+    are in `unit`, the `variance` in its square.
+    """
+
+    quantity: str
+    unit: str
+    max: float
+    min: float
+    range: float
+    mean: float
+    variance: float
+    seen: list[str]
+
+
+@dataclass(frozen=True)
 class Noise(Record):
     """Noise that the intervals assume: `white`, or `ar1`, with the correlation `rho` of neighbouring points.
 
