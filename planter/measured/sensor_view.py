@@ -113,8 +113,8 @@ def build_sensor_view(
     if unit != FORCE:
         for key in ("lever_mm", "imbalance_kg_m"):
             if (value := getattr(section, key)) is not None:
-                reason = f"{target.key} is in {unit or '1'}, but it must be a force in N for {key} to act on it"
-                raise refuse("quantity", section.quantity, reason)
+                shown = list(value) if isinstance(value, tuple) else value
+                raise refuse(key, shown, f"quantity must be a force in N, but {target.key} is in {unit or '1'}")
     if section.speed_harmonics is not None and not (is_accelerated or (target.total and unit == FORCE)):
         reason = f"{target.key} must be a total force, or the statement must have acceleration=, since a swing has one"
         raise refuse("speed_harmonics", list(section.speed_harmonics), reason)
