@@ -71,6 +71,16 @@ def find_section(document: Document) -> MeasurementSection | None:
     return section
 
 
+def list_measured(
+    document: Document, quantity: str | Sequence[str] | None, default: Sequence[str] = ()
+) -> tuple[str, ...]:
+    """Return the names of measured quantities: those given, else that of the file's [measurement], else `default`."""
+    if quantity:
+        return (quantity,) if isinstance(quantity, str) else tuple(quantity)
+    section = find_section(document)
+    return tuple(default) if section is None else (section.quantity,)
+
+
 def find_sensor_view(machine: Machine) -> SensorView | None:
     """Return the view of the sensor that the file of a machine states, or None if it states none.
 
