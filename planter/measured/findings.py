@@ -35,7 +35,7 @@ class FittedInput(Record):
 
 @dataclass(frozen=True)
 class MeasurementResult(Record):
-    """What the sensor of a machine file sees over a cycle: extremes, range, mean and population variance of samples.
+    """Statistics of the curve that a machine file's sensor sees: extremes, range, mean, population variance of samples.
 
     `seen` describes, in the order in which they act, what stands between the rigid machine and the signal. The numbers
     are in `unit`, the `variance` in its square.

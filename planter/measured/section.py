@@ -27,7 +27,7 @@ PAIRS = (("drive", "lever_mm"), ("mount_Hz", "mount_damping"))
 
 
 class MeasurementSection(FileSection):
-    """What a sensor measures: a quantity of the rigid machine, and what stands between it and the signal."""
+    """The sensor of a machine: the quantity that it measures, and what stands between the rigid machine and it."""
 
     quantity: Annotated[Line, Field(description="name of the quantity that the sensor measures")]
     enclosed: Annotated[

@@ -56,9 +56,9 @@ class SensorCurve(MeasuredCurve):
         key = view.quantity.key if view is not None and self.stated else self.keys[0]
         self._seen = [k for k, other in enumerate(self.keys) if other == key]
         fitted = [(effect, None) for effect in self.effects]
-        known = [(stated.effect, stated.values) for stated in self.stated]
+        fixed = [(stated.effect, stated.values) for stated in self.stated]
         self._operators: list[tuple[SensorEffect, tuple[float, ...] | None]] = sorted(
-            [*known, *fitted], key=lambda operator: rank_effect(operator[0])
+            [*fixed, *fitted], key=lambda operator: rank_effect(operator[0])
         )
         needed = {name: None for effect, _ in self._operators for name in effect.needed}
         self._needed = {name: find_measured(self.machine, name) for name in needed if name not in (SQUARE, RATE)}
@@ -111,7 +111,7 @@ class SensorCurve(MeasuredCurve):
 
     def find_view(self, z: Array) -> SensorView:
         """Return the view of the sensor: stated effects, and fitted ones with their values among the inputs (n,)."""
-        effects = (StatedEffect(effect, known or self._read_values(effect, z)) for effect, known in self._operators)
+        effects = (StatedEffect(effect, fixed or self._read_values(effect, z)) for effect, fixed in self._operators)
         return SensorView(find_measured(self.machine, self.keys[self._seen[0]]), tuple(effects))
 
     @property
@@ -166,8 +166,8 @@ class SensorCurve(MeasuredCurve):
 
     def _apply(self, curves: Curves, z: Array) -> Array:
         signal = curves.rows[""].copy()
-        for effect, known in self._operators:
-            signal = effect.apply(signal, curves, self._read_values(effect, z) if known is None else known)
+        for effect, fixed in self._operators:
+            signal = effect.apply(signal, curves, self._read_values(effect, z) if fixed is None else fixed)
         return signal
 
     def _compute_curves(self, x: Array) -> Curves:
@@ -216,7 +216,7 @@ def build_curve(
 
 @dataclass(frozen=True)
 class SensorSignal:
-    """What a sensor sees of a cycle: its view, the signal and the rigid curve at angles, (n,) each [display unit]."""
+    """The signal of a sensor over a cycle, with its view, and the rigid curve at angles, (n,) each [display unit]."""
 
     view: SensorView
     angles_deg: Array

@@ -111,20 +111,20 @@ def build_sensor_view(
 
     def find_quantity(key: str, name: str, allowed: Callable[[Quantity], bool], rule: str) -> Quantity:
         keys = [quantity.key for quantity in quantities if allowed(quantity)]
-        found = next((quantity for quantity in quantities if name in (quantity.key, quantity.name)), None)
-        if found is None:
+        match = next((quantity for quantity in quantities if name in (quantity.key, quantity.name)), None)
+        if match is None:
             raise refuse(key, name, paths.suggest_names(name, [*keys, *_list_names(quantities, keys)], _join(keys)))
-        if found.key not in keys:
+        if match.key not in keys:
             raise refuse(key, name, f"{rule}: {_join(keys)}")
-        return found
+        return match
 
     target = find_quantity("quantity", section.quantity, lambda _: True, "")
     unit = units.display_unit(target.key)
     if unit != FORCE:
         for key in ("lever_mm", "imbalance_kg_m"):
             if (value := getattr(section, key)) is not None:
-                shown = list(value) if isinstance(value, tuple) else value
-                raise refuse(key, shown, f"quantity must be a force in N, but {target.key} is in {unit or '1'}")
+                listed = list(value) if isinstance(value, tuple) else value
+                raise refuse(key, listed, f"quantity must be a force in N, but {target.key} is in {unit or '1'}")
     if section.speed_harmonics is not None and not (is_accelerated or (target.total and unit == FORCE)):
         reason = f"{target.key} must be a total force, or the statement must have acceleration=, since a swing has one"
         raise refuse("speed_harmonics", list(section.speed_harmonics), reason)

@@ -183,7 +183,7 @@ class GearsSection(FileSection):
 
 
 class DeviceMeasurementSection(MeasurementSection):
-    """What a sensor measures: the support force unless `quantity` says another, and what stands before the signal."""
+    """The sensor of a planting device, which measures the support force unless `quantity` names another."""
 
     quantity: Annotated[Line, Field(description="name of the quantity that the sensor measures")] = "support_N"
 

@@ -142,7 +142,7 @@ class Simulation:
         return build_frame(self.columns())
 
     def columns(self) -> dict[str, Array]:
-        """Return the columns (n,) of the cycle, then the signal of the sensor if the file states one."""
+        """Return columns (n,) of the cycle, and the sensor's signal if the file has one [in the units of the keys]."""
         return {**self.cycle.columns(), **({} if self.measured is None else self.measured.column)}
 
     def _repr_html_(self) -> str:

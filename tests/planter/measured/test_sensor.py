@@ -121,9 +121,9 @@ def test_signal_adds_force_of_torque_at_lever() -> None:
 
 def test_enclosed_force_counts_once_unless_a_share_is_stated() -> None:
     columns = simulate_machine(build_knife()).columns
-    _, whole = measure_knife(quantity="F_Ox", enclosed=["F_By"])
+    _, full = measure_knife(quantity="F_Ox", enclosed=["F_By"])
     _, half = measure_knife(quantity="F_Ox", enclosed=["F_By_N", "F_Oy_N"], shares=[0.5, -2.0])
-    assert whole == pytest.approx(columns["F_Ox_N"] + columns["F_By_N"], abs=1e-9)
+    assert full == pytest.approx(columns["F_Ox_N"] + columns["F_By_N"], abs=1e-9)
     assert half == pytest.approx(columns["F_Ox_N"] + 0.5 * columns["F_By_N"] - 2 * columns["F_Oy_N"], abs=1e-9)
 
 
@@ -239,10 +239,10 @@ def test_simulated_signal_gives_back_a_mass_of_a_mechanism(tmp_path: Path) -> No
     own_file = write_file(tmp_path, build_knife(**STATED).document)
     data = write_data(tmp_path, columns["theta_deg"], signal)
     call = ("--data", data, "--column", "F", "--angle", "angle", "--fit", "m_k_kg=0.8:1.8")
-    found = answer("calibrate", own_file, *call, "--out", str(tmp_path / "fit"))
-    assert found["quantity"] == "F_Ox_N", "that of the file"
-    assert found["fitted"][0]["value"] == pytest.approx(1.43, rel=1e-6)
-    assert len([line for line in found["treatment"] if "[measurement]" in line]) == 3
+    result = answer("calibrate", own_file, *call, "--out", str(tmp_path / "fit"))
+    assert result["quantity"] == "F_Ox_N", "that of the file"
+    assert result["fitted"][0]["value"] == pytest.approx(1.43, rel=1e-6)
+    assert len([line for line in result["treatment"] if "[measurement]" in line]) == 3
     rigid = write_file(tmp_path, build_knife().document)
     missed = answer("calibrate", rigid, *call, "--quantity", "F_Ox_N")
     assert missed["reached"]["rms"] > 1
@@ -253,12 +253,12 @@ def test_simulated_signal_gives_back_a_mass_of_a_device(tmp_path: Path) -> None:
     measured = simulate(Device(machine.with_numbers({"mass.planet_kg": 1.3}))).measured
     assert measured is not None
     path, data = write_file(tmp_path, machine), write_data(tmp_path, measured.angles_deg, measured.signal)
-    found = answer(
+    result = answer(
         "calibrate", path, "--data", data, "--column", "F", "--angle", "angle", "--model", "exact",
         "--fit", "mass.planet_kg=0.5:2",
     )  # fmt: skip
-    assert found["outcome"] == "explained"
-    assert found["fitted"][0]["value"] == pytest.approx(1.3, rel=1e-6)
+    assert result["outcome"] == "explained"
+    assert result["fitted"][0]["value"] == pytest.approx(1.3, rel=1e-6)
 
 
 def test_second_quantity_stays_rigid(tmp_path: Path) -> None:
@@ -269,12 +269,12 @@ def test_second_quantity_stays_rigid(tmp_path: Path) -> None:
     rows = zip(cycle.angles_deg, cycle.measured.signal, cycle.columns["M_c_Nm"], strict=True)
     path.write_text("a [deg],F [N],M [Nm]\n" + "".join(f"{a},{f},{m}\n" for a, f, m in rows), encoding="utf-8")
     file = write_file(tmp_path, build_knife(**STATED).document)
-    found = answer(
+    result = answer(
         "calibrate", file, "--data", str(path), "--angle", "a", "--column", "F", "--quantity", "F_Ox",
         "--column", "M", "--quantity", "M_c", "--fit", "m_k_kg=0.8:1.8",
     )  # fmt: skip
-    assert found["fitted"][0]["value"] == pytest.approx(1.43, rel=1e-6)
-    assert max(channel["rms"] for channel in found["models"]["derived"]["channels"]) < 1e-6
+    assert result["fitted"][0]["value"] == pytest.approx(1.43, rel=1e-6)
+    assert max(channel["rms"] for channel in result["models"]["derived"]["channels"]) < 1e-6
 
 
 def test_explained_lever_is_written_to_the_calibrated_file(tmp_path: Path) -> None:
