@@ -204,8 +204,9 @@ class Explanation(Record):
 
     `outcome` is that of what is left; `F` and `probability` compare with the rigid machine, for the correlation of the
     noise that is most favourable to it; `log10_bayes` is the logarithm of the ratio of the evidences of this
-    explanation and of the rigid machine. `correlation` is the matrix of inputs and parameters in their order, null if
-    the data do not determine all.
+    explanation and of the rigid machine. If the machine file has a [measurement] of the quantity, the machine behind
+    that, "stated", takes the place of the rigid one. `correlation` is the matrix of inputs and parameters in their
+    order, null if the data do not determine all.
     """
 
     name: str

@@ -114,7 +114,8 @@ def _list_explanations(result: ExplanationFound) -> Iterator[Section]:
          f"{e.agreeing_starts} of {e.starts}", e.noise.rho, e.lack_of_fit.probability)
         for e in sorted(result.explanations, key=lambda e: -e.log10_bayes)
     ]  # fmt: skip
-    caption = "p: probability of the improvement over the rigid machine by chance; Bayes: evidence over its evidence."
+    base = result.explanations[0].name
+    caption = f"p: probability of the improvement over {base} by chance; Bayes: evidence over its evidence."
     yield Section("Explanations", [Table(head, rows, caption, page_columns=head[-3:])])
     considered = {result.preferred, *result.undecided}
     parameters: list[tuple[Cell, ...]] = [
