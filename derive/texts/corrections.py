@@ -28,7 +28,8 @@ from .formula import (
     read_formula,
     tokenize_formula,
 )
-from .interpretation import Interpreter, Read, interpret_formula
+from .interpretation import Interpreter, interpret_formula
+from .monomials import MonomialSearch
 from .names import PointNames, StatedNames
 from .values import OperandError, Scalar, Value
 
@@ -86,7 +87,11 @@ def find_repairs(
         return None
     changes: list[LatexChange] = []
     seen_sources: set[str] = {latex}
-    for tier in _list_tiers(latex, chain, macros, names, vocabulary):
+    tiers = (
+        *_list_tiers(latex, chain, macros, names, vocabulary),
+        _list_completions(latex, index, chain, at_points, vocabulary),
+    )
+    for tier in tiers:
         for count, change in enumerate(tier):
             if count >= MOST_CANDIDATES or len(changes) >= MOST_LISTED:
                 break
@@ -150,15 +155,22 @@ def _try(latex: str, macros: Mapping[str, tuple[int, str]], names: PointNames) -
 def _confirmed(
     latex: str, index: int, macros: Mapping[str, tuple[int, str]], names: StatedNames, points: Sequence[Point]
 ) -> bool:
-    """Return whether the exact reading of a changed row holds, is consistent, and is no identity."""
+    """Return whether the exact reading of a changed row holds, is consistent, and is no identity.
+
+    A row may be one where a name in it stands for what is computed of the mechanism, as its kinetic energy is.
+    """
     try:
-        read: Read = interpret_formula(read_formula(latex, macros), names)
-        _, relation, left, right = read.residuals(names)[index]
+        chain = read_formula(latex, macros)
+        _, relation, left, right = interpret_formula(chain, names).residuals(names)[index]
     except (FormulaError, OperandError, TypeError, ValueError, IndexError):
         return False
     residual = left.value - right.value
-    if relation != "=" or residual == 0 or (left + (-right)).mixed:
+    if relation != "=" or (left + (-right)).mixed:
         return False
+    if residual == 0:
+        sides = {"".join(latex[side.start : side.end].split()) for side in chain.sides}
+        named = [node.symbol for node in list_nodes(chain) if isinstance(node, Name)]
+        return len(sides) > 1 and any(map(names.is_computed, named))
     return holds(residual, tuple(points))
 
 
@@ -251,17 +263,17 @@ def _replacements(
 
 
 def _alternatives(symbol: Symbol, names: StatedNames, vocabulary: Sequence[str]) -> list[str]:
-    """Return names that may have been meant: those of the dimension, and the name with other dots or another index."""
+    """Return names that may have been meant: of the dimension, with other dots or another index, then all others."""
     value = names.look_up(symbol) if names.is_known(symbol) else None
-    fitting = []
+    fitting: list[str] = []
+    different: list[str] = []
     for spelling in vocabulary:
         node = read_formula(f"{spelling} = 0").sides[0]
         other = names.look_up(node.symbol) if isinstance(node, Name) and names.is_known(node.symbol) else None
-        if _alike(value, other):
-            fitting.append(spelling)
+        (fitting if _alike(value, other) else different).append(spelling)
     dotted = [Symbol(symbol.stem, symbol.accents, symbol.subscript, symbol.primes, dots, symbol.before, symbol.after)
               for dots in range(3) if dots != symbol.dots]  # fmt: skip
-    return list(dict.fromkeys([*fitting, *(other.spell() for other in dotted if names.is_known(other))]))
+    return list(dict.fromkeys([*fitting, *(o.spell() for o in dotted if names.is_known(o)), *different]))
 
 
 def _alike(first: Value | None, second: Value | None) -> bool:
@@ -373,6 +385,42 @@ def _without_function(latex: str, match: re.Match[str]) -> Iterator[LatexChange]
     if argument and match.group(1) in FUNCTIONS:
         end = match.end() + argument.end()
         yield LatexChange(((match.start(), end, ""),), f"without {_shorten(latex[match.start() : end])}")
+
+
+def _list_completions(
+    latex: str, index: int, chain: RelationChain, names: PointNames, vocabulary: Sequence[str]
+) -> Iterator[LatexChange]:
+    """Yield terms that the row lacks, and factors that a term lacks, found by the values that they should have."""
+    reader = Interpreter(names, [])
+    with np.errstate(all="ignore"):
+        residuals = reader.read(chain).residuals(names)
+        if len(residuals) != 1 or len(chain.sides) != 2 or reader.options:
+            return
+        _, _, left, right = residuals[index]
+        gap = np.asarray(left.value, dtype=float) - np.asarray(right.value, dtype=float)
+        search, right_side = MonomialSearch(names, vocabulary), chain.sides[1]
+        dimension = left.dimension if right.dimension is None else right.dimension
+        for lacking in search.find(gap, dimension):
+            signed = lacking if lacking.startswith("-") else f"+ {lacking}"
+            yield LatexChange(((right_side.end, right_side.end, f" {signed}"),), f"{signed} at the end")
+        for side, sign in zip(chain.sides, (-1, 1), strict=True):
+            for _, term in side.terms if isinstance(side, Sum) else ((1, side),):
+                yield from _complete_term(latex, term, sign * gap, reader, search)
+
+
+def _complete_term(
+    latex: str, term: Node, gap: Any, reader: Interpreter, search: MonomialSearch
+) -> Iterator[LatexChange]:
+    """Yield factors by which a term has to be larger for a gap to close, whatever sign it stands with."""
+    value = reader.value(term)
+    if not isinstance(value, Scalar):
+        return
+    for sign in (1, -1):
+        factor = 1 + sign * gap / np.asarray(value.value, dtype=float)
+        for product in search.find(factor, None):
+            if not product.startswith("-"):
+                text = f"{product} on {_shorten(latex[term.start :])}"
+                yield LatexChange(((term.start, term.start, f"{product} "),), text)
 
 
 def _sign_pairs(tokens: Sequence[Token]) -> Iterator[LatexChange]:
