@@ -37,12 +37,12 @@ def run_benchmark(corpus: Path, slips: int, seed: int, answers: Path | None) -> 
 
 def present_benchmark(result: AuditBenchmark, claims: Sequence[Any]) -> ResultPresentation:
     """Return the presentation of a benchmark."""
-    own = result.checkers[OWN].all
+    score = result.checkers[OWN].all
     return ResultPresentation(
         title="Benchmark of formula audits",
-        conclusion=f"{own.detected} of {own.slips} slips are detected, {own.repaired} repaired exactly; "
-        f"{own.false_alarms} of {own.sound} sound equations raise a false alarm; "
-        f"{own.errata_found} of {own.errata} known errors are found.",
+        conclusion=f"{score.detected} of {score.slips} slips are detected, {score.repaired} repaired exactly; "
+        f"{score.false_alarms} of {score.sound} sound equations raise a false alarm; "
+        f"{score.errata_found} of {score.errata} known errors are found.",
         record=result,
         sections=list(_list_sections(result)),
         texts=lambda: {CLAIMS: "".join(json.dumps(claim) + "\n" for claim in claims)},
@@ -60,12 +60,12 @@ def _list_sections(result: AuditBenchmark) -> Iterator[Section]:
         for part, score in (("all texts", scores.all), ("held out", scores.held_out))
     ]
     yield Section("Checkers", [Table(("checker", "texts", *COLUMNS), rows)])
-    others = {name: scores.classes for name, scores in result.checkers.items() if name != OWN}
+    compared = {name: scores.classes for name, scores in result.checkers.items() if name != OWN}
     by_class: list[Sequence[Cell]] = [
-        [slip, score.slips, score.detected, score.repaired, *(classes[slip].detected for classes in others.values())]
+        [slip, score.slips, score.detected, score.repaired, *(classes[slip].detected for classes in compared.values())]
         for slip, score in result.checkers[OWN].classes.items()
     ]
-    columns = ("class", "slips", "detected", "repaired", *(f"detected by {name}" for name in others))
+    columns = ("class", "slips", "detected", "repaired", *(f"detected by {name}" for name in compared))
     yield Section("Slips by class", [Table(columns, by_class)])
     texts: list[Block] = [Table(
         ("text", "licence", "held out", "rows", "read", "sound", "errata", "s"),

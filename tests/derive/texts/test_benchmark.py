@@ -1,4 +1,4 @@
-"""The benchmark of audits: what is drawn, what counts, and checkers that are right or wrong by construction."""
+"""The benchmark of audits: what is selected, what counts, and checkers that are right or wrong by construction."""
 
 from __future__ import annotations
 
@@ -75,15 +75,15 @@ def test_known_error_is_one_and_the_rest_is_sound(claims: TextClaims) -> None:
 
 
 def test_slips_of_all_classes_change_what_is_said_and_are_found(claims: TextClaims) -> None:
-    drawn = claims.draw(54, 3)
-    slips = [claim for claim in drawn if claim.kind == "slip"]
+    selected = claims.draw(54, 3)
+    slips = [claim for claim in selected if claim.kind == "slip"]
     assert {claim.slip for claim in slips} == set(SLIPS)
-    assert len({claim.key for claim in drawn}) == len(drawn)
+    assert len({claim.key for claim in selected}) == len(selected)
     answers = [claims.answer(claim) for claim in slips]
     assert all(answer.outcome == "fails" for answer in answers)
     assert np.mean([answer.is_exact for answer in answers]) >= 0.9
-    assert [claim.latex for claim in claims.draw(54, 3)] == [claim.latex for claim in drawn]
-    assert [claim.latex for claim in claims.draw(54, 4)] != [claim.latex for claim in drawn]
+    assert [claim.latex for claim in claims.draw(54, 3)] == [claim.latex for claim in selected]
+    assert [claim.latex for claim in claims.draw(54, 4)] != [claim.latex for claim in selected]
 
 
 def test_rewrites_change_nothing(claims: TextClaims) -> None:
@@ -101,8 +101,8 @@ def test_equation_that_only_the_motion_makes_equal_is_no_slip(claims: TextClaims
 def test_one_answer_to_all_has_its_score(
     claims: TextClaims, outcome: Outcome, detection: float, alarms: float | None
 ) -> None:
-    drawn = [*claims.sound, *claims.errata, *claims.draw(18, 0)]
-    score = score_answers(drawn, [CheckerAnswer(outcome)] * len(drawn))["all"]
+    selected = [*claims.sound, *claims.errata, *claims.draw(18, 0)]
+    score = score_answers(selected, [CheckerAnswer(outcome)] * len(selected))["all"]
     assert (score["detection"], score["exact_repair"], score["false_alarms_per_100"]) == (detection, 0, alarms)
     assert score["errata_found"] == (outcome == "fails")
 
@@ -111,8 +111,8 @@ def test_answers_of_another_checker_are_scored_beside(corpus: Path, tmp_path: Pa
     first = run_benchmark(corpus, 18, 0)
     path = tmp_path / "other.jsonl"
     # a checker that knows the sound equations by heart, and repairs every slip to the first of them
-    known = {claim["key"] for claim in first["claims"] if ":sound:" in claim["key"]}
-    lines = [{"key": c["key"], "outcome": "holds" if c["key"] in known else "fails"} for c in first["claims"]]
+    sound_keys = {claim["key"] for claim in first["claims"] if ":sound:" in claim["key"]}
+    lines = [{"key": c["key"], "outcome": "holds" if c["key"] in sound_keys else "fails"} for c in first["claims"]]
     path.write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
     scores = run_benchmark(corpus, 18, 0, path)["checkers"]["other"]["all"]
     assert (scores["detection"], scores["errata_found"], scores["exact_repair"]) == (1, 1, 0)

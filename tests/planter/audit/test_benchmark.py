@@ -16,11 +16,11 @@ def test_benchmark_fits_its_schema_and_writes_claims(tmp_path: Path) -> None:
     write_text(tmp_path / "crank", "text.tex", "3" * 64)
     result = answer("audit", str(tmp_path), "--benchmark", "--slips", "18", "--out", str(tmp_path / "out"))
     jsonschema.validate(result, load_schema("audit benchmark"))
-    own, by_units = (result["checkers"][name]["all"] for name in ("planter", "units"))
-    assert own["detected"] == own["slips"] > by_units["detected"] > 0
-    assert (own["errata"], own["errata_found"], own["false_alarms"]) == (1, 1, 0)
+    score, by_units = (result["checkers"][name]["all"] for name in ("planter", "units"))
+    assert score["detected"] == score["slips"] > by_units["detected"] > 0
+    assert (score["errata"], score["errata_found"], score["false_alarms"]) == (1, 1, 0)
     lines = (tmp_path / "out" / "claims.jsonl").read_text(encoding="utf-8").splitlines()
-    assert len(lines) == own["slips"] + own["errata"] + own["sound"]
+    assert len(lines) == score["slips"] + score["errata"] + score["sound"]
     assert set(json.loads(lines[0])) == {"key", "latex", "text"}
 
 
