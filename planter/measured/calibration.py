@@ -242,7 +242,7 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
         value, display_lower, display_upper, low95, high95 = display
         inputs.append(
             FittedInput(
-                name=name, value=value, unit=_unit_of(curve, name),
+                name=name, value=value, unit=find_unit(curve, name),
                 lower=display_lower, upper=display_upper, start=float((start[i] + moved) / factor),
                 low95=low95, high95=high95, interval=[low95, high95], open=bool(is_open), origin="calibrated",
             )
@@ -250,7 +250,7 @@ def describe_inputs(fit: Fit) -> list[FittedInput]:
     return inputs
 
 
-def _unit_of(curve: MeasuredCurve, name: str) -> str:
+def find_unit(curve: MeasuredCurve, name: str) -> str:
     """Return the display unit of an input, by its key, else the SI unit of the value."""
     if is_offset(name):
         return curve.units[find_offset_channel(name, curve.keys, curve.units)]
