@@ -66,7 +66,7 @@ class Posterior:
         return self.evaluate(x)[1]
 
     def evaluate(self, x: Array) -> tuple[float, Array]:
-        """Return the logarithm of the density at x (n,) [`units`] and its gradient (n,), as both are; -inf without a cycle."""
+        """Return the logarithm of the density at x (n,) [`units`] and its gradient (n,); -inf without a cycle."""
         x = np.asarray(x, dtype=float)
         outside = -np.inf, np.zeros(len(self.names))
         if not (np.all(x >= self.lower) and np.all(x <= self.upper)):
@@ -120,7 +120,7 @@ def load_posterior(
 
     `columns` are the columns of the file, or the name of that with the values; `quantity` says what they are. `bounds`
     holds the inputs by path, as `--fit` does, "offset" and "phase_deg" too, `priors` means and standard deviations, all
-    in the units that the paths end in: "mass.planet_kg" in kg.
+    in the units that the paths end in, as "mass.planet_kg" [kg].
     Raises InputError for a file, columns or inputs that cannot be used.
     """
     if not bounds:
