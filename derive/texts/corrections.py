@@ -70,14 +70,16 @@ class LatexChange:
 
 def find_repairs(
     latex: str, index: int, names: StatedNames, points: Sequence[Point], macros: Mapping[str, tuple[int, str]],
-    vocabulary: Sequence[str],
+    vocabulary: Sequence[str], outcomes: dict[str, list[bool] | None] | None = None,
 ) -> Repair | None:  # fmt: skip
     """Return the smallest change of a row after which its residual of an index vanishes at points, None without one.
 
+    ``outcomes`` holds what earlier searches for the same row and points found of each source, and is added to.
     Residuals of the row that hold before must hold after it. Changes are tried in floating point; what is found is
     confirmed by the exact reading, so that it holds to all digits and is no identity.
     """
     at_points = PointNames(names, points)
+    outcomes = {} if outcomes is None else outcomes
     try:
         chain = read_formula(latex, macros)
         before = _outcomes(chain, at_points)
@@ -99,7 +101,9 @@ def find_repairs(
             if changed in seen_sources:
                 continue
             seen_sources.add(changed)
-            after = _try(changed, macros, at_points)
+            if changed not in outcomes:
+                outcomes[changed] = _try(changed, macros, at_points)
+            after = outcomes[changed]
             if after is None or len(after) != len(before) or not after[index]:
                 continue
             if all(now or not then for now, then in zip(after, before, strict=True)) and _confirmed(

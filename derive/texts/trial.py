@@ -65,14 +65,16 @@ class PrintedText:
     rows: list[ReadRow]
     places: dict[str, Place] = field(default_factory=dict)
     _repairs: dict[str, Repair | None] = field(default_factory=dict)
+    _outcomes: dict[str, dict[str, list[bool] | None]] = field(default_factory=dict)
 
     def repair(self, number: str, points: list[Point]) -> Repair | None:
         """Return the smallest change of an equation's own LaTeX after which it holds at points, None without one."""
         if number not in self._repairs:
             place = self.places[number]
             repairs = find_repairs(
-                place.row.row.latex, place.index, self.names, points, self.document.macros, self.list_vocabulary()
-            )
+                place.row.row.latex, place.index, self.names, points, self.document.macros, self.list_vocabulary(),
+                self._outcomes.setdefault(place.row.row.number, {}),
+            )  # fmt: skip
             self._repairs[number] = repairs
         return self._repairs[number]
 
