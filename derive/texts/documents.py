@@ -273,8 +273,11 @@ def _list_spans(document: TextDocument, display: _Display) -> Iterator[tuple[int
 
 
 def _unwrap(text: str, start: int, end: int) -> tuple[int, int]:
-    """Return the inner range of a display that is nothing but one aligned group, or a system behind a brace."""
-    names = "|".join((*_GROUPS, *_SYSTEMS))
+    """Return the inner range of a display that is nothing but one aligned group, or a system behind a brace.
+
+    Markdown has environments such as align also between dollars.
+    """
+    names = "|".join((*_GROUPS, *_SYSTEMS, *(rf"{name}\*?" for name in _NUMBERED)))
     wrapped = re.compile(
         rf"(?s)\s*(?:\\label\{{[^{{}}]*\}}\s*)?(?P<brace>\\left\s*\\\{{\s*|\\left\s*\\lbrace\s*)?"
         rf"\\begin\{{(?P<name>{names})\}}(?:\[.\])?(?:\{{[lcr|@\s\d]*\}})?(?P<body>.*)\\end\{{(?P=name)\}}"
@@ -283,7 +286,8 @@ def _unwrap(text: str, start: int, end: int) -> tuple[int, int]:
     match = wrapped.match(text[start:end])
     if match is None or (match.group("name") in _SYSTEMS[2:] and not _RELATION.search(match.group("body"))):
         return start, end
-    if match.group("name") not in _GROUPS and not match.group("brace") and match.group("name") != "cases":
+    groups = (*_GROUPS, *_NUMBERED, "cases")
+    if match.group("name").rstrip("*") not in groups and not match.group("brace"):
         return start, end
     body = match.group("body")
     if rf"\end{{{match.group('name')}}}" in body:
@@ -369,6 +373,8 @@ def _join(text: str, pieces: list[tuple[int, int]]) -> Iterator[tuple[int, int]]
     for start, end in pieces:
         bare = _REMARK.sub("", _hide(text[start:end]))
         if not re.search(r"\S", bare):
+            if "\\begin" in text[start:end]:
+                joined.append((start, end))
             continue
         relation = _RELATION.search(bare)
         goes_on = joined and (

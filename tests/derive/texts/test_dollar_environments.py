@@ -1,0 +1,18 @@
+"""Environments between dollars, as Markdown has them."""
+
+import pytest
+
+from derive.texts.documents import build_document, list_rows
+
+
+@pytest.mark.parametrize("environment", ["align", "align*", "equation", "gather"])
+def test_environment_between_dollars_gives_rows(environment: str) -> None:
+    source = f"$$\n\\begin{{{environment}}}\na &= b \\\\\nc &= d\n\\end{{{environment}}}\n$$\n"
+    rows = list_rows(build_document("text.md", ".md", source))
+    assert [(row.latex, row.line) for row in rows] == [("a &= b", 3), ("c &= d", 4)]
+
+
+def test_two_environments_between_dollars_are_not_dropped() -> None:
+    source = "$$\n\\begin{align}a &= b\\end{align}\n\\begin{align}c &= d\\end{align}\n$$\n"
+    (row,) = list_rows(build_document("text.md", ".md", source))
+    assert row.line == 2
