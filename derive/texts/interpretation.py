@@ -295,7 +295,8 @@ class Interpreter:
         if isinstance(first, VectorValue | MatrixValue) and isinstance(second, Scalar):
             return first.scaled(second)
         if isinstance(first, MatrixValue) and isinstance(second, MatrixValue):
-            return first.times(second)
+            product = first.times(second)
+            return product.rows[0][0] if product.shape == (1, 1) else product
         if isinstance(first, MatrixValue) and isinstance(second, VectorValue):
             return first.times(MatrixValue(tuple((c,) for c in second.components)))
         if isinstance(first, VectorValue) and isinstance(second, VectorValue):
@@ -340,6 +341,8 @@ class Interpreter:
         return base.power(exponent)
 
     def _transposed(self, node: Transposed) -> Value:
+        if isinstance(node.base, Bracket) and len(node.base.parts) > 1:
+            return MatrixValue(tuple((self.scalar(part),) for part in node.base.parts))
         base = self.value(node.base)
         if isinstance(base, VectorValue):
             return MatrixValue((base.components,))

@@ -1,0 +1,55 @@
+"""Matrices in meanings, lists with a transpose, meanings that hold in one row, and what no correction may write."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from derive.audit.case import Case
+from derive.generated_folder import OwnError
+from derive.texts.trial import read_trial
+from tests.support import own
+
+
+def _read_case(tmp_path: Path, text: str, names: str) -> Case:
+    shutil.copy(own.EXAMPLES / "slider_crank.py", tmp_path)
+    (tmp_path / "text.tex").write_text(text)
+    (tmp_path / "names.toml").write_text(names)
+    return read_trial(tmp_path / "text.tex", tmp_path / "slider_crank.py", tmp_path / "names.toml")
+
+
+def test_matrix_meaning_and_transposed_list(tmp_path: Path) -> None:
+    text = r"""\begin{align}
+ x^T M x &= m_r r^2 + m_s l^2 \\
+ x &= [r, l]^T
+\end{align}"""
+    names = "[names]\n'x' = \"matrix(2, r, l)\"\n'M' = \"matrix(2, m_r, 0, 0, m_s)\"\n"
+    case = _read_case(tmp_path, text, names)
+    assert [row["reason"] for row in case.source.list_rows()] == ["", ""]
+    assert all(equation.residual == 0 for equation in case.paper.equations.values())
+
+
+@pytest.mark.parametrize("meaning", ["matrix(2, r)", "matrix(0, r)", "matrix(2)", "matrix(r, r)"])
+def test_invalid_matrix_names_its_key(tmp_path: Path, meaning: str) -> None:
+    with pytest.raises(OwnError, match=r"names\.x"):
+        _read_case(tmp_path, r"\[ x = 2 \]", f"[names]\n'x' = \"{meaning}\"\n")
+
+
+def test_names_of_a_row_hold_in_it_alone(tmp_path: Path) -> None:
+    text = r"""\begin{align}
+ a &= 2 b \\
+ a &= 3 b
+\end{align}"""
+    names = "[names]\n'a' = \"2*r\"\n'b' = \"r\"\n[rows]\n'2' = { names = { 'a' = \"3*r\" } }\n"
+    case = _read_case(tmp_path, text, names)
+    assert all(equation.residual == 0 for equation in case.paper.equations.values())
+    with pytest.raises(OwnError, match=r"rows\.2\.names\.a"):
+        _read_case(tmp_path, text, "[rows]\n'2' = { names = { 'a' = 3 } }\n")
+
+
+def test_no_correction_puts_dots_on_a_constant(tmp_path: Path) -> None:
+    case = _read_case(tmp_path, r"\[ s = r\cos\varphi + l\cos\beta + 2 l \]", "")
+    (correction,) = [case.source.repair(number, list(case.points)) for number in case.paper.equations]
+    assert correction is None or r"\dot" not in correction.latex
