@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import pairwise
 from typing import NoReturn
 
 from .documents import find_group_end
@@ -253,11 +254,29 @@ def tokenize_formula(latex: str, macros: Mapping[str, tuple[int, str]] | None = 
 
     Raises FormulaError for a macro that expands without end or lacks an argument.
     """
-    return [
-        token
-        for token in _drop_null_delimiters(list(_expand(latex, macros or {}, 0, None, [0])))
-        if token.text not in _SILENT
-    ]
+    tokens = _drop_null_delimiters(list(_expand(latex, macros or {}, 0, None, [0])))
+    return _join_functions([token for token in tokens if token.text not in _SILENT])
+
+
+def _join_functions(tokens: list[Token]) -> list[Token]:
+    """Return the tokens with the letters of sin, cos or tan as one, where no blank and no other letter follows them.
+
+    Texts write gcos{x}, mcos^2(x) or vtan\\delta without the backslash; a product of just these letters is no ordinary one.
+    """
+    joined: list[Token] = []
+    index = 0
+    while index < len(tokens):
+        word = "".join(token.text for token in tokens[index : index + 3])
+        last = tokens[min(index + 3, len(tokens) - 1)]
+        adjacent = all(a.end == b.start for a, b in pairwise(tokens[index : index + 3]))
+        follows = last.text in _OPEN or last.text in ("{", "^") or last.text[1:] in GREEK or last.text[1:] in ACCENTS
+        if word in ("sin", "cos", "tan") and len(tokens) > index + 3 and adjacent and follows:
+            joined.append(Token(f"\\{word}", tokens[index].start, tokens[index + 2].end, tokens[index].fixed))
+            index += 3
+        else:
+            joined.append(tokens[index])
+            index += 1
+    return joined
 
 
 def _expand(
@@ -599,6 +618,13 @@ class Reader:
             self.take()
             self._group()
             return self._call(FUNCTIONS[function], start)
+        if word == "arctan" and self.peek(1) == "2" and self.peek(2) in _OPEN:
+            mark = self.at
+            self.at += 2
+            bracket = self._bracket()
+            if isinstance(bracket, Bracket) and len(bracket.parts) == 2:
+                return FunctionCall(start, self._end(), "atan2", bracket.parts)
+            self.at = mark
         if word in FUNCTIONS:
             self.take()
             return self._call(FUNCTIONS[word], start)
