@@ -261,7 +261,7 @@ def tokenize_formula(latex: str, macros: Mapping[str, tuple[int, str]] | None = 
 def _join_functions(tokens: list[Token]) -> list[Token]:
     """Return the tokens with the letters of sin, cos or tan as one, where no blank and no other letter follows them.
 
-    Texts write gcos{x}, mcos^2(x) or vtan\\delta without the backslash; a product of just these letters is no ordinary one.
+    Texts write gcos{x}, mcos^2(x) or vtan\\delta; a product of just these letters is no ordinary one.
     """
     joined: list[Token] = []
     index = 0

@@ -301,13 +301,22 @@ class StatedNames:
 
     def _explicit(self, expr: Expr) -> Expr:
         """Return an expression in coordinates and rates. Raises FormulaError if it depends on forces."""
+        expr = self._without_named(expr)
         assert isinstance(self.stated, Mechanism)
-        expr = sp.sympify(expr)
-        for let in reversed(self.stated.named):
-            if let.symbol in expr.free_symbols:
-                expr = expr.xreplace({let.symbol: let.expr})
         if expr.free_symbols & set(self.stated.assembly.unknowns):
             raise FormulaError("the time derivative of what depends on forces is not known")
+        return expr
+
+    def _without_named(self, expr: Expr) -> Expr:
+        """Return an expression in which what the mechanism names or reports stands with its expression."""
+        assert isinstance(self.stated, Mechanism)
+        lets = {let.symbol: let.expr for let in (*self.stated.named, *self.stated.reports)}
+        expr = sp.sympify(expr)
+        for _ in lets:
+            present = {symbol: lets[symbol] for symbol in expr.free_symbols & lets.keys()}
+            if not present:
+                break
+            expr = sp.sympify(expr.xreplace(present))
         return expr
 
     def partial(self, value: Scalar, symbol: Symbol) -> Scalar:
@@ -315,7 +324,14 @@ class StatedNames:
         variable = self.look_up(symbol)
         if not isinstance(variable, Scalar) or not isinstance(variable.value, sp.Symbol):
             raise FormulaError(f"{symbol.spell()} is no single quantity, so that nothing is derived by it")
-        return to_scalar(sp.sympify(value.value).diff(variable.value))
+        inner = sp.sympify(value.value)
+        if isinstance(self.stated, Mechanism):
+            lets = {let.symbol for let in (*self.stated.named, *self.stated.reports)}
+            if variable.value in lets - inner.free_symbols:
+                raise FormulaError(f"{symbol.spell()} depends on other quantities, so that nothing is derived by it")
+            unnamed = sp.Dummy()
+            inner = self._without_named(inner.xreplace({variable.value: unnamed})).xreplace({unnamed: variable.value})
+        return to_scalar(inner.diff(variable.value))
 
     def evaluate(self, text: str, name: str = "") -> Value:
         """Return what the text of a meaning says. Raises OwnError, which names file and key, if it says nothing."""

@@ -1,4 +1,4 @@
-"""Matrices in meanings, lists with a transpose, meanings that hold in one row, and what no correction may write."""
+"""Derivatives of reported quantities, matrices in meanings, lists with a transpose, meanings that hold in one row, and what no correction may write."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+import sympy as sp
 
 from derive.audit.case import Case
 from derive.generated_folder import OwnError
@@ -53,3 +54,31 @@ def test_no_correction_puts_dots_on_a_constant(tmp_path: Path) -> None:
     case = _read_case(tmp_path, r"\[ s = r\cos\varphi + l\cos\beta + 2 l \]", "")
     (correction,) = [case.source.repair(number, list(case.points)) for number in case.paper.equations]
     assert correction is None or r"\dot" not in correction.latex
+
+
+REPORTING = """
+from derive import Mechanism, quantities
+
+q = quantities("l | m | rod | 2\\ng | m/s2 | free fall | 9.81\\nm | kg | bob | 3")
+m = Mechanism("pendulum", q, gravity=q.g)
+a = m.coordinate("a", "rad", "swing")
+B = m.point("B", m.O, m.frame("rod", a), q.l)
+bob = m.body("bob", m.world, q.m, B)
+E = m.report("E", "J", "energy of the bob", q.m * q.l**2 * m.rate(a) ** 2 / 2)
+m.report("twice", "J", "twice the energy", 2 * E)
+"""
+
+
+def test_derivatives_of_reported_quantities(tmp_path: Path) -> None:
+    (tmp_path / "pendulum.py").write_text(REPORTING)
+    (tmp_path / "text.tex").write_text(r"""\begin{align}
+ \frac{\partial E}{\partial \dot a} &= m l^2 \dot a \\
+ \frac{d}{dt} \mathrm{twice} &= 2 m l^2 \dot a \ddot a \\
+ \frac{\partial \mathrm{twice}}{\partial E} &= 2 \\
+ \frac{\partial a}{\partial E} &= 0
+\end{align}""")
+    source = read_trial(tmp_path / "text.tex", tmp_path / "pendulum.py").source
+    residuals = [[left.value - right.value for _, _, left, right in row.read.residuals(row.names)]
+                 for row in source.rows if row.read is not None]  # fmt: skip
+    assert [[sp.simplify(residual) for residual in row] for row in residuals] == [[0], [0]]
+    assert "depends on other" in source.rows[3].reason
