@@ -1,4 +1,4 @@
-"""A cart that carries two rods, one above the other, with friction; its mass matrix and Coriolis terms come from energies."""
+"""A cart that carries two rods, one above the other, with friction; mass matrix and Coriolis terms follow from energies."""
 
 import sympy as sp
 

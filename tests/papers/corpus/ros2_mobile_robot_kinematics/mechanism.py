@@ -1,7 +1,7 @@
 """Wheels of mobile robots: a frame that turns about an instantaneous centre, and the velocities of points in it.
 
-The rear axle lies on a line through the centre; the omnidirectional robots have their middle elsewhere. Angles of wheels
-are directions of velocities, speeds of wheels are components along them.
+The rear axle lies on a line through the centre; the omnidirectional robots have their middle elsewhere. Angles of
+wheels are directions of velocities, speeds of wheels are components along them.
 """
 
 from sympy import atan, atan2, cos, sin, sqrt
