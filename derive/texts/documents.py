@@ -393,5 +393,5 @@ def _is_open(piece: str, _gap: str) -> bool:
     bare = re.sub(r"\\[{}]|\\(?:left|right|bigg?[lr]?|Bigg?[lr]?)(?![A-Za-z])", "", bare)
     if sum(map(bare.count, "([")) > sum(map(bare.count, ")]")):
         return True
-    tail = re.search(r"(?:[+\-*/=<>]|\\(?:cdot|times|pm|mp|leq?|geq?|equiv|approx))$", bare)
-    return tail is not None
+    tail = r"(?:[+\-*/=<>]|\\(?:cdot|times|pm|mp|leq?|geq?|equiv|approx))$"
+    return bool(re.search(tail, bare) and re.search(tail, _REMARK.sub("", piece)))

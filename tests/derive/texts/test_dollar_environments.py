@@ -16,3 +16,9 @@ def test_two_environments_between_dollars_are_not_dropped() -> None:
     source = "$$\n\\begin{align}a &= b\\end{align}\n\\begin{align}c &= d\\end{align}\n$$\n"
     (row,) = list_rows(build_document("text.md", ".md", source))
     assert row.line == 2
+
+
+def test_row_that_ends_with_a_matrix_is_not_continued() -> None:
+    source = ".. math::\n    & A = \\begin{bmatrix} 1 \\\\ 2 \\end{bmatrix}\\\\\n    & B = {x}\\\\\n    & C = y +\\\\\n    & z\n"
+    rows = list_rows(build_document("text.rst", ".rst", source))
+    assert [row.line for row in rows] == [2, 3, 4]

@@ -1,4 +1,4 @@
-"""Derivatives of reported quantities, matrices in meanings, lists with a transpose, meanings that hold in one row, and what no correction may write."""
+"""Derivatives of reported quantities, matrices and lists, meanings that hold in one row, and dots in corrections."""
 
 from __future__ import annotations
 
