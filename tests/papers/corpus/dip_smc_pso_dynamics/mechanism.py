@@ -1,4 +1,4 @@
-"""A cart that carries two rods, one above the other, with friction; mass matrix and Coriolis terms follow from energies."""
+"""A cart that carries two rods, one above the other, with friction; mass matrix and Coriolis terms by energies."""
 
 import sympy as sp
 
