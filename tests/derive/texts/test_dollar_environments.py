@@ -19,6 +19,7 @@ def test_two_environments_between_dollars_are_not_dropped() -> None:
 
 
 def test_row_that_ends_with_a_matrix_is_not_continued() -> None:
-    source = ".. math::\n    & A = \\begin{bmatrix} 1 \\\\ 2 \\end{bmatrix}\\\\\n    & B = {x}\\\\\n    & C = y +\\\\\n    & z\n"
+    lines = ("& A = \\begin{bmatrix} 1 \\\\ 2 \\end{bmatrix}\\\\", "& B = {x}\\\\", "& C = y +\\\\", "& z")
+    source = ".. math::\n" + "".join(f"    {line}\n" for line in lines)
     rows = list_rows(build_document("text.rst", ".rst", source))
     assert [row.line for row in rows] == [2, 3, 4]
