@@ -1,4 +1,4 @@
-"""A vehicle with a steered front wheel: a frame that turns about its instantaneous centre, on the line of the rear axle."""
+"""A vehicle with a steered front wheel: a frame that turns about a centre on the line of its rear axle."""
 
 from sympy import atan
 
