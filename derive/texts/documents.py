@@ -36,6 +36,10 @@ _BETWEEN = re.compile(
 )
 
 
+_BLANK = re.compile(r"(?:\s|\$\$|\\[\[\]]|\\(?:begin|end)\{[a-z]+\*?\}|</?[a-z]+[^<>]*>|\\\\|\.\. math::)*")
+"""What may stand between a row and the next one if that begins with the equality sign and so goes on from it."""
+
+
 class TextError(ValueError):
     """A text that cannot be read at all: its message names the file."""
 
@@ -181,7 +185,7 @@ def list_rows(document: TextDocument) -> list[Row]:
     """
     rows: list[Row] = []
     numbers: set[str] = set()
-    count = 0
+    count, stop = 0, 0
     for display in sorted(_list_displays(document), key=lambda display: display.start):
         spans = list(_list_spans(document, display))
         for index, (start, end) in enumerate(spans):
@@ -200,9 +204,18 @@ def list_rows(document: TextDocument) -> list[Row]:
                 name = next(n for n in _line_names(line) if n not in numbers)
             numbers.add(name)
             clean = latex.strip()
+            if rows and re.match(r"&?\s*=", clean) and _BLANK.fullmatch(document.text[stop:start]):
+                clean = f"{_left_side(rows[-1].latex)} {clean}".strip()
+            stop = end
             refused = "" if _RELATION.search(clean) else "no relation stands in it: it states nothing"
             rows.append(Row(" ".join(name.split()), clean, document.name, line, refused))
     return rows
+
+
+def _left_side(latex: str) -> str:
+    """Return what stands before the first relation of a row, empty if it has none."""
+    relation = _RELATION.search(_hide(latex))
+    return latex[: relation.start()].strip().lstrip("&") if relation else ""
 
 
 def _line_names(line: int) -> Iterator[str]:

@@ -23,3 +23,10 @@ def test_row_that_ends_with_a_matrix_is_not_continued() -> None:
     source = ".. math::\n" + "".join(f"    {line}\n" for line in lines)
     rows = list_rows(build_document("text.rst", ".rst", source))
     assert [row.line for row in rows] == [2, 3, 4]
+
+
+def test_display_that_begins_with_equality_goes_on_from_the_one_before() -> None:
+    source = "$$ a^2 = b + c $$\n\n</br>\n\n$$ = d $$\n\n$$ = e $$\n\nIt follows:\n\n$$ = f $$\n"
+    rows = list_rows(build_document("text.md", ".md", source))
+    assert [row.latex for row in rows] == ["a^2 = b + c", "a^2 = d", "a^2 = e", "= f"]
+    assert [row.line for row in rows] == [1, 5, 7, 11]
