@@ -36,6 +36,7 @@ _BETWEEN = re.compile(
 )
 
 
+_COMMENT = r"(?<!\\)(?:\\\\)*%[^\n]*"
 _BLANK = re.compile(r"(?:\s|\$\$|\\[\[\]]|\\(?:begin|end)\{[a-z]+\*?\}|</?[a-z]+[^<>]*>|\\\\|\.\. math::)*")
 """What may stand between a row and the next one if that begins with the equality sign and so goes on from it."""
 
@@ -95,6 +96,10 @@ def build_document(name: str, kind: str, source: str) -> TextDocument:
     else:
         text, lines = source, tuple(range(1, source.count("\n") + 2))
     text = _blank_out(text, kind)
+    if kind != ".tex":
+        for display in _list_displays(TextDocument(name, kind, text, lines)):
+            body = re.sub(_COMMENT, _blank, text[display.start : display.end])
+            text = text[: display.start] + body + text[display.end :]
     return TextDocument(name, kind, text, lines, find_macros(text))
 
 
@@ -121,7 +126,7 @@ def _blank_out(text: str, kind: str) -> str:
     """Return a text of the same length without comments, code and what stands after its end."""
     if kind == ".tex":
         patterns = [
-            r"(?<!\\)(?:\\\\)*%[^\n]*",
+            _COMMENT,
             r"\\begin\{(verbatim|lstlisting|minted|comment)\*?\}.*?\\end\{\1\*?\}",
             r"\\iffalse(?![A-Za-z]).*?\\fi(?![A-Za-z])",
             r"\\end\{document\}.*",

@@ -128,10 +128,13 @@ def _parts(value: Value) -> list[Scalar]:
 def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
     """Return what a formula says, by the reading that is dimensionally consistent if several are possible.
 
+    If none is consistent, a reading counts only if all others multiply or add what cannot be.
+
     Raises UnknownNameError for a name without a meaning, AmbiguousError if readings that differ are equally consistent,
     FormulaError for an operation that has no meaning.
     """
     readings: list[Read] = []
+    inconsistent: list[Read] = []
     failures: list[FormulaError] = []
     for reader in _list_readers(chain, meanings):
         try:
@@ -147,6 +150,10 @@ def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
             continue
         if consistent or not reader.options:
             readings.append(read)
+        else:
+            inconsistent.append(read)
+    if not readings and len(inconsistent) == 1 and failures:
+        return inconsistent[0]
     distinct: list[Read] = []
     for read in readings:
         if not any(_same(read, other, meanings) for other in distinct):
@@ -155,7 +162,7 @@ def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
         return distinct[0]
     if distinct:
         raise AmbiguousError("it can be read in several ways that all fit the units: add brackets")
-    if failures:
+    if failures and not inconsistent:
         raise failures[0]
     raise AmbiguousError("it can be read in several ways of which none fits the units: add brackets")
 

@@ -30,3 +30,9 @@ def test_display_that_begins_with_equality_goes_on_from_the_one_before() -> None
     rows = list_rows(build_document("text.md", ".md", source))
     assert [row.latex for row in rows] == ["a^2 = b + c", "a^2 = d", "a^2 = e", "= f"]
     assert [row.line for row in rows] == [1, 5, 7, 11]
+
+
+def test_comments_in_displays_of_markdown_and_rst_are_left_out() -> None:
+    source = ".. math::\n    a &= b % + \\left[ c\n    \\\\\n    d &= 5\\% e\n\n100% text = c\n"
+    rows = list_rows(build_document("text.rst", ".rst", source))
+    assert [" ".join(row.latex.split()) for row in rows] == ["a &= b", "d &= 5\\% e"]

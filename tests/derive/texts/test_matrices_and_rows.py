@@ -82,3 +82,10 @@ def test_derivatives_of_reported_quantities(tmp_path: Path) -> None:
                  for row in source.rows if row.read is not None]  # fmt: skip
     assert [[sp.simplify(residual) for residual in row] for row in residuals] == [[0], [0]]
     assert "depends on other" in source.rows[3].reason
+
+
+def test_only_possible_reading_counts_even_if_units_do_not_fit(tmp_path: Path) -> None:
+    names = "[names]\n'v' = \"matrix(2, r, l)\"\n'w' = \"matrix(2, m_r, m_s)\"\n"
+    case = _read_case(tmp_path, r"\[ v(w) + 3 w = 0 \]", names)
+    (row,) = case.source.list_rows()
+    assert row["reason"] == ""
