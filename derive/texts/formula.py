@@ -305,19 +305,45 @@ def _expand(
             count[0] += 1
             if count[0] > _MOST_EXPANSIONS:
                 raise FormulaError(f"the macro {text} expands without end")
-            size, body = macros[text]
-            arguments = []
-            for _ in range(size):
-                argument, position = _argument(latex, position, text)
-                arguments.append(argument)
-            for index, argument in enumerate(arguments, 1):
-                body = body.replace(f"#{index}", argument)
+            body, position = _apply_macro(latex, position, text, macros)
             yield from _expand(body, macros, 0, place or (offset + start, offset + position), count)
             continue
         if place is None:
             yield Token(text, offset + start, offset + position)
         else:
             yield Token(text, *place, fixed=True)
+
+
+def expand_matrix_macros(latex: str, macros: Mapping[str, tuple[int, str]]) -> str:
+    """Return a formula with the macros written out that hold environments or the marks between the cells of one.
+
+    Raises FormulaError for a macro that expands without end or lacks an argument.
+    """
+    structural = {name for name, (_, body) in macros.items() if re.search(r"\\begin|\\\\|&", body)}
+    while inner := {name for name, (_, body) in macros.items() if _uses(body, structural)} - structural:
+        structural |= inner
+    for _ in range(_MOST_EXPANSIONS):
+        match = next((m for m in re.finditer(r"\\[A-Za-z]+", latex) if m.group() in structural), None)
+        if match is None:
+            return latex
+        body, position = _apply_macro(latex, match.end(), match.group(), macros)
+        latex = latex[: match.start()] + body + latex[position:]
+    raise FormulaError("a macro expands without end")
+
+
+def _uses(body: str, names: set[str]) -> bool:
+    return not names.isdisjoint(re.findall(r"\\[A-Za-z]+", body))
+
+
+def _apply_macro(latex: str, position: int, macro: str, macros: Mapping[str, tuple[int, str]]) -> tuple[str, int]:
+    """Return the body of a macro with its arguments, and the position after them."""
+    size, body = macros[macro]
+    arguments = []
+    for _ in range(size):
+        argument, position = _argument(latex, position, macro)
+        arguments.append(argument)
+    body = re.sub(r"#(\d)", lambda match: arguments[int(match.group(1)) - 1], body)
+    return body, position
 
 
 def _argument(latex: str, position: int, macro: str) -> tuple[str, int]:
@@ -747,7 +773,8 @@ class Reader:
         return self.peek().startswith("\\") and (word in FUNCTIONS or (bool(self._function_word()) and word in FONTS))
 
     def _environment(self, start: int) -> Node:
-        self.take("\\begin")
+        if self.take("\\begin").fixed:
+            self.fail("a matrix inside a macro is not read")
         name = self._plain_word()
         if name.rstrip("*") == "array" and self.peek() == "{":
             self._group()
@@ -782,8 +809,6 @@ class Reader:
 
         The marks between them are no tokens, so that they are looked for in the source.
         """
-        if any(token.fixed for token in body):
-            self.fail("a matrix inside a macro is not read")
         marks = []
         depth = 0
         for match in re.compile(r"\\begin|\\end|\\\\\*?(?:\s*\[[^\]]*\])?|\\cr(?![A-Za-z])|\\.|&|[{}]", re.S).finditer(

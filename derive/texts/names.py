@@ -113,7 +113,7 @@ def read_name_table(path: Path) -> NameTable:
     for name, body in _section(content, "macros", path).items():
         if not re.fullmatch(r"\\[A-Za-z]+", name) or not isinstance(body, str):
             raise OwnError(f"{path}: macros.{name}: write '\\name' = \"what it stands for\"")
-        table.macros[name] = body.count("#1") and 1, body
+        table.macros[name] = max(map(int, re.findall(r"#(\d)", body)), default=0), body
     table.meanings = _read_meanings(_section(content, "names", path), f"{path}: names", table.macros)
     for number, entry in _section(content, "rows", path).items():
         if not isinstance(entry, dict) or not entry.keys() <= {"skip", "claims", "names"}:

@@ -25,7 +25,7 @@ from ..systems.user_mechanism.subject import MechanismSubject
 from ..systems.user_mechanism.trial import SECONDS, build_subject, trial
 from .corrections import Repair, find_repairs
 from .documents import Row, TextDocument, TextError, list_rows, read_document
-from .formula import FormulaError, Name, RelationChain, Symbol, list_nodes, read_formula
+from .formula import FormulaError, Name, RelationChain, Symbol, expand_matrix_macros, list_nodes, read_formula
 from .interpretation import Read, interpret_formula
 from .names import NameTable, Stated, StatedNames, find_stated, read_name_table
 from .values import OperandError, Scalar, Value
@@ -204,6 +204,7 @@ def read_row(row: Row, names: StatedNames, document: TextDocument) -> ReadRow:
     if row.refused:
         return entry
     try:
+        entry.row = row = replace(row, latex=expand_matrix_macros(row.latex, document.macros))
         entry.chain = read_formula(row.latex, document.macros)
         abbreviation = _own_name(entry.chain, names)
         if abbreviation is not None:

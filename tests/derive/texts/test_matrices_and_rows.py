@@ -89,3 +89,19 @@ def test_only_possible_reading_counts_even_if_units_do_not_fit(tmp_path: Path) -
     case = _read_case(tmp_path, r"\[ v(w) + 3 w = 0 \]", names)
     (row,) = case.source.list_rows()
     assert row["reason"] == ""
+
+
+def test_macros_of_the_names_file_hold_matrices(tmp_path: Path) -> None:
+    names = (
+        "[macros]\n'\\vp' = '\\begin{array}{c} {#1} \\\\ {#2} \\end{array}'\n'\\twice' = '\\vp{#1}{#1}'\n'\\r' = 'r'\n"
+        "[names]\n'x' = \"matrix(2, r, l)\"\n'y' = \"matrix(2, r, r)\"\n"
+    )
+    case = _read_case(tmp_path, "\\begin{align}\n x &= \\vp{\\r}{l} \\\\\n y &= \\twice r\n\\end{align}", names)
+    assert [row["reason"] for row in case.source.list_rows()] == ["", ""]
+    assert all(equation.residual == 0 for equation in case.paper.equations.values())
+
+
+def test_endless_matrix_macro_is_refused(tmp_path: Path) -> None:
+    names = "[macros]\n'\\a' = '\\a \\\\ \\a'\n"
+    (row,) = _read_case(tmp_path, r"\[ s = \a \]", names).source.list_rows()
+    assert "without end" in row["reason"]
