@@ -51,7 +51,7 @@ for number, (on, by, rate) in enumerate(((upper, m.ground, m.rate(q_1)), (lower,
     m.torque(f"drive {number}", on, by, q[f"u_{number}"] - friction)
 m.begin({q_1: 1.0, q_2: 0.5})
 
-# The mass matrix is the second derivative of the kinetic energy, the gravity vector the derivative of the work of weight.
+# The mass matrix is the second derivative of the kinetic energy, the gravity vector that of the work of weight.
 rates = (m.rate(q_1), m.rate(q_2))
 spins = (rates[0], rates[0] + rates[1], q.g_r * rates[0], rates[0] - q.g_r * rates[1])
 inertias = (q.I_1 - q.m_1 * q.r_1**2, q.I_2 - q.m_2 * q.r_2**2, q.I_r, q.I_r)
