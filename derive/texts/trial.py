@@ -25,7 +25,21 @@ from ..systems.user_mechanism.subject import MechanismSubject
 from ..systems.user_mechanism.trial import SECONDS, build_subject, trial
 from .corrections import Repair, find_repairs
 from .documents import Row, TextDocument, TextError, list_rows, read_document
-from .formula import FormulaError, Name, RelationChain, Symbol, expand_matrix_macros, list_nodes, read_formula
+from .formula import (
+    Bracket,
+    Derivative,
+    FormulaError,
+    Matrix,
+    Name,
+    Node,
+    Number,
+    Product,
+    RelationChain,
+    Symbol,
+    expand_matrix_macros,
+    list_nodes,
+    read_formula,
+)
 from .interpretation import Read, interpret_formula
 from .names import NameTable, Stated, StatedNames, find_stated, read_name_table
 from .values import OperandError, Scalar, Value
@@ -251,17 +265,36 @@ def _add_row(
         printed.places[number] = Place(entry, 0)
         return
     residuals = entry.read.residuals(entry.names)
-    for index, (_, relation, left, right) in enumerate(residuals):
+    for index, (side, relation, left, right) in enumerate(residuals):
         name = number if len(residuals) == 1 else f"{number}.{index + 1}"
         if left.value == right.value and len(residuals) > 1 and left.dimension is None:
             continue
         printed.places[name] = Place(entry, index)
         if left.value == right.value:
-            computed = any(map(entry.names.is_computed, list_symbols(entry.chain)))
             circular = Definition("both sides are the same by the meaning of their names")
-            paper.equation(name, sp.S.Zero, Unclaimed.HOLDS if computed else circular)
+            paper.equation(name, sp.S.Zero, circular if _is_circular(entry, side) else Unclaimed.HOLDS)
         else:
             _add_equation(paper, name, relation, left, right, claim, claims)
+
+
+def _is_circular(entry: ReadRow, side: int) -> bool:
+    """Return whether two equal sides say no more than the names file: one is a name, and nothing is computed."""
+    assert entry.chain is not None
+    if any(map(entry.names.is_computed, list_symbols(entry.chain))):
+        return False
+    pair = entry.chain.sides[side : side + 2]
+    derived = any(isinstance(node, Derivative) for node in list_nodes(entry.chain))
+    return not derived and any(_is_name(node) for node in pair)
+
+
+def _is_name(node: Node) -> bool:
+    """Return whether a side is a name, also with what it depends on, a number or a matrix of such."""
+    if isinstance(node, Matrix):
+        return all(_is_name(cell) for row in node.rows for cell in row)
+    if isinstance(node, Product):
+        first, *others = (factor for _, factor in node.factors)
+        return isinstance(first, Name) and all(isinstance(factor, Bracket) for factor in others)
+    return isinstance(node, Name | Number)
 
 
 def _add_equation(

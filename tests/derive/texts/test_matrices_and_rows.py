@@ -105,3 +105,14 @@ def test_endless_matrix_macro_is_refused(tmp_path: Path) -> None:
     names = "[macros]\n'\\a' = '\\a \\\\ \\a'\n"
     (row,) = _read_case(tmp_path, r"\[ s = \a \]", names).source.list_rows()
     assert "without end" in row["reason"]
+
+
+def test_identities_hold_and_definitions_are_not_judged(tmp_path: Path) -> None:
+    text = r"""\begin{align}
+ 2 \frac{d}{dt} \sin\beta &= 2 \dot\beta \cos\beta \\
+ K l &= m_r l^2 \\
+ K &= m_r l
+\end{align}"""
+    case = _read_case(tmp_path, text, "[names]\n'K' = \"m_r*l\"\n")
+    claims = [str(equation.claims) for equation in case.paper.equations.values()]
+    assert ["same by the meaning" in claim for claim in claims] == [False, False, True]
