@@ -175,6 +175,7 @@ class TextClaims:
         first, last = text.table.get("lines", (0, 10**9))
         self.rows = [row for row in self.printed.rows if first <= row.row.line <= last]
         self.vocabulary = self.printed.list_vocabulary()
+        self._names = {row.row.number: row.names for row in self.rows}
         self.sound: list[BenchmarkClaim] = []
         self.errata: list[BenchmarkClaim] = []
         for number, place in self.printed.places.items():
@@ -183,29 +184,30 @@ class TextClaims:
         self.seconds = time.perf_counter() - begun
 
     def _add_claim(self, latex: str, number: str, row: str, index: int) -> None:
-        reading = self.read(latex, index)
+        claim = BenchmarkClaim(self.text.name, row, index, latex, "sound", is_held_out=self.text.is_held_out)
+        reading = self.read(latex, claim)
         if reading is None or not reading.is_equation:
             return
-        claim = BenchmarkClaim(self.text.name, row, index, latex, "sound", is_held_out=self.text.is_held_out)
         errata = self.text.errata
         correct = errata.get(number, errata.get(row, ""))
-        if correct and self.judge(latex, index) != "holds":
+        if correct and self.judge(claim) != "holds":
             self.errata.append(replace(claim, kind="erratum", correct=correct))
         else:
             self.sound.append(claim)
 
-    def read(self, latex: str, index: int) -> EquationReading | None:
-        """Return the residual of an equation, None if it cannot be read."""
+    def read(self, latex: str, claim: BenchmarkClaim) -> EquationReading | None:
+        """Return the residual of an equation in the place of a claim, None if it cannot be read."""
+        names = self._names[claim.row]
         try:
-            read = interpret_formula(read_formula(latex, self.printed.document.macros), self.printed.names)
-            _, relation, left, right = read.residuals(self.printed.names)[index]
+            read = interpret_formula(read_formula(latex, self.printed.document.macros), names)
+            _, relation, left, right = read.residuals(names)[claim.residual]
             return EquationReading(left.value - right.value, (left + (-right)).mixed, relation == "=")
         except FAULTS:
             return None
 
-    def judge(self, latex: str, index: int) -> Outcome:
-        """Return whether an equation holds at the points of the motion; one whose units disagree does not."""
-        reading = self.read(latex, index)
+    def judge(self, claim: BenchmarkClaim) -> Outcome:
+        """Return whether a claim holds at the points of the motion; one whose units disagree does not."""
+        reading = self.read(claim.latex, claim)
         if reading is None or any(s not in point for s in reading.residual.free_symbols for point in self.points):
             return "refused"
         if reading.mixed:
@@ -216,11 +218,7 @@ class TextClaims:
         """Return a rewrite of each sound equation, and slips in them, as equally many of each class as there are."""
         rng = random.Random(f"{seed} {self.text.name}")
         claims: list[BenchmarkClaim] = []
-        printed = {
-            claim: self._formula(claim.latex)
-            for claim in self.sound
-            if self.judge(claim.latex, claim.residual) == "holds"
-        }
+        printed = {claim: self._formula(claim) for claim in self.sound if self.judge(claim) == "holds"}
         for claim, formula in printed.items():
             changed = [change.apply(claim.latex) for change in list_rewrites(formula)]
             same = [latex for latex in changed if latex != claim.latex]
@@ -241,17 +239,17 @@ class TextClaims:
             if len(selected) == count:
                 break
             latex = change.apply(claim.latex)
-            if self.read(latex, claim.residual) is not None and not self.is_same(latex, claim.latex, claim.residual):
+            if self.read(latex, claim) is not None and not self.is_same(latex, claim.latex, claim):
                 slipped = replace(claim, kind="slip", slip=slip, latex=latex, correct=claim.latex)
                 selected.setdefault(slipped.key, slipped)
         return list(selected.values())
 
-    def _formula(self, latex: str) -> PrintedFormula:
-        return PrintedFormula.read(latex, self.printed.document.macros, self.printed.names, self.vocabulary)
+    def _formula(self, claim: BenchmarkClaim) -> PrintedFormula:
+        return PrintedFormula.read(claim.latex, self.printed.document.macros, self._names[claim.row], self.vocabulary)
 
-    def is_same(self, latex: str, other: str, index: int) -> bool:
-        """Return whether two equations say the same for any values of their symbols, up to a factor."""
-        first, second = self.read(latex, index), self.read(other, index)
+    def is_same(self, latex: str, other: str, claim: BenchmarkClaim) -> bool:
+        """Return whether two equations in the place of a claim say the same for any values, up to a factor."""
+        first, second = self.read(latex, claim), self.read(other, claim)
         if first is None or second is None:
             return False
         if first.residual == second.residual:
@@ -271,17 +269,17 @@ class TextClaims:
 
     def answer(self, claim: BenchmarkClaim) -> CheckerAnswer:
         """Return what this audit says of a claim, and whether its first correction says what is right."""
-        outcome = self.judge(claim.latex, claim.residual)
+        outcome = self.judge(claim)
         if outcome != "fails" or not claim.correct:
             return CheckerAnswer(outcome)
-        macros, names = self.printed.document.macros, self.printed.names
+        macros, names = self.printed.document.macros, self._names[claim.row]
         repair = find_repairs(claim.latex, claim.residual, names, self.points, macros, self.vocabulary)
-        is_exact = repair is not None and self.is_same(repair.latex, claim.correct, claim.residual)
+        is_exact = repair is not None and self.is_same(repair.latex, claim.correct, claim)
         return CheckerAnswer(outcome, is_exact)
 
     def answer_by_units(self, claim: BenchmarkClaim) -> CheckerAnswer:
         """Return what a checker of units alone says of a claim."""
-        reading = self.read(claim.latex, claim.residual)
+        reading = self.read(claim.latex, claim)
         return CheckerAnswer("refused" if reading is None else "fails" if reading.mixed else "holds")
 
 

@@ -277,7 +277,13 @@ def _alternatives(symbol: Symbol, names: StatedNames, vocabulary: Sequence[str])
         (fitting if _alike(value, other) else different).append(spelling)
     dotted = [Symbol(symbol.stem, symbol.accents, symbol.subscript, symbol.primes, dots, symbol.before, symbol.after)
               for dots in range(3) if dots != symbol.dots]  # fmt: skip
-    return list(dict.fromkeys([*fitting, *(o.spell() for o in dotted if names.is_known(o)), *different]))
+    moving = (other for other in dotted if names.is_known(other) and _is_moving(names.look_up(other)))
+    return list(dict.fromkeys([*fitting, *(other.spell() for other in moving), *different]))
+
+
+def _is_moving(value: Value) -> bool:
+    """Return whether a value is no rate of what is constant: dots on a mass are no error that a text has."""
+    return not isinstance(value, Scalar) or value.value != 0
 
 
 def _alike(first: Value | None, second: Value | None) -> bool:

@@ -36,6 +36,11 @@ _BETWEEN = re.compile(
 )
 
 
+_COMMENT = r"(?<!\\)(?:\\\\)*%[^\n]*"
+_BLANK = re.compile(r"(?:\s|\$\$|\\[\[\]]|\\(?:begin|end)\{[a-z]+\*?\}|</?[a-z]+[^<>]*>|\\\\|\.\. math::)*")
+"""What may stand between a row and the next one if that begins with the equality sign and so goes on from it."""
+
+
 class TextError(ValueError):
     """A text that cannot be read at all: its message names the file."""
 
@@ -91,6 +96,10 @@ def build_document(name: str, kind: str, source: str) -> TextDocument:
     else:
         text, lines = source, tuple(range(1, source.count("\n") + 2))
     text = _blank_out(text, kind)
+    if kind != ".tex":
+        for display in _list_displays(TextDocument(name, kind, text, lines)):
+            body = re.sub(_COMMENT, _blank, text[display.start : display.end])
+            text = text[: display.start] + body + text[display.end :]
     return TextDocument(name, kind, text, lines, find_macros(text))
 
 
@@ -117,7 +126,7 @@ def _blank_out(text: str, kind: str) -> str:
     """Return a text of the same length without comments, code and what stands after its end."""
     if kind == ".tex":
         patterns = [
-            r"(?<!\\)(?:\\\\)*%[^\n]*",
+            _COMMENT,
             r"\\begin\{(verbatim|lstlisting|minted|comment)\*?\}.*?\\end\{\1\*?\}",
             r"\\iffalse(?![A-Za-z]).*?\\fi(?![A-Za-z])",
             r"\\end\{document\}.*",
@@ -181,7 +190,7 @@ def list_rows(document: TextDocument) -> list[Row]:
     """
     rows: list[Row] = []
     numbers: set[str] = set()
-    count = 0
+    count, stop = 0, 0
     for display in sorted(_list_displays(document), key=lambda display: display.start):
         spans = list(_list_spans(document, display))
         for index, (start, end) in enumerate(spans):
@@ -200,9 +209,18 @@ def list_rows(document: TextDocument) -> list[Row]:
                 name = next(n for n in _line_names(line) if n not in numbers)
             numbers.add(name)
             clean = latex.strip()
+            if rows and re.match(r"&?\s*=", clean) and _BLANK.fullmatch(document.text[stop:start]):
+                clean = f"{_left_side(rows[-1].latex)} {clean}".strip()
+            stop = end
             refused = "" if _RELATION.search(clean) else "no relation stands in it: it states nothing"
             rows.append(Row(" ".join(name.split()), clean, document.name, line, refused))
     return rows
+
+
+def _left_side(latex: str) -> str:
+    """Return what stands before the first relation of a row, empty if it has none."""
+    relation = _RELATION.search(_hide(latex))
+    return latex[: relation.start()].strip().lstrip("&") if relation else ""
 
 
 def _line_names(line: int) -> Iterator[str]:
@@ -273,8 +291,11 @@ def _list_spans(document: TextDocument, display: _Display) -> Iterator[tuple[int
 
 
 def _unwrap(text: str, start: int, end: int) -> tuple[int, int]:
-    """Return the inner range of a display that is nothing but one aligned group, or a system behind a brace."""
-    names = "|".join((*_GROUPS, *_SYSTEMS))
+    """Return the inner range of a display that is nothing but one aligned group, or a system behind a brace.
+
+    Markdown has environments such as align also between dollars.
+    """
+    names = "|".join((*_GROUPS, *_SYSTEMS, *(rf"{name}\*?" for name in _NUMBERED)))
     wrapped = re.compile(
         rf"(?s)\s*(?:\\label\{{[^{{}}]*\}}\s*)?(?P<brace>\\left\s*\\\{{\s*|\\left\s*\\lbrace\s*)?"
         rf"\\begin\{{(?P<name>{names})\}}(?:\[.\])?(?:\{{[lcr|@\s\d]*\}})?(?P<body>.*)\\end\{{(?P=name)\}}"
@@ -283,7 +304,8 @@ def _unwrap(text: str, start: int, end: int) -> tuple[int, int]:
     match = wrapped.match(text[start:end])
     if match is None or (match.group("name") in _SYSTEMS[2:] and not _RELATION.search(match.group("body"))):
         return start, end
-    if match.group("name") not in _GROUPS and not match.group("brace") and match.group("name") != "cases":
+    groups = (*_GROUPS, *_NUMBERED, "cases")
+    if match.group("name").rstrip("*") not in groups and not match.group("brace"):
         return start, end
     body = match.group("body")
     if rf"\end{{{match.group('name')}}}" in body:
@@ -369,6 +391,8 @@ def _join(text: str, pieces: list[tuple[int, int]]) -> Iterator[tuple[int, int]]
     for start, end in pieces:
         bare = _REMARK.sub("", _hide(text[start:end]))
         if not re.search(r"\S", bare):
+            if "\\begin" in text[start:end]:
+                joined.append((start, end))
             continue
         relation = _RELATION.search(bare)
         goes_on = joined and (
@@ -389,5 +413,5 @@ def _is_open(piece: str, _gap: str) -> bool:
         return True
     if re.search(r"\\end\s*\{[^{}]*\}[\s&.,;]*$", piece):
         return False
-    tail = re.search(r"(?:[+\-*/=<>]|\\(?:cdot|times|pm|mp|leq?|geq?|equiv|approx))$", bare)
-    return tail is not None
+    tail = r"(?:[+\-*/=<>]|\\(?:cdot|times|pm|mp|leq?|geq?|equiv|approx))$"
+    return bool(re.search(tail, bare) and re.search(tail, _REMARK.sub("", piece)))

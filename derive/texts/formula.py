@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import pairwise
 from typing import NoReturn
 
 from .documents import find_group_end
@@ -253,11 +254,29 @@ def tokenize_formula(latex: str, macros: Mapping[str, tuple[int, str]] | None = 
 
     Raises FormulaError for a macro that expands without end or lacks an argument.
     """
-    return [
-        token
-        for token in _drop_null_delimiters(list(_expand(latex, macros or {}, 0, None, [0])))
-        if token.text not in _SILENT
-    ]
+    tokens = _drop_null_delimiters(list(_expand(latex, macros or {}, 0, None, [0])))
+    return _join_functions([token for token in tokens if token.text not in _SILENT])
+
+
+def _join_functions(tokens: list[Token]) -> list[Token]:
+    """Return the tokens with the letters of sin, cos or tan as one, where no blank and no other letter follows them.
+
+    Texts write gcos{x}, mcos^2(x) or vtan\\delta; a product of just these letters is no ordinary one.
+    """
+    joined: list[Token] = []
+    index = 0
+    while index < len(tokens):
+        word = "".join(token.text for token in tokens[index : index + 3])
+        last = tokens[min(index + 3, len(tokens) - 1)]
+        adjacent = all(a.end == b.start for a, b in pairwise(tokens[index : index + 3]))
+        follows = last.text in _OPEN or last.text in ("{", "^") or last.text[1:] in GREEK or last.text[1:] in ACCENTS
+        if word in ("sin", "cos", "tan") and len(tokens) > index + 3 and adjacent and follows:
+            joined.append(Token(f"\\{word}", tokens[index].start, tokens[index + 2].end, tokens[index].fixed))
+            index += 3
+        else:
+            joined.append(tokens[index])
+            index += 1
+    return joined
 
 
 def _expand(
@@ -286,19 +305,45 @@ def _expand(
             count[0] += 1
             if count[0] > _MOST_EXPANSIONS:
                 raise FormulaError(f"the macro {text} expands without end")
-            size, body = macros[text]
-            arguments = []
-            for _ in range(size):
-                argument, position = _argument(latex, position, text)
-                arguments.append(argument)
-            for index, argument in enumerate(arguments, 1):
-                body = body.replace(f"#{index}", argument)
+            body, position = _apply_macro(latex, position, text, macros)
             yield from _expand(body, macros, 0, place or (offset + start, offset + position), count)
             continue
         if place is None:
             yield Token(text, offset + start, offset + position)
         else:
             yield Token(text, *place, fixed=True)
+
+
+def expand_matrix_macros(latex: str, macros: Mapping[str, tuple[int, str]]) -> str:
+    """Return a formula with the macros written out that hold environments or the marks between the cells of one.
+
+    Raises FormulaError for a macro that expands without end or lacks an argument.
+    """
+    structural = {name for name, (_, body) in macros.items() if re.search(r"\\begin|\\\\|&", body)}
+    while inner := {name for name, (_, body) in macros.items() if _uses(body, structural)} - structural:
+        structural |= inner
+    for _ in range(_MOST_EXPANSIONS):
+        match = next((m for m in re.finditer(r"\\[A-Za-z]+", latex) if m.group() in structural), None)
+        if match is None:
+            return latex
+        body, position = _apply_macro(latex, match.end(), match.group(), macros)
+        latex = latex[: match.start()] + body + latex[position:]
+    raise FormulaError("a macro expands without end")
+
+
+def _uses(body: str, names: set[str]) -> bool:
+    return not names.isdisjoint(re.findall(r"\\[A-Za-z]+", body))
+
+
+def _apply_macro(latex: str, position: int, macro: str, macros: Mapping[str, tuple[int, str]]) -> tuple[str, int]:
+    """Return the body of a macro with its arguments, and the position after them."""
+    size, body = macros[macro]
+    arguments = []
+    for _ in range(size):
+        argument, position = _argument(latex, position, macro)
+        arguments.append(argument)
+    body = re.sub(r"#(\d)", lambda match: arguments[int(match.group(1)) - 1], body)
+    return body, position
 
 
 def _argument(latex: str, position: int, macro: str) -> tuple[str, int]:
@@ -599,6 +644,13 @@ class Reader:
             self.take()
             self._group()
             return self._call(FUNCTIONS[function], start)
+        if word == "arctan" and self.peek(1) == "2" and self.peek(2) in _OPEN:
+            mark = self.at
+            self.at += 2
+            bracket = self._bracket()
+            if isinstance(bracket, Bracket) and len(bracket.parts) == 2:
+                return FunctionCall(start, self._end(), "atan2", bracket.parts)
+            self.at = mark
         if word in FUNCTIONS:
             self.take()
             return self._call(FUNCTIONS[word], start)
@@ -721,7 +773,8 @@ class Reader:
         return self.peek().startswith("\\") and (word in FUNCTIONS or (bool(self._function_word()) and word in FONTS))
 
     def _environment(self, start: int) -> Node:
-        self.take("\\begin")
+        if self.take("\\begin").fixed:
+            self.fail("a matrix inside a macro is not read")
         name = self._plain_word()
         if name.rstrip("*") == "array" and self.peek() == "{":
             self._group()
@@ -756,8 +809,6 @@ class Reader:
 
         The marks between them are no tokens, so that they are looked for in the source.
         """
-        if any(token.fixed for token in body):
-            self.fail("a matrix inside a macro is not read")
         marks = []
         depth = 0
         for match in re.compile(r"\\begin|\\end|\\\\\*?(?:\s*\[[^\]]*\])?|\\cr(?![A-Za-z])|\\.|&|[{}]", re.S).finditer(

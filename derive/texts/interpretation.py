@@ -128,10 +128,13 @@ def _parts(value: Value) -> list[Scalar]:
 def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
     """Return what a formula says, by the reading that is dimensionally consistent if several are possible.
 
+    If none is consistent, a reading counts only if all others multiply or add what cannot be.
+
     Raises UnknownNameError for a name without a meaning, AmbiguousError if readings that differ are equally consistent,
     FormulaError for an operation that has no meaning.
     """
     readings: list[Read] = []
+    inconsistent: list[Read] = []
     failures: list[FormulaError] = []
     for reader in _list_readers(chain, meanings):
         try:
@@ -147,6 +150,10 @@ def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
             continue
         if consistent or not reader.options:
             readings.append(read)
+        else:
+            inconsistent.append(read)
+    if not readings and len(inconsistent) == 1 and failures:
+        return inconsistent[0]
     distinct: list[Read] = []
     for read in readings:
         if not any(_same(read, other, meanings) for other in distinct):
@@ -155,7 +162,7 @@ def interpret_formula(chain: RelationChain, meanings: Meanings) -> Read:
         return distinct[0]
     if distinct:
         raise AmbiguousError("it can be read in several ways that all fit the units: add brackets")
-    if failures:
+    if failures and not inconsistent:
         raise failures[0]
     raise AmbiguousError("it can be read in several ways of which none fits the units: add brackets")
 
@@ -295,7 +302,8 @@ class Interpreter:
         if isinstance(first, VectorValue | MatrixValue) and isinstance(second, Scalar):
             return first.scaled(second)
         if isinstance(first, MatrixValue) and isinstance(second, MatrixValue):
-            return first.times(second)
+            product = first.times(second)
+            return product.rows[0][0] if product.shape == (1, 1) else product
         if isinstance(first, MatrixValue) and isinstance(second, VectorValue):
             return first.times(MatrixValue(tuple((c,) for c in second.components)))
         if isinstance(first, VectorValue) and isinstance(second, VectorValue):
@@ -340,6 +348,8 @@ class Interpreter:
         return base.power(exponent)
 
     def _transposed(self, node: Transposed) -> Value:
+        if isinstance(node.base, Bracket) and len(node.base.parts) > 1:
+            return MatrixValue(tuple((self.scalar(part),) for part in node.base.parts))
         base = self.value(node.base)
         if isinstance(base, VectorValue):
             return MatrixValue((base.components,))

@@ -7,7 +7,7 @@ import operator
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
@@ -113,27 +113,35 @@ def read_name_table(path: Path) -> NameTable:
     for name, body in _section(content, "macros", path).items():
         if not re.fullmatch(r"\\[A-Za-z]+", name) or not isinstance(body, str):
             raise OwnError(f"{path}: macros.{name}: write '\\name' = \"what it stands for\"")
-        table.macros[name] = body.count("#1") and 1, body
-    for name, meaning in _section(content, "names", path).items():
-        if not isinstance(meaning, str):
-            raise OwnError(f"{path}: names.{name} = {meaning!r}: the meaning must be text in quotes")
-        try:
-            spelling = spell_name(name, table.macros)
-        except FormulaError as error:
-            raise OwnError(f"{path}: names.{name}: {error}") from None
-        if table.meanings.setdefault(spelling, meaning) != meaning:
-            raise OwnError(f"{path}: names.{name}: the name stands twice, also as {table.meanings[spelling]!r}")
+        table.macros[name] = max(map(int, re.findall(r"#(\d)", body)), default=0), body
+    table.meanings = _read_meanings(_section(content, "names", path), f"{path}: names", table.macros)
     for number, entry in _section(content, "rows", path).items():
         if not isinstance(entry, dict) or not entry.keys() <= {"skip", "claims", "names"}:
             raise OwnError(f"{path}: rows.{number}: it may hold skip (a reason), claims and names")
         if not all(isinstance(entry.get(key, ""), str) for key in ("skip", "claims")):
             raise OwnError(f"{path}: rows.{number}: skip and claims must be text in quotes")
-        table.rows[number] = dict(entry)
+        meanings = _read_meanings(_section(entry, "names", path), f"{path}: rows.{number}.names", table.macros)
+        table.rows[number] = {**entry, "names": meanings}
     until = content.get("until_s")
     if until is not None and (isinstance(until, bool) or not isinstance(until, int | float) or not until > 0):
         raise OwnError(f"{path}: until_s = {until!r}: it must be a positive number of seconds")
     table.until_s = until
     return table
+
+
+def _read_meanings(entries: Mapping[str, Any], place: str, macros: Mapping[str, tuple[int, str]]) -> dict[str, str]:
+    """Return the meanings of names by spelling. Raises OwnError, which begins with the place."""
+    meanings: dict[str, str] = {}
+    for name, meaning in entries.items():
+        if not isinstance(meaning, str):
+            raise OwnError(f"{place}.{name} = {meaning!r}: the meaning must be text in quotes")
+        try:
+            spelling = spell_name(name, macros)
+        except FormulaError as error:
+            raise OwnError(f"{place}.{name}: {error}") from None
+        if meanings.setdefault(spelling, meaning) != meaning:
+            raise OwnError(f"{place}.{name}: the name stands twice, also as {meanings[spelling]!r}")
+    return meanings
 
 
 def _section(content: Mapping[str, Any], name: str, path: Path) -> dict[str, Any]:
@@ -186,6 +194,11 @@ class StatedNames:
         origin = {"O": self.stated.O} if isinstance(self.stated, Mechanism) else {}
         return {**named, **matches, **origin}
 
+    def with_meanings(self, meanings: Mapping[str, str]) -> StatedNames:
+        """Return the names of a row in which some have other meanings than elsewhere in the text."""
+        table = replace(self.table, meanings={**self.table.meanings, **meanings})
+        return replace(self, table=table, _meanings={}) if meanings else self
+
     def is_known(self, symbol: Symbol) -> bool:
         """Return whether a name has a meaning."""
         return self._find(symbol) is not None
@@ -206,7 +219,7 @@ class StatedNames:
 
     def _find(self, symbol: Symbol) -> Value | None:
         spelling = symbol.spell()
-        if spelling in self.abbreviations:
+        if spelling in self.abbreviations and not self.table.meanings.get(spelling):
             return self.abbreviations[spelling]
         if spelling not in self._meanings:
             self._meanings[spelling] = self._fresh(symbol)
@@ -288,13 +301,22 @@ class StatedNames:
 
     def _explicit(self, expr: Expr) -> Expr:
         """Return an expression in coordinates and rates. Raises FormulaError if it depends on forces."""
+        expr = self._without_named(expr)
         assert isinstance(self.stated, Mechanism)
-        expr = sp.sympify(expr)
-        for let in reversed(self.stated.named):
-            if let.symbol in expr.free_symbols:
-                expr = expr.xreplace({let.symbol: let.expr})
         if expr.free_symbols & set(self.stated.assembly.unknowns):
             raise FormulaError("the time derivative of what depends on forces is not known")
+        return expr
+
+    def _without_named(self, expr: Expr) -> Expr:
+        """Return an expression in which what the mechanism names or reports stands with its expression."""
+        assert isinstance(self.stated, Mechanism)
+        lets = {let.symbol: let.expr for let in (*self.stated.named, *self.stated.reports)}
+        expr = sp.sympify(expr)
+        for _ in lets:
+            present = {symbol: lets[symbol] for symbol in expr.free_symbols & lets.keys()}
+            if not present:
+                break
+            expr = sp.sympify(expr.xreplace(present))
         return expr
 
     def partial(self, value: Scalar, symbol: Symbol) -> Scalar:
@@ -302,7 +324,14 @@ class StatedNames:
         variable = self.look_up(symbol)
         if not isinstance(variable, Scalar) or not isinstance(variable.value, sp.Symbol):
             raise FormulaError(f"{symbol.spell()} is no single quantity, so that nothing is derived by it")
-        return to_scalar(sp.sympify(value.value).diff(variable.value))
+        inner = sp.sympify(value.value)
+        if isinstance(self.stated, Mechanism):
+            lets = {let.symbol for let in (*self.stated.named, *self.stated.reports)}
+            if variable.value in lets - inner.free_symbols:
+                raise FormulaError(f"{symbol.spell()} depends on other quantities, so that nothing is derived by it")
+            unnamed = sp.Dummy()
+            inner = self._without_named(inner.xreplace({variable.value: unnamed})).xreplace({unnamed: variable.value})
+        return to_scalar(inner.diff(variable.value))
 
     def evaluate(self, text: str, name: str = "") -> Value:
         """Return what the text of a meaning says. Raises OwnError, which names file and key, if it says nothing."""
@@ -352,10 +381,23 @@ class StatedNames:
             return to_scalar(SYMBOLIC.functions[function](*(argument.value for argument in arguments)))
         if function == "rate" and len(arguments) == 1:
             return self.rate(arguments[0])
+        if function == "matrix":
+            return _build_matrix(arguments)
         if function in GEOMETRY and isinstance(self.stated, Mechanism):
             return GEOMETRY[function](self.stated, arguments)
-        functions = ", ".join((*SYMBOLIC.functions, "sqrt", "rate", *GEOMETRY))
+        functions = ", ".join((*SYMBOLIC.functions, "sqrt", "rate", "matrix", *GEOMETRY))
         raise MeaningError(f"{function} is not known; known are {functions}")
+
+
+def _build_matrix(arguments: list[Any]) -> MatrixValue:
+    """Return the matrix of a number of rows and the entries row by row, a column if it has as many rows as entries."""
+    if len(arguments) < 2 or not all(isinstance(argument, Scalar) for argument in arguments):
+        raise MeaningError("matrix needs the number of its rows and its entries, row by row")
+    rows, *entries = arguments
+    if not (rows.value.is_Integer and rows.value > 0) or len(entries) % rows.value:
+        raise MeaningError(f"{len(entries)} entries do not fill {rows.value} rows")
+    width = len(entries) // int(rows.value)
+    return MatrixValue(tuple(tuple(entries[at : at + width]) for at in range(0, len(entries), width)))
 
 
 def _operate(kind: ast.operator, left: Any, right: Any) -> Any:

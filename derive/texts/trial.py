@@ -25,7 +25,21 @@ from ..systems.user_mechanism.subject import MechanismSubject
 from ..systems.user_mechanism.trial import SECONDS, build_subject, trial
 from .corrections import Repair, find_repairs
 from .documents import Row, TextDocument, TextError, list_rows, read_document
-from .formula import FormulaError, Name, RelationChain, Symbol, list_nodes, read_formula
+from .formula import (
+    Bracket,
+    Derivative,
+    FormulaError,
+    Matrix,
+    Name,
+    Node,
+    Number,
+    Product,
+    RelationChain,
+    Symbol,
+    expand_matrix_macros,
+    list_nodes,
+    read_formula,
+)
 from .interpretation import Read, interpret_formula
 from .names import NameTable, Stated, StatedNames, find_stated, read_name_table
 from .values import OperandError, Scalar, Value
@@ -33,9 +47,13 @@ from .values import OperandError, Scalar, Value
 
 @dataclass
 class ReadRow:
-    """A row of a text: its tree and its sides, both None if it is refused, and why it is not judged."""
+    """A row of a text: its tree and its sides, both None if it is refused, and why it is not judged.
+
+    ``names`` are the meanings that hold in it.
+    """
 
     row: Row
+    names: StatedNames
     chain: RelationChain | None = None
     read: Read | None = None
     reason: str = ""
@@ -72,7 +90,7 @@ class PrintedText:
         if number not in self._repairs:
             place = self.places[number]
             repairs = find_repairs(
-                place.row.row.latex, place.index, self.names, points, self.document.macros, self.list_vocabulary(),
+                place.row.row.latex, place.index, place.row.names, points, self.document.macros, self.list_vocabulary(),
                 self._outcomes.setdefault(place.row.row.number, {}),
             )  # fmt: skip
             self._repairs[number] = repairs
@@ -162,9 +180,9 @@ def read_case(document: TextDocument, stated: Stated, table: NameTable, module: 
     claims = subject.claims()
     by_sentence = {str(claim): claim for claim in claims}
     for row in list_rows(document):
-        entry = read_row(row, names, document)
-        printed.rows.append(entry)
         entry_of_row = table.rows.get(row.number, {})
+        entry = read_row(row, names.with_meanings(entry_of_row.get("names", {})), document)
+        printed.rows.append(entry)
         if entry_of_row.get("skip"):
             entry.reason = f"left out: {entry_of_row['skip']}"
         if entry.chain is not None:
@@ -203,10 +221,11 @@ def list_quantities(stated: Stated, subject: Subject) -> dict[str, Quantity]:
 
 def read_row(row: Row, names: StatedNames, document: TextDocument) -> ReadRow:
     """Read a row; what cannot be read for certain has its reason."""
-    entry = ReadRow(row, reason=row.refused)
+    entry = ReadRow(row, names, reason=row.refused)
     if row.refused:
         return entry
     try:
+        entry.row = row = replace(row, latex=expand_matrix_macros(row.latex, document.macros))
         entry.chain = read_formula(row.latex, document.macros)
         abbreviation = _own_name(entry.chain, names)
         if abbreviation is not None:
@@ -252,18 +271,37 @@ def _add_row(
         paper.equation(number, sp.S.Zero, claimed)
         printed.places[number] = Place(entry, 0)
         return
-    residuals = entry.read.residuals(printed.names)
-    for index, (_, relation, left, right) in enumerate(residuals):
+    residuals = entry.read.residuals(entry.names)
+    for index, (side, relation, left, right) in enumerate(residuals):
         name = number if len(residuals) == 1 else f"{number}.{index + 1}"
         if left.value == right.value and len(residuals) > 1 and left.dimension is None:
             continue
         printed.places[name] = Place(entry, index)
         if left.value == right.value:
-            computed = any(map(printed.names.is_computed, list_symbols(entry.chain)))
             circular = Definition("both sides are the same by the meaning of their names")
-            paper.equation(name, sp.S.Zero, Unclaimed.HOLDS if computed else circular)
+            paper.equation(name, sp.S.Zero, circular if _is_circular(entry, side) else Unclaimed.HOLDS)
         else:
             _add_equation(paper, name, relation, left, right, claim, claims)
+
+
+def _is_circular(entry: ReadRow, side: int) -> bool:
+    """Return whether two equal sides say no more than the names file: one is a name, and nothing is computed."""
+    assert entry.chain is not None
+    if any(map(entry.names.is_computed, list_symbols(entry.chain))):
+        return False
+    pair = entry.chain.sides[side : side + 2]
+    derived = any(isinstance(node, Derivative) for node in list_nodes(entry.chain))
+    return not derived and any(_is_name(node) for node in pair)
+
+
+def _is_name(node: Node) -> bool:
+    """Return whether a side is a name, also with what it depends on, a number or a matrix of such."""
+    if isinstance(node, Matrix):
+        return all(_is_name(cell) for row in node.rows for cell in row)
+    if isinstance(node, Product):
+        first, *others = (factor for _, factor in node.factors)
+        return isinstance(first, Name) and all(isinstance(factor, Bracket) for factor in others)
+    return isinstance(node, Name | Number)
 
 
 def _add_equation(
@@ -351,11 +389,13 @@ def format_skeleton(case: Case) -> str:
     lines = [
         f"# Names of {source.document.name}, for {names.stated.name}. A name without a meaning is not judged.",
         "# A meaning is a quantity, an expression of quantities, or of frames and points: rate(x), spin(FRAME),",
-        "# velocity(POINT), axis(FRAME, 1), component(VECTOR, 1), kinetic(), potential(), rotation(FROM, TO).",
+        "# velocity(POINT), axis(FRAME, 1), component(VECTOR, 1), kinetic(), potential(), rotation(FROM, TO),",
+        "# matrix(2, a, b, c, d) of 2 rows, row by row.",
         f"# Quantities: {', '.join(sorted(names.quantities))}.",
         *([f"# Frames: {', '.join(names.frames)}. Points: {', '.join(names.places)}."] if names.frames else []),
         "# [rows] may say of a row what it claims to be, or that it is left out:",
-        "# '12' = { claims = \"...\" }, '13' = { skip = \"the reason\" }.",
+        "# '12' = { claims = \"...\" }, '13' = { skip = \"the reason\" }. Names that mean something else in a row:",
+        "# '14' = { names = { 'M' = \"matrix(2, m_1, 0, 0, m_2)\" } }.",
         "",
         "[names]",
     ]

@@ -5,7 +5,7 @@ import sympy as sp
 
 from derive import Formulas, quantities
 from derive.texts.documents import build_document
-from derive.texts.formula import FormulaError, read_formula
+from derive.texts.formula import FormulaError, FunctionCall, list_nodes, read_formula
 from derive.texts.interpretation import interpret_formula
 from derive.texts.names import NameTable, StatedNames, spell_name
 from derive.texts.values import OperandError
@@ -201,3 +201,29 @@ def test_one_name_has_one_spelling():
     assert spell_name(r"{}^N\bar{\omega}^C") == spell_name(r"^N\bar\omega^{C}")
     assert spell_name(r"F_{\mathrm{in}}") == spell_name(r"F_{in}") == spell_name(r"F_{\rm in}")
     assert len({spell_name(name) for name in (r"\mathbf{x}", "x", "x'", r"\hat{x}")}) == 4
+
+
+@pytest.mark.parametrize(
+    ("latex", "same"),
+    [
+        (r"y = gcos{\theta} + vtan(\delta)", r"y = g\cos\theta + v\tan\delta"),
+        (r"y = mcos^2{\theta} - sin\theta", r"y = m\cos^2\theta - \sin\theta"),
+        (r"y = \arctan2(a, b)", r"y = \operatorname{atan2}(a, b)"),
+    ],
+)
+def test_functions_without_backslash_are_read(latex: str, same: str) -> None:
+    functions = [
+        [
+            (node.function, len(node.arguments))
+            for node in list_nodes(read_formula(text))
+            if isinstance(node, FunctionCall)
+        ]
+        for text in (latex, same)
+    ]
+    assert [name for name, _ in functions[0]] == [name for name, _ in functions[1]] != []
+
+
+@pytest.mark.parametrize("latex", [r"y = c o s (x)", r"y = a_{cos} (x)", r"y = \arctan 2 (x)"])
+def test_letters_that_are_no_function_stay(latex: str) -> None:
+    functions = {node.function for node in list_nodes(read_formula(latex)) if isinstance(node, FunctionCall)}
+    assert functions <= {"atan"}
