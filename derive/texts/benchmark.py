@@ -32,7 +32,7 @@ from .formula import FormulaError, read_formula
 from .interpretation import interpret_formula
 from .names import find_stated, read_name_table
 from .slips import SLIPS, PrintedFormula, list_rewrites
-from .trial import PrintedText, load_module, read_case
+from .trial import PrintedText, ReadRow, load_module, read_case
 from .values import OperandError
 
 SOURCE, MECHANISM, NAMES = "source.toml", "mechanism.py", "names.toml"
@@ -74,14 +74,13 @@ class CorpusText:
 
 @dataclass(frozen=True)
 class BenchmarkClaim:
-    """An equation that a checker judges: its text, row and residual, its LaTeX, and what it is.
+    """A row that a checker judges: its text, its LaTeX, and what it is.
 
     ``kind`` is that of the claim, ``slip`` the class of a slip, ``correct`` the LaTeX without the error.
     """
 
     text: str
     row: str
-    residual: int
     latex: str
     kind: Kind
     slip: str = ""
@@ -92,7 +91,7 @@ class BenchmarkClaim:
     def key(self) -> str:
         """A name of the claim that depends on nothing but the text and the change."""
         digest = hashlib.sha256(self.latex.encode()).hexdigest()[:8]
-        return f"{self.text}:{self.row}:{self.residual}:{self.kind}:{digest}"
+        return f"{self.text}:{self.row}:{self.kind}:{digest}"
 
 
 @dataclass(frozen=True)
@@ -178,41 +177,46 @@ class TextClaims:
         self._names = {row.row.number: row.names for row in self.rows}
         self.sound: list[BenchmarkClaim] = []
         self.errata: list[BenchmarkClaim] = []
-        for number, place in self.printed.places.items():
-            if place.row in self.rows and not place.row.reason:
-                self._add_claim(place.row.row.latex, number, place.row.row.number, place.index)
+        for row in self.rows:
+            if row.read is not None and not row.reason:
+                self._add_claim(row)
         self.seconds = time.perf_counter() - begun
 
-    def _add_claim(self, latex: str, number: str, row: str, index: int) -> None:
-        claim = BenchmarkClaim(self.text.name, row, index, latex, "sound", is_held_out=self.text.is_held_out)
-        reading = self.read(latex, claim)
-        if reading is None or not reading.is_equation:
+    def _add_claim(self, row: ReadRow) -> None:
+        number, errata = row.row.number, self.text.errata
+        claim = BenchmarkClaim(self.text.name, number, row.row.latex, "sound", is_held_out=self.text.is_held_out)
+        reading = self.read(claim.latex, claim)
+        if reading is None or not all(part.is_equation for part in reading):
             return
-        errata = self.text.errata
-        correct = errata.get(number, errata.get(row, ""))
-        if correct and self.judge(claim) != "holds":
-            self.errata.append(replace(claim, kind="erratum", correct=correct))
+        if number in errata and self.judge(claim) != "holds":
+            self.errata.append(replace(claim, kind="erratum", correct=errata[number]))
         else:
             self.sound.append(claim)
 
-    def read(self, latex: str, claim: BenchmarkClaim) -> EquationReading | None:
-        """Return the residual of an equation in the place of a claim, None if it cannot be read."""
+    def read(self, latex: str, claim: BenchmarkClaim) -> list[EquationReading] | None:
+        """Return the residuals of a row in the place of a claim, None if it cannot be read or states nothing."""
         names = self._names[claim.row]
         try:
-            read = interpret_formula(read_formula(latex, self.printed.document.macros), names)
-            _, relation, left, right = read.residuals(names)[claim.residual]
-            return EquationReading(left.value - right.value, (left + (-right)).mixed, relation == "=")
+            residuals = interpret_formula(read_formula(latex, self.printed.document.macros), names).residuals(names)
+            return [
+                EquationReading(left.value - right.value, (left + (-right)).mixed, relation == "=")
+                for _, relation, left, right in residuals
+            ] or None
         except FAULTS:
             return None
 
     def judge(self, claim: BenchmarkClaim) -> Outcome:
-        """Return whether a claim holds at the points of the motion; one whose units disagree does not."""
+        """Return whether a claim holds at the points of the motion, whatever its units."""
         reading = self.read(claim.latex, claim)
-        if reading is None or any(s not in point for s in reading.residual.free_symbols for point in self.points):
+        if reading is None:
             return "refused"
-        if reading.mixed:
-            return "fails"
-        return "holds" if holds(reading.residual, tuple(self.points)) else "fails"
+        symbols = {symbol for part in reading for symbol in part.residual.free_symbols}
+        if any(symbol not in point for symbol in symbols for point in self.points):
+            return "refused"
+        return "holds" if all(map(self._holds, reading)) else "fails"
+
+    def _holds(self, part: EquationReading) -> bool:
+        return holds(part.residual, tuple(self.points))
 
     def draw(self, count: int, seed: int) -> list[BenchmarkClaim]:
         """Return a rewrite of each sound equation, and slips in them, as equally many of each class as there are."""
@@ -233,7 +237,7 @@ class TextClaims:
     def _select_slips(
         self, slip: str, changes: Iterable[tuple[BenchmarkClaim, Any]], count: int
     ) -> list[BenchmarkClaim]:
-        """Return slips that can be read and say something else than the sound equation, in any values."""
+        """Return slips that can be read and say something else than the sound row, in any values."""
         selected: dict[str, BenchmarkClaim] = {}
         for claim, change in changes:
             if len(selected) == count:
@@ -248,24 +252,14 @@ class TextClaims:
         return PrintedFormula.read(claim.latex, self.printed.document.macros, self._names[claim.row], self.vocabulary)
 
     def is_same(self, latex: str, other: str, claim: BenchmarkClaim) -> bool:
-        """Return whether two equations in the place of a claim say the same for any values, up to a factor."""
+        """Return whether two rows in the place of a claim say the same for any values, up to factors."""
         first, second = self.read(latex, claim), self.read(other, claim)
-        if first is None or second is None:
-            return False
-        if first.residual == second.residual:
-            return True
-        symbols = sorted(first.residual.free_symbols | second.residual.free_symbols, key=str)
-        rng, ratios = random.Random(1), []
-        with mpmath.workdps(DIGITS):
-            for _ in range(SAMPLES):
-                point = Point({symbol: mpmath.mpf(rng.uniform(0.2, 1.3)) for symbol in symbols})
-                try:
-                    left, right = point(first.residual), point(second.residual)
-                except (NotEvaluated, ZeroDivisionError, TypeError):
-                    return False
-                if abs(left) > ZERO or abs(right) > ZERO:
-                    ratios.append(left / right if abs(right) > ZERO else mpmath.inf)
-            return all(abs(ratio - ratios[0]) <= TOLERANCE * abs(ratios[0]) for ratio in ratios)
+        return (
+            first is not None
+            and second is not None
+            and len(first) == len(second)
+            and all(_are_proportional(a.residual, b.residual) for a, b in zip(first, second, strict=True))
+        )
 
     def answer(self, claim: BenchmarkClaim) -> CheckerAnswer:
         """Return what this audit says of a claim, and whether its first correction says what is right."""
@@ -273,14 +267,16 @@ class TextClaims:
         if outcome != "fails" or not claim.correct:
             return CheckerAnswer(outcome)
         macros, names = self.printed.document.macros, self._names[claim.row]
-        repair = find_repairs(claim.latex, claim.residual, names, self.points, macros, self.vocabulary)
-        is_exact = repair is not None and self.is_same(repair.latex, claim.correct, claim)
-        return CheckerAnswer(outcome, is_exact)
+        index = next(i for i, part in enumerate(self.read(claim.latex, claim) or ()) if not self._holds(part))
+        repair = find_repairs(claim.latex, index, names, self.points, macros, self.vocabulary)
+        return CheckerAnswer(outcome, repair is not None and self.is_same(repair.latex, claim.correct, claim))
 
     def answer_by_units(self, claim: BenchmarkClaim) -> CheckerAnswer:
         """Return what a checker of units alone says of a claim."""
         reading = self.read(claim.latex, claim)
-        return CheckerAnswer("refused" if reading is None else "fails" if reading.mixed else "holds")
+        if reading is None:
+            return CheckerAnswer("refused")
+        return CheckerAnswer("fails" if any(part.mixed for part in reading) else "holds")
 
 
 @dataclass(frozen=True)
@@ -290,6 +286,24 @@ class EquationReading:
     residual: Expr
     mixed: bool
     is_equation: bool
+
+
+def _are_proportional(first: Expr, second: Expr) -> bool:
+    """Return whether one residual is a multiple of the other for any values of their symbols."""
+    if first == second:
+        return True
+    symbols = sorted(first.free_symbols | second.free_symbols, key=str)
+    rng, ratios = random.Random(1), []
+    with mpmath.workdps(DIGITS):
+        for _ in range(SAMPLES):
+            point = Point({symbol: mpmath.mpf(rng.uniform(0.2, 1.3)) for symbol in symbols})
+            try:
+                left, right = point(first), point(second)
+            except (NotEvaluated, ZeroDivisionError, TypeError):
+                return False
+            if abs(left) > ZERO or abs(right) > ZERO:
+                ratios.append(left / right if abs(right) > ZERO else mpmath.inf)
+        return all(abs(ratio - ratios[0]) <= TOLERANCE * abs(ratios[0]) for ratio in ratios)
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,8 @@ from .formula import (
     FUNCTIONS,
     Bracket,
     FormulaError,
+    Heading,
+    Matrix,
     Name,
     Node,
     Power,
@@ -40,6 +42,8 @@ MOST_LISTED = 5
 MOST_SIGNS = 28
 """Signs of which any two are tried."""
 MOST_CANDIDATES = 20_000
+SOLVED = 1e-13
+"""Residual at which what is lacking has been found, as a share of the sides."""
 
 
 @dataclass(frozen=True)
@@ -75,8 +79,9 @@ def find_repairs(
     """Return the smallest change of a row after which its residual of an index vanishes at points, None without one.
 
     ``outcomes`` holds what earlier searches for the same row and points found of each source, and is added to.
-    Residuals of the row that hold before must hold after it. Changes are tried in floating point; what is found is
-    confirmed by the exact reading, so that it holds to all digits and is no identity.
+    Residuals of the row that hold before must hold after it, and a change after which more of them hold is better.
+    Changes are tried in floating point; what is found is confirmed by the exact reading, so that it holds to all digits
+    and is no identity.
     """
     at_points = PointNames(names, points)
     outcomes = {} if outcomes is None else outcomes
@@ -87,11 +92,12 @@ def find_repairs(
         return None
     if before is None or not index < len(before):
         return None
-    changes: list[LatexChange] = []
+    is_mixed = _mixes_units(chain, index, names)
+    changes: list[tuple[int, LatexChange]] = []
     seen_sources: set[str] = {latex}
     tiers = (
         *_list_tiers(latex, chain, macros, names, vocabulary),
-        _list_completions(latex, index, chain, at_points, vocabulary),
+        _list_completions(latex, index, chain, macros, at_points, vocabulary),
     )
     for tier in tiers:
         for count, change in enumerate(tier):
@@ -107,13 +113,19 @@ def find_repairs(
             if after is None or len(after) != len(before) or not after[index]:
                 continue
             if all(now or not then for now, then in zip(after, before, strict=True)) and _confirmed(
-                changed, index, macros, names, points
+                changed, index, macros, names, points, is_mixed
             ):
-                changes.append(change)
+                changes.append((sum(not holds_now for holds_now in after), change))
         if changes:
-            first, *rest = changes
+            first, *rest = (change for _, change in sorted(changes, key=lambda pair: pair[0]))
             return Repair(first.apply(latex), first.text, tuple(change.text for change in rest))
     return None
+
+
+def _mixes_units(chain: RelationChain, index: int, names: StatedNames) -> bool:
+    """Return whether a row joins what has different units, as a matrix of a state space does."""
+    _, _, left, right = interpret_formula(chain, names).residuals(names)[index]
+    return (left + (-right)).mixed
 
 
 class _Sizing(Interpreter):
@@ -157,9 +169,10 @@ def _try(latex: str, macros: Mapping[str, tuple[int, str]], names: PointNames) -
 
 
 def _confirmed(
-    latex: str, index: int, macros: Mapping[str, tuple[int, str]], names: StatedNames, points: Sequence[Point]
-) -> bool:
-    """Return whether the exact reading of a changed row holds, is consistent, and is no identity.
+    latex: str, index: int, macros: Mapping[str, tuple[int, str]], names: StatedNames, points: Sequence[Point],
+    is_mixed: bool,
+) -> bool:  # fmt: skip
+    """Return whether the exact reading of a changed row holds, is no identity, and mixes units only if the row did.
 
     A row may be one where a name in it stands for what is computed of the mechanism, as its kinetic energy is.
     """
@@ -169,7 +182,7 @@ def _confirmed(
     except (FormulaError, OperandError, TypeError, ValueError, IndexError):
         return False
     residual = left.value - right.value
-    if relation != "=" or (left + (-right)).mixed:
+    if relation != "=" or ((left + (-right)).mixed and not is_mixed):
         return False
     if residual == 0:
         sides = {"".join(latex[side.start : side.end].split()) for side in chain.sides}
@@ -397,40 +410,95 @@ def _without_function(latex: str, match: re.Match[str]) -> Iterator[LatexChange]
         yield LatexChange(((match.start(), end, ""),), f"without {_shorten(latex[match.start() : end])}")
 
 
+LACKING = Symbol("\\Xi", subscript="lacking")
+"""Name of what a row lacks at a place."""
+MOST_PLACES = 80
+"""Places of a row at which something may be lacking."""
+ITERATIONS = 8
+"""Steps of the secant method by which the values of what is lacking are found."""
+
+
+class _Completed(PointNames):
+    """The meanings of names at points, and values (points,) of what a row lacks, whose dimension is not known."""
+
+    def __init__(self, names: PointNames, lacking: Any) -> None:
+        super().__init__(names.names, names.points)
+        self._meanings, self._turns = names._meanings, names._turns
+        self.lacking = Scalar(lacking, None)
+
+    def is_known(self, symbol: Symbol) -> bool:
+        """Return whether a name has a meaning."""
+        return symbol == LACKING or super().is_known(symbol)
+
+    def look_up(self, symbol: Symbol) -> Value:
+        """Return the values of a name at the points."""
+        return self.lacking if symbol == LACKING else super().look_up(symbol)
+
+
 def _list_completions(
-    latex: str, index: int, chain: RelationChain, names: PointNames, vocabulary: Sequence[str]
-) -> Iterator[LatexChange]:
-    """Yield terms that the row lacks, and factors that a term lacks, found by the values that they should have."""
-    reader = Interpreter(names, [])
+    latex: str, index: int, chain: RelationChain, macros: Mapping[str, tuple[int, str]], names: PointNames,
+    vocabulary: Sequence[str],
+) -> Iterator[LatexChange]:  # fmt: skip
+    """Yield terms and factors that the row lacks at any place, found by the values that they should have."""
+    own = [node.symbol.spell() for node in list_nodes(chain) if isinstance(node, Name)]
+    search = MonomialSearch(names, list(dict.fromkeys([*own, *vocabulary])))
+    ends, starts = _list_places(chain)
+    for place, is_term in [*((end, True) for end in ends), *((start, False) for start in starts)][:MOST_PLACES]:
+        word = f" + {LACKING.spell()}" if is_term else f"{LACKING.spell()} "
+        completed = LatexChange(((place, place, word),), "").apply(latex)
+        values = _solve_for_lacking(completed, index, macros, names, 0.0 if is_term else 1.0)
+        for product in search.find(values, None) if values is not None else ():
+            is_negative = product.startswith("-")
+            if is_term:
+                text = f" {product}" if is_negative else f" + {product}"
+                yield LatexChange(((place, place, text),), f"{text.strip()} after {_shorten(latex[:place][-24:])}")
+            elif not is_negative:
+                yield LatexChange(((place, place, f"{product} "),), f"{product} on {_shorten(latex[place:])}")
+
+
+def _list_places(chain: RelationChain) -> tuple[list[int], list[int]]:
+    """List the ends of sums, at which a term may be lacking, and the starts of terms, at which a factor may be."""
+    parts: list[Node] = [side for side in chain.sides if not isinstance(side, Heading)]
+    for node in list_nodes(chain):
+        if isinstance(node, Bracket):
+            parts += node.parts
+        elif isinstance(node, Matrix):
+            parts += [entry for row in node.rows for entry in row]
+        elif isinstance(node, Quotient):
+            parts += [node.above, node.below]
+    terms = [term for part in parts for _, term in (part.terms if isinstance(part, Sum) else ((1, part),))]
+    return list(dict.fromkeys(part.end for part in parts)), list(dict.fromkeys(term.start for term in terms))
+
+
+def _solve_for_lacking(
+    latex: str, index: int, macros: Mapping[str, tuple[int, str]], names: PointNames, neutral: float
+) -> Any:
+    """Return the values (points,) of what is lacking for a residual to vanish, None if there are none."""
+    try:
+        chain = read_formula(latex, macros)
+        count = len(names.points)
+        before, now = np.full(count, neutral), np.full(count, neutral + 1.0)
+        gap_before, size = _evaluate_gap(chain, index, _Completed(names, before))
+        for _ in range(ITERATIONS):
+            gap, _ = _evaluate_gap(chain, index, _Completed(names, now))
+            if np.all(np.abs(gap) <= SOLVED * size):
+                return now
+            with np.errstate(all="ignore"):
+                step = gap * (now - before) / (gap - gap_before)
+            if not np.all(np.isfinite(step)):
+                return None
+            before, now, gap_before = now, now - step, gap
+    except (FormulaError, OperandError, TypeError, ValueError, ZeroDivisionError, RecursionError, IndexError):
+        return None
+    return None
+
+
+def _evaluate_gap(chain: RelationChain, index: int, names: PointNames) -> tuple[Any, Any]:
+    """Return a residual at the points (points,), and the size of what it is the difference of."""
     with np.errstate(all="ignore"):
-        residuals = reader.read(chain).residuals(names)
-        if len(residuals) != 1 or len(chain.sides) != 2 or reader.options:
-            return
-        _, _, left, right = residuals[index]
-        gap = np.asarray(left.value, dtype=float) - np.asarray(right.value, dtype=float)
-        search, right_side = MonomialSearch(names, vocabulary), chain.sides[1]
-        dimension = left.dimension if right.dimension is None else right.dimension
-        for lacking in search.find(gap, dimension):
-            signed = lacking if lacking.startswith("-") else f"+ {lacking}"
-            yield LatexChange(((right_side.end, right_side.end, f" {signed}"),), f"{signed} at the end")
-        for side, sign in zip(chain.sides, (-1, 1), strict=True):
-            for _, term in side.terms if isinstance(side, Sum) else ((1, side),):
-                yield from _complete_term(latex, term, sign * gap, reader, search)
-
-
-def _complete_term(
-    latex: str, term: Node, gap: Any, reader: Interpreter, search: MonomialSearch
-) -> Iterator[LatexChange]:
-    """Yield factors by which a term has to be larger for a gap to close, whatever sign it stands with."""
-    value = reader.value(term)
-    if not isinstance(value, Scalar):
-        return
-    for sign in (1, -1):
-        factor = 1 + sign * gap / np.asarray(value.value, dtype=float)
-        for product in search.find(factor, None):
-            if not product.startswith("-"):
-                text = f"{product} on {_shorten(latex[term.start :])}"
-                yield LatexChange(((term.start, term.start, f"{product} "),), text)
+        _, _, left, right = Interpreter(names, []).read(chain).residuals(names)[index]
+        first, second = (np.asarray(side.value, dtype=float) for side in (left, right))
+        return first - second, np.maximum(np.abs(first), np.abs(second))
 
 
 def _sign_pairs(tokens: Sequence[Token]) -> Iterator[LatexChange]:

@@ -23,6 +23,8 @@ CLOSE = 1e-9
 DIGITS = 6
 """Digits of logarithms by which pairs of factors are looked up; what is found is compared by `CLOSE`."""
 POWERS = (1, 2)
+MOST_NAMES = 60
+"""Names of a text that are tried, those of a row first."""
 
 
 @dataclass(frozen=True)
@@ -36,56 +38,58 @@ class NamedFactor:
 
 
 class MonomialSearch:
-    """The products of at most four factors, which are names of a text, that have given values at points."""
+    """The products of at most four factors, which are names of a text, that have given values at points.
+
+    Of values only the change of their logarithm from point to point counts at first: it adds up over the factors of a
+    product, and numbers do not matter to it.
+    """
 
     def __init__(self, names: PointNames, vocabulary: Sequence[str]) -> None:
-        self.factors = [factor for spelling in vocabulary for factor in _list_factors(names, spelling)]
+        self.factors = [factor for spelling in vocabulary[:MOST_NAMES] for factor in _list_factors(names, spelling)]
 
     def find(self, values: Any, dimension: Dimension | None) -> Iterator[str]:
         """Yield the LaTeX of products with numbers that have values (points,) and a dimension, short ones first."""
         values = np.asarray(values, dtype=float)
         if not (np.all(np.isfinite(values)) and np.all(values != 0) and len(values) > 1):
             return
-        target = _compare_logarithms(values)
         seen: set[tuple[str, ...]] = set()
-        for size in range(5):
-            for factors in self._of_size(size, target):
-                key = tuple(sorted(factor.latex for factor in factors))
-                if key in seen or _repeats(factors) or not _fits(factors, dimension):
-                    continue
-                seen.add(key)
-                number = _find_number(values, factors)
-                if number is not None:
-                    yield " ".join(filter(None, (_format_number(number, bool(factors)), *key)))
+        for places in self._list_candidates(_compare_logarithms(values)):
+            factors = [self.factors[place] for place in places]
+            key = tuple(sorted(factor.latex for factor in factors))
+            if key in seen or _repeats(factors) or not _fits(factors, dimension):
+                continue
+            seen.add(key)
+            number = _find_number(values, factors)
+            if number is not None:
+                yield " ".join(filter(None, (_format_number(number, bool(factors)), *key)))
 
-    def _of_size(self, size: int, target: Any) -> Iterator[tuple[NamedFactor, ...]]:
-        """Yield products of a number of factors whose logarithms change as the target's do from point to point."""
-        if size < 2:
-            yield from (some for some in self._by_change[size].get(_round(target), ()))
+    def _list_candidates(self, target: Any) -> Iterator[tuple[int, ...]]:
+        """Yield the places of factors whose product changes from point to point as the target does (points - 1,)."""
+        if not np.any(_round_changes(target)):
+            yield ()
+        if not self.factors:
             return
-        for first in self._tuples[size - 2]:
-            rest = target - sum((_compare_logarithms(factor.values) for factor in first), np.zeros_like(target))
-            yield from ((*first, *second) for second in self._by_change[2].get(_round(rest), ()))
+        singles, pairs, table = self._tables
+        (key,) = _list_keys(target[None])
+        yield from ((place,) for place, other in enumerate(_list_keys(singles)) if other == key)
+        yield from table.get(key, ())
+        for place, rest in enumerate(_list_keys(target - singles)):
+            yield from ((place, *pair) for pair in table.get(rest, ()))
+        firsts = list(combinations_with_replacement(range(len(self.factors)), 2))
+        for first, rest in zip(firsts, _list_keys(target - pairs), strict=True):
+            yield from ((*first, *pair) for pair in table.get(rest, ()))
 
     @cached_property
-    def _tuples(self) -> list[list[tuple[NamedFactor, ...]]]:
-        return [list(combinations_with_replacement(self.factors, size)) for size in range(3)]
-
-    @cached_property
-    def _by_change(self) -> list[dict[tuple[float, ...], list[tuple[NamedFactor, ...]]]]:
-        """Tuples of none, one or two factors by the change of their logarithm from point to point."""
-        tables: list[dict[tuple[float, ...], list[tuple[NamedFactor, ...]]]] = []
-        for some in self._tuples:
-            table: dict[tuple[float, ...], list[tuple[NamedFactor, ...]]] = {}
-            for factors in some:
-                values = np.prod([factor.values for factor in factors], axis=0) if factors else np.ones(self._points)
-                table.setdefault(_round(_compare_logarithms(values)), []).append(factors)
-            tables.append(table)
-        return tables
-
-    @property
-    def _points(self) -> int:
-        return len(self.factors[0].values) if self.factors else 2
+    def _tables(self) -> tuple[Any, Any, dict[bytes, list[tuple[int, int]]]]:
+        """Changes of single factors and of pairs, and the pairs by their change."""
+        singles = np.array([_compare_logarithms(factor.values) for factor in self.factors])
+        places = list(combinations_with_replacement(range(len(singles)), 2))
+        first, second = np.array(places).T
+        pairs = singles[first] + singles[second]
+        table: dict[bytes, list[tuple[int, int]]] = {}
+        for pair, key in zip(places, _list_keys(pairs), strict=True):
+            table.setdefault(key, []).append(pair)
+        return singles, pairs, table
 
 
 def _list_factors(names: PointNames, spelling: str) -> Iterator[NamedFactor]:
@@ -109,8 +113,13 @@ def _compare_logarithms(values: Any) -> Any:
     return logarithms[1:] - logarithms[0]
 
 
-def _round(changes: Any) -> tuple[float, ...]:
-    return tuple((np.round(changes, DIGITS) + 0.0).tolist())
+def _round_changes(changes: Any) -> Any:
+    return np.round(changes * 10**DIGITS).astype(np.int64)
+
+
+def _list_keys(changes: Any) -> list[bytes]:
+    """Return what rows of changes (n, points - 1) are looked up by."""
+    return [row.tobytes() for row in _round_changes(changes)]
 
 
 def _repeats(factors: Sequence[NamedFactor]) -> bool:

@@ -160,9 +160,9 @@ def test_term_is_found_by_its_values(claims: TextClaims) -> None:
 
 
 def test_claims_are_told_apart_by_what_they_say() -> None:
-    first = BenchmarkClaim("t", "1", 0, "a = b", "sound")
-    assert first.key != BenchmarkClaim("t", "1", 0, "a = c", "sound").key
-    assert first.key == BenchmarkClaim("t", "1", 0, "a = b", "sound", correct="a = c").key
+    first = BenchmarkClaim("t", "1", "a = b", "sound")
+    assert first.key != BenchmarkClaim("t", "1", "a = c", "sound").key
+    assert first.key == BenchmarkClaim("t", "1", "a = b", "sound", correct="a = c").key
 
 
 def test_folder_without_texts_is_refused(tmp_path: Path) -> None:
