@@ -7,7 +7,7 @@ import operator
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from types import ModuleType
@@ -128,12 +128,25 @@ def read_name_table(path: Path) -> NameTable:
             raise OwnError(f"{path}: rows.{number}: it may hold skip (a reason), claims and names")
         if not all(isinstance(entry.get(key, ""), str) for key in ("skip", "claims")):
             raise OwnError(f"{path}: rows.{number}: skip and claims must be text in quotes")
-        table.rows[number] = dict(entry)
+        table.rows[number] = {**entry, "names": _read_row_names(entry.get("names", {}), table, number, path)}
     until = content.get("until_s")
     if until is not None and (isinstance(until, bool) or not isinstance(until, int | float) or not until > 0):
         raise OwnError(f"{path}: until_s = {until!r}: it must be a positive number of seconds")
     table.until_s = until
     return table
+
+
+def _read_row_names(section: Any, table: NameTable, number: str, path: Path) -> dict[str, str]:
+    """Return what names mean in one row, by their spelling."""
+    if not isinstance(section, dict) or not all(isinstance(meaning, str) for meaning in section.values()):
+        raise OwnError(f"{path}: rows.{number}.names: it must be a table of meanings in quotes")
+    meanings = {}
+    for name, meaning in section.items():
+        try:
+            meanings[spell_name(name, table.macros)] = meaning
+        except FormulaError as error:
+            raise OwnError(f"{path}: rows.{number}.names.{name}: {error}") from None
+    return meanings
 
 
 def _section(content: Mapping[str, Any], name: str, path: Path) -> dict[str, Any]:
@@ -185,6 +198,13 @@ class StatedNames:
         matches = {part.name: part for part in variables.values() if isinstance(part, Place)}
         origin = {"O": self.stated.O} if isinstance(self.stated, Mechanism) else {}
         return {**named, **matches, **origin}
+
+    def with_meanings(self, meanings: Mapping[str, str]) -> StatedNames:
+        """Return the names of a row in which some have another meaning; abbreviations are shared with the others."""
+        if not meanings:
+            return self
+        table = replace(self.table, meanings={**self.table.meanings, **meanings})
+        return replace(self, table=table, _meanings={})
 
     def is_known(self, symbol: Symbol) -> bool:
         """Return whether a name has a meaning."""

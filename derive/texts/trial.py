@@ -33,9 +33,10 @@ from .values import OperandError, Scalar, Value
 
 @dataclass
 class ReadRow:
-    """A row of a text: its tree and its sides, both None if it is refused, and why it is not judged."""
+    """A row of a text: what its names mean, its tree and sides, None if it is refused, and why it is not judged."""
 
     row: Row
+    names: StatedNames
     chain: RelationChain | None = None
     read: Read | None = None
     reason: str = ""
@@ -72,7 +73,7 @@ class PrintedText:
         if number not in self._repairs:
             place = self.places[number]
             repairs = find_repairs(
-                place.row.row.latex, place.index, self.names, points, self.document.macros, self._vocabulary(),
+                place.row.row.latex, place.index, place.row.names, points, self.document.macros, self._vocabulary(),
                 self._outcomes.setdefault(place.row.row.number, {}),
             )  # fmt: skip
             self._repairs[number] = repairs
@@ -155,9 +156,9 @@ def build_trial(document: TextDocument, stated: Stated, table: NameTable, module
     claims = subject.claims()
     by_sentence = {str(claim): claim for claim in claims}
     for row in list_rows(document):
-        entry = read_row(row, names, document)
-        printed.rows.append(entry)
         entry_of_row = table.rows.get(row.number, {})
+        entry = read_row(row, names.with_meanings(entry_of_row.get("names", {})), document)
+        printed.rows.append(entry)
         if entry_of_row.get("skip"):
             entry.reason = f"left out: {entry_of_row['skip']}"
         if entry.chain is not None:
@@ -198,7 +199,7 @@ def list_quantities(stated: Stated, subject: Subject) -> dict[str, Quantity]:
 
 def read_row(row: Row, names: StatedNames, document: TextDocument) -> ReadRow:
     """Read a row; what cannot be read for certain has its reason."""
-    entry = ReadRow(row, reason=row.refused)
+    entry = ReadRow(row, names, reason=row.refused)
     if row.refused:
         return entry
     try:
@@ -247,14 +248,14 @@ def _add_row(
         paper.equation(number, sp.S.Zero, claimed)
         printed.places[number] = Place(entry, 0)
         return
-    residuals = entry.read.residuals(printed.names)
+    residuals = entry.read.residuals(entry.names)
     for index, (_, relation, left, right) in enumerate(residuals):
         name = number if len(residuals) == 1 else f"{number}.{index + 1}"
         if left.value == right.value and len(residuals) > 1 and left.dimension is None:
             continue
         printed.places[name] = Place(entry, index)
         if left.value == right.value:
-            computed = any(map(printed.names.is_computed, list_symbols(entry.chain)))
+            computed = any(map(entry.names.is_computed, list_symbols(entry.chain)))
             circular = Definition("both sides are the same by the meaning of their names")
             paper.equation(name, sp.S.Zero, Unclaimed.HOLDS if computed else circular)
         else:
@@ -350,7 +351,7 @@ def format_skeleton(case: Case) -> str:
         f"# Quantities: {', '.join(sorted(names.quantities))}.",
         *([f"# Frames: {', '.join(names.frames)}. Points: {', '.join(names.places)}."] if names.frames else []),
         "# [rows] may say of a row what it claims to be, or that it is left out:",
-        "# '12' = { claims = \"...\" }, '13' = { skip = \"the reason\" }.",
+        "# '12' = { claims = \"...\" }, '13' = { skip = \"the reason\" }, '14' = { names = { 'T' = \"T_1\" } }.",
         "",
         "[names]",
     ]
