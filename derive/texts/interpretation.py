@@ -68,8 +68,8 @@ class Meanings(Protocol):
         """Return a vector along the axes of another frame."""
         ...
 
-    def rate(self, value: Value) -> Value:
-        """Return the time derivative of a value. Raises FormulaError if it is not known."""
+    def rate(self, value: Value, seen_from: str = "") -> Value:
+        """Return the time derivative of a value, of a vector as a frame sees it. Raises FormulaError if not known."""
         ...
 
     def partial(self, value: Scalar, symbol: Symbol) -> Scalar:
@@ -440,7 +440,7 @@ class Interpreter:
         value = self.value(node.inner)
         for _ in range(node.order):
             if node.by is None:
-                value = self.meanings.rate(value)
+                value = self.meanings.rate(value, node.seen_from)
             elif isinstance(value, Scalar):
                 value = self.meanings.partial(value, node.by)
             else:

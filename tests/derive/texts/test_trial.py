@@ -57,13 +57,14 @@ from derive import Mechanism, quantities
 q = quantities("l | m | arm | 0.4\\nm_1 | kg | mass | 2\\nT_1 | s | period | 1\\nT_2 | s | period | 3")
 m = Mechanism("arm", q)
 alpha = m.coordinate("alpha", "rad", "turn")
-A = m.frame("A", alpha)
+N, A = m.world, m.frame("A", alpha)
 P = m.point("P", m.O, A, q.l)
 L = m.name_("L", "N m", "moment", q.l * q.m_1 * m.motion.acceleration(P, A)[1])
 """
 VECTORS = r"""\begin{align}
  ^N\omega^A &= \dot\alpha \hat{a}_3 \label{spin}\\
  L &= (\bar{r} \times m_1\,\bar{a}) \cdot \hat{a}_3 \label{cross}\\
+ \frac{{}^Nd\bar{r}}{dt} &= \frac{{}^Ad\bar{r}}{dt} + {}^N\omega^A \times \bar{r} \label{seen}\\
  T &= T_1 \label{first}\\
  T &= T_2 \label{second}
 \end{align}"""
@@ -83,6 +84,6 @@ def test_frames_products_and_names_of_a_row_have_their_meaning(tmp_path: Path) -
     for name, content in (("arm.py", FRAMES), ("arm.tex", VECTORS), ("arm.toml", VECTOR_NAMES)):
         (tmp_path / name).write_text(content, encoding="utf-8")
     case = read_trial(tmp_path / "arm.tex", tmp_path / "arm.py", tmp_path / "arm.toml")
-    assert [row.reason for row in case.source.rows] == [""] * 4
+    assert [row.reason for row in case.source.rows] == [""] * 5
     for number, equation in case.paper.equations.items():
         assert equation.residual == 0 or record_equation(case, number, "")["verdict"] == "confirmed", number
