@@ -39,7 +39,7 @@ MOST_LISTED = 5
 MOST_SIGNS = 28
 """Signs of which any two are tried."""
 MOST_CANDIDATES = 20_000
-MOST_TOKENS = 1_000_000
+MOST_TOKENS = 400_000
 """Tokens of all candidates of a group of changes, each of which is read again: fewer candidates of a longer row."""
 
 
@@ -90,10 +90,10 @@ def find_repairs(
         return None
     changes: list[LatexChange] = []
     seen_sources: set[str] = {latex}
-    most = min(MOST_CANDIDATES, MOST_TOKENS // len(tokenize_formula(latex, macros)))
+    limit = min(MOST_CANDIDATES, MOST_TOKENS // len(tokenize_formula(latex, macros)))
     for tier in _list_tiers(latex, chain, macros, names, vocabulary):
         for count, change in enumerate(tier):
-            if count >= most or len(changes) >= MOST_LISTED:
+            if count >= limit or len(changes) >= MOST_LISTED:
                 break
             changed = change.apply(latex)
             if changed in seen_sources:
