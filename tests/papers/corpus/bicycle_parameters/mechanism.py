@@ -105,8 +105,8 @@ m.name_("T_swing", "s", "period of the hanging wheel", 2 * pi * sqrt(
     (q.I_yy + q.m_w * q.l_w**2) / (q.m_w * q.g * q.l_w)
 ))  # fmt: skip
 m.name_("T_wheel", "s", "period of the wheel on the wire", 2 * pi * sqrt(q.I_xx / q.k))
-along = m.name_("J_B", "kg m2", "rear frame about the pendulum's axis", sum(
+about_wire = m.name_("J_B", "kg m2", "rear frame about the pendulum's axis", sum(
     way[i] * way[j] * inertia
     for i, j, inertia in ((0, 0, q.I_Bxx), (2, 2, q.I_Bzz), (0, 2, q.I_Bxz), (2, 0, q.I_Bxz))
 ))  # fmt: skip
-m.name_("T_frame", "s", "period of the frame on the wire", 2 * pi * sqrt(along / q.k))
+m.name_("T_frame", "s", "period of the frame on the wire", 2 * pi * sqrt(about_wire / q.k))

@@ -28,9 +28,9 @@ v = m.point("v", m.O, m.world, x, y, z)
 s = m.point("s", v, B, q.d_s1, 0, q.d_s3)
 g_o = m.point("g_o", s, G, q.d)
 
-across, level, along = m.motion.spin(G).components
+spin_1, spin_2, spin_3 = m.motion.spin(G).components
 momentum = Vec(
-    G, (q.I_G11 * across + q.I_G31 * along, q.I_G22 * level, q.I_G31 * across + q.I_G33 * along)
+    G, (q.I_G11 * spin_1 + q.I_G31 * spin_3, q.I_G22 * spin_2, q.I_G31 * spin_1 + q.I_G33 * spin_3)
 )  # fmt: skip
 inertia_force = q.m_G * m.motion.acceleration(g_o, G)
 moment = m.motion.derivative(momentum) + m.vector(G, q.d).cross(inertia_force)
