@@ -239,6 +239,9 @@ def judge_equation(
         return _agreement(printed, derived)
     if edits and () not in edits:
         return Judgement("misprint", "the relation is another", (edits[0],))
+    size = sp.count_ops(printed.residual) + sp.count_ops(derived.residual)
+    if size > MOST_OPERATIONS and not holds(printed.residual, at):
+        return Judgement("contradicted", Said(f"{remark}{_failing(printed.residual, at)}"))
     vocabulary = _vocabulary(printed, derived, at, words)
     judgements = [
         _corrected(comparison, vocabulary, _relation(side, printed, derived), remark) for side, comparison in compared
